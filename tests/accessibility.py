@@ -6,7 +6,6 @@ It is installed by name into a temporary folder, and is no part of kinetile.
 from __future__ import annotations
 
 import json
-import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -14,16 +13,14 @@ from typing import Any
 import pytest
 
 from chromium import Browser
+from programs import program
 
 AXE = "axe-core@4"
 
 
 def install_axe(folder: Path) -> str:
     """Install axe-core into a folder, and return its script; skip the test where that cannot be."""
-    npm = shutil.which("npm")
-    if npm is None:
-        pytest.skip(f"{AXE} looks at the page, and there is no npm here to install it with")
-    command = [npm, "install", "--silent", "--no-audit", "--no-fund", "--prefix", str(folder), AXE]
+    command = [program("npm"), "install", "--silent", "--no-audit", "--no-fund", "--prefix", str(folder), AXE]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     except subprocess.TimeoutExpired:

@@ -9,7 +9,6 @@ import base64
 import json
 import os
 import select
-import shutil
 import subprocess
 import tempfile
 import time
@@ -18,9 +17,9 @@ from typing import Any, Self
 
 import pytest
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+from programs import program
 
-needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium here to open a page with")
+needs_chromium = pytest.mark.needs("chromium")
 
 _PATIENCE = 120.0
 """Seconds within which an answer has to come."""
@@ -38,7 +37,7 @@ class Browser:
 
     def __init__(self, width: int = 1280, height: int = 800, *, dark: bool = False) -> None:
         """Start one with a window of so many pixels; ``dark`` as a reader's system may be."""
-        assert CHROMIUM is not None
+        chromium = program("chromium")
         self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         to_it, ours = os.pipe()
         theirs, from_it = os.pipe()
@@ -53,7 +52,7 @@ class Browser:
         options += ["--remote-debugging-pipe", "--no-first-run", "--disable-background-networking"]
         options += ["--disable-component-update", "--disable-sync", "--disable-quic"]
         self.process = subprocess.Popen(
-            [CHROMIUM, *options, f"--user-data-dir={self._folder.name}", "about:blank"],
+            [chromium, *options, f"--user-data-dir={self._folder.name}", "about:blank"],
             close_fds=False,
             preexec_fn=connect,
             stdout=subprocess.DEVNULL,

@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, settings
 
 from interpreting import pytest_runtest_logreport, pytest_runtest_protocol
 from kinetile.kernel.compiled import INTERPRETED, composer
+from programs import program
 
 __all__ = ["pytest_runtest_logreport", "pytest_runtest_protocol"]
 
@@ -28,6 +29,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--compiled", action="store_true", help="compile the loops of tests marked small, as users do"
     )
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip a test where a program that it needs does not run."""
+    for mark in item.iter_markers("needs"):
+        program(*mark.args)
 
 
 PHASES = ("naive", "cells", "sap_1d", "sap_2d", "sweep_tiling")

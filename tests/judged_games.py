@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import math
 import random
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -26,6 +25,7 @@ from kinetile.errors import Refused, SceneError, ZenoError
 from kinetile_accuracy import certify_log
 from kinetile_accuracy.oracle.agreement import Agreement, certify
 from kinetile_accuracy.oracle.oracle import oracle_contacts
+from programs import program
 
 SECOND = Path(__file__).parent / "second"
 MOST = 300
@@ -114,7 +114,7 @@ def forged_and_found(game: kt.Scene, seed: int) -> Iterator[tuple[str, bool]]:
 
 def node(script: str, *words: str) -> subprocess.CompletedProcess[str]:
     """Returns what a script of the second implementation has printed."""
-    command = [str(shutil.which("node")), str(SECOND / script), *words]
+    command = [program("node"), str(SECOND / script), *words]
     return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
 
 

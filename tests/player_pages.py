@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -17,13 +16,11 @@ from kinetile.kernel.clock import Clock
 from kinetile.records import Trajectory
 from kinetile.show.player import view_scene
 from kinetile.show.player.page import Page
+from programs import program
 
-NODE = shutil.which("node")
+needs_node = pytest.mark.needs("node")
+
 SCRIPT = Path(kt.__file__).parent / "show" / "player" / "script"
-
-needs_node = pytest.mark.skipif(
-    NODE is None, reason="the page's script is run by node, and there is none here"
-)
 
 SCENES = {
     "grid": kt.make_scene("grid", bodies=16, density=0.5, seed=3),
@@ -129,8 +126,8 @@ def ask_node(tmp_path: Path, page: Page, body: str, **given: Any) -> Any:
         f"import * as {name.split('/')[1]} from {json.dumps((SCRIPT / f'{name}.mjs').as_uri())};"
         for name in names
     )
-    program = tmp_path / "ask.mjs"
-    program.write_text(
+    node, asking = program("node"), tmp_path / "ask.mjs"
+    asking.write_text(
         f"{imports}\nimport {{ readFileSync }} from 'node:fs';\n"
         f"const {{ held, given }} = JSON.parse(readFileSync({json.dumps(str(asked))}, 'utf8'));\n"
         "const { bodies, runs } = await playback.load(held);\n"
@@ -139,7 +136,6 @@ def ask_node(tmp_path: Path, page: Page, body: str, **given: Any) -> Any:
         f"const answer = (() => {{ {body} }})();\n"
         "console.log(JSON.stringify(answer));\n"
     )
-    assert NODE is not None
-    done = subprocess.run([NODE, str(program)], capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run([node, str(asking)], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)

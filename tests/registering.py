@@ -15,10 +15,20 @@ def registered(*plugins: Any) -> Iterator[None]:
     """Within this context these are registered: plugins, or specs of phases."""
     specs = (kt.BroadPhaseSpec, kt.NarrowPhaseSpec)
     added = [PhasePlugin(each) if isinstance(each, specs) else each for each in plugins]
-    for plugin in added:
-        kt.registry().add(plugin)
+    with remove():
+        for plugin in added:
+            kt.registry().add(plugin)
+        yield
+
+
+@contextmanager
+def remove(*names: str) -> Iterator[None]:
+    """Within this context nothing has these names, whether a distribution brought it or this process added
+    it; after it the registry is as it was before."""
+    registry = kt.registry()
+    before = registry._provided
+    registry._provided = [each for each in before if each.spec.name not in names]
     try:
         yield
     finally:
-        for plugin in added:
-            kt.registry().remove(plugin)
+        registry._provided = before

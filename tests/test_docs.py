@@ -38,6 +38,7 @@ from typer.testing import CliRunner
 import kinetile as kt
 from installing import install
 from kinetile.cli import app
+from registering import remove
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -118,10 +119,8 @@ def plugin_folder(monkeypatch):
     """The foreign package may be imported; what a page adds to the registry is taken out again."""
     if "stripes" not in kt.registry().names("broad phase"):
         monkeypatch.syspath_prepend(ROOT / "tests" / "foreign" / "kinetile-stripes")
-    had = {each.plugin for each in kt.registry() if each.distribution is None}
-    yield
-    for plugin in {each.plugin for each in kt.registry() if each.distribution is None} - had:
-        kt.registry().remove(plugin)
+    with remove():
+        yield
 
 
 @pytest.mark.parametrize(("page", "marks"), pages_with("python"))
@@ -199,8 +198,15 @@ def assert_runs(words: list[str], environment: dict[str, str], folder: Path, cod
     return out if code == 0 else out + err
 
 
+@pytest.fixture
+def kinetile_alone():
+    """The pages show what kinetile brings; `choose` runs every phase that is installed, examples too."""
+    with remove(*(each.spec.name for each in kt.registry() if each.distribution != "kinetile")):
+        yield
+
+
 @pytest.mark.parametrize(("page", "marks"), pages_with("console"))
-def test_the_commands_run(page, marks, tmp_path, monkeypatch):
+def test_the_commands_run(page, marks, tmp_path, monkeypatch, kinetile_alone):
     monkeypatch.chdir(tmp_path)
     stand_in(page, tmp_path)
     environment = dict(os.environ)

@@ -32,6 +32,7 @@ __all__ = [
     "StudyError",
     "UnknownName",
     "ZenoError",
+    "legible",
     "nearest",
     "one_of",
     "printable",
@@ -208,6 +209,12 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
         return folded[begun[0]]
     close = get_close_matches(wanted, folded, n=1, cutoff=0.6)
     return folded[close[0]] if close else None
+
+
+def legible(text: str) -> str:
+    """Returns a text of one line or several, safe for a terminal or a page: control characters and marks of
+    direction are escaped. Text of files and of other programs goes into results."""
+    return "\n".join(printable(line, len(line)) for line in text.split("\n"))
 
 
 def printable(text: str, most: int = 1000) -> str:

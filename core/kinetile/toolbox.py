@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from kinetile.kernel.certificates.convex import enters
 from kinetile.kernel.certificates.structural import falls, falls_eight, falls_many, schedule, ticks_after
+from kinetile.kernel.certificates.wall import inside_arena
 from kinetile.kernel.compiled import hook, larger, pointer, smaller, unchecked
 from kinetile.kernel.flight import closing_speed, positions_now, shared, since_anchor, since_origin
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
@@ -80,6 +81,7 @@ __all__ = [
     "falls_many",
     "held_pairs",
     "hook",
+    "inside_arena",
     "is_there",
     "larger",
     "offer",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from io import TextIOWrapper
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -26,9 +27,10 @@ from kinetile.cli.options import (
     until_or_default,
 )
 from kinetile.cli.output import as_json, printed, scene_summary
-from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, exit_codes, make_ready, notice
+from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, echo, exit_codes, make_ready, notice
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase
+from kinetile.sources import open_regular
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -46,6 +48,7 @@ _command = app.command(rich_help_panel="Accuracy")
 SHOWN = 20
 """Contacts that the table of ``oracle`` shows from each end of a long list."""
 
+_LONGEST = 1 << 12  # characters of a line: of a contact some 60
 _PARQUET = b"PAR1"
 
 
@@ -160,7 +163,7 @@ def _contacts_table(contacts: Sequence[CertifiedContact]) -> Table:
     from kinetile.kernel.log import WALLS
 
     rows = []
-    for index, (time, a, b, tied, head_on) in enumerate(contacts):
+    for index, (time, a, b, tied, head_on, _) in enumerate(contacts):
         partner = f"{WALLS[b]} wall" if b in WALLS else f"disc {b}" if a < b else f"disc {b}, parting"
         same = "same time" if tied else ""
         rows.append((f"{index}", time.decimal(), same, f"{a}", partner, f"{head_on:.6f}"))
@@ -227,15 +230,15 @@ def _certifier(log: str, scene: Scene, until: float | None, max_contacts: int | 
             given = until is not None or max_contacts is not None
             rows, end = _read_events(log, scene, end if given else None)
         else:
-            with Path(log).open(encoding="utf-8", errors="replace") as lines:
-                rows, fingerprint = read_contacts(lines, log)
+            with TextIOWrapper(open_regular(log), encoding="utf-8", errors="replace") as lines:
+                rows, fingerprint = read_contacts(iter(lambda: lines.readline(_LONGEST), ""), log)
     except OSError as error:
         raise BadOption(f"the log {log!r} cannot be read: {error.strerror or error}") from error
     return LogCertifier(scene, rows, end, max_contacts=max_contacts, fingerprint=fingerprint)
 
 
 def _begins_with(path: str, signatures: tuple[bytes, ...]) -> bool:
-    with Path(path).open("rb") as file:
+    with open_regular(path) as file:
         return file.read(max(map(len, signatures))).startswith(signatures)
 
 
@@ -265,11 +268,11 @@ def _print_certified(scene: Scene, log: str, report: CertifiedLog, json: bool) -
         from kinetile.versions import versions
 
         result = {"versions": versions(), "answer": scene.answer, "scene": scene_summary(scene), "log": log}
-        typer.echo(as_json(result | report.as_dict()))
+        echo(as_json(result | report.as_dict()))
         return
-    typer.echo(f"{'standard input' if log == '-' else log}: {report}")
+    echo(f"{'standard input' if log == '-' else log}: {report}")
     if report.right:
-        typer.echo(f"answer {scene.answer}, fingerprint {report.fingerprint}")
+        echo(f"answer {scene.answer}, fingerprint {report.fingerprint}")
 
 
 # kinetile accuracy
@@ -336,14 +339,14 @@ def _free_folder() -> Path:
 
 
 def _print_section(section: Section) -> None:
-    typer.echo(section.title)
+    echo(section.title)
     for claim in section.claims:
-        typer.echo(f"{'holds' if claim.holds else 'DOES NOT HOLD'}: {claim.says}: {claim.measured}")
+        echo(f"{'holds' if claim.holds else 'DOES NOT HOLD'}: {claim.says}: {claim.measured}")
     for sentence in section.findings:
-        typer.echo(f"- {sentence}")
+        echo(f"- {sentence}")
     for sentence in section.left_out:
-        typer.echo(f"- left out: {sentence}")
-    typer.echo("")
+        echo(f"- left out: {sentence}")
+    echo()
 
 
 def _write_page(done: Sequence[Section], out: Path, budget: Budget, json: bool) -> None:
@@ -359,7 +362,7 @@ def _write_page(done: Sequence[Section], out: Path, budget: Budget, json: bool) 
     finally:
         if json:
             found = {"parts": [section_as_dict(section) for section in done], "files": written}
-            typer.echo(as_json(found))
+            echo(as_json(found))
     if json:
         return
-    typer.echo(f"written: {written[0]}, and {len(written) - 1} files with its figures and data beside it")
+    echo(f"written: {written[0]}, and {len(written) - 1} files with its figures and data beside it")

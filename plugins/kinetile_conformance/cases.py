@@ -33,6 +33,7 @@ from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene, Turn
 from kinetile.scene.by_name import load_scene
 from kinetile.scene.files import dumps_scene
+from kinetile.scene.schema import read_bytes
 from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, NoState, hook, is_there, unchecked
 
 REFERENCE = "naive"
@@ -320,8 +321,9 @@ def save_case(scene: Scene, path: Path, check: str, subject: Subject, said: str)
 
 def load_case(path: Path) -> SavedCase:
     """Read a case; any other scene file is a case that names nothing."""
+    scene = load_scene(path)  # and so the file is one, in UTF-8
     head: dict[str, str] = {}
-    for line in path.read_text(encoding="utf-8").splitlines():
+    for line in read_bytes(path, None).decode("utf-8", errors="replace").splitlines():
         if not line.startswith("# "):
             break
         key, _, value = line[2:].partition(":")
@@ -329,10 +331,10 @@ def load_case(path: Path) -> SavedCase:
     said: dict[str, Any] = {"options": {}, "narrow phases": {}}
     if "check" in head:
         for key in said:
-            with contextlib.suppress(ValueError):
+            with contextlib.suppress(ValueError, RecursionError):
                 said[key] = json.loads(head.get(key, "{}"))
     check = head.get("check")
-    return SavedCase(load_scene(path), check, head.get("broad phase") if check else None, *said.values())
+    return SavedCase(scene, check, head.get("broad phase") if check else None, *said.values())
 
 
 def not_saved(what: str, error: OSError) -> str:

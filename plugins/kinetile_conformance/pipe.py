@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import queue
 import shlex
 import signal
 import subprocess
@@ -45,6 +46,9 @@ SECONDS = 10.0
 
 LONGEST = 2**26
 """Bytes of the longest answer."""
+
+CHUNK, CHUNKS = 2**16, 64
+"""Bytes that are read at once, and how many such pieces wait to be looked at: an engine that floods waits."""
 
 FULL_TICK = 2**52
 """Ticks of an epoch."""
@@ -99,11 +103,14 @@ class Engine:
             if not words:
                 raise ValueError("it names no program")
             self._child = subprocess.Popen(
-                words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=0
+                words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, process_group=0
             )
         except (OSError, ValueError) as error:
             why = error.strerror if isinstance(error, OSError) else error
             raise EngineError(f"--command {self.command!r} does not start: {why}") from error
+        self._rest = b""
+        self._chunks: queue.Queue[bytes] = queue.Queue(CHUNKS)
+        threading.Thread(target=_read, args=(self._child.stdout, self._chunks), daemon=True).start()
 
     def __enter__(self) -> Self:
         return self
@@ -133,7 +140,7 @@ class Engine:
         shown = f"the engine answered {line[:80]!r}"
         try:
             found = json.loads(line)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise EngineError(f"{shown}, which is no JSON: {error}") from error
         match found:
             case {"refused": str(reason), **rest} if not rest:
@@ -147,36 +154,54 @@ class Engine:
         raise EngineError(f'{shown}; expected {{"contacts": [...]}} or {{"refused": "reason"}}')
 
     def _exchanged(self, line: bytes) -> str:
-        """Send a line and return the one that comes back. A thread ends a program that takes too long, for
-        neither side of a pipe has a limit of its own."""
-        late = threading.Event()
+        """Send a line and return the one that comes back.
 
-        def give_up() -> None:
-            late.set()
-            self._kill()
-
-        timer = threading.Timer(self._seconds, give_up)
-        timer.daemon = True
-        timer.start()
-        stdin, stdout = cast(Any, self._child.stdin), cast(Any, self._child.stdout)
-        try:
-            with suppress(OSError):  # that it has ended is seen below
-                stdin.write(line)
-                stdin.flush()
-            answer: bytes = stdout.readline(LONGEST)
-        finally:
-            timer.cancel()
-        if late.is_set():
-            raise EngineError(f"the engine gave no answer within {self._seconds:g} s (--scene-seconds)")
-        if answer.endswith(b"\n"):
-            return answer.decode("utf-8", errors="replace")
-        if len(answer) == LONGEST:
+        Neither side of a pipe has a limit of its own, and ending the program need not close it: what it has
+        started in another session may hold it. So threads read and write, and this one waits for so long.
+        """
+        end = time.monotonic() + self._seconds
+        threading.Thread(target=_write, args=(self._child.stdin, line), daemon=True).start()
+        answer = bytearray(self._rest)
+        seen = 0  # of it, without the end of a line
+        while (at := answer.find(b"\n", seen)) < 0 and len(answer) < LONGEST:
+            seen = len(answer)
+            try:
+                chunk = self._chunks.get(timeout=max(end - time.monotonic(), 0.0))
+            except queue.Empty:
+                self._kill()
+                late = f"the engine gave no answer within {self._seconds:g} s (--scene-seconds)"
+                raise EngineError(late) from None
+            if not chunk:
+                break
+            answer += chunk
+        self._rest = bytes(answer[at + 1 :]) if at >= 0 else b""
+        if at >= 0:
+            return answer[: at + 1].decode("utf-8", errors="replace")
+        if len(answer) >= LONGEST:
             raise EngineError(f"the engine's answer has no end after {LONGEST:,} bytes")
         how = "closed its output"
         with suppress(subprocess.TimeoutExpired):
             code = self._child.wait(1.0)
             how = f"ended with exit code {code}" if code >= 0 else f"ended by {signal.Signals(-code).name}"
         raise EngineError(f"the engine {how} {'within a line' if answer else 'without an answer'}")
+
+
+def _read(pipe: Any, chunks: queue.Queue[bytes]) -> None:
+    """Pass on what comes through a pipe, and b"" at its end."""
+    chunk = b"more"
+    while chunk:
+        chunk = b""
+        with suppress(OSError, ValueError):  # it has been closed meanwhile
+            chunk = pipe.read(CHUNK)
+        chunks.put(chunk)
+
+
+def _write(pipe: Any, line: bytes) -> None:
+    """Send a line through a pipe, as far as it goes."""
+    rest = memoryview(line)
+    with suppress(OSError, ValueError):
+        while rest:
+            rest = rest[pipe.write(rest) :]
 
 
 def _fault_of(row: object, scene: Scene, timed: bool) -> str:
@@ -289,6 +314,21 @@ class EngineReport(Report):
         of_phases = ("broad_phase", "options", "narrow_phases", "distribution", "tightness")
         kept = {key: value for key, value in super().as_dict().items() if key not in of_phases}
         return {"command": self.name, "within": self.within} | kept
+
+    @property
+    def refuses_all(self) -> bool:
+        """Whether the engine has refused every scene that it was given: it cannot be judged then."""
+        return bool(self.results) and all(result.status == "skipped" for result in self.results)
+
+    @property
+    def ok(self) -> bool:
+        """Whether the engine conforms."""
+        return super().ok and not self.refuses_all
+
+    @property
+    def not_judged(self) -> str:
+        """Why it is not judged."""
+        return "it refuses every scene" if self.refuses_all else super().not_judged
 
     @property
     def head(self) -> str:

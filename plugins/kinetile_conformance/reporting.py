@@ -160,15 +160,20 @@ class Report:
         if saved:
             simplest = min(saved, key=lambda result: result.bodies or 0)
             lines.append(f"  begin with {simplest.check}: {self.replays(cast(Path, simplest.case))}")
-        unjudged = [result.check for result in self.results if result.unjudged]
         if self.failed:
             lines.append(f"{self.who} does not conform: {', '.join(result.check for result in self.failed)}")
-        elif unjudged:
-            lines.append(f"{self.who} is not judged: no fault was seen, and {', '.join(unjudged)} not ended")
+        elif not self.ok:
+            lines.append(f"{self.who} is not judged: {self.not_judged}")
         else:
             spent = sum(result.seconds for result in self.results)
             lines.append(f"{self.who} conforms ({spent:.0f} CPU s, {self.seconds:.0f} s)")
         return "\n".join(lines)
+
+    @property
+    def not_judged(self) -> str:
+        """Why the phase is not judged."""
+        unjudged = [result.check for result in self.results if result.unjudged]
+        return f"no fault was seen, and {', '.join(unjudged)} not ended"
 
     def lines(self, result: Result, wide: int) -> list[str]:
         """Return the lines of one result, the name of its check padded to a width."""

@@ -48,7 +48,7 @@ from kinetile.toolbox import (
     unchecked,
 )
 
-from .sorted_bounds import Whole, audit_bounds, draw_boxes, draw_line, offset, offsets
+from .sorted_bounds import Whole, audit_bounds, audit_lists, draw_boxes, draw_line, offset, offsets
 
 PLACE = 4
 """Where the place of a bound stands behind its tick in ``bounds``."""
@@ -348,7 +348,10 @@ def _unpacked(k: Kernel, s: State) -> tuple[tuple[int, ...], Whole, Whole, Whole
 def audit(k: Kernel, s: State) -> Iterator[str]:
     """Yields what does not hold of the sorted bounds and the pairs."""
     axes, order, due, place = _unpacked(k, s)
-    return audit_bounds(k, order, place, due, axes)
+    if s.span.tolist() not in ([0, 2], [2, 4], [0, 4]):
+        yield f"bounds {s.span[0]} to {s.span[1]} are sorted, which are not those of axes"
+    yield from audit_lists(s.order.reshape(2, -1)[axes, :], [2 * axis for axis in axes], 8)
+    yield from audit_bounds(k, order, place, due, axes)
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:

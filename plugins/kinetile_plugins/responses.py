@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from kinetile.errors import BadOption
+from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
 from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, hook, shared, smaller, unchecked
 
@@ -70,7 +70,7 @@ class Restitution:
     Args:
         e: the coefficient of restitution, above 0 and at most 1.
         contact_time: a contact within so much time of the last one of either body loses nothing, in the
-            scene's time; it may be left out only where e is 1.
+            scene's time, below 1,024 units of its clock; it may be left out only where e is 1.
 
     Raises BadOption for an e that is none, and for e < 1 without a contact_time above 0.
     """
@@ -90,8 +90,18 @@ class Restitution:
         self.numbers = (float(e), float(contact_time or 0.0))
 
     def prepare(self, scene: Scene) -> ResponseParts:
-        """Returns the parts."""
+        """Returns the parts; raises Refused for a contact_time that is longer than the kernel remembers."""
+        longest = REMEMBERED * scene.time_unit
+        if self.numbers[1] >= longest:
+            raise Refused(
+                f"restitution: contact_time is {self.numbers[1]!r}; expected less than {longest!r}, "
+                f"{REMEMBERED:,} units of the clock, which is {scene.time_unit!r} in this scene"
+            )
         return ResponseParts(give_back, self.numbers, beside=FAMILY)
+
+
+REMEMBERED = 1024
+"""Units of the clock, 2^62 ticks, after which the tick of a body's last contact is forgotten."""
 
 
 def _is_number(value: object) -> bool:

@@ -22,7 +22,7 @@ these certificates to fail is drawn as a line from one bound to the other, with 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -63,6 +63,18 @@ def offset(k: Kernel, body: Records, side: int) -> float:
 def offsets(k: Kernel) -> Lengths:
     """Returns (n, 4) what ``offset`` does, of all bodies."""
     return np.asarray(reaches_of(k) * np.array([-1.0, 1.0, -1.0, 1.0]))
+
+
+def audit_lists(lists: Whole, firsts: Sequence[int], step: int) -> Iterator[str]:
+    """Yields a sentence for each list that is not as the phases store it: an end, then bounds, then ends.
+
+    The two bounds of a body have the numbers ``first`` and ``first + 1`` behind ``step`` times the body.
+    """
+    for bounds, first in zip(lists, firsts, strict=True):
+        count = int((bounds >= 0).sum())
+        inside = bounds[1 : count + 1]
+        if (inside < 0).any() or (bounds < -1).any() or (inside % step >> 1 != first >> 1).any():
+            yield "a list has other numbers than an end, bounds, and ends"
 
 
 def audit_bounds(k: Kernel, order: Whole, place: Whole, due: Whole, axes: tuple[int, ...]) -> Iterator[str]:

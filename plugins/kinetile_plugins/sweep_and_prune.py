@@ -54,7 +54,7 @@ from kinetile.toolbox import (
 )
 
 from .circular_bounds import circular_parts
-from .sorted_bounds import audit_bounds, draw_line, offset, offsets
+from .sorted_bounds import audit_bounds, audit_lists, draw_line, offset, offsets
 
 PLACE = 2
 """Where the place of a bound stands behind its tick in ``bounds``."""
@@ -253,7 +253,8 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
     """Yields what does not hold of the sorted bounds and the pairs."""
     order = s.order[None, s.order != END].astype(np.int64)
     due, place = s.bounds.reshape(-1, 2, 2).swapaxes(0, 1).reshape(2, 1, -1)
-    return audit_bounds(k, order >> 2 << 1 | order & 1, place - 1, due, (int(s.axis[0]),))
+    yield from audit_lists(s.order[None, :], (0,), 4)
+    yield from audit_bounds(k, order >> 2 << 1 | order & 1, place - 1, due, (int(s.axis[0]),))
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:

@@ -51,7 +51,7 @@ from kinetile.toolbox import (
 )
 
 from .circular_bounds import circular_parts
-from .sorted_bounds import Whole, audit_bounds, draw_boxes, offset, offsets
+from .sorted_bounds import Whole, audit_bounds, audit_lists, draw_boxes, offset, offsets
 
 PLACE = 4
 """Where the place of a bound stands behind its tick in ``bounds``."""
@@ -266,7 +266,8 @@ def _unpacked(s: State) -> tuple[Whole, Whole, Whole]:
 def audit(k: Kernel, s: State) -> Iterator[str]:
     """Yields what does not hold of the sorted bounds and the pairs."""
     order, due, place = _unpacked(s)
-    return audit_bounds(k, order, place, due, (0, 1))
+    yield from audit_lists(s.order.reshape(2, -1), (0, 2), 8)
+    yield from audit_bounds(k, order, place, due, (0, 1))
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:

@@ -26,6 +26,7 @@ from kinetile.toolbox import (
     Records,
     WallParts,
     hook,
+    inside_arena,
     unchecked,
 )
 
@@ -145,11 +146,13 @@ class Wall:
         """Returns the parts; refuses a scene without walls, unless they are general."""
         if self.general:
             reach = reach_wall_of_some_axis if scene.periodic else reach_wall_if_any
-            return WallParts(reach, bounce, touch, periodic=True, shapes=True)
+            return WallParts(reach, bounce, touch, periodic=True, shapes=True, inside=inside_arena)
         if scene.arena is None:
             raise Refused(
                 "wall needs an arena, and this scene has none: give the scene an arena or leave wall out"
             )
         if scene.periodic == "xy":
             raise Refused("this scene is periodic along both axes, so there are no walls: leave wall out")
-        return WallParts(WALLS[scene.periodic], bounce, touch, periodic=True, shapes=True)
+        return WallParts(
+            WALLS[scene.periodic], bounce, touch, periodic=True, shapes=True, inside=inside_arena
+        )

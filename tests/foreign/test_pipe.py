@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
-import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -16,29 +17,29 @@ import pytest
 import kinetile as kt
 from command_line import kinetile, refused
 from kinetile_conformance.pipe import Engine, EngineError, check_engine, difference, reference_contacts
+from programs import program
 
 HERE = Path(__file__).parent
-CC, NODE = shutil.which("cc"), shutil.which("node")
 
-needs_cc = pytest.mark.skipif(CC is None, reason="there is no C compiler")
+needs_cc = pytest.mark.needs("cc")
 SMALL = ["same-contacts", "same-contacts-with-turns", "same-contacts-on-a-torus"]
 
 
 def compiled(folder: Path, *macros: str) -> str:
     """Compile the engine in C; return the command."""
-    program = folder / "engine"
+    made = folder / "engine"
     how = ("-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", *macros)
     source = HERE / "engine-in-c" / "engine.c"
-    subprocess.run([str(CC), *how, "-o", str(program), str(source), "-lm"], check=True)
-    return str(program)
+    subprocess.run([program("cc"), *how, "-o", str(made), str(source), "-lm"], check=True)
+    return str(made)
 
 
 def in_python(folder: Path, text: str) -> str:
     """Write an engine in Python; return the command. ``answer(line)`` is what it says to a line."""
     loop = "import os, sys, time\nfor line in sys.stdin:\n    print({}, flush=True)\n"
-    program = folder / "engine.py"
-    program.write_text(loop.format(text), encoding="utf-8")
-    return shlex.join([sys.executable, str(program)])
+    file = folder / "engine.py"
+    file.write_text(loop.format(text), encoding="utf-8")
+    return shlex.join([sys.executable, str(file)])
 
 
 @needs_cc
@@ -59,10 +60,10 @@ def test_the_engine_in_c_conforms_where_there_are_many(tmp_path):
 
 
 @pytest.mark.small
-@pytest.mark.skipif(NODE is None, reason="there is no node to run JavaScript")
+@pytest.mark.needs("node")
 def test_the_second_implementation_conforms():
     script = HERE.parent / "second" / "pipe.js"
-    command = shlex.join([str(NODE), str(script)])
+    command = shlex.join([program("node"), str(script)])
     report = check_engine(command, examples=10, checks=[*SMALL, "same-contacts-of-shapes"])
     assert [(result.status, result.reason) for result in report.results] == [("passed", "")] * 4
 
@@ -145,6 +146,7 @@ def test_a_scene_that_has_too_many_contacts_ends_sooner():
 BROKEN = {
     "line": 'expected {"contacts": [...]} or {"refused": "reason"}',
     "'{'": "the engine answered '{\\n', which is no JSON: ",
+    "'[' * 10**5": "the engine answered '[[[",  # it is a RecursionError, and that no ValueError
     "'[1]'": "the engine answered '[1]\\n'; expected",
     "'{\"contacts\": 1}'": 'expected {"contacts": [...]}',
     "'{\"contacts\": [[0, 0, 99, -1]]}'": "contact 0 is [0, 0, 99, -1]: there is no body 99",
@@ -210,8 +212,52 @@ def test_the_report_as_json(tmp_path):
     row, report = map(json.loads, result.stdout.splitlines())
     assert (row["result"]["status"], row["result"]["scenes"]) == ("skipped", 2)
     assert row["result"]["reason"] == "it refuses 2 of 2 scenes, such as: no time"
-    assert (report["command"], report["within"], report["conforms"]) == (command, 1e-9, True)
+    assert (report["command"], report["within"], report["conforms"]) == (command, 1e-9, None)
     assert "broad_phase" not in report
+
+
+@pytest.mark.small
+def test_a_program_that_refused_every_scene_conformed(tmp_path):
+    command = in_python(tmp_path, """'{"refused": "no time"}'""")
+    line = "conform --examples 2 --check same-contacts --check same-contacts-on-a-torus --command"
+    result = kinetile(line, command)
+    assert result.exit_code == 4
+    assert result.stdout.splitlines()[-1] == f"{command} is not judged: it refuses every scene"
+
+
+HELD = """
+import os, sys, time
+pid = os.fork()
+if pid == 0:
+    os.setsid()
+    time.sleep(600)
+open(sys.argv[1], "w").write(str(pid))
+"""
+
+
+@pytest.mark.small
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="there is no /proc to see processes in")
+@pytest.mark.parametrize("then", ["time.sleep(600)", "sys.stdin.readline()", ""])
+def test_a_child_in_a_session_of_its_own_that_kept_the_pipe_hung_the_judge(then, tmp_path):
+    """The limit ends the program, and the pipe stays open: the answer does not come, the line does not go."""
+    program, file = tmp_path / "held.py", tmp_path / "pid"
+    program.write_text(HELD + then, encoding="utf-8")
+    scene = kt.Scene(np.arange(20_000).reshape(-1, 2) * 1.5, np.zeros((10_000, 2)), 0.5)
+    try:
+        with Engine(shlex.join([sys.executable, str(program), str(file)]), seconds=2.0) as engine:
+            for _ in range(2):
+                with pytest.raises(EngineError, match="the engine gave no answer within 2 s"):
+                    engine.answer(scene)
+        assert is_running(file.read_text()), "the judge has waited for it"
+    finally:
+        os.kill(int(file.read_text()), signal.SIGKILL)
+
+
+def test_control_characters_of_an_engine_reached_the_terminal(tmp_path):
+    command = in_python(tmp_path, r"""'{"refused": "no\\u001b[31m \\u202etime"}'""")
+    result = kinetile("conform --examples 1 --check same-contacts --command", command)
+    assert r"such as: no\x1b[31m \u202etime" in result.stdout
+    assert all(line.isprintable() for line in result.stdout.split("\n"))
 
 
 def test_lines_longer_than_a_pipe(capfd, tmp_path):

@@ -217,6 +217,22 @@ def test_restitution_says_what_it_needs(options, said):
 
 
 @pytest.mark.small
+def test_a_contact_time_that_the_kernel_forgot_gave_another_answer_than_the_rule():
+    """A body's last contact is kept for 2^62 ticks, 1,024 units of the run's clock, whoever comes later."""
+    ball = {"position": [[1.0, 1.0]], "velocity": [[0.0, -1.0]], "radius": 0.5, "arena": (2.0, 2.0)}
+    for unit in (None, 2.0**-10):
+        longest = 1024.0 * (unit or 1.0)
+        rule = kt.Response("restitution", e=0.5, contact_time=longest)
+        with pytest.raises(Refused, match=rf"contact_time is {longest}; expected less than {longest}"):
+            played(ruled(**ball, unit=unit, responses={("*", "wall"): rule}), "cells")
+        rule = kt.Response("restitution", e=0.5, contact_time=math.nextafter(longest, 0.0))
+        sim = played(ruled(**ball, unit=unit, responses={("*", "wall"): rule}), "cells")
+        sim.run(until=0.25)
+        sim.insert((1.5, 1.75), (1e3, 0.0), 0.125)  # alone it would have a unit of 2^-10
+        assert sim.time_unit == longest / 1024.0
+
+
+@pytest.mark.small
 def test_walls_turn_an_immovable_body_and_bodies_of_finite_mass_do_not():
     """Under five phases it meets the walls that it meets alone, and its velocity is the same to the bit."""
     heavy = ([1.0, 1.0], [0.75, 0.5], 0.5, math.inf)

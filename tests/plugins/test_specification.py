@@ -21,11 +21,12 @@ from hypothesis import strategies as st
 
 import kinetile as kt
 from agreement import PHASES, TILING
-from kinetile.errors import Refused
+from kinetile.errors import Refused, SceneError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import anchor_at
 from kinetile.kernel.tables import NEVER, Kernel, allocate
+from kinetile_accuracy import certify_log
 from kinetile_plugins.disc import Disc
 from kinetile_plugins.wall import Wall
 from vectors.making import clauses, running
@@ -237,9 +238,15 @@ def scene_of(run: dict[str, Any]) -> kt.Scene:
         commands=[command_of(each) for each in said.get("commands", ())],
         unit=float.fromhex(said["unit"]) if "unit" in said else None,
         kind=[body.get("kind", 0) for body in bodies],
-        responses={tuple(each["between"]): each["response"] for each in said.get("responses", ())},
+        responses={tuple(each["between"]): response_of(each) for each in said.get("responses", ())},
         periodic=said.get("periodic", ""),
     )
+
+
+def response_of(said: dict[str, Any]) -> kt.Response:
+    """Return a response as it is written in ``rules``."""
+    options = {name: float.fromhex(value) for name, value in said.get("options", {}).items()}
+    return kt.Response(said["response"], **options)
 
 
 def command_of(said: dict[str, Any]) -> kt.Turn | kt.Insert | kt.Remove:
@@ -255,8 +262,9 @@ def command_of(said: dict[str, Any]) -> kt.Turn | kt.Insert | kt.Remove:
     return kt.Insert(time, *places, *numbers, new.get("body", -1), at, new.get("kind"))
 
 
-def assert_follows(run: dict[str, Any], phase: str, options: dict[str, Any]) -> None:
-    """Assert that a run of ``rules`` under a phase has the answer of the vectors, and ends as it does."""
+def assert_follows(run: dict[str, Any], phase: str, options: dict[str, Any]) -> Any:
+    """Assert that a run of ``rules`` under a phase has the answer of the vectors, and ends as it does; return
+    its contacts."""
     scene = scene_of(run)
     assert scene.time_unit == 2.0 ** -run["e"]
     sim = kt.Simulation(scene, phase, options=options)
@@ -274,6 +282,7 @@ def assert_follows(run: dict[str, Any], phase: str, options: dict[str, Any]) -> 
         happened["insertion"],
         happened["removal"],
     )
+    return sim.contacts
 
 
 def may_know(run: dict[str, Any], phase: str) -> bool:
@@ -298,7 +307,47 @@ def may_be_tiled(run: dict[str, Any]) -> bool:
 @pytest.mark.small
 @pytest.mark.parametrize("name", CLAUSES)
 def test_a_clause_is_followed(name: str) -> None:
-    assert_follows(CLAUSES[name], *PHASES[0])
+    contacts = assert_follows(CLAUSES[name], *PHASES[0])
+    assert certify_log(scene_of(CLAUSES[name]), contacts).right
+
+
+@pytest.mark.parametrize(("name", "said", "right"), [row[1:] for row in rows("scenes")])
+def test_a_scene_has_commands_for_bodies_that_are_there_and_new_numbers(
+    name: str, said: dict[str, Any], right: bool
+) -> None:
+    with nullcontext() if right else pytest.raises(SceneError, match=r"commands\[\d\]\.body: found \d"):
+        scene_of({"scene": said})
+
+
+@pytest.mark.small
+def test_a_wall_is_met_up_to_a_rounding_and_a_segment_in_its_place_exactly() -> None:
+    """Rules 5s and 6s: the same bodies, which meet the one and the other at ticks that may differ."""
+    both = (rows(name) for name in ("shapes", "shape_walls"))
+    segments, walls = ([row for row in each if row[0] == "a segment for a wall"] for each in both)
+    differ = []
+    for (_, _, segment, body, met), (_, _, arena, alone, reached) in zip(segments, walls, strict=True):
+        assert body == alone
+        differ.append(met[0] != reached[0])
+        if differ[-1] or sum(differ) == 0:
+            with_segment = first_tick([segment, body], mass=[np.inf, 1.0])
+            assert (with_segment, first_tick([body], arena=tuple(doubles(*arena)))) == (met[0], reached[0])
+    assert 5 < sum(differ) < len(differ) - 5
+
+
+def first_tick(bodies: list[Any], **more: Any) -> str:
+    """Return the tick of the first contact of bodies as ``shapes.json`` has them, in a unit of 1."""
+    states = np.array([doubles(*plan[:4]) for _, _, plan in bodies])
+    shapes = [
+        kt.polygon([tuple(doubles(*corner)) for corner in core], float.fromhex(radius))
+        if len(core) != 2 or float.fromhex(radius)
+        else kt.segment(*(tuple(doubles(*corner)) for corner in core))
+        for core, radius, _ in bodies
+    ]
+    scene = kt.Scene(states[:, :2], states[:, 2:], shapes=shapes, shape=range(len(shapes)), unit=1.0, **more)
+    sim = kt.Simulation(scene, "naive")
+    sim.run(max_contacts=1)
+    _, epoch, tick, _, _ = sim.contacts[0].tolist()
+    return str(epoch * TICKS + tick)
 
 
 @pytest.mark.interpreted

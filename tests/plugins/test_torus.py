@@ -286,3 +286,18 @@ def test_three_thousand_drawn_scenes_have_one_answer():
         assert len(found) == 1, seed
         contacts += len(sim.contacts)
     assert contacts > 40_000
+
+
+@pytest.mark.compiled
+def test_a_long_thin_torus_cost_an_event_for_each_round_of_its_short_axis():
+    """Of up to three rows each is near all: crossing them, ten thousand times a contact, was an event."""
+    n, length = 8, 1e5
+    places = np.column_stack([(np.arange(n) + 0.5) * length / n, np.full(n, 0.5)])
+    velocities = 3e4 * np.random.default_rng(2).normal(size=(n, 2))
+    scene = kt.Scene(places, velocities, 0.1, arena=(length, 1.0), periodic="xy")
+    sims = [kt.Simulation(scene, phase) for phase in PHASES]
+    for sim in sims:
+        sim.run(max_contacts=100)
+        sim.audit()
+    assert sims[0].fingerprint == sims[1].fingerprint
+    assert sims[1].readings.structural_events < 5 * 100

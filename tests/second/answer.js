@@ -34,7 +34,7 @@ export class Run {
     this.q = tickLength(this.e);
     const masses = [...bodies, ...commands.filter(({ what }) => what === "insertion")].map(({ m }) => m);
     this.alike = masses.every((m) => m === masses[0]);
-    this.commands = inOrder(commands, start, this.q);
+    this.commands = inOrder(commands, start, this.q, bodies.length);
     this.commanded = 0; // how many commands have happened
     this.now = 0n;
     this.contacts = 0; // how many of the present tick

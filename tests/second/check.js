@@ -61,6 +61,13 @@ const ASK = {
     return [exchange(planA, planB, ma, mb, masses === null, shapeNormal(planA, planB, difference(shapeOf(a), shapeOf(b))))];
   },
   times: (e, start, time) => [tickOf(double(time), double(start), tickLength(e)).toString()],
+  scenes(name, scene) {
+    try {
+      return [Boolean(new Run(readScene(numbers(scene))))];
+    } catch {
+      return [false];
+    }
+  },
 };
 
 /** What a whole run answers, in the form of its fields. */

@@ -19,11 +19,21 @@ export function readCommands(tables, turns, n, kind, start) {
   return commands;
 }
 
-/** The commands as they happen, each with its tick and the number of contacts of the tick that it waits for. */
-export function inOrder(commands, start, q) {
+/** The commands as they happen, each with its tick and the number of contacts of the tick that it waits for; n bodies are there at the start. */
+export function inOrder(commands, start, q, n) {
   const placed = commands.map((each) => ({ ...each, ...(each.at ?? { tick: tickOf(each.time, start, q), contacts: 0 }) }));
   const byTick = (s, t) => (s.tick === t.tick ? s.contacts - t.contacts : s.tick < t.tick ? -1 : 1);
-  return placed.sort(commands.some(({ at }) => at) ? byTick : (s, t) => s.time - t.time);
+  const sorted = placed.sort(commands.some(({ at }) => at) ? byTick : (s, t) => s.time - t.time);
+  const there = new Set(Array(n).keys());
+  const used = new Set(there);
+  for (const { what, body } of sorted) {
+    if (what === "insertion" && used.has(body)) throw new Error(`A body is inserted with the number ${body}, which another has or had.`);
+    if (what !== "insertion" && !there.has(body)) throw new Error(`A ${what} is of body ${body}, which is not there then.`);
+    used.add(body);
+    if (what === "insertion") there.add(body);
+    if (what === "removal") there.delete(body);
+  }
+  return sorted;
 }
 
 /** A turn that is written with its body. */

@@ -6,13 +6,12 @@ import { contacts, Run } from "./answer.js";
 import { readScene } from "./scene.js";
 
 function answer(line) {
-  let scene;
+  let run;
   try {
-    scene = readScene(JSON.parse(line));
+    run = new Run(readScene(JSON.parse(line)));
   } catch (error) {
     return { refused: error.message };
   }
-  const run = new Run(scene);
   const list = Array.from(contacts(run), ({ epoch, tick, a, b }) => [Number(epoch), Number(tick), a, b]);
   return run.ended === "jam" ? { refused: "Bodies meet without end at one tick." } : { contacts: list };
 }

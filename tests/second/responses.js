@@ -27,6 +27,14 @@ export function readResponses(tables) {
   });
 }
 
+/** The lowest kind that these rules name: whole numbers are before names, and those in the order of their code points. */
+export function lowestKind(rules) {
+  const named = rules.flatMap(({ between }) => between).filter((kind) => kind !== "*" && kind !== "wall");
+  const key = (kind) => (typeof kind === "number" ? [0, kind] : [1, ...Array.from(kind, (each) => each.codePointAt(0))]);
+  const isLower = (a, b, i = 0) => (a[i] === b[i] && i < a.length ? isLower(a, b, i + 1) : i === a.length || a[i] < b[i]);
+  return named.reduce((low, kind) => (low === undefined || isLower(key(kind), key(low)) ? kind : low), undefined);
+}
+
 /** The response for two kinds. */
 export function pairResponse(rules, one, two) {
   return said(rules, one, two) ?? said(rules, one, "*") ?? said(rules, two, "*") ?? said(rules, "*", "*") ?? ELASTIC;

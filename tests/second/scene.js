@@ -1,7 +1,7 @@
 // Rules 2 and 2s: a scene from the tables of a scene file, read from TOML or written as JSON. What is wrong is said in a sentence.
 
 import { readCommands, readTurn } from "./commands.js";
-import { readKind, readResponses } from "./responses.js";
+import { lowestKind, readKind, readResponses } from "./responses.js";
 import { areDiscs, makeShape } from "./shapes.js";
 import { keys, list, mass, moment, number, pair, positive } from "./tables.js";
 
@@ -41,7 +41,10 @@ export function readScene(tables) {
   const shaped = !areDiscs(bodies);
   if (shaped && periodic) throw new Error("With shapes that are no discs no axis is periodic.");
   phases(tables["narrow-phases"], [shaped ? "convex" : "disc", ...(arena !== null && periodic !== "xy" ? ["wall"] : [])]);
-  const commands = readCommands(list(tables.commands ?? [], "commands"), turns, bodies.length, kinds[0] ?? bodies[0]?.kind ?? 0, start);
+  const written = list(tables.commands ?? [], "commands");
+  const inserted = written.map((table) => Object(Object(table).insert).kind);
+  const kind = kinds[0] ?? bodies[0]?.kind ?? inserted.find((each) => each !== undefined) ?? lowestKind(responses) ?? 0;
+  const commands = readCommands(written, turns, bodies.length, kind, start);
   if (shaped && commands.some(({ what }) => what === "insertion")) throw new Error("With shapes that are no discs no body is inserted.");
   return { bodies, commands, responses, arena, periods, start, unit, until, end };
 }

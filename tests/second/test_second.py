@@ -4,7 +4,6 @@ import json
 import math
 import random
 import re
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +20,8 @@ from lanes import first
 
 HERE = Path(__file__).parent
 VECTORS = HERE.parent / "vectors"
-NODE = shutil.which("node")
 
-pytestmark = pytest.mark.skipif(NODE is None, reason="there is no node to run JavaScript")
+pytestmark = pytest.mark.needs("node")
 
 Tables = dict[str, Any]
 
@@ -333,6 +331,53 @@ def test_who_comes_without_a_kind_is_of_the_first_that_the_scene_lists(tmp_path:
     assert second_list(tables, tmp_path)[0] == games.play(scene).contacts
 
 
+@pytest.mark.small
+@pytest.mark.parametrize(
+    ("comers", "rules"),
+    [
+        ([None, "ball", "wisp", None], ["ball", "wisp"]),
+        ([None, "wisp", "ball", None], ["ball", "wisp"]),
+        ([None, None], ["wisp", "ball"]),
+        ([None, None], ["ball", 10, 9]),
+        ([None, None], ["\U00010000", "\uffff"]),
+        ([None, None], ["balls", "ball"]),
+        ([None, None], []),
+        ([None, None], [0, "ball"]),
+    ],
+)
+def test_who_comes_without_a_kind_where_nobody_was_is_of_one_kind_in_both(
+    comers: list[str | None], rules: list[str | int], tmp_path: Path
+) -> None:
+    """Of that of body 0, the rule said, and there was none. Those of that one kind stop; times are not in the
+    order of writing."""
+    lowest = min(rules, key=lambda kind: (1, kind) if isinstance(kind, str) else (0, kind), default=0)
+    wanted = next((kind for kind in comers if kind), lowest)
+    commands = [
+        kt.Insert(float(time), (1.0 + 2.0 * place, 1.0), (0.5 - place, 0.0), 0.25, kind=kind)
+        for place, (time, kind) in enumerate(zip([3, 1, 0, 2], comers, strict=False))
+    ]
+    scene = kt.Scene(
+        np.zeros((0, 2)),
+        np.zeros((0, 2)),
+        np.zeros(0),
+        arena=(8.0, 2.0),
+        responses={(kind, kind): "stop" if kind == wanted else "elastic" for kind in rules},
+        commands=commands,
+        settings=kt.Settings(until=12.0),
+    )
+    assert {each.kind or 0 for each in scene.commands} - set(comers) <= {wanted}
+    tables = game_tables(scene, tmp_path)
+    tables["commands"] = sorted(tables["commands"], key=lambda each: each["insert"]["position"])
+    for table, kind in zip(tables["commands"], comers, strict=True):
+        del table["insert"]["body"]
+        if kind is None:
+            table["insert"].pop("kind", None)
+    tables.pop("kinds", None)
+    found = second_list(tables, tmp_path)[0]
+    assert found == games.play(scene).contacts
+    assert found
+
+
 def test_events_without_end_end_the_list(tmp_path: Path) -> None:
     """A paddle of infinite mass presses a ball against a wall: they meet twice a tick, from then on."""
     scene = kt.Scene(
@@ -455,6 +500,10 @@ def test_shapes_pass_through_each_other(
             "A command is at the time 1, before the start, 2.",
         ),
         ('{"end": [1, 2]}', "end has 2 numbers, not three."),
+        (
+            '{"commands": [{"time": 1, "remove": 0}], "bodies": [], "until": 1}',
+            "A removal is of body 0, which is not there then.",
+        ),
         ('{"recipe": "grid"}', "A recipe is kinetile's; write the scene with its bodies."),
     ],
 )

@@ -20,7 +20,7 @@ import typer
 from typer.core import TyperGroup
 
 from kinetile.cli import cache, export, plugins, run, show
-from kinetile.cli.terminal import results_on_stdout
+from kinetile.cli.terminal import echo, notice, results_on_stdout
 from kinetile.versions import __version__
 
 COMMANDS_GROUP = "kinetile.commands"
@@ -55,11 +55,11 @@ class _WithPlugins(TyperGroup):
                     raise TypeError(f"it is a {type(offered).__name__}; expected a typer.Typer")
                 found = typer.main.get_group(offered).commands
             except Exception as error:  # foreign code: the other commands still work
-                typer.echo(f"kinetile: no commands from {plugin.plugin}: {error}", err=True)
+                notice(f"kinetile: no commands from {plugin.plugin}: {error}")
                 continue
             for name, command in found.items():
                 if name in self.commands:
-                    typer.echo(f"kinetile: {plugin.plugin} has a command {name!r} as well", err=True)
+                    notice(f"kinetile: {plugin.plugin} has a command {name!r} as well")
                 else:
                     self.commands[name] = command
 
@@ -76,7 +76,7 @@ app = typer.Typer(
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"kinetile {__version__}")
+        echo(f"kinetile {__version__}")
         raise typer.Exit
 
 

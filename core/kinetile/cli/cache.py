@@ -20,7 +20,7 @@ import typer
 from kinetile.cli.options import Csv, Json
 from kinetile.cli.output import as_json, printed, table_of
 from kinetile.cli.output import show as show_tables
-from kinetile.cli.terminal import FAULT, exit_codes, notice
+from kinetile.cli.terminal import FAULT, echo, exit_codes, notice
 
 app = typer.Typer(no_args_is_help=True, help="Show, clean or verify the cache of compiled loops.")
 
@@ -135,13 +135,13 @@ def clean(
                     (root / name).rmdir()
     total = sum(each["bytes"] for each in removed)
     if json:
-        typer.echo(as_json({"folder": str(root), "dry_run": dry_run, "bytes": total, "removed": removed}))
+        echo(as_json({"folder": str(root), "dry_run": dry_run, "bytes": total, "removed": removed}))
     else:
         for why in dict.fromkeys(each["why"] for each in removed):
             sizes = [each["bytes"] for each in removed if each["why"] == why]
-            typer.echo(f"{why}: {len(sizes):,} files, {_megabytes(sum(sizes))} MB")
+            echo(f"{why}: {len(sizes):,} files, {_megabytes(sum(sizes))} MB")
         verb = "would be removed" if dry_run else "removed"
-        typer.echo(f"{verb} from {root}: {len(removed):,} files, {_megabytes(total)} MB")
+        echo(f"{verb} from {root}: {len(removed):,} files, {_megabytes(total)} MB")
     for said in failed:
         notice(f"kinetile: cannot be removed: {said}")
     if failed:
@@ -169,12 +169,12 @@ def verify(json: Json = False) -> None:
     total = sum(file.bytes for file in files)
     if json:
         rows = [{"file": path, "damage": said} for path, said in damaged.items()]
-        typer.echo(as_json({"folder": str(root), "files": len(files), "bytes": total, "damaged": rows}))
+        echo(as_json({"folder": str(root), "files": len(files), "bytes": total, "damaged": rows}))
     else:
         for path, said in damaged.items():
-            typer.echo(f"{path}: {said}")
+            echo(f"{path}: {said}")
         state = f"{len(damaged)} damaged" if damaged else "all whole"
-        typer.echo(f"{root}: {len(files):,} files, {_megabytes(total)} MB: {state}")
+        echo(f"{root}: {len(files):,} files, {_megabytes(total)} MB: {state}")
     if damaged:
         notice("kinetile: a run compiles anew what is damaged; `kinetile cache clean` removes it")
         raise typer.Exit(FAULT)

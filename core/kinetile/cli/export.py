@@ -9,8 +9,11 @@ import typer
 
 from kinetile.cli.files import check_new, file_errors
 from kinetile.cli.options import BroadPhase, Options, Parameters, broad_choice, find_scene, until_or_default
-from kinetile.cli.terminal import exit_codes, make_ready
+from kinetile.cli.terminal import echo, exit_codes, make_ready
 from kinetile.errors import BadOption
+
+MOST_FRAMES = 10_000_000
+"""Frames of a file: more are a mistake of --every."""
 
 
 def export(
@@ -64,10 +67,14 @@ def export(
         step = (end - start) / 100 if every is None else every
         if not run.scene.start <= start <= end < float("inf"):
             raise BadOption(f"--from {start!r} --until {end!r}; expected times from the scene's start on")
-        if step <= 0.0 and end > start:
-            raise BadOption(f"--every is {step!r}; expected a time greater than 0")
-        count = int((end - start) / step * (1.0 + 1e-12)) if step > 0.0 else 0
-        times = [min(start + k * step, end) for k in range(count + 1)]
+        if not 0.0 < step < float("inf") and (end > start or every is not None):
+            raise BadOption(f"--every is {step!r}; expected a finite time greater than 0")
+        many = (end - start) / step * (1.0 + 1e-12) if end > start else 0.0
+        if not many < MOST_FRAMES:
+            raise BadOption(f"--every {step!r} makes {many:,.0f} frames; expected at most {MOST_FRAMES:,}")
+        count = int(many)
+        times = (min(start + k * step, end) for k in range(count + 1))
         with file_errors(f"--to {out}"):
-            many = write_frames(out, run.scene, frames_of(run, times))
-    typer.echo(f"{out}: {many:,} frames, from time {times[0]:.10g} to {times[-1]:.10g}")
+            write_frames(out, run.scene, frames_of(run, times))
+    last = min(start + count * step, end)
+    echo(f"{out}: {count + 1:,} frames, from time {start:.10g} to {last:.10g}")

@@ -19,6 +19,9 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from kinetile.cli.terminal import echo
+from kinetile.errors import legible
+
 if TYPE_CHECKING:
     from rich.table import Table
 
@@ -30,9 +33,9 @@ _ENDLESS = 100_000
 def printed(result: Any, rows: Iterable[Any], *, json: bool, csv: bool) -> bool:
     """Prints a result as JSON, or its rows as CSV, if one of them is chosen; returns whether it was."""
     if json:
-        typer.echo(as_json(result))
+        echo(as_json(result))
     elif csv:
-        sys.stdout.write(as_csv(rows))
+        sys.stdout.write(legible(as_csv(rows)))
     return json or csv
 
 
@@ -121,7 +124,8 @@ def show(*parts: Any) -> None:
                 console.width = wide
             elif wide < _ENDLESS:
                 console.width = max(wide, Measurement.get(console, console.options, part).maximum)
-            console.print(part, soft_wrap=isinstance(part, str))
+            text = isinstance(part, str)
+            console.print(legible(part) if text else part, soft_wrap=text)
     lines = [line.rstrip() for line in captured.get().splitlines()]
     sys.stdout.write("\n".join(lines).strip("\n") + "\n")
 
@@ -142,7 +146,7 @@ def rows_table(heads: Sequence[str], rows: Iterable[Sequence[str]], shared: int 
         first = list(row[:shared])
         if last not in (None, first):
             table.add_section()
-        table.add_row(*([""] * shared if first == last else first), *row[shared:])
+        table.add_row(*([""] * shared if first == last else map(legible, first)), *map(legible, row[shared:]))
         last = first
     return table
 
@@ -168,7 +172,7 @@ def empty_table(*heads: str) -> Table:
 def show_labels(lines: Iterable[tuple[str, str]]) -> None:
     """Prints lines of a label and a text as two columns, as ``show`` does, but without Rich: to import it
     takes a twentieth of a short run."""
-    labels, texts = zip(*lines, strict=True)
+    labels, texts = ([*map(legible, each)] for each in zip(*lines, strict=True))
     width = max(map(len, labels)) + 2
     wide = get_terminal_size().columns - width if sys.stdout.isatty() else _ENDLESS
     for label, text in zip(labels, texts, strict=True):

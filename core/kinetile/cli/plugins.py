@@ -12,7 +12,7 @@ import typer
 
 from kinetile.cli.options import Csv, Json
 from kinetile.cli.output import printed, rows_table, show, table_of
-from kinetile.cli.terminal import exit_codes
+from kinetile.cli.terminal import echo, exit_codes
 from kinetile.errors import KinetileError
 
 if TYPE_CHECKING:
@@ -133,6 +133,6 @@ def new_plugin(
 
         folder = write_package(name, into)
     written = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
-    typer.echo(f"{folder}: {', '.join(written)}")
-    typer.echo("to make its broad phase known here, and judge it:")
-    typer.echo(f"  cd {shlex.quote(str(folder))}\n  pip install -e '.[test]'\n  pytest")
+    echo(f"{folder}: {', '.join(written)}")
+    echo("to make its broad phase known here, and judge it:")
+    echo(f"  cd {shlex.quote(str(folder))}\n  pip install -e '.[test]'\n  pytest")

@@ -25,7 +25,7 @@ from kinetile.cli.options import (
     until_or_default,
 )
 from kinetile.cli.output import as_json
-from kinetile.cli.terminal import exit_codes, notice
+from kinetile.cli.terminal import echo, exit_codes, notice
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase
 
@@ -210,11 +210,11 @@ def recover(
             "that was cut off, or damage; they are not in the event file"
         )
     if json:
-        typer.echo(as_json(made._asdict()))
+        echo(as_json(made._asdict()))
         return
-    typer.echo(f"{made.path}: {made.rows:,} events, to time {made.time:.10g} ({made.status})")
+    echo(f"{made.path}: {made.rows:,} events, to time {made.time:.10g} ({made.status})")
     if made.kept:
-        typer.echo(f"{partial} is still there")
+        echo(f"{partial} is still there")
 
 
 def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | None) -> Settings:
@@ -248,7 +248,7 @@ def _explain(simulation: Simulation, json: bool) -> None:
     from kinetile.run.readings import explanation_lines
 
     found = simulation.explain()
-    typer.echo(as_json(found) if json else "\n".join(explanation_lines(found)))
+    echo(as_json(found) if json else "\n".join(explanation_lines(found)))
 
 
 def _recorder(simulation: Simulation, events: Path, asked: dict[str, Any], **options: Any) -> EventRecorder:

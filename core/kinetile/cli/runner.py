@@ -19,7 +19,7 @@ import typer
 from kinetile.cli.files import file_errors
 from kinetile.cli.observed import observed_table
 from kinetile.cli.output import as_json, scene_summary, show, show_labels
-from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, make_ready, notice
+from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, echo, make_ready, notice
 from kinetile.errors import BadOption, RecordError
 from kinetile.plugin.choices import called
 
@@ -60,7 +60,7 @@ def run_to_end(
         ending = _write_contacts(simulation, contacts, ending)
     found = _result(simulation, recorder, asked, ending.status)
     if json:
-        typer.echo(as_json(found))
+        echo(as_json(found))
     else:
         show_labels(_lines(found))
         if observe:

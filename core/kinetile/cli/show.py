@@ -18,7 +18,7 @@ from kinetile.cli.options import (
     find_scene,
     until_or_default,
 )
-from kinetile.cli.terminal import Bar, FirstSignal, exit_codes, make_ready, notice
+from kinetile.cli.terminal import Bar, FirstSignal, echo, exit_codes, make_ready, notice
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase, read_phases
 
@@ -209,7 +209,7 @@ def view(
         for note in page.notes:
             notice(f"kinetile: {note}")
         path = page.save(out, overwrite=overwrite)
-    typer.echo(f"{path}: {path.stat().st_size / 1e6:.2f} MB")
+    echo(f"{path}: {path.stat().st_size / 1e6:.2f} MB")
     if show:
         typer.launch(path.resolve().as_uri())
 
@@ -250,7 +250,7 @@ def _write_films(
                 bar.show(done / total, f"{done} of {total} frames")
 
             shown.save(path, overwrite=overwrite, progress=progress)
-        typer.echo(f"{path}: {len(shown.times)} frames, {path.stat().st_size / 1e6:.2f} MB")
+        echo(f"{path}: {len(shown.times)} frames, {path.stat().st_size / 1e6:.2f} MB")
 
 
 def _view(
@@ -281,7 +281,8 @@ def _view(
         from kinetile.plugin.registry import installed
 
         for plugin in installed(VIEWS_GROUP):
-            view: View | None = cast(Any, plugin.load())(path, phases[0] if phases else None, until=until)
+            with file_errors(f"the scene file {scene!r} cannot be read"):
+                view: View | None = cast(Any, plugin.load())(path, phases[0] if phases else None, until=until)
             if view is not None:
                 if begin is not None or parameters or at is not None:
                     raise BadOption(

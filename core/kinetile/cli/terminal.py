@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Self, TextIO
 import typer
 
 from kinetile.errors import FAULTS as FAULTS_OF_RUNS
-from kinetile.errors import KinetileError, RecordError
+from kinetile.errors import KinetileError, RecordError, legible
 
 if TYPE_CHECKING:
     from kinetile.run.simulation import Progress, Simulation
@@ -32,12 +32,17 @@ BAR_DELAY = 2.0
 _COMPILING = "about 10 s"
 
 
+def echo(text: str = "") -> None:
+    """Prints a result to stdout, without the control characters that a text from elsewhere may have."""
+    typer.echo(legible(text))
+
+
 def notice(text: str) -> None:
     """Writes a line to stderr. A closed or full stderr is no error: the result matters more than the line."""
     if sys.stderr is None:
         return
     try:
-        typer.echo(text, err=True)
+        typer.echo(legible(text), err=True)
     except OSError:
         _give_up(sys.stderr)
 

@@ -35,7 +35,8 @@ NEVER = 2**63 - 1
 """The failure time of a certificate that will not fail."""
 
 NOT_ASKED = -(2**63)
-"""The tick of a wall contact that is not computed yet. Before it is needed, the body is inside the arena."""
+"""The tick of a wall contact that is not computed yet: no wall is reached by the tick that the body is filed
+under, as the narrow phase for walls has said."""
 
 NOBODY = -1
 

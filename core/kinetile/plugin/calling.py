@@ -65,12 +65,13 @@ def is_library(path: Path) -> bool:
 
 
 @contextmanager
-def calling(kind: Kind, name: str, what: str) -> Iterator[None]:
-    """Within this context ``what`` of a phase runs; its exceptions become PhaseError."""
+def calling(kind: Kind, name: str, what: str, *, may_refuse: bool = True) -> Iterator[None]:
+    """Within this context ``what`` of a phase runs; its exceptions become PhaseError, kinetile's own too
+    unless it ``may_refuse``."""
     try:
         yield
-    except KinetileError:
-        raise
     except (Exception, SystemExit) as error:
+        if may_refuse and isinstance(error, KinetileError):
+            raise
         said = f"{described(kind, name)}: {what} raised {sentence(error)}{place_of(error)}"
         raise PhaseError(said) from error

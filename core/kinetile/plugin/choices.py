@@ -24,7 +24,7 @@ def read_value(text: str) -> Any:
 
         try:
             return tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
+        except (ValueError, RecursionError):  # of Python: whole numbers too long, lists too deep
             return text
     return text
 

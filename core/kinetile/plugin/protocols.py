@@ -230,7 +230,9 @@ class WallParts:
 
     ``reach_wall(k, body)``: (tick, wall) of the first contact of a body record with a wall, from its plan
     alone; wall is ``kinetile.toolbox.LEFT``, ``RIGHT``, ``BOTTOM`` or ``TOP``. The arena reaches from the
-    origin to ``k.clock[0].limits.width`` and ``k.clock[0].limits.height``.
+    origin to ``k.clock[0].limits.width`` and ``k.clock[0].limits.height``. Walls may be anywhere in it, and
+    have to keep every body in it: broad phases and the skin rely on that. A body that is inserted, or is
+    there at the start, is only compared with the arena's edges.
 
     ``bounce(k, body, wall)``: the body is anchored at the contact; give it a new velocity and return how deep
     it is in the wall.
@@ -239,6 +241,11 @@ class WallParts:
     None: the phase does not work with responses that need it.
 
     ``periodic`` and ``shapes``: as in ``PairParts``; of a body with a shape each side has its own reach.
+
+    ``inside(k, body, tick) -> bool``: a shortcut, which saves most calls of ``reach_wall``: True only if the
+    body, by its plan, reaches no wall up to and at a tick. ``kinetile.toolbox.inside_arena`` is right where
+    the walls are at the arena's edges; with it the kernel also passes empty time in one step. None: there is
+    no shortcut.
     """
 
     reach_wall: Hook
@@ -246,6 +253,7 @@ class WallParts:
     touch: Hook | None = None
     periodic: bool = False
     shapes: bool = False
+    inside: Hook | None = None
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ from kinetile.kernel.log import LOG
 from kinetile.records.locks import open_alone, open_left
 from kinetile.records.log import SIGNATURE, LogReader, Seal
 from kinetile.scene.targets import writable_target
+from kinetile.sources import open_regular
 
 KEYS = ("kinetile", "kinetile.scene", "kinetile.digest")
 """The keys of a file's metadata: as JSON, the scene as TOML, and the digest."""
@@ -197,7 +198,7 @@ def event_target(name: Path, overwrite: bool) -> Path:
 
 def is_log(path: Path) -> bool:
     """Whether a file begins as the log of a run does."""
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         return file.read(len(SIGNATURE)) == SIGNATURE
 
 

@@ -26,6 +26,7 @@ except ImportError:  # Windows
 
 from kinetile.errors import RecordError
 from kinetile.records.log import SIGNATURE, ReservedFile, holds_nothing
+from kinetile.sources import open_regular
 
 _RECOVER = "`kinetile recover"
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EINVAL, errno.EOPNOTSUPP, errno.ENOTSUP}
@@ -84,9 +85,7 @@ def open_left(partial: Path) -> tuple[BinaryIO, bool]:
     Raises RecordError if it has a writer; OSError if it cannot be opened. Others may read it meanwhile, and
     no process begins to write it.
     """
-    if not stat.S_ISREG(partial.stat().st_mode):
-        raise OSError(errno.EINVAL, "it is no regular file")
-    file = partial.open("rb")
+    file = open_regular(partial)
     try:
         return file, _lock(file.fileno(), partial, shared=True)
     except BaseException:

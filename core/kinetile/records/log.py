@@ -149,13 +149,17 @@ class LogReader:
         head = self._next()
         if head is None:
             raise RecordError(f"{name} is cut off, or damaged, before its first event: there is none in it")
-        said = json.loads(head[0])
-        if said["columns"] != _COLUMNS:
+        try:
+            said = json.loads(head[0])
+            columns, self.scene = said["columns"], str(said["scene"])
+            names = ", ".join(str(each) for each, _ in columns)
+        except (ValueError, RecursionError, LookupError, TypeError) as error:
+            raise RecordError(f"{name} has a head that no run writes: {shown(error)}") from error
+        if columns != _COLUMNS:
             raise RecordError(
-                f"{name} is of another version of kinetile, with the columns "
-                f"{shown(', '.join(each for each, _ in said['columns']))}: only that version can read it"
+                f"{name} is of another version of kinetile, with the columns {shown(names)}: only that "
+                "version can read it"
             )
-        self.scene: str = said["scene"]
 
     @property
     def at(self) -> tuple[int, int]:
@@ -179,7 +183,7 @@ class LogReader:
 
     def __iter__(self) -> Iterator[NDArray[Any]]:
         while (found := self._next()) is not None:
-            self.text, content, first = found[0].decode(), found[1], len(found[0])
+            self.text, content, first = found[0].decode(errors="replace"), found[1], len(found[0])
             yield np.frombuffer(content, _ROW, offset=first).astype(LOG, copy=False)
         self.rest = _without_zeros(self._file)
 

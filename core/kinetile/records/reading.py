@@ -13,7 +13,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import stat
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
@@ -31,6 +30,7 @@ from kinetile.scene import Insert, Scene
 from kinetile.scene.by_name import Registered
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import PASS
+from kinetile.sources import check_regular
 
 _COLUMNS = LOG.names or ()
 _OWN = {
@@ -102,8 +102,7 @@ def _read(path: Path) -> tuple[NDArray[Any], list[str]]:
     """Returns the rows of a file, and the texts in its footer."""
     pa, pq = pyarrow_modules()
     try:
-        if not stat.S_ISREG(os.stat(path).st_mode):
-            raise RecordError(f"{path} cannot be read as an event file: it is no regular file")
+        check_regular(path)
         if is_log(path):
             raise RecordError(
                 f"{path} is what a run writes while it goes on, and leaves when it is killed: `kinetile "

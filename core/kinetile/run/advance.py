@@ -14,15 +14,20 @@ import numpy as np
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
+from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.loop.calendar import rank
 from kinetile.kernel.passings import PASS
-from kinetile.kernel.tables import JAMMED, NEVER, PARTING, STRUCTURAL, TURN, WALL, Kernel
+from kinetile.kernel.tables import JAMMED, NEVER, NOBODY, PARTING, STRUCTURAL, TURN, WALL, Kernel
 from kinetile.run.engine.engine import UNLIMITED, Engine
-from kinetile.run.interrupts import Unbroken
+from kinetile.run.engine.ledger import ContactRow
+from kinetile.run.interrupts import Interruptible
 from kinetile.scene.responses import Kind
 
 IDLE_SPANS = 1 << 12
 """The number of empty spans of the clock after which a run without an end in time gives up."""
+
+PATIENCE = 4
+"""The number of spans without a contact after which, at first, it is tried whether some can be skipped."""
 
 
 COMMANDS: dict[int, Literal["turn", "insert", "remove"]] = {
@@ -82,31 +87,50 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
 
     ``after_chunk`` is called after each chunk; an exception from it ends the run there.
     """
-    still, audited = _Stillness(), engine.contacts
-    while True:
-        until, quota, last = end.within_span(engine.clock)
-        stop = end.contacts if audit is None else min(end.contacts, audited + audit)
-        reason = engine.chunk(until, stop, end.events - engine.events, quota)
-        arrived = reason == TIME_REACHED and last
-        if arrived:
-            engine.arrive(end.until)
-        after_chunk()
-        watched = reason == WATCHED
-        finished = watched or arrived or engine.contacts >= end.contacts or engine.events >= end.events
-        if audit is not None and (finished or reason == CONTACTS_REACHED):
-            engine.audit()
-            audited = engine.contacts
-        if finished:
-            return _watched(engine) if watched else None
-        if reason == TIME_REACHED:
-            still.note_span(engine)
-            if end.ticks is None and still.idle > IDLE_SPANS:
-                return None
-            still.skip(_move_on(engine, end, still.idle, still.quiet) - 1)
+    ledger = engine.ledger
+    if len(engine.k.watch) and not engine.k.clock[0].stops.before:
+        engine.build()  # passings of the start begin
+        stop, left = _first_watched(engine, ledger.unstepped or [])
+        if stop is not None:
+            ledger.unstepped = left
+            return stop
+    still, audited, stop = _Stillness(), engine.contacts, None
+    left: list[ContactRow] = []
+    ledger.unstepped = None
+    try:
+        while True:
+            until, quota, last = end.within_span(engine.clock)
+            most = end.contacts if audit is None else min(end.contacts, audited + audit)
+            reason = engine.chunk(until, most, end.events - engine.events, quota)
+            if reason == WATCHED:
+                stop, left = _watched(engine)
+            arrived = reason == TIME_REACHED and last
+            if arrived:
+                engine.arrive(end.until)
+            with Interruptible():
+                after_chunk()
+            finished = (
+                reason == WATCHED
+                or arrived
+                or engine.contacts >= end.contacts
+                or engine.events >= end.events
+            )
+            if audit is not None and (finished or reason == CONTACTS_REACHED):
+                engine.audit()
+                audited = engine.contacts
+            if finished:
+                return stop
+            if reason == TIME_REACHED:
+                still.note_span(engine)
+                if end.ticks is None and still.idle > IDLE_SPANS:
+                    return None
+                still.move_on(engine, end)
+    finally:
+        ledger.unstepped = left
 
 
 class _Stillness:
-    """Counts spans of the clock in which nothing happens.
+    """Counts spans of the clock in which nothing happens, and skips those in which nothing can.
 
     Attributes:
         quiet: spans in a row without a contact or a command; structural events do not count.
@@ -116,26 +140,44 @@ class _Stillness:
     def __init__(self) -> None:
         self.quiet = self.idle = 0
         self._seen = -1
+        self._patience = self._next_try = PATIENCE
 
     def note_span(self, engine: Engine) -> None:
         """Counts a span that has passed."""
         happened = engine.events - int(engine.k.counts[0].structural)
         self.quiet = self.quiet + 1 if happened == self._seen else 0
+        self._next_try = self._next_try if self.quiet else self._patience
         self.idle = self.idle + 1 if self.quiet and engine.next_command is None else 0
         self._seen = happened
 
-    def skip(self, spans: int) -> None:
-        """Counts skipped spans: in them nothing can happen."""
-        self.quiet += spans
-        self.idle += spans if self.idle else 0
+    def move_on(self, engine: Engine, end: End) -> None:
+        """Moves on to the next span of the clock in which something may happen.
+
+        Looking ahead costs as much as some spans do, and may be useless: so after that twice as many quiet
+        spans have to pass before it is tried again.
+        """
+        if self.quiet >= self._next_try:
+            most = IDLE_SPANS - self.idle if end.ticks is None else UNLIMITED
+            skipped = engine.skip(end.ticks, most)
+            self._patience = 1 if skipped else 2 * self._patience
+            self.quiet += skipped
+            self._next_try = self.quiet + self._patience
+            self.idle += skipped if self.idle else 0
+        engine.move_base(end.ticks)
 
 
 def advance_one(engine: Engine, end: End) -> Event | None:
     """Runs the next event up to and at an end in time, and returns it; None, at that end, if there is
     none."""
-    idle = 0
-    while idle < IDLE_SPANS:
+    still = _Stillness()
+    unstepped = engine.ledger.unstepped
+    assert unstepped is not None  # no run is under way
+    while still.quiet < IDLE_SPANS - 1:
+        with Interruptible():
+            pass
         engine.build()
+        if unstepped:
+            return _event_of_row(engine, unstepped.pop(0))
         until, quota, last = end.within_span(engine.clock)
         head = _look(engine, until, quota)
         if head is not None:
@@ -143,9 +185,9 @@ def advance_one(engine: Engine, end: End) -> Event | None:
             while engine.chunk(head.tick, UNLIMITED, most=1) == COMMAND_DUE:
                 pass  # tables have grown, and no event has run yet
             engine.build()
-            if event is not None and event.kind == "wall":  # which one, the log has of the last contact
-                return event._replace(wall=WALLS[int(engine.k.met[0].b)])
-            if event is not None:
+            if event is not None and event.kind == "remove":  # it comes after the passings that it ends
+                unstepped.append((event.epoch, event.tick, event.bodies[0], REMOVED))
+            elif event is not None and event.kind in ("structural", "turn", "insert"):
                 return event
         elif end.ticks is None and engine.next_command is None and (engine.k.queue.key == NEVER).all():
             return None
@@ -154,27 +196,16 @@ def advance_one(engine: Engine, end: End) -> Event | None:
             if last:
                 engine.arrive(end.until)
                 return None
-            idle += _move_on(engine, end, idle, idle)
+            still.note_span(engine)
+            still.move_on(engine, end)
     return None
-
-
-def _move_on(engine: Engine, end: End, idle: int, quiet: int) -> int:
-    """Moves on to the next span of the clock in which something may happen, and returns how many spans that
-    is.
-
-    ``idle`` spans count for giving up a run that has no end; in ``quiet`` ones nothing has happened.
-    """
-    with Unbroken():
-        most = IDLE_SPANS - idle if end.ticks is None else UNLIMITED
-        # Looking ahead costs as much as some spans do, and is useless if bodies meet now and then.
-        skipped = engine.skip(end.ticks, most) if quiet % 16 == 15 else 0
-        engine.move_base(end.ticks)
-    return skipped + 1
 
 
 def next_event(engine: Engine) -> Event | None:
     """Returns the first event that is scheduled now, or None. A jam does not prevent it."""
     engine.build()
+    if engine.ledger.unstepped:
+        return _event_of_row(engine, engine.ledger.unstepped[0])
     clock, fields = engine.k.clock[0], engine.fields
     lists = clock.lists
     command, fault, beat = int(lists.command), fields.fault.code[0], fields.torus.beat[0]
@@ -258,17 +289,49 @@ def _event_of(engine: Engine, head: _Head) -> Event | None:
     return Event(*engine.clock.moment(engine.clock.total(head.tick)), **what)
 
 
-def _watched(engine: Engine) -> Event:
-    """Returns the contact at which the loop has stopped."""
+def _watched(engine: Engine) -> tuple[Event | None, list[ContactRow]]:
+    """Returns the contact at which the loop has stopped, and those that have happened together with it and
+    follow it in the log."""
     k = engine.k
     stops = k.clock[0].stops
-    a, b = int(stops.a), int(stops.b)
-    when = engine.clock.moment(engine.clock.total(int(stops.tick)))
+    if not stops.before:
+        met = np.asarray(k.met)[: engine.ledger.latest]
+        return _first_watched(engine, met[met["tick"] == met["tick"][-1]].tolist())
+    epoch, tick = divmod(engine.clock.total(int(stops.tick)), TICKS)
+    return _event_of_row(engine, (epoch, tick, int(stops.a), int(stops.b))), []
+
+
+def _first_watched(engine: Engine, rows: list[ContactRow]) -> tuple[Event | None, list[ContactRow]]:
+    """Returns the first watched one of contacts that have happened, or None, and those after it."""
+    for at, row in enumerate(rows):
+        if _is_watched(engine.k, *row[2:]):
+            return _event_of_row(engine, row), rows[at + 1 :]
+    return None, []
+
+
+def _is_watched(k: Kernel, a: int, b: int) -> bool:
+    """Whether a contact of two numbers is watched, as ``bookkeeping.is_watched`` says of slots; a body may
+    have been removed since."""
+    flags = [int(k.watch[each]) for each in (a, b) if each >= 0]
+    pair = {a, b if b >= 0 else NOBODY}
+    return any(each & ANY for each in flags) or (
+        all(each & SOME for each in flags) and any({int(row.a), int(row.b)} == pair for row in k.watched)
+    )
+
+
+def _event_of_row(engine: Engine, row: ContactRow) -> Event:
+    """Returns the event of a contact's row, or of that of a removal."""
+    epoch, tick, a, b = row
+    k, when = engine.k, engine.clock.moment(epoch * TICKS + tick)
+    if b == REMOVED:
+        return Event(*when, "remove", (a,))
     if b < 0:
         return Event(*when, "wall", (a,), wall=WALLS[b])
     if b < a:
         return Event(*when, "part", (b, a))
-    return Event(*when, "pass" if _passes(k, int(k.slots[a]), int(k.slots[b])) else "disc", (a, b))
+    one, other = int(k.slots[a]), int(k.slots[b])
+    meets = one >= 0 and other >= 0 and not _passes(k, one, other)  # only passings wait until a body has gone
+    return Event(*when, "disc" if meets else "pass", (a, b))
 
 
 def _passes(k: Kernel, a: int, b: int) -> bool:

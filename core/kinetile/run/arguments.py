@@ -221,7 +221,8 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
         for body in numbers.tolist():
             read_body(engine, body)
     try:
-        pairs = np.asarray(velocities, dtype=np.float64)
+        with np.errstate(over="ignore"):  # of wider floats: they are infinite then
+            pairs = np.asarray(velocities, dtype=np.float64)
         if pairs.shape != (len(numbers), 2):
             pairs = np.broadcast_to(pairs, (len(numbers), 2))
     except (TypeError, ValueError, OverflowError):

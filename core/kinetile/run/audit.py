@@ -173,7 +173,7 @@ def ask_when_they_part(k: Kernel, pairs: Records, parting: Any) -> None:
 
 def of_passings(k: Kernel, columns: Any, composition: Composition, place: Any) -> Iterator[str]:
     """The pairs that pass are those that overlap and may; each parts when its plans say so."""
-    if composition.rules is None or composition.pair is None or not composition.rules.passing:
+    if composition.pair is None or not composition.passing:
         return
     table, clock = columns.passings, columns.clock
     yield from of_lists(table, k.passers, "the passings", clock.lists.passings, clock.lists.passable)
@@ -250,7 +250,7 @@ def check_all(k: Kernel, composition: Composition, delta: float, time: float, ev
 
 def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Complaint]:
     """Yields all present violations; ``delta`` is the skin."""
-    broad, columns = composition.broad, _columns(k)
+    broad, columns = composition.broad, columns_of(k)
     yield from map(Complaint, of_calendar(columns))
     yield from map(Complaint, of_entries(columns))
     yield from map(Complaint, of_places(columns))
@@ -285,7 +285,7 @@ class _Columns:
         raise AttributeError(name)  # for type checkers: the columns are set in the constructor
 
 
-def _columns(k: Kernel) -> Any:
+def columns_of(k: Kernel) -> Any:
     """Returns the tables with columns as attributes; those of one record with their numbers."""
     tables: dict[str, Any] = {}
     for name, table in zip(k._fields, k, strict=True):
@@ -339,9 +339,8 @@ def _contact_times(k: Kernel, columns: Any, composition: Composition, near: Pair
 def _asked_anew(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Integers, Integers]:
     """Returns when each pair, and each body and a wall, meet by their plans; NEVER for barred pairs."""
     pair, wall = composition.pair, composition.wall
-    passing = pair is not None and composition.rules is not None and composition.rules.passing
-    parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None, "PASSING": passing}
-    parts["PERIODIC"] = bool(composition.prepared.periodic)
+    parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None}
+    parts |= {"PASSING": composition.passing, "PERIODIC": bool(composition.prepared.periodic)}
     if pair is not None:
         parts["meet"] = pair.meet
     if wall is not None:

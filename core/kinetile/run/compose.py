@@ -196,6 +196,11 @@ class Composition:
         """Whether the loop asks the memory ahead: only in a large scene."""
         return self.broad.soon is not None and self.prepared.capacity >= LARGE
 
+    @property
+    def passing(self) -> bool:
+        """Whether bodies of some kinds pass through each other, by the rules of the scene."""
+        return self.rules is not None and self.rules.passing and self.pair is not None
+
     def loop(self, commands: Commands) -> Callable[..., Any]:
         """Returns the loop for these phases, compiled at the first call or when it is made ready."""
         return compose(advance, self._parts(commands), self.label, type(self.broad.state))
@@ -217,10 +222,11 @@ class Composition:
             "PAIRS": self.pair is not None,
             "BOUNDS": self.pair is not None and self.pair.soonest is not None,
             "WALLS": self.wall is not None,
+            "INSIDE": self.wall is not None and self.wall.inside is not None,
             "COMMANDS": commands > Commands.NONE,
             "LIVING": commands > Commands.TURNS and self.living,
             "RULES": self.rules is not None,
-            "PASSING": self.rules is not None and self.rules.passing and self.pair is not None,
+            "PASSING": self.passing,
             "PERIODIC": bool(self.prepared.periodic),
         }
         if self.rules is not None:
@@ -235,6 +241,8 @@ class Composition:
                 parts["soonest"] = self.pair.soonest
         if self.wall is not None:
             parts |= {"reach_wall": self.wall.reach_wall, "bounce": self.wall.bounce}
+            if self.wall.inside is not None:
+                parts["inside"] = self.wall.inside
         return {name: checked(name, part) if is_checked(part) else part for name, part in parts.items()}
 
     def prepared_for(self, scene: Scene) -> Composition:

@@ -5,7 +5,10 @@ has moved the bodies and before its log has been read, or inside a write. The st
 inconsistent. So a step that must happen as a whole is done within ``Unbroken``:
 signals that come meanwhile wait for its end. A second Ctrl-C waits as well; a step is a fraction of a second.
 
-A step within a step is part of it: the outer one does the waiting for both. Entering and leaving costs two
+A step within a step is part of it: the outer one does the waiting for both. A public call that changes a
+simulation is a step as a whole, and a long one has places in it where signals come through
+(``Interruptible``): between two chunks of a run, in a user's ``progress``, in the compiler. Entering and
+leaving a step costs two
 microseconds, so that an interactive command, which takes some twenty, can be a step too. It would be ten with
 the functions of ``signal``, which convert to enums what those of ``_signal``, the same functions, take and
 return unchanged.
@@ -39,34 +42,74 @@ class Unbroken:
         self._before: dict[int, Any] = {}
         self._noted: dict[int, FrameType | None] = {}
         self._waiting = False  # until all handlers are in place, and after that, each goes through at once
+        self._depth = 0  # steps within this one, which cannot be interrupted
+        self._within: tuple[Unbroken, bool, int] | None = None  # the outermost step, as it was before this
 
     def __enter__(self) -> Self:
-        if Unbroken._outermost is None and threading.current_thread() is threading.main_thread():
-            for number in _SIGNALS:
-                handler = _signal.getsignal(number)
-                if callable(handler):
-                    self._before[number] = handler
-                    _signal.signal(number, self._come)
-            self._waiting = True
-            Unbroken._outermost = self
+        if threading.current_thread() is not threading.main_thread():
+            return self
+        outer = Unbroken._outermost
+        if outer is None:
+            try:
+                self._take_handlers()
+                self._waiting = True
+                Unbroken._outermost = self
+            except BaseException:  # a signal meanwhile
+                self._put_back()
+                raise
+        else:
+            self._within = outer, outer._waiting, outer._depth
+            outer._depth = outer._depth + 1 if outer._waiting else 0  # a step of user code begins anew
+            outer._waiting = True
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if Unbroken._outermost is not self:
-            return
-        Unbroken._outermost = None
-        self._waiting = False
         try:
-            for number, handler in self._before.items():
-                _signal.signal(number, handler)
+            if self._within is not None:
+                outer, waited, outer._depth = self._within
+                if not waited:
+                    outer._let_through()
+            elif Unbroken._outermost is self:
+                self._give_back()
+        except KeyboardInterrupt:
+            if error is None:
+                raise
+
+    def _take_handlers(self) -> None:
+        for number in _SIGNALS:
+            handler = _signal.getsignal(number)
+            if callable(handler) and handler != self._come:
+                self._before[number] = handler
+                _signal.signal(number, self._come)
+
+    def _give_back(self) -> None:
+        """Puts the handlers back, and calls those that waited."""
+        try:
+            Unbroken._outermost = None
+            self._waiting = False
+            self._put_back()
+        except BaseException:  # a signal whose handler is back
+            self._put_back()
+            raise
         finally:
-            try:
-                self._deliver()
-            except KeyboardInterrupt:
-                if error is None:
-                    raise
+            self._deliver()
+
+    def _put_back(self) -> None:
+        for number, handler in self._before.items():
+            if _signal.getsignal(number) == self._come:  # else user code has replaced it
+                _signal.signal(number, handler)
+
+    def _let_through(self) -> None:
+        """Calls the handlers that have waited, and has no more wait. Where one raises, signals wait again:
+        nothing interrupts what the error passes on its way."""
+        self._deliver()
+        self._waiting = False
+        while self._noted:
+            self._waiting = True
+            self._deliver()
+            self._waiting = False
 
     def _deliver(self) -> None:
         """Calls the handlers that have waited: all of them, though one raises."""
@@ -79,7 +122,32 @@ class Unbroken:
                 self._deliver()
 
     def _come(self, number: int, frame: FrameType | None) -> None:
-        if self._waiting:
-            self._noted.setdefault(number, frame)
-        else:
-            self._before[number](number, frame)
+        waits, self._waiting = self._waiting, Unbroken._outermost is self
+        self._noted.setdefault(number, frame)
+        if not self._waiting:
+            self._deliver()
+        elif not waits:
+            self._let_through()
+
+
+class Interruptible:
+    """A context in a step in which signals do not wait: around work that may take long, and can be given up.
+
+    Those that have waited come as it is entered. Outside of a step, in a step within a step, and off the main
+    thread it does nothing.
+    """
+
+    _step: Unbroken | None = None
+
+    def __enter__(self) -> Self:
+        step = Unbroken._outermost
+        main = threading.current_thread() is threading.main_thread()
+        if main and step is not None and step._waiting and step._depth == 0:
+            self._step = step
+            step._let_through()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if self._step is not None:
+            self._step._waiting = True
+            self._step._take_handlers()

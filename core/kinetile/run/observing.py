@@ -12,7 +12,7 @@ hundredth of what is observed; and ``after``, the time from which on it is obser
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -27,6 +27,8 @@ from kinetile.plugin.registry import registry
 from kinetile.run.advance import End, Event
 from kinetile.run.compose import check_options
 from kinetile.run.engine.engine import UNLIMITED, Engine
+
+from kinetile.scene.checks import shown
 
 if TYPE_CHECKING:
     from kinetile.run.simulation import Simulation
@@ -129,6 +131,11 @@ class Blocks:
         self._open: Any = 0.0
         self._length, self._filled = 1, 0
 
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of the values so far."""
+        return np.shape(self._blocks[0] if self._blocks else self._open)[1:]
+
     def add(self, value: Floats) -> None:
         """Adds a value; what is NaN in it does not count."""
         known = ~np.isnan(value)
@@ -160,6 +167,8 @@ class _Observation:
     """One observable of a run, with its times and its averages."""
 
     def __init__(self, text: str) -> None:
+        if not isinstance(text, str):
+            raise BadOption(f"an observable goes by its name; found {shown(text)}")
         self.text = text
         self.name, options = read_phase(text, "observable")
         self.every = _positive(options.pop("every", None), f"observable {text!r}: every")
@@ -209,25 +218,57 @@ class _Observation:
 
     def collect(self, collisions: Collisions) -> None:
         if self.taken:
-            with calling("observable", self.name, "collect"):
+            with calling("observable", self.name, "collect", may_refuse=False):
                 self.observable.collect(collisions)
 
     def sample(self, simulation: Simulation) -> None:
-        with calling("observable", self.name, "sample"):
+        with calling("observable", self.name, "sample", may_refuse=False):
             values = self.observable.sample(simulation)
-            for quantity, value in values.items():
-                self.blocks.setdefault(quantity, Blocks()).add(np.asarray(value, dtype=np.float64))
+            read = {quantity: self._read(quantity, value) for quantity, value in values.items()}
+        for quantity, value in read.items():
+            self.blocks.setdefault(quantity, Blocks()).add(value)
         self.taken += 1
 
+    def _read(self, quantity: Any, value: Any) -> Floats:
+        """Returns a quantity of a sample; TypeError unless it has a name and is a number, or an array of
+        numbers with one dimension, of the length that it has always had."""
+        numbers = _numbers(value, f"quantity {quantity!r}")
+        if not isinstance(quantity, str):
+            raise TypeError(f"quantity {quantity!r} has no name; expected a str")
+        length = self.blocks[quantity].shape if quantity in self.blocks else numbers.shape
+        if numbers.shape != length:
+            raise TypeError(f"quantity {quantity!r} has the shape {numbers.shape}, and had {length} before")
+        return numbers
+
     def estimates(self) -> dict[str, Estimate]:
-        with calling("observable", self.name, "axes"):
+        with calling("observable", self.name, "axes", may_refuse=False):
             axes = self.observable.axes
             return {
-                name: blocks.estimate(axes[name][0], np.asarray(axes[name][1]))
-                if name in axes
+                name: blocks.estimate(*_axis(axes[name], name, blocks.shape))
+                if name in axes and blocks.shape
                 else blocks.estimate()
                 for name, blocks in self.blocks.items()
             }
+
+
+def _numbers(value: Any, what: str) -> Floats:
+    numbers = np.asarray(value)
+    if numbers.dtype.kind not in "biuf" or numbers.ndim > 1:
+        said = f"{what} is {shown(value)}"
+        raise TypeError(f"{said}; expected a number, or an array of numbers with one dimension")
+    return numbers.astype(np.float64)
+
+
+def _axis(axis: Any, quantity: str, shape: tuple[int, ...]) -> tuple[str, Floats]:
+    """Returns the name and the values of what a quantity depends on; TypeError for anything else."""
+    name, values = axis
+    at = _numbers(values, f"what {quantity!r} depends on")
+    if not isinstance(name, str) or at.shape != shape:
+        raise TypeError(
+            f"{quantity!r} depends on {shown(axis)}; expected a name, and as many values as the quantity "
+            f"has: {shape[0]}"
+        )
+    return name, at
 
 
 def check_observable(text: str) -> None:
@@ -242,8 +283,10 @@ class Observers:
     """
 
     def __init__(self, simulation: Simulation, engine: Engine, observe: Sequence[str], end: End) -> None:
-        if isinstance(observe, str):
-            raise BadOption(f"observe is {observe!r}; expected a list of observables, such as ['pressure']")
+        if isinstance(observe, str) or not isinstance(observe, Iterable):
+            raise BadOption(
+                f"observe is {shown(observe)}; expected a list of observables, such as ['pressure']"
+            )
         self._simulation, self._engine = simulation, engine
         self._observations = [_Observation(text) for text in observe]
         for each in self._observations:
@@ -254,6 +297,9 @@ class Observers:
                     f"observable {each.text!r}: how often it is sampled follows from the end of the run; "
                     f"expected until= or max_contacts=, or an interval, as in {each.name}:every=0.1"
                 )
+
+    def __len__(self) -> int:
+        return len(self._observations)
 
     def _of(self, needs: str) -> list[_Observation]:
         return [each for each in self._observations if each.needs == needs]

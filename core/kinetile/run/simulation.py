@@ -11,14 +11,14 @@ import operator
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import Any, NamedTuple, cast, overload
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import FAULTS, BadOption, BusyError
+from kinetile.errors import FAULTS, BadOption, BusyError, PhaseError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.flight import positions_now
@@ -193,8 +193,7 @@ class Simulation:
     def rebuild(self) -> None:
         """Builds the broad phase's structure anew at the present moment; no contact can change by it."""
         with self._alone("be built anew"):
-            with Unbroken():
-                self._engine.lay_out(self._engine.speed)
+            self._engine.lay_out(self._engine.speed)
             self._engine.build()
 
     def run(
@@ -239,10 +238,11 @@ class Simulation:
             end = arguments.read_end(self._engine, self.scene, until, max_contacts, max_events)
             engine = self._engine
             stop = arguments.read_stop(engine, self.scene, stop_at)
+            for name, given in {"progress": progress, "recorder": recorder}.items():
+                if given is not None and not callable(given):
+                    raise TypeError(f"{name} is called during the run; found {shown(given)}")
             observers = Observers(self, engine, observe, end)
             engine.compile()
-            engine.watch(stop)
-            self._running = True
             began = engine.cpu_seconds
 
             def after_chunk() -> None:
@@ -250,24 +250,29 @@ class Simulation:
                     cpu = engine.cpu_seconds - began
                     progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
 
+            self._running = True
+            engine.watch(stop)
             try:
                 with engine.ledger.recording(recorder, observers.counter, observers.observer):
                     introduce = getattr(recorder, "introduce", None)
                     if introduce is not None:  # an event file has the kinds of interactively inserted bodies
                         introduce(self.kinds_of, engine.numbers)
-                    with Unbroken():
-                        engine.ledger.hand_over()
-                    return self._with_kinds(
+                    engine.ledger.hand_over()
+                    event = self._with_kinds(
                         observers.advance(end, lambda to: advance(engine, to, self._audit, after_chunk))
                     )
+            except BaseException:
+                with suppress(PhaseError):  # what ended the run is told, not what comes of it
+                    self._observe(observers)
+                raise
             finally:
-                if observe:
-                    self._observed = observers.results()
                 self._running = False
                 engine.watch(None)
                 reached = getattr(recorder, "reached", None)
                 if reached is not None:  # an event file has the time up to which its rows go
                     reached(self.time)
+            self._observe(observers)
+            return event
 
     def step(self) -> Event | None:
         """Runs the next event, of any kind, and returns it; None, with nothing run, if there is none.
@@ -561,7 +566,8 @@ class Simulation:
 
         Walls and third bodies are ignored: this is what happens without interference. The answer
         is the future row of ``contacts``, to the tick. A pair that has just met does not meet
-        again until one of the two has a new plan.
+        again until one of the two has a new plan. For two that are passing through each other
+        it is the row of the end, with a > b.
 
         Args:
             a: a body.
@@ -575,14 +581,15 @@ class Simulation:
         if one == other:
             raise ValueError(f"a contact is one of two bodies; found body {a} twice")
         planned = self._planned() if scheduled else None
-        return self._named(meetings.next_contact(self._moment(), one, other, planned))
+        return meetings.next_contact(self._moment(), one, other, planned)
 
     def next_contact_of(
         self, body: int, *, scheduled: bool = False, kinds: Kind | Iterable[Kind] | None = None
     ) -> NextContact | None:
         """Returns the first contact of a body, with another one or a wall, by the present flight plans.
 
-        Of contacts at one tick the first is the one that the run takes first. None if there is none.
+        Of contacts at one tick the first is the one that the run takes first. The end of a passing is one
+        too. None if there is none.
 
         Args:
             body: the body.
@@ -597,7 +604,7 @@ class Simulation:
             known = (*moment.composition.prepared.kinds, WALL)
             chosen = arguments.read_kinds(kinds, known, "kinds")
             among, walls = _of_kinds(moment, chosen).slots, WALL in chosen
-        return self._named(meetings.next_contact_of(moment, slot, planned, among, walls))
+        return meetings.next_contact_of(moment, slot, planned, among, walls)
 
     def cast(
         self,
@@ -737,6 +744,11 @@ class Simulation:
         with self._alone("be restored"):
             if self._running:
                 raise BusyError("this simulation is running: it cannot be restored from its own progress")
+            if not isinstance(snapshot, Snapshot):
+                raise TypeError(
+                    "restore continues from a snapshot, as Simulation.snapshot returns it; "
+                    f"found {shown(snapshot)}"
+                )
             self._go_on_from(snapshot)
 
     def save(self, path: str | os.PathLike[str], note: Mapping[str, Any] | None = None) -> None:
@@ -772,28 +784,36 @@ class Simulation:
     @contextmanager
     def _alone(self, what: str) -> Iterator[None]:
         """Within this context no other thread or callback changes the simulation; BusyError where one does
-        already."""
-        if not self._lock.acquire(blocking=False):
-            raise BusyError(f"this simulation is running in another thread: it cannot {what} meanwhile")
-        try:
-            if self._engine.busy or (self._running and what in ("run", "step")):
-                raise BusyError(
-                    f"this simulation is running: it cannot {what} from its own recorder, progress or hooks"
-                )
-            if what in ("run", "step", "be restored"):
-                self._fault = None
-            yield
-        except FAULTS as error:
-            if what in _RUNS:
-                self._fault = f"{type(error).__name__}: {error}"
-            raise
-        finally:
-            self._lock.release()
+        already. It is one step for signals, with places in it where a long one can be interrupted."""
+        with Unbroken():
+            if not self._lock.acquire(blocking=False):
+                raise BusyError(f"this simulation is running in another thread: it cannot {what} meanwhile")
+            try:
+                if self._engine.busy or (self._running and what in ("run", "step")):
+                    raise BusyError(
+                        f"this simulation is running: it cannot {what} from its own recorder, progress or "
+                        "hooks"
+                    )
+                if what in ("run", "step", "be restored"):
+                    self._fault = None
+                yield
+            except FAULTS as error:
+                if what in _RUNS:
+                    self._fault = f"{type(error).__name__}: {error}"
+                raise
+            finally:
+                self._lock.release()
+
+    def _observe(self, observers: Observers) -> None:
+        """Keeps what the observables of a run have measured, if there are any."""
+        if observers:
+            self._observed = observers.results()
 
     def _obey(self, code: int, rows: Rows) -> None:
-        """Runs commands, and adds them to the history."""
-        self._engine.carry_out(code, rows)
-        self._history = self._history.with_rows(rows, self._engine.clock.base)
+        """Runs commands, and adds them to the history: nothing comes between."""
+        with Unbroken():
+            self._engine.carry_out(code, rows)
+            self._history = self._history.with_rows(rows, self._engine.clock.base)
 
     def _with_kinds(self, event: Event | None) -> Event | None:
         """Returns an event with the kinds of its bodies, where the scene has kinds."""
@@ -820,7 +840,8 @@ class Simulation:
     def _moment(self) -> Moment:
         engine = self._engine
         slots, scene = engine.taken.astype(np.int64), self.scene
-        return Moment(engine.k, slots, engine.clock, self.composition, scene.shapes, scene.shape)
+        overlapping = engine.overlapping
+        return Moment(engine.k, slots, engine.clock, self.composition, scene.shapes, scene.shape, overlapping)
 
     def _among(self, kinds: Kind | Iterable[Kind] | None) -> Moment:
         """Returns the present moment, with the bodies of these kinds alone; ValueError for what is none."""
@@ -837,14 +858,6 @@ class Simulation:
 
     def _body_of(self, slot: int) -> int:
         return int(self._bodies_of(np.array([slot]))[0])
-
-    def _named(self, found: NextContact | None) -> NextContact | None:
-        """Returns a contact of slots with the numbers of its bodies."""
-        if found is None:
-            return None
-        a = self._body_of(found.a)
-        b = found.b if found.b < 0 else self._body_of(found.b)
-        return found._replace(a=a, b=b) if b < 0 else found._replace(a=min(a, b), b=max(a, b))
 
     def _planned(self) -> Mapping[int, int]:
         engine = self._engine

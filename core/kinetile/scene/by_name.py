@@ -10,6 +10,7 @@ from __future__ import annotations
 import inspect
 import operator
 import os
+import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
@@ -44,6 +45,12 @@ class Parameter(NamedTuple):
     name: str
     type: str
     default: Any
+
+
+def holds_several(parameter: Parameter) -> bool:
+    """Whether one value of a parameter is a list itself: of numbers, or as its annotation says."""
+    words = re.findall(r"\w+", parameter.type.lower())
+    return any(word in words for word in ("tuple", "list", "sequence", "iterable", "collection", "ndarray"))
 
 
 PERIODIC = Parameter("periodic", "str", "")

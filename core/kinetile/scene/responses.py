@@ -248,10 +248,10 @@ def _read_responses(given: Any, mistakes: list[Mistake]) -> tuple[tuple[Pair, Re
     return tuple(sorted(rules.items(), key=lambda rule: [_order(each) for each in rule[0]]))
 
 
-def _order(kind: Kind) -> tuple[bool, bool, int, str]:
+def _order(kind: Kind) -> tuple[bool, bool, bool, int, str]:
     """Returns the sort key of a kind in a pair: whole numbers, names, "*", "wall"."""
     text = isinstance(kind, str)
-    return kind == WALL, kind == ANY, 0 if text else int(kind), str(kind) if text else ""
+    return kind == WALL, kind == ANY, text, 0 if text else int(kind), str(kind) if text else ""
 
 
 def _ordered(a: Kind, b: Kind) -> Pair:

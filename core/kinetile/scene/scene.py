@@ -438,7 +438,8 @@ def relabelled(
 
 
 def standing(scene: Scene, columns: Mapping[str, npt.NDArray[Any]], capacity: int) -> Scene:
-    """Returns the same scene with other bodies, and no commands: as it stands in the middle of a run.
+    """Returns the same scene on its clock, with other bodies and no commands: as it stands in the middle of a
+    run.
 
     ``columns`` are position, velocity, radius, mass and kind of the bodies, and their shape where the scene
     has shapes; ``capacity`` is the number of bodies for which a phase makes room. Nothing is checked: the
@@ -451,6 +452,7 @@ def standing(scene: Scene, columns: Mapping[str, npt.NDArray[Any]], capacity: in
         column.flags.writeable = False
         copy.__dict__[name] = column
     copy.__dict__["commands"] = ()
+    copy.__dict__["unit"] = scene.time_unit
     copy.__dict__["_capacity"] = capacity
     copy.__dict__["_ruled"] = scene.ruled
     return copy

@@ -12,20 +12,18 @@ the file, one for each key.
 
 from __future__ import annotations
 
-import errno
 import os
 import re
-import stat
 import tomllib
 from collections import Counter
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from kinetile.errors import BadOption, Mistake, SceneError, nearest, one_of
 from kinetile.scene.checks import LIMIT, abridged, shown
+from kinetile.sources import open_regular
 
 _PLAIN = re.compile(r"[A-Za-z0-9_-]{1,60}")
 
@@ -39,11 +37,13 @@ _LISTS = ("bodies", "turns", "commands", "responses", "shapes", "obstacles")
 
 _Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 _Velocity = Annotated[_Pair, Field(description="[vx, vy], two finite numbers")]
+_Whole = Annotated[int, Field(ge=-(2**62), le=2**62)]  # arrays have whole numbers of 64 bits
 _Moment = Annotated[
-    list[int], Field(min_length=3, max_length=3, description="[epoch, tick, contacts], three whole numbers")
+    list[_Whole],
+    Field(min_length=3, max_length=3, description="[epoch, tick, contacts], three whole numbers"),
 ]
 _Time = Annotated[float, Field(description="a finite number")]
-_Number = Annotated[int, Field(description="the number of a body")]
+_Number = Annotated[_Whole, Field(description="the number of a body")]
 _Kind: TypeAlias = Any  # the scene decides which values are kinds
 _Few = Field(max_length=_MOST)
 _ABSENT: Any = None  # the default of a key that may be left out: it is never read, and TOML has no null
@@ -250,13 +250,8 @@ def read_bytes(path: str | os.PathLike[str], max_bytes: int | None) -> bytes:
     Raises OSError if it is no regular file (a pipe or a device may never end) or cannot be read, SceneError
     if it is larger, and BadOption if the environment's limit is no number.
     """
-    mode = Path(path).stat().st_mode
-    if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
-    if not stat.S_ISREG(mode):
-        raise OSError(errno.EINVAL, "it is no regular file, so it is not read", os.fspath(path))
     most = _most_bytes() if max_bytes is None else max_bytes
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         data = file.read(most + 1)
     if len(data) > most:
         more = f"at most so many; max_bytes of load_scene, or the environment variable {_LIMIT}, allows more"

@@ -47,7 +47,7 @@ _FAR = 1e5  # pixels: Pillow walks along a line out of view pixel by pixel
 
 def check_film(path: str | os.PathLike[str]) -> None:
     """Raises MissingExtra or BadOption where a film cannot be written to a file of this name: its ending,
-    Pillow or ffmpeg is missing."""
+    Pillow or ffmpeg is missing, or ffmpeg does not run."""
     form = Path(path).suffix.lower()
     if form not in FORMS:
         raise BadOption(f"the film is {str(path)!r}; expected a name that ends in .gif or .mp4")
@@ -55,11 +55,31 @@ def check_film(path: str | os.PathLike[str]) -> None:
         from PIL import Image  # noqa: F401
     except ImportError as error:
         raise MissingExtra("Drawing a film", "Pillow", "figures") from error
-    if form == ".mp4" and shutil.which("ffmpeg") is None:
+    fault = _fault_of_ffmpeg() if form == ".mp4" else ""
+    if fault:
         raise BadOption(
-            "MP4 is written by ffmpeg, which is not there: install it so that it is on PATH, or write a GIF "
+            f"MP4 is written by ffmpeg, which {fault}: install it so that it is on PATH, or write a GIF "
             "(--gif), which needs no ffmpeg"
         )
+
+
+def _fault_of_ffmpeg() -> str:
+    """Returns "" where ffmpeg is on PATH and runs: a program that is there may lack a library."""
+    path = shutil.which("ffmpeg")
+    if path is None:
+        return "is not there"
+    try:
+        done = subprocess.run(
+            [path, "-version"], stdin=subprocess.DEVNULL, capture_output=True, timeout=60, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return f"does not run ({printable(str(error))})"
+    return f"does not run ({_last_line(done.stderr)})" if done.returncode else ""
+
+
+def _last_line(said: bytes) -> str:
+    lines = said.decode(errors="replace").strip().splitlines() or ["no message"]
+    return printable(lines[-1])
 
 
 @dataclass(frozen=True)
@@ -349,7 +369,8 @@ def _write_mp4(frames: Iterator[Image], file: BinaryIO, fps: float) -> None:
             except BaseException:
                 ffmpeg.kill()
                 raise
-        if ffmpeg.returncode:
+        if ffmpeg.returncode or not Path(file.name).stat().st_size:
             said.seek(0)
-            lines = said.read().decode(errors="replace").strip().splitlines() or ["no message"]
-            raise BadOption(f"ffmpeg ended with exit code {ffmpeg.returncode}: {printable(lines[-1])}")
+            nothing = "" if ffmpeg.returncode else " and wrote nothing"
+            ended = f"ffmpeg ended with exit code {ffmpeg.returncode}{nothing}"
+            raise BadOption(f"{ended}: {_last_line(said.read())}")

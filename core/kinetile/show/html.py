@@ -15,7 +15,6 @@ import math
 from base64 import b64encode
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from html import escape
 from typing import NamedTuple
 
 from kinetile.errors import BusyError
@@ -24,7 +23,7 @@ from kinetile.run.readings import Readings, reading_lines
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 from kinetile.scene.commands import counted
-from kinetile.show.picture import Picture, picture_of_scene, take_picture
+from kinetile.show.picture import Picture, escape, picture_of_scene, take_picture
 from kinetile.show.svg import as_svg as picture_as_svg
 
 MOST_BODIES = 2000

@@ -7,6 +7,7 @@ its colour: its layer, the width of its line, dashes. The same picture gives the
 
 from __future__ import annotations
 
+import html
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
@@ -18,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import printable
+from kinetile.errors import legible, printable
 from kinetile.kernel.clock import TICKS
 from kinetile.plugin.drawing import ROLES, At, Box, Coordinate, Entry, Item, Link, Point, Polygon, Segment
 from kinetile.run.simulation import Simulation
@@ -28,6 +29,12 @@ from kinetile.scene.shapes import Shape
 
 Place = tuple[float, float]
 Array = npt.NDArray[Any]
+
+
+def escape(text: str) -> str:
+    """Returns a text for HTML and SVG: a control character would make the file invalid, and a mark of
+    direction would reverse the sentence that the text stands in."""
+    return html.escape(legible(text))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from html import escape
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +19,7 @@ from kinetile.errors import BadOption
 from kinetile.kernel.log import LOG, REMOVED
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
-from kinetile.show.picture import LOOKS, counted
+from kinetile.show.picture import LOOKS, counted, escape
 from kinetile.show.svg import LINE, MARGIN, SIZE, number, paper_rules
 
 MOST_PIECES = 20_000

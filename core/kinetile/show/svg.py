@@ -7,10 +7,9 @@ certificate shows it under the mouse. A legend names the roles.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from html import escape
 
 from kinetile.plugin.drawing import Box, Item, Polygon, Segment
-from kinetile.show.picture import DARK, LIGHT, LOOKS, NEXT, Paper, Picture, PlacedDisc, corners_of
+from kinetile.show.picture import DARK, LIGHT, LOOKS, NEXT, Paper, Picture, PlacedDisc, corners_of, escape
 
 SIZE = 640.0
 """The longer side of what is shown, in units of the file: points on a page, pixels on a screen."""

@@ -47,6 +47,7 @@ _SMALLEST = -80  # octaves
 class Drift:
     """The readings of a run after a number of contacts."""
 
+    phase: Annotated[str, Column("the broad phase of the run")]
     contacts: Annotated[int, Column("contacts of discs and walls", "contacts")]
     time: Annotated[float, Column("in the scene's time")]
     energy: Annotated[float, Column("relative change of the kinetic energy", "energy")]
@@ -71,6 +72,7 @@ class Drift:
 class LateClock:
     """A run whose clock begins late."""
 
+    phase: Annotated[str, Column("the broad phase of the run")]
     start: Annotated[float, Column("when the clock begins", "clock begins at")]
     contacts: Annotated[int, Column("of discs and walls", "contacts")]
     deepest_overlap: Annotated[float, Column("at any contact, in radii", "deepest overlap / r")]
@@ -166,6 +168,7 @@ def drifts(
         found = sim.readings
         rows.append(
             Drift(
+                phase=sim.broad_phase,
                 contacts=contacts_of(sim),
                 time=sim.time,
                 energy=found.energy_drift,
@@ -194,6 +197,7 @@ def clocks(scene: kt.Scene, contacts: int, starts: tuple[float, ...] = STARTS) -
         usual = found.fingerprint if usual is None else usual
         rows.append(
             LateClock(
+                phase=sim.broad_phase,
                 start=start,
                 contacts=contacts_of(sim),
                 deepest_overlap=found.deepest_overlap,
@@ -208,23 +212,28 @@ MOST: dict[Budget, int] = {"quick": 10**6, "normal": 10**7, "full": 10**8}
 """Contacts of the long run."""
 
 
+GRID, PARAMETERS = "grid", {"bodies": 100, "density": 0.5, "seed": 1}
+"""The recipe of the run, and its parameters."""
+
+
 def measure(budget: Budget, progress: ReportProgress) -> Section:
     """Measures all of this on the thesis's grid of 100 discs."""
     most = MOST[budget]
-    scene = kt.make_scene("grid", bodies=100, density=0.5, seed=1)
+    scene = kt.make_scene(GRID, **PARAMETERS)
     drift = drifts(scene, most, progress)
     progress("clocks", 0, 1)
     clock = clocks(scene, min(most, 10**6) // 10)
     last, middle = drift[-1], drift[len(drift) // 2]
+    given = ", ".join(f"{name} {value:g}" for name, value in PARAMETERS.items())
     growth = last.deepest_overlap / middle.deepest_overlap if middle.deepest_overlap else 1.0
     return Section(
         name="drift",
         title="What a long run loses",
         about=(
-            f"The thesis's grid, 100 discs at density 0.5, seed 1, with sweep-tiling, for {most:,} contacts "
-            f"of discs and walls; between contacts, {drift[-1].audits:,} times, an audit rebuilt the "
-            "structure and compared it, and looked by brute force for pairs that are no candidates. No "
-            "contact was missed, or the run would have stopped. Below: the same scene with other clocks."
+            f"The recipe {GRID} with {given}, under {last.phase}, for {last.contacts:,} contacts of discs "
+            f"and walls; between contacts, {last.audits:,} times, an audit rebuilt the structure and "
+            "compared it, and looked by brute force for pairs that are no candidates. No contact was missed, "
+            f"or the run would have stopped. Below: the same scene under {clock[0].phase} with other clocks."
         ),
         findings=(
             f"The deepest overlap at any contact is {number(last.deepest_overlap)} radii, {growth:.1f} times "

@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.log import WALLS
-from kinetile.scene import Insert, Remove, Turn
+from kinetile.scene import Insert, Remove, Scene, Turn
 from kinetile_accuracy.oracle.oracle import (
     CAP_BITS,
     CertifiedContact,
@@ -32,6 +32,7 @@ from kinetile_accuracy.oracle.oracle import (
     Oracle,
     OracleProgress,
 )
+from kinetile_accuracy.oracle.rounding import allowed_errors
 from kinetile_accuracy.specification.arithmetic import UNIT_TICKS
 
 if TYPE_CHECKING:
@@ -54,12 +55,15 @@ class FirstDifference:
         oracle: the certified event; None: nothing more up to the end of the run.
         ticks_apart: time of the run's contact, or of its end, less that of the oracle's, in ticks. A tick or
             two: the two contacts are so near that rounding has exchanged them.
+        ticks_allowed: how many ticks rounding explains, where the contacts are the same and their times are
+            further apart.
     """
 
     index: int
     run: tuple[float, int, int] | None
     oracle: CertifiedContact | None
     ticks_apart: float
+    ticks_allowed: float | None = None
 
     def __str__(self) -> str:
         found = (
@@ -71,6 +75,8 @@ class FirstDifference:
             if self.oracle.head_on < 2.0**-20:
                 certain += f", a graze: {self.oracle.head_on:.1e} of the speed is head-on"
         apart = "" if self.oracle is None else f"; {abs(self.ticks_apart):.4g} ticks apart"
+        if self.ticks_allowed is not None:
+            apart += f", and rounding explains {self.ticks_allowed:.4g} at most"
         return f"contact {self.index}: the run has {found}, the oracle {certain}{apart}"
 
 
@@ -159,6 +165,7 @@ class Agreement:
                 "run": differs.run and dict(zip(("time", "a", "b"), differs.run, strict=True)),
                 "oracle": certain and {"time": certain.time.decimal(), "a": certain.a, "b": certain.b},
                 "ticks_apart": differs.ticks_apart,
+                "ticks_allowed": differs.ticks_allowed,
             },
             "oracle": {"bits": self.oracle.bits, "contacts": len(self.oracle.contacts)}
             | {"ended": self.oracle.ended, "why": self.oracle.ending},
@@ -243,6 +250,7 @@ def certify(
     return agreement(
         contacts,
         run,
+        scene=sim.scene,
         bodies=len(sim.scene) + planned[Insert],
         start=start,
         time_unit=sim.time_unit,
@@ -255,6 +263,7 @@ def agreement(
     contacts: npt.NDArray[np.void],
     oracle: CertifiedRun,
     *,
+    scene: Scene,
     bodies: int,
     start: float,
     time_unit: float,
@@ -266,6 +275,7 @@ def agreement(
     Args:
         contacts: as ``Simulation.contacts`` has them; all up to ``end``, or up to the last of them.
         oracle: the certified run.
+        scene: what was run.
         bodies: how many discs there are.
         start, time_unit: of the scene and its clock; a tick is 2^-52 of the unit.
         end: the time up to which the run went.
@@ -284,6 +294,10 @@ def agreement(
     ]
     exact = [certain.time.middle for certain in oracle.contacts[:agree]]
     errors = [time - right for time, right in zip(times, exact, strict=False)]
+    bounds = allowed_errors(scene, oracle.contacts[:agree], time_unit=time_unit, start=start)
+    late = next((at for at, (e, most) in enumerate(zip(errors, bounds, strict=True)) if abs(e) > most), None)
+    if late is not None:
+        agree, exact, errors = late, exact[:late], errors[:late]
     # At the end one of the two may have a contact more by as much as times were off before, twice.
     slack = max(SLACK * tick, _ulp(Fraction(end))) + 2 * max(map(abs, errors), default=Fraction(0))
     found = None if agree == len(rows) else (float(contacts["time"][agree]), *rows[agree][2:])
@@ -300,9 +314,16 @@ def agreement(
         compared=len(rows),
         a=contacts["a"][:agree].astype(np.int64),
         b=contacts["b"][:agree].astype(np.int64),
-        ticks=np.array([float(error / tick) for error in errors]),
-        ulps=np.array([float(error / _ulp(time)) for error, time in zip(errors, exact, strict=True)]),
-        disagreement=FirstDifference(agree, found, due, float(apart / tick)) if differ else None,
+        ticks=np.array([_double(error / tick) for error in errors]),
+        # No time of a run is nearer to 0 than a tick, and the exact one may be as near as it likes.
+        ulps=np.array(
+            [_double(error / _ulp(max(abs(time), tick))) for error, time in zip(errors, exact, strict=True)]
+        ),
+        disagreement=FirstDifference(
+            agree, found, due, _double(apart / tick), None if late is None else bounds[late] / float(tick)
+        )
+        if differ
+        else None,
         oracle=oracle,
         fault=fault,
     )
@@ -323,6 +344,14 @@ def _run_on(sim: Simulation, until: float | None, max_contacts: int | None) -> s
 
 def _ulp(time: Fraction) -> Fraction:
     return Fraction(math.ulp(float(time)))
+
+
+def _double(number: Fraction) -> float:
+    """Returns a number as a double, infinite where it is too large for one."""
+    try:
+        return float(number)
+    except OverflowError:
+        return math.copysign(math.inf, number)
 
 
 def _extremes(errors: Floats) -> dict[str, float]:

@@ -84,13 +84,14 @@ that stops it, a push by a heavier one has no end."""
 class BallContact(NamedTuple):
     """A contact, or the end of a passing (a > b): ball of the time since the start, the bodies, whether the
     one before was at the same time, which part of the relative velocity is along the line of centres, or
-    across the wall, and the image."""
+    across the wall, the relative speed, and the image."""
 
     ball: arb
     a: int
     b: int
     tied: bool
     head_on: float
+    speed: float
     image: Image
 
 
@@ -446,8 +447,9 @@ class Attempt:
             what = f"the time of contact {len(self.met)}, to {NARROW} bits"
             raise Undecided(what, float(ball), (a, b) if b >= 0 else (a,))
         vx, vy = velocity  # in doubles, those of a jam would be 0 before its end
-        share = 1.0 if part is None else float(abs(part) / (vx * vx + vy * vy).sqrt())
-        self.met.append(BallContact(ball, a, b, self._crowd > 0, share, image))
+        speed = (vx * vx + vy * vy).sqrt()
+        share = 1.0 if part is None else float(abs(part) / speed)
+        self.met.append(BallContact(ball, a, b, self._crowd > 0, share, float(speed), image))
         self._crowd += 1
         self.idle = 0
         self._look_for_jams(-1, 200 * self._rules.count + 2000)

@@ -79,6 +79,7 @@ class CertifiedContact(NamedTuple):
     ``time`` is the scene's; ``tied`` is whether the contact before it was at the very same time; ``head_on``
     is about which part of the relative velocity is along the line of centres, or across the wall: near 0 it
     is a graze (and 1 for discs that overlapped before they approached each other, or in a command's passing).
+    ``speed`` is about the relative speed before it.
     """
 
     time: Enclosure
@@ -86,6 +87,7 @@ class CertifiedContact(NamedTuple):
     b: int
     tied: bool
     head_on: float
+    speed: float
 
 
 class Undecidable(NamedTuple):
@@ -294,7 +296,7 @@ class Oracle:
 
     def _contact(self, met: BallContact) -> CertifiedContact:
         time = Enclosure(self._start + _fraction(met.ball.mid()), _fraction(met.ball.rad()))
-        return CertifiedContact(time, met.a, met.b, met.tied, met.head_on)
+        return CertifiedContact(time, met.a, met.b, met.tied, met.head_on, met.speed)
 
 
 def oracle_contacts(

@@ -10,7 +10,7 @@ import typer
 from kinetile.cli.files import file_errors
 from kinetile.cli.options import Csv, Json
 from kinetile.cli.output import as_csv, as_json, printed
-from kinetile.cli.terminal import FAULT, Bar, FirstSignal, exit_codes, notice
+from kinetile.cli.terminal import FAULT, Bar, FirstSignal, echo, exit_codes, notice
 
 if TYPE_CHECKING:
     from kinetile_bench.study import Study, StudyProgress, StudyStatus
@@ -61,7 +61,7 @@ def run_study(
             raise typer.Exit(128 + signals.number)
         assert status is not None
         if json:
-            typer.echo(as_json({**status._asdict(), "results": str(this.results), "well": status.well}))
+            echo(as_json({**status._asdict(), "results": str(this.results), "well": status.well}))
         else:
             from kinetile.cli.output import show
 
@@ -98,7 +98,7 @@ def study_rows(study: StudyName, results: Results = None, json: Json = False) ->
     """Print all rows of a study as CSV, in the study's order."""
     with exit_codes():
         rows = _find_study(study, results).rows()
-        typer.echo(as_json(rows) if json else as_csv(rows), nl=json)
+        echo(as_json(rows) if json else as_csv(rows).removesuffix("\n"))
 
 
 def _end(status: StudyStatus) -> None:

@@ -21,8 +21,15 @@ from kinetile.errors import Mistake, SceneError, StudyError, UnknownName, one_of
 from kinetile.plugin.choices import read_phase
 from kinetile.run.compose import check_options
 from kinetile.run.observing import check_observable
-from kinetile.scene.by_name import complete_parameters, loads_scene, parameter_mistakes, recipe_parameters
-from kinetile.scene.checks import abridged, is_finite, is_number, shown
+from kinetile.scene.by_name import (
+    Parameter,
+    complete_parameters,
+    holds_several,
+    loads_scene,
+    parameter_mistakes,
+    recipe_parameters,
+)
+from kinetile.scene.checks import abridged, is_finite, shown
 from kinetile.scene.schema import read_bytes, read_tables
 
 MOST_TASKS = 200_000
@@ -194,13 +201,14 @@ class _Reader:
         return tuple(found)
 
     def results(self, name: str | None) -> Path | None:
-        """Returns the file of the rows. A relative name that leaves the study's folder is refused: nobody
-        looks for rows, or expects a file to be written, somewhere above it."""
+        """Returns the file of the rows. A relative name that leaves the study's folder, by a link or without,
+        is refused: nobody expects a file to be written somewhere above it."""
         if name is None:
             return None
-        inside = os.path.normpath(name)
-        if not os.path.isabs(name) and (inside == "." or Path(inside).parts[0] == ".."):
-            self.wrong("results", f"{shown(name)}, which is no file in there", STUDY_KEYS["results"][0])
+        here, there = map(os.path.realpath, (self.folder, self.folder / name))
+        if not Path(name).is_absolute() and Path(here) not in Path(there).parents:
+            found = f"{shown(name)}, which is outside of the study's folder"
+            self.wrong("results", found, STUDY_KEYS["results"][0])
         return self.folder / name
 
     def scenes(self, given: Any, k: int) -> SceneSet | None:
@@ -224,17 +232,17 @@ class _Reader:
         known, name = len(self.mistakes), table["recipe"]
         until, contacts = self.end(table, given, where, None)
         try:
-            types = {each.name: each.type for each in recipe_parameters(name)}
+            own = {each.name: each for each in recipe_parameters(name)}
         except UnknownName as error:
             self.wrong(f"{where}.recipe", shown(name), f"a recipe: {_reason(error)}")
             return None
         parameters = dict(table.get("parameters", {}))
-        if self.seeds is not None and "seed" in types:
+        if self.seeds is not None and "seed" in own:
             if "seed" in parameters:
                 self.wrong(f"{where}.parameters.seed", "a seed beside seeds", "one of the two")
             parameters["seed"] = list(self.seeds)
         values = {
-            key: self.values(name, key, value, types.get(key, ""), f"{where}.parameters.{key}")
+            key: self.values(name, key, value, own.get(key), f"{where}.parameters.{key}")
             for key, value in parameters.items()
         }
         for each in parameter_mistakes(name, {}):  # those without a default
@@ -250,14 +258,15 @@ class _Reader:
         combinations = tuple({key: _cell(value) for key, value in each.items()} for each in complete)
         return SceneSet(name, name, combinations, until, contacts)
 
-    def values(self, recipe: str, key: str, given: Any, kind: str, where: str) -> list[Any]:
+    def values(self, recipe: str, key: str, given: Any, own: Parameter | None, where: str) -> list[Any]:
         """Returns the values of a parameter: each of a list, or the one that is given."""
         values = given if isinstance(given, list | tuple | range) else [given]
         if not values:
             self.wrong(where, "an empty list", "a value, or a list of values")
         if len({(type(each), repr(each)) for each in values}) < len(values):
             self.wrong(where, "a value that is there twice", "each value once")
-        if kind.startswith("tuple") and values is given and any(map(is_number, values)):
+        flat = values is given and not all(isinstance(each, list | tuple | str) for each in values)
+        if flat and own is not None and holds_several(own):
             expected = "a list of lists, for each entry is the value of a scene of its own"
             self.wrong(where, shown(given), f"{expected}: [{shown(given)}] is one scene with all of these")
             return []

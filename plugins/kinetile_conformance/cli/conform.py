@@ -17,7 +17,7 @@ import typer
 from kinetile.cli.files import try_folder
 from kinetile.cli.options import Json, registered_phase
 from kinetile.cli.output import as_json
-from kinetile.cli.terminal import DIFFERENT, INTERRUPTED, Bar, FirstSignal, exit_codes, notice
+from kinetile.cli.terminal import DIFFERENT, INTERRUPTED, Bar, FirstSignal, echo, exit_codes, notice
 from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def _list(wanted: bool) -> None:
         rows = table(EXAMPLES[Budget.default])
         wide = max(len(strategy) for strategy, _, _ in rows)
         for strategy, count, name in rows:
-            typer.echo(f"{strategy:{wide}}  {count:4}  {name}")
+            echo(f"{strategy:{wide}}  {count:4}  {name}")
         raise typer.Exit()
 
 
@@ -119,7 +119,7 @@ def conform(
     ] = False,
 ) -> None:
     """Judge a broad phase, alone or with a narrow phase, or a program over a pipe; exit code 1 if it does not
-    conform, 3 if the reference itself is in doubt, 4 if it could not be judged in time."""
+    conform, 3 if the reference itself is in doubt, 4 if it could not be judged."""
     with exit_codes():
         if (phase is None) == (command is None):
             raise BadOption("expected the NAME of a broad phase or --command CMD, one of the two")
@@ -223,7 +223,7 @@ class _ReportPrinter:
         self._json = json
         self._wide = max(len(check.name) for check in CHECKS)
         if not json:
-            typer.echo(f"{self.unfinished.head}\n")
+            echo(f"{self.unfinished.head}\n")
         self.at = ""
         self._bar = Bar("judging")
 
@@ -242,7 +242,7 @@ class _ReportPrinter:
         if self._json:
             _line({"result": self.unfinished.row(shown)})
         else:
-            typer.echo("\n".join(self.unfinished.lines(shown, self._wide)))
+            echo("\n".join(self.unfinished.lines(shown, self._wide)))
 
     def end(self, report: Report, status: str) -> None:
         """Print what stands below the results, or all of it as a line of JSON."""
@@ -253,12 +253,12 @@ class _ReportPrinter:
             found = {"status": status, "versions": versions()} | report.as_dict()
             _line(found if status == "complete" else found | {"conforms": None})
         elif status == "complete":
-            typer.echo(f"\n{report.foot}")
+            echo(f"\n{report.foot}")
 
 
 def _line(row: dict[str, Any]) -> None:
     """Print a line of JSON at once."""
-    typer.echo(as_text.dumps(row, allow_nan=False, default=str))
+    echo(as_text.dumps(row, allow_nan=False, default=str))
 
 
 def _from_here(path: Path | None) -> Path | None:
@@ -320,14 +320,14 @@ def replay(
             "verdict": result.verdict or None,
             "versions": versions(),
         }
-        typer.echo(as_json(row))
+        echo(as_json(row))
     else:
         bodies = f"{result.bodies} {'body' if result.bodies == 1 else 'bodies'}"
-        typer.echo(
+        echo(
             f"{'passes' if result.ok else 'still fails'}: {phase}, {result.check}, {file} ({bodies})\n"
             f"  {result.sentence}"
         )
         for line in [*result.said.splitlines(), *([f"verdict: {result.verdict}"] if result.verdict else [])]:
-            typer.echo(f"  {line}")
+            echo(f"  {line}")
     if not result.ok:
         raise typer.Exit(DIFFERENT)

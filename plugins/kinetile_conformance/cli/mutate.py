@@ -14,7 +14,7 @@ import typer
 
 from kinetile.cli.options import Json, registered_phase
 from kinetile.cli.output import as_json, empty_table, show
-from kinetile.cli.terminal import Bar, exit_codes, notice
+from kinetile.cli.terminal import Bar, echo, exit_codes, notice
 from kinetile.errors import BadOption, Refused
 from kinetile.plugin.registry import registry
 
@@ -60,7 +60,7 @@ def mutate(
         every = mutants_of(source)
         mutants = sample(every, limit, seed, only)
         if listing:
-            typer.echo(as_json([m.as_dict() for m in mutants]) if json else "\n".join(map(_shown, mutants)))
+            echo(as_json([m.as_dict() for m in mutants]) if json else "\n".join(map(_shown, mutants)))
             return
         if not hasattr(os, "fork"):
             raise Refused("mutants are judged in processes that are forked, which this system cannot do")
@@ -151,7 +151,7 @@ class _Found:
         survivors = [row for row in rows if row["fate"] == "survived"]
         if json:
             known = {"status": status, "judged": len(rows), "counts": dict(counts), "survivors": survivors}
-            typer.echo(as_json(self._head | known | {"found": rows}))
+            echo(as_json(self._head | known | {"found": rows}))
             return
         table = empty_table("| fate", "> mutants")
         for fate, count in counts:

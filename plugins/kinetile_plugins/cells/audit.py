@@ -85,6 +85,14 @@ def _certificates(k: Kernel, s: State, there: Whole) -> Iterator[str]:
 
 def of_table(s: State, there: Whole) -> Iterator[str]:
     """The blocks and lists have every body once, in its cell; bodies in a list found the block full."""
+    levels = s.levels
+    ends = levels.first + levels.cells
+    if (np.append(0, ends[:-1]) != levels.first).any() or (levels.cells < 1).any() or ends[-1] > len(s.lists):
+        yield f"the levels of cells do not make up the {len(s.lists)} cells of the table"
+    for body in there[(s.homes.level[there] < 0) | (s.homes.level[there] >= len(levels))]:
+        yield f"body {body} is at home in level {s.homes.level[body]}, which there is not"
+    for body in there[(s.homes.way[there] < 0) | (s.homes.way[there] > 3)]:
+        yield f"body {body} reaches edge {s.homes.way[body]} of its cell, which there is not"
     home = s.homes.cell
     blocks = s.blocks.reshape(-1, BLOCK)
     cells, places = np.nonzero(np.arange(FULL) < blocks[:, FULL:] & FULL)

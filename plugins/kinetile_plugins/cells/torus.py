@@ -5,8 +5,9 @@ want it. A body keeps its *unwrapped* column and row: whole numbers that only a 
 it does not matter to the cells where the kernel takes a period off a place: the column that belongs to the
 place is the unwrapped one less ``kx`` rounds. In the table a column stands at its remainder.
 
-Nine cells are around a cell, fewer where there are less than three columns or rows. Up to three columns are
-all adjacent to each other, whatever their width: then crossing between them brings nobody nearer.
+Nine cells are around a cell, three where there is one column or one row. Up to three columns would all be
+adjacent to each other, and crossing between them would bring nobody nearer: then there is one, which nobody
+leaves. (In a long, thin torus a body goes round the short axis thousands of times between two contacts.)
 
 An axis that is not periodic has a column more than the arena, as in ``layout.py``, and the ends are not
 adjacent.
@@ -81,8 +82,8 @@ def watch(k: Kernel, s: State, body: int) -> None:
     image = k.images[body]
     column = home.x - float(image.kx * grid.columns)
     row = home.y - float(image.ky * grid.rows)
-    across = delay_to(plan.x, plan.vx, column, grid.side, grid.slack)
-    along = delay_to(plan.y, plan.vy, row, grid.height, grid.slack)
+    across = delay_to(plan.x, plan.vx, column, grid.side, grid.slack) if grid.columns > 1 else math.inf
+    along = delay_to(plan.y, plan.vy, row, grid.height, grid.slack) if grid.rows > 1 else math.inf
     home.way = (1 if plan.vx > 0.0 else 0) if across <= along else (3 if plan.vy > 0.0 else 2)
     ticks = larger(smaller(across, along), 0.0) * clock.per_time
     soon = ticks < FAR
@@ -101,7 +102,7 @@ def build(k: Kernel, s: State) -> None:
 @hook
 def first_of(cells: int) -> int:
     """Return where the columns around one begin, seen from it, of so many in a round."""
-    return -1 if cells > 2 else 0
+    return -1 if cells > 1 else 0
 
 
 @unchecked
@@ -154,8 +155,6 @@ def repair(k: Kernel, s: State, body: int) -> int:
     home.cell = column + row * columns
     move_in(s, body, home.cell)
     watch(k, s, body)
-    if (columns if right != 0 else rows) <= 3:
-        return 0
     count = 0
     for aside in range(
         first_of(rows if right != 0 else columns), smaller(2, rows if right != 0 else columns)
@@ -192,9 +191,14 @@ def size(scene: Scene, side: float) -> tuple[int, int]:
     found = []
     for length, period in zip(scene.arena or (0.0, 0.0), scene.periods, strict=True):
         most = math.isqrt(layout.MOST * len(scene) + 9)
-        cells = max(math.floor(length / side), 1)
-        found.append(min(cells, most) if period else max(cells + 2, 3))
+        cells = math.floor(length / side)
+        found.append(useful(min(cells, most) if period else cells + 2))
     return found[0], found[1]
+
+
+def useful(cells: int) -> int:
+    """Returns the number of cells along an axis where so many would fit: one in the place of up to three."""
+    return cells if cells > 3 else 1
 
 
 def arrange(k: Kernel, s: State) -> None:
@@ -209,11 +213,11 @@ def arrange(k: Kernel, s: State) -> None:
         ("height", "rows", float(torus.y), float(limits.height)),
     ):
         if period:
-            grid[cells] = min(grid[cells], max(math.floor(period / least), 1))
+            grid[cells] = useful(min(int(grid[cells]), math.floor(period / least)))
             grid[name] = period / int(grid[cells])
         else:
-            grid[name] = wanted
-            grid[cells] = min(int(grid[cells]), max(math.floor(length / wanted) + 2, 3))
+            grid[cells] = useful(min(int(grid[cells]), math.floor(length / wanted) + 2))
+            grid[name] = wanted if int(grid[cells]) > 1 else max(wanted, length)
     grid.cells = grid.columns * grid.rows
     grid.slack = max(0.5 * (min(grid.side, grid.height) - least), 0.0)
     homes, images, places = s.homes[: len(k.bodies)], k.images[: len(k.bodies)], positions_now(k)
@@ -244,6 +248,8 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
     waiting = np.asarray(k.queue.own[there]) > clock.now
     delays = []
     for at, (cell, side, place, speed) in enumerate(_local(k, s, there)):
+        if grid["columns" if at == 0 else "rows"] == 1:
+            continue  # nobody leaves it
         now = positions_now(k)[there][:, at]
         outside = (now < cell * side - slack) | (now > (cell + 1.0) * side + slack)
         for body in np.flatnonzero(outside & waiting):
@@ -252,7 +258,7 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
             edge = np.where(speed > 0.0, (cell + 1.0) * side + grid.slack, cell * side - grid.slack)
             delays.append(np.where(speed != 0.0, (edge - place) / speed, np.inf))
     with np.errstate(over="ignore"):
-        ticks = np.maximum(np.minimum(*delays), 0.0) * clock.per_time
+        ticks = np.maximum(np.minimum.reduce([np.full(len(there), np.inf), *delays]), 0.0) * clock.per_time
     soon = ticks < FAR
     anchor = k.bodies.anchor[there]
     tick = np.maximum(anchor + np.where(soon, ticks, 0.0).astype(np.int64), clock.now)

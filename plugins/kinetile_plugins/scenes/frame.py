@@ -11,6 +11,7 @@ import numpy as np
 from kinetile import Scene
 from kinetile.errors import BadOption
 from kinetile.records.frames import check_form, gsd_module
+from kinetile.sources import check_regular, open_regular
 
 
 def frame(*, file: str, frame: int = -1, radius: float = 0.0, shrink: float = 0.0) -> Scene:
@@ -23,7 +24,7 @@ def frame(*, file: str, frame: int = -1, radius: float = 0.0, shrink: float = 0.
     """
     try:
         found = (_from_gsd if check_form(Path(file)) == ".gsd" else _from_xyz)(Path(file), frame)
-    except (IndexError, KeyError, ValueError, TypeError, RuntimeError, OSError) as error:
+    except (LookupError, ValueError, TypeError, RuntimeError, OSError, ArithmeticError, MemoryError) as error:
         raise BadOption(f"file {file!r}: frame {frame} cannot be read: {error!r}") from error
     if found["radius"] is None:
         if not radius > 0.0:
@@ -34,6 +35,7 @@ def frame(*, file: str, frame: int = -1, radius: float = 0.0, shrink: float = 0.
 
 
 def _from_gsd(path: Path, index: int) -> dict[str, Any]:
+    check_regular(path)
     with gsd_module().open(str(path), "r") as file:
         frame = file[index]
     sides, particles = frame.configuration.box[:2].astype(float), frame.particles
@@ -49,18 +51,41 @@ def _from_gsd(path: Path, index: int) -> dict[str, Any]:
     }
 
 
+def _lines_of(path: Path, index: int) -> list[str]:
+    """Returns the lines of a frame behind its count, the comment first; reads the others without keeping
+    them."""
+    starts: list[tuple[int, int]] = []
+    with open_regular(path) as file:
+
+        def line() -> bytes:
+            found = file.readline(_LONGEST)
+            if len(found) == _LONGEST:
+                raise ValueError(f"a line has more than {_LONGEST:,} bytes")
+            return found
+
+        while count := line().strip():
+            bodies = int(count)
+            if bodies < 0:
+                raise ValueError(f"frame {len(starts)} says {bodies} bodies; expected at least 0")
+            starts.append((file.tell(), bodies))
+            for _ in range(bodies + 1):
+                if not line():
+                    raise ValueError(
+                        f"frame {len(starts) - 1} says {bodies} bodies, and the file ends before"
+                    )
+        place, bodies = starts[index]
+        file.seek(place)
+        return [line().decode("utf-8") for _ in range(bodies + 1)]
+
+
+_LONGEST = 1 << 16
 _PAIR = re.compile(r'(\w+)=(?:"([^"]*)"|(\S+))')
 
 
 def _from_xyz(path: Path, index: int) -> dict[str, Any]:
-    lines = path.read_text(encoding="utf-8").splitlines()
-    starts, at = [], 0
-    while at < len(lines) and lines[at].strip():
-        starts.append(at)
-        at += int(lines[at]) + 2
-    first = starts[index]
-    head = {key: quoted or plain for key, quoted, plain in _PAIR.findall(lines[first + 1])}
-    words = [line.split() for line in lines[first + 2 : first + 2 + int(lines[first])]]
+    comment, *lines = _lines_of(path, index)
+    head = {key: quoted or plain for key, quoted, plain in _PAIR.findall(comment)}
+    words = [line.split() for line in lines]
     columns: dict[str, Any] = {}
     parts, place = head["Properties"].split(":"), 0
     for name, many in zip(parts[::3], map(int, parts[2::3]), strict=True):

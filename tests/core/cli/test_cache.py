@@ -21,7 +21,9 @@ OTHER = "numba-0.1.0-llvmlite-0.2.0"
 
 def write(path, days=0.0, content=b"machine code", whole=True):
     path.parent.mkdir(exist_ok=True)
-    path.write_bytes(content + (hashlib.sha256(content).digest() if whole else b"x" * 32))
+    content += bytes(32)  # the digest of a key
+    digest = hashlib.sha256(path.name.encode() + b"\0" + content).digest()
+    path.write_bytes(content + (digest if whole else b"x" * 32))
     moment = time.time() - days * 86400.0
     os.utime(path, (moment, moment))
     return path
@@ -51,7 +53,7 @@ def test_show_lists_versions_entries_bytes_and_last_use(place):
     assert (other["numba"], other["llvmlite"], other["used_here"]) == ("0.1.0", "0.2.0", False)
     found = [here[name] for name in ("numba", "used_here", "entries", "files")]
     assert found == [numba.__version__, True, 1, 2]
-    assert here["bytes"] == 1000 + 32 + 12 + 32
+    assert here["bytes"] == 1000 + 64 + 12 + 64
     assert result["bytes"] == here["bytes"] + other["bytes"]
     assert other["last_used"] < here["last_used"]
     text = kinetile("cache show").stdout

@@ -6,13 +6,18 @@ import dataclasses
 import io
 import json
 import re
+from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 from rich.console import Console
 
-from kinetile.cli.output import as_csv, as_json, empty_table, show, show_labels, table_of
+import kinetile as kt
+from command_line import kinetile
+from kinetile.cli.output import as_csv, as_json, empty_table, printed, show, show_labels, table_of
 from kinetile.cli.plugins import plugins_table
+from kinetile.cli.terminal import echo
+from kinetile.scene.files import dumps_scene
 
 
 def test_a_narrow_terminal_cuts_no_name_without_a_mark():
@@ -130,3 +135,38 @@ def test_rows_of_a_dataclass_or_a_named_tuple_are_tables_csv_and_json():
     assert json.loads(as_json({"rows": rows})) == {"rows": [dataclasses.asdict(row) for row in rows]}
     table = table_of(rows, {"| phase": lambda row: row.phase, "> s": lambda row: f"{row.seconds:.2f}"})
     assert [list(column.cells) for column in table.columns] == [["a", "b"], ["0.33", "2.00"]]
+
+
+ODD = "a\x1b[31m\u202eb\x9b"
+LEGIBLE = r"a\x1b[31m\u202eb\x9b"
+
+
+def test_control_characters_reached_standard_output(monkeypatch):
+    for prints in (
+        lambda: show(ODD, table_of([ODD], {"head": str})),
+        lambda: show_labels([(ODD, ODD)]),
+        lambda: printed([], [{"name": ODD}], json=False, csv=True),
+        lambda: echo(ODD),
+    ):
+        monkeypatch.setattr("sys.stdout", stdout := io.StringIO())
+        prints()
+        assert LEGIBLE in stdout.getvalue()
+        assert all(line.isprintable() for line in stdout.getvalue().split("\n"))
+
+
+def test_a_scene_file_of_an_odd_name_runs_and_is_named_legibly(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path(f"{ODD}.toml").write_text(dumps_scene(kt.make_scene("two-discs")))
+    result = kinetile("run --explain", f"./{ODD}.toml")
+    assert result.exit_code == 0
+    assert all(line.isprintable() for line in result.stdout.split("\n"))
+
+
+def test_there_is_one_place_from_which_commands_print():
+    """What is printed past the filter may have a control character in it."""
+    for package in ("core/kinetile/cli", "plugins"):
+        for path in (Path(__file__).parents[3] / package).rglob(
+            "cli*/*.py" if package == "plugins" else "*.py"
+        ):
+            if path.name not in ("terminal.py", "output.py"):
+                assert not re.search(r"typer\.echo|stdout\.write|\bprint\(", path.read_text()), path

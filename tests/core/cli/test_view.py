@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 
 import kinetile as kt
 from command_line import kinetile, refused
+from kinetile.scene.files import dumps_scene
+from kinetile.show.player import view_scene
 from kinetile_conformance.cases import Subject, save_case
 
 SCENE = "view grid -s bodies=9"
@@ -104,3 +107,20 @@ def test_a_case_under_a_phase_that_is_right(blind, tmp_path):
     assert "All 1 events are the same under sap-1d and naive." in result.stderr
     assert held(tmp_path / "view.html")["open"] is None
     assert "no --from" in refused("view case.toml --from 0.1 --out b.html")
+
+
+def test_one_byte_that_is_not_utf_8_was_a_traceback():
+    Path("s.toml").write_bytes(b"# \xff\n" + dumps_scene(kt.make_scene("two-discs")).encode())
+    assert "bytes that are not UTF-8" in refused("view s.toml")
+
+
+@pytest.mark.small
+def test_a_title_kept_a_raw_escape_and_a_kind_reversed_its_sentence():
+    made = kt.make_scene("two-discs")
+    scene = made.replace(
+        kind=["one\u202e", "two\x1b"], responses={("one\u202e", "two\x1b"): kt.Response("pass")}
+    )
+    page = view_scene(scene, [("naive", {})], until=0.1, title="a\x1b[31m<b>").page
+    assert r"<title>a\x1b[31m&lt;b&gt;</title>" in page.html()
+    assert page.held["kinds"] == [r"one\u202e", r"two\x1b"]
+    assert not re.search("[\x1b\u202e]", page.html())

@@ -357,3 +357,45 @@ def test_a_cache_that_cannot_be_written_any_more_is_done_without(monkeypatch, tm
     monkeypatch.setattr(IndexDataCacheFile, "_save_data", full)
     assert composed_anew()(41.5) == 42
     assert composed_anew()(41.5) == 42
+
+
+@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+@pytest.mark.usefixtures("compiled_here")
+def test_a_file_of_the_cache_copied_over_another_was_loaded(monkeypatch, tmp_path, caplog):
+    """Each file's checksum was right, so machine code ran under the name of another function."""
+    import numba
+
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    assert composed_anew()(41.5) == 42
+    files = {file: file.read_bytes() for file in sorted(tmp_path.rglob("*.nb[ic]"))}
+    for file in files:
+        for other in files.values():
+            if other != files[file]:
+                file.write_bytes(other)
+                assert compiled.is_cached(composed_anew()) is ("one_more" in file.name)
+                caplog.clear()
+                assert composed_anew()(41.5) == 42
+                assert "that of another file" in caplog.text
+        file.unlink()
+        os.mkfifo(file)  # to open it would wait for ever
+        assert composed_anew()(41.5) == 42
+        assert file.is_file()
+        files = {each: each.read_bytes() for each in files}
+
+
+@pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+@pytest.mark.usefixtures("compiled_here")
+def test_machine_code_for_other_arguments_is_not_loaded_under_a_name_of_its_own(
+    monkeypatch, tmp_path, caplog
+):
+    """Two processes may number the machine code of two signatures differently."""
+    import numba
+
+    folders = tmp_path / "one", tmp_path / "other"
+    for folder, given in zip(folders, (41.5, 41), strict=True):
+        monkeypatch.setattr(numba.config, "CACHE_DIR", str(folder))
+        assert composed_anew()(given) == 42
+    mine, other = (next(folder.rglob("*damaged*.1.nbc")) for folder in folders)
+    other.write_bytes(mine.read_bytes())
+    assert composed_anew()(41) == 42
+    assert "that of another file" in caplog.text

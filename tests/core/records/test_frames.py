@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pytest
 
@@ -156,3 +158,23 @@ def test_the_command_refuses_what_it_cannot_do(tmp_path, monkeypatch):
     assert "expected a time greater than 0" in refused("export grid --to a.xyz --every 0")
     assert "it takes no parameters" in refused("export run.parquet --to a.xyz -s bodies=4")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("text", ["-2\n\n", "0\n\n-2\n\n", "9" * 70_000, "3\nProperties=pos:R:3\n1 2 3\n"])
+def test_a_frame_of_minus_two_bodies_never_ended(tmp_path, text):
+    (tmp_path / "f.xyz").write_text(text)
+    with pytest.raises(BadOption, match="cannot be read"):
+        kt.make_scene("frame", file=str(tmp_path / "f.xyz"))
+
+
+def test_a_pipe_in_place_of_frames_was_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "f.xyz")
+    with pytest.raises(BadOption, match="it is no regular file"):
+        kt.make_scene("frame", file=str(tmp_path / "f.xyz"))
+
+
+@pytest.mark.parametrize("every", ["1e-9", "1e-320", "nan", "inf", "0"])
+def test_frames_without_number_took_all_memory(tmp_path, every):
+    said = refused(f"export grid -s bodies=4 --until 100 --every {every} --to", tmp_path / "f.xyz")
+    assert "--every" in said
+    assert not (tmp_path / "f.xyz").exists()

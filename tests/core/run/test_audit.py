@@ -373,6 +373,23 @@ def test_a_contact_that_comes_after_another_of_its_tick():
         sim.audit()
 
 
+@pytest.mark.parametrize("periodic", ["", "xy"])
+@pytest.mark.parametrize("phase", lanes.first(2, ["cells", "sap-1d", "naive", "sweep-tiling"]))
+def test_a_stop_before_a_contact_left_it_unfiled_and_the_audit_blamed_a_sound_run(phase, periodic):
+    scene = kt.make_scene("grid", bodies=16, density=0.3, seed=2, periodic=periodic)
+    sim = kt.Simulation(scene, phase, audit=1)
+    stops, by_hand = 0, kt.Simulation(scene, phase)
+    while stops < 12:
+        stop = kt.StopAt(bodies=[0, 1, 2], before=True)
+        event, same = sim.run(100.0, stop_at=stop), by_hand.run(100.0, stop_at=stop)
+        assert event == same is not None
+        by_hand.audit()
+        stops += 1
+    plain = kt.Simulation(scene, phase)
+    plain.run(max_contacts=len(sim.contacts))
+    assert plain.fingerprint == sim.fingerprint == by_hand.fingerprint
+
+
 def test_an_audit_blames_nobody():
     """A narrow phase that reports an overlap while it is asked again leaves no fault behind."""
     found = engine()

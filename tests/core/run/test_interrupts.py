@@ -12,7 +12,6 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import PhaseError
-from kinetile.run.engine.engine import Engine
 from kinetile.run.interrupts import Unbroken
 
 
@@ -200,11 +199,11 @@ def test_ctrl_c_ends_a_run_out_of_its_progress_and_its_audit(monkeypatch):
         sim.run(1.0, progress=lambda progress: press())
     done = []
 
-    def interrupted(engine):
+    def interrupted(*tables):
         press()
         done.append(1)
 
-    monkeypatch.setattr(Engine, "audit", interrupted)
+    monkeypatch.setattr("kinetile.run.engine.engine.check_all", interrupted)
     with pytest.raises(KeyboardInterrupt):
         sim.run(1.0)
     assert done == []

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.errors import BadOption, PhaseError, UnknownName
+from kinetile.errors import BadOption, PhaseError, UnknownName, ZenoError
 from kinetile.run.observing import Blocks, Collisions
 from registering import registered
 
@@ -211,3 +211,156 @@ def test_blocks_have_the_mean_of_all_and_the_error_of_their_means():
     few.add(3.0)
     assert few.estimate().mean == 3.0
     assert math.isnan(few.estimate().error)
+
+
+# Observables that fail, at each of their hooks
+
+
+RETURNED: dict[str, Any] = {
+    "text": {"q": "many"},
+    "a digit as text": {"q": "1"},
+    "bytes": {"q": b"1"},
+    "complex": {"q": 1j},
+    "complex array": {"q": np.array([1j, 2.0])},
+    "None": {"q": None},
+    "an array with None": {"q": [1.0, None]},
+    "an object": {"q": object()},
+    "ragged": {"q": [[1.0], [1.0, 2.0]]},
+    "two dimensions": {"q": [[1.0, 2.0]]},
+    "a set": {"q": {1.0}},
+    "too large": {"q": 10**400},
+    "a time": {"q": np.datetime64("2026-01-01")},
+    "a list": [1.0],
+    "nothing": None,
+    "a number": 1.0,
+    "no name": {None: 1.0},
+    "a number for a name": {1: 1.0},
+}
+AXES: dict[str, Any] = {
+    "no value": {"q": ("r",)},
+    "three": {"q": ("r", [1.0, 2.0, 3.0], 0)},
+    "too few": {"q": ("r", [1.0])},
+    "too many": {"q": ("r", np.arange(4))},
+    "a number": {"q": ("r", 1.0)},
+    "text": {"q": ("r", ["a", "b", "c"])},
+    "ragged": {"q": ("r", [[1.0], [1.0, 2.0], 1.0])},
+    "complex": {"q": ("r", [1j, 2.0, 3.0])},
+    "two dimensions": {"q": ("r", np.zeros((3, 1)))},
+    "None": {"q": None},
+    "no name": {"q": (None, np.arange(3))},
+    "one text": {"q": "r"},
+    "no mapping": 5,
+    "nothing": None,
+}
+RAISED = [
+    ValueError("no"),
+    TypeError("no"),
+    SystemExit(3),
+    StopIteration(),
+    MemoryError(),
+    RecursionError("no"),
+    BadOption("no"),
+    ZenoError("no", time=0.0, bodies=(0,)),
+]
+
+
+class Failing:
+    """An observable made of a function for each of its hooks."""
+
+    def __init__(self, sample=None, axes=None, collect=None):
+        self.needs = "samples" if collect is None else "contacts"
+        self._sample, self._axes, self._collect = sample or (lambda: {"q": np.zeros(3)}), axes, collect
+
+    def prepare(self, scene):
+        pass
+
+    def collect(self, collisions):
+        self._collect()
+
+    def sample(self, simulation):
+        return self._sample()
+
+    @property
+    def axes(self):
+        return self._axes() if self._axes else {}
+
+
+def returns(value):
+    return lambda: value
+
+
+def raises(error):
+    def fail():
+        raise error
+
+    return fail
+
+
+def changing():
+    """Samples of one length, then of another; the second would be spread over the first."""
+    values = iter([{"q": [1.0, 2.0]}, {"q": 1.0}])
+    return lambda: next(values)
+
+
+CASES = {
+    **{f"sample: {name}": {"sample": returns(value)} for name, value in RETURNED.items()},
+    **{f"axes: {name}": {"axes": returns(value)} for name, value in AXES.items()},
+    **{
+        f"{hook} raises {type(error).__name__}": {hook: raises(error)}
+        for error in RAISED
+        for hook in ("sample", "axes", "collect")
+    },
+    "sample: other lengths": {"sample": changing()},
+}
+
+
+def failing(**hooks):
+    """A plugin with such an observable."""
+
+    class Made(Failing):
+        def __init__(self):
+            super().__init__(**hooks)
+
+    class Plug:
+        @kt.hookimpl
+        def kinetile_observables(self):
+            return [kt.ObservableSpec("failing", Made, "fails")]
+
+    return Plug()
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_an_observable_that_fails_locked_the_simulation_for_ever(case):
+    class Told(list):
+        def __call__(self, rows):
+            pass
+
+        def reached(self, time):
+            self.append(time)
+
+    sim, told = kt.Simulation(kt.make_scene("grid", bodies=4), "cells"), Told()
+    fault = pytest.raises(PhaseError, match=r"observable 'failing' of Plug")
+    with registered(failing(**CASES[case])), fault:
+        sim.run(1.0, observe=["failing:every=0.4"], recorder=told)
+    assert told == [sim.time]
+    assert sim._engine.ledger.reads is False
+    assert len(sim._engine.k.watch) == 0
+    sim.run(2.0)
+    again = kt.Simulation(sim.scene, "cells")
+    again.run(2.0)
+    assert again.fingerprint == sim.fingerprint
+
+
+def test_an_error_of_the_run_goes_before_one_of_its_observables():
+    sim = kt.Simulation(kt.make_scene("grid", bodies=4), "cells")
+    with registered(failing(axes=raises(ValueError("no")))), pytest.raises(ZeroDivisionError, match="of the user"):
+        sim.run(1.0, observe=["failing"], progress=lambda _: raises(ZeroDivisionError("of the user"))())
+    sim.run(1.0)
+
+
+@pytest.mark.parametrize("observe", [[None], [5], 5, None, [b"pressure"]])
+def test_what_is_no_name_of_an_observable_is_refused_before_anything_runs(observe):
+    sim = kt.Simulation(kt.make_scene("grid", bodies=4), "cells")
+    with pytest.raises(BadOption, match="observable"):
+        sim.run(1.0, observe=observe)
+    assert sim.time == 0.0

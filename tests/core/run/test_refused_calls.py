@@ -353,3 +353,38 @@ def test_the_broad_phase_was_blamed_for_a_narrow_phase_that_lets_bodies_pass():
     sim = kt.Simulation(scene, "naive", narrow_phases=["ghosts", "wall"])
     with pytest.raises(PhaseError, match=r"no contact of theirs has been missed: narrow phase 'ghosts'"):
         sim.run(until=30.0 if not INTERPRETED else 5.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda sim: sim.restore(None), r"restore continues from a snapshot, .*; found None"),
+        (lambda sim: sim.restore("a.kts"), r"restore continues from a snapshot, .*; found 'a.kts'"),
+        (lambda sim: sim.run(1.0, recorder=5), r"recorder is called during the run; found 5"),
+        (lambda sim: sim.run(1.0, progress="bar"), r"progress is called during the run; found 'bar'"),
+    ],
+)
+def test_what_cannot_be_used_was_found_out_in_the_middle_of_the_run(call, said):
+    sim = kt.Simulation(kt.make_scene("grid", bodies=9), "cells")
+    with pytest.raises(TypeError, match=said):
+        call(sim)
+    assert sim.time == 0.0
+    assert not sim.built
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("form", [np.float16, np.float32, np.longdouble])
+def test_numbers_of_other_widths_warned_of_a_cast_that_overflows(form):
+    """Bounds of lengths are doubles that narrower floats cannot hold; a wider one may hold more."""
+    scene = kt.Scene([[0.2, 0.2], [0.6, 0.6]], [[1.0, 0.0], [0.0, 1.0]], 0.125, arena=(form(1), form(1)))
+    sim = kt.Simulation(scene, "cells", live=True)
+    half = form(0.5)
+    sim.set_velocities([0, 1], np.array([[half, half], [half, half]]))
+    sim.insert((form(0.875), form(0.125)), (half, half), form(0.0625), mass=form(1))
+    assert sim.bodies_near((half, half), radius=half).tolist() == [1, 0, 2]
+    assert len(sim.ray((form(0), half), (half, form(0)), within=form(1))) >= 0
+    assert sim.cast((half, form(0.875), form(0.0625)), (half, half)) is None
+    assert kt.box(half, half).reach > 0.0
+    if form is np.longdouble:
+        with pytest.raises(ValueError, match="a velocity is two finite numbers"):
+            sim.set_velocities([0], np.array([[half, form(10) ** form(400)]]))

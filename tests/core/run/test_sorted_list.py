@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from installing import install, run
+from registering import remove
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples"
 EXAMPLE = EXAMPLES / "kinetile-thesis" / "kinetile_thesis" / "sorted_list.py"
@@ -24,8 +26,8 @@ def example():
 
     sys.modules["sorted_list"] = module
     spec.loader.exec_module(module)
-    yield module
-    kt.registry().remove("Plugin")
+    with remove("sorted-list"):  # kinetile-thesis, where it is installed, brings it
+        yield module
     del sys.modules["sorted_list"]
 
 
@@ -63,3 +65,11 @@ def test_it_stays_sorted_and_swaps_once_an_inversion(example):
         before = order.copy()
     assert sim.readings.structural_events == swaps
     assert len(sim.contacts) == 0
+
+
+def test_these_tests_run_where_the_example_is_installed(tmp_path):
+    paths = install(EXAMPLES / "kinetile-thesis", tmp_path)
+    one = f"{__file__}::test_the_example_prints_the_order_and_its_events"
+    done = run(one, "-p", "no:cacheprovider", folder=EXAMPLES, paths=paths, module="pytest")
+    assert "1 passed" in done.stdout.splitlines()[-1], done.stdout
+    assert "error" not in done.stdout.splitlines()[-1]

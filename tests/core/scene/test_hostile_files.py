@@ -63,6 +63,19 @@ def test_whole_numbers_of_5000_digits_gave_a_traceback(text: str, number: str) -
     assert "a whole number of" in told or "not known" in told or "Expected '='" in told or "TOML" in told
 
 
+@pytest.mark.parametrize("number", [2**63, -(2**63) - 1, 2**62 + 1])
+@pytest.mark.parametrize(
+    "line",
+    [
+        *("[[bodies]]\nposition = [0.5, 0.5]\nshape = {}", "[[commands]]\ntime = 0.5\nremove = {}"),
+        *("[[commands]]\ntime = 0.5\nat = [0, 0, {}]\nremove = 0", "[[bodies]]\nkind = {}"),
+    ],
+)
+def test_whole_numbers_beyond_64_bits_gave_a_traceback(line: str, number: int) -> None:
+    shapes = '[[shapes]]\nkind = "disc"\nradius = 0.1\n' if "shape" in line else ""
+    message(shapes + ("" if shapes else BODY) + line.format(number))
+
+
 @pytest.mark.parametrize("parts", [33, 3000, 20_000, 200_000])
 @pytest.mark.parametrize(
     "text",

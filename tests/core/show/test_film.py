@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 
 import pytest
@@ -36,7 +37,8 @@ def fake_ffmpeg(folder, monkeypatch, ends="sys.exit(0)"):
     """Put a program on PATH that writes the number of bytes from its stdin into its last argument."""
     folder.mkdir()
     program = folder / "ffmpeg"
-    count = "open(sys.argv[-1], 'w').write(str(len(sys.stdin.buffer.read())))"
+    count = "if sys.argv[1:] == ['-version']: sys.exit()\n"
+    count += "open(sys.argv[-1], 'w').write(str(len(sys.stdin.buffer.read())))"
     program.write_text(f"#!{sys.executable}\nimport sys\n{count}\n{ends}\n")
     program.chmod(0o755)
     monkeypatch.setenv("PATH", str(folder))
@@ -175,6 +177,26 @@ def test_ffmpeg_gets_the_bytes_of_all_frames(tmp_path, monkeypatch):
 def test_a_failure_of_ffmpeg_is_told_and_leaves_nothing(tmp_path, monkeypatch):
     fake_ffmpeg(tmp_path / "bin", monkeypatch, ends="sys.exit('no such codec')")
     with pytest.raises(BadOption, match="ffmpeg ended with exit code 1: no such codec"):
+        small_film().save("a.mp4")
+    assert {each.name for each in tmp_path.iterdir()} == {"bin"}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="its programs are no scripts")
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "#!/bin/sh\necho 'no libav.so' >&2\nexit 127\n",
+            "ffmpeg, which does not run (no libav.so): install",
+        ),
+        ("\x7fELF", r"ffmpeg, which does not run ([Errno 8] Exec format error"),
+        ("#!/bin/sh\n", "ffmpeg ended with exit code 0 and wrote nothing: no message"),
+    ],
+)
+def test_an_ffmpeg_that_does_not_run_was_used(text, said, tmp_path, monkeypatch):
+    fake_ffmpeg(tmp_path / "bin", monkeypatch)
+    (tmp_path / "bin" / "ffmpeg").write_text(text)
+    with pytest.raises(BadOption, match=re.escape(said)):
         small_film().save("a.mp4")
     assert {each.name for each in tmp_path.iterdir()} == {"bin"}
 

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 
 from kinetile import make_scene
 from kinetile.errors import BadOption, KinetileError, StudyError
+from kinetile.scene.by_name import Parameter, holds_several
 from kinetile_bench import Study
 from kinetile_bench.study.plan import SCENE_KEYS, STUDY_KEYS, read_plan
 from kinetile_bench.study.task import tasks_of
@@ -73,13 +74,13 @@ def test_several_numbers_are_one_value_and_in_rows_a_text():
 
 def test_a_flat_list_for_a_list_parameter_ran_other_scenes():
     """A study of ``radii = [0.5, 0.7]`` had two scenes, each of discs of one size, and none of both."""
-    for flat in ([0.5, 0.7], [0.5], [[0.5, 0.7], 0.5]):
+    for flat in ([0.5, 0.7], [0.5], [[0.5, 0.7], 0.5], ["1, 3", 2], [True, False]):
         (said,) = mistakes(scenes=[{"recipe": "mixture", "parameters": {"radii": flat}}])
         assert said.startswith(f"scenes[0].parameters.radii: found {flat}; expected a list of lists")
     whole = {"recipe": "mixture", "parameters": {"radii": [[0.5, 0.7]]}}
-    assert [each["radii"] for each in read_plan(tables(scenes=[whole])).scenes[0].combinations] == [
-        "0.5, 0.7"
-    ]
+    (scene,) = read_plan(tables(scenes=[whole])).scenes[0].combinations
+    assert scene["radii"] == "0.5, 0.7"
+    assert holds_several(Parameter("of a foreign recipe", "npt.NDArray[np.float64] | None", None))
 
 
 def test_all_mistakes_are_told_at_once_with_where_they_stand():
@@ -195,15 +196,16 @@ def test_a_file_is_read_and_its_results_lie_beside_it(tmp_path):
         Study(tables())
 
 
-@pytest.mark.parametrize("name", ["..", "../rows", ".", "a/../..", "./../rows", "a/.."])
-def test_results_outside_of_the_study_s_folder_are_refused(name, tmp_path):
+@pytest.mark.parametrize("name", ["..", "../rows", ".", "a/../..", "a/..", "link", "link/rows"])
+def test_results_outside_of_the_study_s_folder_are_refused(name, tmp_path, monkeypatch):
     """With ``results = ".."`` the rows were written into the folder above the study's."""
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    (tmp_path / "here" / "link").symlink_to(tmp_path)
     (said,) = mistakes(results=name)
-    assert said.startswith(
-        f"results: found {name!r}, which is no file in there; expected the name of a file in"
-    )
-    absolute = str(tmp_path / "rows.sqlite")
-    assert str(Study(tables(results=absolute)).results) == absolute
+    assert said.startswith(f"results: found {name!r}, which is outside of the study's folder; expected")
+    for inside in ("rows", "a/../rows", str(tmp_path / "rows.sqlite")):
+        assert str(Study(tables(results=inside)).results) == inside
 
 
 @settings(max_examples=150, deadline=None)

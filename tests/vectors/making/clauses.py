@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from math import inf, ldexp
+from math import inf, ldexp, nextafter
 
 from .draws import Draws
 from .edges import barred
 from .images import images
 from .rules import Plan, are_closer, has_room, overlap_at_insertion, overlap_at_start
 from .scenes import Asked
-from .whole_runs import ANY, Body, Insert, Remove, Scene, Turned, events
+from .whole_runs import ANY, At, Body, Command, Insert, Remove, Restitution, Scene, Turned, events
 
-__all__ = ["CLAUSES"]
+__all__ = ["CLAUSES", "scenes"]
 
 BALL, SENSOR, POST = "ball", "sensor", "post"
 PASSES = (((BALL, SENSOR), "pass"),)
@@ -209,6 +209,18 @@ def responses() -> Iterator[Asked]:
     yield Asked(name, scene._replace(responses=said, commands=(comes,)), 12.0, otherwise=without)
     said = (((BALL, ANY), "pass"), ((ANY, ANY), "stop"))
     yield Asked("ball and any, before any and any", scene._replace(responses=said), 12.0, otherwise=general)
+    stop = (BALL, BALL), "stop"
+    alone = Insert(0.0, Body((4.0, 1.0), STILL, 0.25))
+    commands = Insert(1.0, _ball(1.0, 1.0, 1.0)), Insert(0.5, _sensor(6.0, 3.0)), alone
+    scene = Scene((), (8.0, 4.0), responses=(stop,), commands=commands)
+    name = "nobody is there at the start: who comes without a kind is of the first that is written"
+    yield Asked(name, scene, 12.0, otherwise=without)
+    scene = scene._replace(
+        responses=(((SENSOR, SENSOR), "elastic"), stop),
+        commands=(alone, Insert(1.0, Body((1.0, 1.0), (1.0, 0.0), 0.25))),
+    )
+    name = "nor has anybody who comes a kind: they are of the lowest that a response names"
+    yield Asked(name, scene, 12.0, otherwise=without)
 
 
 def ends() -> Iterator[Asked]:
@@ -251,6 +263,72 @@ def immovable() -> Iterator[Asked]:
     yield Asked("who meets it stops beside it", scene, 3.0)
     scene = scene._replace(responses=(((ANY, "wall"), "stop"),))
     yield Asked("walls stop it", scene, 4.5, otherwise=otherwise)
+    scene = Scene((heavy, other, light[0]), (4.0, 4.0), responses=(((ANY, ANY), "stop"),))
+    otherwise = "the first immovable body does not stop"
+    yield Asked("two fly, meet, and stop", scene, 20.0, otherwise=otherwise)
+
+
+def losses() -> Iterator[Asked]:
+    """Rule 11: restitution."""
+    lossy = Restitution(0.75, 2.0**-10)
+    bodies = _ball(1.0, 1.0, 0.5, 0.25), _ball(3.0, 1.2, -0.75), _ball(1.0, 3.0, 0.3, -0.7)
+    bodies = (*bodies, Body((3.0, 3.0), (-0.2, -0.9), 0.5, 3.0, kind=BALL))
+    scene = Scene(bodies, (4.0, 4.0), responses=(((ANY, ANY), lossy), ((ANY, "wall"), lossy)))
+    yield Asked("bodies and walls give back a share", scene, 20.0)
+    radius = 0.25 - ldexp(1.0, -53)  # from wall to wall it flies 2^53 + 1 ticks at speed 1
+    ball = Body((radius, 1.0), (-2.0, 0.0), radius)
+    walls = (((ANY, "wall"), Restitution(0.5, 2.0)),)
+    scene = Scene((ball,), (2.5, 2.0), unit=0, responses=walls)
+    name = "2^53 + 1 ticks are, rounded, within a contact time of 2^53"
+    yield Asked(name, scene, 12.0, otherwise="ticks between contacts are exact")
+    ball = Body((0.5, 1.0), (-ldexp(1.0, -9), 0.0), 0.5)
+    walls = (((ANY, "wall"), Restitution(0.5, nextafter(1024.0, 0.0))),)
+    for width in (2.0, nextafter(2.0, 0.0)):  # at half its speed it flies 2^62 ticks, or 1,024 less
+        scene = Scene((ball,), (width, 2.0), unit=0, responses=walls)
+        yield Asked(f"{'after' if width == 2.0 else 'within'} the longest contact time", scene, 8192.0)
+
+
+def scenes() -> dict[str, list[Asked]]:
+    """Rule 2: scenes, and what is none by its commands."""
+    one, new = Body((1.0, 1.0), (0.5, 0.25), 0.25), Body((3.0, 3.0), STILL, 0.25)
+
+    def first(time: float, number: int | None = 7, at: At | None = None) -> Insert:
+        return Insert(time, new, at, number)
+
+    turn, gone = Turned(2.0, 0, STILL), Remove(1.0, 0)
+    numbers: dict[str, tuple[Command, ...]] = {
+        "the next number": (first(1.0, 1),),
+        "a number of the start": (first(1.0, 0),),
+        "a number of the start, of one who has gone": (gone, first(2.0, 0)),
+        "one number twice": (first(1.0), first(2.0)),
+        "one number twice, of one who has gone": (first(1.0), Remove(2.0, 7), first(3.0)),
+        "two numbers": (first(2.0, 8), Remove(3.0, 8), first(1.0), first(4.0, None)),
+    }
+    bodies: dict[str, tuple[Command, ...]] = {
+        "who is there turns": (turn,),
+        "who has gone turns": (gone, turn),
+        "who has gone turns, written first": (turn, gone),
+        "a turn and then a removal, written first": (gone, turn._replace(time=0.5)),
+        "at one time a removal and then a turn": (gone, turn._replace(time=1.0)),
+        "at one time a turn and then a removal": (turn._replace(time=1.0), gone),
+        "at one tick, by k": (gone._replace(at=(1, 0, 1)), turn._replace(time=1.0, at=(1, 0, 0))),
+        "at one tick, by k, gone": (gone._replace(at=(1, 0, 0)), turn._replace(time=1.0, at=(1, 0, 1))),
+        "who has gone goes": (gone, gone._replace(time=2.0)),
+        "who comes turns": (first(1.0), turn._replace(body=7)),
+        "who is still to come turns": (first(3.0), turn._replace(body=7)),
+        "nobody turns": (turn._replace(body=1),),
+        "who comes without a number turns": (first(1.0, None), turn._replace(body=1)),
+    }
+    made = {
+        family: [
+            Asked(name, Scene((one,), (4.0, 4.0), commands=commands)) for name, commands in asked.items()
+        ]
+        for family, asked in (("numbers that are written", numbers), ("bodies that are there", bodies))
+    }
+    turns = one._replace(turns=((1.0, STILL),))
+    name = "a turn that is written with its body, at the time at which it goes"
+    made["bodies that are there"].append(Asked(name, Scene((turns,), (4.0, 4.0), commands=(gone,))))
+    return made
 
 
 CLAUSES: dict[str, tuple[str, Callable[[], Iterator[Asked]]]] = {
@@ -263,6 +341,7 @@ CLAUSES: dict[str, tuple[str, Callable[[], Iterator[Asked]]]] = {
     "ends": ("Rule 8: an exact end.", ends),
     "images": ("Rules 4p, 5p and 7p to 9p: images, and the clock of periodic axes.", images),
     "immovable": ("Rules 9 and 11: bodies of infinite mass.", immovable),
+    "losses": ("Rule 11: restitution, and its contact time.", losses),
     "numbers": ("Rule 2: the numbers of bodies that come.", numbers),
     "orders": ("Rules 2 and 8: the order of commands of one tick.", orders),
     "responses": ("Rule 11: which response counts.", responses),

@@ -11,7 +11,19 @@ from typing import NamedTuple
 from .doubles import Double, sqrt
 from .draws import Draws
 from .rules import Arena, Plan, Velocity, anchored, exchange_along, normal, wall_contact
-from .shapes import FAMILIES, Body, Course, Place, Question, anywhere, dot, meeting, on_lattice
+from .shapes import (
+    FAMILIES,
+    WALL_AS_SEGMENT,
+    Body,
+    Course,
+    Place,
+    Question,
+    anywhere,
+    dot,
+    meeting,
+    on_lattice,
+    wall_as_segment,
+)
 
 __all__ = ["Impact", "WallQuestion", "exchange", "impacts", "shapes", "size", "wall", "walls"]
 
@@ -115,7 +127,8 @@ def shapes() -> dict[str, list[Shape]]:
 
 
 def walls() -> dict[str, list[WallQuestion]]:
-    """Bodies in an arena: at a wall exactly, at two walls at one tick, or anywhere."""
+    """Bodies in an arena: at a wall exactly, at two walls at one tick, or anywhere; and those of
+    ``shapes.json`` that fly to a segment, with a wall in its place."""
     d = Draws("shapes at walls")
     made: dict[str, list[WallQuestion]] = {"lattice": [], "any": []}
     for _ in range(60):
@@ -131,7 +144,9 @@ def walls() -> dict[str, list[WallQuestion]]:
         place = d.uniform(1.0, 8.0), d.uniform(1.0, 8.0)
         speed = d.uniform(-1.0, 1.0), d.uniform(-1.0, 1.0)
         made["any"].append(WallQuestion(0, (9.0, 9.5), Body(core, radius, *place, *speed, anchor)))
-    return made
+    d = Draws("shapes, " + WALL_AS_SEGMENT)
+    bodies = [wall_as_segment(d).two for _ in range(FAMILIES[WALL_AS_SEGMENT][1])]
+    return made | {WALL_AS_SEGMENT: [WallQuestion(0, (6.0, 6.0), body) for body in bodies]}
 
 
 def impacts() -> dict[str, list[Impact]]:

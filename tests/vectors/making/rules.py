@@ -22,9 +22,11 @@ __all__ = [
     "exchange",
     "exchange_along",
     "first_image",
+    "given_back",
     "has_room",
     "meeting",
     "normal",
+    "off_wall",
     "overlap_at_insertion",
     "overlap_at_start",
     "parting",
@@ -313,13 +315,14 @@ def exchange(
     masses: tuple[float, float] | None,
     periods: Periods = WALLED,
     image: Image = (0, 0),
+    back: float = 1.0,
 ) -> tuple[Velocity, Velocity]:
     """Return the velocities of bodies a < b after their contact through an image; ``masses``: None, if all
-    are equal (rules 9 and 9p)."""
+    are equal (rules 9 and 9p). ``back``: the k of restitution."""
     right, up = image[0] + two.kx - one.kx, image[1] + two.ky - one.ky
     dx = (Double(two.x) - Double(one.x)) + Double(right) * Double(periods[0])
     dy = (Double(two.y) - Double(one.y)) + Double(up) * Double(periods[1])
-    return exchange_along(normal(dx, dy), (one.vx, one.vy), (two.vx, two.vy), masses)
+    return exchange_along(normal(dx, dy), (one.vx, one.vy), (two.vx, two.vy), masses, back)
 
 
 def normal(dx: Double, dy: Double) -> tuple[Double, Double]:
@@ -329,9 +332,13 @@ def normal(dx: Double, dy: Double) -> tuple[Double, Double]:
 
 
 def exchange_along(
-    along: tuple[Double, Double], one: Velocity, two: Velocity, masses: tuple[float, float] | None
+    along: tuple[Double, Double],
+    one: Velocity,
+    two: Velocity,
+    masses: tuple[float, float] | None,
+    back: float = 1.0,
 ) -> tuple[Velocity, Velocity]:
-    """Return the velocities of two bodies after a contact with this unit normal (rules 9 and 9s)."""
+    """Return the velocities of two bodies after a contact with this unit normal (rules 9, 9s and 11)."""
     half = Double(Fraction(1, 2))
     nx, ny = along
     vxa, vya, vxb, vyb = (Double(v) for v in (*one, *two))
@@ -345,13 +352,28 @@ def exchange_along(
     total = px + py
     part = total - px
     low = ((px - (total - part)) + (py - part)) + (error_of_product(ux, nx) + error_of_product(uy, ny))
-    speed = total + (low - total * excess)
+    speed = (half * (Double(1) + Double(back))) * (total + (low - total * excess))
     ga = gb = speed
     if masses is not None:
         ga, gb = _share(*masses, speed), _share(*reversed(masses), speed)
     after_a = (float(vxa + ga * nx), float(vya + ga * ny))
     after_b = (float(vxb - gb * nx), float(vyb - gb * ny))
     return after_a, after_b
+
+
+def off_wall(plan: Plan, wall: int, back: float) -> Velocity:
+    """Return the velocity after a wall that gives back a share (rule 11)."""
+    nx, ny = (Double(out) for out in ((-1, 0), (1, 0), (0, -1), (0, 1))[-1 - wall])
+    vx, vy = Double(plan.vx), Double(plan.vy)
+    w = (Double(1) + Double(back)) * (vx * nx + vy * ny)
+    return float(vx - w * nx), float(vy - w * ny)
+
+
+def given_back(share: float, contact_time: float, ticks: int, e: int, exactly: bool = False) -> float:
+    """Return the k of restitution so many ticks after the last contact (rule 11)."""
+    q = Fraction(1, 1 << 52 + e)
+    since = ticks * q if exactly else (Double(ticks) * Double(q)).exact
+    return 1.0 if since <= Fraction(contact_time) else share
 
 
 def _share(mass: float, other: float, speed: Double) -> Double:

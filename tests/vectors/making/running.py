@@ -8,7 +8,7 @@ from fractions import Fraction
 from itertools import islice
 from typing import NamedTuple
 
-from .clauses import CLAUSES
+from .clauses import CLAUSES, scenes
 from .edges import clocks, touches
 from .images import boxes
 from .rules import tick_of
@@ -29,12 +29,15 @@ from .whole_runs import (
     Event,
     Insert,
     Remove,
+    Response,
+    Restitution,
     Scene,
+    are_commands,
     digest,
     events,
     unit_of,
 )
-from .writing import number, numbers
+from .writing import number, numbers, table
 
 __all__ = ["Answer", "answer", "files"]
 
@@ -60,8 +63,14 @@ MORE_KINDS = KINDS | {"insertion": INSERTION, "removal": REMOVAL, "begin": BEGIN
 def files() -> dict[str, str]:
     """Return the text of each file, by its path in this folder."""
     runs = {f"runs/{name}.json": _file(about, asked, KINDS) for name, (about, asked) in FILES.items()}
+    asked = {
+        family: [(each.name, json.loads(_scene(each, 4.0)), are_commands(each.scene)) for each in questions]
+        for family, questions in scenes().items()
+    }
+    about = "Rule 2: whether something is a scene, by its commands."
     return runs | {
-        f"rules/{name}.json": _file(about, asked, MORE_KINDS) for name, (about, asked) in CLAUSES.items()
+        "scenes.json": table(about, ("name", "scene", "whether it is one"), asked),
+        **{f"rules/{name}.json": _file(told, made, MORE_KINDS) for name, (told, made) in CLAUSES.items()},
     }
 
 
@@ -113,7 +122,6 @@ def _time(scene: Scene, tick: int, e: int) -> float:
 
 def _run(asked: Asked, kinds: dict[str, int]) -> str:
     """Return a run as JSON: a line a body, and the contacts in one."""
-    scene = asked.scene
     found = answer(asked)
     contacts = found.contacts
     first = [[*map(str, divmod(each.tick, 1 << 52)), each.a, each.b] for each in contacts[:SHOWN]]
@@ -123,13 +131,18 @@ def _run(asked: Asked, kinds: dict[str, int]) -> str:
     lines = [
         f'  {{"name": {json.dumps(asked.name)},'
         + "".join(f' "{key}": "{each}",' for key, each in told.items()),
-        f'   "scene": {{{_head(scene, found.until)}{_more(asked)}, "bodies": [',
-        ",\n".join(f"     {_json(_body(body))}" for body in scene.bodies) + "]},",
+        f'   "scene": {_scene(asked, found.until)},',
         f'   "e": {found.e}, "end": "{found.end}", "happened": {json.dumps(counts)},',
         f'   "count": {len(contacts)}, "fingerprint": "{digest(contacts)}",',
         f'   "contacts": {_json(first)}}}',
     ]
     return "\n".join(lines)
+
+
+def _scene(asked: Asked, until: float) -> str:
+    """Return a scene as JSON: a line a body."""
+    bodies = ",\n".join(f"     {_json(_body(body))}" for body in asked.scene.bodies)
+    return f'{{{_head(asked.scene, until)}{_more(asked)}, "bodies": [\n{bodies}]}}'
 
 
 def _more(asked: Asked) -> str:
@@ -141,10 +154,17 @@ def _more(asked: Asked) -> str:
     if scene.unit is not None:
         made["unit"] = number(2.0**-scene.unit)
     if scene.responses:
-        made["responses"] = [{"between": pair, "response": name} for pair, name in scene.responses]
+        made["responses"] = [{"between": pair, **_response(response)} for pair, response in scene.responses]
     if scene.commands:
         made["commands"] = [_command(command) for command in scene.commands]
     return "".join(f', "{key}": {_json(value)}' for key, value in made.items())
+
+
+def _response(response: Response) -> dict[str, object]:
+    if not isinstance(response, Restitution):
+        return {"response": response}
+    options = {name: number(value) for name, value in response._asdict().items()}
+    return {"response": "restitution", "options": options}
 
 
 def _command(command: Command) -> dict[str, object]:

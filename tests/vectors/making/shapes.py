@@ -18,6 +18,7 @@ from .rules import FAR
 
 __all__ = [
     "FAMILIES",
+    "WALL_AS_SEGMENT",
     "Body",
     "Contact",
     "Course",
@@ -27,6 +28,7 @@ __all__ = [
     "dot",
     "meeting",
     "on_lattice",
+    "wall_as_segment",
 ]
 
 Place = tuple[float, float]
@@ -407,6 +409,17 @@ def parallel(d: Draws) -> Question:
     )
 
 
+WALL_AS_SEGMENT = "a segment for a wall"
+
+
+def wall_as_segment(d: Draws) -> Question:
+    """A segment that nothing moves, along the left side of an arena 6 high, and a body that flies to it."""
+    core, radius = anywhere(d)
+    segment = resting((((0.0, 0.0), (0.0, 6.0)), 0.0), 0.0, 0.0)
+    speed = ldexp(d.uniform(-2.0, -1.0), -d.below(9))
+    return Question(0, segment, Body(core, radius, d.uniform(2.5, 3.0), 3.0, speed, 0.0, 0))
+
+
 FAMILIES: dict[str, tuple[Callable[[Draws], Question], int]] = {
     "lattice": (lattice, 1200),
     "corners": (corners, 500),
@@ -415,5 +428,6 @@ FAMILIES: dict[str, tuple[Callable[[Draws], Question], int]] = {
     "any": (general, 700),
     "overlapping": (overlapping, 500),
     "along faces": (parallel, 500),
+    WALL_AS_SEGMENT: (wall_as_segment, 60),
 }
 """Family, how it is drawn, and how many."""

@@ -13,6 +13,7 @@ from math import inf
 from typing import NamedTuple
 
 from .rules import (
+    FAR,
     WALLED,
     Arena,
     Image,
@@ -22,8 +23,10 @@ from .rules import (
     are_closer,
     exchange,
     first_image,
+    given_back,
     has_room,
     meeting,
+    off_wall,
     overlap_at_insertion,
     overlap_at_start,
     parting,
@@ -46,13 +49,17 @@ __all__ = [
     "REMOVAL",
     "TURN",
     "WALL",
+    "At",
     "Body",
     "Command",
     "Event",
     "Insert",
     "Remove",
+    "Response",
+    "Restitution",
     "Scene",
     "Turned",
+    "are_commands",
     "digest",
     "events",
     "unit_of",
@@ -118,6 +125,16 @@ Command = Turned | Insert | Remove
 COMMANDS: dict[type, int] = {Turned: TURN, Insert: INSERTION, Remove: REMOVAL}
 
 
+class Restitution(NamedTuple):
+    """The response that gives back a share."""
+
+    e: float
+    contact_time: float
+
+
+Response = str | Restitution
+
+
 class Scene(NamedTuple):
     """What a run is a function of. ``unit``: the e that the scene says, where it says its unit; ``periodic``:
     the axes, "", "x", "y" or "xy"."""
@@ -127,7 +144,7 @@ class Scene(NamedTuple):
     start: float = 0.0
     unit: int | None = None
     commands: tuple[Command, ...] = ()
-    responses: tuple[tuple[tuple[str, str], str], ...] = ()
+    responses: tuple[tuple[tuple[str, str], Response], ...] = ()
     periodic: str = ""
 
 
@@ -158,6 +175,8 @@ OTHERWISE = (
     "who is inserted without a kind is of kind 0",
     "an exact end is the end of its tick",
     "nothing turns an immovable body",
+    "the first immovable body does not stop",
+    "ticks between contacts are exact",
     "a bar is of all images",
     "the greatest image of a tick",
     "plans are kept for 512 units",
@@ -248,6 +267,19 @@ def _in_order(scene: Scene, e: int, otherwise: Collection[str]) -> list[tuple[in
     return sorted(numbered, key=lambda command: command[:2])
 
 
+def are_commands(scene: Scene) -> bool:
+    """Whether the commands of a scene are about bodies that there are, by numbers used once (rule 2)."""
+    there, used = set(range(len(scene.bodies))), set(range(len(scene.bodies)))
+    for _, _, body, command in _in_order(scene, unit_of(scene), ()):
+        if (body in used) if isinstance(command, Insert) else (body not in there):
+            return False
+        used.add(body)
+        there.add(body)
+        if isinstance(command, Remove):
+            there.remove(body)
+    return True
+
+
 class _Run:
     """A run at some moment: the plans, the commands to come, who is barred, who passes, and what is
     awaited."""
@@ -266,13 +298,17 @@ class _Run:
             for number, body in enumerate(scene.bodies)
         }
         self.bodies = dict(enumerate(scene.bodies))
-        self.kind = scene.bodies[0].kind if scene.bodies else None  # of who is inserted without one
+        # The kind of who is inserted without one.
+        inserted = [each.body.kind for each in scene.commands if isinstance(each, Insert) and each.body.kind]
+        named = sorted({kind for pair, _ in scene.responses for kind in pair} - {ANY, THE_WALL})
+        self.kind = scene.bodies[0].kind if scene.bodies else next(iter([*inserted, *named]), None)
         masses = [body.mass for body in scene.bodies]
         masses += [command.body.mass for command in scene.commands if isinstance(command, Insert)]
         self.equal = len(set(masses)) <= 1 and inf not in masses
         self.commands = _in_order(scene, e, otherwise)
         self.now = 0
         self.count = (0, 0)  # a tick, and the contacts that it has had
+        self.last: dict[int, int] = {}  # the tick of the last contact of each body, where it did not pass
         self.met: dict[tuple[int, int], Image] = {}
         self.passing: dict[tuple[int, int], tuple[int, int | None]] = {}  # since when, and until when
         self.walls: dict[int, tuple[int, int]] = {}
@@ -303,11 +339,11 @@ class _Run:
         for body in self.plans:
             self._ask(body, range(body))
 
-    def _response(self, a: int, b: int) -> str:
+    def _response(self, a: int, b: int) -> Response:
         """Return what happens where two bodies meet, or a body and a wall (rule 11)."""
         return self._meets(self.bodies[a], self.bodies[b] if b >= 0 else None)
 
-    def _meets(self, one: Body, two: Body | None) -> str:
+    def _meets(self, one: Body, two: Body | None) -> Response:
         a, b = one.kind or "", THE_WALL if two is None else two.kind or ""
         pairs = [(a, b), (b, a)]
         if two is not None or "responses for any body are for walls as well" in self.otherwise:
@@ -425,6 +461,7 @@ class _Run:
         """Give the bodies of an event their new velocities; they are anchored at it. Return the event."""
         _, kind, a, b, _ = event
         one = self.plans[a]
+        back = self._given_back(event) if kind in (WALL, PAIR) else 1.0
         if kind == TURN:
             command = self.commands.pop(0)[3]
             assert isinstance(command, Turned)
@@ -434,6 +471,9 @@ class _Run:
             self._count(event)
             if self._response(a, b) == "stop":
                 self.plans[a] = one._replace(vx=0.0, vy=0.0)
+            elif isinstance(self._response(a, b), Restitution):
+                vx, vy = off_wall(one, b, back)
+                self.plans[a] = one._replace(vx=vx, vy=vy)
             else:
                 self.plans[a] = one._replace(vx=-one.vx) if b in (-1, -2) else one._replace(vy=-one.vy)
         elif kind == PAIR:
@@ -442,18 +482,29 @@ class _Run:
             masses = self.bodies[a].mass, self.bodies[b].mass
             if self._response(a, b) == "stop":
                 still = [plan for plan, mass in zip((one, two), masses, strict=True) if mass == inf]
+                if "the first immovable body does not stop" in self.otherwise:
+                    still = still[:1]
                 vxa, vya = (still[0].vx, still[0].vy) if len(still) == 1 else (0.0, 0.0)
                 vxb, vyb = vxa, vya
             else:
                 image = self.pairs[a, b][1]
                 (vxa, vya), (vxb, vyb) = exchange(
-                    one, two, None if self.equal else masses, self.periods, image
+                    one, two, None if self.equal else masses, self.periods, image, back
                 )
             self.plans[a], self.plans[b] = one._replace(vx=vxa, vy=vya), two._replace(vx=vxb, vy=vyb)
             image = self.met[a, b] = self.pairs[a, b][1]
             again = meeting(self.plans[a], self.plans[b], self.e, self.periods, image)
             return event._replace(barred=again is not None)
         return event
+
+    def _given_back(self, event: Event) -> float:
+        """Return the share of the closing speed that comes back (rule 11), and note the contact."""
+        tick, _, a, b, _ = event
+        response = self._response(a, b)
+        waited = tick - max(self.last.get(body, -FAR) for body in (a, b))
+        self.last |= {body: tick for body in (a, b) if body >= 0}
+        exactly = "ticks between contacts are exact" in self.otherwise
+        return given_back(*response, waited, self.e, exactly) if isinstance(response, Restitution) else 1.0
 
     def _end_bars(self, *bodies: int) -> None:
         """End the bars of bodies that get a new plan (rule 7)."""

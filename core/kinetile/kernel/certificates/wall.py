@@ -15,8 +15,9 @@ import math
 from kinetile.kernel.certificates.contact import LARGE, SMALL, TINY, look_closer, plus
 from kinetile.kernel.certificates.integers import LIMIT
 from kinetile.kernel.certificates.structural import FAR
-from kinetile.kernel.compiled import apart, larger
-from kinetile.kernel.tables import NEVER
+from kinetile.kernel.compiled import apart, hook, larger, unchecked
+from kinetile.kernel.flight import since_anchor
+from kinetile.kernel.tables import NEVER, Kernel, Records
 from kinetile.kernel.vectors import product_error
 
 
@@ -57,3 +58,16 @@ def reaches(far: float, near: float, radius: float, speed: float, tick: float, p
     return look_closer(
         near, 0.0, speed, 0.0, 0, far, 0.0, 0.0, 0.0, radius, more, tick, per_time, 1.0, 0.0, more, 0.0
     )
+
+
+@unchecked
+@hook
+def inside_arena(k: Kernel, body: Records, tick: int) -> bool:
+    """Return whether a body is within the arena's edges at a tick, by more than its radius and all rounding:
+    where the walls are at these edges, it reaches none up to then."""
+    limits = k.clock[0].limits
+    ahead = since_anchor(k, body, tick)
+    x = body.x + body.vx * ahead
+    y = body.y + body.vy * ahead
+    edge = body.radius + limits.fat
+    return bool(x > edge and y > edge and x < limits.width - edge and y < limits.height - edge)

@@ -8,9 +8,11 @@ was not used for thirty days is removed when something new is written.
 
 Numba loads whatever lies in its cache. A file that a power cut has emptied, or that a disk has changed, would
 end every later run with the unpickler's error; a bit that is flipped within the machine code unpickles well,
-and the process crashes or computes something else. So each file ends with the SHA-256 of what is before it,
-and nothing is unpickled before that is compared. An entry that is not right is dropped, a line of the log
-``kinetile`` (on stderr, where logging is not set up) says so, and the code is compiled anew.
+and the process crashes or computes something else; so it is where one file is copied over another. So each
+file ends with a digest of the key that it was written for (the signature, the processor, the function's code)
+and with the SHA-256 of its name and of all that is before it, and nothing is unpickled before both are
+compared. An entry that is not right is dropped, a line of the log ``kinetile`` (on stderr, where logging is
+not set up) says so, and the code is compiled anew. What is no regular file is not opened.
 """
 
 from __future__ import annotations
@@ -31,7 +33,10 @@ import numba
 import platformdirs
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-_CHECKSUM = 32
+from kinetile.sources import open_regular
+
+_DIGEST = 32
+_NO_KEY = bytes(_DIGEST)
 _UNUSED_SECONDS = 30 * 86400.0
 
 
@@ -109,25 +114,54 @@ def _remove_unused(place: Path) -> None:
 class _CheckedFiles(IndexDataCacheFile):
     """The files of an entry: an index of signatures, and the machine code for each."""
 
+    _key = _NO_KEY
+
+    def load(self, key: Any) -> Any:
+        """Return the machine code for a key, or None."""
+        with self._of(key):
+            return cast(Any, super()).load(key)
+
+    def save(self, key: Any, data: Any) -> None:
+        """Write the machine code for a key."""
+        with self._of(key):
+            cast(Any, super()).save(key, data)
+
+    @contextmanager
+    def _of(self, key: Any) -> Iterator[None]:
+        self._key = hashlib.sha256(repr(key).encode()).digest()
+        try:
+            yield
+        finally:
+            self._key = _NO_KEY
+
+    def _key_in(self, path: str) -> bytes:
+        """The key of a file: machine code has one, an index has many."""
+        return _NO_KEY if path == self._index_path else self._key
+
     def _load_index(self) -> Any:
         with suppress(FileNotFoundError):
-            _check(self._index_path)
+            self._check(self._index_path)
             _touch(self._index_path)
         return cast(Any, super())._load_index()
 
     def _load_data(self, name: str) -> Any:
         path = cast(Any, self)._data_path(name)
-        _check(path)
+        self._check(path)
         _touch(path)
         return cast(Any, super())._load_data(name)
+
+    def _check(self, path: str) -> None:
+        if _key_of(path) != self._key_in(path):
+            raise ValueError("damaged: its checksum is another, or that of another file")
 
     @contextmanager
     def _open_for_write(self, path: str) -> Iterator[io.BytesIO]:
         with cast(Any, super())._open_for_write(path) as file:
             content = io.BytesIO()
             yield content
+            content.write(self._key_in(path))
             file.write(content.getvalue())
-            file.write(hashlib.sha256(content.getbuffer()).digest())
+            file.write(_checksum(path, content.getbuffer()))
 
 
 def _touch(path: str) -> None:
@@ -137,11 +171,21 @@ def _touch(path: str) -> None:
 
 
 def is_whole(path: str | os.PathLike[str]) -> bool:
-    """Whether a file of the cache ends with the checksum of what is before it."""
-    content = Path(path).read_bytes()
-    return hashlib.sha256(content[:-_CHECKSUM]).digest() == content[-_CHECKSUM:]
+    """Whether a file of the cache ends with the checksum of its name and of what is before it; OSError for
+    what is no regular file."""
+    return _key_of(path) is not None
 
 
-def _check(path: str) -> None:
-    if not is_whole(path):
-        raise ValueError("damaged: its checksum is another")
+def _key_of(path: str | os.PathLike[str]) -> bytes | None:
+    """Return the digest of a file's key, or None where its checksum is another."""
+    with open_regular(path) as file:
+        content = memoryview(file.read())
+    if _checksum(path, content[:-_DIGEST]) != content[-_DIGEST:]:
+        return None
+    return bytes(content[-2 * _DIGEST : -_DIGEST])
+
+
+def _checksum(path: str | os.PathLike[str], content: Any) -> bytes:
+    found = hashlib.sha256(os.path.basename(os.fspath(path)).encode() + b"\0")
+    found.update(content)
+    return found.digest()

@@ -191,7 +191,7 @@ def is_cached(function: Callable[..., Any]) -> bool | None:
         return None
     folder = Path(cast(Any, function).stats.cache_path or ".")
     files = [*folder.glob(f"*{function.__qualname__}*.nb[ic]")]
-    return any(file.suffix == ".nbi" for file in files) and all(map(is_whole, files))
+    return any(file.suffix == ".nbi" for file in files) and all(f.is_file() and is_whole(f) for f in files)
 
 
 def nobody_compiles() -> AbstractContextManager[Any]:

@@ -110,5 +110,5 @@ def _foreign(module: ModuleType) -> bool:
     return root in sys.stdlib_module_names or root in ("numpy", "numba", "llvmlite")
 
 
-API = 2
-"""Raised when the shape of the kernel's tables changes in a way that bytecode does not show."""
+API = 3
+"""Raised when the kernel's tables change in a way that bytecode does not show, or the cache's files do."""

@@ -151,10 +151,12 @@ else:
         return kind.of if isinstance(kind, _View) else kind
 
     def _wrapped(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-        """Return a value with all views in it as NumPy's arrays."""
+        """Return a value with all views in it as NumPy's arrays. One that has an owner is referred to once
+        more: the caller drops this reference, and without it one of the owner's."""
         if isinstance(kind, _View):
             return _whole(context, builder, kind, value)
         if not isinstance(kind, types.BaseTuple):
+            context.nrt.incref(builder, kind, value)
             return value
         parts = [
             _wrapped(context, builder, each, builder.extract_value(value, at)) for at, each in enumerate(kind)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from kinetile.kernel.compiled import larger, smaller, template, to_be_filled_in
+from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.images import anchor, come_together, next_to_anchor
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED
 from kinetile.kernel.loop import BLOCKED, COMMAND_DUE, CROWDED, NO_REASON
@@ -118,7 +118,8 @@ def anchor_next(k: Kernel, at: int) -> tuple[int, int]:
 
 @template
 def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
-    """Whether the loop stops before the contact at the head, because it is watched.
+    """Whether the loop stops before the contact at the head, because it is watched, once that is filed:
+    ``loop.resolve`` may have computed it exactly without.
 
     It is not held back twice: when the loop goes on it happens, if it still comes. Commands may have changed
     that. (Contacts after which the loop stops are those of ``bookkeeping``.)
@@ -144,7 +145,6 @@ def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
     if stops.tick == at and stops.a == k.queue[a].number and stops.b == two:
         return False
     stop_there(k, at, a, b)
-    stops.due = 0  # it stops here and now
     clock.now = larger(clock.now, at)
     return True
 
@@ -173,6 +173,14 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
     log(k, at, h, wall)
     count_contact(k, at, h, wall, depth, body.radius, body.radius)
     return REPLAN
+
+
+@hook
+def put_back(k: Kernel, body: int) -> None:
+    """Give a body the velocity that it had before a contact that cannot be resolved."""
+    before = k.places[body]
+    k.bodies[body].vx = before.vx
+    k.bodies[body].vy = before.vy
 
 
 @template
@@ -207,6 +215,8 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     depth = answer(k, a, b, at) if RULES else collide(k, a, b)
     if depth != depth:  # not a number: two centres on one place, and no line between them
         blame(k, NOT_FINITE, a, b)
+        put_back(k, a)
+        put_back(k, b)
         return NO_REASON, NOTHING, NOBODY, NOBODY
     one.last = b
     two.last = a

@@ -59,7 +59,7 @@ from kinetile.kernel.loop.events import (
     run_wall_contact,
 )
 from kinetile.kernel.loop.predictions import ask_all_exactly, forget, look_at, meeting
-from kinetile.kernel.loop.responses import end_first_passing
+from kinetile.kernel.loop.responses import crowded, end_first_passing
 from kinetile.kernel.tables import (
     BAD_COUNT,
     GUESS,
@@ -138,7 +138,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
         elif COMMANDS and kind == TURN:
             reason, task, a = run_command(k, s, at)
         elif holds_back(k, h, kind, at):
-            return WATCHED
+            task = REFILE
         elif PASSING and kind == PARTING:
             clock.now = larger(clock.now, at)
             end_first_passing(k, h, at)
@@ -362,5 +362,6 @@ def comes_next(k: Kernel, h: int, other: int, tick: int, until: int, budget: int
         or tick < clock.now
         or budget <= 0
         or log_is_full(k, 1)
+        or (PASSING and crowded(k, 1))
         or (WALLS and (wall_is_before(k, h, tick) or wall_is_before(k, other, tick)))
     )

@@ -113,9 +113,10 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
     else:
         nx, ny, depth = touch(k, a, b)
         _respond(k, a, b, nx, ny, rule)
-    k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
-    _note(k, a, tick)
-    _note(k, b, tick)
+    if depth == depth:  # else there is no answer, and the loop ends with both as they were
+        k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
+        _note(k, a, tick)
+        _note(k, b, tick)
     return float(depth)
 
 

@@ -26,6 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import PhaseError, Refused, ZenoError
+from kinetile.kernel.certificates.wall import inside_arena
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.compiled import INTERPRETED, NotCompiled, compose, make_ready
 from kinetile.kernel.flight import positions_now
@@ -66,7 +67,7 @@ from kinetile.run.engine.bounds import MOST_FLOWN, Bounds, fastest, squares_of_b
 from kinetile.run.engine.failures import blocked, demand_room, failure
 from kinetile.run.engine.fields import Tables
 from kinetile.run.engine.ledger import Entries, Ledger
-from kinetile.run.interrupts import Unbroken
+from kinetile.run.interrupts import Interruptible, Unbroken
 from kinetile.scene import Insert, Scene
 from kinetile.scene.reach import SPANS, extent_of
 
@@ -190,6 +191,11 @@ class Engine(Tables):
         return self.bounds.speed
 
     @property
+    def overlapping(self) -> npt.NDArray[np.int64]:
+        """(m, 2) the pairs that overlap at the start and have not begun to pass yet."""
+        return self._overlapping
+
+    @property
     def next_command(self) -> Command | None:
         """The first command still to come, of the scene or interactive."""
         return self.agenda.next(self.k, self.clock)
@@ -205,7 +211,8 @@ class Engine(Tables):
         if not self._ready:
             began = time.thread_time()
             try:
-                make_ready(self.loop, self.k, self.state, 0, 0, 0, 0)
+                with Interruptible():
+                    make_ready(self.loop, self.k, self.state, 0, 0, 0, 0)
             except NotCompiled as error:
                 who = described("broad phase", self.composition.broad_phase)
                 said = f"the hooks of {self._phases} do not compile together ({who}): {error}"
@@ -334,7 +341,8 @@ class Engine(Tables):
         """
         self.build()
         skin = self.bounds.skin.delta
-        check_all(self.k, self.composition, skin, self.clock.time(self.now), self.events)
+        with Interruptible():
+            check_all(self.k, self.composition, skin, self.clock.time(self.now), self.events)
         self.audits += 1
 
     # The structure
@@ -348,6 +356,8 @@ class Engine(Tables):
     def build(self) -> None:
         """Builds the structure, if necessary, and runs no event."""
         while not self.built:
+            with Interruptible():
+                pass
             self.chunk(self.now - 1, UNLIMITED)
 
     def lay_out(self, speed: float) -> None:
@@ -432,7 +442,7 @@ class Engine(Tables):
         self.k = layout.more_passings(k, begun + MOST_IMAGES * len(now) + len(k.bodies))
         parts = {"part": pair.part, "PERIODIC": bool(self.scene.periodic)}
         compose(begin_at_start, parts, f"begin_{self.composition.label}", Kernel)(self.k, now)
-        self.k.clock[0].stops.due = 0  # passings of the start are no events
+        self.k.clock[0].stops.due = 0  # ``advance`` looks among them for a watched one
 
     # Phases prepared anew
 
@@ -618,25 +628,25 @@ class Engine(Tables):
 
         A run with a recorder skips nothing: anchors are rows.
         """
-        clock = self.k.clock[0]
-        if (
-            self.scene.periodic
-            or self.ledger.reads
-            or not 0 < len(self.taken) <= spans.MOST_BODIES
-            or clock.lists.passings
-        ):
+        clock, scene, wall = self.k.clock[0], self.scene, self.composition.wall
+        elsewhere = wall is not None and wall.inside is not inside_arena  # its walls may be anywhere
+        if elsewhere or self.ledger.reads or not len(self.taken) or clock.lists.passings:
             return 0
         for ticks in (end, None if self.next_command is None else self.next_command.ticks):
             if ticks is not None:
                 most = min(most, self.clock.relative(ticks) // SPAN - 1)
-        arena = self.scene.arena if self.walled else None
-        quiet = spans.quiet_spans(self.k, self.taken, arena, min(most, spans.MOST_SPANS))
-        if quiet < spans.FEWEST_SPANS:
+        arena = scene.arena if scene.arena is not None and self.walled else (0.0, 0.0)
+        walls = tuple(0.0 if name in scene.periodic else side for name, side in zip("xy", arena, strict=True))
+        fewest = spans.FEWEST_TURNS if scene.periodic else spans.FEWEST_SPANS
+        most = min(most, spans.MOST_SPANS)
+        quiet = spans.quiet_spans(self.k, self.taken, walls, scene.periods, most) if most >= fewest else 0
+        if quiet < fewest:
             return 0
         try:
             with self.unchanged_if(Refused):
                 self.clock.base += quiet * (SPAN // TICKS)
-                compose(spans.pass_spans, {}, "pass_spans", Kernel)(self.k, quiet)
+                parts = {"PERIODIC": bool(scene.periodic)}
+                compose(spans.pass_spans, parts, "pass_spans", Kernel)(self.k, quiet)
                 self.k.traits.touched[:] = LONG_AGO
                 clock.stops.tick = clock.met_tick = clock.jam.window_tick = LONG_AGO
                 self.lay_out(self.speed)

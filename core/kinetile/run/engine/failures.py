@@ -63,7 +63,7 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         )
         return ZenoError(said, time=time, bodies=bodies)
     if fault == tables.NOT_FINITE:
-        return PhaseError(f"{at} a contact of {who} left a place or velocity that is not a finite number")
+        return PhaseError(f"{at} a contact of {who} has no outcome in finite numbers, as where centres meet")
     if fault == tables.STALLED:
         return StalledError(
             f"{at} {phase} does not get on: its certificates, the last of them that of body {a}, "
@@ -133,8 +133,8 @@ def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
 def demand_room(k: Kernel, composition: Composition, walls: bool, clock: Clock, rows: Rows) -> None:
     """Raises Refused if the body that the first of some commands inserts would reach into another, or
     beyond a wall. The loop would find the same, but only after a copy of all tables."""
-    passing = composition.pair is not None and composition.rules is not None and composition.rules.passing
-    parts = {"WALLS": walls, "PASSING": passing, "PERIODIC": bool(composition.prepared.periodic)}
+    periodic = bool(composition.prepared.periodic)
+    parts = {"WALLS": walls, "PASSING": composition.passing, "PERIODIC": periodic}
     who = compose(find_blocker, parts, "room", Kernel)(k, rows.view(np.recarray))
     if who != FREE:
         raise blocked(k, clock, rows[0], int(who))
@@ -151,6 +151,7 @@ collide = to_be_filled_in
 
 def part_head_on(k: Kernel, a: int, b: int) -> float:
     """Makes two bodies meet head on, along x; returns how fast they part. A template, as ``loop.advance``."""
+    k = disowned(k)
     one = k.bodies[a]
     two = k.bodies[b]
     one.x = one.y = two.y = 0.0

@@ -161,9 +161,14 @@ def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
     k.queue.number[bodies:] = k.slots[bodies:] = NOBODY
     clock = k.clock[0]
     clock.bodies = clock.present = bodies
-    clock.jam.spin_limit = 2 * (2 * slots + 2) ** 2 + 1000
+    clock.jam.spin_limit = spin_limit(slots)
     clock.jam.window_size = python_of(window_of)(bodies)
     return k
+
+
+def spin_limit(slots: int) -> int:
+    """Returns the number of structural events without progress after which a run has stalled."""
+    return 2 * (2 * slots + 2) ** 2 + 1000
 
 
 def with_room(log: Records, rows: int) -> Records:

@@ -20,6 +20,7 @@ from kinetile.kernel.log import CONTACT, LOG
 from kinetile.kernel.tables import Kernel
 from kinetile.run.engine.fields import Fields
 from kinetile.run.engine.sha256 import Digest, Sha256
+from kinetile.run.interrupts import Unbroken
 
 KEPT = np.dtype([("when", "i8"), ("a", "i4"), ("b", "i4")])
 """A contact as it is kept until it is read, in 16 bytes: ``when`` counts ticks from the beginning of the
@@ -29,14 +30,19 @@ Recorder = Callable[[npt.NDArray[np.void]], None]
 """Called with the log rows (``kinetile.kernel.log.LOG``) of each chunk of a run."""
 
 
+ContactRow = tuple[int, int, int, int]
+"""A contact as the fingerprint reads it (``kinetile.kernel.log.MET``): epoch, tick, a, b."""
+
+
 class Entries(NamedTuple):
     """The contents of a ledger at one moment: the number of rows, the contacts (None if none are kept; a
-    read-only view), their digest, and the rows that wait for a recorder."""
+    read-only view), their digest, the rows that wait for a recorder, and those that wait for a step."""
 
     rows: int
     contacts: npt.NDArray[np.void] | None
     digest: Digest
     unrecorded: tuple[npt.NDArray[np.void], ...]
+    unstepped: tuple[ContactRow, ...]
 
 
 class Ledger:
@@ -44,7 +50,9 @@ class Ledger:
 
     A recorder, if there is one (``recording``), is given every row. The rows of commands between two runs
     wait for the next one (``put_aside``). ``rows`` is their total number; ``keeps`` says whether
-    contacts are kept at all.
+    contacts are kept at all. ``unstepped`` are the contacts that no step has returned yet: passings that begin
+    at the start, or begin or end together with a command; None while a run goes past all events. ``latest``
+    is the number of contacts that were taken over last: they are still in the first rows of ``k.met``.
     """
 
     def __init__(self, clock: Clock, keep: bool) -> None:
@@ -62,16 +70,21 @@ class Ledger:
         self._count = 0  # of those kept in one array; the others are added when they are read
         self._total = 0
         self._digest: Digest = hashlib.sha256() if keep else Sha256()
+        self.unstepped: list[ContactRow] | None = []
+        self.latest = 0
 
     @property
     def entries(self) -> Entries:
         """The present contents, for a snapshot; the cost does not depend on the number of contacts."""
         contacts = self.contacts if self.keeps else None
-        return Entries(self.rows, contacts, self._digest.copy(), tuple(self._that_wait()))
+        unstepped = tuple(self.unstepped or ())
+        return Entries(self.rows, contacts, self._digest.copy(), tuple(self._that_wait()), unstepped)
 
     @entries.setter
     def entries(self, entries: Entries) -> None:
-        self.rows, contacts, digest, unrecorded = entries
+        self.rows, contacts, digest, unrecorded, unstepped = entries
+        if self.unstepped is not None:
+            self.unstepped = list(unstepped)
         self._unrecorded, self._aside = list(unrecorded), []
         self._digest = digest.copy()
         self._waiting = []
@@ -83,8 +96,9 @@ class Ledger:
     def contacts(self) -> npt.NDArray[np.void]:
         """All contacts so far, in canonical order."""
         self._demand_kept()
-        waiting, self._waiting = self._waiting, []
-        self._put(waiting)
+        with Unbroken():
+            waiting, self._waiting = self._waiting, []
+            self._put(waiting)
         contacts = self._kept[: self._count]
         contacts.flags.writeable = False
         return contacts
@@ -152,6 +166,9 @@ class Ledger:
         self.rows = rows
         logged, written = fields.lists.logged[0], fields.lists.written[0]
         fields.lists.logged[0] = fields.lists.written[0] = 0
+        self.latest = int(logged)
+        if logged and self.unstepped is not None:
+            self.unstepped += np.asarray(k.met)[:logged].tolist()
         if logged:
             met = np.asarray(k.met)[:logged]
             self._digest.update(met.view(np.uint8))

@@ -1,31 +1,47 @@
 """Spans of the clock: ticks counted from a later base, and spans in which nothing can happen.
 
-A span costs about a tenth of a millisecond of Python. In a scene that is slow for its size millions of spans
-pass between two contacts, so those in which provably nothing happens pass in one step (``Engine.skip``). What
-has to be done in them is to anchor plans anew, every second span for each body, because its rounding is part
-of the answer (docs/specification.md, rule 8).
+A span costs about a tenth of a millisecond of Python. In a scene that is slow for its clock (for its size, or
+because a faster body is planned) millions of spans pass between two contacts, so those in which provably
+nothing happens pass in one step (``Engine.skip``). What has to be done in them is to anchor plans anew, every
+second span for each body, or every second beat on a torus, because the rounding of that is part of the answer
+(docs/specification.md, rule 8). All of a body's anchorings in a step are a few operations (``flown``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import SPAN
-from kinetile.kernel.compiled import disowned
-from kinetile.kernel.flight import anchor_at, positions_now
+from kinetile.kernel.compiled import disowned, hook, smaller, template
+from kinetile.kernel.flight import positions_now
+from kinetile.kernel.images import BEAT, anchor, remainder, turns_of
 from kinetile.kernel.loop.commands import LONG_AGO
+from kinetile.kernel.skin import box_gaps, reaches_of
 from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel
 
-FEWEST_SPANS, MOST_SPANS = 64, 1 << 20
-"""How many spans are skipped in one step: for fewer it is not worth building the structure anew, and more
-would keep signals waiting."""
+PERIODIC = False
 
-MOST_BODIES = 128
-"""For more bodies, looking at all pairs costs more than the spans it may save."""
+FEWEST_SPANS, FEWEST_TURNS = 64, 4
+"""The fewest spans that are skipped in one step, after which the structure is built anew; and on a torus,
+where a span anchors each body 128 times."""
+
+MOST_SPANS = 1 << 50
+"""How many are, at most: their beats are counted in 64 bits."""
+
+MOST_SPANS_OPEN = 1 << 40
+"""The same without an arena: bodies fly so far in a step, and the rounding of where they are then counts."""
+
+MOST_ROUNDS = 1 << 22
+"""How many times bodies go round a periodic axis, or are anchored there, in one step: more would keep signals
+waiting."""
+
+MOST_PAIRS = 1 << 18
+"""Pairs that are looked at together: memory."""
 
 
 def count_from_next(k: Kernel, of_phase: Iterable[Any]) -> None:
@@ -51,41 +67,156 @@ def count_from_next(k: Kernel, of_phase: Iterable[Any]) -> None:
     clock.calendar.filed = 0
 
 
-def quiet_spans(k: Kernel, taken: npt.NDArray[np.intp], arena: tuple[float, float] | None, most: int) -> int:
+def quiet_spans(
+    k: Kernel,
+    taken: npt.NDArray[np.intp],
+    walls: tuple[float, float],
+    periods: tuple[float, float],
+    most: int,
+) -> int:
     """Returns for how many spans from now, ``most`` at most, the bodies in some slots can have no contact.
 
-    No contact can come while each pair is further apart than its relative velocity carries it, and each body
-    further from the wall ahead (of an ``arena`` with walls) than its velocity does, with room for the
-    rounding of new anchors.
+    No contact can come before its gap can be closed: between two bodies, through each image, and between a
+    body and the wall ahead, with room for the rounding of new anchors. Two discs that part, or pass each
+    other at more than that room, do not meet (rule 5: where B >= 0). ``walls`` and ``periods`` are of the two
+    axes: where the far wall is, and the period; 0: there is none.
     """
     bodies = k.bodies.view(np.ndarray).take(taken)
-    place, radius = positions_now(k, taken), bodies["radius"]
+    place, radius, reach = positions_now(k, taken), bodies["radius"], reaches_of(k)[taken]
     velocity = np.column_stack([bodies["vx"], bodies["vy"]])
     span = float(SPAN) * float(k.clock[0].tick) * (1.0 + 1e-9)  # room for a tick, and for these roundings
-    far = max(arena) if arena else np.abs(place).max() + most * span * np.abs(velocity).max()
-    rounding = far * 2.0**-52  # how far a new anchor may be off, of which there is one in two spans
-    a, b = np.triu_indices(len(taken), 1)
-    apart = np.hypot(*(place[a] - place[b]).T) - (radius[a] + radius[b])
-    closing = np.hypot(*(velocity[a] - velocity[b]).T)
-    gaps, speeds = [apart[closing > 0.0]], [closing[closing > 0.0]]
-    if arena:
-        ahead = np.where(velocity < 0.0, place, np.array(arena) - place) - radius[:, None]
-        gaps.append(ahead[velocity != 0.0])
-        speeds.append(np.abs(velocity[velocity != 0.0]))
-    gap, speed = np.concatenate(gaps), np.concatenate(speeds)
-    quiet = (gap - 4.0 * rounding) * (1.0 - 1e-9) / (speed * span + 2.0 * rounding)
-    return max(int(quiet.min(initial=float(most))), 0)
+    speed = np.abs(velocity).max()
+    a_span = SPAN // BEAT if any(periods) else 1  # twice what a body is anchored in a span
+    if not any(walls) and not any(periods):
+        most = min(most, MOST_SPANS_OPEN)
+    far = np.abs(place).max()
+    for wall, period in zip(walls, periods, strict=True):
+        if not wall:
+            far += period + speed * span * (2.0 / a_span if period else most)
+        far = max(far, wall)
+    if any(periods):
+        rounds = a_span + sum(speed * span / period for period in periods if period)
+        most = min(most, int(MOST_ROUNDS / (len(taken) * rounds)) + 1)
+    rounding = far * 2.0**-52  # how far a new anchor may be off
+    drift = 2.0 * a_span * rounding  # and two bodies by those of a span
+    quiet = float(most)
+
+    def until(gap: Any, closing: Any) -> Any:
+        """Returns in how many spans a gap can be closed."""
+        return (gap - 4.0 * rounding) * (1.0 - 1e-9) / (closing * span + drift)
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for axis, wall in enumerate(walls):
+            there, flies = place[:, axis], velocity[:, axis]
+            ahead = np.where(flies < 0.0, there - reach[:, 2 * axis], wall - there - reach[:, 2 * axis + 1])
+            going = (flies != 0.0) & (wall > 0.0)
+            quiet = float(until(ahead[going], np.abs(flies[going])).min(initial=quiet))
+        for a in _blocks(len(taken)):
+            flies, reaches = velocity - velocity[a, None], radius[a, None] + radius
+            closing = np.hypot(flies[..., 0], flies[..., 1])
+            pairs = (closing > 0.0) & (np.arange(len(taken)) > a[:, None])
+            nearest = place - place[a, None]
+            for axis, period in enumerate(periods):
+                if period:
+                    nearest[..., axis] -= np.rint(nearest[..., axis] / period) * period
+            for image in _images(periods):
+                apart = nearest + image
+                gap = np.hypot(apart[..., 0], apart[..., 1]) - reaches
+                if len(k.sides):  # the circles around shapes overlap before these meet, and are wide
+                    gap = np.maximum(gap, box_gaps((-apart[..., 0], -apart[..., 1]), reach[a], reach))
+                    found = until(gap, closing)
+                else:
+                    ahead = -(apart * flies).sum(axis=2) / closing  # to where they are nearest
+                    aside = np.abs(apart[..., 0] * flies[..., 1] - apart[..., 1] * flies[..., 0]) / closing
+                    spans = 2.0 * (np.maximum(ahead, 0.0) + 8.0 * rounding) / (closing * span) + 1.0
+                    wide = reaches + 8.0 * rounding + drift * spans
+                    chord = np.sqrt(np.maximum(wide * wide - aside * aside, 0.0))
+                    found = np.maximum(until(gap, closing), until(ahead - chord, closing))
+                    misses = (ahead < -4.0 * rounding) | (aside > wide * (1.0 + 1e-12))
+                    found[misses & (closing * span >= 2.0 * drift)] = math.inf
+                quiet = float(found[pairs].min(initial=quiet))
+            beyond = min((1.5 * period for period in periods if period), default=math.inf)
+            quiet = float(until(beyond - reaches, closing)[pairs].min(initial=quiet))
+    return max(int(quiet), 0)
+
+
+def _blocks(bodies: int) -> Iterator[npt.NDArray[np.intp]]:
+    """Yields bodies, a few at a time, to be compared with all."""
+    for first in range(0, bodies, rows := max(MOST_PAIRS // bodies, 1)):
+        yield np.arange(first, min(first + rows, bodies))
+
+
+def _images(periods: tuple[float, float]) -> Iterator[tuple[float, float]]:
+    """Yields what is added to the separation of two bodies, for the image nearest to 0 and those around."""
+    for m in (-1, 0, 1) if periods[0] else (0,):
+        for n in (-1, 0, 1) if periods[1] else (0,):
+            yield m * periods[0], n * periods[1]
+
+
+@hook
+def flown(place: float, step: float, times: int, period: float) -> tuple[float, int]:
+    """Return, bit for bit, where ``place += step`` leads, rounded so many times and each time without its
+    periods (0: there is none); and how many periods were taken off.
+
+    Between two powers of two all doubles are multiples of one number, so each sum there is rounded by the
+    same: a tie goes to an even multiple, from which the next one goes as far. So from the second sum on a
+    place moves by one length until it comes to a power of two, or to half a period, and its multiples and
+    their sums are exact.
+    """
+    turned = 0
+    half = 0.5 * period if period > 0.0 else math.inf
+    while times > 0:
+        before = place
+        place += step
+        times -= 1
+        turns = turns_of(place, period)
+        if turns != 0.0:
+            place = remainder(place, period, turns)
+            turned += int(turns)
+            continue
+        moves = (place + step) - place
+        if moves == 0.0:
+            break
+        power = math.frexp(place)[1]
+        if power == math.frexp(before)[1]:
+            least = math.ldexp(0.5, power)
+            room = abs(place) - least
+            if (moves > 0.0) == (place > 0.0):
+                room = smaller(2.0 * least, half) - abs(place)
+            many = smaller(times, int(room / abs(moves)) - 1)
+            if many > 0:
+                place += many * moves
+                times -= many
+    return place, turned
+
+
+@template
+def anchor_many(k: Kernel, body: int, spans: int) -> None:
+    """Anchor a plan at each second beat from the first at which it is old, in so many spans from the end of
+    this one, 4 at least; and count its anchor from so many spans later."""
+    beat = BEAT if PERIODIC else SPAN
+    plan = k.bodies[body]
+    first = plan.anchor // beat + 2
+    last = (spans + 1) * (SPAN // beat) - 1
+    more = (last - first) // 2
+    anchor(k, body, first * beat)
+    elapsed = float((2 * beat) * k.clock[0].tick)
+    torus = k.clock[0].torus
+    period_x = torus.x if PERIODIC else 0.0
+    period_y = torus.y if PERIODIC else 0.0
+    plan.x, turned_x = flown(plan.x, plan.vx * elapsed, more, period_x)
+    plan.y, turned_y = flown(plan.y, plan.vy * elapsed, more, period_y)
+    if PERIODIC:
+        k.images[body].kx += turned_x
+        k.images[body].ky += turned_y
+    plan.anchor = (first + 2 * more - spans * (SPAN // beat)) * beat
+    plan.last = NOBODY
 
 
 def pass_spans(k: Kernel, spans: int) -> None:
-    """Counts ticks from so many spans later, and anchor anew what has flown for two, at the start of each; a
-    template, as ``kernel.loop`` has."""
+    """Anchor plans as in so many spans from the end of this one, and count their anchors from so many spans
+    later; a template, as ``kernel.loop`` has."""
     k = disowned(k)
     for body in range(k.clock[0].bodies):
-        plan = k.bodies[body]
         if k.queue[body].number >= 0:
-            for _ in range(spans):
-                plan.anchor -= SPAN
-                if plan.anchor < -SPAN:
-                    anchor_at(k, plan, 0)
-                    plan.last = NOBODY
+            anchor_many(k, body, spans)

@@ -7,6 +7,8 @@ that the contact has in the log, if it happens.
 It happens if no plan of the two changes before. Interference by other bodies is another question, whose
 answer is a function of the plans as well: a contact is *scheduled* if it is the first of either of
 its bodies with any body or wall, and none of them is to change its plan by then.
+
+Two bodies that are passing through each other do not meet: the end of the passing is their next row.
 """
 
 from __future__ import annotations
@@ -22,7 +24,8 @@ from kinetile.kernel.certificates.contact import first_touch
 from kinetile.kernel.certificates.convex import enters
 from kinetile.kernel.compiled import compose, disowned, pointer, to_be_filled_in
 from kinetile.kernel.images import FORESEEN, first_image
-from kinetile.kernel.loop.predictions import barred_with
+from kinetile.kernel.loop.predictions import barred_with, meeting
+from kinetile.kernel.passings import is_passing
 from kinetile.kernel.tables import BODY, IMAGE, NEVER, NOBODY, Kernel, elder, record_table
 from kinetile.run.questions.places import Moment, Point
 from kinetile.scene.difference_rows import DISC, Outline, difference_row
@@ -40,7 +43,8 @@ class NextContact(NamedTuple):
         epoch: whole time units since the scene's start.
         tick: ticks of 2**-52 of a time unit after that.
         a: a body.
-        b: another one, b > a, or a wall: -1 left, -2 right, -3 bottom, -4 top.
+        b: another one, b > a, or b < a where they end to pass through each other; or a wall: -1 left,
+            -2 right, -3 bottom, -4 top.
     """
 
     time: float
@@ -66,20 +70,23 @@ class CastHit(NamedTuple):
     body: int
 
 
+BEGUN, WALL, PAIR, PARTING = range(4)
+"""What comes first for a body, in the order of one tick: a passing of the start that has no row yet, a
+contact with a wall or a body, the end of a passing."""
+
+
 class _First(NamedTuple):
-    """What comes first for a body: a contact at a kernel's tick, with a slot or a wall."""
+    """What comes first for a body: at a kernel's tick, of one of these kinds, with a slot or a wall."""
 
     tick: int
+    kind: int
     other: int
 
 
 def next_contact(moment: Moment, a: int, b: int, planned: Planned | None = None) -> NextContact | None:
-    """Returns the contact of the bodies in two slots by their present plans; None where there is none, or,
-    with the ``planned`` changes of plans, where it is not scheduled."""
-    tick = int(_ticks_with(moment, a, np.array([b], dtype=np.int64))[0])
-    if tick == NEVER or (planned is not None and not _is_first(moment, a, b, tick, planned)):
-        return None
-    return NextContact(*_moment_of(moment, tick), min(a, b), max(a, b))
+    """Returns the next contact of the bodies in two slots by their present plans, or the end of a passing;
+    None where there is none, or, with the ``planned`` changes of plans, where it is not scheduled."""
+    return next_contact_of(moment, a, planned, np.array([b], dtype=np.int64), walls=False)
 
 
 def next_contact_of(
@@ -91,15 +98,15 @@ def next_contact_of(
 ) -> NextContact | None:
     """Returns the first of the contacts that the body in a slot has with each other body, or with each that
     is ``among`` these, and with ``walls``, by the present plans; None if it has none, or, with the
-    ``planned`` changes of plans, if something precedes it, with any body."""
+    ``planned`` changes of plans, if something precedes it, with any body. Bodies have their numbers."""
     first = _first_of(moment, a, among, walls)
-    if first is None:
+    if first is None or (planned is not None and not _is_first(moment, a, first, planned)):
         return None
-    tick, other = first
-    if planned is not None and not _is_first(moment, a, other, tick, planned):
-        return None
-    bodies = (a, other) if other < 0 else (min(a, other), max(a, other))
-    return NextContact(*_moment_of(moment, tick), *bodies)
+    one, other = int(moment.k.queue.number[a]), first.other
+    if other >= 0:
+        pair = (one, int(moment.k.queue.number[other]))
+        one, other = sorted(pair, reverse=first.kind == PARTING)
+    return NextContact(*_moment_of(moment, first.tick), one, other)
 
 
 def cast(moment: Moment, centre: Point, outline: Outline, velocity: Point) -> CastHit | None:
@@ -163,39 +170,47 @@ def _moment_of(moment: Moment, tick: int) -> tuple[float, int, int]:
     return moment.clock.moment(moment.clock.total(tick))
 
 
-def _is_first(moment: Moment, a: int, other: int, tick: int, planned: Planned) -> bool:
-    """Whether nothing precedes a contact for any of its bodies. Changes of plan go before contacts."""
-    bodies = [(a, other)] if other < 0 else [(a, other), (other, a)]
-    return all(
-        planned.get(one, NEVER) > tick and _first_of(moment, one) == (tick, two) for one, two in bodies
-    )
+def _is_first(moment: Moment, a: int, first: _First, planned: Planned) -> bool:
+    """Whether nothing precedes what comes first for a body, among others, for any of its bodies. Changes of
+    plan go before contacts, except the beginnings of the start."""
+    bodies = [(a, first.other)] if first.other < 0 else [(a, first.other), (first.other, a)]
+    if first.kind != BEGUN and any(planned.get(one, NEVER) <= first.tick for one, _ in bodies):
+        return False
+    return all(_first_of(moment, one) == first._replace(other=two) for one, two in bodies)
 
 
 def _first_of(moment: Moment, a: int, among: Integers | None = None, walls: bool = True) -> _First | None:
-    """Returns what comes first for a body, in the order of events: walls first, then pairs by their
-    bodies."""
+    """Returns what comes first for a body, in the order of events."""
     others = moment.slots if among is None else among
-    ticks = _ticks_with(moment, a, others)
-    found = _First(NEVER, a)
-    if len(ticks):
-        at = int(ticks.argmin())
-        found = _First(int(ticks[at]), int(others[at]))
+    found = [_First(NEVER, PARTING, a)]
+    if len(others):  # of those at one tick the first by number
+        ticks_of_kinds = _ticks_with(moment, a, others).items()
+        found += [_First(int(each.min()), kind, int(others[each.argmin()])) for kind, each in ticks_of_kinds]
     if walls and moment.composition.wall is not None:
         tick, wall = _wall_of(moment, a)
-        if tick <= found.tick:
-            found = _First(tick, wall)
-    return None if found.tick == NEVER else found
+        found.append(_First(tick, WALL, wall))
+    first = min(found, key=lambda each: (each.tick, each.kind))
+    return None if first.tick == NEVER else first
 
 
-def _ticks_with(moment: Moment, a: int, others: Integers) -> Integers:
-    """Returns when a body meets each of others, as the kernel counts; NEVER where not, or not any more."""
-    ticks = np.full(len(others), NEVER)
-    pair = moment.composition.pair
-    if pair is not None:
-        asking = _composed(ask_partners, meet=pair.meet, PERIODIC=any(moment.periods))
-        asking(moment.aside, a, others, ticks)
-        ticks[ticks < moment.now] = NEVER
-    return ticks
+def _ticks_with(moment: Moment, a: int, others: Integers) -> dict[int, Integers]:
+    """Returns when a body meets each of others, as the kernel counts, and when they begin or end to pass
+    through each other, by the kind of event; NEVER where not, or not any more."""
+    pair, passing, k = moment.composition.pair, moment.composition.passing, moment.aside
+    if pair is None:
+        return {}
+    meets = np.full(len(others), NEVER)
+    parts = {"meet": pair.meet, "PERIODIC": any(moment.periods), "PASSING": passing}
+    _composed(ask_partners, **parts)(k, a, others, meets)
+    meets[meets < moment.now] = NEVER
+    if not passing:
+        return {PAIR: meets}
+    ends = np.full(len(k.bodies), NEVER)
+    for one, other in ((k.passings.a, k.passings.b), (k.passings.b, k.passings.a)):
+        due = (one == a) & (k.passings.a >= 0)
+        np.minimum.at(ends, other[due], k.passings.tick[due])
+    begins = np.where(np.isin(others, moment.begins_with(a)), moment.now, NEVER)
+    return {BEGUN: begins, PAIR: meets, PARTING: ends[others]}
 
 
 def _wall_of(moment: Moment, a: int) -> tuple[int, int]:
@@ -212,8 +227,8 @@ def _composed(asked: Callable[..., Any], **hooks: Any) -> Callable[..., Any]:
     return compose(asked, hooks, "questions", Kernel)
 
 
-PERIODIC = False
-meet = reach_wall = to_be_filled_in
+PERIODIC = PASSING = False
+reach_wall = to_be_filled_in
 
 
 def ask_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> None:
@@ -223,8 +238,10 @@ def ask_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> Non
     for i in range(len(others)):
         other = others[i]
         if other != body and other != barred:
+            if PASSING and not PERIODIC and is_passing(k, body, other, 0, 0):
+                continue
             first = elder(k, body, other)
-            ticks[i] = meet(k, first, body + other - first)
+            ticks[i] = meeting(k, first, body + other - first)
 
 
 def ask_wall(k: Kernel, body: int, answer: Integers) -> None:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.flight import positions_now
+from kinetile.kernel.loop.responses import ROOM
 from kinetile.kernel.tables import Kernel
 from kinetile.run.compose import Composition
 from kinetile.run.questions.exact import compare_roots, compare_squares, difference_of_roots, in_order, whole
@@ -38,6 +39,7 @@ class Moment:
         composition: the phases; of them only the narrow ones are used.
         shapes: the shapes of a scene that has some: for ``questions.shaped``.
         shape: int64, the index of each body's shape by the body's number, where there are shapes.
+        overlapping: (m, 2) slots, the pairs that overlap at the start and have not begun to pass yet.
     """
 
     k: Kernel
@@ -46,6 +48,7 @@ class Moment:
     composition: Composition
     shapes: tuple[Shape, ...] = ()
     shape: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    overlapping: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
 
     @property
     def now(self) -> int:
@@ -63,6 +66,17 @@ class Moment:
         """The tables with a clock of their own: a narrow phase may report a fault, which is not to end the
         run."""
         return self.k._replace(clock=self.k.clock.copy())
+
+    def begins_with(self, body: int) -> Integers:
+        """Returns the slots of the bodies with which a body begins to pass at once, because they overlap at
+        the start; where an axis is periodic their nearest images."""
+        pairs, k = self.overlapping[(self.overlapping == body).any(axis=1)], self.k
+        others = np.asarray(pairs.sum(axis=1) - body)
+        if not any(self.periods):
+            return others
+        apart = positions_now(k, others) - positions_now(k, np.full(len(others), body))
+        apart = nearest_image(apart, self.periods)
+        return np.asarray(others[np.hypot(*apart.T) < (k.radii[others] + k.radii[body]) * (1.0 - ROOM)])
 
     @cached_property
     def places(self) -> Floats:

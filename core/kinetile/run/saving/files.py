@@ -49,6 +49,7 @@ from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn, spac
 from kinetile.scene.checks import shown
 from kinetile.scene.shapes import Shape
 from kinetile.scene.targets import replacing, writable_target
+from kinetile.sources import open_regular
 
 HEAD = "kinetile_saved_run"
 _FIRST_NAME = slice(30, 30 + len(HEAD) + 4)
@@ -168,8 +169,7 @@ def note(content: bytes, name: str = "this") -> dict[str, Any]:
 def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
     """Returns the head and the arrays, after the checksum; RecordError for a damaged or different
     file."""
-    if content[_FIRST_NAME] != f"{HEAD}.npy".encode():
-        raise RecordError(f"{name} is no saved simulation: expected a file that Simulation.save has written")
+    _check_begin(content, name)
     sha256 = hashlib.sha256(memoryview(content)[:-_CHECKSUM])
     sha256.update(bytes(_CHECKSUM))
     if sha256.hexdigest().encode() != content[-_CHECKSUM:]:
@@ -177,6 +177,13 @@ def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
             f"{name} is damaged, or cut off: its checksum does not fit what is in it; nothing was made of it"
         )
     try:
+        with zipfile.ZipFile(BytesIO(content)) as members:
+            sizes = [member.file_size for member in members.infolist()]
+            stored = all(member.compress_type == zipfile.ZIP_STORED for member in members.infolist())
+            if not stored or sum(sizes) > len(content):
+                raise ValueError(
+                    "its members are compressed, or overlap; Simulation.save stores them as they are"
+                )
         with np.load(BytesIO(content), allow_pickle=False) as archive:
             arrays = {each: archive[each] for each in archive.files}
         head = json.loads(arrays.pop(HEAD).tobytes())
@@ -184,6 +191,12 @@ def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
     except Exception as error:  # of zipfile, NumPy, JSON: a hostile archive may raise anything
         raise RecordError(f"{name} is no saved simulation: {error}") from error
     return head, arrays
+
+
+def _check_begin(content: bytes, name: str) -> None:
+    """Raises RecordError for another file, by its beginning."""
+    if content[_FIRST_NAME] != f"{HEAD}.npy".encode():
+        raise RecordError(f"{name} is no saved simulation: expected a file that Simulation.save has written")
 
 
 # The head
@@ -241,7 +254,7 @@ def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
         state={name: arrays[f"state.{name}"] for name in said["state"]},
         commands=Commands(said["commands"]),
         later=tuple(said["later"]),
-        entries=_read_entries(said["entries"], arrays, scene),
+        entries=_read_entries(said["entries"], arrays, scene, said["numbers"]),
         **{name: said[name] for name in _OF_PARTS},
     )
     return Snapshot(
@@ -310,6 +323,7 @@ def _columns(prepared: Scene, scene: Scene) -> Arrays:
 def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:
     """Returns the contents of the ledger. Kept contacts are their own digest; else its state is needed."""
     arrays |= {f"unrecorded.{number}": rows for number, rows in enumerate(entries.unrecorded)}
+    arrays["unstepped"] = np.array(list(entries.unstepped), MET)
     found: dict[str, Any] = {
         "rows": entries.rows,
         "fingerprint": entries.digest.hexdigest(),
@@ -322,7 +336,7 @@ def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:
     return found
 
 
-def _read_entries(said: Mapping[str, Any], arrays: Arrays, scene: Scene) -> Entries:
+def _read_entries(said: Mapping[str, Any], arrays: Arrays, scene: Scene, numbers: int) -> Entries:
     unrecorded = tuple(_rows(arrays, f"unrecorded.{number}", LOG) for number in range(said["unrecorded"]))
     digest: Any
     if "digest" in said:
@@ -337,7 +351,10 @@ def _read_entries(said: Mapping[str, Any], arrays: Arrays, scene: Scene) -> Entr
         digest = hashlib.sha256(met.tobytes())
     if digest.hexdigest() != said["fingerprint"]:
         raise ValueError("its fingerprint is not that of its contacts")
-    return Entries(said["rows"], contacts, digest, unrecorded)
+    unstepped = _rows(arrays, "unstepped", MET)
+    if not ((unstepped["a"] >= 0) & (np.maximum(unstepped["a"], unstepped["b"]) < numbers)).all():
+        raise ValueError("a contact is of a body that has never been there")
+    return Entries(said["rows"], contacts, digest, unrecorded, tuple(unstepped.tolist()))
 
 
 def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
@@ -463,9 +480,16 @@ def _clear_up(target: Path) -> None:
 
 
 def read_whole(path: str | os.PathLike[str]) -> bytes:
-    """Returns what is in a file; RecordError where it cannot be read."""
+    """Returns the content of a saved run; RecordError where it cannot be read, or is no saved run."""
     try:
-        return Path(path).read_bytes()
+        with open_regular(path) as file:
+            _check_begin(file.read(_FIRST_NAME.stop), os.fspath(path))
+            file.seek(0)
+            return file.read()
+    except RecordError:
+        raise
+    except MemoryError as error:
+        raise RecordError(f"{os.fspath(path)} cannot be read: it is larger than the memory") from error
     except OSError as error:
         raise RecordError(f"{os.fspath(path)} cannot be read: {error.strerror or error}") from error
 

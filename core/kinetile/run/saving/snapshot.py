@@ -23,6 +23,7 @@ from kinetile.errors import RecordError
 from kinetile.kernel.compiled import python_of
 from kinetile.kernel.compiled.fingerprint import fingerprint
 from kinetile.kernel.log import CONTACT, LOG
+from kinetile.kernel.loop.idle import NoState
 from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import JAMMED, allocate
 from kinetile.plugin.calling import described
@@ -33,7 +34,8 @@ from kinetile.run.engine.agenda import Command, History
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.engine import LOGS, Engine, Parts
 from kinetile.run.engine.layout import as_bytes
-from kinetile.run.interrupts import Unbroken
+from kinetile.run.engine.ledger import Entries
+from kinetile.run.saving.soundness import check_tables
 from kinetile.scene import Scene, spacious
 
 
@@ -89,7 +91,8 @@ class Snapshot:
 
     def _values(self) -> tuple[Any, ...]:
         parts, entries = self.parts, self.parts.entries
-        ledger = entries.rows, entries.digest.hexdigest(), [rows.tobytes() for rows in entries.unrecorded]
+        unrecorded = [rows.tobytes() for rows in entries.unrecorded]
+        ledger = entries.rows, entries.digest.hexdigest(), unrecorded, entries.unstepped
         stands = self.at_start or self.prepared, self.prepared.capacity
         mine = (self.scene, self.phases, stands, self.history.content, self.audit, self.start_energy)
         numbers = (parts.base, parts.bounds, parts.commands, parts.later, parts.numbers, parts.audits)
@@ -147,22 +150,30 @@ def put_back(engine: Engine, scene: Scene, snapshot: Snapshot, anew: bool = Fals
         )
     if {*parts.tables, *LOGS} != set(engine.k._fields):
         raise RecordError("this snapshot is of another version of kinetile, which has other tables")
+    if parts.composition is None:  # it comes from another process
+        try:
+            check_tables(parts, engine.k, scene, snapshot.prepared)
+        except (ValueError, LookupError, ArithmeticError, TypeError, AttributeError, MemoryError) as error:
+            raise RecordError(f"no engine has the tables of this snapshot: {error}") from error
     if anew or mine != snapshot.phases:
-        with Unbroken(), engine.unchanged_if(BaseException):
+        with engine.unchanged_if(BaseException):
             engine.adopt(parts, None)
             engine.renew()
     else:
-        if parts.composition is None:  # it comes from another process
+        if parts.composition is None:
             odd = differences(snapshot.versions or {}, versions_of(engine.composition))
             if odd:
                 raise RecordError(
                     f"what goes on here is not what was saved: {odd}; {_anew(engine.composition)}"
                 )
         composition = _prepared(engine, snapshot)
-        if composition is not parts.composition:
-            _check_state(composition, parts.state)
-        with Unbroken():
+        if composition is parts.composition:
             engine.adopt(parts, composition)
+            return
+        _check_state(composition, parts.state)
+        with engine.unchanged_if(BaseException):
+            engine.adopt(parts, composition)
+            _judge_state(engine)
 
 
 def _prepared(engine: Engine, snapshot: Snapshot) -> Composition:
@@ -204,6 +215,26 @@ def _check_state(composition: Composition, state: Mapping[str, npt.NDArray[Any]]
             )
 
 
+def _judge_state(engine: Engine) -> None:
+    """Raises RecordError for a state of the broad phase, from another process, that cannot be. One that has
+    no audit is built anew: that may change structural events, and no contact."""
+    composition = engine.composition
+    audit, state = composition.broad.audit, engine.state
+    if not engine.fields.built[0]:
+        engine.lay_out(engine.speed)  # it is only arranged so far
+    elif audit is None and not isinstance(state, NoState):
+        engine.renew()
+    elif audit is not None:
+        who = described("broad phase", composition.broad_phase)
+        try:
+            with np.errstate(all="ignore"):
+                said = next(iter(audit(engine.k, state)), None)
+        except Exception as error:  # a hostile state may make a foreign audit raise anything
+            said = f"its audit raised {type(error).__name__}: {error}"
+        if said is not None:
+            raise RecordError(f"the state of {who} in this snapshot cannot be: {said}; {_anew(composition)}")
+
+
 @cache
 def elements(dtype: np.dtype[Any]) -> str:
     """Returns in words what an element is: names, kinds, order of bytes, places in the record."""
@@ -222,7 +253,7 @@ def layout() -> str:
     tables = allocate(1, 1, 1)
     said = [f"{name} {elements(table.dtype)}" for name, table in zip(tables._fields, tables, strict=True)]
     said += [elements(CONTACT), elements(LOG), *Command._fields, *Bounds._fields, *Skin._fields]
-    said += [field.name for field in fields(Parts)]
+    said += [*(field.name for field in fields(Parts)), *Entries._fields]
     return hashlib.sha256("\n".join(said).encode()).hexdigest()
 
 

@@ -12,7 +12,6 @@ decodes this with the browser's own ``DecompressionStream`` (``script/run/column
 from __future__ import annotations
 
 import base64
-import html
 import json
 import re
 import zlib
@@ -25,10 +24,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.errors import legible
 from kinetile.kernel.clock import TICKS
 from kinetile.scene import Insert, Scene
 from kinetile.scene.shapes import Shape
-from kinetile.show.picture import FRESH, LOOKS, NEXT, outline_of
+from kinetile.show.picture import FRESH, LOOKS, NEXT, escape, outline_of
 from kinetile.show.player.recording import Plans, Recording, kinds_of, residuals
 
 _RUN = (
@@ -85,7 +85,7 @@ class Page:
             "select": self.select,
             "speed": length / _SECONDS if length > 0 else 1.0,
             "bodies": encode(vars(first.plans)),
-            "kinds": [] if scene.kinds == (0,) else list(map(str, scene.kinds)),
+            "kinds": [] if scene.kinds == (0,) else [legible(str(each)) for each in scene.kinds],
             "kind": _kinds(scene, len(first.plans.x)),
             "responses": [[each.name for each in row] for row in scene.meets] if scene.responses else [],
             "shapes": list(map(_drawn, scene.shapes)),
@@ -110,9 +110,9 @@ class Page:
         summary = f"Drag to move the view, tap a {one} to select it, ? for the keys."
         held = json.dumps(self.held, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
         parts = {
-            "TITLE": html.escape(self.title),
-            "SUMMARY": html.escape(summary),
-            "NOTES": "\n".join(f'<p class="note">{html.escape(note)}</p>' for note in self.all_notes),
+            "TITLE": escape(self.title),
+            "SUMMARY": escape(summary),
+            "NOTES": "\n".join(f'<p class="note">{escape(note)}</p>' for note in self.all_notes),
             "PANES": "\n".join(_pane(recording.label) for recording in self.recordings),
             "SHAPE": _shape(len(self.recordings)),
             "STYLE": _asset("page.css"),
@@ -132,7 +132,7 @@ class Page:
             coded |= {name: getattr(steps, name).astype(np.int32) for name in ("body", "after", "queue")}
             structure, labels = steps.structure.columns(), steps.structure.labels
         return {
-            "label": recording.label,
+            "label": legible(recording.label),
             "rows": None if same else encode(_rows(recording, first.plans, self.scene.time_unit)),
             "steps": None if coded is None else encode(coded),
             "structure": None if structure is None else encode(structure),
@@ -204,7 +204,7 @@ def _drawn(shape: Shape) -> dict[str, Any]:
 
 
 def _pane(label: str) -> str:
-    text = html.escape(label)
+    text = escape(label)
     return (
         f'<figure><figcaption>{text}</figcaption><div><canvas class="stage" tabindex="0" role="img" '
         f'aria-label="The bodies under {text}; the readings below say in words what happens"></canvas>'

@@ -16,6 +16,7 @@ from kinetile.records.reading import read_events
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
+from kinetile.show.picture import escape
 from kinetile.show.player.page import Page
 from kinetile.show.player.recording import MOST_ROWS, record, shortened, window_of
 
@@ -62,7 +63,7 @@ class View:
         return target
 
     def _repr_html_(self) -> str:
-        page, title = html.escape(str(self)), html.escape(self.page.title)
+        page, title = html.escape(str(self)), escape(self.page.title)
         return (
             f'<iframe title="{title}" sandbox="allow-scripts allow-downloads" allow="clipboard-write" '
             f'srcdoc="{page}" style="width: 100%; height: 720px; border: 0"></iframe>'

@@ -105,14 +105,20 @@ def test_what_was_done_before_a_fault_stays():
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize("phase", ["naive", "sap-1d", "cells"])
-def test_discs_that_met_on_one_place_went_on_at_no_place(phase):
-    scene = kt.Scene([[1048577.0, 0.0], [1048577.75, 0.0]], [[1.0, 0.0], [-1.0, 0.0]], 1e-20)
+@pytest.mark.parametrize(
+    "more", [{}, {"mass": [1.0, 2.0]}, {"responses": "stop"}, {"arena": (2.0**21, 1.0), "periodic": "xy"}]
+)
+def test_discs_that_met_on_one_place_went_on_at_no_place(phase, more):
+    """Their velocities, and with them their positions and the energy, were no numbers after the error."""
+    velocity = [[1.0, 0.0], [-1.0, 0.0]]
+    scene = kt.Scene([[1048577.0, 0.5], [1048577.75, 0.5]], velocity, 1e-20, **more)
     sim = kt.Simulation(scene, phase)
-    with pytest.raises(
-        PhaseError, match="bodies 0 and 1 left a place or velocity that is not a finite number"
-    ):
+    with pytest.raises(PhaseError, match="bodies 0 and 1 has no outcome in finite numbers"):
         sim.run(until=1.0)
     assert len(sim.contacts) == 0
+    assert sim.velocities().tolist() == velocity
+    assert sim.positions().tolist() == [[1048577.375, 0.5]] * 2
+    assert sim.readings.energy_drift == 0.0
 
 
 class State(NamedTuple):

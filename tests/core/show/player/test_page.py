@@ -17,16 +17,16 @@ from kinetile.show.player import recording, view_scene
 from kinetile.show.player.page import MODULES, decode, encode, script
 from kinetile_conformance.cases import Subject, save_case
 from kinetile_conformance.view import view_case
-from player_pages import NODE, SCENES, needs_node
+from player_pages import SCENES, needs_node
+from programs import program
 
 DOM = Path(__file__).parents[3] / "player_dom.mjs"
 
 
 def run_page(path: Path) -> dict[str, object]:
     """Press all keys and buttons of a page under node; what came of it."""
-    assert NODE is not None
     done = subprocess.run(
-        [NODE, str(DOM), str(path)], capture_output=True, text=True, timeout=120, check=False
+        [program("node"), str(DOM), str(path)], capture_output=True, text=True, timeout=120, check=False
     )
     assert (done.returncode, done.stderr) == (0, "")
     found: dict[str, object] = json.loads(done.stdout)

@@ -5,23 +5,28 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
 from typer.testing import CliRunner
 
 import broken_phases
 import kinetile as kt
 from kinetile.cli import app
-from kinetile.errors import PhaseError, Refused
+from kinetile.errors import PhaseError, Refused, ZenoError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.log import WALLS
 from kinetile.toolbox import Kernel, hook, offer, schedule
 from kinetile_accuracy.oracle.agreement import Agreement, FirstDifference, agreement, certify
 from kinetile_accuracy.oracle.oracle import oracle_contacts
+from kinetile_conformance.cases import horizon
+from kinetile_conformance.strategies import scenes
+from kinetile_conformance.strategies.living import living_scenes
 
 pytest.importorskip("flint", reason="the certified oracle needs python-flint")
 
@@ -120,7 +125,7 @@ def run() -> tuple[kt.Simulation, Any]:
 
 def compared(run: tuple[kt.Simulation, Any], contacts: Any, end: float = 0.5) -> Agreement:
     sim, truth = run
-    return agreement(contacts, truth, bodies=9, start=0.0, time_unit=sim.time_unit, end=end)
+    return agreement(contacts, truth, scene=sim.scene, bodies=9, start=0.0, time_unit=sim.time_unit, end=end)
 
 
 def test_nothing_is_noticed_where_nothing_is_wrong(run: tuple[kt.Simulation, Any]) -> None:
@@ -148,11 +153,69 @@ def test_an_exchange_is_noticed(run: tuple[kt.Simulation, Any], at: int) -> None
 @pytest.mark.parametrize("ticks", [3, -3, 10**6])
 def test_a_nudged_time_is_noticed(run: tuple[kt.Simulation, Any], ticks: int) -> None:
     contacts = run[0].contacts.copy()
-    contacts["tick"][4] += ticks
-    before, after = compared(run, run[0].contacts), compared(run, contacts)
-    assert after.ticks[4] - before.ticks[4] == pytest.approx(ticks)
-    assert np.array_equal(np.delete(after.ticks, 4), np.delete(before.ticks, 4))
-    assert after.worst_ticks >= abs(ticks) - 1.0
+    contacts["tick"][4] += ticks  # of two discs that have met nothing before: their time has one tick to err
+    found = compared(run, contacts)
+    assert not found.complete
+    assert found.contacts == 4
+    differs = found.disagreement
+    assert differs is not None
+    assert differs.index == 4
+    assert differs.ticks_apart == pytest.approx(compared(run, run[0].contacts).ticks[4] + ticks)
+    assert differs.ticks_allowed == pytest.approx(2.0)
+    assert "ticks apart, and rounding explains 2 at most" in str(found)
+    assert found.as_dict()["first_disagreement"]["ticks_allowed"] == differs.ticks_allowed
+
+
+def shifted(contacts: Any, ticks: int) -> Any:
+    """Return contacts that all come so many ticks later."""
+    later = contacts.copy()
+    carry, later["tick"] = np.divmod(later["tick"] + ticks, 2**52)
+    later["epoch"] += carry
+    return later
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("living", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_shift_of_every_contact_by_a_million_ticks_passed(living: bool) -> None:
+    """It passed in 153 of 159 drawn scenes; in the others the exact time was near 0, an OverflowError."""
+    moved = 0
+
+    @settings(max_examples=80, derandomize=True, database=None)
+    @given(living_scenes() if living else scenes())
+    def draw(scene: kt.Scene) -> None:
+        nonlocal moved
+        sim = kt.Simulation(scene, "naive")
+        with suppress(ZenoError):
+            sim.run(until=horizon(scene), max_contacts=60)
+        try:
+            sound = certify(sim, max_contacts=60)
+        except Refused:
+            return
+        given = {"scene": sim.scene, "bodies": 1, "start": scene.start, "time_unit": sim.time_unit}
+        early = sound.disagreement is None or sound.disagreement.ticks_allowed is None
+        assert early, str(sound)
+        if not sound.contacts:
+            return
+        moved += 1
+        late = agreement(shifted(sim.contacts[:60], 10**6), sound.oracle, end=sim.time, **given)
+        assert not late.complete, f"{late}"
+        assert late.disagreement is not None
+        assert late.disagreement.index < sound.contacts
+
+    draw()
+    assert moved > (2 if living else 15)
+
+
+def test_an_exact_time_near_0_was_an_overflow() -> None:
+    """The last place of a time of 0 is 5e-324, and a tick has more of them than a double can say."""
+    scene = kt.Scene([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [-1.0, 0.0]], 0.5)
+    sim = kt.Simulation(scene, "naive")
+    sim.run(max_contacts=1)
+    for ticks in (0, 10**6):
+        contacts = shifted(sim.contacts, ticks)
+        truth = oracle_contacts(scene, max_contacts=1)
+        found = agreement(contacts, truth, scene=scene, bodies=2, start=0.0, time_unit=sim.time_unit, end=1.0)
+        assert found.complete == (ticks == 0)
 
 
 def test_a_missing_and_a_made_up_contact_are_noticed(run: tuple[kt.Simulation, Any]) -> None:

@@ -15,6 +15,7 @@ import numpy.typing as npt
 import pytest
 
 import kinetile as kt
+from kinetile_accuracy.report import write_report
 from kinetile_accuracy.stepped import chart as speed_error
 from kinetile_accuracy.stepped.chart import EFFORTS, FINDERS, Effort, claims, crossing, findings, measure
 from kinetile_accuracy.stepped.chart import KINETIC as KINETIC_NAMES
@@ -153,6 +154,27 @@ def test_claims_hold_or_not_as_the_rows_say(
     found = claims([*KINETIC, *rows])
     assert tuple(claim.holds for claim in found) == hold
     assert found[-1].measured == measured
+
+
+@pytest.mark.parametrize("fast", ["naive", "cells", "sweep-tiling"])
+def test_the_chart_took_sweep_tiling_for_the_fastest_whatever_was(
+    fast: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    pytest.importorskip("matplotlib")
+    pytest.importorskip("jinja2")
+    kinetic = tuple(
+        row(name, kind="kinetic", cost=1e-3 if name == fast else 4e-3, contacts=9.0) for name in KINETIC_NAMES
+    )
+    monkeypatch.setattr(speed_error, "measure_rows", lambda *_, **__: [*kinetic, *CURVE])
+    monkeypatch.setattr(speed_error, "_installed", lambda: ({}, ()))
+    conditions = {"versions": {}, "processor": "one", "processors": 2, "system": "Linux"}
+    section = measure("quick", SILENT)
+    page, *_ = write_report([section], tmp_path, budget="quick", conditions=conditions)
+    text = page.read_text(encoding="utf-8")
+    assert f"at the cost of {fast}, the fastest kinetic method here" in text
+    assert f"100 discs at density 0.25 ({fast}: 1 ms)" in text
+    assert f"as fast as the fastest kinetic one ({fast}) and as true" in text
+    assert "of 3 measurements 2 are as fast" in text
 
 
 @pytest.mark.compiled

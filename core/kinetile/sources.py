@@ -1,0 +1,49 @@
+"""Files that are read: regular ones, of a bounded size.
+
+A pipe may never have a writer, and a device may never end. So every file that a user names, or that another
+process may have put in a place, is opened here.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from typing import BinaryIO
+
+_FLAGS = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
+
+
+def check_regular(path: str | os.PathLike[str]) -> None:
+    """Raises OSError unless there is a regular file; does not open it."""
+    _check(os.stat(path).st_mode, path)
+
+
+def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
+    """Opens a regular file for reading, in binary. Raises OSError, without waiting, for anything else."""
+    check_regular(path)  # to open a device can have effects
+    file = open(os.open(path, _FLAGS), "rb")  # noqa: SIM115 - the caller closes it
+    try:
+        _check(os.fstat(file.fileno()).st_mode, path)
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def read_regular(path: str | os.PathLike[str], most: int) -> bytes:
+    """Returns the content of a regular file; raises OSError for anything else, and for more than ``most``
+    bytes."""
+    with open_regular(path) as file:
+        data = file.read(most + 1)
+    if len(data) > most:
+        said = f"it has more than {most:,} bytes, so it is not read"
+        raise OSError(errno.EFBIG, said, os.fspath(path))
+    return data
+
+
+def _check(mode: int, path: str | os.PathLike[str]) -> None:
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "it is no regular file, so it is not read", os.fspath(path))

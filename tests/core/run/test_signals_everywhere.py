@@ -1,0 +1,158 @@
+"""A signal at every bytecode boundary of every call that changes a simulation: all of it is done, or nothing.
+
+A tracing function raises the signal before the instruction of a number, which is more often than Python runs
+handlers by itself. What is done by then is in the record: snapshot, record and replay agree.
+"""
+
+from __future__ import annotations
+
+import random
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from copy import copy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import kinetile as kt
+from kinetile.run.interrupts import Unbroken
+
+pytestmark = pytest.mark.small
+
+RUN = str(Path(sys.modules["kinetile.run.interrupts"].__file__ or "").parent)
+KERNEL = str(Path(RUN).parent / "kernel")
+
+Call = Callable[[kt.Simulation, Path], Any]
+
+
+def _restore(sim: kt.Simulation, path: Path) -> None:
+    sim.restore(sim.snapshot())
+
+
+def _run_observed(sim: kt.Simulation, path: Path) -> None:
+    sim.run(sim.time + 0.05, observe=["pressure:every=0.02"])
+
+
+def _turn_in_progress(sim: kt.Simulation, path: Path) -> None:
+    sim.run(sim.time + 0.02, progress=lambda _: sim.set_velocity(2, (0.3, 0.2)))
+
+
+def _film(sim: kt.Simulation, path: Path) -> None:
+    film = kt.film(sim, 0.12, seconds=0.1, fps=20.0)
+    for _ in film._pictures(True):
+        pass
+
+
+CALLS: dict[str, Call] = {
+    "turn": lambda sim, path: sim.set_velocity(3, (0.9, -0.9)),
+    "turns": lambda sim, path: sim.set_velocities([1, 2], [[0.5, 0.5], [0.1, -0.7]]),
+    "fast turn": lambda sim, path: sim.set_velocity(3, (40.0, -3.0)),
+    "insert": lambda sim, path: sim.insert((0.01, 0.01), (0.5, 0.5), 0.005),
+    "remove": lambda sim, path: sim.remove(3),
+    "run": lambda sim, path: sim.run(sim.time + 0.05),
+    "step": lambda sim, path: sim.step(),
+    "steps": lambda sim, path: list(sim.steps(sim.time + 0.02)),
+    "observed run": _run_observed,
+    "turn in progress": _turn_in_progress,
+    "rebuild": lambda sim, path: sim.rebuild(),
+    "restore": _restore,
+    "snapshot": lambda sim, path: sim.snapshot(),
+    "save": lambda sim, path: sim.save(path / "saved.kts"),
+    "contacts": lambda sim, path: sim.contacts,
+    "audit": lambda sim, path: sim.audit(),
+    "film": _film,
+}
+
+
+class Tracer:
+    """Counts instructions of kinetile's modules outside of the kernel, and raises a signal at one of them."""
+
+    def __init__(self, at: int) -> None:
+        self.at, self.count = at, 0
+
+    def __call__(self, frame: Any, event: str, argument: Any) -> Any:
+        name = frame.f_code.co_filename
+        if not (name.startswith(RUN) or "contextlib" in name):
+            return None
+        frame.f_trace_opcodes, frame.f_trace_lines = True, False
+        return self.local
+
+    def local(self, frame: Any, event: str, argument: Any) -> Any:
+        if event == "opcode":
+            self.count += 1
+            if self.count == self.at:
+                sys.settrace(None)
+                signal.raise_signal(signal.SIGINT)
+        return self.local
+
+
+@contextmanager
+def traced(at: int) -> Iterator[Tracer]:
+    before, tracer = sys.gettrace(), Tracer(at)
+    sys.settrace(tracer)
+    try:
+        yield tracer
+    finally:
+        sys.settrace(before)
+
+
+def prepared(phase: str) -> kt.Simulation:
+    sim = kt.Simulation(kt.make_scene("grid", bodies=9, seed=2), phase, live=phase != "naive")
+    sim.run(0.1)
+    return sim
+
+
+def boundaries(start: kt.Simulation, call: Call, path: Path) -> int:
+    with traced(0) as tracer:
+        call(copy(start), path)
+    return tracer.count
+
+
+def assert_whole(sim: kt.Simulation, found: list[Any]) -> None:
+    """The simulation goes on, and its record has the same contacts under another phase."""
+    assert Unbroken._outermost is None
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert sim._lock.acquire(blocking=False)
+    sim._lock.release()
+    assert not sim._lock._is_owned()  # type: ignore[attr-defined]
+    sim.audit()
+    again = kt.Simulation(sim.scene, sim.broad_phase, live=sim.broad_phase != "naive")
+    again.restore(sim.snapshot())
+    recorded = sim.recorded()
+    replay = kt.Simulation(recorded, "cells", live=True)
+    replay.run()
+    assert replay.fingerprint == sim.fingerprint == again.fingerprint
+    assert replay.positions().tolist() == sim.positions().tolist() == again.positions().tolist()
+    assert replay.velocities().tolist() == sim.velocities().tolist()
+    assert len(sim.contacts) == sim._engine.contacts
+    found.append(len(recorded.commands))
+
+
+def interrupt(start: kt.Simulation, call: Call, path: Path, at: int, found: list[Any]) -> None:
+    sim = copy(start)
+    with suppress(KeyboardInterrupt), traced(at):
+        call(sim, path)
+    assert_whole(sim, found)
+    assert not list(path.glob(".*")), "a temporary file is left"
+
+
+@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("phase", ["cells", "naive"])
+def test_a_signal_anywhere_in_a_call_lost_the_command_from_the_record(phase, name, tmp_path):
+    start, call = prepared(phase), CALLS[name]
+    many, found = boundaries(start, call, tmp_path), []
+    for at in sorted({1, many, *random.Random(7).sample(range(1, many + 1), 12)}):
+        interrupt(start, call, tmp_path, at, found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("phase", ["cells", "naive"])
+def test_a_signal_at_every_boundary_of_a_call_leaves_all_or_nothing(phase, name, tmp_path):
+    start, call = prepared(phase), CALLS[name]
+    many, found = boundaries(start, call, tmp_path), []
+    for at in range(1, many + 1, max(many // 1500, 1)):
+        interrupt(start, call, tmp_path, at, found)

@@ -1,0 +1,112 @@
+"""A narrow phase whose walls are not at the arena's edges: no part of the kernel takes them to be there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import kinetile as kt
+from agreement import assert_one_answer
+from kinetile.kernel.certificates.wall import reaches
+from kinetile.scene.scene import Settings
+from kinetile.toolbox import BOTTOM, LEFT, NEVER, RIGHT, TOP, Kernel, Records, WallParts, hook
+from lanes import examples
+from registering import registered
+
+pytestmark = pytest.mark.small
+
+NEAR, FAR = 0.25, 0.75
+"""Where the walls are, in an arena of 1 by 1."""
+
+
+@hook
+def after(k: Kernel, body: Records, place: float, speed: float) -> int:
+    clock = k.clock[0]
+    far = FAR if speed > 0.0 else place
+    delay = NEVER
+    if speed != 0.0:
+        near = place if speed > 0.0 else NEAR
+        delay = reaches(far, near, body.radius, abs(speed), clock.tick, clock.per_time)
+    return int(body.anchor + delay) if delay != NEVER else NEVER
+
+
+@hook
+def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
+    x = after(k, body, body.x, body.vx)
+    y = after(k, body, body.y, body.vy)
+    if x <= y:
+        return x, RIGHT if body.vx > 0.0 else LEFT
+    return y, TOP if body.vy > 0.0 else BOTTOM
+
+
+@hook
+def bounce(k: Kernel, body: Records, wall: int) -> float:
+    if wall == LEFT or wall == RIGHT:  # noqa: SIM109 - no tuple in a hook
+        body.vx = -body.vx
+    else:
+        body.vy = -body.vy
+    return 0.0
+
+
+class Inset:
+    """Walls at a quarter and three quarters."""
+
+    def prepare(self, scene: kt.Scene) -> WallParts:
+        return WallParts(reach_wall, bounce)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _inset() -> Iterator[None]:
+    with registered(kt.NarrowPhaseSpec("inset", Inset, role="wall")):
+        yield
+
+
+def within(position: list, velocity: list, **more: object) -> kt.Scene:
+    phases = Settings(narrow_phases=("disc", "inset"))
+    return kt.Scene(position, velocity, 2.0**-6, arena=(1.0, 1.0), **more).replace(settings=phases)
+
+
+def test_a_wall_within_the_arena_was_flown_through():
+    """A disc met another one beyond the wall; a wall was awaited only near the arena's edge."""
+    scene = within([[0.5, 0.5], [0.875, 0.5]], [[1.0, 0.0], [0.0, 0.0]])
+    sim = assert_one_answer(scene, until=2.0)
+    rows = sim.contacts[["time", "a", "b"]].tolist()
+    first = FAR - 2.0**-6 - 0.5
+    period = FAR - NEAR - 2.0**-5
+    assert rows == [(first + i * period, 0, (RIGHT, LEFT)[i % 2]) for i in range(4)]
+    assert sim.next_contact_of(0)[-2:] == (0, RIGHT)
+
+
+eighths = st.integers(0, 7)
+
+
+@settings(max_examples=examples(10), deadline=None)
+@given(
+    places=st.lists(st.tuples(eighths, eighths), min_size=1, max_size=6, unique=True),
+    speeds=st.lists(st.tuples(st.integers(-8, 8), st.integers(-8, 8)), min_size=6, max_size=6),
+)
+def test_bodies_stay_within_walls_wherever_they_are(places, speeds):
+    """Every phase has the same contacts, audits find nothing, and nobody is beyond a wall."""
+    position = [[NEAR + (x + 0.5) / 16, NEAR + (y + 0.5) / 16] for x, y in places]
+    scene = within(position, [[x / 4, y / 4] for x, y in speeds[: len(places)]])
+    sim = assert_one_answer(scene, until=1.5)
+    audited = kt.Simulation(scene, "cells", audit=1)
+    for quarter in range(1, 7):
+        audited.run(until=quarter / 4)
+        place = audited.positions()
+        assert place.min() > NEAR
+        assert place.max() < FAR
+    assert audited.fingerprint == sim.fingerprint
+
+
+def test_empty_time_was_skipped_beyond_a_wall_within_the_arena():
+    """Spans of the clock were passed in one step up to the arena's edge; so were they without an arena."""
+    speed = 2.0**-19
+    scene = within([[0.5, 0.5]], [[speed, 0.0]])
+    for arena in ((1.0, 1.0), None):
+        sim = kt.Simulation(scene.replace(arena=arena), "naive")
+        sim.run(until=1.5 * (FAR - NEAR) / speed)
+        assert sim.contacts[["time", "b"]].tolist()[:1] == [((FAR - 2.0**-6 - 0.5) / speed, RIGHT)]
