@@ -1,7 +1,7 @@
 """``kinetile``, and ``python -m kinetile`` where that command is not on the path: the command line.
 
 The modules of the command line are imported inside ``main``: that takes most of a second, and Ctrl-C may come
-in it as well.
+in it as well. It waits while modules are imported or machine code is loaded.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import gc
 import signal
 import sys
 from contextlib import suppress
+from types import FrameType
 
 
 def main() -> None:
@@ -18,6 +19,14 @@ def main() -> None:
     # whenever 700 have been added, and once more at the end, takes a seventh of a short run.
     gc.set_threshold(200_000)
     try:
+        from kinetile.run.interrupts import comes_later
+
+        def interrupt(number: int, frame: FrameType | None) -> None:
+            if not comes_later(number, frame):
+                raise KeyboardInterrupt
+
+        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, interrupt)
         from kinetile.cli import main as command
 
         command()

@@ -106,7 +106,8 @@ class Mistake(NamedTuple):
     expected: str
 
     def __str__(self) -> str:
-        where, found, expected = map(printable, self)
+        lines = (line.strip().removesuffix(".") for line in self.expected.split("\n"))  # of another error
+        where, found, expected = map(printable, (self.where, self.found, "; ".join(lines)))
         return f"{where}: found {found}; expected {expected}"
 
 

@@ -56,7 +56,7 @@ def limit_scenes(seconds: float) -> None:
     """Have this process ended where ``begin_scene`` was called longer ago than so many of its CPU seconds."""
     global _limit
     _limit = seconds
-    while_compiling(_uncounted)
+    while_compiling(uncounted)
 
 
 def begin_scene() -> None:
@@ -66,8 +66,14 @@ def begin_scene() -> None:
 
 
 @contextlib.contextmanager
-def _uncounted() -> Iterator[None]:
-    """Within this context no time is limited; after it, that of the scene begins anew."""
+def uncounted() -> Iterator[None]:
+    """Within this context no time is limited; after it, that of the scene begins anew.
+
+    For compiling, and for starting processes: they would inherit a limit that is of this one's scene.
+    """
+    if not _limit:
+        yield
+        return
     end_after(math.inf)
     try:
         yield

@@ -31,6 +31,7 @@ from kinetile.errors import MissingExtra, Refused
 from kinetile.kernel.compiled import nobody_compiles
 from kinetile.plugin.registry import registry
 from kinetile_conformance.cases import PhasePlugin, Subject, provided
+from kinetile_conformance.deadline import begin_scene
 
 GRACE = 2.0
 """Seconds that a process has to write its stack, or to end."""
@@ -217,12 +218,18 @@ def _can_be_imported(name: str) -> bool:
 
 
 def in_a_fork(work: Callable[[], Any]) -> Any:
-    """Return what a function returns in a worker of ``multiprocessing``, which is a fork.
+    """Return what a function returns in a worker of ``multiprocessing``, which is a fork with a limit of its
+    own for a scene.
 
     Raises EOFError where that ends without a word.
     """
     here, there = Pipe(duplex=False)
-    worker = multiprocessing.get_context("fork").Process(target=lambda: there.send(work()))
+
+    def serve() -> None:
+        begin_scene()
+        there.send(work())
+
+    worker = multiprocessing.get_context("fork").Process(target=serve)
     with nobody_compiles():
         worker.start()
     there.close()

@@ -309,7 +309,10 @@ def test_who_is_inside_at_the_start_or_comes_inside_begins_there_and_ends_when_o
     sim = played(scene, phase)
     kinds = [(event.time, event.kind, event.bodies) for event in sim.steps() if event.kind != "structural"]
     assert sim.contacts[["time", "a", "b"]].tolist() == [(0.0, 0, 1), (1.0, 0, 3), (2.0, 1, 0), (2.0, 3, 0)]
-    assert kinds == [(1.0, "insert", (3,)), (2.0, "remove", (0,))]
+    assert kinds == [
+        *[(0.0, "pass", (0, 1)), (1.0, "insert", (3,)), (1.0, "pass", (0, 3))],
+        *[(2.0, "part", (0, 1)), (2.0, "part", (0, 3)), (2.0, "remove", (0,))],
+    ]
     assert balanced(sim)
 
 

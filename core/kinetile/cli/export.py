@@ -68,7 +68,7 @@ def export(
         if not run.scene.start <= start <= end < float("inf"):
             raise BadOption(f"--from {start!r} --until {end!r}; expected times from the scene's start on")
         if not 0.0 < step < float("inf") and (end > start or every is not None):
-            raise BadOption(f"--every is {step!r}; expected a finite time greater than 0")
+            raise BadOption(f"--every is {step!r}; expected a time greater than 0")
         many = (end - start) / step * (1.0 + 1e-12) if end > start else 0.0
         if not many < MOST_FRAMES:
             raise BadOption(f"--every {step!r} makes {many:,.0f} frames; expected at most {MOST_FRAMES:,}")

@@ -88,12 +88,12 @@ def scenes(
 def _recipe(name: str) -> dict[str, Any]:
     """Returns a recipe's listing; one that cannot be imported is listed with its error."""
     from kinetile.plugin.registry import registry
-    from kinetile.scene.by_name import REQUIRED, recipe_parameters
+    from kinetile.scene.by_name import REQUIRED, accepted_parameters
 
     spec = registry().spec("scene", name)
     listing: dict[str, Any] = {"name": name, "summary": spec.summary, "aliases": list(spec.aliases)}
     try:
-        known = recipe_parameters(name)
+        known = accepted_parameters(name)
     except KinetileError as error:
         return listing | {"parameters": [], "error": str(error)}
     parameters = []
@@ -118,7 +118,7 @@ def _parameters_table(parameters: Sequence[Mapping[str, Any]]) -> Table:
         {
             "| parameter": lambda each: each["name"],
             "| type": lambda each: each["type"],
-            "default": lambda each: str(each.get("default", "(none: must be given)")),
+            "default": lambda each: str(each.get("default", "(none: must be given)")) or "(empty)",
         },
     )
 

@@ -15,6 +15,7 @@ import typer
 
 from kinetile.errors import FAULTS as FAULTS_OF_RUNS
 from kinetile.errors import KinetileError, RecordError, legible
+from kinetile.run.interrupts import comes_later
 
 if TYPE_CHECKING:
     from kinetile.run.simulation import Progress, Simulation
@@ -138,7 +139,7 @@ class FirstSignal:
             self._another_ends = False
 
     def _receive(self, number: int, frame: FrameType | None) -> None:
-        if self.number is None or self._another_ends:
+        if (self.number is None or self._another_ends) and not comes_later(number, frame):
             self.number = self.number or number
             raise KeyboardInterrupt
 

@@ -74,4 +74,5 @@ def calling(kind: Kind, name: str, what: str, *, may_refuse: bool = True) -> Ite
         if may_refuse and isinstance(error, KinetileError):
             raise
         said = f"{described(kind, name)}: {what} raised {sentence(error)}{place_of(error)}"
-        raise PhaseError(said) from error
+        # contextlib takes an error whose cause is a StopIteration for that StopIteration.
+        raise PhaseError(said) from None if isinstance(error, StopIteration) else error

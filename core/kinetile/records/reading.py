@@ -198,7 +198,7 @@ class _AnyPhase(Registered):
         """Returns the mistake of naming a recipe."""
         return [Mistake(where, shown(name), "the bodies themselves")] if "scene" in kinds else []
 
-    def option_mistakes(self, name: str, options: Mapping[str, Any]) -> list[Mistake]:
+    def option_mistakes(self, name: str, options: Mapping[str, Any], where: str = "") -> list[Mistake]:
         """Returns no mistake: a run of the phase checks its options."""
         return []
 

@@ -11,14 +11,16 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from kinetile.errors import Refused
 from kinetile.kernel.clock import SPAN, TICKS, Clock
+from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.loop.calendar import rank
 from kinetile.kernel.passings import PASS
 from kinetile.kernel.tables import JAMMED, NEVER, NOBODY, PARTING, STRUCTURAL, TURN, WALL, Kernel
-from kinetile.run.engine.engine import UNLIMITED, Engine
+from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
 from kinetile.run.engine.ledger import ContactRow
 from kinetile.run.interrupts import Interruptible
 from kinetile.scene.responses import Kind
@@ -29,6 +31,9 @@ IDLE_SPANS = 1 << 12
 PATIENCE = 4
 """The number of spans without a contact after which, at first, it is tried whether some can be skipped."""
 
+
+MOST_ANCHORED = 10**9
+"""The number of rows above which a recording is refused that would have them for the clock alone."""
 
 COMMANDS: dict[int, Literal["turn", "insert", "remove"]] = {
     TURNED: "turn",
@@ -67,7 +72,7 @@ class Event(NamedTuple):
             pass through each other) or "part" (they end to).
         bodies: the bodies of the event, in ascending order; none at a structural event.
         certificate: the body whose certificate fails at a structural event, else None.
-        wall: "left", "right", "bottom" or "top" at a contact with a wall that has happened, else None.
+        wall: "left", "right", "bottom" or "top" at a contact with a wall, else None.
         kinds: the kinds of ``bodies``, in their order; empty if the scene has none.
     """
 
@@ -87,6 +92,7 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
 
     ``after_chunk`` is called after each chunk; an exception from it ends the run there.
     """
+    _demand_feasible(engine, end)
     ledger = engine.ledger
     if len(engine.k.watch) and not engine.k.clock[0].stops.before:
         engine.build()  # passings of the start begin
@@ -94,8 +100,7 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
         if stop is not None:
             ledger.unstepped = left
             return stop
-    still, audited, stop = _Stillness(), engine.contacts, None
-    left: list[ContactRow] = []
+    still, audited, stop, left = _Stillness(), engine.contacts, None, []
     ledger.unstepped = None
     try:
         while True:
@@ -110,10 +115,7 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
             with Interruptible():
                 after_chunk()
             finished = (
-                reason == WATCHED
-                or arrived
-                or engine.contacts >= end.contacts
-                or engine.events >= end.events
+                reason == WATCHED or arrived or engine.contacts >= end.contacts or engine.events >= end.events
             )
             if audit is not None and (finished or reason == CONTACTS_REACHED):
                 engine.audit()
@@ -127,6 +129,29 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
                 still.move_on(engine, end)
     finally:
         ledger.unstepped = left
+
+
+def _demand_feasible(engine: Engine, end: End) -> None:
+    """Raises Refused for a run to a time that is too many units of the clock away, or to one that needs more
+    rows of plans that the clock anchors anew than a recording can have."""
+    bodies, unit = len(engine.taken), engine.clock.unit
+    if end.ticks is None or not bodies or min(end.contacts, end.events) < UNLIMITED:
+        return
+    units = end.ticks // TICKS
+    if units > MOST_UNITS:
+        raise Refused(
+            f"until={end.until!r} is more than 2**{units.bit_length() - 1} units of this scene's clock after "
+            f"its start, and a run has at most 2**62: expected at most "
+            f"{engine.clock.start + MOST_UNITS * unit:.6g}, or a scene with a unit above {unit:.3g}"
+        )
+    beat = (BEAT if engine.scene.periodic else SPAN) // TICKS
+    rows = bodies * (units - engine.clock.base) // (6 * beat)  # a contact has one for two bodies
+    if engine.ledger.records and rows > MOST_ANCHORED:
+        raise Refused(
+            f"a recording until {end.until!r} has {float(rows):.3g} rows or more: the clock counts in units "
+            f"of {unit:.3g}, and each body has a row every {3 * beat:,} of them at least. Expected at most "
+            f"{MOST_ANCHORED:,} rows: end sooner, give the scene a larger unit, or run it without a recorder"
+        )
 
 
 class _Stillness:
@@ -220,8 +245,19 @@ def next_event(engine: Engine) -> Event | None:
         lists.command, fields.fault.code[0], fields.torus.beat[0] = command, fault, beat
     planned = engine.next_command
     if planned is not None and (event is None or planned.ticks < event.epoch * TICKS + event.tick):
-        return Event(*engine.clock.moment(planned.ticks), COMMANDS[planned.code], (planned.body,))
-    return event
+        event = Event(*engine.clock.moment(planned.ticks), COMMANDS[planned.code], (planned.body,))
+    return _first_parting(engine, event) if event is not None and event.kind == "remove" else event
+
+
+def _first_parting(engine: Engine, removal: Event) -> Event:
+    """Returns the first event of a removal: the first passing that it ends, if there is one."""
+    k, number = engine.k, removal.bodies[0]
+    slot = int(k.slots[number])
+    pairs = k.passings[(k.passings.a == slot) | ((k.passings.a >= 0) & (k.passings.b == slot))]
+    if not len(pairs):
+        return removal
+    other = int(k.queue.number[pairs.a + pairs.b - slot].min())
+    return removal._replace(kind="part", bodies=(min(number, other), max(number, other)))
 
 
 class _Head(NamedTuple):
@@ -250,8 +286,10 @@ def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Head | None:
     head = None if body is None else _Head(int(key[body]), body)
     kind = STRUCTURAL if body is None else int(k.queue[body].kind)
     if lists.command < lists.commands:
-        tick = int(_next_command(engine).tick)
-        if head is None or (tick, TURN) < (head.tick, kind):
+        command, clock = _next_command(engine), k.clock[0]
+        tick = int(command.tick)
+        may_come = int(command.after) <= (int(clock.met_there) if clock.met_tick == tick else 0)
+        if head is None or tick < head.tick or (tick == head.tick and kind >= WALL and may_come):
             head, kind = _Head(tick, None), TURN
     beat = engine.fields.torus.beat[0] if engine.scene.periodic else NEVER
     if beat < (NEVER if head is None else head.tick + (kind != STRUCTURAL)):

@@ -323,7 +323,8 @@ class StopAt:
         kinds: one kind of bodies or several, at every contact of theirs, including bodies that the scene
             inserts later.
         before: stop before the contact happens, and not after: it is still to come, unless a command changes
-            that.
+            that. A passing that begins at the start, or begins or ends together with a command, happens with
+            it: no run stops before that.
     """
 
     bodies: Iterable[int] = ()

@@ -20,6 +20,7 @@ still ends the process: SIGQUIT (Ctrl-\\) or SIGKILL.
 from __future__ import annotations
 
 import _signal  # type: ignore[import-not-found]
+import _thread
 import signal
 import threading
 from types import FrameType, TracebackType
@@ -27,6 +28,22 @@ from typing import Any, ClassVar, Self
 
 _NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM", "SIGVTALRM", "SIGUSR1", "SIGUSR2", "SIGXCPU", "SIGBREAK")
 _SIGNALS = [int(getattr(signal, name)) for name in _NAMES if hasattr(signal, name)]
+
+
+_LOADING = ("importlib._bootstrap", "llvmlite.")
+
+
+def comes_later(number: int, frame: FrameType | None) -> bool:
+    """Whether a signal's handler must not raise now, because modules are imported or machine code is loaded:
+    there an error may become another one, or be lost. The signal then comes again in a moment."""
+    while frame is not None:
+        if str(frame.f_globals.get("__name__")).startswith(_LOADING):
+            again = threading.Timer(0.02, _thread.interrupt_main, [number])
+            again.daemon = True
+            again.start()
+            return True
+        frame = frame.f_back
+    return False
 
 
 class Unbroken:
@@ -68,7 +85,8 @@ class Unbroken:
     ) -> None:
         try:
             if self._within is not None:
-                outer, waited, outer._depth = self._within
+                outer, waited, depth = self._within
+                outer._depth = depth
                 if not waited:
                     outer._let_through()
             elif Unbroken._outermost is self:

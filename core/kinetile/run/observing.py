@@ -27,7 +27,6 @@ from kinetile.plugin.registry import registry
 from kinetile.run.advance import End, Event
 from kinetile.run.compose import check_options
 from kinetile.run.engine.engine import UNLIMITED, Engine
-
 from kinetile.scene.checks import shown
 
 if TYPE_CHECKING:

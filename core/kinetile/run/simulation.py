@@ -23,7 +23,7 @@ from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.images import FORESEEN
-from kinetile.kernel.log import INSERTED, REMOVED, TURNED
+from kinetile.kernel.log import INSERTED, REMOVED, TURNED, WALLS
 from kinetile.kernel.tables import Kernel, read_only
 from kinetile.plugin.drawing import Item
 from kinetile.run import arguments
@@ -277,6 +277,9 @@ class Simulation:
     def step(self) -> Event | None:
         """Runs the next event, of any kind, and returns it; None, with nothing run, if there is none.
 
+        Each row of ``contacts`` is one event. Passings that begin at the start, or begin or end together
+        with a command, happen with it and are returned one by one; ``run`` goes past those that wait.
+
         None as well, two million time units later, if none happens before that. Raises as ``run`` does.
         """
         with self._alone("step"):
@@ -286,7 +289,8 @@ class Simulation:
         """Runs event by event, and yields each after it has happened, up to and at a time.
 
         Between two events the caller may read, turn or run the simulation. None: the scene's own
-        ``until``; without one, for as long as there are events.
+        ``until``; without one, for as long as there are events. Each row of ``contacts`` is one event, as
+        ``step`` has it.
 
         Raises as ``run`` does.
         """
@@ -309,7 +313,11 @@ class Simulation:
         Raises BusyError during a chunk of a run: to look ahead, the loop computes the first contact.
         """
         with self._alone("look ahead"):
-            return self._with_kinds(next_event(self._engine))
+            event = next_event(self._engine)
+            if event is not None and event.kind == "wall" and event.wall is None:
+                wall = meetings.wall_of(self._moment(), self._slot_of(event.bodies[0]))[1]
+                event = event._replace(wall=WALLS[wall])
+            return self._with_kinds(event)
 
     def audit(self) -> None:
         """Checks now everything that must hold between two events; O(n^2).

@@ -91,7 +91,7 @@ def complete_parameters(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
     """
     return {
         each.name: _convert(each, given[each.name]) if each.name in given else each.default
-        for each in _accepted(name)
+        for each in accepted_parameters(name)
         if each is not PERIODIC or PERIODIC.name in given
     }
 
@@ -115,7 +115,7 @@ def recipe_parameters(name: str) -> tuple[Parameter, ...]:
     return tuple(parameters)
 
 
-def _accepted(name: str) -> tuple[Parameter, ...]:
+def accepted_parameters(name: str) -> tuple[Parameter, ...]:
     """Returns what may be given to a recipe: its parameters, and ``PERIODIC`` unless it has its own."""
     own = recipe_parameters(name)
     return own if any(each.name == PERIODIC.name for each in own) else (*own, PERIODIC)
@@ -127,7 +127,7 @@ def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:
     Values are read as their parameter's type says. Raises UnknownName for a recipe that is not there, and
     BadOption, with a sentence for each mistake, for what cannot be read.
     """
-    known = {each.name: each for each in _accepted(name)}
+    known = {each.name: each for each in accepted_parameters(name)}
     parameters: dict[str, Any] = {}
     sentences = []
     for text in texts:
@@ -150,7 +150,7 @@ def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:
 
 def parameter_mistakes(name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
     """Returns the mistakes in these parameters for the recipe called ``name``."""
-    known = {each.name: each for each in _accepted(name)}
+    known = {each.name: each for each in accepted_parameters(name)}
     mistakes = []
     for key, value in parameters.items():
         if key not in known:
@@ -251,9 +251,13 @@ class Registered:
         """Returns the mistake of naming something that none of these kinds has, if it is one."""
         return check_name(where, name, *kinds)
 
-    def option_mistakes(self, name: str, options: Mapping[str, Any]) -> list[Mistake]:
+    def parameters(self, recipe: str) -> list[str]:
+        """Returns the names of a recipe's parameters."""
+        return [each.name for each in accepted_parameters(recipe)]
+
+    def option_mistakes(self, name: str, options: Mapping[str, Any], where: str = "") -> list[Mistake]:
         """Returns the options that a phase or response does not have; if it has them all, why it cannot use a
-        value."""
+        value. ``where`` is the place of the options in a file; empty: under "options", by the name."""
         found = registry()
         kinds: dict[Kind, Callable[[str], Any]] = {
             "broad phase": found.broad_phase,
@@ -262,18 +266,17 @@ class Registered:
         }
         kind: Kind = next((each for each in kinds if not self.mistakes("", name, each)), "response")
         mistakes, what = [], "response" if kind == "response" else "phase"
+        where = where or f"options.{name}"
         try:
             phase = kinds[kind](name)
             known = [parameter for parameter in inspect.signature(phase).parameters if parameter != "self"]
             for key in (key for key in options if key not in known):
-                mistakes.append(
-                    Mistake(f"options.{name}.{key}", "no option of this name", one_of(key, known))
-                )
+                mistakes.append(Mistake(f"{where}.{key}", "no option of this name", one_of(key, known)))
             if not mistakes:
                 with calling(kind, name, "its constructor"):
                     phase(**options)
         except KinetileError as error:
-            mistakes.append(Mistake(f"options.{name}", shown(options), f"what the {what} can use: {error}"))
+            mistakes.append(Mistake(where, shown(options), f"what the {what} can use: {error}"))
         return mistakes
 
     def parameter_mistakes(self, name: str, parameters: Mapping[str, Any]) -> list[Mistake]:

@@ -32,7 +32,8 @@ LIMIT = 20
 MOST_TOLD = 100
 """Mistakes of all kinds that are reported."""
 
-SMALLEST, LARGEST = np.float64(2.0**-200), np.float64(2.0**200)  # float32 cannot hold them
+SMALLEST: float = np.float64(2.0**-200)  # not of Python: a float32 would be compared in its own width
+LARGEST: float = np.float64(2.0**200)
 """Radii, masses and the sides of the arena lie between; no coordinate and no speed is beyond the larger one.
 
 So every product of up to four of them is a normal number, as contact times need, whatever the units.
@@ -49,7 +50,7 @@ PERIODIC_BODY = "a disc narrower than the period, within 2**31 periods of 0"
 WALL, ANY = "wall", "*"
 """Names that no kind of body has: they stand for the walls of an arena, and for any kind."""
 
-FARTHEST_START = np.float64(2.0**52)
+FARTHEST_START: float = np.float64(2.0**52)
 """The latest start of a clock, in time units from 0: there it still resolves one."""
 
 RANGE = f"from 2**-200 ({SMALLEST:.1e}) to 2**200 ({LARGEST:.1e})"

@@ -203,14 +203,21 @@ def _follow_recipe(
     tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Registered
 ) -> Scene | None:
     """Returns the scene of the file's recipe; appends the mistakes that prevent it."""
-    for key in ("arena", "periodic", "start", "bodies", "unit", "shapes"):
-        if key in tables:
-            mistakes.append(
-                Mistake(key, f"{key} beside a recipe", "one of the two: the recipe makes them all")
-            )
+    name, parameters = tables["recipe"], tables.get("parameters", {})
+    known = ("recipe",) not in faults and not names.mistakes("recipe", name, "scene")
+    taken = names.parameters(name) if known else ()
+    odd = {mistake.where for mistake in mistakes}
+    for key in tables:
+        beside = key in ("arena", "periodic", "start", "bodies", "unit", "shapes")
+        if key in taken and (beside or key in odd):
+            mistakes[:] = [mistake for mistake in mistakes if mistake.where != key]
+            wanted = f"it in the table [parameters]: it is a parameter of the recipe {name!r}"
+            mistakes.append(Mistake(key, f"{key} beside a recipe", wanted))
+        elif beside:
+            wanted = "one of the two: the recipe makes them all"
+            mistakes.append(Mistake(key, f"{key} beside a recipe", wanted))
     if faults & {("recipe",), ("parameters",)}:
         return None
-    name, parameters = tables["recipe"], tables.get("parameters", {})
     wrong = names.mistakes("recipe", name, "scene") or names.parameter_mistakes(name, parameters)
     if not wrong:
         try:
@@ -406,7 +413,7 @@ def _read_responses(
         where = f"responses[{number}]"
         name, options = row["response"], row.get("options", {})
         wrong = names.mistakes(f"{where}.response", name, "response")
-        wrong = wrong or names.option_mistakes(name, options)
+        wrong = wrong or names.option_mistakes(name, options, f"{where}.options")
         pair: Pair = (row["between"][0], row["between"][1])
         if not all(is_kind(each) or each in (WALL, ANY) for each in pair):
             place = ("responses", number, "between")

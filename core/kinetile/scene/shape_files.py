@@ -59,7 +59,9 @@ def _shape_of(where: str, row: Mapping[str, Any], mistakes: list[Mistake]) -> Sh
     make, keys = _FORMS[kind]
     has = f"{', '.join(keys)}, which a {kind} has"
     wrong = [
-        Mistake(f"{where}.{key}", "a key of other shapes", has) for key in row if key not in ("kind", *keys)
+        Mistake(f"{where}.{key}", "a key of other shapes", has)
+        for key in row
+        if key not in ("kind", *keys) and any(key in others for _, others in _FORMS.values())
     ]
     needed = keys[:1] if kind == "polygon" else keys
     wrong += [Mistake(f"{where}.{key}", "nothing", has) for key in needed if key not in row]

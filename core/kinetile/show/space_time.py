@@ -10,13 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile.errors import BadOption
-from kinetile.kernel.log import LOG, REMOVED
+from kinetile.kernel.log import REMOVED
+from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
 from kinetile.show.picture import LOOKS, counted, escape
@@ -86,14 +86,12 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
         int(body): (begin, float(place[which]), float(velocity[which]))
         for body, place, velocity in zip(sim.bodies, sim.positions(), sim.velocities(), strict=True)
     }
-    rows: list[npt.NDArray[Any]] = [np.zeros(0, LOG)]
-    sim.run(until, recorder=rows.append)
-    log = np.concatenate(rows)
-    if len(log) > MOST_PIECES:
-        raise BadOption(
-            f"{len(log):,} events are too many for a picture of space and time, which has at most "
-            f"{MOST_PIECES:,}: end sooner (--until)"
-        )
+    rows = BoundedRows(MOST_PIECES)
+    try:
+        sim.run(until, recorder=rows)
+    except TooManyRows as error:
+        raise BadOption(f"too many events for a picture of space and time: {error} (--until)") from error
+    log = rows.rows
     pieces: list[Piece] = []
     contacts = []
     place, speed = (f"a{axis}", f"b{axis}"), (f"av{axis}", f"bv{axis}")

@@ -192,7 +192,7 @@ MOST = 10_000_000
 """The most bodies, or turns, of a recipe: a scene of more would not fit into memory, nor would its run."""
 
 
-def demand(granted: bool, sentence: str) -> None:
+def demand(granted: bool | np.bool_, sentence: str) -> None:
     """Raises BadOption with ``sentence`` unless the demand is granted."""
     if not granted:
         raise BadOption(sentence)

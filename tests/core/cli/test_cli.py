@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import importlib
 import io
 import json
 import os
@@ -363,6 +364,9 @@ def test_scenes_are_listed_with_their_parameters():
     assert "grid" in [recipe["name"] for recipe in listing]
     grid = printed("scenes grid")
     assert {"name": "bodies", "type": "int", "required": False, "default": 400} in grid["parameters"]
+    periodic = {"name": "periodic", "type": "str", "required": False, "default": ""}
+    assert grid["parameters"][-1] == periodic  # of every recipe
+    assert re.search(r"periodic +str +\(empty\)", kinetile("scenes grid").stdout)
     assert "grid" in kinetile("scenes").stdout
     shown = kinetile("scenes grid").stdout
     assert "density" in shown
@@ -497,7 +501,7 @@ def test_elsewhere_there_is_no_progress(monkeypatch, stderr):
         "compare cradle --phases naive,cells --until 1",
         "choose cradle --phases naive,cells --seconds 0.0001 --repeats 1",
         "bench scene cradle --phases naive,cells --until 1 --repeats 1",
-        "bench frames --phases cells --frames 20 --bodies 9 --turned 1",
+        "bench events --phases naive,cells --bodies 4 --densities 0.5 --seconds 0.001 --repeats 1",
         "oracle cradle --until 3",
     ],
 )
@@ -520,11 +524,9 @@ def _longest(found):
 
 
 OWN = {  # what one command alone has, and nobody else may call otherwise
-    "bench frames": {"--frames", "--speed", "--turned", "--exchanged"},
-    "bench counters": {"--contacts"},
-    "study run": {"--workers", "--dask", "--memory", "--quiet-core", "--again"},
-    "study table": {"--y", "--x", "--rows", "--no-timings"},
-    "study plot": {"--out"},
+    "bench thesis": {"--out"},
+    "study run": {"--workers", "--again"},
+    "study table": {"--y"},
 }
 
 
@@ -553,10 +555,9 @@ def test_the_options_of_benchmarks_are_those_that_the_documentation_lists():
     assert {row[1].strip(" `"): set(re.findall("`(.*?)`", row[3])) for row in rows} == found
 
 
-def test_compare_and_bench_take_the_names_that_were_theirs_before():
+def test_compare_takes_the_name_that_was_its_own_before():
     assert "--broad-phases" in kinetile("compare --help").stdout
     assert printed("compare cradle --broad-phases naive,cells --until 1")["identical"]
-    assert "--phases names 2 phases; expected one" in refused("bench growth --phase naive,cells")
 
 
 def test_compare_runs_the_default_phase_unless_others_are_named():
@@ -718,3 +719,29 @@ def test_a_run_that_is_stopped_prints_and_keeps_what_was_done(tmp_path, number, 
     rows, metadata = read_events(path)
     assert len(rows) == result["readings"]["contacts_disc"] + result["readings"]["contacts_wall"]
     assert (metadata["status"], metadata["time"]) == ("interrupted", result["run"]["time"])
+
+
+def test_ctrl_c_while_modules_are_imported_or_code_is_loaded_became_another_error(monkeypatch, tmp_path):
+    """An import turns a KeyboardInterrupt of a class body into a RuntimeError, and a callback of the compiler
+    loses it; the signal waits for their end."""
+    from kinetile.run.interrupts import comes_later
+
+    (tmp_path / "pressed.py").write_text(
+        "import signal\nsignal.raise_signal(signal.SIGINT)\nloaded = True\n", encoding="utf-8"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    later = []
+
+    def interrupt(number, frame):
+        later.append(comes_later(number, frame))
+        if not later[-1]:
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        assert importlib.import_module("pressed").loaded
+        with pytest.raises(KeyboardInterrupt):
+            time.sleep(10.0)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert later == [True, False]

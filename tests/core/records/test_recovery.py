@@ -142,7 +142,7 @@ def test_what_cannot_be_recovered(partial, tmp_path):
         (partial, tmp_path / "missing" / "e", "cannot be written: No such file"),
         (partial, tmp_path, "cannot be written: Is a directory"),
         (tmp_path / "nothing.partial", None, "cannot be read: No such file"),
-        (tmp_path, tmp_path / "new", "cannot be read: it is no regular file"),
+        (tmp_path, tmp_path / "new", "cannot be read: Is a directory"),
         (tmp_path / "event.partial", None, "is nothing that kinetile can make an event file of"),
         (tmp_path / "there", None, "does not end in .partial"),
         (tmp_path / ".partial", None, "does not end in .partial"),

@@ -353,7 +353,10 @@ def test_an_observable_that_fails_locked_the_simulation_for_ever(case):
 
 def test_an_error_of_the_run_goes_before_one_of_its_observables():
     sim = kt.Simulation(kt.make_scene("grid", bodies=4), "cells")
-    with registered(failing(axes=raises(ValueError("no")))), pytest.raises(ZeroDivisionError, match="of the user"):
+    with (
+        registered(failing(axes=raises(ValueError("no")))),
+        pytest.raises(ZeroDivisionError, match="of the user"),
+    ):
         sim.run(1.0, observe=["failing"], progress=lambda _: raises(ZeroDivisionError("of the user"))())
     sim.run(1.0)
 

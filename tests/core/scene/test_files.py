@@ -188,6 +188,27 @@ BODY = "[[bodies]]\nposition = [0.5, 0.5]\nradius = 0.1\n"
         ("recipe = 'grit'", "recipe: found 'grit', which is the name of no scene; expected one of grid,"),
         ("recipe = 'grid'\narena = [1, 1]", "arena: found arena beside a recipe; expected one of the two"),
         (
+            "recipe = 'grid'\nbodies = 100",
+            "bodies: found bodies beside a recipe; expected it in the table [parameters]: it is a",
+        ),
+        (
+            "recipe = 'grid'\ndensity = 0.5",
+            "density: found density beside a recipe; expected it in the table [parameters]: it is",
+        ),
+        (
+            f"{BODY}[[responses]]\nbetween = ['*', '*']\nresponse = 'restitution'\noptions = {{ E = 0.5 }}",
+            "responses[0].options.E: found no option of this name; expected one of e, contact_time",
+        ),
+        (
+            f"{BODY}[[responses]]\nbetween = ['*', 'wall']\nresponse = 'restitution'\noptions = {{ e = 7 }}",
+            "responses[0].options: found {'e': 7}; expected what the response can use: restitution: e is 7",
+        ),
+        (
+            "[[shapes]]\nkind = 'box'\nwidth = 1\nheight = 1\nsize = 1\n"
+            "[[bodies]]\nposition = [0, 0]\nshape = 0",
+            "shapes[0].size: found a key that is not known here; expected one of kind, radius",
+        ),
+        (
             "recipe = 'grid'\n[parameters]\nbodys = 4",
             "parameters.bodys: found no parameter of this name; expected",
         ),

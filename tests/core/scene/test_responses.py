@@ -99,7 +99,7 @@ def test_a_recipe_takes_responses_for_all():
             "which is the name of no response; .* did you mean 'stop'",
         ),
         ('between = ["*", "*"]\nresponse = "restitution"\noptions = { e = 0.5 }', "there is no contact_time"),
-        ('between = ["*", "*"]\nresponse = "stop"\noptions = { e = 0.5 }', "options.stop.e"),
+        ('between = ["*", "*"]\nresponse = "stop"\noptions = { e = 0.5 }', r"responses\[0\].options.e"),
         ('between = ["*"]\nresponse = "stop"', r"responses\[0\].between"),
         ('between = ["*", "*"]', r"responses\[0\].response: found nothing"),
         ('between = ["*", "*"]\nrespons = "stop"', "did you mean 'response'"),

@@ -25,8 +25,9 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, deadline, processes
 from kinetile_conformance.cases import Subject, load_case
+from kinetile_conformance.checks import process_independence
 from kinetile_conformance.isolated import GIB, PRELIMINARY, IsolatedRunner
-from kinetile_conformance.processes import Child, Message, Phases, Silent
+from kinetile_conformance.processes import Child, Message, Phases, Silent, in_a_fork
 from kinetile_conformance.runner import Plan
 from registering import registered
 
@@ -222,6 +223,27 @@ def test_an_endless_loop_is_ended_and_located(monkeypatch: pytest.MonkeyPatch) -
     assert result.status == "died"
     assert re.match(rf"an endless loop in hangs{HERE}, in check 'same-contacts': ", result.said)
     assert result.verdict.startswith("only hangs-in-arrange")
+
+
+def test_processes_of_a_check_inherited_the_limit_of_its_scene(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A slow phase that was right ended there by SIGXCPU: "in a process of its own it does not run"."""
+    resource = pytest.importorskip("resource")
+    soft, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    told = "import json, resource; print(json.dumps([['', resource.getrlimit(resource.RLIMIT_CPU)[0], 0]]))"
+    monkeypatch.setattr(process_independence, "STRANGER", told)
+    monkeypatch.setattr(deadline, "_limit", 5000.0)
+    scene = kt.Scene([[1.0, 1.0]], [[1.0, 0.0]], 0.5, arena=(4.0, 4.0))
+    try:
+        deadline.begin_scene()
+        limited = resource.getrlimit(resource.RLIMIT_CPU)[0]
+        ((_, stranger, _),) = process_independence._by_a_stranger(Subject("naive", {}), [scene])
+
+        assert stranger == hard
+        assert resource.getrlimit(resource.RLIMIT_CPU)[0] >= limited, "it goes on with a limit"
+        fork, spent = in_a_fork(lambda: (resource.getrlimit(resource.RLIMIT_CPU)[0], time.process_time()))
+        assert 5000 <= fork <= spent + 5002
+    finally:
+        resource.setrlimit(resource.RLIMIT_CPU, (soft, hard))
 
 
 def compiled(name: str, *kinds: tuple[object, object]) -> None:

@@ -72,6 +72,9 @@ from kinetile.scene import Insert, Scene
 from kinetile.scene.reach import SPANS, extent_of
 
 UNLIMITED = 2**62
+MOST_UNITS = 2**62
+"""Units of the clock that a run with bodies can have: contacts have them in 64 bits."""
+
 CHUNK_SECONDS = 0.2
 FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
 
@@ -630,15 +633,15 @@ class Engine(Tables):
         """
         clock, scene, wall = self.k.clock[0], self.scene, self.composition.wall
         elsewhere = wall is not None and wall.inside is not inside_arena  # its walls may be anywhere
-        if elsewhere or self.ledger.reads or not len(self.taken) or clock.lists.passings:
+        if elsewhere or self.ledger.records or not len(self.taken) or clock.lists.passings:
             return 0
         for ticks in (end, None if self.next_command is None else self.next_command.ticks):
             if ticks is not None:
                 most = min(most, self.clock.relative(ticks) // SPAN - 1)
-        arena = scene.arena if scene.arena is not None and self.walled else (0.0, 0.0)
-        walls = tuple(0.0 if name in scene.periodic else side for name, side in zip("xy", arena, strict=True))
+        width, height = scene.arena if scene.arena is not None and self.walled else (0.0, 0.0)
+        walls = 0.0 if "x" in scene.periodic else width, 0.0 if "y" in scene.periodic else height
         fewest = spans.FEWEST_TURNS if scene.periodic else spans.FEWEST_SPANS
-        most = min(most, spans.MOST_SPANS)
+        most = min(most, spans.MOST_SPANS, (MOST_UNITS - self.clock.base) // (SPAN // TICKS))
         quiet = spans.quiet_spans(self.k, self.taken, walls, scene.periods, most) if most >= fewest else 0
         if quiet < fewest:
             return 0

@@ -50,9 +50,9 @@ class Ledger:
 
     A recorder, if there is one (``recording``), is given every row. The rows of commands between two runs
     wait for the next one (``put_aside``). ``rows`` is their total number; ``keeps`` says whether
-    contacts are kept at all. ``unstepped`` are the contacts that no step has returned yet: passings that begin
-    at the start, or begin or end together with a command; None while a run goes past all events. ``latest``
-    is the number of contacts that were taken over last: they are still in the first rows of ``k.met``.
+    contacts are kept at all. ``unstepped`` are the contacts that no step has returned yet: passings that
+    begin at the start, or begin or end together with a command; None while a run goes past all events.
+    ``latest`` is the number of contacts that were taken over last: still the first rows of ``k.met``.
     """
 
     def __init__(self, clock: Clock, keep: bool) -> None:
@@ -136,6 +136,11 @@ class Ledger:
     def reads(self) -> bool:
         """Whether the long rows of present events are read, or will be."""
         return self._puts_aside or self._recorder is not None or self._observer is not None
+
+    @property
+    def records(self) -> bool:
+        """Whether all rows of present events are kept, those of plans that the clock anchors anew too."""
+        return self._puts_aside or self._recorder is not None
 
     @contextmanager
     def recording(

@@ -36,9 +36,8 @@ MOST_SPANS = 1 << 50
 MOST_SPANS_OPEN = 1 << 40
 """The same without an arena: bodies fly so far in a step, and the rounding of where they are then counts."""
 
-MOST_ROUNDS = 1 << 22
-"""How many times bodies go round a periodic axis, or are anchored there, in one step: more would keep signals
-waiting."""
+MOST_WORK = 1 << 22
+"""Sums in one step on a torus, some 400 each time that a body goes round: more would keep signals waiting."""
 
 MOST_PAIRS = 1 << 18
 """Pairs that are looked at together: memory."""
@@ -95,8 +94,8 @@ def quiet_spans(
             far += period + speed * span * (2.0 / a_span if period else most)
         far = max(far, wall)
     if any(periods):
-        rounds = a_span + sum(speed * span / period for period in periods if period)
-        most = min(most, int(MOST_ROUNDS / (len(taken) * rounds)) + 1)
+        work = min(a_span, 400.0 * sum(speed * span / period for period in periods if period))
+        most = int(min(most, MOST_WORK / (len(taken) * work))) if work > 0.0 else most
     rounding = far * 2.0**-52  # how far a new anchor may be off
     drift = 2.0 * a_span * rounding  # and two bodies by those of a span
     quiet = float(most)

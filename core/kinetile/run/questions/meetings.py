@@ -187,7 +187,7 @@ def _first_of(moment: Moment, a: int, among: Integers | None = None, walls: bool
         ticks_of_kinds = _ticks_with(moment, a, others).items()
         found += [_First(int(each.min()), kind, int(others[each.argmin()])) for kind, each in ticks_of_kinds]
     if walls and moment.composition.wall is not None:
-        tick, wall = _wall_of(moment, a)
+        tick, wall = wall_of(moment, a)
         found.append(_First(tick, WALL, wall))
     first = min(found, key=lambda each: (each.tick, each.kind))
     return None if first.tick == NEVER else first
@@ -213,7 +213,7 @@ def _ticks_with(moment: Moment, a: int, others: Integers) -> dict[int, Integers]
     return {BEGUN: begins, PAIR: meets, PARTING: ends[others]}
 
 
-def _wall_of(moment: Moment, a: int) -> tuple[int, int]:
+def wall_of(moment: Moment, a: int) -> tuple[int, int]:
     """Returns when a body meets a wall, and which; NEVER where not."""
     wall = moment.composition.wall
     assert wall is not None

@@ -264,7 +264,7 @@ def _of_commands(parts: Parts, k: Any, there: Any) -> Iterator[str]:
             present.add(each.body)
         elif each.code == REMOVED:
             present.remove(each.body)
-        right = new <= (0.0 < each.radius <= LARGEST and each.mass > 0.0)
+        right = not new or (0.0 < each.radius <= LARGEST and each.mass > 0.0)
         flies = all(abs(each[at]) <= LARGEST for at in range(3, 7))
         if not right or not flies or not 0 <= each.kind < max(k.clock.kinds, 1):
             yield f"a command for body {each.body} has values that no body has"

@@ -25,9 +25,10 @@ import numpy.typing as npt
 
 from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.log import INSERTED, LOG, REANCHORED, REMOVED
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED
 from kinetile.kernel.tables import NEVER
 from kinetile.plugin.drawing import At, Box, Coordinate, Entry, Item, Link, Polygon, Segment
+from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
 from kinetile.show.picture import ORDER
@@ -86,22 +87,24 @@ def record(
 
     ``again`` is a second one, to be stepped; None: no stepping. A fault ends the recording with a note.
     """
-    rows: list[npt.NDArray[Any]] = [np.zeros(0, LOG)]
+    rows = BoundedRows(MOST_ROWS)
     notes: list[str] = []
+    plans = Plans.of(scene, rows.rows)
     clock = Clock(scene.start, scene.time_unit)
     first = clock.ticks(begin)
     try:
         if begin > scene.start:
-            simulation.run(begin, recorder=rows.append)
-        most = MOST_ROWS if max_contacts is None else max_contacts
-        simulation.run(until, max_contacts=most, recorder=rows.append)
+            try:
+                simulation.run(begin)
+            finally:
+                plans = plans.of_run(simulation)
+        simulation.run(until, max_contacts=max_contacts, recorder=rows)
+    except TooManyRows:
+        notes.append(shortened(begin, float(rows.rows["time"][-1]), until))
     except KinetileError as error:
         notes.append(f"The run ended with a fault, {type(error).__name__}: {error}")
-    found = np.concatenate(rows)
-    last = max(_ticks(found[-1:]).max(initial=first), _now(simulation, clock) if not notes else first)
-    if not notes and max_contacts is None and simulation.time < until:
-        notes.append(shortened(begin, simulation.time, until))
-    recording = window_of(scene, found, label, first, int(last), tuple(notes))
+    last = max(_ticks(rows.rows[-1:]).max(initial=first), _now(simulation, clock) if not notes else first)
+    recording = Recording(label, plans, rows.rows, first, int(last), None, tuple(notes))
     recording = replace(recording, drawn_as=simulation.composition.broad.drawn_as)
     return recording if again is None else _with_steps(recording, again, clock, begin)
 
@@ -217,6 +220,20 @@ class Plans:
         for each in comers:
             columns["radius"][each.body], columns["mass"][each.body] = each.radius, each.mass
         return cls(**columns)
+
+    def of_run(self, simulation: Simulation) -> Plans:
+        """Returns the plans of a run of the scene as they are now."""
+        columns = {name: array.copy() for name, array in vars(self).items()}
+        tables = simulation.tables
+        clock = Clock(0.0, 1.0, int(tables.clock[0].epoch))
+        taken = np.flatnonzero(tables.queue["number"] >= 0)
+        bodies, numbers = np.asarray(tables.bodies)[taken], np.asarray(tables.queue["number"])[taken]
+        columns["there"][:] = 0.0
+        columns["there"][numbers] = 1.0
+        _, columns["epoch"][numbers], columns["tick"][numbers] = clock.split(bodies["anchor"])
+        for name in ("x", "y", "vx", "vy", "radius"):
+            columns[name][numbers] = bodies[name]
+        return Plans(**columns)
 
     def after(self, rows: npt.NDArray[Any]) -> Plans:
         """Returns the plans after the events of rows (dtype LOG), in their order."""

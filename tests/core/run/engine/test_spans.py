@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
+import random
+
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
+from kinetile.errors import Refused
+from kinetile.kernel.images import remainder, turns_of
 from kinetile.run.engine import engine, spans
 
 pytestmark = pytest.mark.compiled
@@ -22,7 +28,7 @@ def slow(speed: float, **more: object) -> kt.Scene:
 
 
 def in_small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spans, "MOST_BODIES", 0)
+    monkeypatch.setattr(engine.Engine, "skip", lambda *_: 0)
 
 
 def steps_of(monkeypatch: pytest.MonkeyPatch) -> list[int]:
@@ -108,3 +114,90 @@ def test_skipping_is_no_part_of_the_answer(velocities, speed, walled):
             found.append((sim.fingerprint, sim.exact_time, sim.positions().tolist()))
             in_small_steps(patch)
     assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_many_sums_in_a_few_operations_are_those_one_by_one(seed):
+    """Ties, places at 0 and at powers of two, subnormal numbers, steps that are lost; with and without
+    periods."""
+    rng = random.Random(seed)
+    for _ in range(60):
+        period = rng.choice([0.0, 0.0, 1.0, 0.7, 1e5])
+        place = rng.choice(
+            [rng.uniform(-0.35, 0.35), 0.0, 0.25, rng.uniform(-0.5, 0.5) * 2.0 ** -rng.randint(0, 1070)]
+        )
+        step = rng.choice([1, -1]) * rng.choice(
+            [
+                rng.uniform(0.5, 1.0) * 2.0 ** -rng.randint(0, 58),
+                rng.randint(1, 9) * 2.0 ** -rng.randint(1, 56),
+                math.ulp(place) * (rng.randint(0, 8) + 0.5),
+            ]
+        )
+        times = rng.randint(0, 1500)
+        found = spans.flown(place, step, times, period)
+        turned = 0
+        for _ in range(times):
+            place += step
+            turns = turns_of(place, period)
+            place, turned = remainder(place, period, turns), turned + int(turns)
+        assert found == (place, turned)
+
+
+PLACES = [[0.2, 0.5], [0.7, 0.55], [0.5, 0.9]]
+VELOCITIES = [[1.0, 0.3], [-0.5, 0.1], [0.0, -0.2]]
+
+
+@pytest.mark.parametrize("periodic", ["", "x", "xy"])
+@pytest.mark.parametrize("power", [-30, -40, -58])
+def test_a_small_unit_cost_a_step_of_python_for_each_512_of_it(periodic, power, monkeypatch):
+    """Up to 2**49 spans a unit of time, for a scene as slow as any other."""
+    moved, found = steps_of(monkeypatch), set()
+    for phase in ("naive", "cells"):
+        scene = kt.Scene(PLACES, VELOCITIES, 0.05, 1.0, (1.0, 1.0), unit=2.0**power, periodic=periodic)
+        sim = kt.Simulation(scene, phase)
+        sim.run(1.0)
+        sim.audit()
+        found.add((sim.fingerprint, sim.exact_time, sim.positions().tobytes()))
+    assert len(found) == 1
+    assert len(moved) < 10_000
+
+
+@pytest.mark.parametrize("speed", [1e11, 1e15])
+def test_empty_time_cost_in_proportion_to_a_speed_that_was_only_planned(speed, monkeypatch):
+    moved = steps_of(monkeypatch)
+    scene = kt.Scene(PLACES, VELOCITIES, 0.05, 1.0, (1.0, 1.0), commands=[kt.Turn(0, 20.0, (speed, 0.0))])
+    sim = kt.Simulation(scene, "cells")
+    sim.run(19.9)
+    assert len(sim.contacts) > 20
+    assert len(moved) < 200 * len(sim.contacts)
+
+
+@pytest.mark.parametrize("periodic", ["", "x", "xy"])
+@pytest.mark.parametrize("seed", range(3))
+def test_skipping_in_small_units_leaves_the_same_bits(seed, periodic, monkeypatch):
+    rng = np.random.default_rng(seed)
+    places = np.column_stack([np.arange(5) * 0.19 + 0.1, rng.uniform(0.1, 0.9, 5)])
+    unit = 2.0**-17 if periodic else 2.0**-21
+    flies = rng.normal(size=(5, 2))
+    scene = kt.Scene(places, flies, 0.05, 1.0, (1.0, 1.0), unit=unit, periodic=periodic)
+    found, moves = [], []
+    for _ in range(2):
+        moved = steps_of(monkeypatch)
+        sim = kt.Simulation(scene, "naive")
+        sim.run(3.0)
+        found.append((sim.fingerprint, sim.exact_time, sim.positions().tobytes(), sim.velocities().tobytes()))
+        moves.append(len(moved))
+        in_small_steps(monkeypatch)
+    assert found[0] == found[1]
+    assert len(sim.contacts) > 2
+    assert moves[0] < 0.7 * moves[1]
+
+
+def test_a_time_beyond_what_the_clock_can_count_was_no_error_before_the_run():
+    scene = kt.Scene(PLACES, VELOCITIES, 0.05, 1.0, (1.0, 1.0), unit=2.0**-200)
+    sim = kt.Simulation(scene, "naive")
+    with pytest.raises(Refused, match=r"until=1.0 is more than 2\*\*200 units"):
+        sim.run(1.0)
+    assert sim.time == 0.0
+    with pytest.raises(Refused, match=r"a recording until 1.0 has 1.13e\+15 rows"):
+        kt.Simulation(scene.replace(unit=2.0**-60), "naive").run(1.0, recorder=lambda rows: None)

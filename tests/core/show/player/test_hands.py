@@ -143,6 +143,52 @@ def test_the_scene_fits_the_window_again_after_it_is_turned(saved):
         assert phone.value(SCALE) == upright
 
 
+def test_a_swipe_that_scrolled_the_page_left_the_scene_as_it_was_when_the_phone_was_turned(saved):
+    with Browser(390, 844) as phone:
+        phone.ask("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+        phone.open(saved)
+        before = phone.value("JSON.stringify(kinetilePlayer.camera)")
+        fingers(phone, [(0, -8.0 * k) for k in range(20)])
+        assert phone.value("scrollY") > 50
+        assert phone.value("JSON.stringify(kinetilePlayer.camera)") == before
+        phone.ask(
+            "Emulation.setDeviceMetricsOverride", width=844, height=390, deviceScaleFactor=1, mobile=True
+        )
+        phone.settle()
+        turned = phone.value(SCALE)
+        phone.press("r")
+        phone.settle()
+        assert phone.value(SCALE) == turned
+
+
+def test_what_is_now_is_told_as_in_the_list_of_events(browser, saved):
+    browser.open(saved)
+    browser.press("3", *["ArrowRight"] * 3)
+    browser.settle()
+    rows = "[...document.querySelectorAll('#readings tr')].map((row) => row.innerText.split('\\t'))"
+    now = dict(browser.value(rows)[1:])["now"]
+    listed = browser.value("document.querySelector('#contacts [aria-current]').textContent")
+    assert listed.partition(": ")[2] == now
+    assert "a certificate of body" not in now
+
+
+def test_a_page_that_was_saved_as_complete_logged_an_error(browser, saved, tmp_path):
+    browser.open(saved)
+    browser.press("ArrowRight")
+    browser.settle()
+    copy = tmp_path / "saved as.html"
+    copy.write_text(browser.value("document.documentElement.outerHTML"), encoding="utf-8")
+    listed = browser.value("document.querySelectorAll('#contacts button').length")
+    del browser.events[:]
+    browser.open(copy)
+    browser.settle()
+    assert browser.said() == []
+    browser.press("ArrowRight")
+    browser.settle()
+    assert browser.value("kinetilePlayer.playback.runs[0].done") == 1
+    assert browser.value("document.querySelectorAll('#contacts button').length") == listed
+
+
 def test_the_status_line_says_where_one_is(browser, saved):
     browser.open(saved)
     browser.press("ArrowRight")

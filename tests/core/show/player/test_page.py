@@ -147,6 +147,21 @@ def test_what_does_not_fit_is_a_window(monkeypatch):
         view_scene(scene, begin=2.0, until=1.0)
 
 
+def test_plans_that_the_clock_anchors_anew_counted_towards_no_limit(monkeypatch):
+    """A page of two slow bodies took 2.5 GB in seven minutes, without a contact; and so did its beginning."""
+    monkeypatch.setattr(recording, "MOST_ROWS", 50)
+    slow = kt.Scene([[0.3, 0.3], [0.7, 0.7]], [[1e-9, 0.0], [0.0, 1e-9]], 0.1, arena=(1.0, 1.0))
+    page = view_scene(slow, until=1e6, steps=False).page
+    assert len(page.recordings[0].rows) == 50
+    (note,) = page.all_notes
+    assert note.startswith("Shown up to 25600.0 of 0.0 to 1000000.0: 50 events are as many as a page takes.")
+    later = view_scene(slow, begin=25600.0, until=25600.0 + 2048.0, steps=False).page.recordings[0]
+    assert 2 <= len(later.rows) <= 4
+    sim = kt.Simulation(slow, "naive")
+    sim.run(25600.0)
+    assert later.plans.x.tolist() == sim.tables.bodies.x.tolist()
+
+
 def test_a_simulation_shows_what_it_has_done_and_stays_as_it_is():
     scene = SCENES["come and go"]
     sim = kt.Simulation(scene, "sap-1d", live=True)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
 import kinetile as kt
+import torus_scenes
+from kinetile.kernel.log import REANCHORED
 from kinetile.show.player import recording, view_scene
+from kinetile.show.player.recording import kinds_of
 from player_pages import SCENES, ask_node, needs_node, record
 
 
@@ -88,6 +92,31 @@ def test_steps_are_the_events_of_the_simulation(tmp_path):
     ]
     assert {names[event[2]] for event in events} >= {"structural", "wall", "turn", "insert", "remove"}
     assert ask_node(tmp_path, page, body) == events
+
+
+@needs_node
+@pytest.mark.small
+@pytest.mark.parametrize("seed", [2, 5, 11, 23])
+def test_passings_that_begin_at_the_start_or_by_an_insertion_moved_all_later_events(seed, tmp_path):
+    """The page's events are in the order of time, and as many as the rows and the structural events."""
+    sensors = SCENES["sensors"]
+    on_it = kt.Insert(0.25, (0.4, 0.6), (0.1, 0.3), 0.05, kind="ball")
+    places = [[0.4, 0.4], *sensors.position[1:].tolist()]
+    crowded = replace(sensors, position=places, commands=(on_it, kt.Remove(1, 0.5)))
+    for scene in (crowded, torus_scenes.with_passing(torus_scenes.drawn(seed), seed)):
+        view = view_scene(scene, [("cells", {})], until=1.0, max_contacts=60)
+        (recording,) = view.page.recordings
+        body = "const { epoch, tick, kind } = play.runs[0].events;"
+        body += "return [...epoch].map((at, event) => [at, tick[event], kind[event]]);"
+        events = ask_node(tmp_path, view.page, body)
+        count = kt.Simulation(scene, "cells")
+        rows = recording.rows[recording.rows["b"] != REANCHORED]
+        count.run(recording.end * 2.0**-52 * scene.time_unit)
+        assert not any("fault" in note for note in view.notes)
+        assert len(events) == len(rows) + count.readings.structural_events
+        moments = [event[:2] for event in events]
+        assert moments == sorted(moments)
+        assert [event[2] for event in events if event[2]] == kinds_of(rows).tolist()
 
 
 @needs_node

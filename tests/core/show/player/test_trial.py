@@ -254,19 +254,22 @@ def test_engines_are_compared_with_the_recorded_run(desk):
 
 
 @pytest.mark.parametrize(
-    ("made", "window"),
+    ("made", "window", "reason"),
     [
-        (kt.make_scene("grid", bodies=61, density=0.2), {}),
-        (kt.make_scene("grid", bodies=4, density=0.2, periodic="xy"), {}),
-        (scene(), {"begin": 0.1}),
-        (SCENES["sensors"], {}),
-        (SCENES["no walls"], {}),
-        (kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 0.1, arena=(1, 1)), {}),
-        (SCENES["come and go"], {"until": 1.5}),
+        (kt.make_scene("grid", bodies=61, density=0.2), {}, "the scene has 61 bodies, and the page computes"),
+        (kt.make_scene("grid", bodies=4, density=0.2, periodic="xy"), {}, "an axis is periodic"),
+        (scene(), {"begin": 0.1}, "the page does not begin at the start of its scene"),
+        (SCENES["sensors"], {}, "contacts are not all elastic"),
+        (SCENES["no walls"], {}, "the scene has no walls"),
+        (kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 0.1, arena=(1, 1)), {}, "the scene has 0 bodies"),
+        (SCENES["come and go"], {"until": 1.5}, "the scene has commands"),
+        (SCENES["slow"], {"until": 600.0}, "the page ends 600 units of the clock after the start"),
     ],
-    ids=["many", "torus", "window", "responses", "no walls", "nobody", "commands"],
+    ids=["many", "torus", "window", "responses", "no walls", "nobody", "commands", "long"],
 )
-def test_it_is_offered_only_where_the_page_can_compute_the_run(made, window, tmp_path):
+def test_it_is_offered_only_where_the_page_can_compute_the_run_and_says_why_not(
+    made, window, reason, tmp_path
+):
     window = {"until": 0.2, "steps": False} | window
     path = view_scene(made, [("naive", {})], **window).save(tmp_path / "page.html")
     with Browser() as browser:
@@ -274,4 +277,8 @@ def test_it_is_offered_only_where_the_page_can_compute_the_run(made, window, tmp
         browser.press("y", "n", "b", "o")
         found = browser.value("[document.getElementById('trial').hidden, kinetilePlayer.trial.recorded]")
         assert found == [True, None]
+        shown = browser.value("document.getElementById('untried').innerText")
+        assert shown.startswith(f"Try it is not offered here: {reason}")
+        browser.press("y")
+        assert browser.value("document.getElementById('said').textContent") == shown
         assert browser.said() == []

@@ -127,9 +127,11 @@ function onKey(player, event) {
 function listen(player, canvas) {
   const fingers = new Map();
   let moved = 0;
+  let before = {}; // the view as it was when the first finger came
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, pointOf(event));
+    if (fingers.size === 1) before = { ...player.camera };
     moved = fingers.size > 1 ? 100 : 0;
     player.trial.pulled = null;
     if (fingers.size === 1 && event.button === 0) player.trial.grab(canvas, offset(canvas, pointOf(event)));
@@ -137,13 +139,13 @@ function listen(player, canvas) {
   });
   canvas.addEventListener("pointerleave", () => canvas.classList.remove("active"));
   canvas.addEventListener("pointermove", (event) => {
-    const before = fingers.get(event.pointerId);
-    if (!before) {
+    const was = fingers.get(event.pointerId);
+    if (!was) {
       if (!player.playing) canvas.title = player.lens.nameAt(canvas, offset(canvas, pointOf(event)));
       return;
     }
     const now = pointOf(event);
-    moved += Math.abs(now[0] - before[0]) + Math.abs(now[1] - before[1]);
+    moved += Math.abs(now[0] - was[0]) + Math.abs(now[1] - was[1]);
     const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
     fingers.set(event.pointerId, now);
     if (player.trial.pulled) {
@@ -152,15 +154,19 @@ function listen(player, canvas) {
       return;
     }
     if (!other) {
-      if (moved > 4) pan(player, before[0] - now[0], now[1] - before[1]);
+      if (moved > 4) pan(player, was[0] - now[0], now[1] - was[1]);
       return;
     }
     const apart = (point) => Math.hypot(point[0] - other[0], point[1] - other[1]) || 1;
     const middle = [(now[0] + other[0]) / 2, (now[1] + other[1]) / 2];
-    pan(player, (before[0] - now[0]) / 2, (now[1] - before[1]) / 2); // as far as the middle of the two moves
-    zoom(player, apart(now) / apart(before), ...offset(canvas, middle));
+    pan(player, (was[0] - now[0]) / 2, (now[1] - was[1]) / 2); // as far as the middle of the two moves
+    zoom(player, apart(now) / apart(was), ...offset(canvas, middle));
   });
   const lift = (event) => {
+    if (event.type === "pointercancel" && fingers.size === 1) {
+      Object.assign(player.camera, before); // the browser scrolls the page by this finger: it was none for the view
+      player.changed();
+    }
     const taps = fingers.delete(event.pointerId) && moved <= 4 && event.type === "pointerup";
     if (player.trial.pulled && moved > 4 && event.type === "pointerup") player.trial.release();
     player.trial.pulled = null;
@@ -241,7 +247,7 @@ export async function begin() {
   addEventListener("hashchange", () => followLink(player, location.hash));
   followLink(player, location.hash);
   legend(player);
-  $("loading").remove();
+  $("loading").hidden = true; // and not removed: a page that is saved as it stands begins again
   player.changed();
   requestAnimationFrame(() => requestAnimationFrame(() => {
     document.documentElement.dataset.ready = String(Math.round(performance.now())); // milliseconds to the first picture

@@ -2,7 +2,7 @@
 
 import { KIND_COLOURS } from "./drawing.mjs";
 import { fractionOf, timeOf } from "../run/clock.mjs";
-import { GROUPS, inWords, isOf, momentOfEvent, seek } from "../run/events.mjs";
+import { GROUPS, isOf, momentOfEvent, seek } from "../run/events.mjs";
 import { SHAPES, plural } from "../run/structure.mjs";
 
 /** An element of the page by its id. */
@@ -74,7 +74,7 @@ export function tell(player) {
 function readings(player, run, at) {
   const { bodies, counts, lanes } = player;
   const event = player.playback.current(run);
-  const found = { now: event < 0 ? "between events" : inWords(run.events, event, player.held) };
+  const found = { now: event < 0 ? "between events" : player.sentences[at].of(event) };
   const { steps } = player.runs[at];
   const structure = player.structureOf(run);
   const [next] = structure?.failing(run.done) ?? [];
@@ -99,6 +99,7 @@ export class BodyTable {
   constructor(player) {
     this.player = player;
     this.buttons = [];
+    $("contacts").replaceChildren(); // a page that was saved as it stood has buttons already
   }
 
   tell() {

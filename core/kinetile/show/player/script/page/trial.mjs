@@ -12,6 +12,7 @@ import { Present } from "../run/present.mjs";
 import { Stepped } from "../run/stepped.mjs";
 
 const MOST = 60; // bodies: every pair is checked
+const LONGEST = 512; // units of the clock
 const BUDGET = 10; // milliseconds a frame for computing
 const PAUSE = 100; // milliseconds until what was computed since is shown
 const SLOW = 2 ** -10; // of the initial speed of playing: a throw counts as if it were no slower
@@ -21,19 +22,31 @@ export class Trial {
   /** For elastic discs in an arena with walls, without commands, from the beginning: nothing else is computed here. */
   constructor(player) {
     const { held: { arena, begin, end, periods, responses, shapes }, bodies, counts: [{ total }] } = player;
-    const isPlain = arena && !periods.some((each) => each) && !responses.flat().some((each) => each !== "elastic") && !shapes.length;
-    const isWhole = compare(begin, [0, 0]) === 0 && end[0] < 512 && bodies.radius.every((radius) => radius > 0);
+    const count = bodies.radius.length;
+    const reasons = [
+      [!arena, "the scene has no walls"],
+      [periods.some((each) => each), "an axis is periodic"],
+      [responses.flat().some((each) => each !== "elastic"), "contacts are not all elastic"],
+      [shapes.length, "the bodies are not all discs"],
+      [total.commands, "the scene has commands"],
+      [count === 0 || count > MOST, `the scene has ${count} bodies, and the page computes 1 to ${MOST}`],
+      [!bodies.radius.every((radius) => radius > 0), "some bodies are points"],
+      [compare(begin, [0, 0]) !== 0, "the page does not begin at the start of its scene"],
+      [end[0] >= LONGEST, `the page ends ${end[0]} units of the clock after the start, and the page computes less than ${LONGEST}`],
+    ];
     Object.assign(this, { player, on: false, pulled: null, recorded: null });
-    const isFew = bodies.radius.length > 0 && bodies.radius.length <= MOST;
-    $("trial").hidden = !(isPlain && isWhole && isFew && total.commands === 0);
+    const [reason] = reasons.filter(([holds]) => holds).map(([, words]) => words);
+    $("trial").hidden = reason !== undefined;
+    $("untried").hidden = reason === undefined;
+    $("untried").textContent = reason === undefined ? "" : `Try it is not offered here: ${reason}.`;
   }
 
   toggle() {
-    if ($("trial").hidden) return;
+    if ($("trial").hidden) return this.player.say($("untried").textContent);
     this.on = !this.on;
     for (const canvas of this.player.panes) canvas.style.touchAction = this.on ? "none" : "";
     this.player.say(this.on ? "drag a disc to throw it, or from an empty place to throw one in" : "dragging moves the view");
-    this.player.changed();
+    return this.player.changed();
   }
 
   /** A drag begins, in pixels right of and above the middle of a canvas; time stands still meanwhile. */
