@@ -13,6 +13,7 @@ import random
 import resource
 import signal
 import struct
+import warnings
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
@@ -167,8 +168,9 @@ def sealed(arrays: dict[str, np.ndarray], form: int = zipfile.ZIP_STORED, twice:
         for name, array in arrays.items():
             member = io.BytesIO()
             np.lib.format.write_array(member, array)
-            for _ in range(1 + twice):
-                archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue(), compress_type=form)
+            with warnings.catch_warnings(action="ignore", category=UserWarning):  # a name twice
+                for _ in range(1 + twice):
+                    archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue(), compress_type=form)
         archive.comment = bytes(64)
     content = file.getvalue()
     return content[:-64] + hashlib.sha256(content).hexdigest().encode()

@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -345,13 +346,13 @@ def _unpacked(k: Kernel, s: State) -> tuple[tuple[int, ...], Whole, Whole, Whole
     return axes, order >> 3 << 1 | order & 1, due, (away & (TURN - 1)) + (away >> BITS) * order.shape[1]
 
 
-def audit(k: Kernel, s: State) -> Iterator[str]:
+def audit(k: Kernel, s: State, pairs: bool = True) -> Iterator[str]:
     """Yields what does not hold of the sorted bounds and the pairs."""
     axes, order, due, place = _unpacked(k, s)
     if s.span.tolist() not in ([0, 2], [2, 4], [0, 4]):
         yield f"bounds {s.span[0]} to {s.span[1]} are sorted, which are not those of axes"
     yield from audit_lists(s.order.reshape(2, -1)[axes, :], [2 * axis for axis in axes], 8)
-    yield from audit_bounds(k, order, place, due, axes)
+    yield from audit_bounds(k, order, place, due, axes, pairs)
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
@@ -383,6 +384,7 @@ def circular_parts(scene: Scene, axes: tuple[int, ...]) -> BroadPhaseParts:
         leave=leave,
         room=n,
         audit=audit,
+        sound=partial(audit, pairs=False),
         draw=draw,
         pairs=4 * n + 64,
         ticks=(state.bounds.reshape(-1, 2, 4)[:, 0],),

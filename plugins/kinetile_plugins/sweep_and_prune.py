@@ -29,6 +29,7 @@ where the other one is periodic: places along that do not matter.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -249,12 +250,12 @@ def near(k: Kernel, s: State, body: int) -> int:
     return pairs_of(k, body)
 
 
-def audit(k: Kernel, s: State) -> Iterator[str]:
+def audit(k: Kernel, s: State, pairs: bool = True) -> Iterator[str]:
     """Yields what does not hold of the sorted bounds and the pairs."""
     order = s.order[None, s.order != END].astype(np.int64)
     due, place = s.bounds.reshape(-1, 2, 2).swapaxes(0, 1).reshape(2, 1, -1)
     yield from audit_lists(s.order[None, :], (0,), 4)
-    yield from audit_bounds(k, order >> 2 << 1 | order & 1, place - 1, due, (int(s.axis[0]),))
+    yield from audit_bounds(k, order >> 2 << 1 | order & 1, place - 1, due, (int(s.axis[0]),), pairs)
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
@@ -297,6 +298,7 @@ class SweepAndPrune:
             leave=leave,
             room=n,
             audit=audit,
+            sound=partial(audit, pairs=False),
             draw=draw,
             drawn_as=f"bounds {self.axis}",
             pairs=4 * n + 64,

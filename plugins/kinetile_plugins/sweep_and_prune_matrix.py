@@ -27,6 +27,7 @@ Where an axis is periodic its list is a circle, and boxes may overlap through se
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -263,11 +264,11 @@ def _unpacked(s: State) -> tuple[Whole, Whole, Whole]:
     return order >> 3 << 1 | order & 1, due, place - np.array([[1], [1 + (len(s.order) >> 1)]])
 
 
-def audit(k: Kernel, s: State) -> Iterator[str]:
+def audit(k: Kernel, s: State, pairs: bool = True) -> Iterator[str]:
     """Yields what does not hold of the sorted bounds and the pairs."""
     order, due, place = _unpacked(s)
     yield from audit_lists(s.order.reshape(2, -1), (0, 2), 8)
-    yield from audit_bounds(k, order, place, due, (0, 1))
+    yield from audit_bounds(k, order, place, due, (0, 1), pairs)
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
@@ -299,6 +300,7 @@ class SweepAndPruneMatrix:
             leave=leave,
             room=n,
             audit=audit,
+            sound=partial(audit, pairs=False),
             draw=draw,
             drawn_as="boxes",
             pairs=4 * n + 64,

@@ -16,6 +16,7 @@ import kinetile as kt
 from kinetile import errors
 from kinetile.kernel.compiled import NotCompiled
 from kinetile.plugin.registry import Failure
+from kinetile.records.bounded import TooManyRows
 from kinetile_accuracy.oracle.event_queue import Undecided
 from kinetile_bench.study.task import StudyStopped
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply
@@ -55,6 +56,7 @@ RAISED: list[BaseException] = [
     Silent(True),
     StudyStopped("no workers"),
     TimeIsUp(),
+    TooManyRows("more than 10 rows"),
     Undecided("which is first", 1.5, (0, 2)),
 ]
 

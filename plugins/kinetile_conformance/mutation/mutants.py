@@ -145,7 +145,12 @@ def _source(module: str, path: str) -> Source:
 def _used(statement: ast.stmt) -> set[str]:
     """Return the names that a statement uses, but for what is given as ``draw=`` or ``audit=``."""
     keywords = (node for node in ast.walk(statement) if isinstance(node, ast.keyword))
-    unused = {id(each) for node in keywords if node.arg in ("draw", "audit") for each in ast.walk(node.value)}
+    unused = {
+        id(each)
+        for node in keywords
+        if node.arg in ("draw", "audit", "sound")
+        for each in ast.walk(node.value)
+    }
     names = (each for each in ast.walk(statement) if isinstance(each, ast.Name) and id(each) not in unused)
     return {each.id for each in names if isinstance(each.ctx, ast.Load)}
 
@@ -218,7 +223,7 @@ def _mutable(node: ast.AST, inside: bool = False) -> Iterator[ast.AST]:
             return
         case ast.Subscript() if not inside:
             return  # a type
-        case ast.keyword(arg="audit" | "draw" | "dtype"):
+        case ast.keyword(arg="audit" | "sound" | "draw" | "dtype"):
             return
     yield node
     inside = inside or isinstance(node, ast.FunctionDef)

@@ -173,7 +173,7 @@ class SourceText:
             yield Edit(operator, f"{called} -> {new}", *self.span(node.func), new, needs)
         if called.rpartition(".")[2] == "BroadPhaseParts":
             for part in node.keywords:
-                if part.arg not in (None, "audit", "draw", "near", "state"):
+                if part.arg not in (None, "audit", "sound", "draw", "near", "state"):
                     start, end = self.span(part)
                     rest = self.bytes[end : self.span(node)[1]]
                     comma = len(rest) - len(rest.lstrip()) + 1 if rest.lstrip().startswith(b",") else 0

@@ -219,7 +219,7 @@ def _judge_state(engine: Engine) -> None:
     """Raises RecordError for a state of the broad phase, from another process, that cannot be. One that has
     no audit is built anew: that may change structural events, and no contact."""
     composition = engine.composition
-    audit, state = composition.broad.audit, engine.state
+    audit, state = composition.broad.sound or composition.broad.audit, engine.state
     if not engine.fields.built[0]:
         engine.lay_out(engine.speed)  # it is only arranged so far
     elif audit is None and not isinstance(state, NoState):

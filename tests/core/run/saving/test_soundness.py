@@ -14,6 +14,7 @@ import pytest
 import kinetile as kt
 from kinetile.errors import RecordError
 from kinetile.kernel.tables import column, fields_in
+from kinetile_plugins import sweep_and_prune
 from saved_runs import PHASES
 
 FAR = 1 << 30
@@ -126,7 +127,9 @@ def test_a_state_of_a_saved_run_that_cannot_be_ended_the_process(phase, tmp_path
 
 @pytest.mark.small
 def test_a_state_without_an_audit_is_built_anew(tmp_path, monkeypatch):
-    monkeypatch.setattr("kinetile_plugins.sweep_and_prune.audit", None)
+    parts = sweep_and_prune.BroadPhaseParts
+    without = {"audit": None, "sound": None}
+    monkeypatch.setattr(sweep_and_prune, "BroadPhaseParts", lambda **given: parts(**given | without))
     sim = kt.Simulation(kt.make_scene("grid", bodies=9, seed=1), "sap-1d")
     sim.run(0.3)
     sim.save(tmp_path / "s.kt")
