@@ -257,18 +257,6 @@ class ReturnsTheWrongParts:
         )
 
 
-class ReturnsOldParts:
-    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        return BroadPhaseParts(State(np.zeros(1)), 0, wake, rest, leave_plans)
-
-
-class ReturnsOldPartsByName:
-    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        return BroadPhaseParts(
-            state=State(np.zeros(1)), certificates=0, build=wake, repair=rest, replan=leave_plans
-        )
-
-
 HOSTILE = {
     "cannot-be-made": Cannot,
     "raises-in-prepare": RaisesInPrepare,
@@ -277,8 +265,6 @@ HOSTILE = {
     "breaks-the-kit": BreaksTheKit,
     "returns-a-number": ReturnsANumber,
     "returns-the-wrong-parts": ReturnsTheWrongParts,
-    "returns-old-parts": ReturnsOldParts,
-    "returns-old-parts-by-name": ReturnsOldPartsByName,
     "wants-too-much-room": phase(room=2**31 - 1),
     "wants-too-many-pairs": phase(pairs=2**31 - 1),
     "raises-in-arrange": phase(arrange=raises),

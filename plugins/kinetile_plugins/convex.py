@@ -16,23 +16,22 @@ from collections.abc import Callable
 import numpy as np
 
 from kinetile.errors import Refused
-from kinetile.kernel.certificates.convex import enters
-from kinetile.kernel.certificates.convex_integers import (
-    COUNT,
-    CX,
-    CY,
-    HEAD,
-    NX,
-    NY,
-    OUT,
-    PLAIN,
-    RADIUS,
-    RANK,
-    WIDE,
-    comes_nearer,
+from kinetile.scene import Scene
+from kinetile.toolbox import (
+    NEVER,
+    NOBODY,
+    TOO_DEEP,
+    Kernel,
+    PairParts,
+    blame,
+    hook,
+    larger,
+    since_anchor,
+    since_origin,
+    smaller,
+    unchecked,
 )
-from kinetile.kernel.compiled import Numbers, pointer
-from kinetile.kernel.vectors import (
+from kinetile.toolbox.lanes import (
     LANES,
     Floats,
     bits,
@@ -47,21 +46,23 @@ from kinetile.kernel.vectors import (
     spread,
     spread_whole,
 )
-from kinetile.scene import Scene
-from kinetile.toolbox import (
-    NEVER,
-    NOBODY,
-    TOO_DEEP,
-    Kernel,
-    PairParts,
-    blame,
+from kinetile.toolbox.ticks import (
+    COUNT,
+    CX,
+    CY,
+    HEAD,
+    NX,
+    NY,
+    OUT,
+    PLAIN,
+    RADIUS,
+    RANK,
+    WIDE,
+    Numbers,
+    comes_nearer,
     difference_table,
-    hook,
-    larger,
-    since_anchor,
-    since_origin,
-    smaller,
-    unchecked,
+    enters,
+    pointer,
 )
 from kinetile_plugins.disc import exchange
 from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, circles_meet, merged, two_least

@@ -13,19 +13,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from kinetile.kernel.certificates.contact import first_touch, last_touch
-from kinetile.kernel.images import HALVES, first_image, nearest_whole, turns_between
-from kinetile.kernel.vectors import (
-    LANES,
-    choose,
-    fill,
-    numbered,
-    numbers,
-    pick,
-    places,
-    spread,
-    spread_whole,
-)
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     NEVER,
@@ -43,6 +30,18 @@ from kinetile.toolbox import (
     smaller,
     unchecked,
 )
+from kinetile.toolbox.lanes import (
+    LANES,
+    choose,
+    fill,
+    numbered,
+    numbers,
+    pick,
+    places,
+    spread,
+    spread_whole,
+)
+from kinetile.toolbox.ticks import HALVES, first_image, first_touch, last_touch, nearest_whole, turns_between
 from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, circles_meet, merged, two_least
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
-from kinetile.kernel.vectors import Floats, choose, lane, number_in, root, spread, turned
 from kinetile.toolbox import Kernel, hook
+from kinetile.toolbox.lanes import Floats, choose, lane, number_in, root, spread, turned
 
 PLACES = 64
 """Partners that six bits tell apart."""

@@ -1,11 +1,9 @@
-"""Sorted bounds, as both kinds of sweep-and-prune have them: their audit, slow and from scratch, and drawing.
+"""Sorted bounds (``sweep_and_prune``): their audit, slow and from scratch, and drawing.
 
 Bound 2 * body is L of a body, 2 * body + 1 its R. ``order`` are the bounds of an axis from left to right,
 ``place`` is where each bound stands in it, and ``due`` the tick at which each bound passes the one right of
-it. The phases store the same numbers side by side in cache lines of their own, and unpack them for these
-functions; hooks are written for one storage each. On a periodic axis the order is one turn of an endless line
-of images, and a bound's place on it is that of the image whose body is where its plan has it
-(``circular_bounds``).
+it. On a periodic axis the order is one turn of an endless line of images, and a bound's place on it is that
+of the image whose body is where its plan has it.
 
 A bound is as far from its body's place as the body reaches to that side (``reach_to``). A list of the circles
 around bodies would be right as well, and has the more pairs the longer the bodies are.

@@ -13,8 +13,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from kinetile.errors import Refused
-from kinetile.kernel.certificates.wall import reaches
-from kinetile.kernel.compiled import with_shapes
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     BOTTOM,
@@ -29,6 +27,7 @@ from kinetile.toolbox import (
     inside_arena,
     unchecked,
 )
+from kinetile.toolbox.ticks import reaches, with_shapes
 
 
 @hook

@@ -82,8 +82,8 @@ def test_it_holds_until_the_next_event(sim):
 @EXAMPLES
 @given(moments(("sap-1d", "sap-1d:y")))
 def test_the_bounds_of_sap_1d_are_those_of_its_list(sim):
-    axis = int(sim.state.axis[0])
-    listed = [int(sim.tables.queue.number[bound >> 2]) for bound in sim.state.order if bound >= 0]
+    axis = int(sim.state.span[0]) >> 1
+    listed = [int(sim.tables.queue.number[bound >> 3]) for bound in sim.state.order if bound >= 0]
     bounds = [item for item in sim.drawing() if item.role == "bound"]
     edges = [bound.a[axis] for bound in bounds]
     assert [edge.body for edge in edges] == listed

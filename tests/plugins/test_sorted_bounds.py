@@ -9,7 +9,7 @@ import kinetile as kt
 from kinetile.errors import AuditError
 from kinetile.kernel.pairs import add_pair, remove_pair
 from kinetile.kernel.tables import NEVER, STRUCTURAL
-from kinetile_plugins import sweep_and_prune, sweep_and_prune_matrix
+from kinetile_plugins.sweep_and_prune import PLACE
 from lanes import first
 from tilings import columns, lattice
 
@@ -35,8 +35,7 @@ def list_of(sim: kt.Simulation) -> np.ndarray:
 
 def places_of(sim: kt.Simulation, bounds: np.ndarray) -> np.ndarray:
     """Return where the numbers of the places of bounds stand in ``state.bounds``."""
-    module = sweep_and_prune if sim.broad_phase == "sap-1d" else sweep_and_prune_matrix
-    return bounds + module.PLACE
+    return bounds + PLACE
 
 
 @pytest.mark.slow
@@ -66,7 +65,7 @@ def wrong_rank(sim):
 def wrong_order(sim):
     """Two neighbours exchanged: their certificates are not those of the plans any more."""
     order = list_of(sim)
-    body = order // (4 if sim.broad_phase == "sap-1d" else 8)
+    body = order // 8
     place = next(i for i in range(10, 40) if body[i] != body[i + 1])
     order[[place, place + 1]] = order[[place + 1, place]]
     sim._engine.state.bounds[places_of(sim, order)] = 1 + np.arange(len(order))

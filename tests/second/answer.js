@@ -282,7 +282,9 @@ export function entry({ tick, a, b }) {
   return { epoch: tick >> 52n, tick: tick & ((1n << 52n) - 1n), a, b };
 }
 
-/** The fingerprint of a list of contacts. */
+const IN_BLOCK = 24 * 4096;
+
+/** The fingerprint of a list of contacts: a chain over blocks of 4,096. */
 export function fingerprint(list) {
   const bytes = new DataView(new ArrayBuffer(24 * list.length));
   list.forEach(({ epoch, tick, a, b }, i) => {
@@ -291,7 +293,20 @@ export function fingerprint(list) {
     bytes.setInt32(24 * i + 16, a, true);
     bytes.setInt32(24 * i + 20, b, true);
   });
-  return sha256(new Uint8Array(bytes.buffer));
+  let digest = new Uint8Array(0);
+  let begin = 0;
+  for (; bytes.byteLength - begin > IN_BLOCK; begin += IN_BLOCK) {
+    const hex = sha256(joined(digest, new Uint8Array(bytes.buffer, begin, IN_BLOCK)));
+    digest = Uint8Array.from(hex.match(/../g), (byte) => Number.parseInt(byte, 16));
+  }
+  return sha256(joined(digest, new Uint8Array(bytes.buffer, begin)));
+}
+
+function joined(one, other) {
+  const both = new Uint8Array(one.length + other.length);
+  both.set(one);
+  both.set(other, one.length);
+  return both;
 }
 
 function byNumbers(one, two) {

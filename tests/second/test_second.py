@@ -259,6 +259,12 @@ def test_of_faces_without_a_margin_one_that_approaches_counts(tmp_path: Path) ->
     assert_prints_the_list_of_shapes(scene, tmp_path)
 
 
+@pytest.mark.small
+def test_the_fingerprint_goes_on_over_blocks(tmp_path: Path) -> None:
+    ball = kt.Scene(position=[(0.5, 0.5)], velocity=[(0.5, 0.0)], radius=0.25, arena=(1.0, 1.0))
+    assert second_agrees(ball.replace(settings=kt.Settings(until=20_000.0)), tmp_path, 8_200)
+
+
 def assert_prints_the_list_of_shapes(scene: kt.Scene, tmp_path: Path, most: int = 60) -> None:
     """Assert that both find the same contacts of a scene, at most so many."""
     game = scene.replace(settings=kt.Settings(until=20.0 * scene.time_unit))

@@ -7,6 +7,9 @@ rounded to a float.
 
 from __future__ import annotations
 
+import hashlib
+from typing import Self
+
 import numpy as np
 import numpy.typing as npt
 
@@ -48,3 +51,42 @@ def digestible(contacts: npt.NDArray[np.void]) -> bytes:
     for name in MET.names or ():
         exact[name] = contacts[name]
     return exact.tobytes()
+
+
+IN_BLOCK = 4096
+"""Rows in a block of the fingerprint's chain."""
+
+
+class Fingerprint:
+    """The fingerprint of a list of contacts, row by row (docs/specification.md, rule 10).
+
+    A chain of SHA-256: each block of ``IN_BLOCK`` rows is hashed behind the digest of the blocks before it,
+    and so are the last rows, 1 to ``IN_BLOCK`` of them. So what must be saved of a long run is one digest and
+    the rows of the open block; and of a short run it is the plain SHA-256 of its rows. Two lists have the
+    same input only if they are the same: a digest is 32 bytes, which is no number of rows of 24.
+
+    Attributes:
+        chain: the digest of all whole blocks but the open one; empty in the first.
+        rows: the bytes of the open block's rows.
+    """
+
+    def __init__(self, chain: bytes = b"", rows: bytes = b"") -> None:
+        self.chain = chain
+        self.rows = bytearray(rows)
+
+    def update(self, rows: bytes | memoryview) -> None:
+        """Adds rows, in the form of ``MET``."""
+        self.rows += rows
+        begin, block = 0, IN_BLOCK * MET.itemsize
+        while len(self.rows) - begin > block:
+            self.chain = hashlib.sha256(self.chain + self.rows[begin : begin + block]).digest()
+            begin += block
+        del self.rows[:begin]
+
+    def copy(self) -> Self:
+        """Returns another one of the same rows."""
+        return type(self)(self.chain, bytes(self.rows))
+
+    def hexdigest(self) -> str:
+        """Returns the fingerprint of all rows so far, 64 hexadecimal digits."""
+        return hashlib.sha256(self.chain + self.rows).hexdigest()

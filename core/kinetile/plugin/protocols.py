@@ -20,7 +20,6 @@ from kinetile.errors import PhaseError
 from kinetile.kernel.compiled import is_hook
 from kinetile.kernel.loop import idle
 from kinetile.plugin.drawing import Item
-from kinetile.plugin.specs import API_VERSION, MOVING
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -156,16 +155,6 @@ class BroadPhaseParts:
     leave: Hook | None = None
     soon: Hook | None = None
     periodic: bool = False
-
-    def __new__(cls, *given: Any, **fields: Any) -> BroadPhaseParts:
-        """Makes the parts; raises TypeError for those of the first version of the plugin API, which began
-        with the state and a number of certificates."""
-        if "certificates" in fields or (given and isinstance(given[0], tuple)):
-            raise TypeError(
-                "these are the parts of a broad phase for version 1 of the plugin API (a state, a number of "
-                f"certificates, ...), and this is version {API_VERSION}: {MOVING}"
-            )
-        return super().__new__(cls)
 
 
 @dataclass(frozen=True)

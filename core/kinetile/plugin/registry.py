@@ -213,7 +213,7 @@ class Registry:
             if spec.api != specs.API_VERSION:
                 raise PluginApiMismatch(
                     f"{kind} {spec.name!r} was written for version {spec.api!r} of the plugin API; "
-                    f"this kinetile speaks version {specs.API_VERSION}: {specs.MOVING}"
+                    f"this kinetile has version {specs.API_VERSION}"
                 )
             for name in _all_names(spec):
                 owner = owners.setdefault((kind, name), provided)

@@ -29,9 +29,6 @@ if TYPE_CHECKING:
 API_VERSION = 2
 """The version of the plugin API: of the specs, and of the protocol that phases follow."""
 
-MOVING = "docs/moving-to-api-2.md says what to change"
-"""The advice in the error about a phase of an older version."""
-
 Kind: TypeAlias = Literal["broad phase", "narrow phase", "response", "scene", "observable"]
 """The kinds of things that can be chosen by name."""
 

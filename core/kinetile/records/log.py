@@ -43,7 +43,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.errors import RecordError
-from kinetile.kernel.log import LOG, TURNED, digestible
+from kinetile.kernel.log import LOG, TURNED, Fingerprint, digestible
 from kinetile.scene.checks import shown
 
 SIGNATURE = b"kinetile rows 1\n"
@@ -240,7 +240,7 @@ class Seal:
     """
 
     def __init__(self) -> None:
-        self._contacts = hashlib.sha256()
+        self._contacts = Fingerprint()
         self._rows = hashlib.sha256()
 
     def add(self, rows: NDArray[Any]) -> None:

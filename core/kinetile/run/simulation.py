@@ -35,7 +35,7 @@ from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.ledger import Recorder
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.observing import Observed, Observers
-from kinetile.run.questions import meetings, places, shaped
+from kinetile.run.questions import meetings, places
 from kinetile.run.questions.meetings import CastHit, NextContact
 from kinetile.run.questions.places import Moment, RayHit
 from kinetile.run.readings import Readings, energy, explanation, readings_of
@@ -660,8 +660,7 @@ class Simulation:
 
         Raises ValueError for what is no box, or one that is upside down.
         """
-        find = shaped.bodies_in if self.scene.shapes else places.bodies_in
-        return self._bodies_of(find(self._among(kinds), arguments.read_box(box), whole))
+        return self._bodies_of(places.bodies_in(self._among(kinds), arguments.read_box(box), whole))
 
     def bodies_near(
         self,
@@ -691,8 +690,7 @@ class Simulation:
         centre = arguments.read_point(point, "a point")
         length = None if radius is None else arguments.read_length(radius, "radius")
         count = None if k is None else arguments.read_count(k, "k")
-        find = shaped.bodies_near if self.scene.shapes else places.bodies_near
-        return self._bodies_of(find(self._among(kinds), centre, length, count))
+        return self._bodies_of(places.bodies_near(self._among(kinds), centre, length, count))
 
     def ray(
         self,
@@ -726,8 +724,7 @@ class Simulation:
         start, towards = arguments.read_point(origin, "an origin"), arguments.read_direction(direction)
         length = arguments.read_within(within, self.scene, towards)
         count = None if most is None else arguments.read_count(most, "most")
-        find = shaped.ray if self.scene.shapes else places.ray
-        hits = find(self._among(kinds), start, towards, count, length)
+        hits = places.ray(self._among(kinds), start, towards, count, length)
         return [hit._replace(body=self._body_of(hit.body)) for hit in hits]
 
     # Saving

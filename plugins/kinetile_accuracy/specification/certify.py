@@ -8,7 +8,6 @@ rounding.
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.errors import BadOption, Refused
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS, digestible
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS, Fingerprint, digestible
 from kinetile_accuracy.specification.arithmetic import (
     UNIT_BITS,
     UNIT_TICKS,
@@ -322,7 +321,9 @@ def _just_after(scene: Scene, epoch: int, tick: int) -> float:
 
 def _fingerprint(rows: NDArray[Any]) -> str:
     """Returns the fingerprint of rule 10, of the contacts among rows."""
-    return hashlib.sha256(digestible(rows[rows["b"] > TURNED])).hexdigest()
+    contacts = Fingerprint()
+    contacts.update(digestible(rows[rows["b"] > TURNED]))
+    return contacts.hexdigest()
 
 
 # Why a line is wrong, from what the specification says of the bodies that it names

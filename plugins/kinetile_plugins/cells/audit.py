@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.certificates.structural import FAR
 from kinetile.toolbox import NEVER, NOBODY, Box, Item, Kernel, pair_links, positions_now, reaches_of
+from kinetile.toolbox.ticks import FAR
 from kinetile_plugins.cells.layout import BLOCK, FULL, LISTED, State, cells_of, least_side
 
 Whole = npt.NDArray[np.intp]

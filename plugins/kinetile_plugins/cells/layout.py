@@ -31,9 +31,9 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from kinetile.kernel.vectors import append
 from kinetile.scene import Scene
 from kinetile.toolbox import NOBODY, Kernel, Records, hook, positions_now
+from kinetile.toolbox.lanes import append
 
 BLOCK = 8
 FULL = BLOCK - 1

@@ -21,7 +21,6 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.certificates.structural import FAR
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     NEVER,
@@ -36,6 +35,7 @@ from kinetile.toolbox import (
     smaller,
     unchecked,
 )
+from kinetile.toolbox.ticks import FAR
 from kinetile_plugins.cells import layout
 from kinetile_plugins.cells.audit import of_table
 from kinetile_plugins.cells.layout import State, append_block, append_list, append_row, move_in, move_out

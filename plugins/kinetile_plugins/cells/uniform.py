@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from kinetile.kernel.certificates.structural import FAR
 from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, prefetch, schedule, smaller, unchecked
+from kinetile.toolbox.ticks import FAR
 from kinetile_plugins.cells.layout import (
     BLOCK,
     FULL,

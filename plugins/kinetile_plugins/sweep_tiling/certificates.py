@@ -12,7 +12,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from kinetile.kernel.vectors import (
+from kinetile.toolbox import Kernel, falls_eight, hook, schedule, smaller
+from kinetile.toolbox.lanes import (
     Floats,
     Ticks,
     Truths,
@@ -27,7 +28,6 @@ from kinetile.kernel.vectors import (
     to_floats,
     turned,
 )
-from kinetile.toolbox import Kernel, falls_eight, hook, schedule, smaller
 
 from .web import (
     LOWER,

@@ -35,8 +35,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from kinetile.kernel.images import near_zero
 from kinetile.toolbox import NEVER, Kernel, hook, is_there, offer, since_anchor, unchecked
+from kinetile.toolbox.ticks import near_zero
 
 from .certificates import periods, watch_around, watch_tiles
 from .web import (

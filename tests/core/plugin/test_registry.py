@@ -162,7 +162,7 @@ def test_aliases_count_as_names(specs: list[BroadPhaseSpec]) -> None:
 
 def test_another_api_version_is_refused() -> None:
     registry = Registry()
-    said = "'ancient' was written for version 1 .* kinetile speaks version 2: docs/moving-to-api-2.md says"
+    said = "'ancient' was written for version 1 of the plugin API; this kinetile has version 2"
     with pytest.raises(PluginApiMismatch, match=said):
         registry.add(bringing(BroadPhaseSpec("fresh", Stripes), BroadPhaseSpec("ancient", Stripes, api=1)))
     assert list(registry) == []

@@ -34,12 +34,6 @@ from registering import registered
 MIB = 1 << 20
 OWNER = r" of hostile_phases \(added in this process\)"
 HERE = r" \(hostile_phases\.py, line \d+\)"
-OLD = (
-    r": prepare raised TypeError: these are the parts of a broad phase for version 1 of the plugin API "
-    r"\(a state, a number of certificates, \.\.\.\), and this is version 2: "
-    r"docs/moving-to-api-2\.md says what to change \(hostile_phases\.py, line \d+\)"
-)
-
 OUT_OF_MEMORY = r"out of memory in check 'same-contacts': it asked for more than 0\.25 GiB"
 
 
@@ -68,8 +62,6 @@ def said_of(name: str) -> str:
         ("raises-in-prepare", rf": prepare raised RuntimeError: the moon is not full{HERE}"),
         ("leaves-in-prepare", rf": prepare raised SystemExit: good bye{HERE}"),
         ("returns-a-number", ": prepare returned int, not BroadPhaseParts"),
-        ("returns-old-parts", OLD),
-        ("returns-old-parts-by-name", OLD),
         ("raises-in-arrange", rf": arrange raised KeyError: 'no such thing'{HERE}"),
         ("leaves-in-arrange", rf": arrange raised SystemExit: 3{HERE}"),
         (

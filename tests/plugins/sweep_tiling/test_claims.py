@@ -74,8 +74,8 @@ def passings(scene: kt.Scene, phase: str, until: float) -> set[tuple[float, int,
         if not steps.step(until=end):
             return seen
         if phase == "sap-1d":
-            swapped = order[order != steps.state.order]  # bound 4 body is L, 4 body + 1 R
-            bounds = tuple((swapped // 4 * 2 + swapped % 4).tolist()) or None
+            swapped = order[order != steps.state.order]  # bound 8 body is L, 8 body + 1 R
+            bounds = tuple((swapped // 8 * 2 + swapped % 8).tolist()) or None
         if bounds is not None:
             seen.add((steps.engine.clock.base, steps.engine.now, *bounds))
 

@@ -6,7 +6,6 @@ Their times as floats are computed when they are read.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -16,10 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.log import CONTACT, LOG
+from kinetile.kernel.log import CONTACT, LOG, Fingerprint
 from kinetile.kernel.tables import Kernel
 from kinetile.run.engine.fields import Fields
-from kinetile.run.engine.sha256 import Digest, Sha256
 from kinetile.run.interrupts import Unbroken
 
 KEPT = np.dtype([("when", "i8"), ("a", "i4"), ("b", "i4")])
@@ -40,7 +38,7 @@ class Entries(NamedTuple):
 
     rows: int
     contacts: npt.NDArray[np.void] | None
-    digest: Digest
+    digest: Fingerprint
     unrecorded: tuple[npt.NDArray[np.void], ...]
     unstepped: tuple[ContactRow, ...]
 
@@ -69,7 +67,7 @@ class Ledger:
         self._kept = np.zeros(0, CONTACT)
         self._count = 0  # of those kept in one array; the others are added when they are read
         self._total = 0
-        self._digest: Digest = hashlib.sha256() if keep else Sha256()
+        self._digest = Fingerprint()
         self.unstepped: list[ContactRow] | None = []
         self.latest = 0
 
@@ -176,7 +174,7 @@ class Ledger:
             self.unstepped += np.asarray(k.met)[:logged].tolist()
         if logged:
             met = np.asarray(k.met)[:logged]
-            self._digest.update(met.view(np.uint8))
+            self._digest.update(met.view(np.uint8).data)
             if self.keeps:
                 self._waiting.append(_kept(met))
                 self._total += logged

@@ -24,21 +24,6 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 Truths = npt.NDArray[np.bool_]
 
-LARGE = 2.0**1000
-
-
-def compare_squares(s: Floats, t: Floats) -> tuple[Truths, Truths]:
-    """Returns where s <= t for what s and t are the rounded values of, and where that is not settled.
-
-    Either is off by a factor of (1 +- ULP)^5 at most, as the sum of the squares of two rounded differences
-    is (each difference once, its square again, the sum once), and t is 2^-400 or more.
-    """
-    # (1 + ULP)^5 / (1 - ULP)^5 < 1 + 10.1 ULP, and a product is rounded once more: 16 ULP are enough
-    less = s < t * (1.0 - 2.0**-49)
-    more = s > t * (1.0 + 2.0**-49)
-    settled = (less | more) & (np.maximum(s, t) < LARGE)
-    return less & settled, ~settled
-
 
 def whole(numbers: Iterable[float]) -> tuple[list[int], int]:
     """Returns finite doubles as whole numbers of one unit, and how many units are 1: a power of two."""

@@ -1,14 +1,23 @@
-"""Positions of the present moment: bodies in a box, near a point, on a ray."""
+"""Positions of the present moment: bodies in a box, near a point, on a ray.
+
+A body is all that is within its radius of its core (``kinetile.scene.shapes``); that of a disc is its centre.
+So each question is one of a place and a convex polygon: for a point or a ray that is the core, for a box the
+difference of box and core. The circle around each body comes first, then bounds in floating point, and what
+these leave open is decided in rationals.
+
+Where axes are periodic the nearest image is that of rounded places, and a ray meets images at exactly whole
+periods from a place.
+"""
 
 from __future__ import annotations
 
 import math
 from bisect import insort
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache, cached_property, cmp_to_key
-from itertools import product
+from itertools import chain, product
 from typing import NamedTuple
 
 import numpy as np
@@ -19,8 +28,10 @@ from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.responses import ROOM
 from kinetile.kernel.tables import Kernel
 from kinetile.run.compose import Composition
-from kinetile.run.questions.exact import compare_roots, compare_squares, difference_of_roots, in_order, whole
+from kinetile.run.questions.exact import Truths, compare_roots, difference_of_roots, in_order, whole
 from kinetile.scene.bodies import in_box, nearest_image
+from kinetile.scene.difference_rows import DISC, Outline
+from kinetile.scene.differences import Number, core_difference, cross, dot, exact, less
 from kinetile.scene.shapes import Shape
 
 Floats = npt.NDArray[np.float64]
@@ -37,7 +48,7 @@ class Moment:
             ties go by their place here.
         clock: what a tick is in the scene's time.
         composition: the phases; of them only the narrow ones are used.
-        shapes: the shapes of a scene that has some: for ``questions.shaped``.
+        shapes: the shapes of a scene that has some.
         shape: int64, the index of each body's shape by the body's number, where there are shapes.
         overlapping: (m, 2) slots, the pairs that overlap at the start and have not begun to pass yet.
     """
@@ -93,21 +104,49 @@ class Moment:
         """(n,) the indices of their shapes."""
         return np.asarray(self.shape[self.k.queue["number"][self.slots]])
 
+    def outline(self, at: int) -> Outline:
+        """Returns the core and the radius of a body, by its place in ``slots``."""
+        if not self.shapes:
+            return DISC, float(self.radii[at])
+        shape = self.shapes[int(self.forms[at])]
+        return shape.core, shape.radius
+
+    def cores(self, few: Integers) -> tuple[Floats, Floats]:
+        """Returns the corners of the cores of a few bodies, (m, most, 2), the last one repeated where there
+        are fewer, and (m,) their radii."""
+        if not self.shapes:
+            return np.zeros((len(few), 1, 2)), self.radii[few]
+        forms, which = np.unique(self.forms[few], return_inverse=True)
+        shapes = [self.shapes[form] for form in forms.tolist()]
+        most = max((len(shape.core) for shape in shapes), default=1)
+        cores = [(*shape.core, *[shape.core[-1]] * (most - len(shape.core))) for shape in shapes]
+        return np.array(cores).reshape(-1, most, 2)[which], np.array([shape.radius for shape in shapes])[
+            which
+        ]
+
 
 Box = tuple[float, float, float, float]
 """left, bottom, right, top; left <= right and bottom <= top."""
 
 Point = tuple[float, float]
-Truths = npt.NDArray[np.bool_]
+
+ROUNDING = 2.0**-47
+"""What the bounds allow for, as a part of all lengths in question: 64 ULP, several times what they need.
+
+Each coordinate is a sum of three or four of these lengths. The distance from a side is that from some point
+of it, whatever rounding does to which point; so its error has the same size.
+"""
+
+LARGE = 2.0**400
+"""From here on squares of squares may overflow, and the bounds settle nothing."""
 
 
 def bodies_in(moment: Moment, box: Box, inside: bool = False) -> Integers:
     """Returns the slots of the bodies that have a point in common with a box, including edges, or, with
     ``inside``, that lie in it completely. In the order of ``moment.slots``."""
-    periods, radii = moment.periods, moment.radii
-    held = np.zeros(len(radii), dtype=np.bool_)
-    for shift in _shifts(box, periods, float(radii.max(initial=0.0))):
-        held |= _in_box(moment.places + shift, radii, box, inside)
+    held = np.zeros(len(moment.slots), dtype=np.bool_)
+    for shift in _shifts(box, moment.periods, float(moment.radii.max(initial=0.0))):
+        held |= _in_box(moment, moment.places + shift, box, inside)
     return moment.slots[held]
 
 
@@ -126,19 +165,57 @@ def _shifts(box: Box, periods: tuple[float, float], reach: float) -> Iterator[Fl
         yield np.array([right, up])
 
 
-def _in_box(places: Floats, r: Floats, box: Box, inside: bool) -> Truths:
-    """Returns which discs are in a box."""
-    x, y = places.T
+def _in_box(moment: Moment, places: Floats, box: Box, inside: bool) -> Truths:
+    """Returns which bodies at these places are in a box."""
+    low, high = np.array(box).reshape(2, 2)
+    # rounding a difference keeps its order to a double: no circle that touches the box is left out
+    circles = np.maximum(low - places, places - high).max(axis=1)
+    few = np.flatnonzero(circles <= moment.radii)
+    corners, radii = moment.cores(few)
+    spots = places[few][:, None] + corners
+    out = np.maximum(low - spots, spots - high)  # (m, corners, 2), above 0 outside
+    margin = ROUNDING * (np.abs(spots).max(axis=(1, 2)) + np.abs(places[few]).max(axis=1))
+    margin += ROUNDING * (radii + np.abs(box).max())
+    if inside:
+        farthest = out.max(axis=(1, 2)) + radii
+        held, unsure = farthest <= -margin, np.abs(farthest) < margin
+    else:
+        depth = np.minimum(out.max(axis=2), 0.0)
+        nearest = (np.hypot(*np.maximum(out, 0.0).transpose(2, 0, 1)) + depth).min(axis=1)
+        aside = np.maximum(low - spots.max(axis=1), spots.min(axis=1) - high).max(axis=1)
+        held = nearest - radii <= -margin
+        unsure = ~held & (aside - radii < margin)
+    for i in np.flatnonzero(unsure).tolist():
+        at = int(few[i])
+        held[i] = _is_in(moment.outline(at), (float(places[at, 0]), float(places[at, 1])), box, inside)
+    found = np.zeros(len(places), dtype=np.bool_)
+    found[few[held]] = True
+    return found
+
+
+def _is_in(outline: Outline, place: Point, box: Box, inside: bool) -> bool:
+    """Whether a body has a point in common with a box, or is ``inside`` it completely."""
     left, bottom, right, top = box
-    with np.errstate(over="ignore", invalid="ignore"):
-        if inside:
-            return (
-                _apart_by(x, left, r)
-                & _apart_by(right, x, r)
-                & _apart_by(y, bottom, r)
-                & _apart_by(top, y, r)
-            )
-        return _touching_box(x, y, r, box)
+    core, radius = outline
+    if not inside:
+        sides = core_difference(((left, bottom), (right, bottom), (right, top), (left, top)), core)
+        return _signed_square(sides, exact(place)) <= Fraction(radius) ** 2
+    r, axes = Fraction(radius), zip(*map(exact, core), strict=True)
+    return all(
+        low <= at + min(axis) - r and at + max(axis) + r <= high
+        for axis, at, low, high in zip(axes, exact(place), box[:2], box[2:], strict=True)
+    )
+
+
+def _signed_square(corners: Sequence[tuple[Number, Number]], place: tuple[Number, Number]) -> Fraction:
+    """Returns the square of the distance of a place from the outline of a convex polygon, negative inside."""
+    squares, inside = [], len(corners) > 2
+    for k, corner in enumerate(corners):
+        side, at = less(corners[(k + 1) % len(corners)], corner), less(place, corner)
+        length, along, depth = dot(side, side), dot(side, at), cross(side, at)
+        inside &= depth > 0
+        squares.append(Fraction(depth * depth, length) if 0 < along < length else Fraction(dot(at, at)))
+    return -min(squares) if inside else min(squares)
 
 
 def bodies_near(
@@ -147,89 +224,76 @@ def bodies_near(
     """Returns the slots of the bodies that are near a point, the nearest first, ties in the order of
     ``moment.slots``.
 
-    How far a body is from a point is the distance to its centre less its radius: below 0 where the point is
-    within. Near are bodies not further than ``radius``, and not more than ``count`` of them. Where axes are
-    periodic that is the distance of the nearest image, at its rounded place.
+    How far a body is from a point is the distance to its outline, below 0 where the point is within: that to
+    the core, or within the core that to the outline of the core, negated, less the radius. Where axes are
+    periodic it is that of the nearest image, at its rounded place.
     """
-    periods = moment.periods
-    if any(periods):
-        moment = replace(moment)
-        moment.__dict__["places"] = np.array(point) + nearest_image(moment.places - np.array(point), periods)
-    x, y = moment.places.T
-    with np.errstate(over="ignore", invalid="ignore"):
-        squares = _square(x - point[0]) + _square(y - point[1])
-        centre = np.sqrt(squares)
-        # the root is off by 3.5 ULP of itself and the difference by one more of what is less than both
-        margin = 2.0**-50 * (centre + moment.radii)
-        known = squares < 2.0**1000
-        lower = np.where(known, (centre - moment.radii) - margin, -np.inf)
-        upper = np.where(known, (centre - moment.radii) + margin, np.inf)
-        held = np.ones(len(lower), dtype=np.bool_)
-        if radius is not None:
-            held = _within(moment, squares, point, radius)
-    few = np.flatnonzero(held)
-    if count is not None and count < len(few):
-        if count == 0:
-            return moment.slots[:0]
-        last = np.partition(upper[few], count - 1)[count - 1]  # ``count`` bodies are not further than this
-        few = few[lower[few] <= last]
+    places = moment.places
+    if any(moment.periods):
+        places = np.array(point) + nearest_image(places - np.array(point), moment.periods)
+    limit = math.inf if radius is None else radius
+    centre = np.hypot(*(places - np.array(point)).T)
+    reach = moment.radii + ROUNDING * (centre + moment.radii)
+    few = np.flatnonzero(_may_be_first(centre - reach, centre + reach, count) & (centre - reach <= limit))
+    lower, upper = _bounds(moment, few, np.array(point) - places[few])
+    held = _may_be_first(lower, upper, count) & (lower <= limit)
+    few, lower, upper = few[held], lower[held], upper[held]
 
     @cache
-    def exact() -> tuple[list[int], list[int]]:
-        return _exact_distances(moment, few, point)
+    def distance(i: int) -> tuple[Fraction, Fraction]:
+        core, own = moment.outline(int(few[i]))
+        x, y = places[few[i]].tolist()
+        square = _signed_square([exact(c) for c in core], less(exact(point), exact((x, y))))
+        return square, Fraction(own)
 
     def compare(i: int, j: int) -> int:
-        squared, radii = exact()
-        return compare_roots(squared[i], squared[j], radii[i] - radii[j])
+        (one, r), (other, s) = distance(i), distance(j)
+        return _compare_distances(one, other, r - s)
 
-    order = in_order(lower[few], upper[few], compare)
-    return moment.slots[few[order[:count]]]
+    def is_near(i: int) -> bool:
+        return bool(upper[i] <= limit) or distance(i)[0] <= (distance(i)[1] + Fraction(limit)) ** 2
 
-
-def _square(a: Floats) -> Floats:
-    return a * a
-
-
-def _apart_by(far: Floats | float, near: Floats | float, radius: Floats) -> Truths:
-    """Returns where far - near >= radius.
-
-    Rounding a difference keeps its order to a double: only where it rounds to the radius itself does what
-    rounding took decide, and that is known (Knuth's sum).
-    """
-    apart = np.asarray(far - near)
-    part = apart - far
-    lost = (far - (apart - part)) - (near + part)
-    return np.asarray((apart > radius) | ((apart == radius) & (lost >= 0.0)))
+    nearest = in_order(lower, upper, compare)[:count]
+    return np.asarray(moment.slots[few[[i for i in nearest if is_near(i)]]])
 
 
-def _touching_box(x: Floats, y: Floats, radius: Floats, box: Box) -> Truths:
-    """Returns which discs have a point in common with a box: their centres are a radius from it, or less."""
-    left, bottom, right, top = box
-    dx = np.maximum(np.maximum(left - x, x - right), 0.0)
-    dy = np.maximum(np.maximum(bottom - y, y - top), 0.0)
-    held, unsure = compare_squares(_square(dx) + _square(dy), _square(radius))
-    for i in np.flatnonzero(unsure).tolist():
-        (a, b, r, l_, b_, r_, t_), _ = whole([x[i], y[i], radius[i], *box])
-        held[i] = max(l_ - a, a - r_, 0) ** 2 + max(b_ - b, b - t_, 0) ** 2 <= r * r
-    return held
+def _may_be_first(lower: Floats, upper: Floats, count: int | None) -> Truths:
+    """Returns which of n values between bounds may be among the ``count`` smallest."""
+    if count is None or count >= len(lower):
+        return np.ones(len(lower), dtype=np.bool_)
+    return lower <= (np.partition(upper, count - 1)[count - 1] if count else -np.inf)
 
 
-def _within(moment: Moment, squares: Floats, point: Point, radius: float) -> Truths:
-    """Returns bodies whose centre is ``radius`` and its own radius from a point, or less."""
-    held, unsure = compare_squares(squares, _square(radius + moment.radii))
-    for i in np.flatnonzero(unsure).tolist():
-        (x, y, r, px, py, reach), _ = whole([*moment.places[i], moment.radii[i], *point, radius])
-        held[i] = (x - px) ** 2 + (y - py) ** 2 <= (r + reach) ** 2
-    return held
+def _bounds(moment: Moment, few: Integers, place: Floats) -> tuple[Floats, Floats]:
+    """Returns bounds of the distances of a few bodies from a point, seen from each at a ``place``."""
+    corners, radii = moment.cores(few)
+    size = np.abs(place).sum(axis=1) + np.abs(corners).sum(axis=2).max(axis=1) + radii
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        sides, at = np.roll(corners, -1, axis=1) - corners, place[:, None] - corners
+        squares = (sides * sides).sum(axis=2)  # 0 where a corner is repeated
+        along = np.where(squares > 0.0, np.clip((sides * at).sum(axis=2) / squares, 0.0, 1.0), 0.0)
+        distance = np.hypot(*(at - along[:, :, None] * sides).transpose(2, 0, 1)).min(axis=1)
+        turns = sides[:, :, 0] * at[:, :, 1] - sides[:, :, 1] * at[:, :, 0]
+        depth = np.where(squares > 0.0, turns / np.sqrt(squares), np.inf).min(axis=1)
+    margin = ROUNDING * size
+    solid = (squares > 0.0).sum(axis=1) > 2
+    outside, inside = ~solid | (depth < -margin), solid & (depth > margin)
+    lower = np.where(outside, distance, -distance) - radii - margin
+    upper = np.where(inside, -distance, distance) - radii + margin
+    return np.where(size < LARGE, lower, -np.inf), np.where(size < LARGE, upper, np.inf)
 
 
-def _exact_distances(moment: Moment, few: Integers, point: Point) -> tuple[list[int], list[int]]:
-    """Returns squares of distances to centres, and radii, as whole numbers of one unit, and of its square."""
-    n = len(few)
-    columns = (*moment.places[few].T, moment.radii[few])
-    (px, py, *numbers), _ = whole([*point, *np.concatenate(columns).tolist()])
-    x, y, radii = numbers[:n], numbers[n : 2 * n], numbers[2 * n :]
-    return [(a - px) ** 2 + (b - py) ** 2 for a, b in zip(x, y, strict=True)], radii
+def _compare_distances(one: Fraction, other: Fraction, more: Fraction) -> int:
+    """Returns the sign of the distance with one signed square, less that with another, less ``more``."""
+    if one >= 0 and other >= 0:
+        return compare_roots(one, other, more)
+    if one < 0 and other < 0:
+        return compare_roots(-other, -one, more)
+    if one < 0:
+        return -_compare_distances(other, one, -more)
+    if more <= 0:
+        return 1  # as sqrt(one) + sqrt(-other) is above 0
+    return compare_roots(-4 * one * other, Fraction(0), more * more - one + other)
 
 
 class RayHit(NamedTuple):
@@ -271,29 +335,17 @@ def ray(
         # the remainder of doubles is a double: so images have small numbers, and nothing is rounded
         x, y = (math.remainder(at, p) if p else at for at, p in zip(origin, periods, strict=True))
         origin = x, y
-    few, images, bounds = in_the_way(moment, origin, direction, within)
-    columns = (*moment.places[few].T, moment.radii[few])
-    numbers, unit = whole([*origin, *periods, within or 0.0, *np.concatenate(columns).tolist()])
-    ox, oy, width, height, reach = numbers[:5]
-    n = len(few)
     (ux, uy), _ = whole(direction)
-    length2 = ux * ux + uy * uy
     met: list[EntryOfRay] = []
     first: dict[int, EntryOfRay] = {}  # of those in ``met``, by body
-    for place, at in enumerate(few.tolist()):
-        if most is not None and len(met) >= most and (most == 0 or met[most - 1].distance < bounds[place]):
+    for at, image, bound in zip(*in_the_way(moment, origin, direction, within), strict=True):
+        if most is not None and len(met) >= most and (most == 0 or met[most - 1].distance < bound):
             break
-        if at in first and first[at].distance < bounds[place]:
+        if at in first and first[at].distance < bound:
             continue
-        x, y, r = (numbers[5 + place + i * n] for i in range(3))
-        x, y = x - ox + images[place][0] * width, y - oy + images[place][1] * height
-        beyond = x * x + y * y - r * r
-        entry = EntryOfRay(0, 0, 0.0, at)
-        if beyond > 0:
-            dot, d = x * ux + y * uy, r * r * length2 - (x * uy - y * ux) ** 2
-            if dot <= 0 or d < 0 or not (within is None or _is_within(reach, dot, beyond, length2)):
-                continue
-            entry = EntryOfRay(dot, d, difference_of_roots(dot, d, length2, unit), at)
+        entry = _entry(moment, at, image, origin, (ux, uy), within)
+        if entry is None:
+            continue
         if at in first:
             if _compare(first[at], entry) <= 0:
                 continue
@@ -303,11 +355,45 @@ def ray(
     return [RayHit(int(moment.slots[entry.at]), entry.distance) for entry in met[:most]]
 
 
-def _is_within(reach: int, dot: int, beyond: int, length2: int) -> bool:
-    """Whether a ray has entered a disc on its way after a length ``reach``: then it has come to where it is
-    nearest to the centre, or it ends in the disc. ``beyond`` is |d|^2 - r^2, above 0."""
-    far = reach * reach
-    return dot * dot <= far * length2 or (far + beyond) ** 2 * length2 <= 4 * far * dot * dot
+def _entry(
+    moment: Moment, at: int, image: list[int], origin: Point, u: tuple[int, int], within: float | None
+) -> EntryOfRay | None:
+    """Returns where a ray enters an image of a body; None: it does not, or not as near as ``within``.
+
+    It enters over a side of the core, or in the disc around a corner: the first of the discs that it meets.
+    """
+    corners_of, radius = moment.outline(at)
+    numbers = [*origin, *moment.places[at].tolist(), *moment.periods, radius, *chain(*corners_of)]
+    (ox, oy, x, y, width, height, r, *core), unit = whole(numbers)
+    start, n = (ox - x - image[0] * width, oy - y - image[1] * height), dot(u, u)
+    corners = list(zip(core[::2], core[1::2], strict=True))
+    if _signed_square(corners, start) <= r * r:
+        return EntryOfRay(0, 0, 0.0, at)
+    over = disc = None  # (p, q, w): it enters after (p - sqrt(q)) / w times u
+    for k, corner in enumerate(corners):
+        side, away = less(corners[(k + 1) % len(corners)], corner), less(corner, start)
+        ahead, d = dot(away, u), r * r * n - cross(away, u) ** 2
+        if ahead > 0 and d >= 0 and (not disc or compare_roots(disc[1], d, disc[0] - ahead) < 0):
+            disc = ahead, d, n
+        # the gap to the line through a side, times its length, falls by ``fall`` in each u, to sqrt(q)
+        gap, fall, length = cross(side, away), cross(side, u), dot(side, side)
+        q, drift = r * r * length, dot(side, u)
+        if fall > 0 and gap >= 0 and gap * gap >= q:
+            begin = drift * gap - fall * dot(side, away)  # along the side (begin - drift sqrt(q)) / fall
+            if _is_above(begin, -drift, q) and _is_above(length * fall - begin, drift, q):
+                over = gap, q, fall
+    entry = over or disc
+    if entry is None:
+        return None
+    p, q, w = entry[0] * n, entry[1] * n * n, entry[2] * unit  # of a way: (p - sqrt(q)) / (w sqrt(n))
+    if within is not None and compare_roots(p * p * n, q * n, Fraction(within) * w * n) > 0:
+        return None
+    return EntryOfRay(Fraction(p, w), Fraction(q, w * w), difference_of_roots(p, q, n, w), at)
+
+
+def _is_above(c: int, b: int, q: int) -> bool:
+    """Whether c + b sqrt(q) >= 0."""
+    return compare_roots(b * b * q, 0, -c) >= 0 if b > 0 else compare_roots(b * b * q, 0, c) <= 0
 
 
 def _compare(one: EntryOfRay, two: EntryOfRay) -> int:
@@ -322,7 +408,7 @@ BY_ENTRY = cmp_to_key(_compare)
 
 def in_the_way(
     moment: Moment, origin: Point, direction: Point, within: float | None
-) -> tuple[Integers, list[list[int]], list[float]]:
+) -> tuple[list[int], list[list[int]], list[float]]:
     """Returns which bodies a ray may meet, through which images, and how far it can get before it does, in
     ascending order of this.
 
@@ -357,7 +443,7 @@ def in_the_way(
     bodies, through, bounds = (np.concatenate(part) for part in zip(*found, strict=True))
     bounds[np.isnan(bounds)] = -math.inf
     order = np.argsort(bounds, kind="stable")
-    return bodies[order], through[order].tolist(), bounds[order].tolist()
+    return bodies[order].tolist(), through[order].tolist(), bounds[order].tolist()
 
 
 def _images_near(

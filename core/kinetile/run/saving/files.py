@@ -35,7 +35,7 @@ import numpy.typing as npt
 
 from kinetile.errors import KinetileError, RecordError
 from kinetile.kernel.clock import Clock
-from kinetile.kernel.log import ANSWER, CONTACT, LOG, MET, digestible
+from kinetile.kernel.log import ANSWER, CONTACT, LOG, MET, Fingerprint, digestible
 from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import COMMAND
 from kinetile.run.compose import Commands
@@ -43,7 +43,6 @@ from kinetile.run.engine.agenda import Command, History
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.engine import Parts
 from kinetile.run.engine.ledger import Entries
-from kinetile.run.engine.sha256 import Sha256
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, elements, layout, versions_of
 from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn, spacious, standing
 from kinetile.scene.checks import shown
@@ -321,7 +320,7 @@ def _columns(prepared: Scene, scene: Scene) -> Arrays:
 
 
 def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:
-    """Returns the contents of the ledger. Kept contacts are their own digest; else its state is needed."""
+    """Returns the contents of the ledger: the contacts, or else what their fingerprint goes on from."""
     arrays |= {f"unrecorded.{number}": rows for number, rows in enumerate(entries.unrecorded)}
     arrays["unstepped"] = np.array(list(entries.unstepped), MET)
     found: dict[str, Any] = {
@@ -329,18 +328,18 @@ def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:
         "fingerprint": entries.digest.hexdigest(),
         "unrecorded": len(entries.unrecorded),
     }
-    if isinstance(entries.digest, Sha256):
-        return found | {"digest": list(entries.digest.state)}
-    assert entries.contacts is not None
+    if entries.contacts is None:
+        arrays["open"] = np.frombuffer(bytes(entries.digest.rows), MET)
+        return found | {"chain": entries.digest.chain.hex()}
     arrays["contacts"] = np.frombuffer(digestible(entries.contacts), MET)
     return found
 
 
 def _read_entries(said: Mapping[str, Any], arrays: Arrays, scene: Scene, numbers: int) -> Entries:
     unrecorded = tuple(_rows(arrays, f"unrecorded.{number}", LOG) for number in range(said["unrecorded"]))
-    digest: Any
-    if "digest" in said:
-        contacts, digest = None, Sha256.from_state(*said["digest"])
+    if "chain" in said:
+        contacts = None
+        digest = Fingerprint(bytes.fromhex(said["chain"]), _rows(arrays, "open", MET).tobytes())
     else:
         met = _rows(arrays, "contacts", MET)
         contacts = np.zeros(len(met), CONTACT)
@@ -348,7 +347,8 @@ def _read_entries(said: Mapping[str, Any], arrays: Arrays, scene: Scene, numbers
             contacts[name] = met[name]
         contacts["time"] = Clock(scene.start, scene.time_unit).rounded(met["epoch"], met["tick"])
         contacts.flags.writeable = False
-        digest = hashlib.sha256(met.tobytes())
+        digest = Fingerprint()
+        digest.update(met.tobytes())
     if digest.hexdigest() != said["fingerprint"]:
         raise ValueError("its fingerprint is not that of its contacts")
     unstepped = _rows(arrays, "unstepped", MET)

@@ -20,8 +20,7 @@ import pytest
 import broken_phases
 import kinetile as kt
 from kinetile.errors import BadOption, BusyError, RecordError, UnknownName
-from kinetile.kernel.vectors import sha256 as instructions
-from kinetile.run.engine import sha256
+from kinetile.kernel.log import MET, Fingerprint
 from kinetile.run.saving import files, snapshot
 from kinetile.run.saving.files import note
 from registering import registered
@@ -238,7 +237,7 @@ def test_no_pickle_is_in_a_file(path, monkeypatch):
 
 
 def test_contacts_that_are_not_kept_go_on_with_their_fingerprint(tmp_path, monkeypatch):
-    monkeypatch.setattr(sha256, "AT_FIRST", 100)
+    monkeypatch.setattr("kinetile.kernel.log.IN_BLOCK", 7)
     sim = simulation(keep_contacts=False)
     sim.save(tmp_path / "s.kt")
     again = kt.resume(tmp_path / "s.kt")
@@ -252,44 +251,24 @@ def test_contacts_that_are_not_kept_go_on_with_their_fingerprint(tmp_path, monke
     assert kt.resume(tmp_path / "s.kt", "sap-1d").fingerprint == whole.fingerprint
 
 
-BY_INSTRUCTIONS = pytest.param(
-    sha256.by_instructions,
-    marks=pytest.mark.skipif(not instructions.HAS_SHA256, reason="this processor has none for SHA-256"),
-)
+def chained(rows: bytes) -> str:
+    """The fingerprint of rule 10, from its text."""
+    digest, entries = b"", [rows[at : at + 24] for at in range(0, len(rows), 24)]
+    while len(entries) > 4096:
+        digest, entries = hashlib.sha256(digest + b"".join(entries[:4096])).digest(), entries[4096:]
+    return hashlib.sha256(digest + b"".join(entries)).hexdigest()
 
 
-@pytest.mark.parametrize("compress", [sha256.in_portable_code, BY_INSTRUCTIONS])
-def test_the_digest_is_that_of_hashlib(monkeypatch, compress):
-    monkeypatch.setattr(sha256, "COMPRESS", compress)
-    monkeypatch.setattr(sha256, "AT_FIRST", 300)
-    random = np.random.default_rng(1)
-    for seed in range(60):
-        text = random.integers(0, 256, random.integers(0, 1000), dtype=np.uint8)
-        expected = hashlib.sha256(text.tobytes()).hexdigest()
-        whole = made = sha256.Sha256()
-        for piece in np.split(text, np.sort(random.integers(0, len(text) + 1, 6))):
-            if seed % 3:
-                made = sha256.Sha256.from_state(*made.copy().state)
-            if seed % 2:
-                assert len(whole.state[0]) == 64  # read between two updates, it changes nothing
-            made.update(piece)
-            if whole is not made:
-                whole.update(bytes(piece))
-        assert made.hexdigest() == made.copy().hexdigest() == whole.hexdigest() == expected
-        assert whole.copy().state == whole.state == made.state
-    for wrong in (("00", 0, ""), ("00" * 32, 1, ""), ("00" * 32, 3, ""), ("00" * 32, -1, "")):
-        with pytest.raises(ValueError, match="no state of SHA-256"):
-            sha256.Sha256.from_state(*wrong)
-
-
-def test_a_hash_has_portable_code_where_the_processor_may_not_use_its_instructions():
-    program = (
-        "import hashlib; from kinetile.run.engine import sha256; h = sha256.Sha256();"
-        "h = h.from_state(*h.state); h.update(bytes(200)); assert sha256.COMPRESS is sha256.in_portable_code;"
-        "assert h.hexdigest() == hashlib.sha256(bytes(200)).hexdigest()"
-    )
-    without = os.environ | {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
-    subprocess.run([sys.executable, "-c", program], env=without, check=True)
+@pytest.mark.parametrize("length", [0, 1, 4095, 4096, 4097, 8192, 8193, 20_000])
+def test_a_fingerprint_is_a_chain_of_blocks_in_whatever_pieces_the_rows_come(length):
+    random = np.random.default_rng(length)
+    rows = random.integers(0, 256, 24 * length, dtype=np.uint8).view(MET)
+    for _ in range(6):
+        made = Fingerprint()
+        for piece in np.split(rows, np.sort(random.integers(0, length + 1, 5))):
+            made.update(piece.tobytes())
+            made = Fingerprint(made.chain, bytes(made.copy().rows))
+        assert made.hexdigest() == chained(rows.tobytes())
 
 
 def test_numpy_reads_a_file_and_a_pickle_in_one_is_refused(path):

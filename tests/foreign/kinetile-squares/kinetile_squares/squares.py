@@ -9,12 +9,10 @@ from kinetile.toolbox import (
     Kernel,
     PairParts,
     closing_speed,
-    difference_table,
-    enters,
     hook,
-    pointer,
     shared,
 )
+from kinetile.toolbox.ticks import difference_table, enters, pointer
 
 
 @hook

@@ -62,7 +62,7 @@ def test_the_built_in_ones():
         for name in ("naive", "sap-1d", "cells", "sweep-tiling")
     }
     assert rooms["naive"] == {"naive"}
-    assert rooms["sap-1d"] == {"sweep_and_prune", "circular_bounds", "sorted_bounds"}
+    assert rooms["sap-1d"] == {"sweep_and_prune", "sorted_bounds"}
     assert rooms["cells"] == {"cells", "hierarchy", "uniform", "layout", "torus", "audit"}
     assert rooms["sweep-tiling"] == {"sweep_tiling", "certificates", "construction", "events", "web"}
 

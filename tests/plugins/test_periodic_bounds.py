@@ -10,7 +10,7 @@ import kinetile as kt
 from kinetile.errors import AuditError
 from kinetile.kernel.pairs import add_pair, remove_pair
 from kinetile.plugin.drawing import Entry, Segment
-from kinetile_plugins.circular_bounds import PLACE, TURN
+from kinetile_plugins.sweep_and_prune import PLACE, TURN
 from lanes import first
 from torus_reference import Torus
 

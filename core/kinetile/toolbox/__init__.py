@@ -1,15 +1,17 @@
 """The toolbox of plugin authors: everything a hook may call, in one place.
 
+Built-in phases use this package and nothing else of the kernel (an import contract holds that): what most
+phases need is here, exact ticks of contacts are in ``toolbox.ticks``, vectors of eight in ``toolbox.lanes``.
+
 A hook receives the kernel's tables as ``k`` (see ``kinetile.kernel.tables``) and, in a broad phase, its
 own state as ``s``.
 """
 
 from __future__ import annotations
 
-from kinetile.kernel.certificates.convex import enters
 from kinetile.kernel.certificates.structural import falls, falls_eight, falls_many, schedule, ticks_after
 from kinetile.kernel.certificates.wall import inside_arena
-from kinetile.kernel.compiled import hook, larger, pointer, smaller, unchecked
+from kinetile.kernel.compiled import hook, larger, smaller, unchecked
 from kinetile.kernel.flight import closing_speed, positions_now, shared, since_anchor, since_origin
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
@@ -39,7 +41,6 @@ from kinetile.plugin.protocols import (
     ResponseParts,
     WallParts,
 )
-from kinetile.scene.difference_rows import difference_table
 from kinetile.scene.reach import reach_of
 
 __all__ = [
@@ -74,8 +75,6 @@ __all__ = [
     "blame",
     "box_gaps",
     "closing_speed",
-    "difference_table",
-    "enters",
     "falls",
     "falls_eight",
     "falls_many",
@@ -87,7 +86,6 @@ __all__ = [
     "offer",
     "pair_links",
     "pairs_of",
-    "pointer",
     "positions_now",
     "prefetch",
     "reach_of",
