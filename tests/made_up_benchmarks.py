@@ -52,9 +52,10 @@ def bench_of(
                         "contacts_disc": contacts,
                         "contacts_wall": walls,
                         "contacts": contacts + walls,
-                        "bound_events": found["bound"],
+                        "structural_events": found["bound"],
                         "events": contacts + walls + found["bound"],
-                        **dict.fromkeys(("updated", "asked", "computed", "queue_max", "pairs_mean"), 5),
+                        **dict.fromkeys(("certificates_updated", "partners_asked", "contacts_computed"), 5),
+                        **dict.fromkeys(("queue_max", "candidate_pairs"), 5),
                         "fingerprint": found.get("fingerprint", "same"),
                     }
                     cells.append(Cell(density, n, seed, phase, 1.0, tuple(times), counts))

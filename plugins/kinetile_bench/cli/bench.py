@@ -88,7 +88,7 @@ def thesis(
     def show(found: ThesisBench) -> None:
         verdicts = statements(found)
         files = [] if out is None else draw(found, out)
-        more = {"statements": [each._asdict() for each in verdicts], "files": files}
+        more = {"statements": verdicts, "files": files}
         _print(found, json, csv, more=more, to=[verdicts, files])
 
     with exit_codes(), Bar("measuring") as bar:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import singledispatch
+from math import isfinite
 from statistics import median
 from typing import Any
 
@@ -56,7 +57,7 @@ def _events(bench: EventsBench) -> list[Any]:
     return [
         table,
         *(f"{row.phase} refuses {row.bodies:,} discs: {row.refused}" for row in bench.rows if row.refused),
-        f"{where['processor']}; medians of {where['repeats']} runs of {seconds}",
+        f"{where['processor']}; medians of {_times(where, 'run')} of {seconds}",
         *([] if bench.identical else [_DIFFERENT]),
     ]
 
@@ -76,22 +77,26 @@ def _thesis(bench: ThesisBench, verdicts: Sequence[Statement], files: Sequence[A
         costs = sorted(1e3 * cell.cost for cell in bench.of(*row).values())
         return f"{median(costs):.3g} ({costs[0]:.3g}-{costs[-1]:.3g})"
 
+    def unrest(row: Any) -> str:
+        found = median(cell.unrest for cell in bench.of(*row).values())
+        return or_dash(found if isfinite(found) else None, ".2f")
+
     table = column_table(
-        [(scene, phase) for scene in bench.scenes() for phase in bench.phases if bench.of(scene, phase)],
+        [(scene, phase) for scene in bench.scenes() for phase in bench.phases],
         ("> density", lambda row: f"{row[0].density:g}"),
         ("> discs", lambda row: f"{row[0].bodies:,}"),
         ("| broad phase", lambda row: row[1]),
         ("> CPU ms", times),
-        ("> unrest", lambda row: f"{median(c.unrest for c in bench.of(*row).values()):.2f}"),
-        ("> bound\nevents", count("bound_events", ",.0f")),
+        ("> unrest", unrest),
+        ("> bound\nevents", count("structural_events", ",.0f")),
         ("> collisions", count("contacts_disc", ",.0f")),
         ("> wall\ncontacts", count("contacts_wall", ",.0f")),
-        ("> updates\n/ event", count("updated", ".2f", "events")),
-        ("> asked\n/ contact", count("asked", ".3g", "contacts")),
-        ("> exact\n/ contact", count("computed", ".2f", "contacts")),
-        ("> bound\n/ contact", count("bound_events", ".3g", "contacts")),
+        ("> updates\n/ event", count("certificates_updated", ".2f", "events")),
+        ("> asked\n/ contact", count("partners_asked", ".3g", "contacts")),
+        ("> exact\n/ contact", count("contacts_computed", ".2f", "contacts")),
+        ("> bound\n/ contact", count("structural_events", ".3g", "contacts")),
         ("> queue", lambda row: f"{bench.mean(row[0], row[1], 'queue_max'):,.0f}"),
-        ("> pairs", lambda row: f"{bench.mean(row[0], row[1], 'pairs_mean'):,.1f}"),
+        ("> pairs", lambda row: f"{bench.mean(row[0], row[1], 'candidate_pairs'):,.1f}"),
         shared=2,
     )
     answers = empty_table("| ", "| verdict", "statement, and the numbers that decide it")
@@ -103,7 +108,7 @@ def _thesis(bench: ThesisBench, verdicts: Sequence[Statement], files: Sequence[A
         "For one unit of simulated time: CPU milliseconds (median over seeds, and the extremes) and counts",
         *(table, answers),
         f"{where['processor']}; seeds 1 to {where['seeds']}, {where['until']:g} units of time, "
-        f"{where['repeats']} rounds of about {where['seconds']:g} CPU s; unrest: slowest over fastest round",
+        f"{_times(where, 'round')} of about {where['seconds']:g} CPU s; unrest: slowest over fastest round",
         *([] if bench.identical else [_DIFFERENT]),
         *(f"written: {path}" for path in files),
     ]
@@ -137,7 +142,7 @@ def _scene(bench: SceneBench) -> list[Any]:
     return [
         table,
         *(f"{row.phase}: {row.ended_by}" for row in bench.rows if row.ended_by),
-        f"{where['processor']}; medians of {where['repeats']} runs each, compiling and set-up apart",
+        f"{where['processor']}; medians of {_times(where, 'run')} each, compiling and set-up apart",
         _agreement(bench.identical, bench.rows),
     ]
 
@@ -156,8 +161,8 @@ def _choice(chosen: Chosen) -> list[Any]:
     return [
         table,
         *(f"{row.phase}: {row.ended_by}" for row in chosen.candidates if row.ended_by),
-        f"{where['processor']}; the first {where['max_contacts']:,} contacts, medians of {where['repeats']} "
-        "runs each, compiling and set-up apart",
+        f"{where['processor']}; the first {where['max_contacts']:,} contacts, medians of "
+        f"{_times(where, 'run')} each, compiling and set-up apart",
         "the same contacts under all phases that ran" if chosen.identical else _DIFFERENT,
         f"take {chosen.phase}: {chosen.reason}" if chosen.phase else chosen.reason,
     ]
@@ -190,7 +195,7 @@ def study_parts(found: Mapping[str, Any]) -> list[Any]:
     """Returns a quantity of a study for each scene and phase: mean, standard error, ratio to the first."""
     table = column_table(
         found["groups"],
-        *((f"> {name}", lambda row, name=name: _number(row["scene"][name])) for name in found["parameters"]),
+        *((f"> {each}", lambda row, each=each: _number(row["scene"].get(each))) for each in found["varied"]),
         ("| phase", lambda row: row["phase"]),
         ("> rows", lambda row: f"{row['rows']:,}" + (f" ({row['odd']})" if row["odd"] else "")),
         ("> contacts", lambda row: _number(row["contacts"])),
@@ -198,7 +203,7 @@ def study_parts(found: Mapping[str, Any]) -> list[Any]:
         ("> ±", lambda row: _number(row["error"])),
         ("> ratio", lambda row: _number(row["ratio"])),
         ("> ±", lambda row: _number(row["ratio_error"])),
-        shared=len(found["parameters"]),
+        shared=len(found["varied"]),
     )
     head = f"{found['y']}: mean over seeds, ratio to {found['base']} paired by seed, standard errors"
     return [head, table] if found["groups"] else []
@@ -212,6 +217,12 @@ def _number(value: Any) -> str:
     if isinstance(value, int) or 1000.0 <= abs(value) < 1e9:
         return f"{value:,.0f}"
     return f"{value:.4g}"
+
+
+def _times(conditions: Mapping[str, Any], what: str) -> str:
+    """Returns how many repeats there were, by the name that a benchmark has for them."""
+    repeats = conditions["repeats"]
+    return f"{repeats} {what}" if repeats == 1 else f"{repeats} {what}s"
 
 
 def or_dash(value: float | None, form: str, unit: float = 1) -> str:

@@ -95,7 +95,7 @@ class Study:
             workers: how many processes (None: one a processor), or how many tasks the executor is given at
                 one time (None: all).
             again: statuses ("failed", "lost", ...) whose rows are forgotten and whose tasks run again.
-            progress: called as rows arrive, and now and then; what it raises ends the run, and all rows that
+            progress: called after each row, and now and then; what it raises ends the run, and all rows that
                 have come are in the file.
             disagreed: called at once with two rows that should have one list of contacts and have two.
 
@@ -110,7 +110,7 @@ class Study:
             if status not in STATUSES:
                 raise BadOption(f"again is {status!r}; expected {one_of(status, STATUSES)}")
         file = RowFile(self.results)
-        file.check()
+        # This writes in any case: a file that cannot be written is reported before a task runs in vain.
         file.forget([row["key"] for row in self.rows() if row["status"] in again])
         there = {row["key"]: row for row in file.read() if row["key"] in self.tasks}
         agreement, failed, done = Agreement(there.values()), sum(map(_failed, there.values())), len(there)
@@ -123,7 +123,7 @@ class Study:
                     disagreement = agreement.add(row)
                     if disagreement is not None and disagreed is not None:
                         disagreed(disagreement)
-                elif progress is not None:
+                if progress is not None:
                     progress(StudyProgress(done, len(self.tasks), failed))
         return self.status()._replace(ran=done - len(there))
 
@@ -147,7 +147,11 @@ class Study:
         A row's status is "disagrees" where another one of the same scene has other contacts.
         """
         there = {row["key"]: row for row in RowFile(self.results).read()}
-        rows = [there[key] for key in self.tasks if key in there]
+        rows = [
+            there[key] | {"recipe": task.recipe, "phase": task.phase}  # both as the study has them today
+            for key, task in self.tasks.items()
+            if key in there
+        ]
         return list(map(Agreement(rows).judged, rows))
 
     def table(self, y: str | None = None) -> dict[str, Any]:

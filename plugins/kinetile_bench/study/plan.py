@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 from kinetile import registry
 from kinetile.errors import Mistake, SceneError, StudyError, UnknownName, one_of
 from kinetile.plugin.choices import read_phase
+from kinetile.plugin.specs import Kind
 from kinetile.run.compose import check_options
 from kinetile.run.observing import check_observable
 from kinetile.scene.by_name import (
@@ -36,19 +37,23 @@ MOST_TASKS = 200_000
 """All tasks of a study are in memory while it runs: some hundred megabytes."""
 
 
+Named = tuple[Kind, str]
+"""A kind of plugin, and a name of that kind."""
+
+
 class SceneSet(NamedTuple):
     """The scenes of one ``[[scenes]]`` table.
 
     Attributes:
         name: the recipe, or the file as the study names it.
-        recipe: the recipe; of a file, the one that it names, or None.
+        named: the recipe; of a file, all that it names beside a broad phase.
         combinations: all parameters of each scene, defaults among them; of a file, one without any.
         until, contacts: the end of each run.
         content: the text of the file; None for a recipe.
     """
 
     name: str
-    recipe: str | None
+    named: tuple[Named, ...]
     combinations: tuple[dict[str, Any], ...]
     until: float | None
     contacts: int | None
@@ -171,8 +176,8 @@ class _Reader:
         for key in ("phases", "scenes"):
             if key not in self.tables:
                 self.wrong(key, "nothing", STUDY_KEYS[key][0])
-        phases = self.texts("phases", "a broad phase", _check_phase)
-        observe = self.texts("observe", "an observable", check_observable)
+        phases = self.texts("phases", "broad phase", _check_phase)
+        observe = self.texts("observe", "observable", check_observable)
         tables = self.given.get("scenes", ())
         scenes = tuple(found for k, each in enumerate(tables) if (found := self.scenes(each, k)) is not None)
         if (
@@ -187,18 +192,20 @@ class _Reader:
             self.wrong("scenes", f"{size:,} tasks in all", f"at most {MOST_TASKS:,}")
         return StudyPlan(scenes, phases, repeats, observe, self.results(self.given.get("results")))
 
-    def texts(self, key: str, what: str, check: Callable[[str], Any]) -> tuple[str, ...]:
-        """Returns the texts of a key, each of which names something that this process has."""
-        found: list[str] = []
-        for k, text in enumerate(self.given.get(key, ())):
-            if text in found:
-                self.wrong(f"{key}[{k}]", f"{shown(text)}, which is there already", "each once")
+    def texts(self, key: str, kind: Kind, check: Callable[[str], None]) -> tuple[str, ...]:
+        """Returns the texts of a key, each of which has the name of a plugin of this kind, with options."""
+        texts = self.given.get(key, ())
+        found: list[tuple[str, dict[str, Any]]] = []
+        for k, text in enumerate(texts):
             try:
                 check(text)
+                name, options = read_phase(text)
+                found.append((registry().spec(kind, name).name, options))
+                if found[-1] in found[:-1]:
+                    self.wrong(f"{key}[{k}]", f"{shown(text)}, which is there already", "each once")
             except Exception as error:  # it may be a plugin's
-                self.wrong(f"{key}[{k}]", shown(text), f"{what}: {_reason(error)}")
-            found.append(text)
-        return tuple(found)
+                self.wrong(f"{key}[{k}]", shown(text), f"a registered {kind}: {_reason(error)}")
+        return tuple(texts)
 
     def results(self, name: str | None) -> Path | None:
         """Returns the file of the rows. A relative name that leaves the study's folder, by a link or without,
@@ -256,7 +263,7 @@ class _Reader:
         rows = (dict(zip(values, each, strict=True)) for each in product(*values.values()))
         complete = (complete_parameters(name, row) for row in rows)
         combinations = tuple({key: _cell(value) for key, value in each.items()} for each in complete)
-        return SceneSet(name, name, combinations, until, contacts)
+        return SceneSet(name, (("scene", name),), combinations, until, contacts)
 
     def values(self, recipe: str, key: str, given: Any, own: Parameter | None, where: str) -> list[Any]:
         """Returns the values of a parameter: each of a list, or the one that is given."""
@@ -294,7 +301,10 @@ class _Reader:
             self.mistakes += [each._replace(where=f"{place}: {each.where}") for each in error.mistakes]
             return None
         until, contacts = self.end(table, given, where, scene.settings.until)
-        return SceneSet(name, scene.origin.get("recipe"), ({},), until, contacts, text)
+        named: dict[Named, None] = {("response", each.name): None for _, each in scene.responses}
+        named |= {("narrow phase", each): None for each in scene.settings.narrow_phases or ()}
+        named |= {("scene", each): None for key, each in scene.origin.items() if key == "recipe"}
+        return SceneSet(name, tuple(named), ({},), until, contacts, text)
 
     def end(self, table: Any, given: Any, where: str, own: float | None) -> tuple[float | None, int | None]:
         """Returns until and contacts: the table's, the study's, or, without both, the scene's own."""

@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 from kinetile.errors import RecordError
 from kinetile_bench.study.task import DISAGREES, DONE
 
-APPLICATION = int.from_bytes(b"kine", "big")
-"""What the header of the file says of the program that wrote it, as SQLite provides for."""
+APPLICATION, FORMAT = int.from_bytes(b"kine", "big"), 1
+"""The program that wrote the file and its format, in the header where SQLite has places for both."""
 
 _PATIENCE = 60.0
 """Seconds to wait for another process that writes."""
@@ -43,13 +43,7 @@ class RowFile:
         if not self.path.exists() or (self.path.is_file() and self.path.stat().st_size == 0):
             return []
         with self._transaction("BEGIN") as file:
-            found = file.execute("SELECT content FROM rows ORDER BY rowid").fetchall()
-        return [json.loads(content) for (content,) in found]
-
-    def check(self) -> None:
-        """Raises RecordError unless rows can be written, before a task runs in vain."""
-        with self._transaction():
-            pass
+            return [json.loads(row) for (row,) in file.execute("SELECT content FROM rows ORDER BY rowid")]
 
     def put(self, row: Row) -> None:
         """Writes a row; one that is there already, from another process, stays."""
@@ -70,18 +64,24 @@ class RowFile:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             with closing(sqlite3.connect(address, uri=True, timeout=_PATIENCE, isolation_level=None)) as file:
                 file.execute(begin)
-                (application,) = file.execute("PRAGMA application_id").fetchone()
-                (tables,) = file.execute("SELECT count(*) FROM sqlite_schema").fetchone()
-                if tables == 0 and application == 0:
+                asked = ("PRAGMA application_id", "PRAGMA user_version", "SELECT count(*) FROM sqlite_schema")
+                application, version, tables = (file.execute(each).fetchone()[0] for each in asked)
+                if (application, version, tables) == (0, 0, 0):
                     file.execute(f"PRAGMA application_id = {APPLICATION}")
+                    file.execute(f"PRAGMA user_version = {FORMAT}")
                     file.execute("CREATE TABLE rows (key TEXT PRIMARY KEY, course TEXT, content TEXT)")
                 elif application != APPLICATION:
                     raise RecordError(f"{self.path} is the SQLite file of another program: {_EXPECTED}")
+                elif version != FORMAT:
+                    raise RecordError(
+                        f"{self.path} has rows in format {version}, and this version of kinetile reads and "
+                        f"writes format {FORMAT}: {_EXPECTED}"
+                    )
                 yield file
                 file.execute("COMMIT")
         except RecordError:
             raise
-        except (sqlite3.Error, OSError) as error:
+        except (sqlite3.Error, OSError, ValueError) as error:  # ValueError: a row is no JSON
             raise RecordError(f"{self.path} cannot be used: {error}; {_EXPECTED}") from error
 
 

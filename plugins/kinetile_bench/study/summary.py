@@ -24,18 +24,19 @@ def summary_of(plan: StudyPlan, rows: Sequence[Row], y: str | None) -> dict[str,
     numbers = {key for row in rows for key, value in row.items() if isinstance(value, int | float)}
     if rows and y not in numbers:
         raise BadOption(f"no column {y!r} of numbers: expected {one_of(y, sorted(numbers))}")
-    names = dict.fromkeys(name for row in rows for name in row["parameters"] if name != "seed")
-    scenes: dict[tuple[Any, ...], dict[str, list[Row]]] = {}
+    scenes: dict[str, tuple[dict[str, Any], dict[str, list[Row]]]] = {}
     for row in rows:
-        scene = row["recipe"], *(row["parameters"].get(name) for name in names)
-        scenes.setdefault(scene, {phase: [] for phase in plan.phases})[row["phase"]].append(row)
+        scene = {"recipe": row["recipe"], **row["parameters"]}
+        scene |= {"until": row["until"], "contacts_asked": row["contacts_asked"]}
+        scene.pop("seed", None)
+        _, of_phases = scenes.setdefault(repr(scene), (scene, {phase: [] for phase in plan.phases}))
+        of_phases[row["phase"]].append(row)
     groups = [
-        {"scene": dict(zip(("recipe", *names), scene, strict=True)), **group}
-        for scene, of_phases in scenes.items()
-        for group in _groups(of_phases, y)
+        {"scene": scene, **group} for scene, of_phases in scenes.values() for group in _groups(of_phases, y)
     ]
-    varied = [name for name in ("recipe", *names) if len({each["scene"][name] for each in groups}) > 1]
-    return {"y": y, "base": plan.phases[0], "parameters": varied, "groups": groups}
+    names = dict.fromkeys(name for scene, _ in scenes.values() for name in scene)
+    varied = [name for name in names if len({repr(scene.get(name)) for scene, _ in scenes.values()}) > 1]
+    return {"y": y, "base": plan.phases[0], "varied": varied, "groups": groups}
 
 
 def _groups(of_phases: dict[str, list[Row]], y: str) -> Iterator[dict[str, Any]]:

@@ -1,7 +1,7 @@
 """Tasks: one run each, with a key that is a hash of all that determines the result.
 
 Two tasks have one *course* where they must have one list of contacts: the same scene to the same end, by the
-same specification, whatever the phase.
+same code, whatever the broad phase and the observables.
 
 A result depends on the versions of kinetile and of the plugins too. A package under development keeps its
 version while its code changes, so plugins go by their version and by a digest of their sources: no row of
@@ -15,11 +15,11 @@ import inspect
 import json
 import platform
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
-from importlib.machinery import PathFinder
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from kinetile import ANSWER, Scene, Simulation, __version__, make_scene, registry
 from kinetile.errors import KinetileError, Refused, UnknownName, printable
@@ -29,14 +29,14 @@ from kinetile.plugin.specs import Kind
 from kinetile.run.observing import Observed
 from kinetile.scene.by_name import loads_scene
 from kinetile_accuracy.environment import environment
-from kinetile_bench.study.plan import StudyPlan
+from kinetile_bench.study.plan import Named, StudyPlan
 
 DONE, REFUSED, FAILED, LOST, DISAGREES = "done", "refused", "failed", "lost", "disagrees"
 STATUSES = (DONE, REFUSED, FAILED, LOST, DISAGREES)
 """The ends of a task, as its row has them. ``LOST``: its worker died."""
 
-Source = tuple[Kind, str, str]
-"""A phase, recipe or observable: its kind, its name, and the package and version that it comes from."""
+Source = tuple[Kind | Literal["framework"], str, str]
+"""What a result depends on: its kind, its name, and the package and version that it comes from."""
 
 
 class StudyStopped(KinetileError, RuntimeError):
@@ -54,7 +54,7 @@ class Task(NamedTuple):
         until, contacts: the end of the run.
         observe: the observables of the run.
         repeat: which of several equal runs this is, from 1.
-        sources: where the phase, the recipe and the observables come from; a worker must have the same.
+        sources: where kinetile and all plugins that the run names come from; a worker must have the same.
     """
 
     key: str
@@ -79,24 +79,20 @@ class Task(NamedTuple):
 def tasks_of(plan: StudyPlan) -> Iterator[Task]:
     """Yields the tasks of a study, scene by scene. On a scene the phases take turns, once for each repeat,
     forwards and backwards: so a machine that slows down slows all of them."""
-    observed = tuple(_source("observable", read_phase(each)[0]) for each in plan.observe)
+    observed = _sources(("observable", read_phase(each)[0]) for each in plan.observe)
+    phases = [(each, _sources([("broad phase", read_phase(each)[0])])) for each in plan.phases]
     for scenes in plan.scenes:
-        sources = observed
-        if scenes.recipe is not None:
-            sources += (_source("scene", scenes.recipe),)
-        turn = [(each, (*sources, _source("broad phase", read_phase(each)[0]))) for each in plan.phases]
+        end = scenes.until, scenes.contacts
+        sources = (("framework", "kinetile", _source("framework", "kinetile")), *_sources(scenes.named))
         for parameters in scenes.combinations:
             # The name of a scene file is in no key: what determines the result is its content.
-            scene = [scenes.content or scenes.recipe, parameters, sources[len(observed) :]]
-            course = _digest([scene, scenes.until, scenes.contacts, __version__, ANSWER])
+            course = _digest([scenes.content, parameters, sources, end])
             for repeat in range(1, plan.repeats + 1):
-                for phase, of_phase in turn if repeat % 2 else reversed(turn):
-                    key = _digest([course, read_phase(phase)[1], plan.observe, repeat, of_phase])
-                    end = scenes.until, scenes.contacts
-                    yield Task(
-                        *(key, course, scenes.name, parameters, scenes.content, phase, *end),
-                        *(plan.observe, repeat, of_phase),
-                    )
+                for phase, source in phases if repeat % 2 else reversed(phases):
+                    every = (*sources, *observed, *source)
+                    key = _digest([course, read_phase(phase)[1], plan.observe, repeat, every])
+                    scene = scenes.name, parameters, scenes.content
+                    yield Task(key, course, *scene, phase, *end, plan.observe, repeat, every)
 
 
 def run_task(task: Task) -> dict[str, Any]:
@@ -106,7 +102,7 @@ def run_task(task: Task) -> dict[str, Any]:
     Raises StudyStopped where this process has other versions than the one that runs the study.
     """
     for kind, name, source in task.sources:
-        if (here := _source(kind, name)[2]) != source:
+        if (here := _source(kind, name)) != source:
             raise StudyStopped(
                 f"the process on {platform.node()} has another {kind} {name} ({here}) than the study "
                 f"({source}). Rows of different code would be mixed up: install the same there"
@@ -160,17 +156,22 @@ def _environment() -> dict[str, Any]:
     return environment() | {"host": platform.node()}
 
 
-def _source(kind: Kind, name: str) -> Source:
-    """Returns where something comes from: its package with its version, and if it is foreign a digest."""
+def _sources(named: Iterable[Named]) -> tuple[Source, ...]:
+    """Returns where plugins come from: their packages with their versions, foreign ones with a digest."""
+    return tuple((kind, name, _source(kind, name)) for kind, name in named)
+
+
+def _source(kind: Kind | Literal["framework"], name: str) -> str:
+    if kind == "framework":
+        return f"{__version__}, answer {ANSWER}"
     try:
         provided = registry().provided(kind, name)
     except UnknownName:
-        return kind, name, "not there"
-    if provided.distribution == "kinetile":
-        return kind, provided.spec.name, f"kinetile {provided.version}, answer {ANSWER}"
+        return "not there"
     package = provided.distribution or "added in this process"
     version = provided.version or "of unknown version"
-    return kind, provided.spec.name, f"{package} {version}, sources {_digest_of(provided.spec.target)}"
+    sources = "" if package == "kinetile" else f", sources {_digest_of(provided.spec.target)}"
+    return f"{package} {version}{sources}"
 
 
 def _digest_of(target: Any) -> str:
@@ -186,7 +187,10 @@ def _digest_of(target: Any) -> str:
 
 @cache
 def _package_digest(package: str) -> str:
-    spec = PathFinder.find_spec(package)
+    try:
+        spec = find_spec(package)
+    except ValueError:  # of __main__, for one
+        spec = None
     if spec is None:
         return "unknown"
     files = [Path(spec.origin)] if spec.origin and not spec.submodule_search_locations else []

@@ -8,9 +8,10 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
+from queue import Empty, SimpleQueue
 from typing import Any
 
 from kinetile.errors import KinetileError
@@ -28,7 +29,7 @@ def rows_of(tasks: Iterable[Task], executor: Executor | None, workers: int | Non
     if executor is not None:
         broken, _ = yield from _through(executor, tasks, workers)
         if broken:
-            raise StudyStopped("the executor has broken; the study goes on with another one")
+            raise StudyStopped("the executor has broken or was shut down; the study goes on with another one")
         return
     left, count = list(tasks), workers or _processors()
     while left:
@@ -42,35 +43,44 @@ def rows_of(tasks: Iterable[Task], executor: Executor | None, workers: int | Non
 
 
 def _through(
-    executor: Executor, tasks: Iterable[Task], window: int | None
+    executor: Executor, tasks: Iterable[Task], most: int | None
 ) -> Generator[Row | None, None, tuple[list[Task], list[Task]]]:
-    """Runs tasks, ``window`` at a time, so that a kill loses no more than those. Returns, if the executor has
-    broken, the tasks that it had then, and those that it never had."""
+    """Runs tasks, at most so many at one time. Returns, if the executor has broken, the tasks that it had
+    then, and those that it never had."""
     waiting, broken = deque(tasks), list[Task]()
     under_way: dict[Future[Row], Task] = {}
+    finished = SimpleQueue[Future[Row]]()
     try:
         while under_way or (waiting and not broken):
-            while waiting and not broken and (window is None or len(under_way) < window):
+            submits = waiting and not broken and (most is None or len(under_way) < most)
+            if submits:
                 task = waiting.popleft()
                 try:
-                    under_way[executor.submit(run_task, task)] = task
-                except BrokenExecutor:
+                    future = executor.submit(run_task, task)
+                except RuntimeError:  # it is broken or was shut down
                     broken.append(task)
-            done, _ = wait(under_way, timeout=0.5, return_when=FIRST_COMPLETED)
-            for future in done:
-                task = under_way.pop(future)
-                try:
-                    yield future.result()
-                except BrokenExecutor:
-                    broken.append(task)
-                except KinetileError:
-                    raise
-                except Exception as error:
-                    said = f"{type(error).__name__}: {error}"
-                    if type(error).__name__ != "KilledWorker":  # Dask's, which has tried it several times
-                        raise StudyStopped(f"a task cannot run on its worker: {said}") from error
-                    yield _lost(task, said)
-            yield None
+                else:
+                    under_way[future] = task
+                    future.add_done_callback(finished.put)
+            try:  # rows that came while others were submitted are not kept waiting
+                future = finished.get(timeout=0.0 if submits else 0.5)
+            except Empty:
+                yield None
+                continue
+            task = under_way.pop(future)
+            try:
+                row = future.result()
+            except (BrokenExecutor, CancelledError):
+                broken.append(task)
+                continue
+            except KinetileError:
+                raise
+            except Exception as error:
+                reason = f"{type(error).__name__}: {error}"
+                if type(error).__name__ != "KilledWorker":  # Dask's, which has tried it several times
+                    raise StudyStopped(f"a task cannot run on its worker: {reason}") from error
+                row = _lost(task, reason)
+            yield row
         return broken, list(waiting)
     finally:
         for future in under_way:

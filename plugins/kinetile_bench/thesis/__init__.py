@@ -18,8 +18,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from kinetile import Simulation, make_scene
 from kinetile.plugin.choices import write_phase
 from kinetile_accuracy.environment import environment
@@ -35,13 +33,21 @@ MOMENTS = 17
 MOST_RUNS = 40
 """Runs of one phase in one round, at most."""
 
+COUNTED = (
+    *("events", "structural_events", "contacts_disc", "contacts_wall"),
+    *("certificates_updated", "partners_asked", "contacts_computed"),
+)
+"""Readings of a run that are counts, the same on every machine; structural events are bound events."""
+
 
 @dataclass(frozen=True)
 class Cell:
     """One broad phase on one scene, up to the time ``until``.
 
     ``cpu_seconds`` is the median of the runs of each round. In a round all phases run one after the other, so
-    that other load of the machine falls on all of them. ``counts`` are those of ``_counts``.
+    that other load of the machine falls on all of them. ``counts`` are ``COUNTED``, without the static
+    construction; ``contacts``, the most bodies in the queue, ``candidate_pairs`` (the mean of some moments of
+    the run), and the ``fingerprint``.
     """
 
     density: float
@@ -69,8 +75,8 @@ class Cell:
 
     @property
     def unrest(self) -> float:
-        """How many times as long the slowest round took as the fastest: a measure of other load, which one
-        round does not give."""
+        """How many times as long the slowest round took as the fastest: a measure of other load, which is not
+        known of one round, and infinite then."""
         return max(self.cpu_seconds) / min(self.cpu_seconds) if len(self.cpu_seconds) > 1 else math.inf
 
 
@@ -172,31 +178,16 @@ def _time(scene: Any, choice: NamedPhase, until: float, seconds: float) -> float
 
 
 def _counts(scene: Any, choice: NamedPhase, until: float, start: Callable[[Any], Any]) -> dict[str, Any]:
-    """Runs to the end; returns counts without those of the static construction.
-
-    They are events, bound events (failures of the broad phase's own certificates) and contacts, with a disc
-    or a wall; certificates that the phase set anew, candidate checks, exact solves; the most bodies in the
-    queue; candidate pairs, at moments of the run: their mean and the most of one body; the fingerprint.
-    """
+    """Runs to the end; returns the counts of a cell."""
     simulation = prepared(scene, choice, start)
     simulation.build()
-    built = simulation.readings
-    pairs = [simulation.candidate_pairs()]
+    built = simulation.readings.as_dict()
+    pairs = [len(simulation.candidate_pairs())]
     for moment in range(1, MOMENTS):
         simulation.run(scene.start + (until - scene.start) * moment / (MOMENTS - 1))
-        pairs.append(simulation.candidate_pairs())
-    found = simulation.readings
-    return {
-        "events": found.events,
-        "bound_events": found.structural_events,
-        "contacts_disc": found.contacts_disc,
-        "contacts_wall": found.contacts_wall,
-        "contacts": found.contacts_disc + found.contacts_wall,
-        "updated": found.certificates_updated - built.certificates_updated,
-        "asked": found.partners_asked - built.partners_asked,
-        "computed": found.contacts_computed - built.contacts_computed,
-        "queue_max": found.queue_max,
-        "pairs_mean": statistics.fmean(map(len, pairs)),
-        "pairs_of_one_body": max(int(np.bincount(each.ravel(), minlength=1).max()) for each in pairs),
-        "fingerprint": found.fingerprint,
-    }
+        pairs.append(len(simulation.candidate_pairs()))
+    found = simulation.readings.as_dict()
+    counts = {name: found[name] - built[name] for name in COUNTED}
+    counts["contacts"] = counts["contacts_disc"] + counts["contacts_wall"]
+    counts["candidate_pairs"] = statistics.fmean(pairs)
+    return counts | {name: found[name] for name in ("queue_max", "fingerprint")}

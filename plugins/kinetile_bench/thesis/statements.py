@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -21,6 +22,9 @@ from kinetile_bench.thesis import ThesisBench, ThesisScene
 NAIVE, SAP, SAP2, TILING = "naive", "sap-1d", "sap-2d", "sweep-tiling"
 THREE = (NAIVE, SAP, TILING)
 """The phases of the thesis's figures."""
+
+BOUND = "structural_events"
+"""The thesis's bound events, as readings call them."""
 
 HOLDS, FAILS, NOT_KNOWN, NOT_MEASURED = "holds", "does not hold", "not known", "not measured"
 
@@ -32,7 +36,8 @@ MANY, NEGLIGIBLE, LEVEL = 3.0, 0.1, 0.01
 negligible."""
 
 
-class Part(NamedTuple):
+@dataclass(frozen=True)
+class Part:
     """A part of a statement: what it says, whether that holds, and the numbers that decide it."""
 
     text: str
@@ -40,10 +45,8 @@ class Part(NamedTuple):
     numbers: str
 
 
-_UNMEASURED = Part("", NOT_MEASURED, "one entry a body under every method")
-
-
-class Statement(NamedTuple):
+@dataclass(frozen=True)
+class Statement:
     """A statement of the thesis, and its parts that the run has measured."""
 
     name: str
@@ -89,21 +92,18 @@ def ratio(bench: ThesisBench, scene: ThesisScene, one: str, other: str, per: str
     return Ratio(logs, max(unrest))
 
 
-def growth(bench: ThesisBench, scenes: Sequence[ThesisScene], one: str, other: str) -> Ratio:
-    """Returns the ratio of two phases' times with the most discs over that with the fewest, of fitted lines:
-    the difference of their exponents, as a ratio."""
-    found = [ratio(bench, scene, one, other) for scene in scenes]
-    sizes = [math.log(scene.bodies) for scene in scenes]
-    logs = {}
-    for key in set.intersection(*(set(each.logs) for each in found)):
-        line = statistics.linear_regression(sizes, [each.logs[key] for each in found])
-        logs[key] = line.slope * (sizes[-1] - sizes[0])
-    return Ratio(logs, max(each.unrest for each in found))
+def growths(bench: ThesisBench, one: str, other: str) -> dict[float, Ratio]:
+    """Returns the ratio of two phases' times with the most discs over that with the fewest, by density."""
+    groups = {density: found for density, found in bench.by_density(one, other).items() if len(found) > 1}
+    return {
+        density: ratio(bench, most, one, other).over(ratio(bench, fewest, one, other))
+        for density, (fewest, *_, most) in groups.items()
+    }
 
 
 def _all(answers: Iterable[str]) -> str:
-    given = list(answers)
-    return next((each for each in (FAILS, NOT_KNOWN, NOT_MEASURED) if each in given), HOLDS)
+    """Returns the answer to several that all have to hold."""
+    return max(answers, key=(HOLDS, NOT_MEASURED, NOT_KNOWN, FAILS).index)
 
 
 def _below(text: str, found: Mapping[Any, Ratio]) -> Iterator[Part]:
@@ -141,29 +141,22 @@ def faster(
 
 def grows_less(one: str, other: str) -> Check:
     """One phase's time grows less with the number of discs than another's, at each density."""
-
-    def check(bench: ThesisBench) -> Iterator[Part]:
-        groups = {d: scenes for d, scenes in bench.by_density(one, other).items() if len(scenes) > 1}
-        found = {density: growth(bench, scenes, one, other) for density, scenes in groups.items()}
-        yield from _below(f"time grows less under {one} than under {other}", found)
-
-    return check
+    text = f"time grows less under {one} than under {other}"
+    return lambda bench: _below(text, growths(bench, one, other))
 
 
 def lead_shrinks(bench: ThesisBench) -> Iterator[Part]:
     """Sweep-tiling's lead shrinks with the density, and the slopes are the same where that is least."""
-    groups = {d: scenes for d, scenes in bench.by_density(SAP, TILING).items() if len(scenes) > 1}
-    slopes = [growth(bench, scenes, SAP, TILING) for scenes in groups.values()]
-    heights = [ratio(bench, scenes[-1], SAP, TILING) for scenes in groups.values()]
+    groups, slopes = bench.by_density(SAP, TILING), growths(bench, SAP, TILING)
+    heights = {density: ratio(bench, groups[density][-1], SAP, TILING) for density in slopes}
     for what, found in (("slope", slopes), ("height", heights)):
-        steps = [later.over(earlier) for earlier, later in pairwise(found)]
-        text = f"the lead in {what} is less than at the density before"
-        yield from _below(text, dict(zip([*groups][1:], steps, strict=False)))
-    if 0.01 in groups:
+        steps = {density: found[density].over(found[before]) for before, density in pairwise(found)}
+        yield from _below(f"the lead in {what} is less than at the density before", steps)
+    if 0.01 in slopes:
         most = NEGLIGIBLE * math.log(groups[0.01][-1].bodies / groups[0.01][0].bodies)
-        beyond = {key: abs(log) - most for key, log in slopes[-1].logs.items()}
+        beyond = {key: abs(log) - most for key, log in slopes[0.01].logs.items()}
         text = f"the exponents differ by less than {NEGLIGIBLE:g}"
-        yield from _below(text, {0.01: slopes[-1]._replace(logs=beyond)})
+        yield from _below(text, {0.01: slopes[0.01]._replace(logs=beyond)})
 
 
 def fewest_events_slowest(bench: ThesisBench) -> Iterator[Part]:
@@ -175,15 +168,14 @@ def fewest_events_slowest(bench: ThesisBench) -> Iterator[Part]:
         yield _counted("naive has the fewest events", fewest, len(scenes), len(scenes))
         answers = [_all(ratio(bench, s, phase, NAIVE).below for phase in (SAP, TILING)) for s in scenes]
         slowest, half = answers.count(HOLDS), len(scenes) / 2
-        part = _counted("it takes the most time in more than half", slowest, len(scenes), int(half) + 1)
-        open_still = part.answer == FAILS and answers.count(FAILS) < half
-        yield part._replace(answer=NOT_KNOWN) if open_still else part
+        answer = HOLDS if slowest > half else FAILS if answers.count(FAILS) >= half else NOT_KNOWN
+        yield Part("it takes the most time in more than half", answer, f"in {slowest} of {len(scenes)} cases")
 
 
 def bound_events_prevail(bench: ThesisBench) -> Iterator[Part]:
     """Bound events outnumber the others, often many times over."""
     cases = [(scene, phase) for scene in bench.scenes(SAP, TILING) for phase in (SAP, TILING)]
-    found = [bench.mean(*each, "bound_events") / max(bench.mean(*each, "contacts"), 1.0) for each in cases]
+    found = [bench.mean(*each, BOUND) / max(bench.mean(*each, "contacts"), 1.0) for each in cases]
     if found:
         more, many = (sum(each >= least for each in found) for least in (1.0, MANY))
         yield _counted("more bound events than others", more, len(found), len(found))
@@ -193,7 +185,7 @@ def bound_events_prevail(bench: ThesisBench) -> Iterator[Part]:
 def largest_difference(bench: ThesisBench) -> Iterator[Part]:
     """The two differ most in bound events in the scene that the thesis names."""
     ratios = {
-        scene: bench.mean(scene, SAP, "bound_events") / max(bench.mean(scene, TILING, "bound_events"), 1.0)
+        scene: bench.mean(scene, SAP, BOUND) / max(bench.mean(scene, TILING, BOUND), 1.0)
         for scene in bench.scenes(SAP, TILING)
     }
     if len(ratios) > 1 and (0.5, 400) in ratios:
@@ -224,10 +216,7 @@ STATEMENTS: Mapping[str, tuple[str, Sequence[Check]]] = {
             *(faster(*pair, (0.125,), (100, 400)) for pair in ((TILING, SAP), (SAP, NAIVE))),
         ],
     ),
-    "B3": (
-        "At density .01 naive is fastest.",
-        [faster(NAIVE, other, (0.01,)) for other in (SAP, TILING)],
-    ),
+    "B3": ("At density .01 naive is fastest.", [faster(NAIVE, other, (0.01,)) for other in (SAP, TILING)]),
     "B4": (
         "Time grows fastest with n under naive, then sweep-and-prune, then sweep-tiling, at every density.",
         [grows_less(SAP, NAIVE), grows_less(TILING, SAP)],
@@ -237,10 +226,7 @@ STATEMENTS: Mapping[str, tuple[str, Sequence[Check]]] = {
         "the slopes are almost the same, and sweep-tiling is a constant factor faster.",
         [lead_shrinks, faster(TILING, SAP, (0.01,))],
     ),
-    "B6": (
-        "Naive has the fewest events and yet takes the most time in most cases.",
-        [fewest_events_slowest],
-    ),
+    "B6": ("Naive has the fewest events and yet takes the most time in most cases.", [fewest_events_slowest]),
     "B7": (
         "Under sweep-and-prune and sweep-tiling bound events outnumber the others, often many times over.",
         [bound_events_prevail],
@@ -254,7 +240,7 @@ STATEMENTS: Mapping[str, tuple[str, Sequence[Check]]] = {
         [
             *(faster(one, NAIVE, per="events") for one in (SAP, TILING)),
             faster(SAP, TILING, per="events"),
-            lambda _: [_UNMEASURED._replace(text="naive's queue is longest")],
+            lambda _: [Part("naive's queue is longest", NOT_MEASURED, "one entry a body under all")],
         ],
     ),
 }
@@ -265,6 +251,6 @@ def statements(bench: ThesisBench) -> list[Statement]:
     found = []
     for name, (text, checks) in STATEMENTS.items():
         parts = [tuple(check(bench)) for check in checks]
-        verdict = _all(each.answer for part in parts for each in part or [_UNMEASURED])
-        found.append(Statement(name, text, verdict, tuple(each for part in parts for each in part)))
+        answers = [_all(each.answer for each in part) if part else NOT_MEASURED for part in parts]
+        found.append(Statement(name, text, _all(answers), sum(parts, ())))
     return found

@@ -130,7 +130,10 @@ def test_all_mistakes_are_told_at_once_with_where_they_stand():
         ({"seeds": [1, 1]}, "seeds: found [1, 1]; expected how many seeds from 1 on, or a list"),
         ({"seeds": 1, "scenes": [{"recipe": "cradle"}]}, "seeds: found seeds; expected a recipe with a"),
         ({"seeds": 1, "scenes": [{"recipe": "grid", "parameters": {"seed": 1}}]}, "a seed beside seeds"),
-        ({"observe": ["presure"]}, "observe[0]: found 'presure'; expected an observable: no observable is"),
+        (
+            {"observe": ["presure"]},
+            "observe[0]: found 'presure'; expected a registered observable: no observable is",
+        ),
         ({"observe": ["msd", "msd"]}, "observe[1]: found 'msd', which is there already; expected each once"),
         ({"scenes": []}, "scenes: found []; expected [[scenes]] tables"),
         ({"repeats": 100_001}, "scenes: found 200,002 tasks in all; expected at most 200,000"),

@@ -120,9 +120,10 @@ def test_an_error_in_a_run_is_a_row_and_a_refusal_is_another(tmp_path, monkeypat
 def test_a_worker_of_other_versions_stops_the_study(tmp_path, monkeypatch):
     study = Study(TABLES, tmp_path / "rows.sqlite")
     task = next(iter(study.tasks.values()))
-    others = [(kind, name, source.replace("kinetile ", "kinetile 9.")) for kind, name, source in task.sources]
-    with pytest.raises(StudyStopped, match=r"another scene grid \(kinetile \S+, answer \d\) than the study"):
-        run_task(task._replace(sources=tuple(others)))
+    *before, (kind, name, source) = task.sources
+    other = (*before, (kind, name, source.replace("kinetile ", "kinetile 9.")))
+    with pytest.raises(StudyStopped, match=r"another broad phase naive \(kinetile \S+\) than the study"):
+        run_task(task._replace(sources=other))
     monkeypatch.setattr(tasks, "ANSWER", 99)  # as of a newer kinetile, in the process that runs the tasks
     with pytest.raises(StudyStopped, match="install the same there"):
         studies.run_here(study)
@@ -131,8 +132,9 @@ def test_a_worker_of_other_versions_stops_the_study(tmp_path, monkeypatch):
 
 def test_a_phase_of_this_process_goes_by_its_source(blind):
     tables = {**TABLES, "phases": ["naive", blind]}
-    (_, naive), (_, mine) = (task.sources for task in list(tasks_of(read_plan(tables)))[:2])
-    assert naive == ("broad phase", "naive", f"kinetile {kt.__version__}, answer {kt.ANSWER}")
+    (kinetile, _, naive), (*_, mine) = (task.sources for task in list(tasks_of(read_plan(tables)))[:2])
+    assert kinetile == ("framework", "kinetile", f"{kt.__version__}, answer {kt.ANSWER}")
+    assert naive == ("broad phase", "naive", f"kinetile {kt.__version__}")
     assert "added in this process" in mine[2]
     assert mine[2].rpartition(" ")[2] != "unknown"
 
@@ -259,7 +261,7 @@ def test_means_are_over_seeds_and_ratios_are_paired_by_seed():
         }
         rows.append(tasks.row_of(task, row))
     found = summary_of(plan, rows, "time")
-    assert (found["base"], found["parameters"]) == ("naive", ["bodies"])
+    assert (found["base"], found["varied"]) == ("naive", ["bodies"])
     naive, cells = found["groups"][:2]
     assert (naive["phase"], naive["rows"], naive["odd"], naive["ratio"]) == ("naive", 6, "2 failed", None)
     assert (naive["mean"], naive["error"]) == (13.5, 4.5)

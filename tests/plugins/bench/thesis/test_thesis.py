@@ -138,8 +138,8 @@ def test_the_counts_are_those_of_the_simulation(small):
         sim.run(0.5)
         found, counts = sim.readings, cell.counts
         assert cell.fingerprint == found.fingerprint
-        assert (counts["bound_events"], counts["events"]) == (found.structural_events, found.events)
-        assert counts["asked"] == found.partners_asked - built.partners_asked
+        assert (counts["structural_events"], counts["events"]) == (found.structural_events, found.events)
+        assert counts["partners_asked"] == found.partners_asked - built.partners_asked
         assert 0 < counts["queue_max"] == found.queue_max <= cell.bodies
 
 
@@ -147,8 +147,8 @@ def test_naive_sets_no_certificate_and_has_all_pairs(small):
     for n in (4, 9):
         for cell in small.of(ThesisScene(0.5, n), "naive").values():
             counts = cell.counts
-            assert counts["updated"] == counts["bound_events"] == 0
-            assert (counts["pairs_mean"], counts["pairs_of_one_body"]) == (n * (n - 1) / 2, n - 1)
+            assert counts["certificates_updated"] == counts["structural_events"] == 0
+            assert counts["candidate_pairs"] == n * (n - 1) / 2
 
 
 def test_the_phases_take_turns_in_every_round(monkeypatch):
