@@ -61,8 +61,8 @@ def run_here(study: Study, **how: Any) -> StudyStatus:
 def stop_after(rows: int) -> Any:
     """Return a ``progress`` that ends a run when there are so many rows."""
 
-    def progress(state: Any) -> None:
-        if state.done >= rows:
+    def progress(done: int, total: int) -> None:
+        if done >= rows:
             raise KeyboardInterrupt
 
     return progress

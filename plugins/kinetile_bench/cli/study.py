@@ -10,10 +10,10 @@ import typer
 from kinetile.cli.files import file_errors
 from kinetile.cli.options import Csv, Json
 from kinetile.cli.output import as_csv, as_json, printed
-from kinetile.cli.terminal import FAULT, Bar, FirstSignal, echo, exit_codes, notice
+from kinetile.cli.terminal import FAULT, Bar, echo, exit_codes, notice
 
 if TYPE_CHECKING:
-    from kinetile_bench.study import Study, StudyProgress, StudyStatus
+    from kinetile_bench.study import Study, StudyStatus
 
 StudyName = Annotated[str, typer.Argument(metavar="STUDY", help="A study's .toml file.")]
 Results = Annotated[
@@ -35,31 +35,21 @@ def run_study(
 ) -> None:
     """Do all tasks of a study that have no row yet; go on where it was stopped.
 
-    Exit code 1 where a row is not done, or disagrees with another.
+    Exit code 1 where a run failed or was lost, or has other contacts than another one of its scene.
     """
-    with exit_codes():
-        this, status, signals = _find_study(study, results), None, FirstSignal()
-        with signals, Bar("running") as bar:
+    with exit_codes(), Bar("running") as bar:
+        this = _find_study(study, results)
 
-            def progress(at: StudyProgress) -> None:
-                signals.check()
-                failed = f", {at.failed:,} failed" if at.failed else ""
-                bar.show(at.done / at.total, f"{at.done:,} of {at.total:,} tasks{failed}")
+        def disagreed(sentence: str) -> None:
+            notice(f"disagreement: {sentence}")
 
-            try:
-                status = this.run(
-                    workers=workers,
-                    again=again or (),
-                    progress=progress,
-                    disagreed=lambda found: notice(f"disagreement: {found}"),
-                )
-            except KeyboardInterrupt:
-                if signals.number is None:
-                    raise
-        if signals.number is not None:
-            notice(f"kinetile: interrupted; {this.status().open:,} tasks have no row yet")
-            raise typer.Exit(128 + signals.number)
-        assert status is not None
+        try:
+            status = this.run(workers=workers, again=again or (), progress=bar.count, disagreed=disagreed)
+        except KeyboardInterrupt:
+            bar.close()
+            notice(f"{this.status().open:,} tasks have no row yet")
+            raise
+        bar.close()
         if json:
             echo(as_json({**status._asdict(), "results": str(this.results), "well": status.well}))
         else:
@@ -80,7 +70,7 @@ def study_table(
 ) -> None:
     """Print how a study stands, and means over seeds with ratios paired by seed.
 
-    Exit code 1 where a row is not done, or disagrees with another.
+    Exit code 1 where a run failed or was lost, or has other contacts than another one of its scene.
     """
     with exit_codes():
         this = _find_study(study, results)

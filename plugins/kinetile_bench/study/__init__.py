@@ -12,18 +12,10 @@ from typing import Any, NamedTuple
 
 from kinetile.errors import BadOption, one_of
 from kinetile_bench.study.plan import read_plan, read_plan_file
-from kinetile_bench.study.rows import Agreement, Row, RowDisagreement, RowFile
+from kinetile_bench.study.rows import Agreement, RowFile
 from kinetile_bench.study.summary import summary_of
-from kinetile_bench.study.task import DONE, REFUSED, STATUSES, Task, tasks_of
+from kinetile_bench.study.task import DONE, REFUSED, STATUSES, Row, Task, tasks_of
 from kinetile_bench.study.workers import rows_of
-
-
-class StudyProgress(NamedTuple):
-    """Progress of a study: rows in its file, total tasks, rows of tasks that failed."""
-
-    done: int
-    total: int
-    failed: int
 
 
 class StudyStatus(NamedTuple):
@@ -69,12 +61,14 @@ class Study:
         source: str | os.PathLike[str] | Mapping[str, Any],
         results: str | os.PathLike[str] | None = None,
     ) -> None:
-        tables = isinstance(source, Mapping)
-        self.plan = read_plan(source) if isinstance(source, Mapping) else read_plan_file(source)
-        named = self.plan.results if results is None else Path(results)
-        if named is None and tables:
+        if isinstance(source, Mapping):
+            self.plan, usual = read_plan(source), None
+        else:
+            self.plan, usual = read_plan_file(source), Path(source).with_suffix(".sqlite")
+        found = self.plan.results or usual if results is None else Path(results)
+        if found is None:
             raise BadOption("a study that is given by its tables needs results: the name of a file")
-        self.results = Path(str(source)).with_suffix(".sqlite") if named is None else named
+        self.results = found
         self.tasks: Mapping[str, Task] = {task.key: task for task in tasks_of(self.plan)}
         """All tasks by their keys, in the order of the file."""
 
@@ -84,8 +78,8 @@ class Study:
         *,
         workers: int | None = None,
         again: Sequence[str] = (),
-        progress: Callable[[StudyProgress], None] | None = None,
-        disagreed: Callable[[RowDisagreement], None] | None = None,
+        progress: Callable[[int, int], None] | None = None,
+        disagreed: Callable[[str], None] | None = None,
     ) -> StudyStatus:
         """Runs all tasks that have no row yet; returns how the study stands then.
 
@@ -95,9 +89,9 @@ class Study:
             workers: how many processes (None: one a processor), or how many tasks the executor is given at
                 one time (None: all).
             again: statuses ("failed", "lost", ...) whose rows are forgotten and whose tasks run again.
-            progress: called after each row, and now and then; what it raises ends the run, and all rows that
-                have come are in the file.
-            disagreed: called at once with two rows that should have one list of contacts and have two.
+            progress: called after each row, and now and then, with the number of rows and that of tasks; what
+                it raises ends the run, and all rows that have come are in the file.
+            disagreed: called at once with a sentence where a row has other contacts than one of its scene.
 
         Raises:
             StudyStopped: the workers cannot go on, or have other versions; a later run can.
@@ -113,18 +107,18 @@ class Study:
         # This writes in any case: a file that cannot be written is reported before a task runs in vain.
         file.forget([row["key"] for row in self.rows() if row["status"] in again])
         there = {row["key"]: row for row in file.read() if row["key"] in self.tasks}
-        agreement, failed, done = Agreement(there.values()), sum(map(_failed, there.values())), len(there)
         todo = [task for key, task in self.tasks.items() if key not in there]
+        agreement, done = Agreement(there.values()), len(there)
         with closing(rows_of(todo, executor, workers)) as rows:
             for row in rows:
                 if row is not None:
                     file.put(row)
-                    done, failed = done + 1, failed + _failed(row)
-                    disagreement = agreement.add(row)
-                    if disagreement is not None and disagreed is not None:
-                        disagreed(disagreement)
+                    done += 1
+                    sentence = agreement.add(row)
+                    if sentence is not None and disagreed is not None:
+                        disagreed(sentence)
                 if progress is not None:
-                    progress(StudyProgress(done, len(self.tasks), failed))
+                    progress(done, len(self.tasks))
         return self.status()._replace(ran=done - len(there))
 
     def status(self) -> StudyStatus:
@@ -138,7 +132,7 @@ class Study:
             open=len(self.tasks) - len(rows),
             ran=0,
             others=len(every) - len(rows),
-            disagreements=tuple(map(str, agreement.disagreements)),
+            disagreements=tuple(agreement.disagreements),
         )
 
     def rows(self) -> list[Row]:
@@ -148,7 +142,7 @@ class Study:
         """
         there = {row["key"]: row for row in RowFile(self.results).read()}
         rows = [
-            there[key] | {"recipe": task.recipe, "phase": task.phase}  # both as the study has them today
+            there[key] | {"recipe": task.scene.name, "phase": task.phase}  # both as the study has them today
             for key, task in self.tasks.items()
             if key in there
         ]
@@ -158,7 +152,3 @@ class Study:
         """Returns, for each scene and phase, the mean of a column over seeds, and its ratio to that of the
         first phase; ``y`` is the column, by default CPU seconds. Raises BadOption for one without numbers."""
         return summary_of(self.plan, self.rows(), y)
-
-
-def _failed(row: Row) -> bool:
-    return row["status"] not in (DONE, REFUSED)

@@ -16,7 +16,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from kinetile import registry
+from kinetile import Scene, make_scene, registry
 from kinetile.errors import Mistake, SceneError, StudyError, UnknownName, one_of
 from kinetile.plugin.choices import read_phase
 from kinetile.plugin.specs import Kind
@@ -41,23 +41,29 @@ Named = tuple[Kind, str]
 """A kind of plugin, and a name of that kind."""
 
 
-class SceneSet(NamedTuple):
-    """The scenes of one ``[[scenes]]`` table.
+class StudyScene(NamedTuple):
+    """A scene of a study, and the end of its runs.
 
     Attributes:
         name: the recipe, or the file as the study names it.
+        parameters: all parameters of the recipe, defaults among them; of a file, none.
+        until, contacts: the end of each run: a time, a number of contacts, or whichever comes first.
         named: the recipe; of a file, all that it names beside a broad phase.
-        combinations: all parameters of each scene, defaults among them; of a file, one without any.
-        until, contacts: the end of each run.
         content: the text of the file; None for a recipe.
     """
 
     name: str
-    named: tuple[Named, ...]
-    combinations: tuple[dict[str, Any], ...]
+    parameters: Mapping[str, Any]
     until: float | None
     contacts: int | None
+    named: tuple[Named, ...]
     content: str | None = None
+
+    def make(self) -> Scene:
+        """Returns the scene: of the file's text, or as the recipe makes it."""
+        if self.content is None:
+            return make_scene(self.name, **self.parameters)
+        return loads_scene(self.content, self.name)
 
 
 class StudyPlan(NamedTuple):
@@ -66,7 +72,7 @@ class StudyPlan(NamedTuple):
     ``results`` is the file of the rows, where the study names one.
     """
 
-    scenes: tuple[SceneSet, ...]
+    scenes: tuple[StudyScene, ...]
     phases: tuple[str, ...]
     repeats: int
     observe: tuple[str, ...]
@@ -127,13 +133,19 @@ def read_plan_file(path: str | os.PathLike[str]) -> StudyPlan:
     """
     source = os.fspath(path)
     try:
-        tables = read_tables(read_bytes(path, None).decode("utf-8-sig"), source)
-    except UnicodeDecodeError as error:
-        mistake = Mistake(f"byte {error.start}", f"bytes that are not UTF-8 ({error.reason})", "UTF-8")
-        raise StudyError([mistake], source) from error
+        tables = read_tables(_read_text(path), source)
     except SceneError as error:  # what reads TOML for scenes
         raise StudyError(error.mistakes, source) from error
     return read_plan(tables, source)
+
+
+def _read_text(path: str | os.PathLike[str]) -> str:
+    """Returns the text of a file. Raises OSError, and SceneError where it is not in UTF-8, or too large."""
+    try:
+        return read_bytes(path, None).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        mistake = Mistake(f"byte {error.start}", f"bytes that are not UTF-8 ({error.reason})", "UTF-8")
+        raise SceneError([mistake]) from error
 
 
 def read_plan(tables: Mapping[str, Any], source: str | None = None) -> StudyPlan:
@@ -179,18 +191,16 @@ class _Reader:
         phases = self.texts("phases", "broad phase", _check_phase)
         observe = self.texts("observe", "observable", check_observable)
         tables = self.given.get("scenes", ())
-        scenes = tuple(found for k, each in enumerate(tables) if (found := self.scenes(each, k)) is not None)
-        if (
-            self.seeds is not None
-            and not self.mistakes
-            and not any("seed" in each.combinations[0] for each in scenes)
-        ):
+        scenes = [scene for k, each in enumerate(tables) for scene in self.scenes(each, k)]
+        seeded = any("seed" in scene.parameters for scene in scenes)
+        if self.seeds is not None and not self.mistakes and not seeded:
             self.wrong("seeds", "seeds", "a recipe with a parameter 'seed', or no seeds")
         repeats = self.given.get("repeats", 1)
-        size = sum(len(each.combinations) for each in scenes) * len(phases) * repeats
+        size = len(scenes) * len(phases) * repeats
         if size > MOST_TASKS:
             self.wrong("scenes", f"{size:,} tasks in all", f"at most {MOST_TASKS:,}")
-        return StudyPlan(scenes, phases, repeats, observe, self.results(self.given.get("results")))
+        results = self.results(self.given.get("results"))
+        return StudyPlan(tuple(scenes), phases, repeats, observe, results)
 
     def texts(self, key: str, kind: Kind, check: Callable[[str], None]) -> tuple[str, ...]:
         """Returns the texts of a key, each of which has the name of a plugin of this kind, with options."""
@@ -218,12 +228,12 @@ class _Reader:
             self.wrong("results", found, STUDY_KEYS["results"][0])
         return self.folder / name
 
-    def scenes(self, given: Any, k: int) -> SceneSet | None:
-        """Returns the scenes of one table, None where it has mistakes."""
+    def scenes(self, given: Any, k: int) -> list[StudyScene]:
+        """Returns the scenes of one table, none where it has mistakes."""
         where = f"scenes[{k}]"
         if not isinstance(given, Mapping):
             self.wrong(where, shown(given), "a table with a recipe, or with a file")
-            return None
+            return []
         table = self.usable(given, SCENE_KEYS, f"{where}.")
         if ("recipe" in given) == ("file" in given):
             found = "a recipe and a file" if "file" in given else "neither recipe nor file"
@@ -232,17 +242,17 @@ class _Reader:
             return self.recipe(table, given, where)
         elif "file" in table:
             return self.file(table, given, where)
-        return None
+        return []
 
-    def recipe(self, table: Any, given: Any, where: str) -> SceneSet | None:
+    def recipe(self, table: Any, given: Any, where: str) -> list[StudyScene]:
         """Returns the scenes of a recipe: one for each combination of the values of its parameters."""
         known, name = len(self.mistakes), table["recipe"]
-        until, contacts = self.end(table, given, where, None)
+        end = self.end(table, given, where, None)
         try:
             own = {each.name: each for each in recipe_parameters(name)}
         except UnknownName as error:
             self.wrong(f"{where}.recipe", shown(name), f"a recipe: {_reason(error)}")
-            return None
+            return []
         parameters = dict(table.get("parameters", {}))
         if self.seeds is not None and "seed" in own:
             if "seed" in parameters:
@@ -259,11 +269,11 @@ class _Reader:
         if size > MOST_TASKS:
             self.wrong(where, f"{size:,} scenes", f"at most {MOST_TASKS:,}")
         if len(self.mistakes) > known:
-            return None
-        rows = (dict(zip(values, each, strict=True)) for each in product(*values.values()))
+            return []
+        rows = (dict(zip(values, row, strict=True)) for row in product(*values.values()))
         complete = (complete_parameters(name, row) for row in rows)
-        combinations = tuple({key: _cell(value) for key, value in each.items()} for each in complete)
-        return SceneSet(name, (("scene", name),), combinations, until, contacts)
+        cells = ({key: _cell(value) for key, value in row.items()} for row in complete)
+        return [StudyScene(name, row, *end, (("scene", name),)) for row in cells]
 
     def values(self, recipe: str, key: str, given: Any, own: Parameter | None, where: str) -> list[Any]:
         """Returns the values of a parameter: each of a list, or the one that is given."""
@@ -285,26 +295,26 @@ class _Reader:
             ]
         return list(values)
 
-    def file(self, table: Any, given: Any, where: str) -> SceneSet | None:
+    def file(self, table: Any, given: Any, where: str) -> list[StudyScene]:
         """Returns the scene of a file, with its text: workers need not see the file."""
         name, place = table["file"], f"{where}.file"
         if "parameters" in given:
             self.wrong(f"{where}.parameters", "parameters of a file", "those of a recipe")
         try:
-            text = read_bytes(self.folder / name, None).decode("utf-8-sig")
+            text = _read_text(self.folder / name)
             scene = loads_scene(text, name)
-        except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8"
-            self.wrong(place, f"{shown(name)}, which cannot be read ({reason})", SCENE_KEYS["file"][0])
-            return None
+        except OSError as error:
+            found = f"{shown(name)}, which cannot be read ({error.strerror or error})"
+            self.wrong(place, found, SCENE_KEYS["file"][0])
+            return []
         except SceneError as error:
             self.mistakes += [each._replace(where=f"{place}: {each.where}") for each in error.mistakes]
-            return None
-        until, contacts = self.end(table, given, where, scene.settings.until)
-        named: dict[Named, None] = {("response", each.name): None for _, each in scene.responses}
-        named |= {("narrow phase", each): None for each in scene.settings.narrow_phases or ()}
-        named |= {("scene", each): None for key, each in scene.origin.items() if key == "recipe"}
-        return SceneSet(name, tuple(named), ({},), until, contacts, text)
+            return []
+        end = self.end(table, given, where, scene.settings.until)
+        named: list[Named] = [("response", each.name) for _, each in scene.responses]
+        named += [("narrow phase", each) for each in scene.settings.narrow_phases or ()]
+        named += [("scene", each) for key, each in scene.origin.items() if key == "recipe"]
+        return [StudyScene(name, {}, *end, tuple(dict.fromkeys(named)), text)]
 
     def end(self, table: Any, given: Any, where: str, own: float | None) -> tuple[float | None, int | None]:
         """Returns until and contacts: the table's, the study's, or, without both, the scene's own."""

@@ -14,18 +14,16 @@ import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from kinetile.errors import RecordError
-from kinetile_bench.study.task import DISAGREES, DONE
+from kinetile_bench.study.task import DISAGREES, DONE, Row
 
 APPLICATION, FORMAT = int.from_bytes(b"kine", "big"), 1
 """The program that wrote the file and its format, in the header where SQLite has places for both."""
 
 _PATIENCE = 60.0
 """Seconds to wait for another process that writes."""
-
-Row = dict[str, Any]
 
 
 class RowFile:
@@ -99,36 +97,33 @@ def _finite(value: Any) -> Any:
     return value
 
 
-class RowDisagreement(NamedTuple):
-    """Two rows that should have one list of contacts, and have two."""
-
-    one: Mapping[str, Any]
-    other: Mapping[str, Any]
-
-    def __str__(self) -> str:
-        one, other = self
-        scene = " ".join([one["recipe"], *(f"{key}={value}" for key, value in one["parameters"].items())])
-        return (
-            f"{scene}: {one['phase']} and {other['phase']} have different contacts "
-            f"(fingerprints {one['fingerprint'][:16]} and {other['fingerprint'][:16]})"
-        )
-
-
 class Agreement:
-    """Compares the fingerprints of rows that are done, course by course, as they arrive."""
+    """Compares the fingerprints of rows that are done, course by course, as they arrive.
+
+    ``disagreements`` has a sentence for each row that has other contacts than the first one of its course.
+    """
 
     def __init__(self, rows: Iterable[Row] = ()) -> None:
+        self.disagreements: list[str] = []
         self._courses: dict[str, dict[str, Row]] = {}
-        self.disagreements = [found for row in rows if (found := self.add(row)) is not None]
+        for row in rows:
+            self.add(row)
 
-    def add(self, row: Row) -> RowDisagreement | None:
-        """Adds a row; returns the disagreement that it makes."""
+    def add(self, row: Row) -> str | None:
+        """Adds a row; returns the sentence of the disagreement that it makes."""
         if row["status"] != DONE:
             return None
         course = self._courses.setdefault(row["course"], {})
         first = next(iter(course.values()), row)
         course.setdefault(row["fingerprint"], row)
-        return None if first["fingerprint"] == row["fingerprint"] else RowDisagreement(first, row)
+        if first["fingerprint"] == row["fingerprint"]:
+            return None
+        scene = " ".join([row["recipe"], *(f"{key}={value}" for key, value in row["parameters"].items())])
+        self.disagreements.append(
+            f"{scene}: {first['phase']} and {row['phase']} have different contacts "
+            f"(fingerprints {first['fingerprint'][:16]} and {row['fingerprint'][:16]})"
+        )
+        return self.disagreements[-1]
 
     def judged(self, row: Row) -> Row:
         """Returns a row; if it disagrees with others, it has that status, and names one of them."""

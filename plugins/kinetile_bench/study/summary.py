@@ -10,8 +10,7 @@ from typing import Any
 
 from kinetile.errors import BadOption, one_of
 from kinetile_bench.study.plan import StudyPlan
-from kinetile_bench.study.rows import Row
-from kinetile_bench.study.task import DONE
+from kinetile_bench.study.task import DONE, Row
 
 
 def summary_of(plan: StudyPlan, rows: Sequence[Row], y: str | None) -> dict[str, Any]:

@@ -21,15 +21,16 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from kinetile import ANSWER, Scene, Simulation, __version__, make_scene, registry
+from kinetile import ANSWER, Simulation, __version__, registry
 from kinetile.errors import KinetileError, Refused, UnknownName, printable
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.plugin.choices import read_phase
 from kinetile.plugin.specs import Kind
-from kinetile.run.observing import Observed
-from kinetile.scene.by_name import loads_scene
 from kinetile_accuracy.environment import environment
-from kinetile_bench.study.plan import Named, StudyPlan
+from kinetile_bench.study.plan import Named, StudyPlan, StudyScene
+
+Row = dict[str, Any]
+"""A task that has ended: what it is, and its result."""
 
 DONE, REFUSED, FAILED, LOST, DISAGREES = "done", "refused", "failed", "lost", "disagrees"
 STATUSES = (DONE, REFUSED, FAILED, LOST, DISAGREES)
@@ -49,9 +50,8 @@ class Task(NamedTuple):
     Attributes:
         key: the hash of all that determines the result.
         course: the hash of what determines the contacts.
-        recipe, parameters: the scene; ``recipe`` is the name of a file where there is ``content``, its text.
+        scene: the scene and the end of the run.
         phase: the broad phase with its options, as the study has it.
-        until, contacts: the end of the run.
         observe: the observables of the run.
         repeat: which of several equal runs this is, from 1.
         sources: where kinetile and all plugins that the run names come from; a worker must have the same.
@@ -59,21 +59,11 @@ class Task(NamedTuple):
 
     key: str
     course: str
-    recipe: str
-    parameters: Mapping[str, Any]
-    content: str | None
+    scene: StudyScene
     phase: str
-    until: float | None
-    contacts: int | None
     observe: tuple[str, ...]
     repeat: int
     sources: tuple[Source, ...]
-
-    def scene(self) -> Scene:
-        """Returns the scene: of the file's text, or as the recipe makes it."""
-        if self.content is None:
-            return make_scene(self.recipe, **self.parameters)
-        return loads_scene(self.content, self.recipe)
 
 
 def tasks_of(plan: StudyPlan) -> Iterator[Task]:
@@ -81,21 +71,18 @@ def tasks_of(plan: StudyPlan) -> Iterator[Task]:
     forwards and backwards: so a machine that slows down slows all of them."""
     observed = _sources(("observable", read_phase(each)[0]) for each in plan.observe)
     phases = [(each, _sources([("broad phase", read_phase(each)[0])])) for each in plan.phases]
-    for scenes in plan.scenes:
-        end = scenes.until, scenes.contacts
-        sources = (("framework", "kinetile", _source("framework", "kinetile")), *_sources(scenes.named))
-        for parameters in scenes.combinations:
-            # The name of a scene file is in no key: what determines the result is its content.
-            course = _digest([scenes.content, parameters, sources, end])
-            for repeat in range(1, plan.repeats + 1):
-                for phase, source in phases if repeat % 2 else reversed(phases):
-                    every = (*sources, *observed, *source)
-                    key = _digest([course, read_phase(phase)[1], plan.observe, repeat, every])
-                    scene = scenes.name, parameters, scenes.content
-                    yield Task(key, course, *scene, phase, *end, plan.observe, repeat, every)
+    for scene in plan.scenes:
+        sources = (("framework", "kinetile", _source("framework", "kinetile")), *_sources(scene.named))
+        # The name of a scene file is in no key: what determines the result is its content.
+        course = _digest([scene.content, scene.parameters, scene.until, scene.contacts, sources])
+        for repeat in range(1, plan.repeats + 1):
+            for phase, source in phases if repeat % 2 else reversed(phases):
+                every = (*sources, *observed, *source)
+                key = _digest([course, read_phase(phase)[1], plan.observe, repeat, every])
+                yield Task(key, course, scene, phase, plan.observe, repeat, every)
 
 
-def run_task(task: Task) -> dict[str, Any]:
+def run_task(task: Task) -> Row:
     """Runs a task; returns its row in plain types. An error of the run is a result too: the row has its
     sentence, and the readings up to there.
 
@@ -108,12 +95,12 @@ def run_task(task: Task) -> dict[str, Any]:
                 f"({source}). Rows of different code would be mixed up: install the same there"
             )
     began = time.perf_counter()
-    row: dict[str, Any] = {"status": DONE, "error": None}
+    row: Row = {"status": DONE, "error": None}
     simulation = None
     try:
         name, options = read_phase(task.phase)
-        simulation = Simulation(task.scene(), name, options=options, keep_contacts=False)
-        simulation.run(task.until, max_contacts=task.contacts, observe=task.observe)
+        simulation = Simulation(task.scene.make(), name, options=options, keep_contacts=False)
+        simulation.run(task.scene.until, max_contacts=task.scene.contacts, observe=task.observe)
         row |= _readings(simulation)
     except Refused as error:
         row |= {"status": REFUSED, "error": printable(str(error))}
@@ -124,24 +111,20 @@ def run_task(task: Task) -> dict[str, Any]:
     return row_of(task, row | {"seconds": time.perf_counter() - began, "environment": _environment()})
 
 
-def row_of(task: Task, result: Mapping[str, Any]) -> dict[str, Any]:
+def row_of(task: Task, result: Mapping[str, Any]) -> Row:
     """Returns the row of a task: what it is, and its result."""
-    names = ("key", "course", "recipe", "parameters", "phase", "until", "repeat")
-    row = {name: getattr(task, name) for name in names}
-    row |= {"contacts_asked": task.contacts, "sources": [" ".join(each) for each in task.sources]}
-    return row | dict(result)
+    row: Row = {name: getattr(task, name) for name in ("key", "course", "phase", "repeat")}
+    row |= {"recipe": task.scene.name, "parameters": task.scene.parameters}
+    row |= {"until": task.scene.until, "contacts_asked": task.scene.contacts}
+    return row | {"sources": [" ".join(each) for each in task.sources], **result}
 
 
-def _readings(simulation: Simulation) -> dict[str, Any]:
-    found: dict[str, Any] = simulation.readings.as_dict()
-    found |= {"contacts": found["contacts_disc"] + found["contacts_wall"], "time": simulation.time}
-    return found | {"compiled": not INTERPRETED} | _observed_columns(simulation.observed)
-
-
-def _observed_columns(observed: Observed) -> dict[str, Any]:
-    """Returns the columns of estimates: a number with its error, or a curve as a table of lists."""
-    row: dict[str, Any] = {}
-    for name, quantities in observed.items():
+def _readings(simulation: Simulation) -> Row:
+    """Returns the columns of readings and of estimates: a number with its error, or a curve as a table."""
+    row: Row = simulation.readings.as_dict()
+    row |= {"contacts": row["contacts_disc"] + row["contacts_wall"], "time": simulation.time}
+    row["compiled"] = not INTERPRETED
+    for name, quantities in simulation.observed.items():
         for quantity, (mean, error, blocks, axis, at) in quantities.items():
             column = f"observed.{name}.{quantity}"
             if at is None:
@@ -174,29 +157,28 @@ def _source(kind: Kind | Literal["framework"], name: str) -> str:
     return f"{package} {version}{sources}"
 
 
+@cache
 def _digest_of(target: Any) -> str:
     """Returns a digest of the sources of the package, or of the file, that a target stands in."""
-    if isinstance(target, str):
-        return _package_digest(target.partition(":")[0].partition(".")[0])
     try:
-        file = inspect.getsourcefile(inspect.unwrap(target))
-        return _hash(Path(file).read_bytes() if file else b"")[:12]
-    except (OSError, TypeError):
+        if isinstance(target, str):
+            files = _files_of(target.partition(":")[0].partition(".")[0])
+        else:
+            files = [Path(inspect.getsourcefile(inspect.unwrap(target)) or "")]
+        sources = (file.name.encode() + b"\0" + file.read_bytes() + b"\0" for file in files)
+        return _hash(b"".join(sources))[:12]
+    except (OSError, TypeError, ValueError):  # it stands in no file
         return "unknown"
 
 
-@cache
-def _package_digest(package: str) -> str:
-    try:
-        spec = find_spec(package)
-    except ValueError:  # of __main__, for one
-        spec = None
+def _files_of(package: str) -> list[Path]:
+    """Returns the files of a package or module, which is not imported. Raises ValueError without any."""
+    spec = find_spec(package)
     if spec is None:
-        return "unknown"
-    files = [Path(spec.origin)] if spec.origin and not spec.submodule_search_locations else []
-    for folder in spec.submodule_search_locations or ():
-        files += sorted(Path(folder).rglob("*.py"))
-    return _hash(b"".join(file.name.encode() + b"\0" + file.read_bytes() + b"\0" for file in files))[:12]
+        raise ValueError(package)
+    folders = spec.submodule_search_locations or ()
+    files = [file for folder in folders for file in sorted(Path(folder).rglob("*.py"))]
+    return files or [Path(spec.origin or "")]
 
 
 def _hash(data: bytes) -> str:

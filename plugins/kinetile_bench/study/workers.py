@@ -12,12 +12,9 @@ from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future,
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from queue import Empty, SimpleQueue
-from typing import Any
 
 from kinetile.errors import KinetileError
-from kinetile_bench.study.task import LOST, StudyStopped, Task, row_of, run_task
-
-Row = dict[str, Any]
+from kinetile_bench.study.task import LOST, Row, StudyStopped, Task, row_of, run_task
 
 
 def rows_of(tasks: Iterable[Task], executor: Executor | None, workers: int | None) -> Generator[Row | None]:

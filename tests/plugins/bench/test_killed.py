@@ -9,7 +9,7 @@ import random
 import signal
 import subprocess
 import sys
-from concurrent.futures import BrokenExecutor, Executor
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 
 import pytest
 
@@ -19,6 +19,7 @@ from kinetile.plugin.new_plugin import new_plugin
 from kinetile_bench import Study
 from kinetile_bench.study.rows import RowFile
 from kinetile_bench.study.task import StudyStopped
+from kinetile_bench.study.workers import rows_of
 from studies import TASKS
 
 DEADLY = '''"""A broad phase that takes its process with it, or all its memory, or raises."""
@@ -78,8 +79,8 @@ def test_a_worker_that_is_killed_costs_no_row(tmp_path, undisturbed, workers):
     study = Study(studies.write(tmp_path))
     killed = []
 
-    def kill_one(state):
-        if state.done >= 5 and not killed:
+    def kill_one(done, total):
+        if done >= 5 and not killed:
             killed.append(multiprocessing.active_children()[0].pid)
             studies.kill(killed[0])
 
@@ -104,7 +105,7 @@ def test_ctrl_c_loses_the_running_tasks_alone(tmp_path, undisturbed, monkeypatch
     ended = studies.kinetile("study", "run", path, "--workers", 1)
     monkeypatch.undo()
     assert ended.exit_code == 130
-    assert f"interrupted; {TASKS - 5} tasks have no row yet" in ended.stderr
+    assert f"{TASKS - 5} tasks have no row yet\nkinetile: interrupted" in ended.stderr
     assert multiprocessing.active_children() == []
     assert studies.run_here(study).ran == TASKS - 5
     assert studies.lasting(study) == undisturbed
@@ -133,15 +134,38 @@ scenes = [{ recipe = "grid", parameters = { bodies = 9 } }]
 TABLES = {"phases": ["naive"], "contacts": 5, "scenes": [{"recipe": "cradle"}]}
 
 
-def test_an_executor_that_breaks_ends_the_run_and_another_one_goes_on(tmp_path):
-    class Broken(Executor):
-        def submit(self, *_, **__):
-            raise BrokenExecutor("gone")
+class Broken(Executor):
+    def submit(self, *_, **__):
+        raise BrokenExecutor("gone")
 
+
+def test_an_executor_that_breaks_or_was_shut_down_ends_the_run_and_another_one_goes_on(tmp_path):
+    shut_down = ThreadPoolExecutor(1)
+    shut_down.shutdown()
     study = Study(TABLES, tmp_path / "rows.sqlite")
-    with pytest.raises(StudyStopped, match="the study goes on with another one"):
-        study.run(Broken())
+    for executor in (Broken(), shut_down):
+        with pytest.raises(StudyStopped, match="the study goes on with another one"):
+            study.run(executor)
     assert studies.run_here(study).statuses == {"done": 1}
+
+
+def test_rows_waited_until_all_tasks_had_been_submitted():
+    """A kill at that time lost all of them. And each row was waited for at the cost of all open tasks."""
+
+    class AtOnce(Executor):
+        submitted = 0
+
+        def submit(self, run, task):
+            self.submitted += 1
+            future = Future()
+            future.set_result(task)
+            return future
+
+    executor, found = AtOnce(), []
+    for row in rows_of(range(100), executor, None):
+        assert executor.submitted - len(found) <= 1
+        found += [row] if row is not None else []
+    assert found == [*range(100)]
 
 
 @pytest.mark.slow

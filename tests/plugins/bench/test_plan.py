@@ -52,22 +52,28 @@ def test_lists_are_combined_phase_by_phase_and_seed_by_seed():
     assert len({task.key for task in tasks}) == len(tasks) == 16
     assert len({task.course for task in tasks}) == 4
     first = tasks[0]
-    assert first.parameters == {"bodies": 9, "density": 0.5, "seed": 3, "speed": 1.0, "temperature": 0.0}
+    assert first.scene.parameters == {
+        "bodies": 9,
+        "density": 0.5,
+        "seed": 3,
+        "speed": 1.0,
+        "temperature": 0.0,
+    }
     assert [task.phase for task in tasks[:4]] == ["naive", "sap-1d:axis=y", "sap-1d:axis=y", "naive"]
 
 
 def test_a_number_of_seeds_means_the_seeds_from_1_on():
     plan = read_plan(tables(seeds=3))
     assert plan == read_plan(tables(seeds=[1, 2, 3]))
-    assert [each["seed"] for each in plan.scenes[0].combinations] == [1, 2, 3, 1, 2, 3]
+    assert [each.parameters["seed"] for each in plan.scenes] == [1, 2, 3, 1, 2, 3]
 
 
 def test_several_numbers_are_one_value_and_in_rows_a_text():
     parameters = {"radii": [[1, 2], "1, 3"], "counts": "4, 5", "bodies": 9}
-    (scenes,) = read_plan(tables(scenes=[{"recipe": "mixture", "parameters": parameters}])).scenes
-    found = [(each["radii"], each["counts"], each["masses"]) for each in scenes.combinations]
+    scenes = read_plan(tables(scenes=[{"recipe": "mixture", "parameters": parameters}])).scenes
+    found = [tuple(each.parameters[key] for key in ("radii", "counts", "masses")) for each in scenes]
     assert found == [("1.0, 2.0", "4, 5", ""), ("1.0, 3.0", "4, 5", "")]
-    assert make_scene("mixture", **scenes.combinations[0]) == make_scene(
+    assert make_scene("mixture", **scenes[0].parameters) == make_scene(
         "mixture", radii=(1.0, 2.0), counts=(4, 5), bodies=9
     )
 
@@ -78,8 +84,8 @@ def test_a_flat_list_for_a_list_parameter_ran_other_scenes():
         (said,) = mistakes(scenes=[{"recipe": "mixture", "parameters": {"radii": flat}}])
         assert said.startswith(f"scenes[0].parameters.radii: found {flat}; expected a list of lists")
     whole = {"recipe": "mixture", "parameters": {"radii": [[0.5, 0.7]]}}
-    (scene,) = read_plan(tables(scenes=[whole])).scenes[0].combinations
-    assert scene["radii"] == "0.5, 0.7"
+    (scene,) = read_plan(tables(scenes=[whole])).scenes
+    assert scene.parameters["radii"] == "0.5, 0.7"
     assert holds_several(Parameter("of a foreign recipe", "npt.NDArray[np.float64] | None", None))
 
 
@@ -135,6 +141,10 @@ def test_all_mistakes_are_told_at_once_with_where_they_stand():
             "observe[0]: found 'presure'; expected a registered observable: no observable is",
         ),
         ({"observe": ["msd", "msd"]}, "observe[1]: found 'msd', which is there already; expected each once"),
+        (
+            {"phases": ["sap-1d:axis=y", "sap-1d: axis=y"]},
+            "phases[1]: found 'sap-1d: axis=y', which is there",
+        ),
         ({"scenes": []}, "scenes: found []; expected [[scenes]] tables"),
         ({"repeats": 100_001}, "scenes: found 200,002 tasks in all; expected at most 200,000"),
         ({"scenes": [WIDE]}, "scenes[0]: found 1,000,000 scenes; expected at most 200,000"),

@@ -7,12 +7,16 @@ import io
 import json
 import math
 import sqlite3
+import sys
+from contextlib import closing
+from importlib.util import spec_from_file_location
 
 import pytest
 
 import kinetile as kt
 import studies
 from kinetile.errors import BadOption, RecordError
+from kinetile.scene.scene import Settings
 from kinetile_bench import Study
 from kinetile_bench.study import task as tasks
 from kinetile_bench.study.plan import read_plan
@@ -26,6 +30,10 @@ TABLES = {
     "until": 0.05,
     "scenes": [{"recipe": "grid", "parameters": {"bodies": [9, 16]}}],
 }
+
+
+MINE = 'phases = ["{}"]\ncontacts = 4\nscenes = [{{ file = "mine.toml" }}]\n'
+"""A study of a scene file."""
 
 
 def run(tables, folder, **how):
@@ -87,8 +95,8 @@ def test_two_lists_of_contacts_of_one_scene_are_told_at_once(tmp_path, blind):
     study, outcome = run(tables, tmp_path, disagreed=told.append)
     assert not outcome.well
     assert len(told) == 1
-    assert "naive and blind have different contacts" in str(told[0])
-    assert outcome.disagreements == (str(told[0]),)
+    assert "naive and blind have different contacts" in told[0]
+    assert outcome.disagreements == (told[0],)
     rows = study.rows()
     assert {row["status"] for row in rows} == {"disagrees"}
     assert all("other contacts than" in row["error"] for row in rows)
@@ -128,6 +136,44 @@ def test_a_worker_of_other_versions_stops_the_study(tmp_path, monkeypatch):
     with pytest.raises(StudyStopped, match="install the same there"):
         studies.run_here(study)
     assert study.rows() == []
+
+
+def test_a_worker_of_another_kinetile_ran_a_study_of_foreign_plugins(tmp_path, monkeypatch, blind):
+    """Only the plugins' versions were compared: where all of them were foreign, kinetile's was not."""
+    kt.save_scene(kt.make_scene("cradle").replace(), tmp_path / "mine.toml")
+    study = Study(studies.write(tmp_path, MINE.format(blind)))
+    monkeypatch.setattr(tasks, "ANSWER", 99)
+    with pytest.raises(StudyStopped, match=r"another framework kinetile \(\S+, answer 99\)"):
+        studies.run_here(study)
+
+
+def test_responses_and_narrow_phases_of_a_scene_file_are_sources(tmp_path):
+    """Rows of an older response were taken for rows of today's."""
+    settings = Settings(narrow_phases=("wall", "disc"))
+    kt.save_scene(
+        kt.make_scene("cradle").replace(responses="stop", settings=settings), tmp_path / "mine.toml"
+    )
+    (task,) = Study(studies.write(tmp_path, MINE.format("naive"))).tasks.values()
+    named = [(kind, name) for kind, name, _ in task.sources[1:]]
+    assert named[:3] == [("response", "stop"), ("narrow phase", "wall"), ("narrow phase", "disc")]
+
+
+def test_an_editable_package_that_a_finder_provides_has_a_digest(tmp_path, monkeypatch):
+    """Such a package, as tools install one under development, always had the digest "unknown"."""
+    (tmp_path / "elsewhere.py").write_text("x = 1\n")
+
+    class Finder:
+        @staticmethod
+        def find_spec(name, path=None, target=None):
+            if name == "made_up_package":
+                return spec_from_file_location(name, tmp_path / "elsewhere.py")
+
+    monkeypatch.setattr("sys.meta_path", [*sys.meta_path, Finder])
+    one = tasks._digest_of("made_up_package:Phase")
+    tasks._digest_of.cache_clear()
+    (tmp_path / "elsewhere.py").write_text("x = 2\n")
+    assert "unknown" != one != tasks._digest_of("made_up_package:Phase")
+    assert tasks._digest_of("no_such_package:Phase") == "unknown"
 
 
 def test_a_phase_of_this_process_goes_by_its_source(blind):
@@ -174,6 +220,49 @@ def test_a_file_that_is_no_study_s_is_refused_and_never_overwritten(tmp_path):
     empty.touch()  # of a study that was killed before its first row
     assert Study(TABLES, empty).rows() == []
     assert run({**TABLES, "seeds": 1}, tmp_path)[1].well
+
+
+def test_a_file_of_another_format_or_with_a_damaged_row_is_refused_and_stays(done, tmp_path):
+    path = tmp_path / "rows.sqlite"
+    for damage, said in [
+        (
+            "PRAGMA user_version = 2",
+            "has rows in format 2, and this version of kinetile reads and writes format 1",
+        ),
+        ("UPDATE rows SET content = substr(content, 9)", "cannot be used: Extra data"),
+        ("DROP TABLE rows", "cannot be used: no such table"),
+    ]:
+        path.write_bytes(done.results.read_bytes())
+        with closing(sqlite3.connect(path)) as file, file:
+            file.execute(damage)
+        before = path.read_bytes()
+        for use in (Study(TABLES, path).run, Study(TABLES, path).status):
+            with pytest.raises(RecordError, match=said):
+                use()
+        assert path.read_bytes() == before
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sets a limit of POSIX")
+def test_a_disk_that_is_full_keeps_the_rows_that_came(done, tmp_path):
+    resource = pytest.importorskip("resource")
+    file, row, kept = RowFile(tmp_path / "rows.sqlite"), done.rows()[0], []
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, hard))  # as on a disk with so much space
+
+    def fill():
+        for k in range(100):
+            file.put(row | {"key": str(k)})
+            kept.append(str(k))
+
+    try:
+        with pytest.raises(RecordError, match=r"rows\.sqlite cannot be used: .*disk"):
+            fill()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert len(kept) > 3
+    assert [each["key"] for each in file.read()] == kept
+    file.put(row)
+    assert len(file.read()) == len(kept) + 1
 
 
 def test_a_row_that_another_process_has_written_stays(done, tmp_path):
@@ -238,7 +327,7 @@ def test_the_end_of_a_scene_file_is_the_end_of_its_runs_where_the_study_has_none
     recorded = (tmp_path / "trace.toml").read_text().replace("until", "# until").replace("end", "# end")
     (tmp_path / "trace.toml").write_text(f"until = 0.125\n{recorded}")
     path = studies.write(tmp_path, 'phases = ["naive"]\nscenes = [{ file = "trace.toml" }]\n')
-    assert [task.until for task in Study(path).tasks.values()] == [0.125]
+    assert [task.scene.until for task in Study(path).tasks.values()] == [0.125]
 
 
 # The table
@@ -248,8 +337,8 @@ def test_means_are_over_seeds_and_ratios_are_paired_by_seed():
     plan = read_plan({**TABLES, "seeds": 3, "repeats": 2})
     rows = []
     for task in tasks_of(plan):
-        seed, cells = task.parameters["seed"], task.phase == "cells"
-        value = seed * task.parameters["bodies"] * (2.0 if cells else 1.0) + (
+        seed, cells = task.scene.parameters["seed"], task.phase == "cells"
+        value = seed * task.scene.parameters["bodies"] * (2.0 if cells else 1.0) + (
             0.5 if task.repeat == 2 else -0.5
         )
         status = "failed" if (seed, task.phase) == (3, "naive") else "done"
@@ -270,6 +359,28 @@ def test_means_are_over_seeds_and_ratios_are_paired_by_seed():
     with pytest.raises(BadOption, match="did you mean 'time'"):
         summary_of(plan, rows, "tim")
     assert summary_of(plan, [], "time")["groups"] == []
+
+
+def test_runs_of_one_scene_to_two_ends_were_averaged():
+    scenes = [{"recipe": "cradle", "until": 1.0}, {"recipe": "cradle", "until": 2.0, "contacts": 9}]
+    plan = read_plan({"phases": ["naive"], "scenes": scenes})
+    rows = [
+        tasks.row_of(task, {"status": "done", "contacts": 7, "time": float(k)})
+        for k, task in enumerate(tasks_of(plan))
+    ]
+    found = summary_of(plan, rows, "time")
+    assert found["varied"] == ["until", "contacts_asked"]
+    assert [(each["scene"]["until"], each["mean"]) for each in found["groups"]] == [(1.0, 0.0), (2.0, 1.0)]
+
+
+def test_rows_have_the_names_that_the_study_has_today(tmp_path):
+    """A phase whose options had been written in another way was a KeyError of ``table``."""
+    once = {**TABLES, "phases": ["sap-1d: axis=y"], "seeds": 1, "contacts": 3}
+    assert run(once, tmp_path)[1].well
+    study = Study({**once, "phases": ["sap-1d:axis=y"]}, tmp_path / "rows.sqlite")
+    assert study.status().open == 0
+    assert {row["phase"] for row in study.rows()} == {"sap-1d:axis=y"}
+    assert {each["rows"] for each in study.table()["groups"]} == {1}
 
 
 def test_the_commands_say_how_it_stands_in_text_json_and_csv(tmp_path, done):

@@ -175,7 +175,16 @@ def test_thesis_prints_its_table_and_its_verdicts(no_run, small):
     found = json.loads(kinetile("bench", "thesis", "--json").stdout)
     assert [row["cpu_seconds"] for row in found["rows"]] == [list(cell.cpu_seconds) for cell in small.rows]
     assert [each["name"] for each in found["statements"]] == [f"B{k}" for k in range(1, 12)]
+    assert {*found["statements"][-1]["parts"][-1]} == {"text", "answer", "numbers"}
     assert (found["files"], found["identical"]) == ([], True)
+
+
+def test_thesis_with_one_round_printed_an_infinite_unrest(monkeypatch):
+    found = bench_of(as_the_thesis_says, rounds=1)
+    monkeypatch.setattr(bench_thesis_module, "bench_thesis", lambda *_, **__: iter([found]))
+    printed = kinetile("bench", "thesis").stdout
+    assert " inf " not in printed
+    assert "1 round of about" in printed
 
 
 @pytest.mark.slow
