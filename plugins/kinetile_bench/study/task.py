@@ -113,10 +113,19 @@ def run_task(task: Task) -> Row:
 
 def row_of(task: Task, result: Mapping[str, Any]) -> Row:
     """Returns the row of a task: what it is, and its result."""
-    row: Row = {name: getattr(task, name) for name in ("key", "course", "phase", "repeat")}
-    row |= {"recipe": task.scene.name, "parameters": task.scene.parameters}
-    row |= {"until": task.scene.until, "contacts_asked": task.scene.contacts}
-    return row | {"sources": [" ".join(each) for each in task.sources], **result}
+    scene = task.scene
+    return {
+        "key": task.key,
+        "course": task.course,
+        "recipe": scene.name,
+        "parameters": scene.parameters,
+        "phase": task.phase,
+        "until": scene.until,
+        "contacts_asked": scene.contacts,
+        "repeat": task.repeat,
+        "sources": [" ".join(each) for each in task.sources],
+        **result,
+    }
 
 
 def _readings(simulation: Simulation) -> Row:

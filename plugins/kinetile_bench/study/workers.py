@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections import deque
 from collections.abc import Generator, Iterable, Iterator
@@ -106,7 +107,9 @@ def _processes(count: int) -> Iterator[Executor]:
     pool = ProcessPoolExecutor(count, context, initializer=_begin, initargs=(parent,))
     try:
         try:
-            pool.submit(os.getpid).result()
+            with _interrupts_blocked():  # workers inherit that: Ctrl-C ends none of them in its imports
+                started = [pool.submit(os.getpid) for _ in range(count)]
+            started[0].result()
         except BrokenExecutor as error:
             raise StudyStopped(
                 "the worker processes do not start. In a script, what runs a study must stand behind "
@@ -117,6 +120,19 @@ def _processes(count: int) -> Iterator[Executor]:
         leash.close()
         with suppress(BrokenExecutor):
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _interrupts_blocked() -> Iterator[None]:
+    """Within this context Ctrl-C has to wait, where the system can do that."""
+    if sys.platform == "win32":
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin(parent: Connection) -> None:

@@ -111,6 +111,17 @@ def test_ctrl_c_loses_the_running_tasks_alone(tmp_path, undisturbed, monkeypatch
     assert studies.lasting(study) == undisturbed
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="sends a signal to a group of processes")
+def test_ctrl_c_while_workers_started_printed_a_traceback_of_each(tmp_path):
+    studies.write(tmp_path)
+    process = studies.begin("run", "study.toml", "--workers", 2, folder=tmp_path)
+    while not studies.workers_of(process.pid):
+        assert process.poll() is None, process.communicate()
+    os.killpg(process.pid, signal.SIGINT)
+    assert "Traceback" not in studies.ended(process, 130)[1]
+
+
 def test_what_kills_its_worker_or_takes_its_memory_is_a_row(tmp_path):
     package = new_plugin("deadly", tmp_path)
     (package / "kinetile_deadly" / "phase.py").write_text(DEADLY, encoding="utf-8")
@@ -177,7 +188,7 @@ def test_workers_of_a_local_dask_cluster_give_the_rows_of_this_machine(tmp_path,
         distributed.LocalCluster(local_directory=str(tmp_path), **how) as cluster,
         distributed.Client(cluster, set_as_default=False) as client,
     ):
-        assert study.run(client.get_executor()).statuses == {"done": TASKS}
+        assert study.run(client.get_executor(pure=False)).statuses == {"done": TASKS}
     assert len({row["environment"]["host"] for row in study.rows()}) == 1
     assert studies.lasting(study) == undisturbed
 
