@@ -4,7 +4,7 @@
     python tests/vectors/make.py --check    writes none; prints which differ, and ends with 1 if any does
 
 The answers are those of kinetile's certifier (``kinetile_accuracy.specification``), in exact numbers. The
-questions stay as they are in the files: they were drawn once, in families that README.md lists. A new question
+questions stay as they are in the files: they were drawn once, in the families of README.md. A new question
 is a new row with any answer, or a new scene with any contacts.
 """
 
