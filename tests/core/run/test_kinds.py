@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -78,7 +79,7 @@ def test_a_log_grows_with_the_bodies_that_a_command_may_find(monkeypatch, record
         kt.Scene(place[:2], np.zeros((2, 2)), [0.5, 0.5], arena=(14.0, 14.0), **more), "naive"
     )
     rows = []
-    with sim._engine.ledger.recording(rows.extend if recorded else None):
+    with sim._engine.ledger.recording(rows.extend if recorded else None, sim):
         for _ in range(100):
             sim._engine.chunk(2**52, 2**60)
     assert len(sim.bodies) == 30
@@ -282,6 +283,7 @@ def test_kinds_that_are_none_are_an_event_file_that_contradicts_itself(sim, tmp_
     path = tmp_path / "run.parquet"
     with kt.EventRecorder(path, sim.scene) as recorder:
         sim.run(until=1.0, recorder=recorder)
-        recorder.introduce(lambda bodies: np.full(len(bodies), "nobody's", dtype=object), 5)
+        nobodys = SimpleNamespace(kinds_of=lambda bodies: np.full(len(bodies), "nobody's", object), numbers=5)
+        recorder.begin(nobodys, sim.rows)
     with pytest.raises(RecordError, match="and its scene has no such kind"):
         kt.read_events(path)
