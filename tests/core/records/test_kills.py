@@ -213,7 +213,7 @@ def test_a_handler_that_raises_tore_the_step_in_which_its_signal_came(tmp_path, 
             try:
                 sim.run(1e3, recorder=interrupted)
             finally:
-                recorder.reached(sim.time)
+                recorder.end(sim.time)
 
     before = signal.signal(number, leave)
     try:

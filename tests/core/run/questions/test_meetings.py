@@ -307,7 +307,7 @@ def test_bodies_have_their_numbers_and_who_has_gone_is_not_asked(scene):
 
 def test_somebody_who_is_not_asked_about_is_not_met():
     sim = kt.Simulation(row(1.0, 0.0, 0.0), "naive")
-    moment = sim._moment()
+    moment = sim._query()
     some = type(moment)(moment.k, moment.slots[[0, 2]], moment.clock, moment.composition)
     assert next_contact_of(some, 0) == (1.5, 1, 2**51, 0, 2)
     assert next_contact_of(moment, 0) == (0.5, 0, 2**51, 0, 1)

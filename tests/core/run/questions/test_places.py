@@ -17,13 +17,13 @@ from hypothesis import strategies as st
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.tables import allocate
 from kinetile.run.compose import Composition
-from kinetile.run.questions.places import Moment, bodies_in, bodies_near, ray
+from kinetile.run.questions.places import Query, bodies_in, bodies_near, ray
 
 Disc = tuple[float, float, float]
 """x, y, radius."""
 
 
-def laid_out(discs: list[Disc], slots: list[int] | None = None) -> Moment:
+def laid_out(discs: list[Disc], slots: list[int] | None = None) -> Query:
     """Return a moment at which resting discs are where they are, in the slots of their order."""
     k = allocate(len(discs), len(discs), 1)
     table = np.array(discs, dtype=float).reshape(-1, 3)
@@ -31,7 +31,7 @@ def laid_out(discs: list[Disc], slots: list[int] | None = None) -> Moment:
     k.radii[:] = table[:, 2]
     k.clock[0].tick = 2.0**-52
     asked = np.arange(len(discs)) if slots is None else np.array(slots, dtype=np.int64)
-    return Moment(k, asked, Clock(0.0, 1.0), cast(Composition, None))
+    return Query(k, asked, Clock(0.0, 1.0), cast(Composition, None))
 
 
 quarters = st.integers(-12, 12).map(lambda i: i / 4)
