@@ -31,7 +31,7 @@ from kinetile_accuracy.sections import (
 
 PARTS: Mapping[str, str] = {
     "chart": "kinetile_accuracy.stepped.chart",
-    "queries": "kinetile_accuracy.contact_times.queries",
+    "queries": "kinetile_accuracy.hard_cases.queries",
     "oracle": "kinetile_accuracy.oracle.horizon",
     "specification": "kinetile_accuracy.long_runs.whole_runs",
     "drift": "kinetile_accuracy.long_runs.drift",
