@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.run import compose
 from kinetile_accuracy.oracle import horizon as horizon
 from kinetile_accuracy.oracle.agreement import certify
 from kinetile_accuracy.oracle.horizon import (
@@ -54,18 +53,6 @@ def test_a_run_has_a_horizon_and_so_have_its_twins(whole: Horizon, section: Sect
     assert "(4.5 required) at density 0.01" in said
     assert "(their twins " in discs
     assert f"the error grows by {whole.growth:.1f} bits at density 0.01" in errors
-
-
-@pytest.mark.parametrize("phase", ["naive", "sap-1d"])
-@pytest.mark.small
-def test_the_part_says_under_which_phase_it_ran(phase: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compose, "DEFAULT_BROAD_PHASE", phase)
-    monkeypatch.setitem(horizon.SEEDS, "quick", 1)
-    monkeypatch.setattr(horizon, "REQUIREMENTS", (CASE,))
-    monkeypatch.setattr(horizon, "LONG_ENOUGH", 20)
-    found = measure("quick", lambda what, done, total: None)
-    assert f"they are run under {phase}." in found.about
-    assert [row.phase for row in found.tables[0].rows] == [phase]
 
 
 @pytest.mark.compiled
