@@ -17,7 +17,7 @@ from kinetile import errors
 from kinetile.kernel.compiled import NotCompiled
 from kinetile.plugin.registry import Failure
 from kinetile.records.bounded import TooManyRows
-from kinetile_accuracy.oracle.event_queue import Undecided
+from kinetile_accuracy.oracle.attempt import Undecided
 from kinetile_bench.study.task import StudyStopped
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply
 from kinetile_conformance.deadline import TimeIsUp
