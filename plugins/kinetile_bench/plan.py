@@ -28,13 +28,14 @@ from kinetile.errors import BadOption, KinetileError, Mistake, SceneError, Study
 from kinetile.plugin.choices import read_phase
 from kinetile.run.observing import check_observable
 from kinetile.scene.by_name import (
-    Registered,
     complete_parameters,
     holds_several,
-    loads_scene,
+    option_mistakes,
+    parameter_mistakes,
     recipe_parameters,
 )
-from kinetile.scene.checks import abridged, is_finite, shown
+from kinetile.scene.checks import abridged, check_name, is_finite, shown
+from kinetile.scene.files import loads_scene
 from kinetile.scene.schema import Place, read_bytes, read_tables, written
 
 MEASURES = {
@@ -309,7 +310,6 @@ class _PlanReader:
         self.source = source
         self.mistakes, self.faults = find_faults(tables)
         self.tables = {key: value for key, value in tables.items() if (key,) not in self.faults}
-        self.names = Registered()
         self.seeds: list[int] | None = None
 
     def wrong(self, where: str, found: str, expected: str) -> None:
@@ -358,12 +358,12 @@ class _PlanReader:
             except BadOption as error:
                 self.wrong(where, shown(text), f"a phase ({error})")
                 continue
-            mistakes = self.names.mistakes(where, name, "broad phase")
+            mistakes = check_name(where, name, "broad phase")
             if not mistakes:
                 name = registry().spec("broad phase", name).name
                 mistakes = [
                     each._replace(where=f"{where}: {each.where}")
-                    for each in self.names.option_mistakes(name, options)
+                    for each in option_mistakes(name, options, f"options.{name}")
                 ]
             if repr((name, options)) in found:
                 mistakes = [Mistake(where, f"{shown(text)}, which is there already", "each phase once")]
@@ -414,7 +414,7 @@ class _PlanReader:
         if "recipe" not in table:  # or of a wrong type, which is a mistake already
             return None
         recipe = table["recipe"]
-        if mistakes := self.names.mistakes(f"{where}.recipe", recipe, "scene"):
+        if mistakes := check_name(f"{where}.recipe", recipe, "scene"):
             self.mistakes += mistakes
             return None
         known_parameters = {each.name: each for each in recipe_parameters(recipe)}
@@ -438,10 +438,10 @@ class _PlanReader:
             for each in lists[key]:
                 self.mistakes += [
                     mistake._replace(where=f"{where}.{mistake.where}")
-                    for mistake in self.names.parameter_mistakes(recipe, {key: each})
+                    for mistake in parameter_mistakes(recipe, {key: each})
                     if mistake.where == f"parameters.{key}"
                 ]
-        missing = [each for each in self.names.parameter_mistakes(recipe, {}) if each.where[11:] not in given]
+        missing = [each for each in parameter_mistakes(recipe, {}) if each.where[11:] not in given]
         self.mistakes += [each._replace(where=f"{where}.{each.where}") for each in missing]
         if len(self.mistakes) == known:
             for key, values in lists.items():  # as the types of the parameters have them

@@ -26,7 +26,7 @@ from kinetile import ANSWER, __version__, make_scene, registry
 from kinetile.errors import KinetileError, UnknownName
 from kinetile.plugin.choices import read_phase, write_phase
 from kinetile.plugin.specs import Kind
-from kinetile.scene.by_name import loads_scene
+from kinetile.scene.files import loads_scene
 from kinetile_bench.plan import StudyPlan
 
 if TYPE_CHECKING:

@@ -21,13 +21,12 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import NDArray
 
-from kinetile.errors import Mistake, RecordError
+from kinetile.errors import RecordError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.log import INSERTED, LOG, REMOVED, TURNED
 from kinetile.records.finishing import KEYS, LONGEST_SCENE, PARTIAL, is_log, pyarrow_modules, reason
 from kinetile.records.log import Seal
 from kinetile.scene import Insert, Scene
-from kinetile.scene.by_name import Registered
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import PASS
 from kinetile.sources import check_regular
@@ -182,25 +181,12 @@ def _read_metadata(path: Path, text: str) -> dict[str, Any]:
 
 
 def _read_scene(path: Path, text: str) -> Scene:
-    from kinetile.scene.files import read_text
+    from kinetile.scene.files import loads_scene
 
     try:
-        return read_text(text, None, _AnyPhase())
+        return loads_scene(text, look_up=False)  # any phase, for none is run here
     except Exception as error:  # TOML that was tampered with can be more than its reader is made for
         raise RecordError(f"{path} has a scene that is none: {error}") from error
-
-
-class _AnyPhase(Registered):
-    """Names as an event file may use them: any phase, for none is run here, and no recipe, for the bodies
-    themselves are in the file."""
-
-    def mistakes(self, where: str, name: str, *kinds: str) -> list[Mistake]:
-        """Returns the mistake of naming a recipe."""
-        return [Mistake(where, shown(name), "the bodies themselves")] if "scene" in kinds else []
-
-    def option_mistakes(self, name: str, options: Mapping[str, Any], where: str = "") -> list[Mistake]:
-        """Returns no mistake: a run of the phase checks its options."""
-        return []
 
 
 _A, _B = ("ax", "ay", "avx", "avy"), ("bx", "by", "bvx", "bvy")

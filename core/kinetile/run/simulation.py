@@ -35,6 +35,7 @@ from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.ledger import Recorder
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.observing import Observed, Observers
+from kinetile.run.prepared import Prepared
 from kinetile.run.questions import meetings, places
 from kinetile.run.questions.meetings import CastHit, NextContact
 from kinetile.run.questions.places import Moment, RayHit
@@ -42,7 +43,7 @@ from kinetile.run.readings import Readings, energy, explanation, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
 from kinetile.run.saving.snapshot import Snapshot, put_back, take
 from kinetile.run.structure import by_number, candidates, drawn, named_near
-from kinetile.scene import Insert, Scene, Turn, relabelled, spacious
+from kinetile.scene import Insert, Scene, Turn, relabelled
 from kinetile.scene.bodies import Numbers, in_box
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
@@ -110,7 +111,7 @@ class Simulation:
             raise ValueError(f"audit is a number of contacts, at least 1; found {audit}")
         self.scene = scene
         lives = live or any(not isinstance(command, Turn) for command in scene.commands)
-        prepared = spacious(scene, None if room is None else max(room, len(scene))) if lives else scene
+        prepared = Prepared.of(scene, None if room is None else max(room, len(scene))) if lives else scene
         composition = compose_phases(prepared, broad_phase, narrow_phases, options)
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
         self._engine = Engine(prepared, composition, keep_contacts, commands)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import inspect
 import operator
-import os
 import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
@@ -226,63 +225,25 @@ def _whole(number: float) -> int:
     return int(number)
 
 
-def load_scene(path: str | os.PathLike[str], *, max_bytes: int | None = None) -> Scene:
-    """Reads a scene from a TOML file, a regular one of at most ``max_bytes``.
-
-    The default of ``max_bytes`` is the environment variable KINETILE_MAX_SCENE_BYTES, or 64 MiB.
-    Raises OSError if the file cannot be read, and SceneError, with every mistake in it, if it is no scene.
-    """
-    from kinetile.scene.files import read_file  # a run without files does without pydantic
-
-    return read_file(path, Registered(), max_bytes)
-
-
-def loads_scene(text: str, source: str | None = None) -> Scene:
-    """Reads a scene from TOML text; ``source`` is what messages call it. Raises SceneError."""
-    from kinetile.scene.files import read_text
-
-    return read_text(text, source, Registered())
-
-
-class Registered:
-    """The names from which a file can choose: those that this process's registry knows."""
-
-    def mistakes(self, where: str, name: str, *kinds: Kind) -> list[Mistake]:
-        """Returns the mistake of naming something that none of these kinds has, if it is one."""
-        return check_name(where, name, *kinds)
-
-    def parameters(self, recipe: str) -> list[str]:
-        """Returns the names of a recipe's parameters."""
-        return [each.name for each in accepted_parameters(recipe)]
-
-    def option_mistakes(self, name: str, options: Mapping[str, Any], where: str = "") -> list[Mistake]:
-        """Returns the options that a phase or response does not have; if it has them all, why it cannot use a
-        value. ``where`` is the place of the options in a file; empty: under "options", by the name."""
-        found = registry()
-        kinds: dict[Kind, Callable[[str], Any]] = {
-            "broad phase": found.broad_phase,
-            "narrow phase": found.narrow_phase,
-            "response": found.response,
-        }
-        kind: Kind = next((each for each in kinds if not self.mistakes("", name, each)), "response")
-        mistakes, what = [], "response" if kind == "response" else "phase"
-        where = where or f"options.{name}"
-        try:
-            phase = kinds[kind](name)
-            known = [parameter for parameter in inspect.signature(phase).parameters if parameter != "self"]
-            for key in (key for key in options if key not in known):
-                mistakes.append(Mistake(f"{where}.{key}", "no option of this name", one_of(key, known)))
-            if not mistakes:
-                with calling(kind, name, "its constructor"):
-                    phase(**options)
-        except KinetileError as error:
-            mistakes.append(Mistake(where, shown(options), f"what the {what} can use: {error}"))
-        return mistakes
-
-    def parameter_mistakes(self, name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
-        """Returns the mistakes in these parameters for a recipe."""
-        return parameter_mistakes(name, parameters)
-
-    def make(self, name: str, parameters: Mapping[str, Any]) -> Scene:
-        """Returns the scene that a recipe makes."""
-        return make_scene(name, **parameters)
+def option_mistakes(name: str, options: Mapping[str, Any], where: str) -> list[Mistake]:
+    """Returns the options that a phase or response does not have; if it has them all, why it cannot use a
+    value. ``where`` is the place of the options."""
+    found = registry()
+    kinds: dict[Kind, Callable[[str], Any]] = {
+        "broad phase": found.broad_phase,
+        "narrow phase": found.narrow_phase,
+        "response": found.response,
+    }
+    kind: Kind = next((each for each in kinds if not check_name("", name, each)), "response")
+    mistakes, what = [], "response" if kind == "response" else "phase"
+    try:
+        phase = kinds[kind](name)
+        known = [parameter for parameter in inspect.signature(phase).parameters if parameter != "self"]
+        for key in (key for key in options if key not in known):
+            mistakes.append(Mistake(f"{where}.{key}", "no option of this name", one_of(key, known)))
+        if not mistakes:
+            with calling(kind, name, "its constructor"):
+                phase(**options)
+    except KinetileError as error:
+        mistakes.append(Mistake(where, shown(options), f"what the {what} can use: {error}"))
+    return mistakes

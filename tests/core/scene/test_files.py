@@ -14,8 +14,7 @@ import pytest
 
 from kinetile import Scene, Settings, Turn, load_scene, make_scene, save_scene
 from kinetile.errors import BadOption, SceneError
-from kinetile.scene.by_name import loads_scene
-from kinetile.scene.files import dumps_scene
+from kinetile.scene.files import dumps_scene, loads_scene
 
 EIGHT_MISTAKES = """
 arena = [1.0, 1.0]
@@ -320,7 +319,7 @@ def test_many_mistakes_of_one_kind_are_counted() -> None:
 def read_with_any_options(text: str) -> Scene:
     """Read a scene as if every phase had every option."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("kinetile.scene.by_name.Registered.option_mistakes", lambda *given: [])
+        patch.setattr("kinetile.scene.files.option_mistakes", lambda *given: [])
         return loads_scene(text)
 
 
