@@ -10,8 +10,10 @@ from contextlib import contextmanager
 import pytest
 from hypothesis import HealthCheck, settings
 
+import lanes
 from interpreting import pytest_runtest_logreport, pytest_runtest_protocol
 from kinetile.kernel.compiled import INTERPRETED, composer
+from lanes import PHASES, is_shared
 from programs import program
 
 __all__ = ["pytest_runtest_logreport", "pytest_runtest_protocol"]
@@ -36,9 +38,12 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip a test where a program that it needs does not run."""
     for mark in item.iter_markers("needs"):
         program(*mark.args)
+    global _shares_loops
+    _shares_loops = not any(item.get_closest_marker(name) for name in ("slow", "small", "own_loop"))
 
 
-PHASES = ("naive", "cells", "sap_1d", "sap_2d", "sweep_tiling")
+_shares_loops = False
+"""Whether the test that runs may compile no loop of its own."""
 
 
 def _compiled_apart(here, njit):
@@ -58,6 +63,11 @@ def _compiled_apart(here, njit):
 
         def known(signature):
             nonlocal name
+            if _shares_loops and function.__name__ == "advance" and not is_shared(function):
+                pytest.fail(
+                    f"this test compiles {function.__qualname__}, and tests share five loops: mark it small, "
+                    "slow or own_loop (CONTRIBUTING.md)"
+                )
             name = function.__qualname__.rpartition("_")[0]
             return compiles(signature)
 
@@ -90,6 +100,26 @@ def _compiled_apart(here, njit):
 _HERE = composer._compiling
 if hasattr(os, "fork") and not INTERPRETED:
     composer._compiling, composer._njit = _compiled_apart(_HERE, composer._njit)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Leave slow cases out of a run that has none."""
+    lanes.slow_ones = lanes.may_have_slow_ones(config)
+
+
+def pytest_pycollect_makeitem(
+    collector: pytest.Collector, name: str, obj: object
+) -> list[pytest.Item] | None:
+    """Leave slow tests out of a run that has none."""
+    left_out = name.startswith("test_") and not lanes.slow_ones and _is_slow(collector, obj)
+    return [] if left_out else None
+
+
+def _is_slow(collector: pytest.Collector, test: object) -> bool:
+    """Return whether all cases of a test are slow."""
+    marks = [getattr(each, "pytestmark", ()) for each in (test, getattr(collector, "module", None))]
+    names = [mark.name for each in marks for mark in (each if isinstance(each, (list, tuple)) else [each])]
+    return "slow" in names or "long" in names
 
 
 @pytest.fixture

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from kinetile.records.trajectory import Trajectory as Trajectory
     from kinetile.run.advance import Event as Event
     from kinetile.run.arguments import StopAt as StopAt
+    from kinetile.run.compare import compare as compare
     from kinetile.run.questions.meetings import CastHit as CastHit
     from kinetile.run.questions.meetings import NextContact as NextContact
     from kinetile.run.questions.places import RayHit as RayHit
@@ -72,6 +73,7 @@ _HOME = {
         "records.trajectory": "Trajectory",
         "run.advance": "Event",
         "run.arguments": "StopAt",
+        "run.compare": "compare",
         "run.questions.meetings": "CastHit NextContact",
         "run.questions.places": "RayHit",
         "run.saving.snapshot": "Snapshot",

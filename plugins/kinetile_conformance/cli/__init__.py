@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import typer
 
-from kinetile_conformance.cli.compare import compare
 from kinetile_conformance.cli.conform import conform, replay
 from kinetile_conformance.cli.mutate import mutate
 
 app = typer.Typer()
-for _command in (conform, compare, replay, mutate):
+for _command in (conform, replay, mutate):
     app.command(rich_help_panel="Conformance")(_command)

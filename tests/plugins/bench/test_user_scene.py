@@ -83,7 +83,7 @@ def test_bench_of_a_file_needs_no_name_of_a_benchmark(trace):
     assert kinetile("bench", "nothing.toml").exit_code == 2
     assert kinetile("bench", "nothing").exit_code == 2
     assert kinetile("bench", path, "--phases", "").exit_code == 2
-    compared = kinetile("compare", path, "--broad-phases", "naive,sap-1d,sap-2d")
+    compared = kinetile("compare", path, "--phases", "naive,sap-1d,sap-2d")
     assert compared.exit_code == 0
     assert f"identical: {len(sim.contacts):,} contacts" in compared.stdout
 

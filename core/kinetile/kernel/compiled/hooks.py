@@ -13,8 +13,10 @@ code asks for old names.
 from __future__ import annotations
 
 import gc
+import inspect
 import os
-from collections.abc import Callable, Iterator
+import sys
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache, wraps
 from types import FunctionType
@@ -240,45 +242,62 @@ def is_hook(value: Any) -> bool:
 
 
 if not INTERPRETED:
+    from llvmlite import ir
     from llvmlite.binding import add_symbol
-    from numba import extending, types
+    from numba import types
+    from numba.core import cgutils
     from numba.core.ccallback import CFunc
+    from numba.extending import intrinsic
 
     from kinetile.kernel.compiled.cache import CheckedCache
 
-    class _Apart(types.ExternalFunction):
+    def _kind(annotation: str, names: Mapping[str, Any]) -> Any:
+        """Return the type that an annotation means, where these names are known."""
+        known = cast(Any, types)
+        kinds = {"float": known.float64, "int": known.int64, "Numbers": known.CPointer(known.float64)}
+        if annotation in kinds:
+            return kinds[annotation]
+        fields = names[annotation]
+        there = vars(sys.modules[fields.__module__])
+        return known.BaseTuple.from_types(
+            [_kind(each.__forward_arg__, there) for each in fields.__annotations__.values()], fields
+        )
+
+    class _Apart:
         """A function that compiled code knows by name only; it is loaded before such code is."""
 
         def __init__(self, function: FunctionType) -> None:
             digest, _, self.called = fingerprint(function, tuple)
-            self.py_func = function
+            self.function = function
+            self.name = f"kinetile_{function.__name__}_{digest}"
+            *kinds, result = (_kind(each, function.__globals__) for each in function.__annotations__.values())
+            self.signature = result(*kinds)
             self.address: int | None = None
-            known = cast(Any, types)
-            numbers = known.CPointer(known.float64)
-            kinds = {"float": known.float64, "int": known.int64, "Numbers": numbers}
-            kind = [kinds[name] for name in function.__annotations__.values()]
-            name = f"kinetile_{function.__name__}_{digest}"
-            super().__init__(name, kind[-1](*kind[:-1]))
 
-        def load_apart(self) -> None:
+        def load(self) -> None:
             """Compile the function, or load it from the disk cache, and make its name known."""
             for each in self.called:
                 each.load_apart()
             if self.address is None:
-                source = self.py_func
+                source = self.function
                 named = FunctionType(source.__code__, source.__globals__, source.__name__)
                 named.__module__ = source.__module__
-                named.__qualname__ = self.symbol
-                self.made = _compiled(named, self.sig)  # kept, or its code would go
+                named.__qualname__ = self.name
+                self.made = _compiled(named, self.signature)  # kept, or its code would go
                 self.address = int(self.made.address)
-                add_symbol(self.symbol, self.address)
+                add_symbol(self.name, self.address)
 
-        def get_call_type(self, context: Any, arguments: Any, named: Any) -> Any:
-            """Return the signature, to code that is being compiled."""
-            self.load_apart()
-            return super().get_call_type(context, arguments, named)
+        def typed(self, typing_context: Any, *arguments: Any) -> Any:
+            """Return the signature, and what makes the code of a call."""
+            self.load()
+            return self.signature, self.call
 
-    cast(Any, extending).register_model(_Apart)(cast(Any, extending).models.OpaqueModel)
+        def call(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            """Return what a call comes to. Named tuples are passed as the function takes them, as values."""
+            kinds = [context.get_value_type(each) for each in (signature.return_type, *signature.args)]
+            made = ir.FunctionType(kinds[0], kinds[1:])
+            known = cast(Any, cgutils).get_or_insert_function(builder.module, made, self.name)
+            return builder.call(known, arguments)
 
     def _compiled(function: FunctionType, signature: Any) -> Any:
         made = cast(Any, CFunc)(
@@ -295,7 +314,19 @@ def apart(function: F) -> F:
 
     For what is long: a hook is compiled again at each place that calls it, and with each choice of phases. It
     takes and returns numbers, which its annotations call ``float`` or ``int``, and takes arrays of doubles,
-    ``Numbers``, so that code that calls it knows no more of it than a name, with a fingerprint. An array is
-    passed as ``pointer`` makes it.
+    ``Numbers``, and named tuples of all these; so code that calls it knows no more of it than a name, with a
+    fingerprint. An array is passed as ``pointer`` makes it.
     """
-    return function if INTERPRETED else cast(F, _Apart(cast(FunctionType, function)))
+    if INTERPRETED:
+        return function
+    known = _Apart(cast(FunctionType, function))
+
+    def typed(*given: Any) -> Any:
+        return known.typed(*given)
+
+    context = inspect.Parameter("typing_context", inspect.Parameter.POSITIONAL_ONLY)
+    parameters = inspect.signature(function).parameters.values()
+    cast(Any, typed).__signature__ = inspect.Signature([context, *parameters])
+    made = cast(Any, intrinsic)(typed)
+    made.py_func, made.known, made.load_apart = function, known, known.load
+    return cast(F, made)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -19,26 +20,24 @@ from kinetile.cli.options import (
     phase_choices,
     until_or_default,
 )
-from kinetile.cli.output import printed, scene_summary
+from kinetile.cli.output import printed, scene_summary, show, table_of
 from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, exit_codes, make_ready, notice
 
 if TYPE_CHECKING:
+    from kinetile.run.compare import Comparison, PhaseOutcome
     from kinetile.run.simulation import Simulation
-    from kinetile_conformance.compare import Comparison
 
 
 def compare(
     scene: SceneName = "grid",
     parameters: Parameters = None,
     phases: Annotated[
-        str,
+        str | None,
         typer.Option(
-            "--phases",
-            "--broad-phases",
             metavar="A,B,...",
-            help="Broad phases, the first being the reference; with options: sap-1d:axis=y.",
+            help="Broad phases, the first being the reference; by default all that take the scene.",
         ),
-    ] = "naive,cells,sap-1d,sap-2d,sweep-tiling",
+    ] = None,
     narrow_phase: NarrowPhases = None,
     until: Until = None,
     max_contacts: MaxContacts = None,
@@ -46,14 +45,14 @@ def compare(
     csv: Csv = False,
 ) -> None:
     """Run a scene under several broad phases; exit code 1, and the first difference, unless all agree."""
-    from kinetile_conformance.compare import Comparison, PhaseOutcome
-    from kinetile_conformance.compare import compare as compare_phases
+    from kinetile.run.compare import Comparison
+    from kinetile.run.compare import compare as compare_phases
 
     done: list[PhaseOutcome] = []
     with exit_codes():
         this_scene = find_scene(scene, parameters)
         end = until_or_default(this_scene, until, max_contacts)
-        choices = phase_choices(phases)
+        choices = None if phases is None else phase_choices(phases)
         with Bar("comparing", this_scene.start, max_contacts) as bar:
 
             def start(label: str, simulation: Simulation) -> None:
@@ -84,16 +83,23 @@ def compare(
 
 
 def _print_comparison(comparison: Comparison, head: dict[str, Any] | None, json: bool, csv: bool) -> None:
-    """Print a comparison; of one that was interrupted (no head), its finished runs."""
+    """Prints a comparison; of one that was interrupted (no head), its finished runs."""
     from kinetile.versions import versions
 
     status = {"status": "complete" if head else "interrupted", "versions": versions()}
     found = comparison.as_dict() | ({} if head else {"identical": None})
     if printed(status | (head or {}) | found, found["phases"], json=json, csv=csv):
         return
-    from kinetile.cli.output import comparison_table, show
-
-    show(comparison_table(comparison.outcomes))
+    columns: dict[str, Callable[[PhaseOutcome], str]] = {
+        "broad phase": lambda each: each.phase,
+        "> contacts": lambda each: f"{each.contacts:,}",
+        "> time": lambda each: f"{each.time:.10g}",
+        "> events": lambda each: f"{each.events:,}",
+        "> CPU s": lambda each: f"{each.cpu_seconds:.3g}",
+        "fingerprint": lambda each: each.fingerprint[:16],
+        "ended by": lambda each: (each.fault or "").partition(":")[0],
+    }
+    show(table_of(comparison.outcomes, columns))
     if head and comparison.identical:
         contacts = comparison.outcomes[0].contacts
         show(f"identical: {contacts:,} contacts, the end and every body's state agree bit for bit")

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.errors import AuditError, BadOption, UnknownName
-from kinetile_conformance.compare import Divergence, _Answer, compare, describe_row, find_divergence
+from kinetile.errors import AuditError, BadOption, Refused, UnknownName
+from kinetile.run.compare import Divergence, Outcome, compare, describe_row, find_divergence
+from kinetile.run.compose import accepting
+from registering import registered
 
 
 def three_in_a_row() -> kt.Scene:
@@ -49,7 +52,7 @@ def test_a_contact_that_is_missing_is_shown_with_exact_ticks(blind):
     assert first.before == {"time": 0.5, "epoch": 0, "tick": 2**51, "a": 1, "b": 2}
     text = str(first)
     assert text.startswith("blind differs from naive at contact 1:")
-    assert "disc 0 with disc 1 at time 2.0 (epoch 2, tick 0)" in text
+    assert "body 0 with body 1 at time 2.0 (epoch 2, tick 0)" in text
     assert "no such contact" in text
     assert "by the specification naive is right there; blind is wrong in contact 1: " in text
     assert json.loads(json.dumps(result.as_dict()))["first_divergence"]["index"] == 1
@@ -92,31 +95,57 @@ def test_a_number_of_contacts_does_not_go_beyond_the_scenes_own_end():
 
 
 def test_the_end_and_the_bodies_are_compared_too():
-    contacts = np.zeros(2, kt.CONTACT)
-    end = {"time": 1.0, "fault": "none"}
-    state, bodies = np.zeros((2, 4)), np.array([3, 7])  # others have left
-    reference = _Answer(contacts, end, state, bodies)
-    same = _Answer(contacts.copy(), dict(end), state.copy(), bodies)
-    assert find_divergence("a", "b", reference, same) is None
-    ended = find_divergence(
-        "a", "b", reference, _Answer(contacts, {"time": 0.5, "fault": "ZenoError"}, state, bodies)
-    )
+    contacts, bodies = np.zeros(2, kt.CONTACT), np.array([3, 7])  # others have left
+    places, velocities = np.zeros((2, 2)), np.zeros((2, 2))
+    reference = Outcome(contacts, "ran", 1.0, bodies, places, velocities)
+    assert find_divergence("a", "b", reference, replace(reference, contacts=contacts.copy())) is None
+    ended = find_divergence("a", "b", reference, replace(reference, ended="ZenoError: jammed", time=0.5))
     assert ended.what == "end"
-    assert "time 0.5, fault ZenoError" in str(ended)
-    negative = state.copy()
-    negative[1, 2] = -0.0
-    moved = find_divergence("a", "b", reference, _Answer(contacts, end, negative, bodies))
+    assert "time 0.5, ended ZenoError" in str(ended)
+    negative = velocities.copy()
+    negative[1, 0] = -0.0
+    moved = find_divergence("a", "b", reference, replace(reference, velocities=negative))
     assert (moved.what, moved.index) == ("body", 7)
     assert "vx -0.0" in str(moved)
     other = contacts.copy()
     other["tick"][0] = 1
-    ticked = find_divergence("a", "b", reference, _Answer(other, end, negative, bodies))
+    ticked = find_divergence("a", "b", reference, replace(reference, contacts=other))
     assert (ticked.what, ticked.index, ticked.before) == ("contact", 0, None)
+
+
+def test_a_run_that_ended_otherwise_is_reported_before_contacts_that_are_missing_for_that_reason():
+    contacts, none = np.zeros(2, kt.CONTACT), np.zeros((0, 2))
+    reference = Outcome(contacts, "ran", 1.0, np.zeros(0, int), none, none)
+    short = replace(reference, contacts=contacts[:1])
+    assert find_divergence("a", "b", reference, short).what == "contact"
+    assert find_divergence("a", "b", reference, replace(short, ended="PhaseError: no")).what == "end"
+
+
+def test_by_default_all_phases_that_accept_the_scene_are_compared():
+    """Names in the command's default left foreign phases out, and refused scenes that one of them refuses."""
+    scene = kt.make_scene("grid", bodies=4)
+    phases = kt.registry().names("broad phase")
+    assert [each.phase for each in compare(scene, until=0.01).outcomes] == list(phases)
+    open_plane = three_in_a_row()
+    assert accepting(open_plane) == [name for name in phases if name != "sweep-tiling"]
+
+
+class Anywhere:
+    def prepare(self, scene):
+        return kt.registry().broad_phase("naive")().prepare(scene)
+
+
+def test_a_foreign_phase_is_proposed_where_a_built_in_one_refuses():
+    with (
+        registered(kt.BroadPhaseSpec("anywhere", Anywhere)),
+        pytest.raises(Refused, match="accept this scene: naive, cells, sap-1d, sap-2d, anywhere"),
+    ):
+        kt.Simulation(three_in_a_row(), "sweep-tiling")
 
 
 def test_rows_are_described_in_words():
     row = {"time": 0.5, "epoch": 0, "tick": 2**51, "a": 3, "b": -2}
-    assert describe_row(row) == "disc 3 with wall right at time 0.5 (epoch 0, tick 2251799813685248)"
+    assert describe_row(row) == "body 3 with the right wall at time 0.5 (epoch 0, tick 2251799813685248)"
     assert describe_row(None) == "no such contact"
     assert (
         str(Divergence("a", "b", "contact", 7, row, None)).splitlines()[0] == "b differs from a at contact 7:"
