@@ -1,27 +1,24 @@
 """Scenes by name: recipes that plugins provide, and files that name recipes and phases.
 
-A recipe is a function that makes a scene, and its keyword arguments are the scene's parameters. Its signature
-contains all that is needed: names, types (``int``, ``float``, ``str``, ``bool``, ``tuple[int, ...]`` or
-``tuple[float, ...]``) and defaults are read from it, to check a user's values and to list the parameters.
+A recipe is a function that makes a scene, and its keyword arguments are the scene's parameters. Their types
+(``int``, ``float``, ``str``, ``bool``, ``tuple[int, ...]`` or ``tuple[float, ...]``) serve to check a user's
+values.
 """
 
 from __future__ import annotations
 
-import inspect
 import operator
 import re
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from kinetile.errors import BadOption, KinetileError, Mistake, PhaseError, one_of
 from kinetile.plugin.calling import calling
+from kinetile.plugin.parameters import REQUIRED, Parameter, parameters_of
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
 from kinetile.scene.checks import check_name, is_number, shown
 from kinetile.scene.scene import Scene, relabelled
-
-REQUIRED = inspect.Parameter.empty
-"""The default of a parameter without one."""
 
 _SEVERAL = {"tuple[int, ...]": "int", "tuple[float, ...]": "float"}
 """Types of several numbers, and the type of each."""
@@ -35,15 +32,6 @@ _NEEDED = {
     "tuple[float, ...]": "numbers, such as [0.5, 0.7], or the text '0.5, 0.7'",
 }
 _WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
-
-
-class Parameter(NamedTuple):
-    """A parameter of a recipe: its name, its type ("int", "float", "str", "bool", "tuple[int, ...]",
-    "tuple[float, ...]" or another), its default."""
-
-    name: str
-    type: str
-    default: Any
 
 
 def holds_several(parameter: Parameter) -> bool:
@@ -101,17 +89,7 @@ def recipe_parameters(name: str) -> tuple[Parameter, ...]:
     Raises UnknownName for a recipe that is not there, and PhaseError for one whose signature hides its
     parameters.
     """
-    parameters = []
-    for each in inspect.signature(registry().scene(name)).parameters.values():
-        if each.kind not in (each.KEYWORD_ONLY, each.POSITIONAL_OR_KEYWORD):
-            raise PhaseError(
-                f"the recipe of the scene {name!r} gathers its parameters in {each.name!r}; "
-                "expected parameters that can each be given by name"
-            )
-        annotation = each.annotation
-        written = annotation.__name__ if isinstance(annotation, type) else str(annotation)
-        parameters.append(Parameter(each.name, written, each.default))
-    return tuple(parameters)
+    return parameters_of("scene", name)
 
 
 def accepted_parameters(name: str) -> tuple[Parameter, ...]:
@@ -228,22 +206,17 @@ def _whole(number: float) -> int:
 def option_mistakes(name: str, options: Mapping[str, Any], where: str) -> list[Mistake]:
     """Returns the options that a phase or response does not have; if it has them all, why it cannot use a
     value. ``where`` is the place of the options."""
-    found = registry()
-    kinds: dict[Kind, Callable[[str], Any]] = {
-        "broad phase": found.broad_phase,
-        "narrow phase": found.narrow_phase,
-        "response": found.response,
-    }
-    kind: Kind = next((each for each in kinds if not check_name("", name, each)), "response")
-    mistakes, what = [], "response" if kind == "response" else "phase"
+    kinds: tuple[Kind, ...] = ("broad phase", "narrow phase", "response")
+    kind = next((each for each in kinds if not check_name("", name, each)), kinds[-1])
+    mistakes = []
     try:
-        phase = kinds[kind](name)
-        known = [parameter for parameter in inspect.signature(phase).parameters if parameter != "self"]
+        known = [each.name for each in parameters_of(kind, name)]
         for key in (key for key in options if key not in known):
             mistakes.append(Mistake(f"{where}.{key}", "no option of this name", one_of(key, known)))
         if not mistakes:
             with calling(kind, name, "its constructor"):
-                phase(**options)
+                registry().target(kind, name)(**options)
     except KinetileError as error:
+        what = "response" if kind == "response" else "phase"
         mistakes.append(Mistake(where, shown(options), f"what the {what} can use: {error}"))
     return mistakes
