@@ -238,13 +238,14 @@ class _File:
         commands: Sequence[tuple[str, Command]],
         unread: Mapping[str, Bools],
     ) -> Scene:
-        incomplete = {"bodies", "commands", "kinds", "obstacles"} & {place[0] for place in self.faults}
+        unread_kinds = any(place[0] in ("bodies", "kinds") for place in self.faults)
+        left_out = any(each.where.startswith(("commands", "obstacles")) for each in self.mistakes)
         places = FilePlaces(
             source=self.source,
             mistakes=self.mistakes,
             faults={written(place) for place in self.faults},
             unread=unread,
-            complete=not incomplete,
+            complete=not (unread_kinds or left_out),
             turns=[where for where, _ in turns],
             commands=[where for where, _ in commands],
         )

@@ -392,6 +392,7 @@ def test_running_is_refused_where_no_phase_takes_shapes() -> None:
         kt.Simulation(scene(), narrow_phases=["disc"])
 
 
+@pytest.mark.small
 def test_a_run_with_a_phase_that_takes_shapes_keeps_them(tmp_path: Path) -> None:
     plugin = {
         "circles": kt.NarrowPhaseSpec(
