@@ -12,8 +12,6 @@ from kinetile.errors import RecordError
 from kinetile.records.reading import disagreement, read_with_scene
 from kinetile.run.engine import layout
 
-pytestmark = pytest.mark.small
-
 
 def world(**more) -> kt.Scene:
     """Return two balls on their ways through a sensor, one that comes, and kinds of which none is there."""
