@@ -17,10 +17,8 @@ from kinetile import errors
 from kinetile.kernel.compiled import NotCompiled
 from kinetile.plugin.registry import Failure
 from kinetile.records.bounded import TooManyRows
-from kinetile_accuracy.oracle.event_queue import Undecided
-from kinetile_bench.counters import NoCounters
-from kinetile_bench.pool import PoolError
-from kinetile_bench.task import VersionsDiffer
+from kinetile_accuracy.oracle.attempt import Undecided
+from kinetile_bench.study.task import StudyStopped
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply
 from kinetile_conformance.deadline import TimeIsUp
 from kinetile_conformance.pipe import EngineError
@@ -55,13 +53,11 @@ RAISED: list[BaseException] = [
     DoesNotApply("no such claim"),
     EngineError("it does not start"),
     Gone("a traceback"),
-    PoolError("no workers"),
-    NoCounters("perf is missing"),
     NotCompiled("a hook"),
     Silent(True),
+    StudyStopped("no workers"),
     TimeIsUp(),
     TooManyRows("more than 10 rows"),
-    VersionsDiffer("stripes is 1.0 there, 2.0 here", "the worker tcp://a:1"),
     Undecided("which is first", 1.5, (0, 2)),
 ]
 
