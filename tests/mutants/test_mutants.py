@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+import lanes
 import mutants
 from kinetile_conformance import CHECKS
 from kinetile_conformance.checks import check_named
@@ -31,14 +32,17 @@ SMALL = [
 ]
 """Mutants that die on small scenes, so with plain hooks; for the others these take ten minutes."""
 
-CASES = [
-    *(pytest.param(name, marks=pytest.mark.interpreted) for name in DEFAULT),
+REST = [
     *(
         pytest.param(name, marks=[pytest.mark.interpreted, pytest.mark.long if at else pytest.mark.slow])
         for at, name in zip(itertools.cycle(range(EVERY)), SMALL)
         if name not in DEFAULT
     ),
     *(pytest.param(name, marks=pytest.mark.long) for name in mutants.ALL if name not in SMALL),
+]
+CASES = [
+    *(pytest.param(name, marks=pytest.mark.interpreted) for name in DEFAULT),
+    *(REST if lanes.slow_ones else []),
 ]
 
 THREE = (
