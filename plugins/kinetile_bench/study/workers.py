@@ -17,6 +17,8 @@ from queue import Empty, SimpleQueue
 from kinetile.errors import KinetileError
 from kinetile_bench.study.task import LOST, Row, StudyStopped, Task, row_of, run_task
 
+_ANOTHER = "the study goes on with another one"
+
 
 def rows_of(tasks: Iterable[Task], executor: Executor | None, workers: int | None) -> Generator[Row | None]:
     """Runs tasks; yields their rows as they come, and None now and then.
@@ -27,7 +29,7 @@ def rows_of(tasks: Iterable[Task], executor: Executor | None, workers: int | Non
     if executor is not None:
         broken, _ = yield from _through(executor, tasks, workers)
         if broken:
-            raise StudyStopped("the executor has broken or was shut down; the study goes on with another one")
+            raise StudyStopped(f"the executor has broken; {_ANOTHER}")
         return
     left, count = list(tasks), workers or _processors()
     while left:
@@ -55,8 +57,11 @@ def _through(
                 task = waiting.popleft()
                 try:
                     future = executor.submit(run_task, task)
-                except RuntimeError:  # it is broken or was shut down
+                except BrokenExecutor:
                     broken.append(task)
+                except Exception as error:  # it was shut down, or a client of Dask is closed
+                    reason = f"{type(error).__name__}: {error}"
+                    raise StudyStopped(f"the executor takes no task ({reason}); {_ANOTHER}") from error
                 else:
                     under_way[future] = task
                     future.add_done_callback(finished.put)
