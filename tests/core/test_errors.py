@@ -17,12 +17,12 @@ from kinetile import errors
 from kinetile.kernel.compiled import NotCompiled
 from kinetile.plugin.registry import Failure
 from kinetile.records.bounded import TooManyRows
-from kinetile_accuracy.oracle.event_queue import Undecided
+from kinetile_accuracy.oracle.attempt import Undecided
 from kinetile_bench.study.task import StudyStopped
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply
 from kinetile_conformance.deadline import TimeIsUp
 from kinetile_conformance.pipe import EngineError
-from kinetile_conformance.processes import Silent
+from kinetile_conformance.processes import Gone, Silent
 from kinetile_conformance.watched_hooks import Breach
 
 PLACED = {"time": 2.5, "bodies": [3, 1]}
@@ -52,6 +52,7 @@ RAISED: list[BaseException] = [
     Disagreement("another contact"),
     DoesNotApply("no such claim"),
     EngineError("it does not start"),
+    Gone("a traceback"),
     NotCompiled("a hook"),
     Silent(True),
     StudyStopped("no workers"),

@@ -19,18 +19,18 @@ from typing import Any, NamedTuple
 from kinetile import Scene, make_scene, registry
 from kinetile.errors import Mistake, SceneError, StudyError, UnknownName, one_of
 from kinetile.plugin.choices import read_phase
+from kinetile.plugin.parameters import Parameter
 from kinetile.plugin.specs import Kind
 from kinetile.run.compose import check_options
 from kinetile.run.observing import check_observable
 from kinetile.scene.by_name import (
-    Parameter,
     complete_parameters,
     holds_several,
-    loads_scene,
     parameter_mistakes,
     recipe_parameters,
 )
 from kinetile.scene.checks import abridged, is_finite, shown
+from kinetile.scene.files import loads_scene
 from kinetile.scene.schema import read_bytes, read_tables
 
 MOST_TASKS = 200_000

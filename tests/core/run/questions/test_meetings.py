@@ -81,7 +81,6 @@ def test_two_bodies_meet_when_their_plans_say(scene):
                 assert first == min(own, key=in_order, default=None)
 
 
-@pytest.mark.small
 @settings(max_examples=8, deadline=None)
 @given(scene=scenes(), until=st.sampled_from([0.25, 1.0]))
 def test_answers_are_the_same_under_every_phase(scene, until):
@@ -153,7 +152,6 @@ def test_a_command_up_to_and_at_the_tick_precedes_it(tick, stands):
         assert sim.next_contact(0, 1) is not None
 
 
-@pytest.mark.small
 def test_where_bodies_pass_through_each_other_they_never_meet():
     scene = row(1.0, -1.0, arena=(4.0, 4.0))
     sim = kt.Simulation(scene, "naive", narrow_phases=("wall",))

@@ -8,9 +8,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from kinetile_accuracy.contact_times.encounter import Encounter
-from kinetile_accuracy.contact_times.families import FAMILIES, LATER, TIED, Queries, _struck
-from kinetile_accuracy.specification.arithmetic import SPAN, FlightPlan
+from kinetile_accuracy.hard_cases.families import FAMILIES, LATER, TIED, Queries
+from kinetile_accuracy.specification.arithmetic import SPAN, FlightPlan, pair_tick
 
 NAMES = [family.name for family in FAMILIES]
 COUNT = 240
@@ -46,16 +45,14 @@ def test_it_is_drawn_the_same_each_time_and_has_what_it_takes(name: str) -> None
     assert asked.radius.shape == asked.anchor.shape == (COUNT, 2)
     assert (asked.radius > 0.0).all()
     assert np.isfinite(asked.position).all()
-    met = [Encounter(*plans) for plans in asked.plans()]
-    hits = sum(each.contact is not None for each in met)
+    hits = sum(pair_tick(*plans) is not None for plans in asked.plans())
     assert hits > 0.25 * COUNT
-    if name not in ("far apart",) and asked.tied == 1:
+    if name not in ("far apart", "simultaneous"):
         assert hits < 0.75 * COUNT
 
 
 def test_names_are_not_used_twice() -> None:
     assert len(set(NAMES)) == len(NAMES)
-    assert all(family.like is None or family.like in NAMES for family in FAMILIES)
 
 
 @pytest.mark.parametrize(("name", "off"), [("grazing, 1e-12", 1.1e-12), ("grazing, ulps", 16 * 2.0**-53)])
@@ -63,7 +60,7 @@ def test_grazes_pass_within_their_bound(name: str, off: float) -> None:
     beyond = [
         passing / reach - 1 for _, passing, reach in (squares(*plans) for plans in queries(name).plans())
     ]
-    assert max(abs(each) for each in beyond) <= 2.0 * off
+    assert max(abs(each) for each in beyond) <= 3.0 * off
     assert max(abs(each) for each in beyond) >= 0.2 * off
     assert min(beyond) < 0 < max(beyond)
 
@@ -77,8 +74,7 @@ def test_a_quarter_is_tangent_and_the_others_are_within_an_ulp() -> None:
     assert 0.2 < (beyond > 0.0).mean() < 0.3
     assert 0.0 < np.abs(beyond).max() < 4.5 * 2.0**-53
     assert all(
-        (Encounter(*plans).contact is None) == (off >= 0.0)
-        for plans, off in zip(asked.plans(), beyond, strict=True)
+        (pair_tick(*plans) is None) == (off >= 0.0) for plans, off in zip(asked.plans(), beyond, strict=True)
     )
 
 
@@ -99,17 +95,11 @@ def test_velocities_are_almost_equal() -> None:
     assert 0.0 < speeds.min() < 1e-13
 
 
-def test_sizes_and_masses_reach_their_ratios() -> None:
+def test_sizes_reach_their_ratio() -> None:
     radius = queries("size ratio to 1e6").radius
     ratio = radius.max(axis=1) / radius.min(axis=1)
     assert 1e5 < ratio.max() < 1.001e6
     assert ratio.min() < 10.0
-    before, mass = _struck(np.random.default_rng(3), COUNT)
-    ratio = mass.max(axis=1) / mass.min(axis=1)
-    assert 1e11 < ratio.max() < 1e12
-    assert ratio.min() < 10.0
-    energy = (mass * (before.velocity**2).sum(axis=2)).sum(axis=1)
-    assert energy.max() < 1e3 * energy.min(), "like energies"
 
 
 def test_distances_are_what_they_say() -> None:
@@ -121,26 +111,21 @@ def test_distances_are_what_they_say() -> None:
         assert 5e5 < out.max() < 1.1e6
 
 
-def test_anchors_differ_where_they_should_and_late_ones_are_the_same_queries() -> None:
-    early, late = queries("anchors apart"), queries("late clock")
-    for asked in (early, late, queries("far out, anchors apart")):
+def test_anchors_differ_where_they_should_and_those_of_the_late_clock_are_late() -> None:
+    for name in ("anchors apart", "late clock", "far out, anchors apart"):
+        asked = queries(name)
         assert (asked.anchor[:, 0] != asked.anchor[:, 1]).all()
-    assert (late.anchor == early.anchor + LATER).all()
-    assert 0.99 * SPAN < late.anchor.max() <= SPAN
-    assert late.position.tobytes() == early.position.tobytes()
-    assert late.velocity.tobytes() == early.velocity.tobytes()
+        assert (asked.anchor.max() > LATER) == (name == "late clock")
+        assert asked.anchor.max() <= SPAN
 
 
-@pytest.mark.parametrize("name", ["simultaneous, copies", "simultaneous, different"])
-def test_simultaneous_contacts_have_exactly_one_time(name: str) -> None:
-    asked = queries(name)
-    assert asked.tied == TIED
+def test_simultaneous_contacts_have_exactly_one_time() -> None:
+    asked = queries("simultaneous")
     times = [exact_time(*plans) for plans in asked.plans()]
     groups = [times[first : first + TIED] for first in range(0, len(times), TIED)]
     assert all(len(set(group)) == 1 for group in groups)
     assert len(set(times)) > 0.8 * len(groups)
-    if name == "simultaneous, different":
-        assert len(set(asked.radius.sum(axis=1))) > 0.8 * len(asked)
+    assert len(set(asked.radius.sum(axis=1))) > 0.8 * len(asked)
 
 
 def place(plan: FlightPlan, tick: int) -> tuple[Fraction, Fraction]:
