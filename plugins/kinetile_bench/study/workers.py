@@ -47,7 +47,7 @@ def _through(
 ) -> Generator[Row | None, None, tuple[list[Task], list[Task]]]:
     """Runs tasks, at most so many at one time. Returns, if the executor has broken, the tasks that it had
     then, and those that it never had."""
-    waiting, broken = deque(tasks), list[Task]()
+    waiting, broken, tried = deque(tasks), list[Task](), list[Task]()
     under_way: dict[Future[Row], Task] = {}
     finished = SimpleQueue[Future[Row]]()
     try:
@@ -80,9 +80,14 @@ def _through(
                 raise
             except Exception as error:
                 reason = f"{type(error).__name__}: {error}"
-                if type(error).__name__ != "KilledWorker":  # Dask's, which has tried it several times
+                if type(error).__name__ == "KilledWorker":  # Dask's, which has tried it several times
+                    row = _lost(task, reason)
+                elif task in tried:
                     raise StudyStopped(f"a task cannot run on its worker: {reason}") from error
-                row = _lost(task, reason)
+                else:  # Dask's ClientExecutor has a ValueError for a row that its worker took with it
+                    tried.append(task)
+                    waiting.append(task)
+                    continue
             yield row
         return broken, list(waiting)
     finally:
