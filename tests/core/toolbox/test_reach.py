@@ -11,8 +11,8 @@ from hypothesis import given, settings
 import kinetile as kt
 from kinetile.run.compose import compose_phases
 from kinetile.run.engine.engine import Engine
-from kinetile.scene.reach import skin_at_start
 from kinetile.toolbox import Kernel, hook, reach_of, reach_to, reaches_of
+from kinetile.toolbox.reach import skin_at_start
 from kinetile_conformance.strategies import scenes
 
 
