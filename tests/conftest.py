@@ -6,6 +6,7 @@ import os
 import signal
 import time
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -18,12 +19,15 @@ from programs import program
 
 __all__ = ["pytest_runtest_logreport", "pytest_runtest_protocol"]
 
-settings.register_profile(
-    "any machine",
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
-)
-settings.load_profile("any machine")  # a busy machine is no failure: no test judges the time that it takes
+EVERYWHERE = {
+    "deadline": None,  # a busy machine is no failure: no test judges the time that it takes
+    "suppress_health_check": [HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+}
+settings.register_profile("many", **EVERYWHERE)
+settings.register_profile("few", max_examples=20, **EVERYWHERE)
+settings.load_profile(
+    "few"
+)  # ``--hypothesis-profile=many`` has a hundred, where a test does not say otherwise
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -156,13 +160,36 @@ def _is_under_slow_phase(item: pytest.Item) -> bool:
     return any(isinstance(each, str) and each in ("naive", "sap-2d") for each in given)
 
 
+IN_PLAIN_HOOKS = (
+    "core/records",
+    "core/run",
+    "core/show",
+    "plugins",
+)
+"""Folders whose tests are small unless they are marked ``compiled`` or ``own_loop``."""
+
+ALL_COMPILED = ("plugins/accuracy", "plugins/bench", "plugins/conformance")
+"""Folders within these whose tests are not: they start processes, and run loops of many events."""
+
+
+def _is_small(item: pytest.Item) -> bool:
+    """Return whether a test is small: by its mark, or by its folder."""
+    place = item.path.parent.relative_to(Path(__file__).parent).as_posix() + "/"
+    here = place.startswith(tuple(f"{each}/" for each in IN_PLAIN_HOOKS))
+    here = here and not place.startswith(tuple(f"{each}/" for each in ALL_COMPILED))
+    other = any(item.get_closest_marker(name) for name in ("compiled", "own_loop", "interpreted"))
+    return item.get_closest_marker("small") is not None or (here and not other)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What is long is slow as well, and so are small tests under ``naive`` and ``sap-2d``, which take longest
     as plain Python: three other phases run the same. Tests of many events run compiled only:
     NUMBA_DISABLE_JIT=1 runs the others, on small scenes."""
     for item in items:
-        small = item.get_closest_marker("small") is not None
+        small = _is_small(item)
+        if small:
+            item.add_marker(pytest.mark.small)
         if item.get_closest_marker("long") or (small and _is_under_slow_phase(item)):
             item.add_marker(pytest.mark.slow)
     if INTERPRETED:

@@ -68,7 +68,6 @@ SCENES = {
 }
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("name", SCENES)
 def test_the_answer_is_that_of_the_rules(name):
     contacts, scene = SCENES[name]
@@ -98,7 +97,6 @@ def test_naive_gives_the_same(seed):
     assert_naive(drawn(seed) if seed % 3 else at_border(seed, side=8), max_contacts=300, until=20.0)
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("seed", first(2, range(20)))
 def test_bodies_come_go_and_turn(seed):
     rng = np.random.default_rng(seed)
@@ -120,7 +118,6 @@ def test_bodies_come_go_and_turn(seed):
     assert_naive(sim.recorded())
 
 
-@pytest.mark.small
 def test_places_may_overflow():
     """Periods are counted modulo 2^36: a body that has flown 2^35 is where one is that has flown none."""
     scene = at_border(1)
@@ -172,7 +169,6 @@ def held_too_much(sim):
     add_pair(sim._engine.k, 0, 1)
 
 
-@pytest.mark.small
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -191,7 +187,6 @@ def test_what_is_broken_on_a_circle(change, said):
             sim.run(max_contacts=0)
 
 
-@pytest.mark.small
 def test_a_certificate_over_the_border_is_drawn_to_the_image_beyond():
     scene = box([[0.9, 0.5], [0.1, 0.5]], [[0.1, 0.0], [-0.1, 0.0]], 0.05)
     (line,) = [item for item in kt.Simulation(scene, "sap-1d").drawing() if item.role == "certificate"]
@@ -201,7 +196,6 @@ def test_a_certificate_over_the_border_is_drawn_to_the_image_beyond():
     assert (begin, end) == pytest.approx((0.95, 1.05))
 
 
-@pytest.mark.small
 def test_the_matrix_shows_who_overlaps_through_an_image():
     scene = box([[0.96, 0.5], [0.04, 0.9], [0.5, 0.03], [0.585, 0.95]], np.zeros((4, 2)), 0.05)
     items = kt.Simulation(scene, "sap-2d").drawing()

@@ -242,7 +242,6 @@ def may_be_tiled(run: dict[str, Any]) -> bool:
     return walled and all(each["response"] != "pass" for each in said.get("responses", ()))
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("name", CLAUSES)
 def test_a_clause_is_followed(name: str) -> None:
     contacts = assert_follows(CLAUSES[name], *PHASES[0])
@@ -257,7 +256,6 @@ def test_a_scene_has_commands_for_bodies_that_are_there_and_new_numbers(
         scene_of(said)
 
 
-@pytest.mark.small
 def test_a_wall_is_met_up_to_a_rounding_and_a_segment_in_its_place_exactly() -> None:
     """Rules 5s and 6s: the same bodies, which meet the one and the other at ticks that may differ."""
     both = (rows(name) for name in ("shapes", "shape_walls"))

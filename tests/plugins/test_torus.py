@@ -21,7 +21,6 @@ def contacts_of(scene: kt.Scene, phase: str, units: int = 10, most: int = 40) ->
     return rows(sim)
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("seed", first(4, range(300)))
 def test_the_answer_is_that_of_the_rules(seed):
     scene = torus_scenes.drawn(seed)
@@ -37,7 +36,6 @@ def test_the_answer_is_that_of_the_rules(seed):
         assert [(at.kx, at.ky) for at in sim.tables.images] == [plan.turns for plan in plans]
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("seed", first(4, range(150)))
 def test_passings_are_those_of_the_rules(seed):
     """A pair passes through an image, through several at a time, and meets through others meanwhile."""
@@ -49,7 +47,6 @@ def test_passings_are_those_of_the_rules(seed):
         assert rows(sim)[:30] == wanted
 
 
-@pytest.mark.small
 def test_two_that_pass_through_two_images_at_once():
     """They overlap through the images -1 and 0, and 0 and 1 once the second is written a period away."""
     for away in (0.0, -1.0):
@@ -64,7 +61,6 @@ def test_two_that_pass_through_two_images_at_once():
             assert rows(sim) == wanted
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("seed", first(2, range(200)))
 def test_bodies_that_pass_come_and_go(seed):
     """And are saved and restored while they pass."""
@@ -178,7 +174,6 @@ def test_events_one_by_one_are_those_of_a_run():
     assert (single.positions() == whole.positions()).all()
 
 
-@pytest.mark.small
 def test_commands_snapshots_and_recordings_know_images(tmp_path):
     scene = kt.make_scene("grid", bodies=16, density=0.3, seed=5).replace(periodic="xy")
     sim = kt.Simulation(scene, "cells")

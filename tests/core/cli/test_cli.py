@@ -559,7 +559,7 @@ def test_elsewhere_there_is_no_progress(monkeypatch, stderr):
         "compare cradle --phases naive,cells --until 1",
         "choose cradle --phases naive,cells --seconds 0.0001 --repeats 1",
         "bench scene cradle --phases naive,cells --until 1 --repeats 1",
-        "bench frames --phases cells --frames 20 --bodies 9 --turned 1",
+        "bench events --phases naive,cells --bodies 4 --densities 0.5 --seconds 0.001 --repeats 1",
         "oracle cradle --until 3",
     ],
 )
@@ -582,11 +582,9 @@ def _longest(found):
 
 
 OWN = {  # what one command alone has, and nobody else may call otherwise
-    "bench frames": {"--frames", "--speed", "--turned", "--exchanged"},
-    "bench counters": {"--contacts"},
-    "study run": {"--workers", "--dask", "--memory", "--quiet-core", "--again"},
-    "study table": {"--y", "--x", "--rows", "--no-timings"},
-    "study plot": {"--out"},
+    "bench thesis": {"--out"},
+    "study run": {"--workers", "--again"},
+    "study table": {"--y"},
 }
 
 
@@ -613,10 +611,6 @@ def test_the_options_of_benchmarks_are_those_that_the_documentation_lists():
         line.split("|") for line in table.splitlines() if line.startswith("| `--") and "--json" not in line
     ]
     assert {row[1].strip(" `"): set(re.findall("`(.*?)`", row[3])) for row in rows} == found
-
-
-def test_bench_takes_the_names_that_were_its_before():
-    assert "--phases names 2 phases; expected one" in refused("bench growth --phase naive,cells")
 
 
 def test_compare_runs_the_default_phase_unless_others_are_named():

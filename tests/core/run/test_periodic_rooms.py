@@ -19,8 +19,6 @@ from kinetile.errors import Refused
 from kinetile.kernel.images import near_zero
 from kinetile.run.saving.files import HEAD
 
-pytestmark = pytest.mark.small
-
 STILL = (0.0, 0.0)
 
 

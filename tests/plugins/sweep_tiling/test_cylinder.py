@@ -19,7 +19,6 @@ def tiling(scene: kt.Scene, every: int = 1, **given) -> kt.Simulation:
     return kt.Simulation(scene, "sweep-tiling", audit=every, **given)
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("seed", first(6, range(100)))
 def test_the_answer_is_that_of_the_rules(seed):
     scene = torus_scenes.drawn(seed, axes=("x",))
@@ -41,7 +40,6 @@ def test_naive_gives_the_same_on_larger_scenes(seed):
 SIZES = ((1.0, 1.0, 0.06), (1.0, 0.5, 0.03), (2.0, 1.0, 0.12))
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("seed", first(2, range(20)))
 def test_bodies_come_and_go_on_a_cylinder(seed):
     """Among them the last one, and one that comes to a cylinder on which there is nobody."""
@@ -79,7 +77,6 @@ def test_bodies_come_and_go_on_a_cylinder(seed):
         assert sims[0].fingerprint == sims[1].fingerprint
 
 
-@pytest.mark.small
 def test_a_tile_may_reach_round_the_cylinder():
     """One body sees its own image: three tiles, and no candidate pair."""
     scene = kt.Scene([(0.9, 0.5)], [(1.0, 0.25)], 0.125, arena=(1.0, 1.0), periodic="x")
@@ -90,7 +87,6 @@ def test_a_tile_may_reach_round_the_cylinder():
     assert len(steps.sim.candidate_pairs()) == 0
 
 
-@pytest.mark.small
 def test_the_audit_sees_a_link_through_other_periods():
     scene = kt.Scene([(0.9, 0.5), (0.3, 0.25)], [(1.0, 0.25), (0, 0)], 0.125, arena=(1, 1), periodic="x")
     steps = Steps(scene)
@@ -103,7 +99,6 @@ def test_the_audit_sees_a_link_through_other_periods():
     assert "is not the gap between" in "\n".join(audit(steps.engine.k, steps.state))
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("periodic", ["y", "xy"])
 def test_a_periodic_y_axis_is_refused(periodic):
     scene = kt.Scene([(0.5, 0.5)], [(1.0, 0.0)], 0.125, arena=(1.0, 1.0), periodic=periodic)

@@ -17,7 +17,7 @@ import inspect
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cache, wraps
 from types import FunctionType
 from typing import Any, TypeAlias, TypeVar, cast
@@ -59,10 +59,9 @@ def template(function: F) -> F:
 
 if not INTERPRETED:
     with uncollected():
-        import numba
-        from numba.core.codegen import JITCodeLibrary
-        from numba.core.compiler import Compiler
-        from numba.core.registry import CPUDispatcher
+        from kinetile.kernel.compiled import backend
+        from kinetile.kernel.compiled.backend import CPUDispatcher, LinkingCompiler, ir, types
+        from kinetile.kernel.compiled.cache import CheckedCache
 
     _HOOK = {
         "nopython": True,
@@ -72,46 +71,6 @@ if not INTERPRETED:
         "no_cfunc_wrapper": True,
     }
     """What a hook is compiled with. Wrappers, to be called from Python, would cost half of the time."""
-
-    class _NoEnvironment:
-        """Numba's code generator, which has no machine code to tell where a function's environment is."""
-
-        def __init__(self, generator: Any) -> None:
-            self._generator = generator
-
-        def __getattr__(self, name: str) -> Any:
-            """Return what the generator has."""
-            return getattr(self._generator, name)
-
-        def set_env(self, name: str, environment: Any) -> None:
-            """Do nothing: an environment is read by code that has Python objects, and hooks have none."""
-
-    class _LinkedCode(JITCodeLibrary):
-        """The code of a hook or a subroutine, which is only ever linked into that of its callers.
-
-        Numba optimises the code of each function, with that of all that it calls, and makes machine code of
-        it. Only the code of the outermost caller ever runs, and is optimised with all that was linked into
-        it. So neither is done for the rest, which saves a part of the time to compile a loop.
-        """
-
-        @property
-        def codegen(self) -> Any:
-            """Return the code generator."""
-            return _NoEnvironment(self._codegen)
-
-        def _optimize_final_module(self) -> None:
-            """Leave that to the callers."""
-
-        def _finalize_final_module(self) -> None:
-            """Note that the code is complete, and make no machine code of it."""
-            self._finalized = True
-
-    class _HookCompiler(Compiler):
-        """Numba's compiler, with another place for the code."""
-
-        def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
-            own = library or cast(Any, _LinkedCode)(target.codegen(), "hook")
-            cast(Any, super()).__init__(typing, target, own, *rest)
 
     class _Hook(CPUDispatcher):
         """A function that compiled code inlines."""
@@ -126,8 +85,7 @@ if not INTERPRETED:
             Else each would compile it anew; also one that a variable only begins with, whose code is then
             never used: ``found = NOBODY`` before a loop.
             """
-            unliteral = cast(Any, numba.types).unliteral
-            return super().get_call_template([unliteral(each) for each in arguments], named)
+            return super().get_call_template([types.unliteral(each) for each in arguments], named)
 
     class _ByRecord(_Hook):
         """A hook that has two forms: the record that comes first, by its type, chooses one of them."""
@@ -153,11 +111,7 @@ if not INTERPRETED:
         """A function that compiled code calls. Fingerprints have the class's name: taken in or called, the
         machine code is another."""
 
-    @cache
-    def _alone(function: Callable[..., Any]) -> Callable[..., Any]:
-        return cast(
-            "Callable[..., Any]", cast(Any, numba).njit(error_model="numpy", no_cfunc_wrapper=True)(function)
-        )
+    _alone = cache(backend.alone)
 
 
 def hook(function: F) -> F:
@@ -168,7 +122,7 @@ def hook(function: F) -> F:
     """
     if INTERPRETED:
         return function
-    return cast(F, _Hook(function, targetoptions=_HOOK, pipeline_class=_HookCompiler))
+    return cast(F, _Hook(function, targetoptions=_HOOK, pipeline_class=LinkingCompiler))
 
 
 def with_shapes(of_shape: F) -> Callable[[F], F]:
@@ -185,7 +139,7 @@ def with_shapes(of_shape: F) -> Callable[[F], F]:
 
         if INTERPRETED:
             return cast(F, chosen)
-        made = _ByRecord(chosen, targetoptions=_HOOK, pipeline_class=_HookCompiler)
+        made = _ByRecord(chosen, targetoptions=_HOOK, pipeline_class=LinkingCompiler)
         made.forms = cast(Any, of_disc), cast(Any, of_shape)
         return cast(F, made)
 
@@ -215,7 +169,7 @@ def subroutine(function: F) -> F:
     if INTERPRETED:
         return function
     options = {**_HOOK, "forceinline": False}
-    return cast(F, _Subroutine(function, targetoptions=options, pipeline_class=_HookCompiler))
+    return cast(F, _Subroutine(function, targetoptions=options, pipeline_class=LinkingCompiler))
 
 
 @hook
@@ -242,24 +196,15 @@ def is_hook(value: Any) -> bool:
 
 
 if not INTERPRETED:
-    from llvmlite import ir
-    from llvmlite.binding import add_symbol
-    from numba import types
-    from numba.core import cgutils
-    from numba.core.ccallback import CFunc
-    from numba.extending import intrinsic
-
-    from kinetile.kernel.compiled.cache import CheckedCache
 
     def _kind(annotation: str, names: Mapping[str, Any]) -> Any:
         """Return the type that an annotation means, where these names are known."""
-        known = cast(Any, types)
-        kinds = {"float": known.float64, "int": known.int64, "Numbers": known.CPointer(known.float64)}
+        kinds = {"float": types.float64, "int": types.int64, "Numbers": types.CPointer(types.float64)}
         if annotation in kinds:
             return kinds[annotation]
         fields = names[annotation]
         there = vars(sys.modules[fields.__module__])
-        return known.BaseTuple.from_types(
+        return types.BaseTuple.from_types(
             [_kind(each.__forward_arg__, there) for each in fields.__annotations__.values()], fields
         )
 
@@ -283,30 +228,22 @@ if not INTERPRETED:
                 named = FunctionType(source.__code__, source.__globals__, source.__name__)
                 named.__module__ = source.__module__
                 named.__qualname__ = self.name
-                self.made = _compiled(named, self.signature)  # kept, or its code would go
+                # kept, or its code would go
+                self.made = backend.at_an_address(named, self.signature, CheckedCache)
                 self.address = int(self.made.address)
-                add_symbol(self.name, self.address)
+                backend.add_symbol(self.name, self.address)
 
-        def typed(self, typing_context: Any, *arguments: Any) -> Any:
-            """Return the signature, and what makes the code of a call."""
+        def typed(self, *given: Any) -> Any:
+            """Return the signature, to code that is being compiled."""
             self.load()
-            return self.signature, self.call
+            return self.signature
 
         def call(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             """Return what a call comes to. Named tuples are passed as the function takes them, as values."""
             kinds = [context.get_value_type(each) for each in (signature.return_type, *signature.args)]
             made = ir.FunctionType(kinds[0], kinds[1:])
-            known = cast(Any, cgutils).get_or_insert_function(builder.module, made, self.name)
+            known = backend.cgutils.get_or_insert_function(builder.module, made, self.name)
             return builder.call(known, arguments)
-
-    def _compiled(function: FunctionType, signature: Any) -> Any:
-        made = cast(Any, CFunc)(
-            function, (signature.args, signature.return_type), locals={}, options={"error_model": "numpy"}
-        )
-        with suppress(RuntimeError):  # there is no folder that the cache could be written to
-            made._cache = CheckedCache(function)
-        made.compile()
-        return made
 
 
 def apart(function: F) -> F:
@@ -320,13 +257,7 @@ def apart(function: F) -> F:
     if INTERPRETED:
         return function
     known = _Apart(cast(FunctionType, function))
-
-    def typed(*given: Any) -> Any:
-        return known.typed(*given)
-
-    context = inspect.Parameter("typing_context", inspect.Parameter.POSITIONAL_ONLY)
-    parameters = inspect.signature(function).parameters.values()
-    cast(Any, typed).__signature__ = inspect.Signature([context, *parameters])
-    made = cast(Any, intrinsic)(typed)
+    names = inspect.signature(function).parameters
+    made = backend.lowered(function.__name__, names, known.typed, known.call)
     made.py_func, made.known, made.load_apart = function, known, known.load
     return cast(F, made)

@@ -30,7 +30,7 @@ from kinetile.plugin.calling import described
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
 from kinetile.run.compose import Composition, Rules
-from kinetile.run.engine.agenda import Command, History
+from kinetile.run.engine.agenda import Command
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.engine import LOGS, Engine, Parts
 from kinetile.run.engine.layout import as_bytes
@@ -70,7 +70,6 @@ class Snapshot:
     at_start: bool  # and whether with the bodies of the start
     versions: Mapping[str, str] | None  # its versions, if it comes from another process
     parts: Parts
-    history: History
     audit: int | None
     start_energy: float
 
@@ -95,18 +94,12 @@ class Snapshot:
         unrecorded = [rows.tobytes() for rows in entries.unrecorded]
         ledger = entries.rows, entries.digest.hexdigest(), unrecorded, entries.unstepped
         stands = self.at_start or self.prepared, self.prepared.capacity
-        mine = (self.scene, self.phases, stands, self.history.content, self.audit, self.start_energy)
+        mine = (self.scene, self.phases, stands, self.parts.history.content, self.audit, self.start_energy)
         numbers = (parts.base, parts.bounds, parts.commands, parts.later, parts.numbers, parts.audits)
         return *mine, *numbers, parts.asked, parts.log_rows, parts.overlapping.tolist(), ledger
 
 
-def take(
-    engine: Engine,
-    scene: Scene,
-    history: History,
-    audit: int | None,
-    energy: float,
-) -> Snapshot:
+def take(engine: Engine, scene: Scene, audit: int | None, energy: float) -> Snapshot:
     """Returns a snapshot of an engine, between two chunks, and of the further state of its
     simulation.
 
@@ -125,7 +118,6 @@ def take(
         at_start=prepared.position is engine.scene.position,
         versions=None,
         parts=engine.parts(),
-        history=history,
         audit=audit,
         start_energy=energy,
     )
