@@ -32,7 +32,14 @@ def assert_known(scene: kt.Scene) -> None:
     assert reach_of(scene).tobytes() == np.asarray(reach).tobytes()
 
 
-@pytest.mark.parametrize("name", [name for name in kt.registry().names("scene") if name != "frame"])
+RECIPES = [
+    pytest.param(name, marks=[pytest.mark.small] if name == "grown" else [])  # a run makes it
+    for name in kt.registry().names("scene")
+    if name != "frame"
+]
+
+
+@pytest.mark.parametrize("name", RECIPES)
 def test_it_is_that_of_the_tables_for_every_recipe(name):
     scene = kt.make_scene(name)
     assert_known(scene)
