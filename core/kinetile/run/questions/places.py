@@ -30,8 +30,9 @@ from kinetile.kernel.tables import Kernel
 from kinetile.run.compose import Composition
 from kinetile.run.questions.exact import Truths, compare_roots, difference_of_roots, in_order, whole
 from kinetile.scene.bodies import in_box, nearest_image
-from kinetile.scene.differences import DISC, Number, Outline, core_difference, cross, dot, exact, less
+from kinetile.scene.differences import Number, core_difference, cross, dot, exact, less
 from kinetile.scene.shapes import Shape
+from kinetile.toolbox.differences import DISC, Outline
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
