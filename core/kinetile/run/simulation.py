@@ -573,8 +573,7 @@ class Simulation(Moment):
     ) -> Integers:
         """Returns the bodies in a box now, (m,), ascending.
 
-        A body has its outline, and is about its position in ``positions()``; that, its radius or shape and
-        the box are taken as exact numbers, and compared without any rounding.
+        A body has its outline, and is about its position in ``positions()``. All is computed in doubles.
 
         Args:
             box: (left, bottom, right, top), edges included; a box may be a line or a point.
@@ -598,8 +597,7 @@ class Simulation(Moment):
 
         A body's distance is that of its outline, below 0 where the point is within. For a disc it is that to
         its place in ``positions()`` less its radius; for another shape that to its core, or within the core
-        that to the outline of the core, negated, less its radius. Distances are compared without any
-        rounding.
+        that to the outline of the core, negated, less its radius. All is computed in doubles.
 
         Args:
             point: (x, y).
@@ -628,11 +626,10 @@ class Simulation(Moment):
         """Returns the bodies that a ray meets now, the nearest first and equally near ones by number.
 
         A body has its outline, and is about its position in ``positions()``: a grazing ray meets it, and
-        one that begins in it or at its outline meets it at once. Hits and their order are decided
-        without any rounding.
+        one that begins in it or at its outline meets it at once. All is computed in doubles.
 
-        Along a periodic axis a body has an image at every whole number of periods from that position,
-        exactly. It is reported once, where the ray first enters one of them.
+        Along a periodic axis a body has an image at every whole number of periods from that position. It is
+        reported once, where the ray first enters one of them.
 
         Args:
             origin: (x, y), where the ray begins.

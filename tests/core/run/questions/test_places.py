@@ -1,42 +1,51 @@
-"""Bodies in a box, near a point, on a ray: against exact arithmetic.
+"""Bodies in a box, near a point, on a ray: against decimals of many digits.
 
-Discs are laid out bare: none of a scene's rules applies, they overlap and lie about as they like.
+Bodies are laid out bare: none of a scene's rules applies, they overlap and lie about as they like. What is
+within ``ROUNDING`` of a touch may be decided either way.
 """
 
 from __future__ import annotations
 
-from fractions import Fraction
-from math import isqrt
+from dataclasses import replace
+from decimal import Decimal, getcontext
+from itertools import pairwise
 from typing import cast
 
 import numpy as np
-import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
+import kinetile as kt
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.tables import allocate
 from kinetile.run.compose import Composition
-from kinetile.run.questions.places import Query, bodies_in, bodies_near, ray
+from kinetile.run.questions import places
+from kinetile.run.questions.places import Query
 
-Disc = tuple[float, float, float]
-"""x, y, radius."""
+Body = tuple[kt.Shape, float, float]
+"""Its shape, x and y."""
+
+ROUNDING = 2.0**-40
+"""As a part of all lengths in question."""
+
+getcontext().prec = 400  # of squares of lengths from 2^-200 to 2^200
 
 
-def laid_out(discs: list[Disc], slots: list[int] | None = None) -> Query:
-    """Return a moment at which resting discs are where they are, in the slots of their order."""
-    k = allocate(len(discs), len(discs), 1)
-    table = np.array(discs, dtype=float).reshape(-1, 3)
-    k.bodies.x, k.bodies.y, k.bodies.radius = table.T
-    k.radii[:] = table[:, 2]
+def laid_out(bodies: list[Body], slots: list[int] | None = None) -> Query:
+    """Return a query at which resting bodies are where they are, in the slots of their order; their numbers
+    are in the opposite order, and one more shape is nobody's."""
+    n = len(bodies)
+    k = allocate(n, n, 1)
+    for slot, (shape, x, y) in enumerate(bodies):
+        k.bodies.x[slot], k.bodies.y[slot], k.bodies.radius[slot], k.radii[slot] = x, y, *[shape.reach] * 2
+        k.queue.number[slot] = n - 1 - slot
     k.clock[0].tick = 2.0**-52
-    asked = np.arange(len(discs)) if slots is None else np.array(slots, dtype=np.int64)
-    return Query(k, asked, Clock(0.0, 1.0), cast(Composition, None))
+    asked = np.arange(n) if slots is None else np.array(slots, dtype=np.int64)
+    table = (kt.disc(1.0), *(shape for shape, _, _ in bodies))
+    return Query(k, asked, Clock(0.0, 1.0), cast(Composition, None), table, np.arange(n, 0, -1))
 
 
 quarters = st.integers(-12, 12).map(lambda i: i / 4)
-"""Coordinates of a lattice: whatever can tie, does."""
-
 nudges = st.sampled_from([0.0, 0.0, 0.0, 1.0, -1.0])
 
 
@@ -49,208 +58,333 @@ def lengths(draw: st.DrawFn, some: st.SearchStrategy[float]) -> float:
 
 
 coordinates = lengths(quarters)
-radii = lengths(st.sampled_from([0.25, 0.5, 0.75, 1.25, 2.5]))
+DIAMOND = [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)]
+OCTAGON = [
+    (2.0, 1.0),
+    (1.0, 2.0),
+    (-1.0, 2.0),
+    (-2.0, 1.0),
+    (-2.0, -1.0),
+    (-1.0, -2.0),
+    (1.0, -2.0),
+    (2.0, -1.0),
+]
+NEEDLE = [(0.0, 0.0), (3.0, 2.0**-40), (3.0, 2.0**-39)]
+SHAPES = [
+    kt.disc(0.5),
+    kt.disc(1.25),
+    kt.Shape(((0.5, -0.25),), 0.75),
+    kt.box(1.0, 0.5),
+    kt.box(2.0, 2.0),
+    kt.box(0.3, 0.7),
+    kt.capsule((-0.5, 0.0), (0.5, 0.0), 0.25),
+    kt.capsule((0.0, 0.0), (0.75, 1.0), 1.25),
+    kt.capsule((0.1, 0.2), (0.7, -0.3), 0.1),
+    kt.segment((-0.75, -1.0), (0.75, 1.0)),
+    kt.segment((0.0, 0.0), (1.0, 0.0)),
+    kt.polygon([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]),
+    kt.polygon([(0.0, 0.0), (0.75, 1.0), (0.0, 1.0)], 0.25),
+    kt.polygon([(2.0, 2.0), (3.0, 2.0), (2.75, 3.0)], 0.5),  # beside its place
+    kt.polygon(DIAMOND),
+    kt.polygon(DIAMOND, 0.5),
+    kt.polygon(OCTAGON),
+    kt.polygon(OCTAGON, 0.25),
+    kt.polygon(NEEDLE),
+    kt.polygon(NEEDLE, 0.25),
+]
 wide = st.floats(-(2.0**200), 2.0**200).filter(lambda x: x == 0.0 or abs(x) >= 2.0**-200)
-wide_radii = st.floats(2.0**-200, 2.0**200)
-
-small_discs = st.lists(st.tuples(coordinates, coordinates, radii), max_size=12)
-discs = st.one_of(
-    small_discs,
-    small_discs,
-    st.lists(st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0), st.floats(0.01, 2.0)), max_size=12),
-    st.lists(st.tuples(wide, wide, wide_radii), max_size=6),
+wide_shapes = st.one_of(
+    st.builds(kt.box, st.floats(2.0**-190, 2.0**190), st.floats(2.0**-190, 2.0**190)),
+    st.builds(
+        lambda a, b, r: kt.capsule(a, b, r),
+        st.just((0.0, 0.0)),
+        st.tuples(st.floats(1, 2.0**190), wide.map(lambda x: x / 4)),
+        st.floats(2.0**-200, 2.0**190),
+    ),
+)
+lattice = st.lists(st.tuples(st.sampled_from(SHAPES), coordinates, coordinates), max_size=8)
+anywhere = st.floats(-4.0, 4.0)
+bodies = st.one_of(
+    lattice,
+    lattice,
+    lattice,
+    st.lists(st.tuples(st.sampled_from(SHAPES), anywhere, anywhere), max_size=8),
+    st.lists(st.tuples(wide_shapes, wide, wide), max_size=4),
 )
 points = st.one_of(
     st.tuples(coordinates, coordinates),
     st.tuples(coordinates, coordinates),
-    st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0)),
+    st.tuples(anywhere, anywhere),
     st.tuples(wide, wide),
 )
-
-BITS = 3000
-
-
-def in_box(disc, box) -> bool:
-    x, y, r = map(Fraction, disc)
-    left, bottom, right, top = map(Fraction, box)
-    dx, dy = x - min(max(x, left), right), y - min(max(y, bottom), top)
-    return dx * dx + dy * dy <= r * r
-
-
-def as_a_whole(disc, box) -> bool:
-    x, y, r = map(Fraction, disc)
-    left, bottom, right, top = map(Fraction, box)
-    return left <= x - r and x + r <= right and bottom <= y - r and y + r <= top
-
-
-def within(disc, point, radius) -> bool:
-    x, y, r = map(Fraction, disc)
-    dx, dy = x - Fraction(point[0]), y - Fraction(point[1])
-    return dx * dx + dy * dy <= (Fraction(radius) + r) ** 2
-
-
-def distance(disc, point) -> int:
-    """Return how far a disc is from a point to so many digits that equal ones are equal."""
-    x, y, r = map(Fraction, disc)
-    dx, dy = x - Fraction(point[0]), y - Fraction(point[1])
-    square = (dx * dx + dy * dy) * 4**BITS
-    assert square.denominator == 1
-    return isqrt(square.numerator << 200) - int(r * 2 ** (BITS + 100))
-
-
+directions = points.filter(lambda u: u != (0.0, 0.0))
 boxes = st.one_of(
     st.tuples(coordinates, coordinates, coordinates, coordinates), st.tuples(wide, wide, wide, wide)
 ).map(lambda b: (min(b[0], b[2]), min(b[1], b[3]), max(b[0], b[2]), max(b[1], b[3])))
+reaches = st.one_of(st.just(0.0), lengths(st.sampled_from([0.25, 0.5, 0.75, 1.25, 2.5])))
 
 
-@given(discs=discs, box=boxes)
-@example(discs=[(2.0, 2.0, 0.5)], box=(0.0, 0.0, 1.5, 2.0))
-@example(discs=[(1.75, 2.0, 1.25)], box=(0.0, 0.0, 1.0, 1.0))  # at the corner, 3 : 4 : 5
-@example(discs=[(1.75, np.nextafter(2.0, 3.0), 1.25)], box=(0.0, 0.0, 1.0, 1.0))
-@example(discs=[(0.25, 0.25, 0.25)], box=(0.0, 0.0, 0.5, 0.5))
-@example(discs=[(0.25, 0.25, float(np.nextafter(0.25, 1.0)))], box=(0.0, 0.0, 0.5, 0.5))
-@example(discs=[(0.0, 0.0, 1.0)], box=(1.0, 0.0, 1.0, 0.0))
-def test_who_is_in_a_box(discs, box):
-    moment = laid_out(discs)
-    assert bodies_in(moment, box).tolist() == [i for i, disc in enumerate(discs) if in_box(disc, box)]
-    inside = [i for i, disc in enumerate(discs) if as_a_whole(disc, box)]
-    assert bodies_in(moment, box, inside=True).tolist() == inside
+def minus(a, b):
+    return a[0] - b[0], a[1] - b[1]
 
 
-@given(discs=discs, point=points, radius=st.one_of(st.just(0.0), radii))
-@example(discs=[(3.0, 4.0, 0.5)], point=(0.0, 0.0), radius=4.5)
-@example(discs=[(3.0, 4.0, 0.5)], point=(0.0, 0.0), radius=float(np.nextafter(4.5, 0.0)))
-def test_who_is_within_a_distance(discs, point, radius):
-    near = [i for i, disc in enumerate(discs) if within(disc, point, radius)]
-    near.sort(key=lambda i: (distance(discs[i], point), i))
-    assert bodies_near(laid_out(discs), point, radius=radius).tolist() == near
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1]
 
 
-@given(discs=discs, point=points, count=st.integers(0, 14), radius=st.none() | radii)
-@example(discs=[(1.0, 0.0, 0.5), (0.0, 1.0, 0.5), (-1.0, 0.0, 0.5)], point=(0.0, 0.0), count=2, radius=None)
-@example(discs=[(0.5, 0.0, 2.0), (1.0, 0.0, 2.5), (0.25, 0.0, 1.0)], point=(0.0, 0.0), count=1, radius=None)
-def test_who_is_nearest(discs, point, count, radius):
-    nearest = sorted(range(len(discs)), key=lambda i: (distance(discs[i], point), i))
-    if radius is not None:
-        nearest = [i for i in nearest if within(discs[i], point, radius)]
-    assert bodies_near(laid_out(discs), point, radius=radius, count=count).tolist() == nearest[:count]
+def cross(a, b):
+    return a[0] * b[1] - a[1] * b[0]
 
 
-@given(discs=discs, point=points, box=boxes, data=st.data())
-def test_only_those_are_asked_about_who_are_named_in_their_order(discs, point, box, data):
-    assume(discs)
-    slots = data.draw(st.permutations(range(len(discs))))[: data.draw(st.integers(0, len(discs)))]
-    moment = laid_out(discs, slots)
-    assert bodies_in(moment, box).tolist() == [i for i in slots if in_box(discs[i], box)]
-    nearest = sorted(slots, key=lambda i: distance(discs[i], point))  # ties stay in the order of slots
-    assert bodies_near(moment, point, count=len(discs)).tolist() == nearest
+def decimal(*numbers):
+    return tuple(Decimal(float(number)) for number in numbers)
 
 
-@pytest.mark.parametrize("far", [0.0, 1e3, 1e8])
-def test_what_nearly_touches_is_told_apart(far):
-    """Discs all round a point, at the distance at which they touch but for a rounding."""
-    rng = np.random.default_rng(5)
-    angle, r = rng.uniform(0.0, 2.0 * np.pi, 400), rng.uniform(0.1, 1.0, 400)
-    reach = 2.5
-    x, y = far + (r + reach) * np.cos(angle), (r + reach) * np.sin(angle)
-    table = list(zip(x.tolist(), y.tolist(), r.tolist(), strict=True))
-    near = {i for i, disc in enumerate(table) if within(disc, (far, 0.0), reach)}
-    assert set(bodies_near(laid_out(table), (far, 0.0), radius=reach).tolist()) == near
-    assert 0 < len(near) < 400
+def corners_of(body: Body):
+    shape, *place = body
+    (x, y), core = decimal(*place), [decimal(*corner) for corner in shape.core]
+    return [(x + cx, y + cy) for cx, cy in core]
 
 
-RAY_BITS = 6000
+def depth_in(corners, place) -> Decimal:
+    """Return how far a place is from a convex polygon, below 0 inside."""
+    inside, squares = len(corners) > 2, []
+    for k, corner in enumerate(corners):
+        side, at = minus(corners[(k + 1) % len(corners)], corner), minus(place, corner)
+        size = dot(side, side)
+        along = min(max(dot(side, at) / size, Decimal(0)), Decimal(1)) if size else Decimal(0)
+        foot = minus(at, (along * side[0], along * side[1]))
+        squares.append(dot(foot, foot))
+        inside = inside and cross(side, at) > 0
+    return min(squares).sqrt() * (-1 if inside else 1)
 
 
-def entry(disc, origin, direction) -> tuple[Fraction, Fraction] | None:
-    """Return (p, q) of p - sqrt(q), the multiple of the direction after which the ray enters; None: never."""
-    x, y, r = map(Fraction, disc)
-    ux, uy = map(Fraction, direction)
-    dx, dy = x - Fraction(origin[0]), y - Fraction(origin[1])
-    a, b, c = ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - r * r
-    if c <= 0:
-        return Fraction(0), Fraction(0)
-    if b <= 0 or b * b < a * c:
-        return None
-    return b / a, (b * b - a * c) / (a * a)
+def gap(body: Body, place) -> Decimal:
+    """Return how far a place is from a body's outline, below 0 inside."""
+    return depth_in(corners_of(body), place) - Decimal(body[0].radius)
 
 
-def root(value: Fraction) -> int:
-    """Return the root of a number to so many digits that equal differences of such are equal, but for 2."""
-    return isqrt((value.numerator << 2 * RAY_BITS) // value.denominator)
+def gap_of_box(body: Body, box) -> Decimal:
+    """Return how far a body is from a box, below 0 or 0 where they have a point in common."""
+    left, bottom, right, top = decimal(*box)
+    around, core = [(left, bottom), (right, bottom), (right, top), (left, top)], corners_of(body)
+    ways = [(a, b) for shape in (around, core) for a, b in zip(shape, shape[1:] + shape[:1], strict=True)]
+    ways += [(a, b) for a in around for b in core]
+    for a, b in ways:  # a line along a side may part them, or one across the way between two corners
+        way = minus(b, a)
+        for normal in ((way[1], -way[0]), (-way[1], way[0]), way, (-way[0], -way[1])):
+            if any(normal) and max(dot(normal, p) for p in around) < min(dot(normal, p) for p in core):
+                apart = [depth_in(core, p) for p in around] + [depth_in(around, p) for p in core]
+                return min(map(abs, apart)) - Decimal(body[0].radius)
+    return -Decimal(body[0].radius)
 
 
-def order(hit) -> int:
-    p, q = hit
-    return ((p.numerator << RAY_BITS) // p.denominator - root(q) + (1 << 400)) >> 500
+def size_of(bodies: list[Body], *numbers: float) -> Decimal:
+    reaches = [shape.reach + max(abs(x), abs(y)) for shape, x, y in bodies]
+    return Decimal(ROUNDING) * Decimal(max([*reaches, *map(abs, numbers), 0.0]))
 
 
-def expected(table, origin, direction) -> list[int]:
-    hits = {i: entry(disc, origin, direction) for i, disc in enumerate(table)}
-    return sorted((i for i, hit in hits.items() if hit), key=lambda i: (order(hits[i]), i))
+@given(bodies=bodies, box=boxes)
+@example(bodies=[(kt.polygon(DIAMOND, 1.25), 1.75, 2.5)], box=(-1.0, -1.0, 0.0, 0.0))
+@example(bodies=[(kt.polygon(OCTAGON), 0.0, 0.0)], box=(1.5, 1.5, 2.0, 2.0))  # at the middle of a side
+@example(bodies=[(kt.polygon(OCTAGON), 0.0, 0.0)], box=(0.5, 0.5, 0.5, 0.5))  # a point in it
+@example(bodies=[(kt.segment((-1, -1), (1, 1)), 0.0, 0.0)], box=(0.5, 0.25, 0.75, 0.5))
+def test_who_is_in_a_box(bodies, box):
+    query, off = laid_out(bodies), size_of(bodies, *box)
+    held, whole = (set(places.bodies_in(query, box, inside).tolist()) for inside in (False, True))
+    left, bottom, right, top = decimal(*box)
+    for number, body in enumerate(bodies):
+        far, radius = gap_of_box(body, box), Decimal(body[0].radius)
+        assert abs(far) <= off or (number in held) == (far < 0)
+        out = max(max(left - x, x - right, bottom - y, y - top) for x, y in corners_of(body)) + radius
+        assert abs(out) <= off or (number in whole) == (out < 0)
 
 
-directions = points.filter(lambda u: u != (0.0, 0.0))
+def test_what_touches_in_numbers_without_rounding_counts():
+    for shape, x, y, box in (
+        (kt.disc(0.5), 2.0, 2.0, (0.0, 0.0, 1.5, 2.0)),
+        (kt.disc(1.25), 1.75, 2.0, (0.0, 0.0, 1.0, 1.0)),  # at the corner, 3 : 4 : 5
+        (kt.capsule((0, 0), (1, 0), 1.25), 0.75, 1.0, (-1.0, -1.0, 0.0, 0.0)),
+        (kt.box(1.0, 1.0), 1.5, 1.5, (0.0, 0.0, 1.0, 1.0)),
+    ):
+        assert places.bodies_in(laid_out([(shape, x, y)]), box).tolist() == [0]
+        assert places.bodies_in(laid_out([(shape, x + 2.0**-30, y + 2.0**-30)]), box).tolist() == []
+    query = laid_out([(kt.disc(0.5), 3.0, 4.0), (kt.disc(1.0), 2.0, 1.0), (kt.disc(1.0), 2.0, -1.0)])
+    assert places.bodies_near(query, (0.0, 0.0), 4.5).tolist() == [1, 2, 0]
+    assert places.ray(query, (0.0, 0.0), (3.0, 0.0)) == [(1, 2.0), (2, 2.0)]  # both graze
 
 
-@given(discs=discs, origin=points, direction=directions)
-@example(discs=[(2.0, 1.0, 1.0), (2.0, -1.0, 1.0)], origin=(0.0, 0.0), direction=(1.0, 0.0))
-@example(discs=[(2.0, float(np.nextafter(1.0, 2.0)), 1.0)], origin=(0.0, 0.0), direction=(1.0, 0.0))
-@example(discs=[(1.0, 0.0, 1.0), (-1.0, 0.0, 1.0)], origin=(0.0, 0.0), direction=(0.0, 1.0))
-@example(discs=[(3.0, 0.0, 0.5), (4.0, 0.0, 1.5)], origin=(0.0, 0.0), direction=(3.0, 0.0))
-@example(discs=[(3.0, 2.0**-30, 1.0), (3.0, 0.0, 1.0)], origin=(0.0, 0.0), direction=(1.0, 0.0))  # 2^-61
-@example(discs=[(1.0, 1.0, 0.25)], origin=(0.0, 0.0), direction=(5e-324, 5e-324))
-@example(discs=[(1.0, 0.0, 0.25)], origin=(0.0, 0.0), direction=(1e60, 5e-324))
-def test_who_stands_in_the_way(discs, origin, direction):
-    hits = ray(laid_out(discs), origin, direction)
-    assert [hit.body for hit in hits] == expected(discs, origin, direction)
-    n = sum(Fraction(part) ** 2 for part in direction)
-    for hit in hits:
-        p, q = entry(discs[hit.body], origin, direction)
-        true = Fraction(root(p * p * n) - root(q * n), 1 << RAY_BITS)
-        off = abs(Fraction(hit.distance) - true)
-        assert all(
-            off <= abs(Fraction(float(np.nextafter(hit.distance, to))) - true) + Fraction(1, 1 << 2000)
-            for to in (0.0, np.inf)
-        )
-        assert (hit.distance == 0.0) == (p == q == 0)
+@given(bodies=bodies, point=points, count=st.none() | st.integers(0, 9), radius=st.none() | reaches)
+@example(
+    bodies=[(kt.box(2, 2), 0.0, 0.0), (kt.box(1, 1), 0.0, 0.0)], point=(0.0, 0.0), count=None, radius=None
+)
+@example(bodies=[(kt.segment((0, 0), (3, 4)), 0.0, 0.0)], point=(1.5, 2.0), count=None, radius=0.0)
+def test_who_is_near(bodies, point, count, radius):
+    found = places.bodies_near(laid_out(bodies), point, radius, count).tolist()
+    off, far = size_of(bodies, *point, radius or 0.0), [gap(body, decimal(*point)) for body in bodies]
+    assert len(set(found)) == len(found) <= (len(bodies) if count is None else count)
+    assert all(far[one] <= far[other] + off for one, other in pairwise(found))
+    full = count is not None and len(found) == count
+    for number in range(len(bodies)):
+        near = radius is None or far[number] <= Decimal(radius) + off
+        if number in found:
+            assert near
+        else:
+            beyond = radius is not None and far[number] > Decimal(radius) - off
+            assert beyond or (full and all(far[each] <= far[number] + off for each in found))
 
 
-@given(discs=discs, origin=points, direction=directions, most=st.integers(0, 12))
-def test_the_first_are_the_first_of_all(discs, origin, direction, most):
-    moment = laid_out(discs)
-    assert ray(moment, origin, direction, most) == ray(moment, origin, direction)[:most]
+def is_met_clearly(body: Body, origin, direction, off: Decimal) -> bool:
+    """Whether a ray meets a body, and not by a rounding."""
+    start, u, r = decimal(*origin), decimal(*direction), Decimal(body[0].radius) - off
+    if gap(body, start) < -off:
+        return True
+    size, corners = dot(u, u).sqrt(), corners_of(body)
+    for k, corner in enumerate(corners):
+        at, side = minus(corner, start), minus(corners[(k + 1) % len(corners)], corner)
+        if r > 0 and dot(at, u) > off * size and abs(cross(at, u)) < r * size:
+            return True
+        turn, length = cross(u, side), dot(side, side).sqrt()
+        if abs(turn) * Decimal(2) ** 20 > size * length > 0:
+            along, share = cross(at, side) / turn * size, cross(at, u) / turn
+            edge = off / length * Decimal(2) ** 20
+            if along > off * 2**20 and edge < share < 1 - edge:
+                return True
+    return False
 
 
-@given(discs=discs, origin=points, direction=directions, power=st.integers(-60, 60))
-def test_the_length_of_the_direction_does_not_matter(discs, origin, direction, power):
+@given(bodies=bodies, origin=points, direction=directions)
+@example(bodies=[(kt.segment((1, 1), (1, -1)), 0.0, 0.0)], origin=(0.0, 0.0), direction=(1.0, 1.0))
+@example(bodies=[(kt.segment((1, 0), (2, 0)), 0.0, 0.0)], origin=(3.0, 0.0), direction=(1.0, 0.0))
+@example(bodies=[(kt.disc(0.25), 1.0, 1.0)], origin=(0.0, 0.0), direction=(5e-324, 5e-324))
+@example(bodies=[(kt.disc(0.25), 1.0, 0.0)], origin=(0.0, 0.0), direction=(1e60, 5e-324))
+def test_who_stands_in_the_way(bodies, origin, direction):
+    hits = {hit.body: hit.distance for hit in places.ray(laid_out(bodies), origin, direction)}
+    assert list(hits.values()) == sorted(hits.values())
+    off, start, u = size_of(bodies, *origin), decimal(*origin), decimal(*direction)
+    size = dot(u, u).sqrt()
+    for number, body in enumerate(bodies):
+        if number not in hits:
+            assert not is_met_clearly(body, origin, direction, off)
+            continue
+        length = Decimal(hits[number])
+        for share in (0, 0.25, 0.5, 0.75, 1):  # at the outline, and outside before
+            part = Decimal(share) * length / size
+            far = gap(body, (start[0] + part * u[0], start[1] + part * u[1]))
+            assert far >= -off or length == 0
+            assert share < 1 or far <= off
+
+
+@given(
+    bodies=bodies, origin=points, direction=directions, most=st.integers(0, 8), within=reaches.filter(bool)
+)
+def test_the_first_are_the_first_of_all(bodies, origin, direction, most, within):
+    query = laid_out(bodies)
+    hits = places.ray(query, origin, direction)
+    assert places.ray(query, origin, direction, most) == hits[:most]
+    near = [hit for hit in hits if hit.distance <= within]
+    assert places.ray(query, origin, direction, within=within) == near
+
+
+@given(bodies=bodies, origin=points, direction=directions, power=st.integers(-60, 60))
+def test_the_length_of_the_direction_does_not_matter(bodies, origin, direction, power):
     longer = tuple(float(np.ldexp(part, power)) for part in direction)
     assume(all(np.ldexp(part, -power) == was for part, was in zip(longer, direction, strict=True)))
-    moment = laid_out(discs)
-    assert ray(moment, origin, direction) == ray(moment, origin, longer)
+    query = laid_out(bodies)
+    assert places.ray(query, origin, direction) == places.ray(query, origin, longer)
 
 
-@given(discs=discs, origin=points, direction=directions, data=st.data())
-def test_ties_go_by_the_order_of_the_slots(discs, origin, direction, data):
-    assume(discs)
-    slots = data.draw(st.permutations(range(len(discs))))
-    hits = [hit.body for hit in ray(laid_out(discs, slots), origin, direction)]
-    swapped = [discs[i] for i in slots]
-    assert hits == [slots[i] for i in expected(swapped, origin, direction)]
+@given(bodies=bodies, point=points, direction=directions, box=boxes, data=st.data())
+def test_only_those_are_asked_about_who_are_named_in_their_order(bodies, point, direction, box, data):
+    assume(bodies)
+    slots = data.draw(st.permutations(range(len(bodies))))[: data.draw(st.integers(0, len(bodies)))]
+    query, everybody = laid_out(bodies, slots), laid_out(bodies)
+    held = set(places.bodies_in(everybody, box).tolist())
+    assert places.bodies_in(query, box).tolist() == [i for i in slots if i in held]
+    assert set(places.bodies_near(query, point, count=len(bodies)).tolist()) == set(slots)
+    hits = {hit.body: hit.distance for hit in places.ray(everybody, point, direction)}
+    met = sorted((i for i in slots if i in hits), key=lambda i: (hits[i], slots.index(i)))
+    assert [hit.body for hit in places.ray(query, point, direction)] == met
 
 
-@pytest.mark.parametrize("far", [0.0, 1e3, 1e8])
-def test_grazes_are_told_apart(far):
-    """A ray that passes discs at the distance at which it touches them but for a rounding."""
-    rng = np.random.default_rng(6)
-    angle, r = rng.uniform(0.0, 2.0 * np.pi, 300), rng.uniform(0.1, 1.0, 300)
-    met = 0
-    for a, radius, ahead in zip(
-        angle.tolist(), r.tolist(), rng.uniform(1.0, 50.0, 300).tolist(), strict=True
-    ):
-        ux, uy = float(np.cos(a)), float(np.sin(a))
-        disc = (far + ahead * ux - radius * uy, far + ahead * uy + radius * ux, radius)
-        hits = ray(laid_out([disc]), (far, far), (ux, uy))
-        assert bool(hits) == (entry(disc, (far, far), (ux, uy)) is not None)
-        met += bool(hits)
-    assert 0 < met < 300
+discs = st.lists(
+    st.tuples(st.sampled_from([0.25, 0.5, 1.25, 0.3]).map(kt.disc), coordinates, coordinates), max_size=9
+)
+
+
+@given(
+    bodies=discs,
+    point=points,
+    direction=directions,
+    box=boxes,
+    count=st.none() | st.integers(0, 9),
+    radius=reaches,
+)
+def test_discs_have_the_same_answers_as_without_shapes(bodies, point, direction, box, count, radius):
+    query = laid_out(bodies)
+    bare = replace(query, shapes=(), shape=np.zeros(0, dtype=np.int64))
+    for inside in (False, True):
+        one, other = (places.bodies_in(each, box, inside) for each in (query, bare))
+        assert one.tolist() == other.tolist()
+    for within in (None, radius):
+        one, other = (places.bodies_near(each, point, within, count or 0) for each in (query, bare))
+        assert one.tolist() == other.tolist()
+    for most in (None, count):
+        one, other = (places.ray(each, point, direction, most, radius or None) for each in (query, bare))
+        assert one == other
+
+
+def rooms() -> kt.Simulation:
+    """Return a run of boxes and discs of two kinds, from which a body has been removed."""
+    rng = np.random.default_rng(3)
+    spots = [(x + 0.5, y + 0.5) for x in range(8) for y in range(8)]
+    shapes = [kt.box(0.75, 0.25), kt.disc(0.25), kt.box(0.5, 0.5)]
+    scene = kt.Scene(
+        spots,
+        rng.normal(size=(64, 2)),
+        shape=rng.integers(0, 3, 64),
+        shapes=shapes,
+        arena=(8.0, 8.0),
+        kind=["odd" if i % 2 else "even" for i in range(64)],
+        commands=[kt.Remove(5, 0.25), kt.Remove(40, 0.5)],
+    )
+    sim = kt.Simulation(scene, "cells")
+    sim.run(until=1.0)
+    return sim
+
+
+def test_a_run_of_shapes_is_asked_by_the_numbers_of_its_bodies():
+    sim = rooms()
+    there = dict(zip(sim.bodies.tolist(), sim.positions().tolist(), strict=True))
+    assert len(there) == 62
+    everybody = {i: (sim.scene.shapes[sim.scene.shape[i]], x, y) for i, (x, y) in there.items()}
+    for x, y, w, h in np.random.default_rng(4).uniform(0.0, 8.0, (10, 4)).tolist():
+        box, point = (x, y, x + w, y + h), decimal(x, y)
+        far = {i: gap(body, point) for i, body in everybody.items()}
+        for kinds, table in ((None, [*everybody]), ("odd", [i for i in everybody if i % 2])):
+            held = [i for i in table if gap_of_box(everybody[i], box) <= 0]
+            assert sim.bodies_in(box, kinds=kinds).tolist() == held
+            near = sorted(table, key=lambda i: far[i])[:5]
+            assert sim.bodies_near((x, y), k=5, kinds=kinds).tolist() == near
+
+
+def test_a_scene_of_discs_beside_a_shape_has_the_answers_of_one_without():
+    table = kt.make_scene("grid", bodies=49, density=0.5, seed=2)
+    radii = sorted(set(table.radius.tolist()))
+    where = ([*table.position, (-50.0, 3.0)], [*table.velocity, (0.0, 0.0)])
+    shape = [*map(radii.index, table.radius.tolist()), len(radii)]
+    beside = kt.Scene(*where, shape=shape, shapes=[*map(kt.disc, radii), kt.box(1, 1)], unit=1.0)
+    alone = kt.Scene(table.position, table.velocity, table.radius, unit=1.0)
+    one, other = kt.Simulation(beside, "naive"), kt.Simulation(alone, "naive")
+    rng = np.random.default_rng(5)
+    for sim in (one, other):
+        sim.run(until=0.25)
+    assert one.positions()[:49].tolist() == other.positions().tolist()
+    size = float(np.abs(table.position).max())
+    for x, y, w, h in (size * rng.uniform(0.0, 1.0, (40, 4))).tolist():
+        for whole in (False, True):
+            box = (x, y, x + w, y + h)
+            assert one.bodies_in(box, whole=whole).tolist() == other.bodies_in(box, whole=whole).tolist()
+        assert one.bodies_near((x, y), k=7).tolist() == other.bodies_near((x, y), k=7).tolist()
+        assert one.bodies_near((x, y), radius=w).tolist() == other.bodies_near((x, y), radius=w).tolist()
+        assert one.ray((x, y), (w, h), within=size) == other.ray((x, y), (w, h), within=size)
