@@ -13,7 +13,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from typing import Any, NamedTuple, cast, overload
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -344,22 +344,6 @@ class Simulation(Moment):
         """
         with self._alone("turn a body"):
             self._engine.carry_out(TURNED, arguments.read_turns(self._engine, bodies, velocities))
-
-    @overload
-    def insert(
-        self, position: Numbers, velocity: Numbers, radius: float, mass: float = 1.0, kind: Kind | None = None
-    ) -> int: ...
-
-    @overload
-    def insert(
-        self,
-        position: Numbers,
-        velocity: Numbers = (0.0, 0.0),
-        *,
-        radius: float,
-        mass: float = 1.0,
-        kind: Kind | None = None,
-    ) -> int: ...
 
     def insert(
         self,
