@@ -1,8 +1,8 @@
 """Encounters of two discs that are hard to tell from misses, and their exact ticks.
 
 An encounter is a row of ``ENCOUNTER``: the arguments of ``first_touch``. A family is a function of a
-generator and a count that returns so many rows. The families of ``kinetile_accuracy.contact_times`` are not
-repeated here: ``test_millions.py`` asks ``first_touch`` about them.
+generator and a count that returns so many rows. The families of ``kinetile_accuracy.hard_cases`` are not
+repeated here: ``test_queries.py`` there asks ``first_touch`` about them.
 """
 
 from __future__ import annotations

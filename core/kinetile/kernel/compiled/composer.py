@@ -185,11 +185,6 @@ def is_cached(function: Callable[..., Any]) -> bool | None:
     return any(file.suffix == ".nbi" for file in files) and all(f.is_file() and is_whole(f) for f in files)
 
 
-def nobody_compiles() -> AbstractContextManager[Any]:
-    """Return a context in which no other thread compiles: only then is it safe to fork this process."""
-    return nullcontext() if INTERPRETED else cast("AbstractContextManager[Any]", backend.compiler_lock)
-
-
 PLACE = re.compile(r'^File "(?P<file>.*)", line (?P<line>\d+):$')
 STEP = re.compile(r"^(Failed in nopython mode pipeline|During: |<source elided>|\s*\^)")
 PLAIN = re.compile(r"Untyped global name '(?P<name>\w+)': .* type of <class 'function'>")
