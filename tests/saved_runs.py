@@ -118,7 +118,7 @@ def outcome(sim: kt.Simulation, plan: Plan) -> dict[str, Any]:
         "bodies": sim.bodies.tolist(),
         "plans": [digest(sim.positions()), digest(sim.velocities())],
         "time": [sim.time.hex(), *sim.exact_time],
-        "commands": hashlib.sha256(repr(sim._history.content).encode()).hexdigest(),
+        "commands": hashlib.sha256(repr(sim._engine.history.content).encode()).hexdigest(),
         "counts": [read.contacts_disc, read.contacts_wall, read.turns, read.inserted, read.removed],
         "energy": [read.energy_drift.hex(), read.deepest_overlap.hex()],
         "structural": read.structural_events,

@@ -81,7 +81,6 @@ PHASES_OF_THEIR_OWN = {
     "conformance.md",
     "kernel.md",
     "responses.md",
-    "studies.md",
     "writing-a-broad-phase.md",
 }
 """Pages whose Python has a dozen loops for few events: slow."""

@@ -28,11 +28,11 @@ from kinetile.errors import KinetileError, UnknownName
 from kinetile.kernel.tables import column, slots_taken
 from kinetile.plugin.registry import Provided, registry
 from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, hookimpl
+from kinetile.run.compare import Outcome, outcome_of
 from kinetile.run.compose import Composition, compose_phases
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene, Turn
-from kinetile.scene.by_name import load_scene
-from kinetile.scene.files import dumps_scene
+from kinetile.scene.files import dumps_scene, load_scene
 from kinetile.scene.schema import read_bytes
 from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, NoState, hook, is_there, unchecked
 
@@ -206,17 +206,10 @@ def is_living(scene: Scene) -> bool:
 
 
 @dataclass(frozen=True)
-class RunOutcome:
-    """What is left of a run: everything that must be the same under every phase.
+class RunOutcome(Outcome):
+    """What is left of a run: everything that must be the same under every phase; ``tables`` is empty after an
+    error."""
 
-    ``ended`` is "ran", or the error that ended the run; ``tables`` is empty after an error.
-    """
-
-    contacts: npt.NDArray[np.void]
-    ended: str
-    time: float
-    positions: npt.NDArray[np.float64]
-    velocities: npt.NDArray[np.float64]
     tables: Tables = field(default_factory=dict)
 
     @classmethod
@@ -232,8 +225,7 @@ class RunOutcome:
     @classmethod
     def of(cls, sim: Simulation, ended: str = "ran") -> RunOutcome:
         """Return what a simulation holds now."""
-        tables = tables_after(sim) if ended == "ran" else {}
-        return cls(sim.contacts, ended, sim.time, sim.positions(), sim.velocities(), tables)
+        return cls(**vars(outcome_of(sim, ended)), tables=tables_after(sim) if ended == "ran" else {})
 
 
 def horizon(scene: Scene) -> float:

@@ -7,23 +7,16 @@ import os
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from kinetile.errors import BadOption, KinetileError
-from kinetile.kernel.clock import TICKS
-from kinetile.kernel.log import WALLS
+from kinetile.run.compare import first_difference
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 from kinetile.show.picture import take_picture
 from kinetile.show.player import View, view_scene
-from kinetile.show.player.recording import Recording
 from kinetile.show.player.view import Choice
 from kinetile.show.svg import as_svg
 from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, load_case, outcome
-from kinetile_conformance.compare import first_difference
 
 
 def view_saved(path: Path, on_trial: Choice | None, *, until: float | None) -> View | None:
@@ -50,43 +43,16 @@ def view_case(
     title = f"{path.name}: {on_trial[0]} beside {REFERENCE}"
     named = Subject(REFERENCE, {}, case.narrow_phases)
     narrow = named.narrow_phases(case.scene) if case.narrow_phases else None
-    page = view_scene(
-        case.scene, choices, until=until, title=title, max_contacts=CONTACTS, narrow_phases=narrow
-    ).page
-    tick, body, said = parting(*page.recordings)
-    notes = [said] if case.check is None else [f"The check that failed: {case.check}.", said]
-    return View(replace(page, notes=notes, open_at=tick, select=body))
-
-
-def parting(reference: Recording, on_trial: Recording) -> tuple[int | None, int | None, str]:
-    """Return the tick of the first row in which two recordings differ, a body of it, and a sentence about it;
-    None, None and a sentence where they are the same."""
-    right, found = reference.rows, on_trial.rows
-    at = first_difference(_exact(right), _exact(found))
-    if at is None:
-        return (
-            None,
-            None,
-            f"All {len(right)} events are the same under {on_trial.label} and {reference.label}.",
-        )
-    rows = [(each.label, each.rows[at : at + 1]) for each in (reference, on_trial) if at < len(each.rows)]
-    ticks = [int(row["epoch"][0]) * TICKS + int(row["tick"][0]) for _, row in rows]
-    said = "; ".join(f"under {label} it is {_in_words(row[0])}" for label, row in rows)
-    if len(rows) == 1:
-        other = on_trial if at < len(right) else reference
-        said += f"; under {other.label} there is none"
-    return min(ticks), int(rows[0][1]["a"][0]), f"They part at event {at}: {said}."
-
-
-def _exact(rows: NDArray[Any]) -> NDArray[Any]:
-    """Return the columns of rows that must agree."""
-    return np.rec.fromarrays([rows[name] for name in ("epoch", "tick", "a", "b")])
-
-
-def _in_words(row: Any) -> str:
-    a, b = int(row["a"]), int(row["b"])
-    partner = f"body {b}" if b >= 0 else f"the {WALLS[b]} wall" if b in WALLS else "a command"
-    return f"body {a} with {partner} at time {float(row['time'])!r}"
+    notes = [] if case.check is None else [f"The check that failed: {case.check}."]
+    return view_scene(
+        case.scene,
+        choices,
+        until=until,
+        title=title,
+        max_contacts=CONTACTS,
+        narrow_phases=narrow,
+        notes=notes,
+    )
 
 
 def moment(subject: Subject, scene: Scene) -> Simulation:

@@ -25,8 +25,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile import Scene, Simulation
+from kinetile import Scene
 from kinetile.errors import BadOption, Refused
+from kinetile.run.moment import Moment
 from kinetile.run.observing import Collisions, Observable
 from kinetile.scene.checks import WALL
 from kinetile_observables.geometry import axes_with_walls, displacement, inner_energy
@@ -96,16 +97,16 @@ class Pressure(Observable):
             self.virial += float(((self.radius[a] + self.radius[b]) * pushes).sum())  # BLAS starts threads
             self.at_walls += float(pushes[b < 0].sum())
 
-    def sample(self, simulation: Simulation) -> dict[str, float]:
+    def sample(self, moment: Moment) -> dict[str, float]:
         """Returns the pressures of the time since the last sample."""
         found: dict[str, float] = {}
-        last, self.last = self.last, simulation.time
+        last, self.last = self.last, moment.time
         energy = self.energy
         if last is None or self.by == "impulses":  # else nothing changes it
-            self.energy, masses = inner_energy(simulation), simulation.masses()
+            self.energy, masses = inner_energy(moment), moment.masses()
             self.bodies, self.movable = len(masses), int(np.isfinite(masses).sum())
         if last is not None:
-            time, all_move = simulation.time - last, self.movable == self.bodies
+            time, all_move = moment.time - last, self.movable == self.bodies
             degrees = 2 * self.movable - (len(self.scene.periodic) if all_move else 0)  # momentum is kept
             if not degrees:
                 return {}  # one body alone on a torus
@@ -142,20 +143,20 @@ class Rates(Observable):
         """Keeps the numbers of the bodies."""
         self.met.append(np.stack([collisions.a, collisions.b]))
 
-    def sample(self, simulation: Simulation) -> dict[str, float]:
+    def sample(self, moment: Moment) -> dict[str, float]:
         """Returns the rates of the time since the last sample."""
-        last, self.last = self.last, simulation.time
+        last, self.last = self.last, moment.time
         a, b = np.concatenate([np.zeros((2, 0), dtype=int), *self.met], axis=1)
         self.met = []
         if last is None:
             return {}
-        time, begins = simulation.time - last, (b < 0) | (b > a)
+        time, begins = moment.time - last, (b < 0) | (b > a)
         walls = np.count_nonzero(b < 0)
         pairs = np.count_nonzero(begins) - walls
         found: dict[str, float] = {"pairs": pairs / time, "walls": walls / time}
-        found["Gamma"] = 2.0 * found["pairs"] / max(len(simulation.bodies), 1)
+        found["Gamma"] = 2.0 * found["pairs"] / max(len(moment.bodies), 1)
         if len(self.kinds) > 1:
-            one, other = simulation.kinds_of(np.stack([a[begins], b[begins]]))
+            one, other = moment.kinds_of(np.stack([a[begins], b[begins]]))
             for k, kind in enumerate(self.kinds):
                 for its in (*self.kinds[k:], WALL):
                     both = (one == kind) & (other == its) | (one == its) & (other == kind)

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from kinetile import Scene, Simulation
+from kinetile import Scene
+from kinetile.run.moment import Moment
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -38,20 +39,20 @@ def narrowest(scene: Scene) -> Floats:
     return widths
 
 
-def inner_energy(simulation: Simulation) -> float:
+def inner_energy(moment: Moment) -> float:
     """Returns the kinetic energy of movable bodies, without that of the common motion along periodic axes."""
-    mass, velocity = movable(simulation)
+    mass, velocity = movable(moment)
     energy = float((mass * velocity**2).sum()) / 2
-    for axis in simulation.scene.periodic:
+    for axis in moment.scene.periodic:
         energy -= float((mass * velocity)[:, "xy".index(axis)].sum()) ** 2 / (2.0 * float(mass.sum()))
     return energy
 
 
-def movable(simulation: Simulation) -> tuple[Floats, Floats]:
+def movable(moment: Moment) -> tuple[Floats, Floats]:
     """Returns the masses, (n, 1), and the velocities, (n, 2), of the bodies of finite mass."""
-    mass = simulation.masses()
+    mass = moment.masses()
     moves = np.isfinite(mass)
-    return mass[moves, None], simulation.velocities()[moves]
+    return mass[moves, None], moment.velocities()[moves]
 
 
 def neighbours(scene: Scene, positions: Floats, within: float) -> Iterator[tuple[Integers, Integers, Floats]]:

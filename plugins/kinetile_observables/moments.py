@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile import Scene, Simulation
+from kinetile import Scene
 from kinetile.errors import BadOption, Refused
+from kinetile.run.moment import Moment
 from kinetile.run.observing import Observable
 from kinetile_observables.geometry import axes_with_walls, inner_energy, movable, narrowest, neighbours
 
@@ -29,18 +30,18 @@ def _whole(name: str, value: Any) -> int:
 class Energy(Observable):
     """``E``: the kinetic energy of all movable bodies."""
 
-    def sample(self, simulation: Simulation) -> dict[str, float]:
+    def sample(self, moment: Moment) -> dict[str, float]:
         """Returns the energy."""
-        mass, velocity = movable(simulation)
+        mass, velocity = movable(moment)
         return {"E": float((mass * velocity**2).sum()) / 2}
 
 
 class Momentum(Observable):
     """``px`` and ``py``: the momentum of all movable bodies."""
 
-    def sample(self, simulation: Simulation) -> dict[str, float]:
+    def sample(self, moment: Moment) -> dict[str, float]:
         """Returns both components."""
-        mass, velocity = movable(simulation)
+        mass, velocity = movable(moment)
         x, y = (mass * velocity).sum(axis=0).tolist()
         return {"px": x, "py": y}
 
@@ -52,13 +53,13 @@ class Temperature(Observable):
     Where there are several kinds, or masses, the same of each: the mean of m v^2 / 2, as ``kT of big``.
     """
 
-    def sample(self, simulation: Simulation) -> dict[str, float]:
+    def sample(self, moment: Moment) -> dict[str, float]:
         """Returns the temperatures."""
-        scene, (mass, velocity) = simulation.scene, movable(simulation)
-        found = {"kT": 2.0 * inner_energy(simulation) / (2 * len(mass) - len(scene.periodic))}
+        scene, (mass, velocity) = moment.scene, movable(moment)
+        found = {"kT": 2.0 * inner_energy(moment) / (2 * len(mass) - len(scene.periodic))}
         energies = (mass * velocity**2).sum(axis=1) / 2
         several = len(scene.kinds) > 1
-        groups = simulation.kinds[np.isfinite(simulation.masses())].astype(str) if several else mass[:, 0]
+        groups = moment.kinds[np.isfinite(moment.masses())].astype(str) if several else mass[:, 0]
         names = np.unique(groups)
         if 1 < len(names) <= _MOST_GROUPS:
             what = "" if several else "mass "
@@ -78,13 +79,13 @@ class _Lagged(Observable):
         self.times: list[float] = []
         self.bodies: npt.NDArray[np.int32] = np.zeros(0, dtype=np.int32)
 
-    def sample(self, simulation: Simulation) -> dict[str, Floats]:
+    def sample(self, moment: Moment) -> dict[str, Floats]:
         """Returns the means with this moment as the later one; NaN for lags before the first."""
-        self.times = [*self.times, simulation.time][:2]
-        if not np.array_equal(self.bodies, simulation.bodies):
+        self.times = [*self.times, moment.time][:2]
+        if not np.array_equal(self.bodies, moment.bodies):
             self.kept.clear()  # bodies have come or gone
-            self.bodies = simulation.bodies
-        now = self.read(simulation)[np.isfinite(simulation.masses())]
+            self.bodies = moment.bodies
+        now = self.read(moment)[np.isfinite(moment.masses())]
         self.kept.appendleft(now)
         found = np.full(len(self.lags), math.nan)
         found[: len(self.kept)] = [
@@ -92,7 +93,7 @@ class _Lagged(Observable):
         ]
         return {self.name: found}
 
-    def read(self, simulation: Simulation) -> Floats:
+    def read(self, moment: Moment) -> Floats:
         """Returns what is compared of a moment, (n, 2)."""
         raise NotImplementedError
 
@@ -113,9 +114,9 @@ class MeanSquaredDisplacement(_Lagged):
 
     name = "msd"
 
-    def read(self, simulation: Simulation) -> Floats:
+    def read(self, moment: Moment) -> Floats:
         """Returns positions that do not jump at a periodic border."""
-        places: Floats = simulation.unwrapped()
+        places: Floats = moment.unwrapped()
         return places
 
     def compare(self, then: Floats, now: Floats) -> Floats:
@@ -129,9 +130,9 @@ class VelocityAutocorrelation(_Lagged):
 
     name = "vacf"
 
-    def read(self, simulation: Simulation) -> Floats:
+    def read(self, moment: Moment) -> Floats:
         """Returns velocities."""
-        return simulation.velocities()
+        return moment.velocities()
 
     def compare(self, then: Floats, now: Floats) -> Floats:
         """Returns products of components."""
@@ -182,11 +183,11 @@ class PairCorrelation(_InArena):
         self.expected = np.diff(within / (a * b) ** 2)
         self.axes = {"g": ("r", (r[1:] + r[:-1]) / 2)}
 
-    def sample(self, simulation: Simulation) -> dict[str, Floats]:
+    def sample(self, moment: Moment) -> dict[str, Floats]:
         """Returns g of this moment."""
-        n = len(simulation.bodies)
+        n = len(moment.bodies)
         found = np.zeros(self.bins)
-        for _, _, apart in neighbours(self.scene, simulation.positions(), self.edges[-1]):
+        for _, _, apart in neighbours(self.scene, moment.positions(), self.edges[-1]):
             found += np.histogram(np.hypot(*apart.T), self.edges)[0]
         return {"g": found / (self.expected * (n * (n - 1) / 2))}
 
@@ -214,9 +215,9 @@ class StructureFactor(_InArena):
         self.many = np.bincount(self.which)
         self.axes = {"S": ("k", np.bincount(self.which, size[self.inside]) / self.many)}
 
-    def sample(self, simulation: Simulation) -> dict[str, Floats]:
+    def sample(self, moment: Moment) -> dict[str, Floats]:
         """Returns S of this moment."""
-        places = simulation.positions().T
+        places = moment.positions().T
         x, y = (np.exp(1j * np.outer(k, r)) for k, r in zip(self.waves, places, strict=True))
         power = np.abs(x @ y.T).ravel() ** 2 / max(places.shape[1], 1)
         return {"S": np.bincount(self.which, power[self.inside]) / self.many}
@@ -242,12 +243,12 @@ class BondOrder(_InArena):
         if scene.shapes:
             raise Refused("observable 'psi6' is of discs alone, and this scene has bodies of other shapes")
 
-    def sample(self, simulation: Simulation) -> dict[str, float]:
+    def sample(self, moment: Moment) -> dict[str, float]:
         """Returns both of this moment."""
-        n, radii = len(simulation.bodies), simulation.radii()
+        n, radii = len(moment.bodies), moment.radii()
         psi, many = np.zeros(n, dtype=complex), np.zeros(n)
         furthest = 2.0 * self.cutoff * float(radii.max(initial=0.0))
-        for one, other, apart in neighbours(self.scene, simulation.positions(), furthest):
+        for one, other, apart in neighbours(self.scene, moment.positions(), furthest):
             bonded = np.hypot(*apart.T) <= self.cutoff * (radii[one] + radii[other])
             turn = np.exp(6j * np.arctan2(apart[bonded, 1], apart[bonded, 0]))
             for ends in (one[bonded], other[bonded]):  # seen from the other end, six half turns more

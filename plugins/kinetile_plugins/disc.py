@@ -41,7 +41,16 @@ from kinetile.toolbox.lanes import (
     spread,
     spread_whole,
 )
-from kinetile.toolbox.ticks import HALVES, first_image, first_touch, last_touch, nearest_whole, turns_between
+from kinetile.toolbox.ticks import (
+    HALVES,
+    first_image,
+    first_touch,
+    last_touch,
+    nearest_whole,
+    plans_of,
+    plans_through,
+    turns_between,
+)
 from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, circles_meet, merged, two_least
 
 
@@ -49,26 +58,11 @@ from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, circles_meet, mer
 @hook
 def meet(k: Kernel, a: int, b: int) -> int:
     """Return the tick of the first contact of two discs, or ``NEVER``."""
-    clock = k.clock[0]
     early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
     one = k.bodies[early]
     two = k.bodies[a + b - early]
     since = two.anchor
-    delay = first_touch(
-        one.x,
-        one.y,
-        one.vx,
-        one.vy,
-        since - one.anchor,
-        two.x,
-        two.y,
-        two.vx,
-        two.vy,
-        one.radius,
-        two.radius,
-        clock.tick,
-        clock.per_time,
-    )
+    delay = first_touch(plans_of(k, one, two), one.radius, two.radius)
     if delay == NEVER:
         return NEVER
     if delay == 0:
@@ -76,7 +70,7 @@ def meet(k: Kernel, a: int, b: int) -> int:
         dx = two.x - (one.x + one.vx * time)
         dy = two.y - (one.y + one.vy * time)
         reach = one.radius + two.radius
-        if reach - math.sqrt(dx * dx + dy * dy) > clock.limits.tolerance + 1e-9 * reach:
+        if reach - math.sqrt(dx * dx + dy * dy) > k.clock[0].limits.tolerance + 1e-9 * reach:
             blame(k, TOO_DEEP, a, b)
     return int(since + delay)
 
@@ -103,35 +97,16 @@ def _part(periodic: bool) -> Callable[..., int]:
     def part(k: Kernel, a: int, b: int) -> int:
         """Return the tick at which two discs part that pass through each other, or ``NEVER``; through the
         image that is on the clock."""
-        clock = k.clock[0]
         early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
         late = a + b - early
         one = k.bodies[early]
         two = k.bodies[late]
-        since = two.anchor
-        right = 0.0
-        up = 0.0
+        plans = plans_of(k, one, two)
         if periodic:
             right, up = turns_between(k, early, late, a)
-        delay = last_touch(
-            one.x,
-            one.y,
-            one.vx,
-            one.vy,
-            since - one.anchor,
-            two.x,
-            two.y,
-            two.vx,
-            two.vy,
-            one.radius,
-            two.radius,
-            clock.tick,
-            right,
-            up,
-            clock.torus.x,
-            clock.torus.y,
-        )
-        return int(since + delay) if delay != NEVER else NEVER
+            plans = plans_through(k, one, two, right, up)
+        delay = last_touch(plans, one.radius, two.radius)
+        return int(two.anchor + delay) if delay != NEVER else NEVER
 
     return part
 

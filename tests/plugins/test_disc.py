@@ -1,6 +1,6 @@
 """The narrow phase of two discs, number by number: what it computes in full, and what that is for.
 
-How its times of contact compare with the truth, family by family, is ``kinetile_accuracy.contact_times``.
+How its times of contact compare with the truth, family by family, is ``kinetile_accuracy.hard_cases``.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ import numpy as np
 
 import kinetile as kt
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, Fingerprint
-from kinetile.scene.by_name import loads_scene
+from kinetile.scene.files import loads_scene
 from kinetile_accuracy.specification import shapes
 from kinetile_accuracy.specification.arithmetic import (
     FlightPlan,

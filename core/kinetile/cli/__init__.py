@@ -19,7 +19,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from kinetile.cli import cache, export, plugins, run, show
+from kinetile.cli import cache, compare, export, plugins, run, show
 from kinetile.cli.terminal import echo, notice, results_on_stdout
 from kinetile.versions import __version__
 
@@ -90,7 +90,7 @@ def _kinetile(
 
 
 _PANELS: dict[str, tuple[Callable[..., None], ...]] = {
-    "Run": (run.run, run.resume, run.recover),
+    "Run": (run.run, run.resume, run.recover, compare.compare),
     "Show": (show.draw, show.view, export.export),
     "Plugins and scenes": (plugins.scenes, plugins.plugins, plugins.new_plugin),
 }

@@ -180,19 +180,3 @@ def show_labels(lines: Iterable[tuple[str, str]]) -> None:
         typer.echo(typer.style(f"{label:{width}}", bold=True) + first)
         for each in more:
             typer.echo(" " * width + each)
-
-
-def comparison_table(outcomes: Iterable[Any]) -> Table:
-    """Returns the result of each phase, one row a phase."""
-    return table_of(
-        outcomes,
-        {
-            "broad phase": lambda each: each.phase,
-            "> contacts": lambda each: f"{each.contacts:,}",
-            "> time": lambda each: f"{each.time:.10g}",
-            "> events": lambda each: f"{each.events:,}",
-            "> CPU s": lambda each: f"{each.cpu_seconds:.3g}",
-            "fingerprint": lambda each: each.fingerprint[:16],
-            "ended by": lambda each: (each.fault or "").partition(":")[0],
-        },
-    )

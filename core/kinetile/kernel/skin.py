@@ -60,8 +60,8 @@ def too_thick(broad_phase: str, delta: float, limit: float) -> str:
     """Return the message for a broad phase that is only right with a thinner skin."""
     return (
         f"{broad_phase} is right only while the skin around bodies is thin, at most {limit:.3g} here, and "
-        f"rounding asks for {delta:.3g}: choose cells, sap-1d, sap-2d or naive, or a scene with less range "
-        "in size, mass or speed"
+        f"rounding asks for {delta:.3g}: choose another broad phase, or a scene with less range in size, "
+        "mass or speed"
     )
 
 

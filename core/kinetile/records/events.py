@@ -40,6 +40,7 @@ from kinetile.run.interrupts import Unbroken
 from kinetile.versions import versions
 
 if TYPE_CHECKING:
+    from kinetile.run.moment import Moment
     from kinetile.run.simulation import Simulation
     from kinetile.scene import Scene
 
@@ -233,23 +234,16 @@ class EventRecorder:
         with suppress(OSError):
             self._open_file().sync()
 
-    def introduce(self, kinds_of: Callable[[NDArray[Any]], NDArray[Any]], numbers: int) -> None:
-        """Receives, from a simulation that is about to run, the function that gives the kinds of its bodies,
-        and the number of body numbers given so far."""
+    def begin(self, moment: Moment, before: int) -> None:
+        """Begins a run. Rows that this recorder did not receive are counted as ``missing``: the others are
+        not the whole motion."""
         if self._kinds.several:
-            self._kinds_of = kinds_of
-            self._kinds.add(np.arange(numbers), kinds_of)
-
-    def begin(self, before: int) -> None:
-        """Receives, from a simulation that is about to run, the number of rows before the next one.
-
-        Rows that this recorder did not receive are counted as ``missing``: the others are not the whole
-        motion.
-        """
+            self._kinds_of = moment.kinds_of
+            self._kinds.add(np.arange(moment.numbers), moment.kinds_of)
         self.missing += max(before - self.missing - self._taken, 0)
 
-    def reached(self, time: float) -> None:
-        """Receives, from a simulation that has run, its present time: all rows up to it are here."""
+    def end(self, time: float) -> None:
+        """Ends a run: all rows up to this time are here."""
         self._reached = time
 
     def close(self, status: str = "complete") -> None:

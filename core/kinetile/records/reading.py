@@ -1,7 +1,6 @@
 """Reading of event files: the result is exactly what was written, or a RecordError with the reason.
 
-The rows, the metadata and the scene of a file are compared with each other: the first contradiction is an
-error.
+A digest over the rows, the metadata and the scene shows that they are what a recorder wrote.
 
 Rows name bodies by number. The kind of a body follows from the scene, unless it was inserted interactively;
 for those it is in the metadata, as runs: [first number, last number, kind] each, ascending. Bodies get their
@@ -11,9 +10,8 @@ numbers one after the other and are mostly of one kind, so there are few runs ev
 from __future__ import annotations
 
 import json
-import math
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
@@ -21,29 +19,16 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import NDArray
 
-from kinetile.errors import Mistake, RecordError
-from kinetile.kernel.clock import TICKS
-from kinetile.kernel.log import INSERTED, LOG, REMOVED, TURNED
+from kinetile.errors import RecordError
+from kinetile.kernel.log import LOG
 from kinetile.records.finishing import KEYS, LONGEST_SCENE, PARTIAL, is_log, pyarrow_modules, reason
 from kinetile.records.log import Seal
 from kinetile.scene import Insert, Scene
-from kinetile.scene.by_name import Registered
 from kinetile.scene.checks import WALL, shown
-from kinetile.scene.responses import PASS
+from kinetile.scene.files import loads_scene
 from kinetile.sources import check_regular
 
 _COLUMNS = LOG.names or ()
-_OWN = {
-    "status": str,
-    "rows": int,
-    "missing": int,
-    "start": float,
-    "time_unit": float,
-    "time": float,
-    "kinds": list,
-    "fingerprint": str,
-    "answer": int,
-}
 
 
 class EventFile(NamedTuple):
@@ -55,8 +40,7 @@ class EventFile(NamedTuple):
     def kinds_of(self, bodies: npt.ArrayLike) -> NDArray[Any]:
         """Returns the kinds of bodies by their numbers, such as a column of ``rows``, as an array of objects.
 
-        "wall" stands for a number below 0; None for a body whose kind is not in the file, for it was inserted
-        interactively and the file is of a version without its kind.
+        "wall" stands for a number below 0, None for a number that no body of the file has.
         """
         return kinds_in(self.metadata["kinds"], bodies)
 
@@ -67,11 +51,11 @@ def read_events(path: str | os.PathLike[str]) -> EventFile:
     The metadata are those the recorder was given, and "scene" (the scene as TOML text), "status", "rows",
     "missing" (rows of the run that are not in the file), "start", "time_unit", "time" (how far the rows go),
     "kinds" ([first, last, kind] for each run of bodies of one kind; ``EventFile.kinds_of`` looks them up),
-    "fingerprint" (of the contacts in the file), "answer" (the number of the specification that they follow; 0
-    in a file that is older than that), "recipe", "parameters", "versions".
+    "fingerprint" (of the contacts in the file), "answer" (the number of the specification that they follow),
+    "recipe", "parameters", "versions".
 
     Raises MissingExtra without pyarrow, and RecordError if there is no event file of kinetile, if it is
-    damaged or contradicts itself, or if it is FILE.partial of an active or killed run.
+    damaged or changed, or if it is FILE.partial of an active or killed run.
     """
     return read_with_scene(path)[0]
 
@@ -80,21 +64,15 @@ def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
     """Reads an event file, and its scene, whose phases need not be installed here. Raises as read_events."""
     path = Path(path)
     rows, (text, scene_text, digest) = _read(path)
-    metadata = _read_metadata(path, text)
-    scene = _read_scene(path, scene_text)
-    wrong = disagreement(rows, metadata, scene)
-    if wrong:
-        raise RecordError(f"{path} contradicts itself: {wrong}")
     seal = Seal()
     seal.add(rows)
-    if seal.fingerprint != metadata["fingerprint"]:
-        raise RecordError(
-            f"{path} contradicts itself: the fingerprint of its contacts is {seal.fingerprint}, and its "
-            f"metadata say {shown(metadata['fingerprint'])}"
-        )
     if seal.digest(text, scene_text) != digest:
         raise RecordError(f"{path} is not what was written: its rows, scene and metadata have another digest")
-    kinds = all_runs(scene, metadata["kinds"])
+    try:
+        metadata, scene = json.loads(text), loads_scene(scene_text, look_up=False)
+        kinds = all_runs(scene, metadata["kinds"])
+    except Exception as error:  # by somebody who knows the digest: it can be anything
+        raise RecordError(f"{path} has metadata or a scene that no run writes: {error}") from error
     return EventFile(rows, metadata | {"scene": scene_text, "kinds": kinds}), scene
 
 
@@ -158,121 +136,6 @@ def _read_rows(path: Path, file: Any) -> NDArray[Any]:
     if first != len(rows):
         raise RecordError(f"{path} is damaged: its footer says {len(rows)} rows, and {first} are there")
     return rows
-
-
-def _read_metadata(path: Path, text: str) -> dict[str, Any]:
-    try:
-        metadata = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise RecordError(f"{path} has metadata that are no JSON: {error}") from error
-    if not isinstance(metadata, dict):
-        raise RecordError(f"{path} has metadata that are {shown(metadata)}; expected a JSON object")
-    metadata.setdefault("answer", 0)
-    metadata.setdefault("kinds", [])
-    for key, kind in _OWN.items():
-        if key not in metadata:
-            raise RecordError(f"{path} has metadata without {key!r}")
-        value = metadata[key]
-        if type(value) is not kind or (isinstance(value, float) and not math.isfinite(value)):
-            raise RecordError(
-                f"{path} has metadata in which {key!r} is {shown(value)}; expected a value of type "
-                f"{kind.__name__}"
-            )
-    return metadata
-
-
-def _read_scene(path: Path, text: str) -> Scene:
-    from kinetile.scene.files import read_text
-
-    try:
-        return read_text(text, None, _AnyPhase())
-    except Exception as error:  # TOML that was tampered with can be more than its reader is made for
-        raise RecordError(f"{path} has a scene that is none: {error}") from error
-
-
-class _AnyPhase(Registered):
-    """Names as an event file may use them: any phase, for none is run here, and no recipe, for the bodies
-    themselves are in the file."""
-
-    def mistakes(self, where: str, name: str, *kinds: str) -> list[Mistake]:
-        """Returns the mistake of naming a recipe."""
-        return [Mistake(where, shown(name), "the bodies themselves")] if "scene" in kinds else []
-
-    def option_mistakes(self, name: str, options: Mapping[str, Any], where: str = "") -> list[Mistake]:
-        """Returns no mistake: a run of the phase checks its options."""
-        return []
-
-
-_A, _B = ("ax", "ay", "avx", "avy"), ("bx", "by", "bvx", "bvy")
-
-
-def disagreement(rows: NDArray[Any], metadata: Mapping[str, Any], scene: Scene) -> str | None:
-    """Returns the first contradiction, in a sentence, or None.
-
-    ``rows`` are of dtype LOG; of ``metadata`` the types have been checked.
-    """
-    return next(_disagreements(rows, metadata, scene), None)
-
-
-def _disagreements(rows: NDArray[Any], metadata: Mapping[str, Any], scene: Scene) -> Iterator[str]:
-    if metadata["rows"] != len(rows):
-        yield f"its metadata say {metadata['rows']} rows, and {len(rows)} are there"
-    if metadata["missing"] < 0:
-        yield f"its metadata say that {metadata['missing']} rows are missing"
-    if metadata["status"] == "running":
-        yield "its status says that the run goes on, and it has a footer"
-    for key, value in (("start", scene.start), ("time_unit", scene.time_unit)):
-        if metadata[key] != value:
-            yield f"its metadata say that {key} is {metadata[key]!r}, and by its scene it is {value!r}"
-    kinds = wrong_runs(metadata["kinds"], scene)
-    if kinds is not None:
-        yield kinds
-    time = metadata["time"]
-    if time < scene.start:
-        yield f"it ends at {time!r}, before its scene's start, {scene.start!r}"
-    for wrong, said in _row_faults(rows, scene):
-        if wrong.any():
-            at = int(np.argmax(wrong))
-            row = ", ".join(f"{name} {rows[name][at]}" for name in ("time", "epoch", "tick", "a", "b"))
-            yield f"row {at} ({row}) {said}"
-    if len(rows) and rows["time"][-1] > time:
-        yield f"it ends at {time!r}, before its last row, at {float(rows['time'][-1])!r}"
-
-
-def _row_faults(rows: NDArray[Any], scene: Scene) -> Iterator[tuple[NDArray[np.bool_], str]]:
-    """Yields the possible errors of rows, each with the rows that have it."""
-    epoch, tick, a, b = (rows[name] for name in ("epoch", "tick", "a", "b"))
-    n, come = len(scene), np.unique(a[b == INSERTED])
-    there = f"its scene has not, with {n} bodies" + (f" and {len(come)} that come" if len(come) else "")
-    for body, name in ((a, "a"), (b, "b")):
-        known = ((body >= 0) & (body < n)) | np.isin(body, come)
-        if name == "b":
-            known |= (body < 0) & (body >= REMOVED)
-        yield ~known, f"is about a body {name} that {there}"
-    passing = _passing(rows, scene)
-    yield (b >= 0) & (b <= a) & ~passing, "has bodies that are not in ascending order"
-    if scene.arena is None:
-        yield (b < 0) & (b > TURNED), "is a contact with a wall, and its scene has none"
-    yield (epoch < 0) | (tick < 0) | (tick >= TICKS), "has an epoch or a tick out of range"
-    earlier = (epoch[1:] < epoch[:-1]) | ((epoch[1:] == epoch[:-1]) & (tick[1:] < tick[:-1]))
-    yield np.append(np.zeros(min(len(rows), 1), np.bool_), earlier), "is earlier than the row before it"
-    time = scene.start + (epoch + tick * 2.0**-52) * scene.time_unit
-    yield rows["time"] != time, "has a time that is not that of its epoch and tick"
-    yield ~_all_finite(rows, _A) & ~passing, "has a position or velocity of a that is not finite"
-    yield (b >= 0) & ~_all_finite(rows, _B) & ~passing, "has a position or velocity of b that is not finite"
-    nowhere = np.all([np.isnan(rows[name]) for name in _B], axis=0)
-    yield (b < 0) & ~nowhere, "has a position or velocity of a second body, and there is none"
-
-
-def _passing(rows: NDArray[Any], scene: Scene) -> NDArray[np.bool_]:
-    """Returns which rows are the beginning or the end of a passing: two bodies, and no plan of either."""
-    planless = np.all([np.isnan(rows[name]) for name in (*_A, *_B)], axis=0)
-    may = any(response.name == PASS for row in scene.meets for response in row)
-    return np.asarray(planless & (rows["b"] >= 0) & (rows["a"] != rows["b"]) & may)
-
-
-def _all_finite(rows: NDArray[Any], names: tuple[str, ...]) -> NDArray[np.bool_]:
-    return np.asarray(np.all([np.isfinite(rows[name]) for name in names], axis=0))
 
 
 Runs: TypeAlias = list[list[Any]]
@@ -342,20 +205,3 @@ def kinds_in(runs: Runs, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
     at[numbers < 0] = len(kinds) - 1
     found: npt.NDArray[Any] = kinds[at]
     return found
-
-
-def wrong_runs(by_hand: Runs, scene: Scene) -> str | None:
-    """Returns the first contradiction between a scene and the kinds of interactively inserted bodies in a
-    file's metadata, or None."""
-    last = (_numbers(scene) or [-1])[-1]
-    for run in by_hand:
-        if not isinstance(run, list) or len(run) != 3 or [type(each) for each in run[:2]] != [int, int]:
-            return (
-                f"its metadata have the kinds {run!r}; expected the first and the last body, and their kind"
-            )
-        if not last < run[0] <= run[1] < _LARGEST:
-            return f"its metadata have the kinds {run!r}, of bodies that are of other kinds already"
-        if not any(type(kind) is type(run[2]) and kind == run[2] for kind in scene.kinds):
-            return f"its metadata have the kinds {run!r}, and its scene has no such kind"
-        last = run[1]
-    return None

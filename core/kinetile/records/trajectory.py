@@ -86,8 +86,8 @@ class Trajectory:
         since = np.where(first, 0.0, np.roll(time, 1))
         came = rows["b"] == INSERTED  # it does not exist before
         begins, flies = place.copy(), np.zeros_like(place)
-        begins[~came & first] = self.scene.position[body[~came & first]]
-        flies[~came & first] = self.scene.velocity[body[~came & first]]
+        starts = ~came & first & (body < len(self.scene))
+        begins[starts], flies[starts] = self.scene.position[body[starts]], self.scene.velocity[body[starts]]
         before = np.where(first[:, None], begins, np.roll(place, 1, axis=0))
         flown = np.where(first[:, None], flies, np.roll(velocity, 1, axis=0))
         astray = before + flown * (time - since)[:, None] - place

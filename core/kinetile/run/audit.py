@@ -44,6 +44,15 @@ from kinetile.plugin.registry import sentence
 from kinetile.run.compose import Composition
 from kinetile.run.structure import named_near, pairs_of_named
 
+Integers = npt.NDArray[np.int64]
+Pairs = npt.NDArray[np.int32]
+
+ROWS = 1 << 9
+"""Bodies compared with all others at a time: bounds the memory of an audit."""
+
+BLOCK = 1 << 18
+"""Places of the lookup at a time."""
+
 
 def of_calendar(k: Any) -> Iterator[str]:
     """Every body with an event is once in the list of its slice, in order, and no other is."""
@@ -115,42 +124,77 @@ def of_places(k: Any) -> Iterator[str]:
 
 
 def of_pair_set(k: Any) -> Iterator[str]:
-    """Every pair of the pair set is once in the list of each of its bodies and once in the lookup, and
-    all other records are free."""
-    table = k.pairs
-    live = np.flatnonzero(table.a >= 0)
-    if not np.array_equal(np.sort(k.lookup[k.lookup >= 0]), live):
-        yield f"the lookup does not hold each of the {len(live)} pairs of the pair set once"
-    yield from of_lists(table, k.firsts, "the pair set", k.clock.lists.pairs, k.clock.lists.free)
+    """Every pair of the pair set can be found, and is in the lists of its bodies."""
+    yield from of_lookup(k)
+    yield from of_lists(k.pairs, k.firsts, "the pair set", k.clock.lists.pairs, k.clock.lists.free)
+
+
+def of_lookup(k: Any) -> Iterator[str]:
+    """Every pair is there once, and where a search for it leads: no place from its home on is empty."""
+    lookup, live = k.lookup, k.pairs.a >= 0
+    held = np.zeros(len(live), dtype=np.bool_)
+    held[lookup[lookup >= 0]] = True
+    if not np.array_equal(held, live) or (lookup >= 0).sum() != live.sum():
+        yield f"the lookup does not hold each of the {live.sum()} pairs of the pair set once"
+        return
+    a, b, mask = k.pairs.a[live], k.pairs.b[live], len(lookup) - 1
+    ranks = np.sort(a * np.int64(len(k.bodies)) + b)  # np.unique takes a minute for 20 million
+    if (a >= b).any() or (ranks[1:] == ranks[:-1]).any():
+        yield "a pair stands in the pair set twice, or in no order"
+    empty = int(np.flatnonzero(lookup < 0)[-1]) - len(lookup) if len(lookup) else 0
+    for first in range(0, len(lookup), BLOCK):
+        some = lookup[first : first + BLOCK]
+        place = np.arange(first, first + len(some))
+        before = np.maximum.accumulate(np.where(some < 0, place, empty))
+        taken, empty = some >= 0, int(before[-1])
+        a, b = (of[some[taken]].astype(np.int64) for of in (k.pairs.a, k.pairs.b))
+        mixed = (a * 73856093) ^ (b * 19349663)
+        home = (mixed ^ (mixed >> 15)) & mask
+        if ((place[taken] - home) & mask >= place[taken] - before[taken]).any():
+            yield "a pair of the pair set cannot be found"
 
 
 def of_lists(table: Any, firsts: Any, what: str, counted: int, first_free: int) -> Iterator[str]:
-    """Every pair of a table is once in the list of each of its bodies; all other records are free."""
-    live = np.flatnonzero(table.a >= 0)
+    """Every pair of a table is once in the list of each of its bodies; all other records are free.
+
+    The lists of all bodies are followed together, a step at a time: there may be millions of pairs.
+    """
+    a, b = table.a, table.b
+    live = np.flatnonzero(a >= 0)
     if len(live) != int(counted):
         yield f"there are {len(live)} pairs in {what}, but the kernel counts {int(counted)}"
-    ones, others = table.a.tolist(), table.b.tolist()
-    next_a, next_b = table.next_a.tolist(), table.next_b.tolist()
-    prev_a, prev_b = table.prev_a.tolist(), table.prev_b.tolist()
-    listed = 0
-    for body, at in enumerate(firsts.tolist()):
-        before = -1
-        while at >= 0 and listed <= 2 * len(live):
-            if body not in (ones[at], others[at]):
-                yield f"the list of body {body} has the pair ({ones[at]}, {others[at]}) in it"
-                return
-            listed += 1
-            is_a = ones[at] == body
-            if (prev_a if is_a else prev_b)[at] != before:
-                yield f"the list of body {body} cannot be read backwards"
-            before, at = at, (next_a if is_a else next_b)[at]
+    if ((b[live] < 0) | (a[live] == b[live])).any():
+        yield f"a pair in {what} is not of two bodies"
+    body = np.flatnonzero(firsts >= 0)
+    at, before, listed = firsts[body], np.full(len(body), NOBODY), 0
+    while len(at) and listed <= 2 * len(live):
+        is_a = a[at] == body
+        odd = ~is_a & (b[at] != body)
+        if odd.any():
+            wrong = at[odd][0]
+            yield f"the list of body {body[odd][0]} has the pair ({a[wrong]}, {b[wrong]}) in it"
+            return
+        back = np.where(is_a, table.prev_a[at], table.prev_b[at]) != before
+        if back.any():
+            yield f"the list of body {body[back][0]} cannot be read backwards"
+        listed += len(at)
+        before, at = at, np.where(is_a, table.next_a[at], table.next_b[at])
+        goes_on = at >= 0
+        body, before, at = body[goes_on], before[goes_on], at[goes_on]
     if listed != 2 * len(live):
         yield f"the bodies' lists have {listed} entries for {len(live)} pairs"
-    free, at = 0, int(first_free)
-    while at >= 0 and free <= len(table):
-        free, at = free + 1, next_a[at]
+    free = len(followed(table.next_a.tolist(), int(first_free), len(table)))
     if free + len(live) != len(table):
         yield f"of {len(table)} records of {what} {len(live)} are taken and {free} free"
+
+
+def followed(after: list[int], at: int, most: int) -> set[int]:
+    """Returns the elements of a list that is threaded through a column, up to ``most`` of them."""
+    seen: set[int] = set()
+    while at >= 0 and at not in seen and len(seen) <= most:
+        seen.add(at)
+        at = after[at]
+    return seen
 
 
 def said_tick(tick: int) -> str:
@@ -216,13 +260,6 @@ def _overlapping(k: Any, place: Any, passing: set[tuple[int, int, int, int]]) ->
                 if (a, b, *(image[b] - turns[b] + turns[a]).astype(np.int64).tolist()) not in passing:
                     said = f"bodies {k.queue.number[a]} and {k.queue.number[b]} overlap"
                     yield f"{said} and are not passing each other"
-
-
-Integers = npt.NDArray[np.int64]
-Pairs = npt.NDArray[np.int32]
-
-ROWS = 1 << 9
-"""Bodies compared with all others at a time: bounds the memory of an audit."""
 
 
 class Complaint(NamedTuple):

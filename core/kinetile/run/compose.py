@@ -6,11 +6,12 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, TypeVar, cast
 
-from kinetile.errors import BadOption, PhaseError, Refused, nearest
+from kinetile.errors import BadOption, KinetileError, PhaseError, Refused, nearest
 from kinetile.kernel.compiled import compose, is_checked, python_of
 from kinetile.kernel.loop import idle
 from kinetile.kernel.loop.ahead import LARGE
@@ -100,9 +101,9 @@ def read_rules(
             row[name] = number
     passing = bool((rows.response == PASSES).any())
     if passing and broad[1].solid:
-        raise Refused(
+        raise _BroadPhaseRefuses(
             f"{broad[0]} is right only while bodies cannot pass through each other, and this scene has kinds "
-            "that pass: choose cells, sap-1d, sap-2d or naive"
+            "that pass"
         )
     _check_narrow(narrow, passing, bool(needed))
     names = tuple(dict.fromkeys(response.name for response in meets))
@@ -274,13 +275,20 @@ def compose_phases(
         Refused: a phase does not accept this scene.
     """
     settings = scene.settings
-    narrow = narrow_phases if narrow_phases is not None else settings.narrow_phases
+    name = broad_phase if broad_phase is not None else settings.broad_phase
+    named = _named(scene, narrow_phases)
+    return _compose(scene, name if name is not None else DEFAULT_BROAD_PHASE, named, options)
+
+
+def _named(
+    scene: Scene, narrow: Sequence[str] | Mapping[str, Mapping[str, Any]] | None
+) -> Mapping[str, Mapping[str, Any]]:
+    """Returns the narrow phases of a scene with their options: those given, the settings', or the default."""
+    narrow = scene.settings.narrow_phases if narrow is None else narrow
     if narrow is None:
         pairs = "convex" if scene.shapes else "disc"
         narrow = (pairs,) if scene.arena is None or scene.periodic == "xy" else (pairs, "wall")
-    named = read_narrow_phases(narrow)
-    name = broad_phase if broad_phase is not None else settings.broad_phase
-    return _compose(scene, name if name is not None else DEFAULT_BROAD_PHASE, named, options)
+    return read_narrow_phases(narrow)
 
 
 def read_narrow_phases(
@@ -292,7 +300,36 @@ def read_narrow_phases(
     return narrow if isinstance(narrow, Mapping) else {each: {} for each in narrow}
 
 
+class _BroadPhaseRefuses(Refused):
+    """A broad phase does not accept a scene, and another one may."""
+
+
 def _compose(
+    scene: Scene, name: str, narrow: Mapping[str, Mapping[str, Any]], options: Mapping[str, Any] | None
+) -> Composition:
+    """Prepares the phases of these names for a scene. Where they are refused, the error names the broad
+    phases that accept the scene, of all that are installed."""
+    try:
+        return _prepared(scene, name, narrow, options)
+    except _BroadPhaseRefuses as refused:
+        others = ", ".join(accepting(scene, narrow)) or "none that is installed"
+        raise Refused(f"{refused}; broad phases that accept this scene: {others}") from refused
+
+
+def accepting(
+    scene: Scene, narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None
+) -> list[str]:
+    """Returns the names of the installed broad phases that accept a scene with these narrow phases."""
+    found = []
+    narrow = _named(scene, narrow_phases)
+    for name in registry().names("broad phase"):
+        with suppress(KinetileError):  # it refuses the scene, or its plugin is broken
+            _prepared(scene, name, narrow, None)
+            found.append(name)
+    return found
+
+
+def _prepared(
     scene: Scene, name: str, narrow: Mapping[str, Mapping[str, Any]], options: Mapping[str, Any] | None
 ) -> Composition:
     """Prepares the phases of these names for a scene, and refuses incompatible ones."""
@@ -306,25 +343,27 @@ def _compose(
     pair = pair_parts(scene, decides, given)
     wall = next((parts for parts in given.values() if isinstance(parts, WallParts)), None)
     if scene.periodic:
-        _demand_periodic(scene, {f"broad phase {name!r}": broad, **given})
+        _demand_periodic(scene, (name, broad), given)
     if broad.skin_limit is not None and scene.arena is not None:
         skin = skin_at_start(scene, walls=True)
         if skin.delta > broad.skin_limit:
-            raise Refused(too_thick(name, skin.delta, broad.skin_limit))
+            raise _BroadPhaseRefuses(too_thick(name, skin.delta, broad.skin_limit))
     if broad.solid:
         _demand_solid(name, given, pair)
     rules = read_rules(scene, (name, broad), given)
     return Composition(name, broad_options, narrow_options, broad, pair, wall, scene, rules)
 
 
-def _demand_periodic(scene: Scene, given: Mapping[str, Parts]) -> None:
+def _demand_periodic(
+    scene: Scene, broad: tuple[str, BroadPhaseParts], narrow: Mapping[str, PairParts | WallParts]
+) -> None:
     """Raises Refused if a phase does not know images."""
-    for name, parts in given.items():
-        if not getattr(parts, "periodic", False):
-            raise Refused(
-                f"{name} does not know images, and this scene is periodic along {scene.periodic}: choose "
-                "cells, naive, sap-1d or sap-2d, or another phase whose parts say periodic=True"
-            )
+    said = f"does not know images (periodic=True), and this scene is periodic along {scene.periodic}"
+    for name, parts in narrow.items():
+        if isinstance(parts, PairParts) and not parts.periodic:
+            raise Refused(f"{described('narrow phase', name)} {said}")
+    if not broad[1].periodic:
+        raise _BroadPhaseRefuses(f"broad phase {broad[0]!r} {said}")
 
 
 def _narrow_parts(
@@ -352,17 +391,16 @@ def _narrow_parts(
 def _demand_solid(name: str, given: Mapping[str, PairParts | WallParts], pair: PairParts | None) -> None:
     """Raises Refused if bodies may pass through each other and the broad phase is wrong then."""
     if pair is None:
-        raise Refused(
+        raise _BroadPhaseRefuses(
             f"{name} is right only while bodies cannot pass through each other, and no narrow phase for "
-            "pairs is named: name one, such as disc, or choose cells, sap-1d, sap-2d or naive"
+            "pairs is named: name one, or choose another broad phase"
         )
     if pair.contact_distance != "sum of radii":
         pairs = (each for each, parts in given.items() if isinstance(parts, PairParts))
         closer = " and ".join(described("narrow phase", each) for each in pairs)
-        raise Refused(
+        raise _BroadPhaseRefuses(
             f"{name} is right only while bodies touch at the sum of their radii, and those of {closer} may "
-            "come closer (its parts say contact_distance='closer', the default): choose cells, sap-1d, "
-            "sap-2d or naive"
+            "come closer (its parts say contact_distance='closer', the default)"
         )
 
 
@@ -370,14 +408,17 @@ def _prepare(
     kind: Kind, name: str, options: Mapping[str, Any], scene: Scene, wanted: type[P], why: str = ""
 ) -> P:
     """Makes a phase with its options and returns its parts, which are ``wanted`` to be of a class."""
-    found = registry()
-    find = {"broad phase": found.broad_phase, "narrow phase": found.narrow_phase, "response": found.response}
-    phase = find[kind](name)
+    phase = registry().target(kind, name)
     check_options(kind, name, phase, options)
     with calling(kind, name, "its constructor"):
         made = phase(**options)
     with calling(kind, name, "prepare"):
-        parts = made.prepare(scene)
+        try:
+            parts = made.prepare(scene)
+        except Refused as error:
+            if kind != "broad phase":
+                raise
+            raise _BroadPhaseRefuses(*error.args) from error
     who = described(kind, name)
     if not isinstance(parts, wanted):
         raise PhaseError(f"{who}: prepare returned {type(parts).__name__}, not {wanted.__name__}{why}")

@@ -27,10 +27,11 @@ from kinetile.plugin.registry import registry
 from kinetile.run.advance import End, Event
 from kinetile.run.compose import check_options
 from kinetile.run.engine.engine import UNLIMITED, Engine
+from kinetile.run.engine.ledger import RowFunction
+from kinetile.run.moment import Moment
 from kinetile.scene.checks import shown
 
 if TYPE_CHECKING:
-    from kinetile.run.simulation import Simulation
     from kinetile.scene import Scene
 
 Floats = npt.NDArray[np.float64]
@@ -75,9 +76,9 @@ class Observable:
     def collect(self, collisions: Collisions) -> None:
         """Takes the contacts of a part of the run, after the first sample."""
 
-    def sample(self, simulation: Simulation) -> Mapping[str, float | Floats]:
+    def sample(self, moment: Moment) -> Mapping[str, float | Floats]:
         """Returns the quantities of this moment, or of the time since the last one, to be averaged: numbers,
-        or arrays of one dimension. Entries that are NaN do not count. The simulation is to be read only."""
+        or arrays of one dimension. Entries that are NaN do not count."""
         raise NotImplementedError
 
 
@@ -220,9 +221,9 @@ class _Observation:
             with calling("observable", self.name, "collect", may_refuse=False):
                 self.observable.collect(collisions)
 
-    def sample(self, simulation: Simulation) -> None:
+    def sample(self, moment: Moment) -> None:
         with calling("observable", self.name, "sample", may_refuse=False):
-            values = self.observable.sample(simulation)
+            values = self.observable.sample(moment)
             read = {quantity: self._read(quantity, value) for quantity, value in values.items()}
         for quantity, value in read.items():
             self.blocks.setdefault(quantity, Blocks()).add(value)
@@ -281,16 +282,16 @@ class Observers:
     Raises UnknownName, BadOption, Refused and PhaseError for what cannot be observed.
     """
 
-    def __init__(self, simulation: Simulation, engine: Engine, observe: Sequence[str], end: End) -> None:
+    def __init__(self, moment: Moment, engine: Engine, observe: Sequence[str], end: End) -> None:
         if isinstance(observe, str) or not isinstance(observe, Iterable):
             raise BadOption(
                 f"observe is {shown(observe)}; expected a list of observables, such as ['pressure']"
             )
-        self._simulation, self._engine = simulation, engine
+        self._moment, self._engine = moment, engine
         self._observations = [_Observation(text) for text in observe]
         for each in self._observations:
-            each.prepare(simulation.scene)
-            each.plan(simulation.time, end.until)
+            each.prepare(moment.scene)
+            each.plan(moment.time, end.until)
             if each.interval == math.inf and end.contacts == UNLIMITED:
                 raise BadOption(
                     f"observable {each.text!r}: how often it is sampled follows from the end of the run; "
@@ -304,7 +305,7 @@ class Observers:
         return [each for each in self._observations if each.needs == needs]
 
     @property
-    def counter(self) -> Callable[[npt.NDArray[np.void]], None] | None:
+    def counter(self) -> RowFunction | None:
         """What takes the short rows of contacts, if anyone needs them."""
         wanting = self._of("contacts")
 
@@ -316,10 +317,10 @@ class Observers:
         return count if wanting else None
 
     @property
-    def observer(self) -> Callable[[npt.NDArray[np.void]], None] | None:
+    def observer(self) -> RowFunction | None:
         """What takes the long rows, if anyone needs them."""
         wanting = self._of("velocities")
-        plans = _Plans(self._simulation) if wanting else None
+        plans = _Plans(self._moment) if wanting else None
 
         def observe(rows: npt.NDArray[np.void]) -> None:
             assert plans is not None
@@ -332,27 +333,27 @@ class Observers:
     def advance(self, end: End, run_to: Callable[[End], Event | None]) -> Event | None:
         """Runs to an end by ``run_to``, with a stop at each time of a sample; returns what the last call
         returns."""
-        simulation, engine, observed = self._simulation, self._engine, self._observations
+        moment, engine, observed = self._moment, self._engine, self._observations
         if any(each.interval == math.inf for each in observed):
             # The end is a number of contacts: the time of their first hundredth is the interval of samples.
-            begin, part = simulation.time, max((end.contacts - engine.contacts) // _INTERVALS, 1)
+            begin, part = moment.time, max((end.contacts - engine.contacts) // _INTERVALS, 1)
             event = run_to(end._replace(contacts=min(engine.contacts + part, end.contacts)))
-            interval = simulation.time - begin
+            interval = moment.time - begin
             if event is not None or engine.events >= end.events or interval == 0.0:
                 return event
             for each in observed:
-                each.plan(simulation.time, None, interval)
+                each.plan(moment.time, None, interval)
         event = None
         while (time := min((each.next_time for each in observed), default=math.inf)) < math.inf:
-            if time > simulation.time:
+            if time > moment.time:
                 stop = End(time, engine.clock.ticks(time), contacts=end.contacts, events=end.events)
                 event = run_to(end if time == end.until else stop)
-                if event is not None or simulation.time < time:
+                if event is not None or moment.time < time:
                     return event
             for each in observed:
                 if each.next_time == time:
-                    each.sample(simulation)
-        return event if observed and simulation.time == end.until else run_to(end)
+                    each.sample(moment)
+        return event if observed and moment.time == end.until else run_to(end)
 
     def results(self) -> Observed:
         """Returns the estimates so far."""
@@ -366,20 +367,20 @@ class Observers:
 class _Plans:
     """The velocity of each body by its number: after its last row, which is that before its next."""
 
-    def __init__(self, simulation: Simulation) -> None:
-        self._simulation = simulation
+    def __init__(self, moment: Moment) -> None:
+        self._moment = moment
         self._velocity, self._mass = np.zeros((0, 2)), np.zeros(0)
-        self._take_in(simulation.bodies)
-        self._velocity[simulation.bodies] = simulation.velocities()
+        self._take_in(moment.bodies)
+        self._velocity[moment.bodies] = moment.velocities()
 
     def _take_in(self, coming: npt.NDArray[Any]) -> None:
         """Makes room for bodies, and reads the masses of all that are present."""
-        present = self._simulation.bodies
+        present = self._moment.bodies
         more = int(max(coming.max(initial=-1), present.max(initial=-1))) + 1 - len(self._mass)
         if more > 0:
             self._mass = np.pad(self._mass, (0, more), constant_values=math.nan)
             self._velocity = np.pad(self._velocity, ((0, more), (0, 0)), constant_values=math.nan)
-        self._mass[present] = self._simulation.masses()
+        self._mass[present] = self._moment.masses()
 
     def collisions(self, rows: npt.NDArray[np.void]) -> Collisions:
         """Returns the contacts among the rows of a chunk, and keeps the last velocity of each body."""

@@ -21,7 +21,6 @@ import numpy.typing as npt
 from kinetile.errors import FAULTS, BadOption, BusyError, PhaseError
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
-from kinetile.kernel.flight import positions_now
 from kinetile.kernel.images import FORESEEN
 from kinetile.kernel.log import INSERTED, REMOVED, TURNED, WALLS
 from kinetile.kernel.tables import Kernel, read_only
@@ -30,20 +29,21 @@ from kinetile.run import arguments
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
 from kinetile.run.arguments import StopAt
 from kinetile.run.compose import Commands, Composition, compose_phases
-from kinetile.run.engine.agenda import History, Rows
 from kinetile.run.engine.engine import Engine
-from kinetile.run.engine.ledger import Recorder
+from kinetile.run.engine.ledger import Recorder, RowFunction
 from kinetile.run.interrupts import Unbroken
+from kinetile.run.moment import Moment
 from kinetile.run.observing import Observed, Observers
+from kinetile.run.prepared import Prepared
 from kinetile.run.questions import meetings, places
 from kinetile.run.questions.meetings import CastHit, NextContact
-from kinetile.run.questions.places import Moment, RayHit
+from kinetile.run.questions.places import Query, RayHit
 from kinetile.run.readings import Readings, energy, explanation, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
 from kinetile.run.saving.snapshot import Snapshot, put_back, take
 from kinetile.run.structure import by_number, candidates, drawn, named_near
-from kinetile.scene import Insert, Scene, Turn, relabelled, spacious
-from kinetile.scene.bodies import Numbers, in_box
+from kinetile.scene import Scene, Turn, relabelled
+from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
 from kinetile.scene.shapes import Shape
@@ -67,7 +67,7 @@ class Progress(NamedTuple):
     cpu_seconds: float
 
 
-class Simulation:
+class Simulation(Moment):
     """Bodies in motion under a choice of phases.
 
     Args:
@@ -108,13 +108,11 @@ class Simulation:
     ) -> None:
         if audit is not None and audit < 1:
             raise ValueError(f"audit is a number of contacts, at least 1; found {audit}")
-        self.scene = scene
         lives = live or any(not isinstance(command, Turn) for command in scene.commands)
-        prepared = spacious(scene, None if room is None else max(room, len(scene))) if lives else scene
+        prepared = Prepared.of(scene, None if room is None else max(room, len(scene))) if lives else scene
         composition = compose_phases(prepared, broad_phase, narrow_phases, options)
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
-        self._engine = Engine(prepared, composition, keep_contacts, commands)
-        self._history = History()
+        super().__init__(scene, Engine(prepared, composition, keep_contacts, commands))
         self._audit = audit
         self._running = False
         self._fault: str | None = None
@@ -203,7 +201,7 @@ class Simulation:
         max_contacts: int | None = None,
         max_events: int | None = None,
         progress: Callable[[Progress], None] | None = None,
-        recorder: Recorder | None = None,
+        recorder: Recorder | RowFunction | None = None,
         stop_at: StopAt | None = None,
         observe: Sequence[str] = (),
     ) -> Event | None:
@@ -217,7 +215,8 @@ class Simulation:
                 one. Without ``until``, stop as well when nothing has happened for two million time units.
             max_events: stop after this many further events of all kinds, at the time of the last one.
             progress: called after each chunk (a fraction of a second); it may turn bodies.
-            recorder: called with the log rows of each chunk, before a fault is raised.
+            recorder: a function that is called with the log rows of each chunk, before a fault is raised; or
+                a ``Recorder``.
             stop_at: contacts to stop at, at their exact time (``StopAt``).
             observe: what to measure, such as ``["pressure", "msd:every=0.1"]``; results are in ``observed``.
 
@@ -230,7 +229,7 @@ class Simulation:
             ValueError: ``until`` is not a finite time, or lies in the past; ``stop_at`` names an unknown
                 kind.
             IndexError: ``stop_at`` names a body that is neither present nor to be inserted.
-            TypeError: ``stop_at`` is no ``StopAt``.
+            TypeError: ``stop_at`` is no ``StopAt``, or ``recorder`` no function.
             UnknownName, BadOption, Refused: there is no such observable, or not with these options or in this
                 scene.
         """
@@ -238,10 +237,15 @@ class Simulation:
             end = arguments.read_end(self._engine, self.scene, until, max_contacts, max_events)
             engine = self._engine
             stop = arguments.read_stop(engine, self.scene, stop_at)
-            for name, given in {"progress": progress, "recorder": recorder}.items():
-                if given is not None and not callable(given):
-                    raise TypeError(f"{name} is called during the run; found {shown(given)}")
-            observers = Observers(self, engine, observe, end)
+            if progress is not None and not callable(progress):
+                raise TypeError(f"progress is called during the run; found {shown(progress)}")
+            if recorder is not None and not callable(recorder):
+                raise TypeError(
+                    "recorder is called with log rows: expected a function of them, or a Recorder; found "
+                    f"{shown(recorder)}"
+                )
+            moment = Moment(self.scene, engine)
+            observers = Observers(moment, engine, observe, end)
             engine.compile()
             began = engine.cpu_seconds
 
@@ -253,11 +257,7 @@ class Simulation:
             self._running = True
             engine.watch(stop)
             try:
-                with engine.ledger.recording(recorder, observers.counter, observers.observer):
-                    introduce = getattr(recorder, "introduce", None)
-                    if introduce is not None:  # an event file has the kinds of interactively inserted bodies
-                        introduce(self.kinds_of, engine.numbers)
-                    engine.ledger.hand_over()
+                with engine.ledger.recording(recorder, moment, observers.counter, observers.observer):
                     event = self._with_kinds(
                         observers.advance(end, lambda to: advance(engine, to, self._audit, after_chunk))
                     )
@@ -268,9 +268,6 @@ class Simulation:
             finally:
                 self._running = False
                 engine.watch(None)
-                reached = getattr(recorder, "reached", None)
-                if reached is not None:  # an event file has the time up to which its rows go
-                    reached(self.time)
             self._observe(observers)
             return event
 
@@ -315,7 +312,7 @@ class Simulation:
         with self._alone("look ahead"):
             event = next_event(self._engine)
             if event is not None and event.kind == "wall" and event.wall is None:
-                wall = meetings.wall_of(self._moment(), self._slot_of(event.bodies[0]))[1]
+                wall = meetings.wall_of(self._query(), self._slot_of(event.bodies[0]))[1]
                 event = event._replace(wall=WALLS[wall])
             return self._with_kinds(event)
 
@@ -347,7 +344,7 @@ class Simulation:
             BusyError: a chunk of a run is under way: this comes from a recorder, or from another thread.
         """
         with self._alone("turn a body"):
-            self._obey(TURNED, arguments.read_turns(self._engine, bodies, velocities))
+            self._engine.carry_out(TURNED, arguments.read_turns(self._engine, bodies, velocities))
 
     @overload
     def insert(
@@ -389,7 +386,7 @@ class Simulation:
             raise TypeError("insert() needs the radius of the body that comes: insert(position, radius=...)")
         with self._alone("take a body in"):
             rows = arguments.read_insertion(self._engine, position, velocity, radius, mass, kind)
-            self._obey(INSERTED, rows)
+            self._engine.carry_out(INSERTED, rows)
         return int(rows["body"][0])
 
     def remove(self, body: int) -> None:
@@ -398,27 +395,17 @@ class Simulation:
         Raises IndexError if there is no such body, BusyError as ``set_velocities``.
         """
         with self._alone("let a body go"):
-            self._obey(REMOVED, arguments.read_removal(self._engine, body))
+            self._engine.carry_out(REMOVED, arguments.read_removal(self._engine, body))
 
     def recorded(self) -> Scene:
         """Returns the scene together with all interactive commands, each at its exact time, and
         with the present moment as its exact end: under any phase it has the contacts of this run."""
         engine = self._engine
-        played = self._history.in_scene(self.scene, engine.clock)
+        played = engine.history.in_scene(self.scene, engine.clock)
         end = (*divmod(engine.clock.total(engine.now), TICKS), engine.met_now)
         return relabelled(played, settings=replace(played.settings, until=engine.time, end=end))
 
     # Results
-
-    @property
-    def time(self) -> float:
-        """The present time: the requested end of ``run``, or that of the last event if it stopped before."""
-        return self._engine.time
-
-    @property
-    def exact_time(self) -> tuple[int, int]:
-        """The tick that the simulation is at, as (epoch, tick): see ``Event``."""
-        return divmod(self._engine.clock.total(self._engine.now), TICKS)
 
     @property
     def contacts(self) -> npt.NDArray[np.void]:
@@ -456,68 +443,6 @@ class Simulation:
     def rows(self) -> int:
         """The number of log rows so far: those of a recorder present from the start."""
         return self._engine.ledger.rows
-
-    @property
-    def bodies(self) -> npt.NDArray[np.int32]:
-        """The numbers of the present bodies, (n,), ascending: those of the rows of ``positions``."""
-        engine = self._engine
-        return np.asarray(engine.k.queue.view(np.ndarray)["number"][engine.taken])
-
-    def positions(self) -> npt.NDArray[np.float64]:
-        """Returns the positions now, (n, 2), in the order of ``bodies``; along a periodic axis from 0 to less
-        than the period."""
-        return in_box(positions_now(self._engine.k, self._engine.taken), self.scene.periods)
-
-    def unwrapped(self) -> npt.NDArray[np.float64]:
-        """Returns the positions now, (n, 2), as if no axis were periodic: each body's first position and all
-        that it has flown. In a scene without a periodic axis that is ``positions``."""
-        engine = self._engine
-        places = positions_now(engine.k, engine.taken)
-        if self.scene.periodic:
-            image = engine.k.images.view(np.ndarray)[engine.taken]
-            places += np.column_stack([image["kx"], image["ky"]]) * np.array(self.scene.periods)
-        return places
-
-    def velocities(self) -> npt.NDArray[np.float64]:
-        """Returns the velocities now, (n, 2), in the order of ``bodies``."""
-        bodies = self._engine.k.bodies.view(np.ndarray).take(self._engine.taken)
-        return np.column_stack([bodies["vx"], bodies["vy"]])
-
-    def radii(self) -> npt.NDArray[np.float64]:
-        """Returns the radii, (n,), in the order of ``bodies``."""
-        return np.asarray(self._engine.k.bodies.view(np.ndarray)["radius"][self._engine.taken])
-
-    def masses(self) -> npt.NDArray[np.float64]:
-        """Returns the masses, (n,), in the order of ``bodies``; ``math.inf`` for immovable ones."""
-        return np.asarray(self._engine.k.mass)[self._engine.taken]
-
-    @property
-    def kinds(self) -> npt.NDArray[Any]:
-        """The kinds of the present bodies, (n,) names or whole numbers as objects, in the order of
-        ``bodies``."""
-        return self.kinds_of(self.bodies)
-
-    def kinds_of(self, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
-        """Returns the kinds of bodies by their numbers, as an array of objects of the same shape.
-
-        They may be present, removed, or still to be inserted by the scene. "wall" stands for a number below
-        0, as in column ``b`` of ``contacts``. Raises IndexError for a number that no body has been given.
-        """
-        numbers = np.asarray(bodies)
-        if numbers.dtype.kind not in "iu" and numbers.size:
-            raise TypeError(f"bodies go by their numbers; found {shown(bodies)}")
-        numbers = np.where(numbers < 0, -1, numbers).astype(np.int64)
-        k, taken = self._engine.k, self._engine.taken
-        bodies, kinds = self.bodies, np.array([*self.scene.kinds, WALL], dtype=object)
-        at = np.searchsorted(bodies, numbers)
-        there = np.append(bodies, -2)[at] == numbers
-        which = np.full(numbers.shape, len(kinds) - 1)
-        which[there] = k.traits.view(np.ndarray)["kind"][taken[at[there]]] if len(k.rules) else 0
-        others = (numbers >= 0) & ~there
-        if others.any():
-            which[others] = self._kinds_by_number(numbers[others])
-        found: npt.NDArray[Any] = kinds[which]
-        return found
 
     # The structure of the broad phase
 
@@ -589,7 +514,7 @@ class Simulation:
         if one == other:
             raise ValueError(f"a contact is one of two bodies; found body {a} twice")
         planned = self._planned() if scheduled else None
-        return meetings.next_contact(self._moment(), one, other, planned)
+        return meetings.next_contact(self._query(), one, other, planned)
 
     def next_contact_of(
         self, body: int, *, scheduled: bool = False, kinds: Kind | Iterable[Kind] | None = None
@@ -607,12 +532,12 @@ class Simulation:
         """
         slot = self._slot_of(body)
         planned = self._planned() if scheduled else None
-        moment, among, walls = self._moment(), None, True
+        query, among, walls = self._query(), None, True
         if kinds is not None:
-            known = (*moment.composition.prepared.kinds, WALL)
+            known = (*query.composition.prepared.kinds, WALL)
             chosen = arguments.read_kinds(kinds, known, "kinds")
-            among, walls = _of_kinds(moment, chosen).slots, WALL in chosen
-        return meetings.next_contact_of(moment, slot, planned, among, walls)
+            among, walls = _of_kinds(query, chosen).slots, WALL in chosen
+        return meetings.next_contact_of(query, slot, planned, among, walls)
 
     def cast(
         self,
@@ -735,7 +660,7 @@ class Simulation:
         Raises RecordError where a run has ended with a fault, BusyError while a chunk of a run is under way.
         """
         with self._alone("be saved"):
-            return take(self._engine, self.scene, self._history, self._audit, self._start_energy)
+            return take(self._engine, self.scene, self._audit, self._start_energy)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Continues from a snapshot of this simulation, or of another one of the same scene.
@@ -783,7 +708,6 @@ class Simulation:
         """Continues from a snapshot, with a structure that is built ``anew`` or restored; unchanged if that
         is refused."""
         put_back(self._engine, self.scene, snapshot, anew)
-        self._history = snapshot.history
         self._audit, self._start_energy = snapshot.audit, snapshot.start_energy
 
     @contextmanager
@@ -814,46 +738,24 @@ class Simulation:
         if observers:
             self._observed = observers.results()
 
-    def _obey(self, code: int, rows: Rows) -> None:
-        """Runs commands, and adds them to the history: nothing comes between."""
-        with Unbroken():
-            self._engine.carry_out(code, rows)
-            self._history = self._history.with_rows(rows, self._engine.clock.base)
-
     def _with_kinds(self, event: Event | None) -> Event | None:
         """Returns an event with the kinds of its bodies, where the scene has kinds."""
         if event is None or self.scene.kinds == (0,):
             return event
         return event._replace(kinds=tuple(self.kinds_of(event.bodies).tolist()))
 
-    def _kinds_by_number(self, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-        """Returns which of the scene's kinds bodies are of that need not be there now; IndexError for a
-        number that no body has been given."""
-        scene, came = self.scene, self._history.inserted
-        planned = [each for each in scene.commands if isinstance(each, Insert)]
-        which = np.full(max(len(self._engine.k.slots), self._engine.numbers), -1, dtype=np.int64)
-        which[: len(scene)] = scene.kind_numbers
-        which[[each.body for each in planned]] = [
-            0 if each.kind is None else scene.kinds.index(each.kind) for each in planned
-        ]
-        which[came[:, 0]] = came[:, 1]
-        odd = numbers[(numbers >= len(which)) | (which[np.minimum(numbers, len(which) - 1)] < 0)]
-        if len(odd):
-            raise IndexError(f"there is no body {odd[0]}: no body has been given that number")
-        return which[numbers]
-
-    def _moment(self) -> Moment:
+    def _query(self) -> Query:
         engine = self._engine
         slots, scene = engine.taken.astype(np.int64), self.scene
         overlapping = engine.overlapping
-        return Moment(engine.k, slots, engine.clock, self.composition, scene.shapes, scene.shape, overlapping)
+        return Query(engine.k, slots, engine.clock, self.composition, scene.shapes, scene.shape, overlapping)
 
-    def _among(self, kinds: Kind | Iterable[Kind] | None) -> Moment:
-        """Returns the present moment, with the bodies of these kinds alone; ValueError for what is none."""
-        moment = self._moment()
+    def _among(self, kinds: Kind | Iterable[Kind] | None) -> Query:
+        """Returns the present bodies, with the bodies of these kinds alone; ValueError for what is none."""
+        query = self._query()
         if kinds is None:
-            return moment
-        return _of_kinds(moment, arguments.read_kinds(kinds, moment.composition.prepared.kinds, "kinds"))
+            return query
+        return _of_kinds(query, arguments.read_kinds(kinds, query.composition.prepared.kinds, "kinds"))
 
     def _slot_of(self, body: int) -> int:
         return int(self._engine.k.slots[arguments.read_body(self._engine, body)])
@@ -869,13 +771,13 @@ class Simulation:
         return engine.agenda.first_of_each(engine.k, engine.clock)
 
 
-def _of_kinds(moment: Moment, kinds: Iterable[Kind]) -> Moment:
-    """Returns a moment with those of its bodies that are of these kinds."""
-    known = moment.composition.prepared.kinds
+def _of_kinds(query: Query, kinds: Iterable[Kind]) -> Query:
+    """Returns a query with those of its bodies that are of these kinds."""
+    known = query.composition.prepared.kinds
     wanted = [number for number, kind in enumerate(known) if kind in kinds]
-    if not len(moment.k.rules):  # one kind for all
-        return moment if wanted else replace(moment, slots=moment.slots[:0])
-    return replace(moment, slots=moment.slots[np.isin(moment.k.traits.kind[moment.slots], wanted)])
+    if not len(query.k.rules):  # one kind for all
+        return query if wanted else replace(query, slots=query.slots[:0])
+    return replace(query, slots=query.slots[np.isin(query.k.traits.kind[query.slots], wanted)])
 
 
 def resume(

@@ -13,12 +13,13 @@ from typing import Any, Literal, Protocol
 import numpy as np
 
 from kinetile.errors import Refused
+from kinetile.run.compare import first_difference
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 from kinetile.toolbox import box_gaps, reaches_of
 from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_conformance.cases import CONTACTS, REFERENCE, RunOutcome, Subject, outcome
-from kinetile_conformance.compare import difference, first_difference
+from kinetile_conformance.compare import difference
 
 
 class Reference(Protocol):

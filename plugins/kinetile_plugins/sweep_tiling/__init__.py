@@ -113,19 +113,18 @@ class SweepTiling:
         """
         if scene.arena is None:
             raise Refused(
-                "sweep-tiling tiles an arena, and this scene has none: "
-                "give the scene an arena, or choose cells, sap-1d, sap-2d or naive"
+                "sweep-tiling tiles an arena, and this scene has none: give the scene an arena, or choose "
+                "another broad phase"
             )
         if "y" in scene.periodic:
             raise Refused(
                 "sweep-tiling tiles an arena from its floor to its ceiling, and this scene is periodic along "
-                f"{scene.periodic}: it knows periodic='x' alone; choose cells, naive, sap-1d or sap-2d"
+                f"{scene.periodic}: it knows periodic='x' alone"
             )
         if scene.shapes:
             raise Refused(
                 "sweep-tiling is for discs, and this scene has other shapes: where sides are flush, a third "
-                "body can hide a contact from it (docs/sweep-tiling.md, Other shapes); choose cells, naive, "
-                "sap-1d or sap-2d"
+                "body can hide a contact from it (docs/sweep-tiling.md, Other shapes)"
             )
         n = len(scene)
         radius = scene.radius

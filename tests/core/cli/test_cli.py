@@ -232,7 +232,7 @@ def test_an_audit_that_fails_is_a_fault_with_its_table_and_its_events(tmp_path, 
     printed = json.loads(result.stdout)
     assert printed["run"]["status"] == "fault: AuditError"
     assert len(read_events(path).rows) == printed["events_file"]["rows"] > 0
-    result = kinetile("compare -s bodies=4 --broad-phases naive,sap-1d")
+    result = kinetile("compare -s bodies=4 --phases naive,sap-1d")
     assert result.exit_code == 1
     assert "AuditError" in result.stdout
 
@@ -291,7 +291,7 @@ def test_all_mistakes_of_a_scene_file_are_told(tmp_path):
 
 
 def test_compare_says_that_all_agree():
-    line = "compare grid -s bodies=9 --broad-phases naive,sap-1d:axis=x,sap-1d:axis=y"
+    line = "compare grid -s bodies=9 --phases naive,sap-1d:axis=x,sap-1d:axis=y"
     result = kinetile(line)
     assert result.exit_code == 0
     assert "identical: " in result.stdout
@@ -307,11 +307,11 @@ def test_compare_says_that_all_agree():
 def test_compare_shows_the_first_difference_with_exact_ticks(blind, tmp_path):
     path = tmp_path / "meet.toml"
     kt.save_scene(kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[0.5, 0.0], [-0.5, 0.0]], 0.25), path)
-    line = f"compare --broad-phases naive,{blind} --until 4"
+    line = f"compare --phases naive,{blind} --until 4"
     result = kinetile(line, path)
     assert result.exit_code == 1
     assert "blind differs from naive at contact 0:" in result.stdout
-    assert "disc 0 with disc 1 at time 1.5 (epoch 1, tick 2251799813685248)" in result.stdout
+    assert "body 0 with body 1 at time 1.5 (epoch 1, tick 2251799813685248)" in result.stdout
     assert "identical: " not in result.stdout
     result = kinetile(line, path, "--json")
     assert result.exit_code == 1
@@ -320,16 +320,16 @@ def test_compare_shows_the_first_difference_with_exact_ticks(blind, tmp_path):
 
 @pytest.mark.parametrize("phases", ["naive", "naive,nave", "", "naive,sap-1d:axis"])
 def test_what_cannot_be_compared_is_exit_code_2(phases):
-    assert refused("compare --broad-phases", phases).startswith("kinetile: ")
+    assert refused("compare --phases", phases).startswith("kinetile: ")
 
 
 def test_phases_that_agree_on_a_fault_have_not_come_to_their_end(tmp_path):
     path = jammed(tmp_path)
-    result = kinetile("compare --broad-phases naive,sap-1d", path)
+    result = kinetile("compare --phases naive,sap-1d", path)
     assert result.exit_code == 1
     assert "identical: " in result.stdout
     assert "but every run ended in a fault: ZenoError: at time 0.0 the bodies are jammed" in result.stdout
-    result = kinetile("compare --broad-phases naive,sap-1d --json", path)
+    result = kinetile("compare --phases naive,sap-1d --json", path)
     assert result.exit_code == 1
     assert json.loads(result.stdout)["identical"] is True
 
@@ -392,6 +392,64 @@ def test_a_recipe_that_does_not_import_spoils_no_listing():
         assert listing["picky"]["parameters"][0]["required"] is True
         assert "does not import" in " ".join(kinetile("scenes").stdout.split())
         assert "must be given" in kinetile("scenes picky").stdout
+
+
+class Takes:
+    """Something with options, of whatever kind: nothing beside its signature says them."""
+
+    def __init__(self, tightness: float, *, mode: str = "fast", extra: int | None = None) -> None:
+        """Nothing here is run."""
+
+
+class Plain:
+    """Something without options."""
+
+
+class Everything:
+    """Brings one of each kind with options, a phase without, and one that does not import."""
+
+    @kt.hookimpl
+    def kinetile_broad_phases(self):
+        broken = kt.BroadPhaseSpec("absent", "no_such_module:Phase")
+        return [kt.BroadPhaseSpec("springy", Takes), kt.BroadPhaseSpec("plain", Plain), broken]
+
+    @kt.hookimpl
+    def kinetile_narrow_phases(self):
+        return [kt.NarrowPhaseSpec("springy", Takes, role="pair")]
+
+    @kt.hookimpl
+    def kinetile_responses(self):
+        return [kt.ResponseSpec("springy", Takes)]
+
+    @kt.hookimpl
+    def kinetile_observables(self):
+        return [kt.ObservableSpec("springy", Takes)]
+
+    @kt.hookimpl
+    def kinetile_scenes(self):
+        return [kt.SceneSpec("springy", Takes)]
+
+
+def test_options_were_listed_nowhere_but_in_the_source_of_a_plugin():
+    with registered(Everything()):
+        rows = {(row["kind"], row["name"]): row for row in printed("plugins")["provided"]}
+        table = kinetile("plugins").stdout
+    options = [
+        {"name": "tightness", "type": "float", "required": True},
+        {"name": "mode", "type": "str", "required": False, "default": "fast"},
+        {"name": "extra", "type": "int | None", "required": False, "default": None},
+    ]
+    for kind in ("broad phase", "narrow phase", "response", "observable"):
+        assert rows[kind, "springy"]["options"] == options
+        assert re.search(
+            rf"{kind} +springy +tightness +float +\(none: must be given\)\n +mode +str +fast", table
+        )
+    assert rows["scene", "springy"]["options"][:3] == options
+    assert rows["scene", "springy"]["options"][3]["name"] == "periodic"
+    assert rows["broad phase", "plain"]["options"] == []
+    assert not re.search(r"broad phase +plain +\S+ +\S+ +\S+$", table, re.MULTILINE)
+    assert "no_such_module" in rows["broad phase", "absent"]["error"]
+    assert "'no_such_module:Phase' does not import" in table
 
 
 @pytest.mark.slow
@@ -501,7 +559,7 @@ def test_elsewhere_there_is_no_progress(monkeypatch, stderr):
         "compare cradle --phases naive,cells --until 1",
         "choose cradle --phases naive,cells --seconds 0.0001 --repeats 1",
         "bench scene cradle --phases naive,cells --until 1 --repeats 1",
-        "bench frames --phases cells --frames 20 --bodies 9 --turned 1",
+        "bench events --phases naive,cells --bodies 4 --densities 0.5 --seconds 0.001 --repeats 1",
         "oracle cradle --until 3",
     ],
 )
@@ -524,11 +582,9 @@ def _longest(found):
 
 
 OWN = {  # what one command alone has, and nobody else may call otherwise
-    "bench frames": {"--frames", "--speed", "--turned", "--exchanged"},
-    "bench counters": {"--contacts"},
-    "study run": {"--workers", "--dask", "--memory", "--quiet-core", "--again"},
-    "study table": {"--y", "--x", "--rows", "--no-timings"},
-    "study plot": {"--out"},
+    "bench thesis": {"--out"},
+    "study run": {"--workers", "--again"},
+    "study table": {"--y"},
 }
 
 
@@ -555,12 +611,6 @@ def test_the_options_of_benchmarks_are_those_that_the_documentation_lists():
         line.split("|") for line in table.splitlines() if line.startswith("| `--") and "--json" not in line
     ]
     assert {row[1].strip(" `"): set(re.findall("`(.*?)`", row[3])) for row in rows} == found
-
-
-def test_compare_and_bench_take_the_names_that_were_theirs_before():
-    assert "--broad-phases" in kinetile("compare --help").stdout
-    assert printed("compare cradle --broad-phases naive,cells --until 1")["identical"]
-    assert "--phases names 2 phases; expected one" in refused("bench growth --phase naive,cells")
 
 
 def test_compare_runs_the_default_phase_unless_others_are_named():

@@ -104,7 +104,7 @@ def test_a_case_under_a_phase_that_is_right(blind, tmp_path):
     scene = kt.Scene([[0.3, 0.5], [0.7, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.1, arena=(1.0, 1.0))
     save_case(scene, tmp_path / "case.toml", "same-contacts", Subject(blind, {}), "contact 0 is missing")
     result = kinetile("view case.toml --broad-phase sap-1d --until 0.15")
-    assert "All 1 events are the same under sap-1d and naive." in result.stderr
+    assert "All 1 events are the same under naive and sap-1d." in result.stderr
     assert held(tmp_path / "view.html")["open"] is None
     assert "no --from" in refused("view case.toml --from 0.1 --out b.html")
 

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from kinetile.kernel.log import Fingerprint
 from kinetile.records import read_events, recover
 
 pytestmark = [
@@ -155,7 +156,9 @@ def is_true(path, scene) -> None:
     contacts = np.zeros(table.num_rows, [("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
     for name in contacts.dtype.names:
         contacts[name] = table[name].to_numpy()
-    assert metadata["fingerprint"] == hashlib.sha256(contacts.tobytes()).hexdigest()
+    fingerprint = Fingerprint()
+    fingerprint.update(contacts.tobytes())
+    assert metadata["fingerprint"] == fingerprint.hexdigest()
     again = kt.Simulation(scene, "sap-2d")
     again.run(max_contacts=len(contacts) + 1)
     for name in contacts.dtype.names:
@@ -210,7 +213,7 @@ def test_a_handler_that_raises_tore_the_step_in_which_its_signal_came(tmp_path, 
             try:
                 sim.run(1e3, recorder=interrupted)
             finally:
-                recorder.reached(sim.time)
+                recorder.end(sim.time)
 
     before = signal.signal(number, leave)
     try:

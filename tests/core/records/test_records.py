@@ -16,7 +16,7 @@ import kinetile as kt
 from kinetile.errors import MissingExtra, RecordError
 from kinetile.records import EventRecorder, read_events, recover
 from kinetile.records import events as records
-from kinetile.scene.by_name import loads_scene
+from kinetile.scene.files import loads_scene
 
 pq = pytest.importorskip("pyarrow.parquet")
 
@@ -257,11 +257,11 @@ def test_meta_does_not_go_over_what_the_recorder_says(tmp_path):
 def test_rows_that_came_before_or_between_are_counted_as_missing(tmp_path):
     path = tmp_path / "e.parquet"
     with EventRecorder(path, scene()) as recorder:
-        recorder.begin(5)
+        recorder.begin(None, 5)
         recorder(rows(3))
-        recorder.begin(8)
+        recorder.begin(None, 8)
         recorder(rows(2, 1))
-        recorder.begin(11)
+        recorder.begin(None, 11)
     assert read_events(path).metadata["missing"] == 6
 
 

@@ -41,7 +41,7 @@ def left(tmp_path_factory, whole):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(events, "_ROWS_A_BATCH", 20)
         with EventRecorder(path, SCENE, {"note": "as it was"}) as recorder:
-            recorder.begin(0)
+            recorder.begin(None, 0)
             for first in range(0, len(whole) - 10, 20):
                 recorder(whole[: len(whole) - 10][first : first + 20])
             recorder.flush()
@@ -179,7 +179,7 @@ def test_a_disk_without_room_for_the_event_file_keeps_the_log_of_a_whole_run(tmp
     path = tmp_path / "e.parquet"
     recorder = EventRecorder(path, SCENE).__enter__()
     recorder(whole)
-    recorder.reached(2.5)
+    recorder.end(2.5)
     monkeypatch.setattr(finishing, "_write", full)
     said = r"No space left on device; the events are in .*partial: `kinetile recover .*partial --out ANOTHER`"
     with pytest.raises(RecordError, match=said):
@@ -204,7 +204,7 @@ def test_a_full_disk_has_room_for_how_the_run_has_ended(tmp_path, monkeypatch, w
         recorder(whole[first : first + 20])
     size = recorder.partial.stat().st_size
     monkeypatch.setattr(ReservedFile, "reserve", full)
-    recorder.reached(2.0)
+    recorder.end(2.0)
     with pytest.raises(RecordError, match=f"it holds the first {batches * 20} events and no later ones"):
         recorder(whole[batches * 20 :])
     monkeypatch.setattr(finishing, "_write", full)
@@ -262,7 +262,7 @@ def test_a_batch_of_many_rows_does_not_say_that_those_behind_it_are_there(tmp_pa
     recorder = EventRecorder(tmp_path / "e.parquet", SCENE).__enter__()
     monkeypatch.setattr(events, "_ROWS_A_BATCH", 10**6)
     recorder(whole[:50])
-    recorder.reached(2.0)
+    recorder.end(2.0)
     monkeypatch.setattr(events, "_ROWS_A_BATCH", 20)
     recorder.flush()
     with recorder.partial.open("rb") as file:

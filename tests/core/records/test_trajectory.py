@@ -78,8 +78,8 @@ def test_a_file_that_says_what_it_misses_is_no_trajectory(tmp_path):
     scene = SCENES["grid"]
     path = tmp_path / "e.parquet"
     with kt.EventRecorder(path, scene) as recorder:
-        recorder.begin(12)
-        recorder.begin(12)
+        recorder.begin(None, 12)
+        recorder.begin(None, 12)
     for read in (Trajectory.read, lambda path: positions_at(path, scene, 1.0)):
         with pytest.raises(RecordError, match="12 events of the run were not given to its recorder"):
             read(path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import BadOption, PhaseError, UnknownName, ZenoError
+from kinetile.run.moment import Moment
 from kinetile.run.observing import Blocks, Collisions
 from registering import registered
 
@@ -30,15 +32,15 @@ class Watcher:
     def collect(self, collisions):
         self.collisions.append(Collisions(*(None if each is None else np.array(each) for each in collisions)))
 
-    def sample(self, simulation):
-        self.samples.append(simulation.time)
-        return {"time": simulation.time}
+    def sample(self, moment):
+        self.samples.append(moment.time)
+        return {"time": moment.time}
 
 
 class Broken(Watcher):
     """An observable whose sample raises."""
 
-    def sample(self, simulation):
+    def sample(self, moment):
         raise ZeroDivisionError("no bodies")
 
 
@@ -86,6 +88,67 @@ def test_observing_changes_nothing_and_stops_nothing():
     assert observed.positions().tobytes() == plain.positions().tobytes()
     assert np.concatenate(rows).tobytes() == np.concatenate(plain_rows).tobytes()
     assert seen[-1].time == observed.time == 1.0
+
+
+def test_an_observable_was_given_the_simulation_and_could_turn_bodies(watchers, monkeypatch):
+    seen = []
+    monkeypatch.setattr(Watcher, "sample", lambda self, moment: seen.append(moment) or {})
+    sim = simulation()
+    sim.run(0.5, observe=["watcher:every=0.25"])
+    assert {type(moment) for moment in seen} == {Moment}
+    assert not hasattr(seen[0], "set_velocity")
+    assert seen[0].positions().tobytes() == sim.positions().tobytes()
+    assert (seen[0].time, seen[0].scene, seen[0].numbers) == (0.5, sim.scene, 9)
+
+
+class Told:
+    """A recorder that notes what it is told."""
+
+    def __init__(self) -> None:
+        self.notes: list = []
+
+    def begin(self, moment, before):
+        self.notes.append(("begin", moment.time, before))
+
+    def __call__(self, rows):
+        self.notes.append(("rows", len(rows)))
+
+    def end(self, time):
+        self.notes.append(("end", time))
+
+
+def test_a_recorder_learns_of_each_run_and_a_function_of_its_rows_alone():
+    sim, told, parts = simulation(), Told(), []
+    sim.run(0.25, recorder=parts.append)
+    before = sim.rows
+    sim.set_velocity(0, (0.0, 0.0))
+    with pytest.raises(UnknownName):
+        sim.run(0.5, recorder=told, observe=["nothing"])
+    sim.run(0.5, recorder=told)
+    begin, *rows, end = told.notes
+    assert (begin, rows[0], end) == (("begin", 0.25, before), ("rows", 1), ("end", 0.5))
+    assert before + sum(count for _, count in rows) == sim.rows
+    assert sum(map(len, parts)) == before
+
+
+class Full(Told):
+    """A recorder whose disk is full."""
+
+    def __call__(self, rows):
+        raise OSError("full")
+
+
+def test_a_recorder_that_raises_is_told_of_the_end():
+    full = Full()
+    with pytest.raises(OSError, match="full"):
+        simulation().run(1.0, recorder=full)
+    assert [note[0] for note in full.notes] == ["begin", "end"]
+
+
+def test_a_recorder_without_a_call_is_refused():
+    silent = SimpleNamespace(begin=print, end=print)
+    with pytest.raises(TypeError, match="expected a function of them, or a Recorder; found"):
+        simulation().run(1.0, recorder=silent)
 
 
 def test_samples_come_at_their_times_with_the_end(watchers):
@@ -269,7 +332,7 @@ class Failing:
     def collect(self, collisions):
         self._collect()
 
-    def sample(self, simulation):
+    def sample(self, moment):
         return self._sample()
 
     @property
@@ -323,18 +386,11 @@ def failing(**hooks):
 
 @pytest.mark.parametrize("case", CASES)
 def test_an_observable_that_fails_locked_the_simulation_for_ever(case):
-    class Told(list):
-        def __call__(self, rows):
-            pass
-
-        def reached(self, time):
-            self.append(time)
-
     sim, told = kt.Simulation(kt.make_scene("grid", bodies=4), "cells"), Told()
     fault = pytest.raises(PhaseError, match=r"observable 'failing' of Plug")
     with registered(failing(**CASES[case])), fault:
         sim.run(1.0, observe=["failing:every=0.4"], recorder=told)
-    assert told == [sim.time]
+    assert told.notes[-1] == ("end", sim.time)
     assert sim._engine.ledger.reads is False
     assert len(sim._engine.k.watch) == 0
     sim.run(2.0)

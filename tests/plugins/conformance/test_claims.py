@@ -16,7 +16,7 @@ from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook
 from kinetile_conformance import check_named
 from kinetile_conformance.cases import Subject, outcome, tables_after
 from kinetile_conformance.compare import table_difference
-from kinetile_conformance.runner import CheckRun, Runner
+from kinetile_conformance.runner import CheckRun, Plan, Runner
 from kinetile_conformance.strategies.swarms import swarm
 from kinetile_plugins.naive import near as everybody
 from registering import registered
@@ -116,7 +116,7 @@ def _registered() -> Iterator[None]:
 
 
 def judged(name: str, check: str, expected: str | None = None):
-    return Runner(Subject(name, {}), examples=12, shrink=False).run(check, expected)
+    return Runner(Plan(Subject(name, {}), examples=12, shrink=False)).run(check, expected)
 
 
 @pytest.mark.parametrize(

@@ -133,7 +133,7 @@ class Jumps:
         self.sum += float(np.nansum((collisions.after - collisions.before) ** 2)) / 2.0
         self.count += len(collisions.a)
 
-    def sample(self, simulation):
+    def sample(self, moment):
         found = {"jump": self.sum / self.count} if self.count else {}
         self.sum, self.count = 0.0, 0
         return found

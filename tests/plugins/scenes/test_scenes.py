@@ -316,7 +316,8 @@ class Foreign:
 
 
 def test_recipes_of_others_are_held_to_their_signature(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("kinetile.scene.by_name.registry", lambda: Registry([Foreign()]))
+    for module in ("plugin.parameters", "scene.by_name"):
+        monkeypatch.setattr(f"kinetile.{module}.registry", lambda: Registry([Foreign()]))
     assert recipe_parameters("needs")[1] == Parameter("flag", "bool", False)
     with pytest.raises(
         BadOption, match="parameter 'count': found nothing; expected a whole number; it has no default"

@@ -62,7 +62,7 @@ from kinetile.plugin.registry import sentence
 from kinetile.run.audit import check_all
 from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine import layout, spans
-from kinetile.run.engine.agenda import Agenda, Command, Rows, due, planned, squares_of, to_the_front
+from kinetile.run.engine.agenda import Agenda, Command, History, Rows, due, planned, squares_of, to_the_front
 from kinetile.run.engine.bounds import MOST_FLOWN, Bounds, fastest, squares_of_bodies
 from kinetile.run.engine.failures import blocked, demand_room, failure
 from kinetile.run.engine.fields import Tables
@@ -105,6 +105,7 @@ class Parts:
         state: copies of the arrays of the broad phase's state.
         base: that of the clock.
         later: the commands of later spans of the clock.
+        history: the interactive commands so far.
         entries: the contents of the ledger.
         asked: the requested time, while the run stands there.
         log_rows: how many rows the log has room for.
@@ -120,6 +121,7 @@ class Parts:
     bounds: Bounds
     commands: Commands
     later: tuple[Command, ...]
+    history: History
     entries: Entries
     numbers: int
     audits: int
@@ -140,6 +142,7 @@ class Engine(Tables):
         bounds: limits that no body exceeds, and the skin that follows from them.
         commands: which commands the loop is composed with.
         agenda: the commands that are still to come.
+        history: the interactive commands so far.
         numbers: how many body numbers have been given, or will be by the scene.
         loop: the composed loop.
         cpu_seconds: processor time spent in the loop.
@@ -162,6 +165,7 @@ class Engine(Tables):
         self.clock = Clock(scene.start, scene.time_unit)
         self.ledger = Ledger(self.clock, keep_contacts)
         self.agenda = Agenda(planned(scene, self.clock))
+        self.history = History()
         self.bounds = Bounds.at_start(scene)
         self.commands = max(commands, Commands.of(scene))
         self.loop = composition.loop(self.commands)
@@ -560,6 +564,7 @@ class Engine(Tables):
                 self.numbers += 1
             if code == REMOVED:
                 self.agenda.cancel(self.k, self.fields, int(rows["body"][0]))
+            self.history = self.history.with_rows(rows, self.clock.base)
 
     def _bounds_with(self, rows: Rows, inserts: bool) -> tuple[Bounds, float]:
         """Returns the bounds with the energy of commands, and the largest speed of a body then."""
@@ -669,6 +674,7 @@ class Engine(Tables):
             bounds=self.bounds,
             commands=self.commands,
             later=self.agenda.later,
+            history=self.history,
             entries=self.ledger.entries,
             numbers=self.numbers,
             audits=self.audits,
@@ -701,7 +707,7 @@ class Engine(Tables):
         self._taken = None
         self.clock.base = parts.base
         self.bounds = parts.bounds
-        self.agenda = Agenda(parts.later)
+        self.agenda, self.history = Agenda(parts.later), parts.history
         self.ledger.entries = parts.entries
         self.numbers, self.audits = parts.numbers, parts.audits
         self._asked, self._overlapping = parts.asked, parts.overlapping

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -20,12 +20,32 @@ from kinetile.kernel.tables import Kernel
 from kinetile.run.engine.fields import Fields
 from kinetile.run.interrupts import Unbroken
 
+if TYPE_CHECKING:
+    from kinetile.run.moment import Moment
+
 KEPT = np.dtype([("when", "i8"), ("a", "i4"), ("b", "i4")])
 """A contact as it is kept until it is read, in 16 bytes: ``when`` counts ticks from the beginning of the
 epoch of its chunk's first contact. A chunk is shorter than 1,024 epochs (``kernel.clock``)."""
 
-Recorder = Callable[[npt.NDArray[np.void]], None]
-"""Called with the log rows (``kinetile.kernel.log.LOG``) of each chunk of a run."""
+RowFunction = Callable[[npt.NDArray[np.void]], None]
+"""A function of rows of the log (``kinetile.kernel.log.LOG``), or of contacts."""
+
+
+@runtime_checkable
+class Recorder(Protocol):
+    """Takes the rows of runs, chunk by chunk. A function of rows alone is enough where a run is recorded; a
+    recorder learns as well when a run begins and ends."""
+
+    def begin(self, moment: Moment, before: int) -> None:
+        """Called when a run begins, with its present moment, which follows the run, and the number of rows
+        that the simulation had before the first one to come."""
+
+    def __call__(self, rows: npt.NDArray[np.void]) -> None:
+        """Takes the next rows (dtype LOG)."""
+
+    def end(self, time: float) -> None:
+        """Called when a run has ended, in whichever way, with the present time: all rows up to it are
+        there."""
 
 
 ContactRow = tuple[int, int, int, int]
@@ -54,9 +74,9 @@ class Ledger:
     """
 
     def __init__(self, clock: Clock, keep: bool) -> None:
-        self._recorder: Recorder | None = None
-        self._counter: Recorder | None = None
-        self._observer: Recorder | None = None
+        self._recorder: RowFunction | None = None
+        self._counter: RowFunction | None = None
+        self._observer: RowFunction | None = None
         self._puts_aside = False
         self.rows = 0
         self._clock = clock
@@ -143,17 +163,28 @@ class Ledger:
     @contextmanager
     def recording(
         self,
-        recorder: Recorder | None,
-        counter: Recorder | None = None,
-        observer: Recorder | None = None,
+        recorder: Recorder | RowFunction | None,
+        moment: Moment,
+        counter: RowFunction | None = None,
+        observer: RowFunction | None = None,
     ) -> Iterator[None]:
-        """Within this context a recorder is given all rows, an observer the same without those that have
-        waited, and a counter the short rows of contacts (``kernel.tables.MET``), valid during the call."""
+        """Within this context a recorder is given all rows, first those that have waited: of commands between
+        two runs; an observer the others, and a counter the short rows of contacts (``kernel.tables.MET``),
+        valid during the call."""
+        waiting, self._unrecorded = self._that_wait(), []
         self._recorder, self._counter, self._observer = recorder, counter, observer
+        learns = recorder if isinstance(recorder, Recorder) else None
         try:
+            if learns is not None:
+                learns.begin(moment, self.rows - sum(map(len, waiting)))
+            if recorder is not None:
+                for rows in waiting:
+                    recorder(rows)
             yield
         finally:
             self._recorder = self._counter = self._observer = None
+            if learns is not None:
+                learns.end(moment.time)
 
     @contextmanager
     def put_aside(self) -> Iterator[None]:
@@ -211,16 +242,6 @@ class Ledger:
             rows["a"], rows["b"] = kept["a"], kept["b"]
             begin += len(kept)
         contacts["time"] = self._clock.rounded(contacts["epoch"], contacts["tick"])
-
-    def hand_over(self) -> None:
-        """Gives the waiting rows, those of commands between two runs, to the recorder."""
-        waiting, self._unrecorded = self._that_wait(), []
-        begin = getattr(self._recorder, "begin", None)
-        if begin is not None:  # an event file stores how many rows came before it
-            begin(self.rows - sum(map(len, waiting)))
-        if self._recorder is not None:
-            for rows in waiting:
-                self._recorder(rows)
 
     def _that_wait(self) -> list[npt.NDArray[np.void]]:
         """Returns the rows that wait for a recorder."""

@@ -22,13 +22,14 @@ import numpy.typing as npt
 
 from kinetile.kernel.certificates.contact import first_touch
 from kinetile.kernel.certificates.convex import enters
-from kinetile.kernel.compiled import compose, disowned, pointer, to_be_filled_in
+from kinetile.kernel.certificates.plans import Axis, Plans
+from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
 from kinetile.kernel.images import FORESEEN, first_image
 from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.passings import is_passing
-from kinetile.kernel.tables import BODY, IMAGE, NEVER, NOBODY, Kernel, elder, record_table
-from kinetile.run.questions.places import Moment, Point
-from kinetile.scene.difference_rows import DISC, Outline, difference_row
+from kinetile.kernel.tables import BODY, IMAGE, NEVER, NOBODY, Kernel, Records, elder, record_table
+from kinetile.run.questions.places import Point, Query
+from kinetile.scene.differences import DISC, Outline, difference_row
 
 Integers = npt.NDArray[np.int64]
 Planned = Mapping[int, int]
@@ -83,14 +84,14 @@ class _First(NamedTuple):
     other: int
 
 
-def next_contact(moment: Moment, a: int, b: int, planned: Planned | None = None) -> NextContact | None:
+def next_contact(query: Query, a: int, b: int, planned: Planned | None = None) -> NextContact | None:
     """Returns the next contact of the bodies in two slots by their present plans, or the end of a passing;
     None where there is none, or, with the ``planned`` changes of plans, where it is not scheduled."""
-    return next_contact_of(moment, a, planned, np.array([b], dtype=np.int64), walls=False)
+    return next_contact_of(query, a, planned, np.array([b], dtype=np.int64), walls=False)
 
 
 def next_contact_of(
-    moment: Moment,
+    query: Query,
     a: int,
     planned: Planned | None = None,
     among: Integers | None = None,
@@ -99,17 +100,17 @@ def next_contact_of(
     """Returns the first of the contacts that the body in a slot has with each other body, or with each that
     is ``among`` these, and with ``walls``, by the present plans; None if it has none, or, with the
     ``planned`` changes of plans, if something precedes it, with any body. Bodies have their numbers."""
-    first = _first_of(moment, a, among, walls)
-    if first is None or (planned is not None and not _is_first(moment, a, first, planned)):
+    first = _first_of(query, a, among, walls)
+    if first is None or (planned is not None and not _is_first(query, a, first, planned)):
         return None
-    one, other = int(moment.k.queue.number[a]), first.other
+    one, other = int(query.k.queue.number[a]), first.other
     if other >= 0:
-        pair = (one, int(moment.k.queue.number[other]))
+        pair = (one, int(query.k.queue.number[other]))
         one, other = sorted(pair, reverse=first.kind == PARTING)
-    return NextContact(*_moment_of(moment, first.tick), one, other)
+    return NextContact(*_moment_of(query, first.tick), one, other)
 
 
-def cast(moment: Moment, centre: Point, outline: Outline, velocity: Point) -> CastHit | None:
+def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> CastHit | None:
     """Returns the body that one which starts here and now would meet first; None if it meets none. It is a
     disc where axes are periodic.
 
@@ -117,47 +118,45 @@ def cast(moment: Moment, centre: Point, outline: Outline, velocity: Point) -> Ca
     overlaps is met at once if they approach, and never if they part. Where axes are periodic it is met
     through any image, before ``kernel.images.FORESEEN`` ticks from now.
     """
-    ticks = np.full(len(moment.slots), NEVER)
-    if any(moment.periods):
-        k = _with_disc(moment, centre, outline[1], velocity)
-        _composed(ask_for_images)(k, moment.slots, len(k.bodies) - 1, ticks)
-    elif moment.shapes or outline[0] != DISC:
-        _ask_with_shape(moment, centre, outline, velocity, ticks)
+    ticks = np.full(len(query.slots), NEVER)
+    if any(query.periods):
+        k = _with_disc(query, centre, outline[1], velocity)
+        _composed(ask_for_images)(k, query.slots, len(k.bodies) - 1, ticks)
+    elif query.shapes or outline[0] != DISC:
+        _ask_with_shape(query, centre, outline, velocity, ticks)
     else:
-        _composed(ask_for_disc)(moment.k, moment.slots, *centre, *velocity, outline[1], ticks)
+        _composed(ask_for_disc)(query.k, query.slots, *centre, *velocity, outline[1], ticks)
     at = int(ticks.argmin()) if len(ticks) else 0
     if not len(ticks) or ticks[at] == NEVER:
         return None
-    return CastHit(*_moment_of(moment, int(ticks[at])), int(moment.slots[at]))
+    return CastHit(*_moment_of(query, int(ticks[at])), int(query.slots[at]))
 
 
-def _ask_with_shape(
-    moment: Moment, centre: Point, outline: Outline, velocity: Point, ticks: Integers
-) -> None:
+def _ask_with_shape(query: Query, centre: Point, outline: Outline, velocity: Point, ticks: Integers) -> None:
     """Writes down when each body meets a body of such an outline that is anchored now (rule 5s)."""
-    if moment.shapes:
-        kinds, which = np.unique(moment.forms, return_inverse=True)
-        theirs = [(moment.shapes[each].core, moment.shapes[each].radius) for each in kinds.tolist()]
+    if query.shapes:
+        kinds, which = np.unique(query.forms, return_inverse=True)
+        theirs = [(query.shapes[each].core, query.shapes[each].radius) for each in kinds.tolist()]
     else:
-        radii, which = np.unique(moment.radii, return_inverse=True)
+        radii, which = np.unique(query.radii, return_inverse=True)
         theirs = [(DISC, radius) for radius in radii.tolist()]
     rows = [difference_row(each, outline) for each in theirs]
     begins = np.cumsum([0, *map(len, rows)])[:-1]
     numbers = np.array([number for row in rows for number in row])
-    _composed(ask_for_shape)(moment.k, moment.slots, numbers, begins[which], *centre, *velocity, ticks)
+    _composed(ask_for_shape)(query.k, query.slots, numbers, begins[which], *centre, *velocity, ticks)
 
 
-def _with_disc(moment: Moment, centre: Point, radius: float, velocity: Point) -> Kernel:
+def _with_disc(query: Query, centre: Point, radius: float, velocity: Point) -> Kernel:
     """Returns what ``first_image`` reads of the tables, with a disc in a last row: anchored now, younger than
     all, with nobody met, and of no kind, so that there are no rules. The clock is a copy, because an overlap
     is reported to it as a fault."""
-    k, n, periods = moment.k, len(moment.k.bodies), moment.periods
+    k, n, periods = query.k, len(query.k.bodies), query.periods
     bodies, images, clock = record_table(BODY, n + 1), record_table(IMAGE, n + 1), k.clock.copy()
     bodies[:n], images[:n] = k.bodies, k.images
     x, y = (math.remainder(at, p) if p else at for at, p in zip(centre, periods, strict=True))
     disc, limits = bodies[n], clock[0].limits
     disc.x, disc.y, disc.vx, disc.vy, disc.radius = x, y, *velocity, radius
-    disc.anchor, disc.last = moment.now, NOBODY
+    disc.anchor, disc.last = query.now, NOBODY
     # The search is right if ``fat`` is more than its rounding, and this disc may fly further than any body.
     # A period is enough: only along an axis with walls, which has no images, is there no limit to its speed.
     flown = (abs(velocity[0]) + abs(velocity[1])) * (FORESEEN * float(clock[0].tick))
@@ -165,60 +164,60 @@ def _with_disc(moment: Moment, centre: Point, radius: float, velocity: Point) ->
     return k._replace(bodies=bodies, images=images, clock=clock, rules=k.rules[:0])
 
 
-def _moment_of(moment: Moment, tick: int) -> tuple[float, int, int]:
+def _moment_of(query: Query, tick: int) -> tuple[float, int, int]:
     """Returns (time, epoch, tick) of a kernel's tick."""
-    return moment.clock.moment(moment.clock.total(tick))
+    return query.clock.moment(query.clock.total(tick))
 
 
-def _is_first(moment: Moment, a: int, first: _First, planned: Planned) -> bool:
+def _is_first(query: Query, a: int, first: _First, planned: Planned) -> bool:
     """Whether nothing precedes what comes first for a body, among others, for any of its bodies. Changes of
     plan go before contacts, except the beginnings of the start."""
     bodies = [(a, first.other)] if first.other < 0 else [(a, first.other), (first.other, a)]
     if first.kind != BEGUN and any(planned.get(one, NEVER) <= first.tick for one, _ in bodies):
         return False
-    return all(_first_of(moment, one) == first._replace(other=two) for one, two in bodies)
+    return all(_first_of(query, one) == first._replace(other=two) for one, two in bodies)
 
 
-def _first_of(moment: Moment, a: int, among: Integers | None = None, walls: bool = True) -> _First | None:
+def _first_of(query: Query, a: int, among: Integers | None = None, walls: bool = True) -> _First | None:
     """Returns what comes first for a body, in the order of events."""
-    others = moment.slots if among is None else among
+    others = query.slots if among is None else among
     found = [_First(NEVER, PARTING, a)]
     if len(others):  # of those at one tick the first by number
-        ticks_of_kinds = _ticks_with(moment, a, others).items()
+        ticks_of_kinds = _ticks_with(query, a, others).items()
         found += [_First(int(each.min()), kind, int(others[each.argmin()])) for kind, each in ticks_of_kinds]
-    if walls and moment.composition.wall is not None:
-        tick, wall = wall_of(moment, a)
+    if walls and query.composition.wall is not None:
+        tick, wall = wall_of(query, a)
         found.append(_First(tick, WALL, wall))
     first = min(found, key=lambda each: (each.tick, each.kind))
     return None if first.tick == NEVER else first
 
 
-def _ticks_with(moment: Moment, a: int, others: Integers) -> dict[int, Integers]:
+def _ticks_with(query: Query, a: int, others: Integers) -> dict[int, Integers]:
     """Returns when a body meets each of others, as the kernel counts, and when they begin or end to pass
     through each other, by the kind of event; NEVER where not, or not any more."""
-    pair, passing, k = moment.composition.pair, moment.composition.passing, moment.aside
+    pair, passing, k = query.composition.pair, query.composition.passing, query.aside
     if pair is None:
         return {}
     meets = np.full(len(others), NEVER)
-    parts = {"meet": pair.meet, "PERIODIC": any(moment.periods), "PASSING": passing}
+    parts = {"meet": pair.meet, "PERIODIC": any(query.periods), "PASSING": passing}
     _composed(ask_partners, **parts)(k, a, others, meets)
-    meets[meets < moment.now] = NEVER
+    meets[meets < query.now] = NEVER
     if not passing:
         return {PAIR: meets}
     ends = np.full(len(k.bodies), NEVER)
     for one, other in ((k.passings.a, k.passings.b), (k.passings.b, k.passings.a)):
         due = (one == a) & (k.passings.a >= 0)
         np.minimum.at(ends, other[due], k.passings.tick[due])
-    begins = np.where(np.isin(others, moment.begins_with(a)), moment.now, NEVER)
+    begins = np.where(np.isin(others, query.begins_with(a)), query.now, NEVER)
     return {BEGUN: begins, PAIR: meets, PARTING: ends[others]}
 
 
-def wall_of(moment: Moment, a: int) -> tuple[int, int]:
+def wall_of(query: Query, a: int) -> tuple[int, int]:
     """Returns when a body meets a wall, and which; NEVER where not."""
-    wall = moment.composition.wall
+    wall = query.composition.wall
     assert wall is not None
     answer = np.zeros(2, dtype=np.int64)
-    _composed(ask_wall, reach_wall=wall.reach_wall)(moment.aside, a, answer)
+    _composed(ask_wall, reach_wall=wall.reach_wall)(query.aside, a, answer)
     tick, which = answer.tolist()
     return tick, which
 
@@ -252,6 +251,19 @@ def ask_wall(k: Kernel, body: int, answer: Integers) -> None:
     answer[1] = wall
 
 
+@hook
+def plans_to(k: Kernel, body: Records, x: float, y: float, vx: float, vy: float) -> Plans:
+    """Returns the plans of a body and of one that is anchored now."""
+    clock = k.clock[0]
+    return Plans(
+        Axis(body.x, body.vx, x, vx, 0.0, 0.0),
+        Axis(body.y, body.vy, y, vy, 0.0, 0.0),
+        clock.now - body.anchor,
+        clock.tick,
+        clock.per_time,
+    )
+
+
 def ask_for_disc(
     k: Kernel, others: Integers, x: float, y: float, vx: float, vy: float, radius: float, ticks: Integers
 ) -> None:
@@ -260,21 +272,7 @@ def ask_for_disc(
     clock = k.clock[0]
     for i in range(len(others)):
         body = k.bodies[others[i]]
-        delay = first_touch(
-            body.x,
-            body.y,
-            body.vx,
-            body.vy,
-            clock.now - body.anchor,
-            x,
-            y,
-            vx,
-            vy,
-            body.radius,
-            radius,
-            clock.tick,
-            clock.per_time,
-        )
+        delay = first_touch(plans_to(k, body, x, y, vx, vy), body.radius, radius)
         if delay != NEVER:
             ticks[i] = clock.now + delay
 
@@ -296,21 +294,7 @@ def ask_for_shape(
     clock = k.clock[0]
     for i in range(len(others)):
         body = k.bodies[others[i]]
-        delay = enters(
-            pointer(numbers),
-            rows[i],
-            body.x,
-            body.y,
-            body.vx,
-            body.vy,
-            clock.now - body.anchor,
-            x,
-            y,
-            vx,
-            vy,
-            clock.tick,
-            clock.per_time,
-        )
+        delay = enters(pointer(numbers), rows[i], plans_to(k, body, x, y, vx, vy))
         if delay != NEVER:
             ticks[i] = clock.now + delay
 

@@ -30,8 +30,7 @@ from kinetile.kernel.tables import Kernel
 from kinetile.run.compose import Composition
 from kinetile.run.questions.exact import Truths, compare_roots, difference_of_roots, in_order, whole
 from kinetile.scene.bodies import in_box, nearest_image
-from kinetile.scene.difference_rows import DISC, Outline
-from kinetile.scene.differences import Number, core_difference, cross, dot, exact, less
+from kinetile.scene.differences import DISC, Number, Outline, core_difference, cross, dot, exact, less
 from kinetile.scene.shapes import Shape
 
 Floats = npt.NDArray[np.float64]
@@ -39,7 +38,7 @@ Integers = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Moment:
+class Query:
     """The present moment of a run, and the bodies in question. It is out of date as soon as the run goes on.
 
     Attributes:
@@ -141,13 +140,13 @@ LARGE = 2.0**400
 """From here on squares of squares may overflow, and the bounds settle nothing."""
 
 
-def bodies_in(moment: Moment, box: Box, inside: bool = False) -> Integers:
+def bodies_in(query: Query, box: Box, inside: bool = False) -> Integers:
     """Returns the slots of the bodies that have a point in common with a box, including edges, or, with
-    ``inside``, that lie in it completely. In the order of ``moment.slots``."""
-    held = np.zeros(len(moment.slots), dtype=np.bool_)
-    for shift in _shifts(box, moment.periods, float(moment.radii.max(initial=0.0))):
-        held |= _in_box(moment, moment.places + shift, box, inside)
-    return moment.slots[held]
+    ``inside``, that lie in it completely. In the order of ``query.slots``."""
+    held = np.zeros(len(query.slots), dtype=np.bool_)
+    for shift in _shifts(box, query.periods, float(query.radii.max(initial=0.0))):
+        held |= _in_box(query, query.places + shift, box, inside)
+    return query.slots[held]
 
 
 def _shifts(box: Box, periods: tuple[float, float], reach: float) -> Iterator[Floats]:
@@ -165,13 +164,13 @@ def _shifts(box: Box, periods: tuple[float, float], reach: float) -> Iterator[Fl
         yield np.array([right, up])
 
 
-def _in_box(moment: Moment, places: Floats, box: Box, inside: bool) -> Truths:
+def _in_box(query: Query, places: Floats, box: Box, inside: bool) -> Truths:
     """Returns which bodies at these places are in a box."""
     low, high = np.array(box).reshape(2, 2)
     # rounding a difference keeps its order to a double: no circle that touches the box is left out
     circles = np.maximum(low - places, places - high).max(axis=1)
-    few = np.flatnonzero(circles <= moment.radii)
-    corners, radii = moment.cores(few)
+    few = np.flatnonzero(circles <= query.radii)
+    corners, radii = query.cores(few)
     spots = places[few][:, None] + corners
     out = np.maximum(low - spots, spots - high)  # (m, corners, 2), above 0 outside
     margin = ROUNDING * (np.abs(spots).max(axis=(1, 2)) + np.abs(places[few]).max(axis=1))
@@ -187,7 +186,7 @@ def _in_box(moment: Moment, places: Floats, box: Box, inside: bool) -> Truths:
         unsure = ~held & (aside - radii < margin)
     for i in np.flatnonzero(unsure).tolist():
         at = int(few[i])
-        held[i] = _is_in(moment.outline(at), (float(places[at, 0]), float(places[at, 1])), box, inside)
+        held[i] = _is_in(query.outline(at), (float(places[at, 0]), float(places[at, 1])), box, inside)
     found = np.zeros(len(places), dtype=np.bool_)
     found[few[held]] = True
     return found
@@ -219,29 +218,29 @@ def _signed_square(corners: Sequence[tuple[Number, Number]], place: tuple[Number
 
 
 def bodies_near(
-    moment: Moment, point: Point, radius: float | None = None, count: int | None = None
+    query: Query, point: Point, radius: float | None = None, count: int | None = None
 ) -> Integers:
     """Returns the slots of the bodies that are near a point, the nearest first, ties in the order of
-    ``moment.slots``.
+    ``query.slots``.
 
     How far a body is from a point is the distance to its outline, below 0 where the point is within: that to
     the core, or within the core that to the outline of the core, negated, less the radius. Where axes are
     periodic it is that of the nearest image, at its rounded place.
     """
-    places = moment.places
-    if any(moment.periods):
-        places = np.array(point) + nearest_image(places - np.array(point), moment.periods)
+    places = query.places
+    if any(query.periods):
+        places = np.array(point) + nearest_image(places - np.array(point), query.periods)
     limit = math.inf if radius is None else radius
     centre = np.hypot(*(places - np.array(point)).T)
-    reach = moment.radii + ROUNDING * (centre + moment.radii)
+    reach = query.radii + ROUNDING * (centre + query.radii)
     few = np.flatnonzero(_may_be_first(centre - reach, centre + reach, count) & (centre - reach <= limit))
-    lower, upper = _bounds(moment, few, np.array(point) - places[few])
+    lower, upper = _bounds(query, few, np.array(point) - places[few])
     held = _may_be_first(lower, upper, count) & (lower <= limit)
     few, lower, upper = few[held], lower[held], upper[held]
 
     @cache
     def distance(i: int) -> tuple[Fraction, Fraction]:
-        core, own = moment.outline(int(few[i]))
+        core, own = query.outline(int(few[i]))
         x, y = places[few[i]].tolist()
         square = _signed_square([exact(c) for c in core], less(exact(point), exact((x, y))))
         return square, Fraction(own)
@@ -254,7 +253,7 @@ def bodies_near(
         return bool(upper[i] <= limit) or distance(i)[0] <= (distance(i)[1] + Fraction(limit)) ** 2
 
     nearest = in_order(lower, upper, compare)[:count]
-    return np.asarray(moment.slots[few[[i for i in nearest if is_near(i)]]])
+    return np.asarray(query.slots[few[[i for i in nearest if is_near(i)]]])
 
 
 def _may_be_first(lower: Floats, upper: Floats, count: int | None) -> Truths:
@@ -264,9 +263,9 @@ def _may_be_first(lower: Floats, upper: Floats, count: int | None) -> Truths:
     return lower <= (np.partition(upper, count - 1)[count - 1] if count else -np.inf)
 
 
-def _bounds(moment: Moment, few: Integers, place: Floats) -> tuple[Floats, Floats]:
+def _bounds(query: Query, few: Integers, place: Floats) -> tuple[Floats, Floats]:
     """Returns bounds of the distances of a few bodies from a point, seen from each at a ``place``."""
-    corners, radii = moment.cores(few)
+    corners, radii = query.cores(few)
     size = np.abs(place).sum(axis=1) + np.abs(corners).sum(axis=2).max(axis=1) + radii
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         sides, at = np.roll(corners, -1, axis=1) - corners, place[:, None] - corners
@@ -319,17 +318,17 @@ class EntryOfRay(NamedTuple):
 
 
 def ray(
-    moment: Moment, origin: Point, direction: Point, most: int | None = None, within: float | None = None
+    query: Query, origin: Point, direction: Point, most: int | None = None, within: float | None = None
 ) -> list[RayHit]:
-    """Returns the bodies that a ray meets, the nearest first, ties in the order of ``moment.slots``; not more
+    """Returns the bodies that a ray meets, the nearest first, ties in the order of ``query.slots``; not more
     than ``most``, and none further than ``within``. The bodies of the hits are slots; the direction's length
     does not matter, and is not 0. Where axes are periodic ``within`` is needed, and a body is met where the
     ray first enters one of its images, at exactly whole periods from its place."""
-    periods = moment.periods
+    periods = query.periods
     if any(periods):
         assert within is not None
         if most is not None and within > 2.0 * max(periods):  # the first are mostly found near the origin
-            hits = ray(moment, origin, direction, most, 0.25 * within)
+            hits = ray(query, origin, direction, most, 0.25 * within)
             if len(hits) == most:
                 return hits
         # the remainder of doubles is a double: so images have small numbers, and nothing is rounded
@@ -338,12 +337,12 @@ def ray(
     (ux, uy), _ = whole(direction)
     met: list[EntryOfRay] = []
     first: dict[int, EntryOfRay] = {}  # of those in ``met``, by body
-    for at, image, bound in zip(*in_the_way(moment, origin, direction, within), strict=True):
+    for at, image, bound in zip(*in_the_way(query, origin, direction, within), strict=True):
         if most is not None and len(met) >= most and (most == 0 or met[most - 1].distance < bound):
             break
         if at in first and first[at].distance < bound:
             continue
-        entry = _entry(moment, at, image, origin, (ux, uy), within)
+        entry = _entry(query, at, image, origin, (ux, uy), within)
         if entry is None:
             continue
         if at in first:
@@ -352,18 +351,18 @@ def ray(
             met.remove(first[at])
         first[at] = entry
         insort(met, entry, key=BY_ENTRY)
-    return [RayHit(int(moment.slots[entry.at]), entry.distance) for entry in met[:most]]
+    return [RayHit(int(query.slots[entry.at]), entry.distance) for entry in met[:most]]
 
 
 def _entry(
-    moment: Moment, at: int, image: list[int], origin: Point, u: tuple[int, int], within: float | None
+    query: Query, at: int, image: list[int], origin: Point, u: tuple[int, int], within: float | None
 ) -> EntryOfRay | None:
     """Returns where a ray enters an image of a body; None: it does not, or not as near as ``within``.
 
     It enters over a side of the core, or in the disc around a corner: the first of the discs that it meets.
     """
-    corners_of, radius = moment.outline(at)
-    numbers = [*origin, *moment.places[at].tolist(), *moment.periods, radius, *chain(*corners_of)]
+    corners_of, radius = query.outline(at)
+    numbers = [*origin, *query.places[at].tolist(), *query.periods, radius, *chain(*corners_of)]
     (ox, oy, x, y, width, height, r, *core), unit = whole(numbers)
     start, n = (ox - x - image[0] * width, oy - y - image[1] * height), dot(u, u)
     corners = list(zip(core[::2], core[1::2], strict=True))
@@ -407,7 +406,7 @@ BY_ENTRY = cmp_to_key(_compare)
 
 
 def in_the_way(
-    moment: Moment, origin: Point, direction: Point, within: float | None
+    query: Query, origin: Point, direction: Point, within: float | None
 ) -> tuple[list[int], list[list[int]], list[float]]:
     """Returns which bodies a ray may meet, through which images, and how far it can get before it does, in
     ascending order of this.
@@ -420,14 +419,14 @@ def in_the_way(
     ux, uy = (math.ldexp(part, down) for part in direction)  # what underflow takes is 2^-1074 of dx, dy
     length = math.sqrt(ux * ux + uy * uy)
     ux, uy = ux / length, uy / length
-    radius, (width, height) = moment.radii, moment.periods
+    radius, (width, height) = query.radii, query.periods
     images: Iterable[tuple[int, int]] = [(0, 0)]
     if within is not None and (width or height):
         flight = within * ux, within * uy
         images = _images_near(origin, flight, (width, height), float(radius.max(initial=0.0)))
     found: list[tuple[Integers, Integers, Floats]] = []
     with np.errstate(over="ignore", invalid="ignore"):
-        x, y = moment.places[:, 0] - origin[0], moment.places[:, 1] - origin[1]
+        x, y = query.places[:, 0] - origin[0], query.places[:, 1] - origin[1]
         size = np.abs(x) + np.abs(y)
         for m, n in images:
             dx, dy = x + m * width, y + n * height

@@ -43,8 +43,9 @@ from kinetile.run.engine.agenda import Command, History
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.engine import Parts
 from kinetile.run.engine.ledger import Entries
+from kinetile.run.prepared import Prepared, standing
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, elements, layout, versions_of
-from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn, spacious, standing
+from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn
 from kinetile.scene.checks import shown
 from kinetile.scene.shapes import Shape
 from kinetile.scene.targets import replacing, writable_target
@@ -207,7 +208,7 @@ def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
     versions = versions_of(parts.composition) if parts.composition is not None else snapshot.versions
     arrays |= {f"tables.{name}": table for name, table in parts.tables.items()}
     arrays |= {f"state.{name}": array for name, array in parts.state.items()}
-    rows, bases = snapshot.history.content
+    rows, bases = parts.history.content
     arrays["history"] = np.frombuffer(rows, COMMAND)
     return {
         "scene": _scene(snapshot.scene),
@@ -244,7 +245,7 @@ _KINDS: dict[str, Any] = {
 def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
     _check_kinds(said)
     scene = Scene(*said["scene"])
-    prepared = spacious(scene, said["capacity"])
+    prepared = Prepared.of(scene, said["capacity"])
     if not said["at_start"]:
         prepared = standing(scene, said["prepared"], said["capacity"])
     parts = Parts(
@@ -253,6 +254,10 @@ def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
         state={name: arrays[f"state.{name}"] for name in said["state"]},
         commands=Commands(said["commands"]),
         later=tuple(said["later"]),
+        history=History.of(
+            _rows(arrays, "history", COMMAND).tobytes(),
+            tuple((int(first), int(base)) for first, base in said["history"]),
+        ),
         entries=_read_entries(said["entries"], arrays, scene, said["numbers"]),
         **{name: said[name] for name in _OF_PARTS},
     )
@@ -263,10 +268,6 @@ def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
         at_start=said["at_start"],
         versions=said["versions"],
         parts=parts,
-        history=History.of(
-            _rows(arrays, "history", COMMAND).tobytes(),
-            tuple((int(first), int(base)) for first, base in said["history"]),
-        ),
         audit=said["audit"],
         start_energy=said["start_energy"],
     )

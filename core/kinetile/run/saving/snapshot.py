@@ -30,13 +30,14 @@ from kinetile.plugin.calling import described
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
 from kinetile.run.compose import Composition, Rules
-from kinetile.run.engine.agenda import Command, History
+from kinetile.run.engine.agenda import Command
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.engine import LOGS, Engine, Parts
 from kinetile.run.engine.layout import as_bytes
 from kinetile.run.engine.ledger import Entries
+from kinetile.run.prepared import Prepared
 from kinetile.run.saving.soundness import check_tables
-from kinetile.scene import Scene, spacious
+from kinetile.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,6 @@ class Snapshot:
     at_start: bool  # and whether with the bodies of the start
     versions: Mapping[str, str] | None  # its versions, if it comes from another process
     parts: Parts
-    history: History
     audit: int | None
     start_energy: float
 
@@ -94,18 +94,12 @@ class Snapshot:
         unrecorded = [rows.tobytes() for rows in entries.unrecorded]
         ledger = entries.rows, entries.digest.hexdigest(), unrecorded, entries.unstepped
         stands = self.at_start or self.prepared, self.prepared.capacity
-        mine = (self.scene, self.phases, stands, self.history.content, self.audit, self.start_energy)
+        mine = (self.scene, self.phases, stands, self.parts.history.content, self.audit, self.start_energy)
         numbers = (parts.base, parts.bounds, parts.commands, parts.later, parts.numbers, parts.audits)
         return *mine, *numbers, parts.asked, parts.log_rows, parts.overlapping.tolist(), ledger
 
 
-def take(
-    engine: Engine,
-    scene: Scene,
-    history: History,
-    audit: int | None,
-    energy: float,
-) -> Snapshot:
+def take(engine: Engine, scene: Scene, audit: int | None, energy: float) -> Snapshot:
     """Returns a snapshot of an engine, between two chunks, and of the further state of its
     simulation.
 
@@ -124,7 +118,6 @@ def take(
         at_start=prepared.position is engine.scene.position,
         versions=None,
         parts=engine.parts(),
-        history=history,
         audit=audit,
         start_energy=energy,
     )
@@ -186,7 +179,7 @@ def _prepared(engine: Engine, snapshot: Snapshot) -> Composition:
     capacity = snapshot.prepared.capacity
     if mine.prepared.position is engine.scene.position and mine.prepared.capacity == capacity:
         return mine
-    return mine.prepared_for(spacious(engine.scene, capacity))
+    return mine.prepared_for(Prepared.of(engine.scene, capacity))
 
 
 def _anew(composition: Composition) -> str:

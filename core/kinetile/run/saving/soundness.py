@@ -10,7 +10,6 @@ simulation. O(n).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -22,17 +21,14 @@ from kinetile.kernel.loop.commands import window_of
 from kinetile.kernel.passings import MOST_IMAGES
 from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import JAMMED, NOBODY, PARTING, SPARE, Kernel
-from kinetile.run.audit import columns_of, of_calendar, of_entries, of_places
+from kinetile.run.audit import columns_of, followed, of_calendar, of_entries, of_lists, of_lookup, of_places
 from kinetile.run.engine import layout
 from kinetile.run.engine.agenda import command_of
 from kinetile.run.engine.engine import Parts
 from kinetile.run.engine.layout import as_bytes
+from kinetile.run.prepared import LEAST
 from kinetile.scene import Scene
 from kinetile.scene.checks import LARGEST
-from kinetile.scene.scene import LEAST
-
-BLOCK = 1 << 18
-"""Pairs at a time: bounds the memory of a check."""
 
 _PREPARED = ("position", "velocity", "radius", "mass", "kind_numbers", "shape")
 
@@ -140,26 +136,17 @@ def _faults(parts: Parts, k: Any, mine: Any, scene: Scene) -> Iterator[str]:
         if ((column < least) | (column >= end)).any():
             yield f"a {name} is out of its range, {least} to {end - 1}"
             return
-    if len(_followed(bodies.last.tolist(), clock.lists.vacant, slots)) != clock.bodies - clock.present:
+    if len(followed(bodies.last.tolist(), clock.lists.vacant, slots)) != clock.bodies - clock.present:
         yield "the list of empty slots is not that"
     if clock.calendar.filed:
         yield from of_calendar(k)
     lists = clock.lists
-    yield from _of_lookup(k)
-    yield from _of_lists(k.pairs, k.firsts, "the pair set", lists.pairs, lists.free)
+    yield from of_lookup(k)
+    yield from of_lists(k.pairs, k.firsts, "the pair set", lists.pairs, lists.free)
     if len(k.passers):
-        yield from _of_lists(k.passings, k.passers, "the passings", lists.passings, lists.passable)
+        yield from of_lists(k.passings, k.passers, "the passings", lists.passings, lists.passable)
     yield from _of_plans(parts, k, there, scene)
     yield from _of_commands(parts, k, there)
-
-
-def _followed(after: list[int], at: int, most: int) -> set[int]:
-    """Returns the elements of a list that is threaded through a column, up to ``most`` of them."""
-    seen: set[int] = set()
-    while at >= 0 and at not in seen and len(seen) <= most:
-        seen.add(at)
-        at = after[at]
-    return seen
 
 
 def _of_the_clock(parts: Parts, k: Any, mine: Any) -> Iterator[str]:
@@ -206,65 +193,6 @@ def _of_the_clock(parts: Parts, k: Any, mine: Any) -> Iterator[str]:
         yield f"the run had ended with fault {clock.fault.code}"
     if jam.spin_limit != layout.spin_limit(slots) or jam.window_size != python_of(window_of)(clock.present):
         yield "the limits of a jam are others"
-
-
-def _of_lookup(k: Any) -> Iterator[str]:
-    """Every pair is there once, and where a search for it leads: no place from its home on is empty."""
-    lookup, live = k.lookup, k.pairs.a >= 0
-    held = np.zeros(len(live), dtype=np.bool_)
-    held[lookup[lookup >= 0]] = True
-    if not np.array_equal(held, live) or (lookup >= 0).sum() != live.sum():
-        yield "the lookup does not hold each pair of the pair set once"
-        return
-    a, b, mask = k.pairs.a[live], k.pairs.b[live], len(lookup) - 1
-    ranks = np.sort(a * np.int64(len(k.bodies)) + b)  # np.unique takes a minute for 20 million
-    if (a >= b).any() or (ranks[1:] == ranks[:-1]).any():
-        yield "a pair stands in the pair set twice, or in no order"
-    empty = int(np.flatnonzero(lookup < 0)[-1]) - len(lookup) if len(lookup) else 0
-    for first in range(0, len(lookup), BLOCK):
-        some = lookup[first : first + BLOCK]
-        place = np.arange(first, first + len(some))
-        before = np.maximum.accumulate(np.where(some < 0, place, empty))
-        taken, empty = some >= 0, int(before[-1])
-        a, b = (of[some[taken]].astype(np.int64) for of in (k.pairs.a, k.pairs.b))
-        mixed = (a * 73856093) ^ (b * 19349663)
-        home = (mixed ^ (mixed >> 15)) & mask
-        if ((place[taken] - home) & mask >= place[taken] - before[taken]).any():
-            yield "a pair of the pair set cannot be found"
-
-
-def _of_lists(table: Any, firsts: Any, what: str, counted: int, free: int) -> Iterator[str]:
-    """Every pair is between its neighbours in the lists of both its bodies; all other records are free.
-
-    No list is followed, for there may be millions of pairs: one that is the same backwards ends.
-    """
-    a, b = table.a, table.b
-    live, idle = np.flatnonzero(a >= 0), np.flatnonzero(a < 0)
-    if len(live) != counted or (b[live] < 0).any() or (a[live] == b[live]).any():
-        yield f"there are {len(live)} pairs in {what}, or not of two bodies, and {counted} are counted"
-        return
-    heads, sides = 0, ((a, table.next_a, table.prev_a), (b, table.next_b, table.prev_b))
-    for start, (body, after, before) in product(range(0, len(live), BLOCK), sides):
-        some = live[start : start + BLOCK]
-        for step, back_a, back_b in (
-            (after, table.prev_a, table.prev_b),
-            (before, table.next_a, table.next_b),
-        ):
-            at = some[step[some] >= 0]
-            to, whose = step[at], body[at]
-            back = np.where(a[to] == whose, back_a[to], np.where(b[to] == whose, back_b[to], NOBODY))
-            if (back != at).any() or (a[to] < 0).any():
-                yield f"the lists of {what} cannot be read in both directions"
-        first = some[before[some] < 0]
-        heads += len(first)
-        if (firsts[body[first]] != first).any():
-            yield f"a list of {what} does not begin at its head"
-    if heads != (firsts >= 0).sum():
-        yield f"there are {heads} lists of {what}, and not as many heads"
-    chain = np.append(table.next_a[idle], free)
-    chain = chain[chain >= 0]
-    if not np.array_equal(np.sort(chain), idle):
-        yield f"of {len(table)} records of {what} not all are taken or free"
 
 
 def _of_plans(parts: Parts, k: Any, there: Any, scene: Scene) -> Iterator[str]:

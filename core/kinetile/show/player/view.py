@@ -9,16 +9,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from kinetile.errors import BadOption
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.plugin.choices import write_phase
 from kinetile.records.reading import read_events
 from kinetile.records.trajectory import Trajectory
+from kinetile.run.compare import describe_row, first_difference
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 from kinetile.show.picture import escape
 from kinetile.show.player.page import Page
-from kinetile.show.player.recording import MOST_ROWS, record, shortened, window_of
+from kinetile.show.player.recording import MOST_ROWS, Recording, record, shortened, window_of
 
 _NO_STRUCTURE = (
     "An event file has no structural events and no structure: it says what the bodies do, whatever the broad "
@@ -81,8 +85,10 @@ def view_scene(
     max_contacts: int | None = None,
     narrow_phases: Mapping[str, Mapping[str, Any]] | None = None,
     at: float | None = None,
+    notes: Sequence[str] = (),
 ) -> View:
-    """Returns a view of a scene under one broad phase, or under several side by side.
+    """Returns a view of a scene under one broad phase, or under several side by side: then a note says where
+    they part, if they do, and the page opens there.
 
     Args:
         scene: the scene.
@@ -93,7 +99,8 @@ def view_scene(
         title: the title; None: what is shown: the recipe, the bodies, the phases and the window.
         max_contacts: the window ends at this number of contacts, if not before; None: at as many as fit.
         narrow_phases: names and options; None: the scene's, or those that it needs.
-        at: the time at which the page opens; None: the beginning of the window.
+        at: the time at which the page opens; None: where the phases part, or the beginning of the window.
+        notes: sentences at the head of the page.
 
     Raises UnknownName, BadOption and Refused as ``Simulation``.
     """
@@ -111,9 +118,45 @@ def view_scene(
         again = simulation(choice) if steps else None
         label = write_phase(first.broad_phase, first.options)
         recordings.append(record(scene, first, again, label, begin, until, max_contacts))
-    open_at = None if at is None else Clock(scene.start, scene.time_unit).ticks(at)
     labels = [recording.label for recording in recordings]
-    return View(Page(scene, recordings, title or _title(scene, labels, begin, until), open_at=open_at))
+    title = title or _title(scene, labels, begin, until)
+    tick, body, said = _parting(recordings)
+    if at is not None:
+        tick, body = Clock(scene.start, scene.time_unit).ticks(at), None
+    return View(Page(scene, recordings, title, [*notes, *said], tick, body))
+
+
+def _parting(recordings: Sequence[Recording]) -> tuple[int | None, int | None, list[str]]:
+    """Returns the tick of the first row in which recordings differ from the first of them, a body of that
+    row, and sentences about it; None, None and a sentence where all are the same."""
+    first, *others = recordings
+    parted: list[tuple[int, int, str]] = []
+    for other in others:
+        at = first_difference(_exact(first.rows), _exact(other.rows))
+        if at is None:
+            continue
+        rows = {each.label: each.rows[at] for each in (first, other) if at < len(each.rows)}
+        said = [f"under {label} it is {describe_row(_plain(row))}" for label, row in rows.items()]
+        said += [f"under {each.label} there is none" for each in (first, other) if each.label not in rows]
+        row = min(rows.values(), key=lambda row: (row["epoch"], row["tick"]))
+        tick = int(row["epoch"]) * TICKS + int(row["tick"])
+        parted.append((tick, int(row["a"]), f"They part at event {at}: {'; '.join(said)}."))
+    if not parted:
+        under = " and ".join(each.label for each in recordings)
+        return None, None, [f"All {len(first.rows)} events are the same under {under}."] if others else []
+    return (*min(parted)[:2], [said for *_, said in parted])
+
+
+_EXACT = ("time", "epoch", "tick", "a", "b")
+
+
+def _exact(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Returns the columns of rows that must agree."""
+    return np.rec.fromarrays([rows[name] for name in _EXACT])
+
+
+def _plain(row: Any) -> dict[str, Any]:
+    return {name: row[name].item() for name in _EXACT}
 
 
 def window(scene: Scene, begin: float | None, until: float | None) -> tuple[float, float]:

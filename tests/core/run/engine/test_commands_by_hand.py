@@ -20,8 +20,7 @@ from kinetile.kernel.tables import COMMAND, allocate
 from kinetile.run.engine import engine as engines
 from kinetile.run.engine.agenda import Agenda, to_the_front
 from kinetile.run.engine.fields import fields_of
-from kinetile.scene.by_name import loads_scene
-from kinetile.scene.files import dumps_scene
+from kinetile.scene.files import dumps_scene, loads_scene
 from lanes import examples
 
 

@@ -23,14 +23,14 @@ from kinetile.kernel.clock import Clock
 from kinetile.kernel.tables import allocate
 from kinetile.run.compose import Composition
 from kinetile.run.questions import places
-from kinetile.run.questions.places import Moment
+from kinetile.run.questions.places import Query
 from kinetile_accuracy.specification.shapes import Difference, nearest
 
 Body = tuple[kt.Shape, float, float]
 """Its shape, x and y."""
 
 
-def laid_out(bodies: list[Body], slots: list[int] | None = None) -> Moment:
+def laid_out(bodies: list[Body], slots: list[int] | None = None) -> Query:
     """Return a moment at which resting bodies are where they are, in the slots of their order; their numbers
     are in the opposite order, and one more shape is nobody's."""
     n = len(bodies)
@@ -41,7 +41,7 @@ def laid_out(bodies: list[Body], slots: list[int] | None = None) -> Moment:
     k.clock[0].tick = 2.0**-52
     asked = np.arange(n) if slots is None else np.array(slots, dtype=np.int64)
     table = (kt.disc(1.0), *(shape for shape, _, _ in bodies))
-    return Moment(k, asked, Clock(0.0, 1.0), cast(Composition, None), table, np.arange(n, 0, -1))
+    return Query(k, asked, Clock(0.0, 1.0), cast(Composition, None), table, np.arange(n, 0, -1))
 
 
 quarters = st.integers(-12, 12).map(lambda i: i / 4)

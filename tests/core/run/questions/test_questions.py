@@ -49,7 +49,7 @@ def test_places_are_those_that_the_simulation_shows():
     some = np.array([3, 0, 7])
     k = sim.tables
     assert positions_now(k, some).tobytes() == sim.positions()[some].tobytes()
-    assert (sim._moment().places == sim.positions()).all()
+    assert (sim._query().places == sim.positions()).all()
     for body, (x, y) in enumerate(sim.positions().tolist()):
         assert body in sim.bodies_in((x, y, x, y)).tolist()
         assert sim.ray((x, y), (1.0, 0.0), most=1)[0].distance == 0.0

@@ -48,7 +48,7 @@ def test_commands_so_far_are_shared_between_snapshots():
         sim.set_velocity(frame % 16, (1.0, 0.5))
         if frame == 20:
             there = sim.snapshot()
-    assert sim.snapshot().history is sim.snapshot().history
+    assert sim.snapshot().parts.history is sim.snapshot().parts.history
     scene = sim.recorded()
     assert len(scene.commands) == 40
     sim.restore(there)

@@ -1,0 +1,108 @@
+"""The command ``kinetile compare``: one scene under several broad phases."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from kinetile.cli.options import (
+    Csv,
+    Json,
+    MaxContacts,
+    NarrowPhases,
+    Parameters,
+    SceneName,
+    Until,
+    find_scene,
+    narrow_choice,
+    phase_choices,
+    until_or_default,
+)
+from kinetile.cli.output import printed, scene_summary, show, table_of
+from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, exit_codes, make_ready, notice
+
+if TYPE_CHECKING:
+    from kinetile.run.compare import Comparison, PhaseOutcome
+    from kinetile.run.simulation import Simulation
+
+
+def compare(
+    scene: SceneName = "grid",
+    parameters: Parameters = None,
+    phases: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A,B,...",
+            help="Broad phases, the first being the reference; by default all that take the scene.",
+        ),
+    ] = None,
+    narrow_phase: NarrowPhases = None,
+    until: Until = None,
+    max_contacts: MaxContacts = None,
+    json: Json = False,
+    csv: Csv = False,
+) -> None:
+    """Run a scene under several broad phases; exit code 1, and the first difference, unless all agree."""
+    from kinetile.run.compare import Comparison
+    from kinetile.run.compare import compare as compare_phases
+
+    done: list[PhaseOutcome] = []
+    with exit_codes():
+        this_scene = find_scene(scene, parameters)
+        end = until_or_default(this_scene, until, max_contacts)
+        choices = None if phases is None else phase_choices(phases)
+        with Bar("comparing", this_scene.start, max_contacts) as bar:
+
+            def start(label: str, simulation: Simulation) -> None:
+                bar.what = label
+                make_ready(simulation)
+
+            try:
+                comparison = compare_phases(
+                    this_scene,
+                    choices,
+                    end,
+                    max_contacts=max_contacts,
+                    narrow_phases=narrow_choice(narrow_phase),
+                    start=start,
+                    finish=done.append,
+                    progress=bar,
+                )
+            except KeyboardInterrupt:
+                _print_comparison(Comparison(tuple(done)), None, json, csv)
+                raise
+    run = {"until": end, "max_contacts": max_contacts}
+    _print_comparison(comparison, {"scene": scene_summary(this_scene), "run": run}, json, csv)
+    if not comparison.identical:
+        raise typer.Exit(DIFFERENT)
+    if comparison.fault is not None:
+        notice("kinetile: the phases agree, but none of them came to the end that was asked for")
+        raise typer.Exit(FAULT)
+
+
+def _print_comparison(comparison: Comparison, head: dict[str, Any] | None, json: bool, csv: bool) -> None:
+    """Prints a comparison; of one that was interrupted (no head), its finished runs."""
+    from kinetile.versions import versions
+
+    status = {"status": "complete" if head else "interrupted", "versions": versions()}
+    found = comparison.as_dict() | ({} if head else {"identical": None})
+    if printed(status | (head or {}) | found, found["phases"], json=json, csv=csv):
+        return
+    columns: dict[str, Callable[[PhaseOutcome], str]] = {
+        "broad phase": lambda each: each.phase,
+        "> contacts": lambda each: f"{each.contacts:,}",
+        "> time": lambda each: f"{each.time:.10g}",
+        "> events": lambda each: f"{each.events:,}",
+        "> CPU s": lambda each: f"{each.cpu_seconds:.3g}",
+        "fingerprint": lambda each: each.fingerprint[:16],
+        "ended by": lambda each: (each.fault or "").partition(":")[0],
+    }
+    show(table_of(comparison.outcomes, columns))
+    if head and comparison.identical:
+        contacts = comparison.outcomes[0].contacts
+        show(f"identical: {contacts:,} contacts, the end and every body's state agree bit for bit")
+        if comparison.fault is not None:
+            show(f"but every run ended in a fault: {comparison.fault}")
+    show(*map(str, comparison.divergences))

@@ -1,0 +1,289 @@
+"""Where two runs differ: the one place that finds it, for ``kinetile compare``, pages and the conformance
+kit.
+
+A broad phase may change how long a run takes, never its answer. So nothing is compared with a tolerance: rows
+are the same bits, or they differ, and -0.0 is not 0.0. ``first_difference`` finds the row,
+``find_divergence`` the first place where the outcomes of two runs differ, and ``compare`` runs one scene
+under several broad phases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetile.errors import AuditError, BadOption, MissedContactError, PhaseError, ZenoError
+from kinetile.kernel.log import WALLS
+from kinetile.plugin.choices import write_phase
+from kinetile.plugin.registry import installed
+from kinetile.run.compose import accepting
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Scene
+
+Choice = str | tuple[str, Mapping[str, Any]]
+
+JUDGES_GROUP = "kinetile.judges"
+"""Entry points by which plugins say whose contacts are right: each is a function of a scene, lists of
+contacts by the name of their source, the index of the contact in which they differ, and the narrow phases; it
+returns a sentence, or "" where it cannot say."""
+
+
+def first_difference(one: NDArray[Any], other: NDArray[Any]) -> int | None:
+    """Returns the index of the first row in which two arrays are not the same bits; None: there is none.
+
+    Where one array goes on after the end of the other, that is its first further row.
+    """
+    shared = min(len(one), len(other))
+    unlike = np.flatnonzero((_bits(one[:shared]) != _bits(other[:shared])).any(axis=1))
+    if len(unlike):
+        return int(unlike[0])
+    return None if len(one) == len(other) else shared
+
+
+def _bits(rows: NDArray[Any]) -> NDArray[np.uint8]:
+    """Returns rows as their bytes, (n, size)."""
+    size = rows.dtype.itemsize * (rows.shape[1] if rows.ndim == 2 else 1)
+    return np.ascontiguousarray(rows).view(np.uint8).reshape(len(rows), size)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Everything in which two runs of a scene must agree.
+
+    ``ended`` is "ran", or the error that ended the run, with its message; ``bodies`` are the numbers of the
+    bodies that ``positions`` and ``velocities`` are of.
+    """
+
+    contacts: NDArray[np.void]
+    ended: str
+    time: float
+    bodies: NDArray[np.int32]
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+
+
+def outcome_of(simulation: Simulation, ended: str = "ran") -> Outcome:
+    """Returns the outcome of a run up to now."""
+    places = simulation.bodies, simulation.positions(), simulation.velocities()
+    return Outcome(simulation.contacts, ended, simulation.time, *places)
+
+
+@dataclass(frozen=True)
+class Divergence:
+    """The first place where a phase's answer differs from the reference's.
+
+    ``what`` is "contact" (``index`` counts contacts from 0), "end" or "body" (``index`` is the body, at the
+    end); ``expected`` and ``found`` are rows with exact ticks, or None where there is no such contact;
+    ``before`` is the last contact on which both agree; ``judged`` says whose contact is right, where a plugin
+    can say that (``JUDGES_GROUP``).
+    """
+
+    reference: str
+    phase: str
+    what: str
+    index: int
+    expected: Mapping[str, Any] | None
+    found: Mapping[str, Any] | None
+    before: Mapping[str, Any] | None = None
+    judged: str = ""
+
+    @property
+    def place(self) -> str:
+        """The place in words."""
+        return {
+            "contact": f"contact {self.index}",
+            "end": "the end",
+            "body": f"body {self.index} at the end",
+        }[self.what]
+
+    def __str__(self) -> str:
+        lines = [f"{self.phase} differs from {self.reference} at {self.place}:"]
+        names = [self.reference, self.phase]
+        rows = [self.expected, self.found]
+        if self.before is not None:
+            names, rows = ["(before, the same)", *names], [self.before, *rows]
+        width = max(map(len, names))
+        lines += [f"  {name:{width}}  {describe_row(row)}" for name, row in zip(names, rows, strict=True)]
+        return "\n".join([*lines, f"  {self.judged}"] if self.judged else lines)
+
+
+def find_divergence(reference: str, phase: str, expected: Outcome, found: Outcome) -> Divergence | None:
+    """Returns the first place where an outcome differs from the reference's: contacts, end, final state.
+
+    A run that ended otherwise is reported before contacts that are missing for that reason.
+    """
+    ends = [{"time": each.time, "ended": each.ended.partition(":")[0]} for each in (expected, found)]
+    end = Divergence(reference, phase, "end", len(expected.contacts), expected=ends[0], found=ends[1])
+    at = first_difference(expected.contacts, found.contacts)
+    if at is not None:
+        if at == min(len(expected.contacts), len(found.contacts)) and ends[0]["ended"] != ends[1]["ended"]:
+            return end
+        here, there = _row(expected.contacts, at), _row(found.contacts, at)
+        return Divergence(reference, phase, "contact", at, here, there, _row(expected.contacts, at - 1))
+    if ends[0] != ends[1]:
+        return end
+    states = [np.hstack([each.positions, each.velocities]).reshape(-1, 4) for each in (expected, found)]
+    body = first_difference(*states)
+    if body is None:
+        return None
+    here, there = (dict(zip(("x", "y", "vx", "vy"), state[body].tolist(), strict=True)) for state in states)
+    return Divergence(reference, phase, "body", int(expected.bodies[body]), here, there)
+
+
+def _row(contacts: NDArray[Any], index: int) -> dict[str, Any] | None:
+    if not 0 <= index < len(contacts):
+        return None
+    return dict(zip(contacts.dtype.names or (), contacts[index].item(), strict=True))
+
+
+def describe_row(row: Mapping[str, Any] | None) -> str:
+    """Returns a contact, another row of a log, an end or a body as text, numbers to the last digit."""
+    if row is None:
+        return "no such contact"
+    if "tick" in row:
+        b = f"the {WALLS[row['b']]} wall" if row["b"] in WALLS else f"body {row['b']}"
+        b = "a command" if row["b"] < min(WALLS) else b
+        return f"body {row['a']} with {b} at time {row['time']!r} (epoch {row['epoch']}, tick {row['tick']})"
+    return ", ".join(
+        f"{name} {value!r}" if isinstance(value, float) else f"{name} {value}" for name, value in row.items()
+    )
+
+
+@dataclass(frozen=True)
+class PhaseOutcome:
+    """The run of one broad phase in a comparison; ``fault`` is the error that ended it, or None."""
+
+    phase: str
+    broad_phase: str
+    options: Mapping[str, Any]
+    time: float
+    contacts: int
+    fingerprint: str
+    events: int
+    cpu_seconds: float
+    fault: str | None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The result of ``compare``: an outcome for each phase, and a divergence for each that differs from the
+    first."""
+
+    outcomes: tuple[PhaseOutcome, ...]
+    divergences: tuple[Divergence, ...] = field(default=())
+
+    @property
+    def identical(self) -> bool:
+        """Whether all phases gave one answer."""
+        return not self.divergences
+
+    @property
+    def fault(self) -> str | None:
+        """The reference's fault, if every run ended in one; None if any run came to its end."""
+        faults = [outcome.fault for outcome in self.outcomes]
+        return faults[0] if faults and all(fault is not None for fault in faults) else None
+
+    @property
+    def first_divergence(self) -> Divergence | None:
+        """The earliest divergence of all, or None."""
+        order = {"contact": 0, "end": 1, "body": 2}
+        return min(self.divergences, key=lambda d: (order[d.what], d.index), default=None)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Returns everything in plain types, fit for JSON."""
+        first = self.first_divergence
+        return {
+            "identical": self.identical,
+            "phases": [vars(outcome) | {"options": dict(outcome.options)} for outcome in self.outcomes],
+            "first_divergence": first and vars(first),
+            "divergences": [vars(divergence) for divergence in self.divergences],
+        }
+
+
+def compare(
+    scene: Scene,
+    broad_phases: Sequence[Choice] | None = None,
+    until: float | None = None,
+    *,
+    max_contacts: int | None = None,
+    narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
+    start: Callable[[str, Simulation], Any] | None = None,
+    finish: Callable[[PhaseOutcome], Any] | None = None,
+    progress: Callable[[Any], None] | None = None,
+) -> Comparison:
+    """Runs a scene under each of at least two broad phases, and compares all with the first.
+
+    Args:
+        scene: the scene.
+        broad_phases: names, or pairs (name, options); None: all that are installed and accept the scene.
+        until: the end; None: the scene's own, with ``max_contacts`` as well. Where there is none of the
+            three, one time unit.
+        max_contacts: the largest number of contacts.
+        narrow_phases: as for ``Simulation``.
+        start: called with a label and the simulation before each run.
+        finish: called with the outcome of each run after it.
+        progress: the argument of that name of ``Simulation.run``.
+
+    A fault in a run (ZenoError, MissedContactError, PhaseError, AuditError) is part of its answer. Raises
+    BadOption for fewer than two phases, and what ``Simulation`` raises for names and options that there are
+    not.
+    """
+    chosen = accepting(scene, narrow_phases) if broad_phases is None else broad_phases
+    if len(chosen) < 2:
+        raise BadOption(f"a comparison needs at least two broad phases; found {len(chosen)}")
+    if until is None:
+        until = scene.settings.until
+    if until is None and max_contacts is None:
+        until = scene.start + 1.0
+    reference: Outcome | None = None
+    outcomes: list[PhaseOutcome] = []
+    divergences: list[Divergence] = []
+    choices = [(choice, {}) if isinstance(choice, str) else choice for choice in chosen]
+    simulations = [
+        Simulation(scene, name, options=options, narrow_phases=narrow_phases) for name, options in choices
+    ]
+    simulations.reverse()
+    for name, options in choices:
+        label = write_phase(name, options)
+        simulation = simulations.pop()
+        if start is not None:
+            start(label, simulation)
+        ended = "ran"
+        try:
+            simulation.run(until, max_contacts=max_contacts, progress=progress)
+        except (ZenoError, MissedContactError, PhaseError, AuditError) as error:
+            ended = f"{type(error).__name__}: {error}"
+        outcome = outcome_of(simulation, ended)
+        outcomes.append(_summary(label, simulation, outcome))
+        if finish is not None:
+            finish(outcomes[-1])
+        if reference is None:
+            reference = outcome
+            continue
+        divergence = find_divergence(outcomes[0].phase, label, reference, outcome)
+        if divergence is not None and divergence.what == "contact":
+            lists = {outcomes[0].phase: reference.contacts, label: outcome.contacts}
+            judges = (cast(Callable[..., str], plugin.load()) for plugin in installed(JUDGES_GROUP))
+            said = (judge(scene, lists, divergence.index, simulation.narrow_phases) for judge in judges)
+            divergence = replace(divergence, judged=next(filter(None, said), ""))
+        divergences += [divergence] if divergence else []
+    return Comparison(tuple(outcomes), tuple(divergences))
+
+
+def _summary(label: str, simulation: Simulation, outcome: Outcome) -> PhaseOutcome:
+    readings = simulation.readings
+    return PhaseOutcome(
+        phase=label,
+        broad_phase=simulation.broad_phase,
+        options=dict(simulation.options),
+        time=outcome.time,
+        contacts=len(outcome.contacts),
+        fingerprint=simulation.fingerprint,
+        events=readings.events,
+        cpu_seconds=readings.cpu_seconds,
+        fault=None if outcome.ended == "ran" else outcome.ended,
+    )

@@ -1,0 +1,123 @@
+"""The present moment of a run, to be read: which bodies there are, where, how fast, of what size and kind.
+
+It is what observables and recorders are given. A simulation is one too, with all that changes it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.kernel.clock import TICKS
+from kinetile.kernel.flight import positions_now
+from kinetile.run.engine.engine import Engine
+from kinetile.scene import Insert, Scene
+from kinetile.scene.bodies import in_box
+from kinetile.scene.checks import WALL, shown
+
+
+class Moment:
+    """The present moment of a run; what it returns follows the run.
+
+    Attributes:
+        scene: the scene.
+    """
+
+    def __init__(self, scene: Scene, engine: Engine) -> None:
+        self.scene = scene
+        self._engine = engine
+
+    @property
+    def time(self) -> float:
+        """The present time: the requested end of ``run``, or that of the last event if it stopped before."""
+        return self._engine.time
+
+    @property
+    def exact_time(self) -> tuple[int, int]:
+        """The tick that the simulation is at, as (epoch, tick): see ``Event``."""
+        return divmod(self._engine.clock.total(self._engine.now), TICKS)
+
+    @property
+    def bodies(self) -> npt.NDArray[np.int32]:
+        """The numbers of the present bodies, (n,), ascending: those of the rows of ``positions``."""
+        engine = self._engine
+        return np.asarray(engine.k.queue.view(np.ndarray)["number"][engine.taken])
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers bodies have been given, those of planned insertions among them."""
+        return self._engine.numbers
+
+    def positions(self) -> npt.NDArray[np.float64]:
+        """Returns the positions now, (n, 2), in the order of ``bodies``; along a periodic axis from 0 to less
+        than the period."""
+        return in_box(positions_now(self._engine.k, self._engine.taken), self.scene.periods)
+
+    def unwrapped(self) -> npt.NDArray[np.float64]:
+        """Returns the positions now, (n, 2), as if no axis were periodic: each body's first position and all
+        that it has flown. In a scene without a periodic axis that is ``positions``."""
+        engine = self._engine
+        places = positions_now(engine.k, engine.taken)
+        if self.scene.periodic:
+            image = engine.k.images.view(np.ndarray)[engine.taken]
+            places += np.column_stack([image["kx"], image["ky"]]) * np.array(self.scene.periods)
+        return places
+
+    def velocities(self) -> npt.NDArray[np.float64]:
+        """Returns the velocities now, (n, 2), in the order of ``bodies``."""
+        bodies = self._engine.k.bodies.view(np.ndarray).take(self._engine.taken)
+        return np.column_stack([bodies["vx"], bodies["vy"]])
+
+    def radii(self) -> npt.NDArray[np.float64]:
+        """Returns the radii, (n,), in the order of ``bodies``."""
+        return np.asarray(self._engine.k.bodies.view(np.ndarray)["radius"][self._engine.taken])
+
+    def masses(self) -> npt.NDArray[np.float64]:
+        """Returns the masses, (n,), in the order of ``bodies``; ``math.inf`` for immovable ones."""
+        return np.asarray(self._engine.k.mass)[self._engine.taken]
+
+    @property
+    def kinds(self) -> npt.NDArray[Any]:
+        """The kinds of the present bodies, (n,) names or whole numbers as objects, in the order of
+        ``bodies``."""
+        return self.kinds_of(self.bodies)
+
+    def kinds_of(self, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
+        """Returns the kinds of bodies by their numbers, as an array of objects of the same shape.
+
+        They may be present, removed, or still to be inserted by the scene. "wall" stands for a number below
+        0, as in column ``b`` of ``contacts``. Raises IndexError for a number that no body has been given.
+        """
+        numbers = np.asarray(bodies)
+        if numbers.dtype.kind not in "iu" and numbers.size:
+            raise TypeError(f"bodies go by their numbers; found {shown(bodies)}")
+        numbers = np.where(numbers < 0, -1, numbers).astype(np.int64)
+        k, taken = self._engine.k, self._engine.taken
+        bodies, kinds = self.bodies, np.array([*self.scene.kinds, WALL], dtype=object)
+        at = np.searchsorted(bodies, numbers)
+        there = np.append(bodies, -2)[at] == numbers
+        which = np.full(numbers.shape, len(kinds) - 1)
+        which[there] = k.traits.view(np.ndarray)["kind"][taken[at[there]]] if len(k.rules) else 0
+        others = (numbers >= 0) & ~there
+        if others.any():
+            which[others] = self._kinds_by_number(numbers[others])
+        found: npt.NDArray[Any] = kinds[which]
+        return found
+
+    def _kinds_by_number(self, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        """Returns which of the scene's kinds bodies are of that need not be there now; IndexError for a
+        number that no body has been given."""
+        scene, came = self.scene, self._engine.history.inserted
+        planned = [each for each in scene.commands if isinstance(each, Insert)]
+        which = np.full(max(len(self._engine.k.slots), self._engine.numbers), -1, dtype=np.int64)
+        which[: len(scene)] = scene.kind_numbers
+        which[[each.body for each in planned]] = [
+            0 if each.kind is None else scene.kinds.index(each.kind) for each in planned
+        ]
+        which[came[:, 0]] = came[:, 1]
+        odd = numbers[(numbers >= len(which)) | (which[np.minimum(numbers, len(which) - 1)] < 0)]
+        if len(odd):
+            raise IndexError(f"there is no body {odd[0]}: no body has been given that number")
+        return which[numbers]
