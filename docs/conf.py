@@ -59,7 +59,7 @@ maximum_signature_line_length = 88
 nitpick_ignore_regex = [
     ("py:.*", r"(PIL|collections|concurrent|numpy|pathlib|os|pluggy|hypothesis|np|npt|typing)\..*"),
     ("py:.*", r"ArrayLike.*|NDArray|Floats|Image|Path|PluginManager.*"),
-    ("py:.*", r"float64|int64|int32|void|Hook|Kind|Spec|VersionsDiffer|PoolError|RowDisagreement"),
+    ("py:.*", r"float64|int64|int32|void|Hook|Kind|Spec|StudyStopped"),
     ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Entries|F|Held|History|Parts|SavedPhases)"),
     ("py:.*", "Numbers"),
     ("py:.*", r"kinetile[\w.]*\.(Disagreement|DrawnFrom|Enclosure|FirstDifference)"),

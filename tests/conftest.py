@@ -6,22 +6,28 @@ import os
 import signal
 import time
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
+import lanes
 from interpreting import pytest_runtest_logreport, pytest_runtest_protocol
 from kinetile.kernel.compiled import INTERPRETED, composer
+from lanes import PHASES, is_shared
 from programs import program
 
 __all__ = ["pytest_runtest_logreport", "pytest_runtest_protocol"]
 
-settings.register_profile(
-    "any machine",
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
-)
-settings.load_profile("any machine")  # a busy machine is no failure: no test judges the time that it takes
+EVERYWHERE = {
+    "deadline": None,  # a busy machine is no failure: no test judges the time that it takes
+    "suppress_health_check": [HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+}
+settings.register_profile("many", **EVERYWHERE)
+settings.register_profile("few", max_examples=20, **EVERYWHERE)
+settings.load_profile(
+    "few"
+)  # ``--hypothesis-profile=many`` has a hundred, where a test does not say otherwise
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -31,14 +37,39 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+IN_PLAIN_HOOKS = ("core/records", "core/run", "core/show", "plugins")
+"""Folders whose tests are small unless they are marked ``compiled`` or ``own_loop``."""
+
+OF_INSTRUMENTS = ("plugins/accuracy", "plugins/bench", "plugins/conformance")
+"""Folders within these whose tests are not, and may compile loops of their own: they judge foreign phases,
+start processes, and run loops of many events."""
+
+
+def _is_below(item: pytest.Item, folders: tuple[str, ...]) -> bool:
+    """Return whether a test is in one of some folders."""
+    place = item.path.relative_to(Path(__file__).parent).as_posix()
+    return place.startswith(tuple(f"{each}/" for each in folders))
+
+
+def _is_small(item: pytest.Item) -> bool:
+    """Return whether a test is small: by its mark, or by its folder."""
+    here = _is_below(item, IN_PLAIN_HOOKS) and not _is_below(item, OF_INSTRUMENTS)
+    other = any(item.get_closest_marker(name) for name in ("compiled", "own_loop", "interpreted"))
+    return item.get_closest_marker("small") is not None or (here and not other)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip a test where a program that it needs does not run."""
     for mark in item.iter_markers("needs"):
         program(*mark.args)
+    global _shares_loops
+    own = any(item.get_closest_marker(name) for name in ("slow", "small", "own_loop"))
+    _shares_loops = not own and not _is_below(item, OF_INSTRUMENTS)
 
 
-PHASES = ("naive", "cells", "sap_1d", "sap_2d", "sweep_tiling")
+_shares_loops = False
+"""Whether the test that runs may compile no loop of its own."""
 
 
 def _compiled_apart(here, njit):
@@ -58,6 +89,11 @@ def _compiled_apart(here, njit):
 
         def known(signature):
             nonlocal name
+            if _shares_loops and function.__name__ == "advance" and not is_shared(function):
+                pytest.fail(
+                    f"this test compiles {function.__qualname__}, and tests share five loops: mark it small, "
+                    "slow or own_loop (CONTRIBUTING.md)"
+                )
             name = function.__qualname__.rpartition("_")[0]
             return compiles(signature)
 
@@ -90,6 +126,26 @@ def _compiled_apart(here, njit):
 _HERE = composer._compiling
 if hasattr(os, "fork") and not INTERPRETED:
     composer._compiling, composer._njit = _compiled_apart(_HERE, composer._njit)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Leave slow cases out of a run that has none."""
+    lanes.slow_ones = lanes.may_have_slow_ones(config)
+
+
+def pytest_pycollect_makeitem(
+    collector: pytest.Collector, name: str, obj: object
+) -> list[pytest.Item] | None:
+    """Leave slow tests out of a run that has none."""
+    left_out = name.startswith("test_") and not lanes.slow_ones and _is_slow(collector, obj)
+    return [] if left_out else None
+
+
+def _is_slow(collector: pytest.Collector, test: object) -> bool:
+    """Return whether all cases of a test are slow."""
+    marks = [getattr(each, "pytestmark", ()) for each in (test, getattr(collector, "module", None))]
+    names = [mark.name for each in marks for mark in (each if isinstance(each, (list, tuple)) else [each])]
+    return "slow" in names or "long" in names
 
 
 @pytest.fixture
@@ -132,7 +188,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     as plain Python: three other phases run the same. Tests of many events run compiled only:
     NUMBA_DISABLE_JIT=1 runs the others, on small scenes."""
     for item in items:
-        small = item.get_closest_marker("small") is not None
+        small = _is_small(item)
+        if small:
+            item.add_marker(pytest.mark.small)
         if item.get_closest_marker("long") or (small and _is_under_slow_phase(item)):
             item.add_marker(pytest.mark.slow)
     if INTERPRETED:

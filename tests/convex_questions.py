@@ -11,16 +11,18 @@ import numpy as np
 import kinetile as kt
 from kinetile.errors import SceneError
 from kinetile.kernel.certificates.convex import enters
+from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import pointer
 from kinetile.kernel.tables import NEVER
-from kinetile.scene.difference_rows import difference_row
 from kinetile.toolbox import hook
+from kinetile.toolbox.differences import difference_row
 from kinetile_accuracy.specification.shapes import Difference, entry
 
 
 @hook
-def ask(numbers, *path):
-    return enters(pointer(numbers), 0, *path)
+def ask(numbers, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, tick, per_time):
+    across, up = Axis(x, vx, x2, vx2, 0.0, 0.0), Axis(y, vy, y2, vy2, 0.0, 0.0)
+    return enters(pointer(numbers), 0, Plans(across, up, elapsed, tick, per_time))
 
 
 def drawn_shape(rng: random.Random, lattice: int, sharp: bool = False) -> kt.Shape:

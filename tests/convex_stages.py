@@ -24,9 +24,10 @@ from kinetile.kernel.certificates.convex_integers import (
     WIDE,
     enters_exactly,
 )
+from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import compose, pointer
 from kinetile.kernel.loop.idle import NoState
-from kinetile.scene.difference_rows import difference_row
+from kinetile.toolbox.differences import difference_row
 
 KINDS = ("disc", "capsule", "segment", "box", "polygon")
 PAIRS = [pair for pair in itertools.combinations_with_replacement(KINDS, 2) if pair != ("segment", "segment")]
@@ -39,9 +40,10 @@ def ask_both(numbers, plans, elapsed, tick, answers):
     for i in range(len(plans)):
         x, y, vx, vy, x2, y2, vx2, vy2 = plans[i]
         f = pointer(numbers)
-        then = elapsed[i]
-        answers[i, 0] = enters(f, 0, x, y, vx, vy, then, x2, y2, vx2, vy2, tick, 1.0 / tick)
-        answers[i, 1] = enters_exactly(f, 0, x, y, vx, vy, then, x2, y2, vx2, vy2, tick, 0)
+        across, up = Axis(x, vx, x2, vx2, 0.0, 0.0), Axis(y, vy, y2, vy2, 0.0, 0.0)
+        both = Plans(across, up, elapsed[i], tick, 1.0 / tick)
+        answers[i, 0] = enters(f, 0, both)
+        answers[i, 1] = enters_exactly(f, 0, both, 0)
 
 
 def shape(kind: str, rng: random.Random, lattice: int) -> kt.Shape:

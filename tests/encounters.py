@@ -1,8 +1,8 @@
 """Encounters of two discs that are hard to tell from misses, and their exact ticks.
 
 An encounter is a row of ``ENCOUNTER``: the arguments of ``first_touch``. A family is a function of a
-generator and a count that returns so many rows. The families of ``kinetile_accuracy.contact_times`` are not
-repeated here: ``test_millions.py`` asks ``first_touch`` about them.
+generator and a count that returns so many rows. The families of ``kinetile_accuracy.hard_cases`` are not
+repeated here: ``test_queries.py`` there asks ``first_touch`` about them.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from kinetile.kernel.certificates.contact import first_touch
+from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.certificates.wall import reaches
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.tables import NEVER
@@ -47,25 +48,23 @@ else:
 
 
 @compiled
+def plans(row):
+    """Return the plans of a row of encounters."""
+    return Plans(
+        Axis(row.x, row.vx, row.x2, row.vx2, 0.0, 0.0),
+        Axis(row.y, row.vy, row.y2, row.vy2, 0.0, 0.0),
+        row.elapsed,
+        row.tick,
+        1.0 / row.tick,
+    )
+
+
+@compiled
 def ask(table, found):
     """Write what ``first_touch`` says of each row."""
     for i in range(len(table)):
         row = table[i]
-        found[i] = first_touch(
-            row.x,
-            row.y,
-            row.vx,
-            row.vy,
-            row.elapsed,
-            row.x2,
-            row.y2,
-            row.vx2,
-            row.vy2,
-            row.radius,
-            row.radius2,
-            row.tick,
-            1.0 / row.tick,
-        )
+        found[i] = first_touch(plans(row), row.radius, row.radius2)
 
 
 @compiled

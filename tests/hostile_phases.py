@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 import subprocess
 import sys
 import time
@@ -309,6 +310,28 @@ def compute(number: int) -> None:
 def wait_for_one_that_computes(number: int) -> None:
     """A child that waits for another, which computes for ever."""
     subprocess.run([sys.executable, "-c", "while True: pass"], check=False)
+
+
+def cpu_limit(subject: object) -> tuple[float, int]:
+    """Return the CPU seconds of this process, and their limit."""
+    import resource
+
+    return time.process_time(), resource.getrlimit(resource.RLIMIT_CPU)[0]
+
+
+def sends_half_a_message(subject: object) -> None:
+    """Write the length of a message and its beginning to the connection, and wait."""
+    number = re.findall(r"main\((\d+)\)", sys.orig_argv[-1])[0]
+    os.write(int(number), b"\0\0\1\0half")
+    time.sleep(600.0)
+
+
+def leaves_a_process_behind(subject: object) -> None:
+    """Start a process of another session that keeps the connection for a while, and end this one."""
+    if os.fork() == 0:
+        os.setsid()
+        time.sleep(30.0)
+    os._exit(7)
 
 
 @kt.hookimpl

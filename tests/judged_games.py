@@ -1,5 +1,5 @@
-"""Games of ``games.py`` judged by all that follows docs/specification.md: ``certify-log`` to the end, the
-certified oracle to its horizon, the second implementation; and forged lists of their contacts, to be found.
+"""Games of ``games.py`` judged by all that follows docs/specification.md: ``certify-log`` to the end and the
+second implementation; and forged lists of their contacts, to be found.
 
 ``python tests/judged_games.py 500 [FIRST]`` prints how many of so many games agree."""
 
@@ -21,10 +21,8 @@ import numpy as np
 
 import games
 import kinetile as kt
-from kinetile.errors import Refused, SceneError, ZenoError
+from kinetile.errors import Refused, ZenoError
 from kinetile_accuracy import certify_log
-from kinetile_accuracy.oracle.agreement import Agreement, certify
-from kinetile_accuracy.oracle.oracle import oracle_contacts
 from programs import program
 
 SECOND = Path(__file__).parent / "second"
@@ -152,65 +150,20 @@ def second_agrees(game: kt.Scene, folder: Path, most: int = MOST) -> bool:
     return same_end and rows == wanted.contacts and fingerprint == wanted.fingerprint
 
 
-# The oracle
-
-
-def at_ticks(game: kt.Scene) -> kt.Scene:
-    """The game with its commands at the beginnings of their ticks, in the place of moments after contacts."""
-    settings = kt.Settings(until=game.settings.until)
-    moments = [None if each.at is None else (*each.at[:2], 0) for each in game.commands]
-    commands = [each._replace(at=at) for each, at in zip(game.commands, moments, strict=True)]
-    try:
-        return game.replace(commands=commands, settings=settings)
-    except SceneError:  # a body that is not there then: those of one tick are in another order now
-        return game.replace(commands=[each._replace(at=None) for each in commands], settings=settings)
-
-
-def agrees_with_oracle(game: kt.Scene, found: Agreement) -> str:
-    """How far a run and the oracle agree, and why no further; "strange" where nothing explains it."""
-    differs, oracle = found.disagreement, found.oracle
-    if differs is None:
-        no_room = oracle.ended == "crowded" and "there is no room" in (found.fault or "")
-        all_agree = found.complete or (no_room and found.contacts == found.compared)
-        return "to the end" if all_agree else oracle.ended
-    if found.worst_ticks > 1e6:
-        return "chaos"
-    if abs(differs.ticks_apart) <= 8.0 + 4.0 * found.worst_ticks:
-        return "near tie"
-    if differs.oracle is not None and differs.oracle.head_on < 2.0**-20:
-        return "graze"
-    # In doubles, contacts that are slower and slower come to an end.
-    jam = oracle_contacts(game)
-    at = None if differs.oracle is None else differs.oracle.time.nearest
-    return "jam" if jam.ended == "jammed" and jam.contacts[-1].time.nearest == at else "strange"
-
-
-def against_oracle(game: kt.Scene, most: int) -> tuple[str, Agreement]:
-    """Returns how far a game and the oracle agree, and why no further."""
-    exact = at_ticks(game)
-    found = certify(
-        kt.Simulation(exact, "naive"), until=exact.settings.until, max_contacts=most, cap_bits=1024
-    )
-    return agrees_with_oracle(exact, found), found
-
-
 def main(many: int, first: int) -> int:
     """Judges so many games, prints what was found, and returns the number of games that failed."""
-    ends, oracle, caught, failed = Counter[str](), Counter[str](), Counter[str](), Counter[str]()
+    ends, caught, failed = Counter[str](), Counter[str](), Counter[str]()
     contacts, wrong = 0, set()
     for seed in range(first, first + many):
         game = games.draw_game(seed)
         sim, end = with_end(game, most=JAMMED)
         contacts += len(sim.contacts)
         ends[next(iter(end), "jam")] += 1
-        outcome, _ = against_oracle(game, 150)
-        oracle[outcome] += 1
         with tempfile.TemporaryDirectory() as folder:
             judged = {
                 "cells": with_end(game, "cells", JAMMED)[0].fingerprint == sim.fingerprint,
                 "certify-log": certify_log(game, sim.contacts, **end, fingerprint=sim.fingerprint).right,
                 "the second implementation": second_agrees(game, Path(folder), JAMMED),
-                "the oracle": outcome != "strange",
             }
         for name, found in forged_and_found(game, seed):
             caught[name] += found
@@ -220,7 +173,6 @@ def main(many: int, first: int) -> int:
             wrong.add(seed)
             print(f"game {seed}: {', '.join(name for name, right in judged.items() if not right)}")
     print(f"{many} games, {contacts:,} contacts; ended by {dict(ends)}")
-    print(f"the oracle: {dict(oracle)}")
     print(f"forgeries found: {dict(caught)}")
     print(f"failed: {dict(failed) or 'none'}")
     return len(wrong)

@@ -1,20 +1,43 @@
-"""Lanes of tests: how many cases and examples a test has in each."""
+"""Lanes of tests: how many cases and examples a test has in each, and which loops tests share."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import pytest
 
 from kinetile.kernel.compiled import INTERPRETED
 
+PHASES = ("naive", "cells", "sap_1d", "sap_2d", "sweep_tiling")
+
+slow_ones = True
+"""Whether this run may have slow tests: else they are not even collected. ``conftest.py`` sets it."""
+
+
+def may_have_slow_ones(config: pytest.Config) -> bool:
+    """Return whether a run may have slow tests: its -m has them, or it names single tests."""
+    marks = str(config.option.markexpr or "")
+    named = any("::" in str(each) for each in config.args)
+    return named or not marks or re.search(r"(?<!not )\b(slow|long)\b", marks) is not None
+
 
 def first(count: int, cases: Sequence[Any]) -> list[Any]:
     """Return all cases, as parameters of a test: those after the first ``count`` are slow."""
-    return [*cases[:count], *(pytest.param(case, marks=pytest.mark.slow) for case in cases[count:])]
+    slow = [pytest.param(case, marks=pytest.mark.slow) for case in cases[count:]] if slow_ones else []
+    return [*cases[:count], *slow]
 
 
 def examples(count: int) -> int:
     """Return a number of examples for Hypothesis; plain Python hooks take fifty times as long for each."""
     return max(1, count // 5) if INTERPRETED else count
+
+
+def is_shared(loop: Callable[..., Any]) -> bool:
+    """Return whether a loop is one of the five that tests share: a built-in phase with walls and discs of
+    one mass and one radius, and nothing else that a scene may have."""
+    named = any(loop.__qualname__.startswith(f"advance_{phase}_disc_wall_") for phase in PHASES)
+    beyond = ("COMMANDS", "LIVING", "RULES", "PASSING", "PERIODIC", "AHEAD")
+    alike = getattr(loop.__globals__["collide"], "__name__", "") == "collide_equals"
+    return named and alike and not any(loop.__globals__[each] for each in beyond)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from kinetile_bench.events import BODIES, DENSITIES
-from kinetile_bench.thesis import PHASES, ROUNDS, Cell, ThesisBench
+from kinetile_bench.thesis import PHASES, Cell, ThesisBench
 
 EXPONENT = {0.5: 1.7, 0.25: 1.8, 0.125: 1.88, 0.01: 1.98}
 
@@ -17,16 +17,10 @@ def as_the_thesis_says(density: float, n: int, phase: str) -> dict:
         phase, 9.0 * n ** EXPONENT[density]
     )
     cost_of_one = {"naive": 1.4 * n, "sweep-tiling": 1.2}.get(phase, 1.0)
-    return {
-        "contacts": contacts,
-        "bound": int(bound),
-        "cost": cost_of_one * (contacts + 1 + int(bound)),
-        "queue": 9 * n if phase == "naive" else n,
-    }
+    return {"contacts": contacts, "bound": int(bound), "cost": cost_of_one * (contacts + 1 + int(bound))}
 
 
 World = Callable[[float, int, str], dict]
-
 
 Times = Callable[[float, int, str, int, int], float]
 """What a machine makes of the time of a run: density, discs, phase, seed and round give a factor."""
@@ -42,47 +36,31 @@ def restless(density: float, n: int, phase: str, seed: int, number: int) -> floa
     return quiet(density, n, phase, seed, number) * (1.0 + 0.2 * ((seed + 2 * number + len(phase)) % 4))
 
 
-def crowded(density: float, n: int, phase: str, seed: int, number: int) -> float:
-    """Beside a process that fills the caches: naive with 400 discs takes 2.8 times as long, always."""
-    slowed = 2.8 if (phase, n) == ("naive", 400) else 1.0
-    return slowed * restless(density, n, phase, seed, number)
-
-
 def bench_of(
-    world: World, phases: tuple[str, ...] = PHASES, machine: Times = quiet, rounds: int = ROUNDS
+    world: World, phases: tuple[str, ...] = PHASES, machine: Times = quiet, rounds: int = 5
 ) -> ThesisBench:
+    """Return the results of a world on a machine."""
     cells = []
     for seed in range(1, 7):
         for density in DENSITIES:
             for n in BODIES:
                 for phase in phases:
                     found = world(density, n, phase)
-                    cells.append(
-                        Cell(
-                            density=density,
-                            bodies=n,
-                            seed=seed,
-                            phase=phase,
-                            until=1.0,
-                            cpu_seconds=tuple(
-                                found["cost"] * machine(density, n, phase, seed, number)
-                                for number in range(rounds)
-                            ),
-                            contacts_disc=found["contacts"],
-                            contacts_wall=1,
-                            bound_events=found["bound"],
-                            certificates_updated=10,
-                            partners_asked=20,
-                            contacts_computed=5,
-                            queue_max=found["queue"],
-                            pairs_mean=1.0,
-                            pairs_max=1,
-                            pairs_of_one_body=1,
-                            pair_changes=1,
-                            fingerprint=found.get("fingerprint", "same"),
-                        )
-                    )
-    return ThesisBench(tuple(cells), {})
+                    times = (found["cost"] * machine(density, n, phase, seed, k) for k in range(rounds))
+                    contacts, walls = found["contacts"], found.get("walls", 1)
+                    counts = {
+                        "contacts_disc": contacts,
+                        "contacts_wall": walls,
+                        "contacts": contacts + walls,
+                        "structural_events": found["bound"],
+                        "events": contacts + walls + found["bound"],
+                        **dict.fromkeys(("certificates_updated", "partners_asked", "contacts_computed"), 5),
+                        **dict.fromkeys(("queue_max", "candidate_pairs"), 5),
+                        "fingerprint": found.get("fingerprint", "same"),
+                    }
+                    cells.append(Cell(density, n, seed, phase, 1.0, tuple(times), counts))
+    where = {"processor": "none", "seeds": 6, "until": 1.0, "repeats": rounds, "seconds": 0.01}
+    return ThesisBench(tuple(cells), where)
 
 
 def changed(**changes: Callable[[float, int, str, dict], object]) -> World:

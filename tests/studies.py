@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import subprocess
@@ -18,12 +17,11 @@ from typer.testing import CliRunner
 import installing
 from kinetile.cli import app
 from kinetile_bench import Study
-from kinetile_bench.store import Store
-from kinetile_bench.study_run import StudyStatus
+from kinetile_bench.study import StudyStatus
 
 STUDY = """
 phases = ["naive", "cells"]
-seeds = { from = 1, to = 8 }
+seeds = 8
 until = 0.1
 
 [[scenes]]
@@ -33,6 +31,9 @@ parameters = { bodies = [9, 25], density = [0.5, 0.05] }
 
 TASKS = 64
 """Tasks of STUDY, each of which takes some hundredths of a second, interpreted."""
+
+RUN_TO_RUN = ("seconds", "environment", "compiled", "compile_seconds")
+"""Columns that differ from run to run, beside those of CPU time."""
 
 
 def kinetile(*arguments: object) -> Any:
@@ -51,43 +52,29 @@ def write(folder: Path, text: str = STUDY) -> Path:
     return path
 
 
-def status_here(study: Study, **how: Any) -> StudyStatus:
+def run_here(study: Study, **how: Any) -> StudyStatus:
     """Run a study in this process, where registered phases are known; return how it stands."""
     with ThreadPoolExecutor(1) as threads:
         return study.run(threads, workers=1, **how)
 
 
-def run_here(study: Study, **how: Any) -> Study:
-    """Do the same; return the study."""
-    status_here(study, **how)
-    return study
-
-
 def stop_after(rows: int) -> Any:
     """Return a ``progress`` that ends a run when there are so many rows."""
 
-    def progress(state: Any) -> None:
-        if state.done >= rows:
+    def progress(done: int, total: int) -> None:
+        if done >= rows:
             raise KeyboardInterrupt
 
     return progress
 
 
-def study(*words: object, folder: Path, paths: Sequence[str] = ()) -> subprocess.CompletedProcess[str]:
-    """Run ``kinetile study`` in a process of its own, interpreted."""
-    return installing.run("study", *words, folder=folder, paths=paths)
-
-
-def begin(
-    *words: object, folder: Path, paths: Sequence[str] = (), interpreted: bool = True
-) -> subprocess.Popen[str]:
-    """Begin ``kinetile study`` in a process that leads its session."""
+def begin(*words: object, folder: Path, paths: Sequence[str] = ()) -> subprocess.Popen[str]:
+    """Begin ``kinetile study``, interpreted, in a process that leads its session."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*paths, *installing.OWN])}
-    environment["NUMBA_DISABLE_JIT"] = "1" if interpreted else "0"
     return subprocess.Popen(
         [sys.executable, "-m", "kinetile", "study", *map(str, words)],
         cwd=folder,
-        env=environment,
+        env=environment | {"NUMBA_DISABLE_JIT": "1"},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -102,19 +89,13 @@ def ended(process: subprocess.Popen[str], code: int = 0) -> tuple[str, str]:
     return out, error
 
 
-def wait_for_rows(process: subprocess.Popen[str], results: Path, count: int) -> None:
+def wait_for_rows(process: subprocess.Popen[str], study: Study, count: int) -> None:
     """Wait until a study that runs has so many rows."""
     until = time.monotonic() + 120
-    while rows_there(results) < count:
+    while len(study.rows()) < count:
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < until
         time.sleep(0.01)
-
-
-def rows_there(results: Path) -> int:
-    """Return how many rows a folder has at the moment."""
-    table = Store(results).read(["key"])
-    return 0 if table is None else int(table.num_rows)
 
 
 def workers_of(pid: int) -> list[int]:
@@ -146,19 +127,14 @@ def kill(pid: int) -> None:
     os.kill(pid, signal.SIGKILL)
 
 
-def table(path: Path) -> list[dict[str, Any]]:
-    """Return the rows of a study without what depends on times and machine, compiled or not."""
-    rows = Study(path).rows(timings=False)
-    found: list[dict[str, Any]] = rows.drop_columns(["compiled"]).to_pylist()
-    return found
-
-
-def all_rows(path: Path) -> dict[str, dict[str, Any]]:
+def by_key(study: Study) -> dict[str, dict[str, Any]]:
     """Return the rows of a study by their keys, with all columns."""
-    return {row["key"]: row for row in Study(path).rows().to_pylist()}
+    return {row["key"]: row for row in study.rows()}
 
 
-def said(process: subprocess.CompletedProcess[str]) -> dict[str, Any]:
-    """Return what a command has printed as JSON."""
-    found: dict[str, Any] = json.loads(process.stdout)
-    return found
+def lasting(study: Study) -> list[dict[str, Any]]:
+    """Return the rows of a study without what depends on times and machine."""
+    return [
+        {name: value for name, value in row.items() if name not in RUN_TO_RUN and "cpu_second" not in name}
+        for row in study.rows()
+    ]

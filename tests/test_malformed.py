@@ -28,7 +28,7 @@ from command_line import kinetile
 from kinetile.errors import KinetileError
 from kinetile.records.log import SIGNATURE
 from kinetile.run.saving import files
-from kinetile_bench.plan import read_plan_file
+from kinetile_bench.study.plan import read_plan_file
 from kinetile_conformance import pipe
 from kinetile_conformance.cases import load_case
 
@@ -68,15 +68,14 @@ options = { coefficient = 0.5 }
 """
 RECIPE = 'recipe = "grid"\nuntil = 1.0\n[parameters]\nbodies = 4\ndensity = 0.3\nseed = 1\n'
 STUDY = """
-name = "small"
+phases = ["cells"]
+seeds = 2
 repeats = 1
 [[scenes]]
 recipe = "grid"
 until = 0.1
 [scenes.parameters]
 bodies = [4, 9]
-[[phases]]
-name = "cells"
 """
 WORDS = [
     *(

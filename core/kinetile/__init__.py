@@ -44,17 +44,17 @@ if TYPE_CHECKING:
     from kinetile.scene import Scene as Scene
     from kinetile.scene import Settings as Settings
     from kinetile.scene import Turn as Turn
-    from kinetile.scene.by_name import load_scene as load_scene
     from kinetile.scene.by_name import make_scene as make_scene
+    from kinetile.scene.files import load_scene as load_scene
     from kinetile.scene.files import save_scene as save_scene
-    from kinetile.scene.obstacles import Obstacle as Obstacle
-    from kinetile.scene.obstacles import polyline as polyline
-    from kinetile.scene.obstacles import with_obstacles as with_obstacles
+    from kinetile.scene.scene import with_obstacles as with_obstacles
+    from kinetile.scene.shapes import Obstacle as Obstacle
     from kinetile.scene.shapes import Shape as Shape
     from kinetile.scene.shapes import box as box
     from kinetile.scene.shapes import capsule as capsule
     from kinetile.scene.shapes import disc as disc
     from kinetile.scene.shapes import polygon as polygon
+    from kinetile.scene.shapes import polyline as polyline
     from kinetile.scene.shapes import segment as segment
     from kinetile.show.film import film as film
     from kinetile.show.html import as_html as as_html
@@ -79,10 +79,10 @@ _HOME = {
         "run.saving.snapshot": "Snapshot",
         "run.simulation": "Progress Simulation resume",
         "scene": "Insert Remove Response Scene Settings Turn",
-        "scene.by_name": "load_scene make_scene",
-        "scene.files": "save_scene",
-        "scene.obstacles": "Obstacle polyline with_obstacles",
-        "scene.shapes": "Shape box capsule disc polygon segment",
+        "scene.by_name": "make_scene",
+        "scene.files": "load_scene save_scene",
+        "scene.scene": "with_obstacles",
+        "scene.shapes": "Obstacle Shape box capsule disc polygon polyline segment",
         "show.film": "film",
         "show.html": "as_html as_svg",
         "show.player.view": "view",

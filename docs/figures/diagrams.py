@@ -166,7 +166,7 @@ def study() -> str:
         box(210, 33, 110, "48 tasks", "no row yet"),
         box(360, 15, 130, "worker"),
         box(360, 67, 130, "worker"),
-        box(530, 24, 180, "growth.results", "a row for each task,", "errors included", kind="plugin"),
+        box(530, 24, 180, "growth.sqlite", "a row for each task,", "errors included", kind="plugin"),
         arrow((170, 58), (210, 58)),
         arrow((320, 58), (340, 58), (340, 31), (360, 31)),
         arrow((320, 58), (340, 58), (340, 83), (360, 83)),

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from kinetile_accuracy.oracle.agreement import certify as certify
     from kinetile_accuracy.oracle.oracle import CertifiedContact as CertifiedContact
     from kinetile_accuracy.oracle.oracle import CertifiedRun as CertifiedRun
-    from kinetile_accuracy.oracle.oracle import OracleProgress as OracleProgress
     from kinetile_accuracy.oracle.oracle import Undecidable as Undecidable
     from kinetile_accuracy.oracle.oracle import oracle_contacts as oracle_contacts
     from kinetile_accuracy.report import AccuracyReport as AccuracyReport
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "oracle.agreement": ("Agreement", "FirstDifference", "certify"),
-    "oracle.oracle": ("CertifiedContact", "CertifiedRun", "OracleProgress", "Undecidable", "oracle_contacts"),
+    "oracle.oracle": ("CertifiedContact", "CertifiedRun", "Undecidable", "oracle_contacts"),
     "report": ("AccuracyReport", "measure_parts", "write_report"),
     "specification.certify": ("CertifiedLog", "LogProgress", "WrongLine", "certify_log"),
 }

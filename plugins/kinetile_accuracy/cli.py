@@ -7,9 +7,9 @@ and ``kinetile --help`` neither.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from io import TextIOWrapper
-from itertools import count
+from itertools import count, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from kinetile import Scene
     from kinetile_accuracy.oracle.agreement import Agreement
-    from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Oracle, OracleProgress
+    from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun
     from kinetile_accuracy.sections import Budget, Section
     from kinetile_accuracy.specification.certify import CertifiedLog, LogCertifier, LogProgress
 
@@ -69,30 +69,17 @@ def oracle(
     csv: Csv = False,
 ) -> None:
     """Certify the contacts of a scene in ball arithmetic; exit code 1 where a run differs."""
-    from kinetile_accuracy.oracle.oracle import Oracle
-
     found: Agreement | None = None
     with exit_codes():
         this_scene = find_scene(scene, parameters)
         end = until_or_default(this_scene, until, max_contacts)
         options = {"until": end, "max_contacts": max_contacts, "against": against}
-        certifier = Oracle(this_scene)
         with Bar("certifying") as bar:
-
-            def progress(state: OracleProgress) -> None:
-                text = f"{state.bits} bits: time {state.time:.6g}, {state.contacts:,} contacts"
-                bar.show(state.share, text)
-
-            try:
-                if against is None:
-                    certifier.run(end, max_contacts=max_contacts, progress=progress)
-                else:
-                    found = _run_against(against, certifier, end, max_contacts, progress)
-            except KeyboardInterrupt:
-                bar.close()
-                _print_oracle(this_scene, options, certifier.certified, None, json, csv)
-                raise
-    certified = certifier.certified
+            if against is None:
+                certified = _certify(this_scene, end, max_contacts, options, bar, json, csv)
+            else:
+                found = _run_against(against, this_scene, end, max_contacts, bar)
+                certified = found.oracle
     _print_oracle(this_scene, options, certified, found, json, csv)
     if found is not None and found.disagreement is not None:
         raise typer.Exit(DIFFERENT)
@@ -102,21 +89,51 @@ def oracle(
         raise typer.Exit(FAULT)
 
 
-def _run_against(
-    against: str,
-    certifier: Oracle,
+def _certify(
+    scene: Scene,
     until: float | None,
     max_contacts: int | None,
-    progress: Callable[[OracleProgress], None],
+    options: dict[str, Any],
+    bar: Bar,
+    json: bool,
+    csv: bool,
+) -> CertifiedRun:
+    """Certifies the contacts of a scene; after Ctrl-C prints those that are certain."""
+    from kinetile_accuracy.oracle.oracle import Oracle
+
+    certifier = Oracle(scene, until)
+    try:
+        for number, met in enumerate(islice(certifier, max_contacts), 1):
+            if number % 16 == 0:
+                share = number / max_contacts if max_contacts else None
+                if until is not None:
+                    share = (met.time.nearest - scene.start) / ((until - scene.start) or 1.0)
+                bar.show(share, f"{certifier.bits} bits: time {met.time.nearest:.6g}, {number:,} contacts")
+    except KeyboardInterrupt:
+        bar.close()
+        _print_oracle(scene, options, certifier.certified, None, json, csv)
+        raise
+    return certifier.certified
+
+
+def _run_against(
+    against: str, scene: Scene, until: float | None, max_contacts: int | None, bar: Bar
 ) -> Agreement:
-    """Runs the scene under a broad phase, and compare the run with the oracle."""
+    """Runs a scene under a broad phase, and compares the run with the oracle."""
     from kinetile import Simulation
     from kinetile_accuracy.oracle.agreement import certify
+    from kinetile_accuracy.oracle.oracle import check_scope
 
     name, options = read_phase(against)
-    simulation = Simulation(certifier.scene, name, options=options or None)
+    simulation = Simulation(scene, name, options=options or None)
+    check_scope(scene, simulation.narrow_phases)
     make_ready(simulation)
-    return certify(simulation, until=until, max_contacts=max_contacts, oracle=certifier, progress=progress)
+
+    def progress(certain: int, compared: int) -> None:
+        if certain % 16 == 0:
+            bar.show(min(certain / max(compared, 1), 1.0), f"{certain:,} contacts certified")
+
+    return certify(simulation, until=until, max_contacts=max_contacts, progress=progress)
 
 
 def _print_oracle(
@@ -164,7 +181,7 @@ def _contacts_table(contacts: Sequence[CertifiedContact]) -> Table:
 
     rows = []
     for index, (time, a, b, tied, head_on, _) in enumerate(contacts):
-        partner = f"{WALLS[b]} wall" if b in WALLS else f"disc {b}" if a < b else f"disc {b}, parting"
+        partner = f"{WALLS[b]} wall" if b in WALLS else f"disc {b}"
         same = "same time" if tied else ""
         rows.append((f"{index}", time.decimal(), same, f"{a}", partner, f"{head_on:.6f}"))
     if len(rows) > 2 * SHOWN:

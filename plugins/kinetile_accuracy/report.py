@@ -1,15 +1,17 @@
 """The accuracy report: its parts are measured one after the other, then written as a page and as data.
 
-The page is made from ``templates`` and needs nothing else: no script, no other file. The verdict comes first,
-as a table of what must hold; then a list of the parts, and each part with its findings, figures and tables.
+The page is what a notebook shows, with a head and a style sheet: it needs no script and no other file. The
+verdict comes first, as a table of what must hold; then each part with its findings, figures and tables.
 Figures are in the page twice, for wide and for narrow windows.
 """
 
 from __future__ import annotations
 
 import os
+import re
 from base64 import b64encode
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from html import escape
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -31,7 +33,7 @@ from kinetile_accuracy.sections import (
 
 PARTS: Mapping[str, str] = {
     "chart": "kinetile_accuracy.stepped.chart",
-    "queries": "kinetile_accuracy.contact_times.queries",
+    "queries": "kinetile_accuracy.hard_cases.queries",
     "oracle": "kinetile_accuracy.oracle.horizon",
     "specification": "kinetile_accuracy.long_runs.whole_runs",
     "drift": "kinetile_accuracy.long_runs.drift",
@@ -44,32 +46,7 @@ class AccuracyReport(list[Section]):
     """The sections that were measured; a notebook shows them with their tables and figures."""
 
     def _repr_html_(self) -> str:
-        claims = [claim for section in self for claim in section.claims]
-        parts = [paragraph(verdict(claims))]
-        for section in self:
-            held = [(claim.says, claim.measured, "yes" if claim.holds else "no") for claim in section.claims]
-            heads = ("what must hold", "measured", "holds")
-            titled = grid(section.title, heads, held, (False, False, False))
-            parts.append(titled if held else paragraph(section.title))
-            parts += map(paragraph, filter(None, (section.about, *section.findings, *section.left_out)))
-            parts += [_table_html(table) for table in section.tables if table.rows]
-            parts += [part for picture in section.pictures for part in _figure_html(picture)]
-        return "\n".join(parts)
-
-
-def _table_html(table: Table) -> str:
-    rows = table.cells
-    texts = [[text for text, _ in row] for row in rows]
-    return grid(table.caption, list(table.heads.values()), texts, [number for _, number in rows[0]])
-
-
-def _figure_html(picture: ReportFigure) -> list[str]:
-    try:
-        with house_style():
-            drawn = as_svg(picture.draw())
-    except Exception as error:  # the rest is worth seeing all the same
-        return [paragraph(f"{picture.name}: cannot be drawn: {error}")]
-    return [figure(drawn, picture.caption, 720), paragraph(picture.caption)]
+        return "\n".join(_body(self, _figure))
 
 
 def measure_parts(
@@ -112,8 +89,7 @@ def _silent(what: str, done: int, total: int) -> None:
 
 
 def check_packages(parts: Sequence[str] | None = None) -> None:
-    """Raises MissingExtra where the page cannot be made, or one of these parts not be measured."""
-    needed("The report", "Jinja2", "accuracy", "jinja2")
+    """Raises MissingExtra where figures cannot be drawn, or one of these parts not be measured."""
     needed("The report", "matplotlib", "accuracy")
     if parts is None or "oracle" in parts:
         needed("The report's part oracle", "python-flint", "accuracy", "flint")
@@ -138,34 +114,37 @@ def write_report(
         The paths, the page ``accuracy.html`` first.
 
     Raises:
-        MissingExtra: Jinja2 or matplotlib is not installed; nothing is written.
+        MissingExtra: matplotlib is not installed; nothing is written.
         OSError: it cannot be written.
     """
     check_packages(())
     sections, folder = list(sections), Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    images: dict[tuple[str, str, str], str] = {}
     for section in sections:
         for table in section.tables:
             written.append(folder / f"{section.name}-{table.name}.csv")
             written[-1].write_text(as_csv(map(vars, table.rows)), encoding="utf-8")
-        for picture in section.pictures:
-            stem = folder / f"{section.name}-{picture.name}"
-            with house_style():
-                svg, png = save_figure(picture.draw(), stem, picture.description)
-            with house_style(NARROW):
-                narrow = as_svg(picture.draw())
-            written += svg, png
-            images[section.name, picture.name, "wide"] = _embedded(svg.read_bytes())
-            images[section.name, picture.name, "narrow"] = _embedded(narrow)
+
+    def saved(section: Section, picture: ReportFigure) -> str:
+        with house_style():
+            paths = save_figure(
+                picture.draw(), folder / f"{section.name}-{picture.name}", picture.description
+            )
+        with house_style(NARROW):
+            narrow = b64encode(as_svg(picture.draw())).decode("ascii")
+        written.extend(paths)
+        source = f'<source media="(max-width: 640px)" srcset="data:image/svg+xml;base64,{narrow}">'
+        return f"<picture>{source}{figure(paths[0].read_bytes(), picture.caption, 1000)}</picture>"
+
+    page = _page(_body(sections, saved), sections, budget, conditions)
     data = folder / "accuracy.json"
     parts = [section_as_dict(section) for section in sections]
     data.write_text(
         as_json({"budget": budget, "conditions": dict(conditions), "parts": parts}) + "\n", "utf-8"
     )
     target = folder / "accuracy.html"
-    target.write_text(_page(sections, images, budget, conditions), encoding="utf-8")
+    target.write_text(page, encoding="utf-8")
     return [target, data, *written]
 
 
@@ -184,42 +163,104 @@ def section_as_dict(section: Section) -> dict[str, Any]:
 
 # The page
 
+_STYLE = """\
+body { font: 16px/1.45 system-ui, sans-serif; color: #111; }
+main { max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
+td, th { font-size: .82rem; border-bottom: 1px solid #ddd; }
+a, summary { color: #0060a0; }
+figure { margin: 1.4rem 0; }
+figcaption { font-size: .9rem; color: #333; }
+@media print { body { font-size: 10px; } figure, tr { break-inside: avoid; } }
+"""
+
 
 def _page(
-    sections: Sequence[Section],
-    images: Mapping[tuple[str, str, str], str],
-    budget: Budget,
-    conditions: Mapping[str, Any],
+    body: Iterable[str], sections: Sequence[Section], budget: Budget, conditions: Mapping[str, Any]
 ) -> str:
-    """Returns the page; ``images`` has each figure by its section, its picture, and "wide" or "narrow"."""
-    jinja = needed("Writing the report", "Jinja2", "accuracy", "jinja2")
-    environment = jinja.Environment(
-        loader=jinja.PackageLoader("kinetile_accuracy"),
-        autoescape=True,
-        undefined=jinja.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
+    """Returns the page: a head, the body that a notebook shows too, and how it was measured."""
+    versions = ", ".join(f"{name} {version}" for name, version in conditions["versions"].items())
+    machine = f"{conditions['processor']}, {conditions['processors']} processors, {conditions['system']}"
+    how = f"<code>{command(budget, sections)}</code> on {escape(machine)}; {escape(versions)}."
+    lines = [
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f"<title>kinetile: speed against error</title>\n<style>\n{_STYLE}</style>\n</head>\n<body>\n<main>",
+        "<h1>kinetile: how fast, how right</h1>",
+        *body,
+        f"<p>Measured with {how}</p>",
+        "</main>\n</body>\n</html>\n",
+    ]
+    return "\n".join(lines)
+
+
+def _body(sections: Sequence[Section], drawn: Callable[[Section, ReportFigure], str]) -> Iterator[str]:
+    """Yields the parts of the page; ``drawn`` returns the HTML of a figure."""
+    claims = [(section, claim) for section in sections for claim in section.claims]
+    yield f"<p><strong>{verdict([claim for _, claim in claims])}</strong></p>"
+    if claims:
+        held = [
+            (section.name, claim.says, claim.measured, "holds" if claim.holds else "does not hold")
+            for section, claim in claims
+        ]
+        yield grid("What must hold", ("part", "statement", "measured", "verdict"), held, (False,) * 4)
+    yield "<ol>"
+    yield from (f'<li><a href="#{section.name}">{escape(section.title)}</a></li>' for section in sections)
+    yield "</ol>"
+    for section in sections:
+        yield f'<section id="{section.name}">\n<h2>{escape(section.title)}</h2>'
+        yield from _list(section.findings)
+        for picture in section.pictures:
+            caption = f"<figcaption>{escape(picture.caption)}</figcaption>"
+            yield f"<figure>{drawn(section, picture)}{caption}</figure>"
+        if section.about:
+            yield paragraph(section.about)
+        for table in section.tables:
+            yield from _table(section, table) if table.rows else ()
+        if section.left_out:
+            yield paragraph("Left out:")
+            yield from _list(section.left_out)
+        yield "</section>"
+
+
+def _list(sentences: Sequence[str]) -> Iterator[str]:
+    """Yields sentences as a list; a number such as 1e-15 is not parted at the end of a line."""
+    if sentences:
+        whole = r'<span style="white-space:nowrap">\g<0></span>'
+        items = (re.sub(r"\S*\de-\d+", whole, escape(sentence)) for sentence in sentences)
+        yield "\n".join(["<ul>", *(f"<li>{item}</li>" for item in items), "</ul>"])
+
+
+def _table(section: Section, table: Table) -> Iterator[str]:
+    """Yields a table, folded, and what its columns are."""
+    rows = table.cells
+    meanings = [
+        (column.head or f"{name} (in the file)", column.meaning) for name, column in table.columns.items()
+    ]
+    yield f"<details>\n<summary>{escape(table.caption)}</summary>"
+    yield grid(
+        f"All columns: {section.name}-{table.name}.csv",
+        list(table.heads.values()),
+        [[text for text, _ in row] for row in rows],
+        [number for _, number in rows[0]],
     )
-    claims = [claim for section in sections for claim in section.claims]
-    text: str = environment.get_template("page.html").render(
-        sections=sections,
-        claims=claims,
-        verdict=verdict(claims),
-        command=command(budget),
-        conditions=conditions,
-        images=images,
-    )
-    return text
+    yield grid("The columns", ("column", "what it is"), meanings, (False, False))
+    yield "</details>"
 
 
-def _embedded(svg: bytes) -> str:
-    """Returns a picture as the address that a page embeds it by."""
-    return "data:image/svg+xml;base64," + b64encode(svg).decode("ascii")
+def _figure(section: Section, picture: ReportFigure) -> str:
+    """Returns a figure for a notebook."""
+    try:
+        with house_style():
+            return figure(as_svg(picture.draw()), picture.caption, 720)
+    except Exception as error:  # the rest is worth seeing all the same
+        return paragraph(f"{picture.name}: cannot be drawn: {error}")
 
 
-def command(budget: Budget) -> str:
-    """Returns the command that measures within a budget."""
-    return "kinetile accuracy" if budget == "normal" else f"kinetile accuracy --{budget}"
+def command(budget: Budget, sections: Sequence[Section] = ()) -> str:
+    """Returns the command that measures these parts within a budget."""
+    words = ["kinetile accuracy"] + ([] if budget == "normal" else [f"--{budget}"])
+    names = [section.name for section in sections]
+    return " ".join(words + ([] if names == list(PARTS) else [f"--part {name}" for name in names]))
 
 
 def verdict(claims: Sequence[Claim]) -> str:

@@ -1,7 +1,7 @@
 """Benchmarks and studies: how fast broad phases are, on scenes of the thesis and on the user's own.
 
 A study is a table of scenes, phases and seeds that is run task by task, on one machine or on many, and that
-continues where it was stopped. The benchmarks of the thesis are studies that come with this package.
+continues where it was stopped.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ __all__ = ["Study"]
 
 
 def __getattr__(name: str) -> Any:
-    """Imports the class at its first use: a worker process must not import numerical libraries so early."""
+    """Imports the class at its first use: every command of kinetile imports this package."""
     if name != "Study":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from kinetile_bench.study import Study

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-Choice = str | tuple[str, Mapping[str, Any]]
+from kinetile import Simulation
+
+NamedPhase = tuple[str, Mapping[str, Any]]
+"""The name of a broad phase and its options."""
+
+Choice = str | NamedPhase
 """A broad phase by name, or its name and its options."""
 
 
@@ -14,25 +19,29 @@ def phases_with_options(choices: Sequence[Choice]) -> list[tuple[str, dict[str, 
     return [(each, {}) if isinstance(each, str) else (each[0], dict(each[1])) for each in choices]
 
 
-class Measured:
-    """Rows of one dataclass, and the conditions under which they were measured."""
+def prepared(scene: Any, phase: NamedPhase, start: Callable[[Any], Any] = Simulation.compile) -> Simulation:
+    """Returns a simulation that keeps no contacts, compiled by ``start``."""
+    simulation = Simulation(scene, phase[0], options=phase[1], keep_contacts=False)
+    start(simulation)
+    return simulation
+
+
+class PhasesMeasured:
+    """Rows of one dataclass, and the conditions under which they were measured.
+
+    A row is of one phase on one ``scene``, and has the ``fingerprint`` of its contacts, or None.
+    """
 
     rows: Any
     conditions: Mapping[str, Any]
 
-    def as_dict(self) -> dict[str, Any]:
-        """Returns everything in plain types, fit for JSON."""
-        return {"conditions": dict(self.conditions), "rows": [vars(row) for row in self.rows]}
-
-
-class PhasesMeasured(Measured):
-    """The same of several phases on one scene; each row has a phase and the fingerprint of its contacts."""
-
     @property
     def identical(self) -> bool:
-        """Whether all phases that ran gave the same contacts."""
-        return len({row.fingerprint for row in self.rows if row.fingerprint is not None}) <= 1
+        """Whether on each scene all phases that ran gave the same contacts."""
+        ran = {(row.scene, row.fingerprint) for row in self.rows if row.fingerprint is not None}
+        return len(ran) == len({scene for scene, _ in ran})
 
     def as_dict(self) -> dict[str, Any]:
         """Returns everything in plain types, fit for JSON."""
-        return super().as_dict() | {"identical": self.identical}
+        rows = [vars(row) for row in self.rows]
+        return {"conditions": dict(self.conditions), "rows": rows, "identical": self.identical}

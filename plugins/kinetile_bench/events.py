@@ -1,4 +1,4 @@
-"""Speed of the broad phases: events a CPU second on the thesis's twelve scenes, a built-in study.
+"""Speed of the broad phases: events a CPU second on the thesis's twelve scenes, or on larger ones.
 
 Each phase gets, on each scene, runs of about the same CPU time, always from the scene's start, with the
 repeats of the phases taking turns, so that a machine that slows down slows all of them; the median counts.
@@ -8,52 +8,44 @@ contacts a disc, which are the same on every machine.
 
 from __future__ import annotations
 
-import os
+import math
 import statistics
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
-from kinetile import registry
+from kinetile import Simulation, make_scene, registry
+from kinetile.errors import Refused
 from kinetile.plugin.choices import write_phase
 from kinetile_accuracy.environment import environment
-from kinetile_bench.benchmark import Choice, Measured, phases_with_options
-from kinetile_bench.study import Study, shipped_tables
+from kinetile_bench.benchmark import Choice, NamedPhase, PhasesMeasured, phases_with_options, prepared
 
 BODIES = (25, 100, 400)
 DENSITIES = (0.5, 0.25, 0.125, 0.01)
 COUNTED = 50
 """Contacts a disc over which the counts are taken."""
 
-_COUNTS = (
-    "contacts_disc",
-    "contacts_wall",
-    "structural_events",
-    "events",
-    "certificates_updated",
-    "newcomers",
-    "partners_asked",
-    "contacts_computed",
-    "queue_max",
-    "pairs_max",
-    "fingerprint",
-)
+SHORTEST = 0.05
+"""CPU seconds: a shorter run says little about a rate."""
 
 
 @dataclass(frozen=True)
-class BenchRow:
-    """One phase on one scene.
+class EventsRow:
+    """One phase on one scene; without numbers where it is refused.
 
     Attributes:
         bodies, density: the scene.
         phase: the broad phase, with its options.
+        refused: why the phase does not accept the scene.
         events_per_cpu_second, contacts_per_cpu_second: medians over the repeats.
         slowest, fastest: events a CPU second of the slowest and the fastest repeat.
         events_per_contact: structural and all other events, over contacts.
         of_fastest: contacts a CPU second, over those of the phase that had the most on this scene.
         asked_per_contact, computed_per_contact: candidate checks, and exact solves, over contacts, as the
             counts have them.
-        contacts: how many a timed run has, the median.
+        cpu_seconds_per_time: CPU seconds for one unit of simulated time, the median.
+        exponent: with which that has grown with the number of discs, since the row of fewer discs.
+        contacts: how many a timed run has.
         cpu_seconds: of each repeat.
         counts: readings after COUNTED contacts a disc, the same on every machine.
     """
@@ -61,29 +53,46 @@ class BenchRow:
     bodies: int
     density: float
     phase: str
-    events_per_cpu_second: float
-    slowest: float
-    fastest: float
-    contacts_per_cpu_second: float
-    of_fastest: float
-    events_per_contact: float
-    asked_per_contact: float
-    computed_per_contact: float
-    contacts: int
-    cpu_seconds: tuple[float, ...]
-    counts: Mapping[str, Any]
+    refused: str | None = None
+    events_per_cpu_second: float = 0.0
+    slowest: float = 0.0
+    fastest: float = 0.0
+    contacts_per_cpu_second: float = 0.0
+    of_fastest: float = 0.0
+    events_per_contact: float = 0.0
+    asked_per_contact: float = 0.0
+    computed_per_contact: float = 0.0
+    cpu_seconds_per_time: float = 0.0
+    exponent: float | None = None
+    contacts: int = 0
+    cpu_seconds: tuple[float, ...] = ()
+    counts: Mapping[str, Any] | None = None
+
+    @property
+    def scene(self) -> tuple[float, int]:
+        """The scene: its density and its number of discs."""
+        return self.density, self.bodies
+
+    @property
+    def fingerprint(self) -> str | None:
+        """The digest of the contacts that are counted."""
+        return None if self.counts is None else str(self.counts["fingerprint"])
 
 
 @dataclass(frozen=True)
-class Bench(Measured):
+class EventsBench(PhasesMeasured):
     """All rows, and where and with what they were measured."""
 
-    rows: tuple[BenchRow, ...]
+    rows: tuple[EventsRow, ...]
     conditions: Mapping[str, Any]
 
 
-def events_study(
-    results: str | os.PathLike[str],
+def square_at_least(n: int) -> int:
+    """Returns the smallest square number that is at least ``n``: what the recipe ``grid`` can make."""
+    return (math.isqrt(max(n, 1) - 1) + 1) ** 2
+
+
+def bench_events(
     phases: Sequence[Choice] | None = None,
     bodies: Sequence[int] = BODIES,
     densities: Sequence[float] = DENSITIES,
@@ -91,78 +100,95 @@ def events_study(
     seconds: float = 0.5,
     repeats: int = 5,
     seed: int = 1,
-) -> Study:
-    """Returns the study ``events``, or a part of it; its rows are in the folder ``results``.
+    start: Callable[[Any], Any] = Simulation.compile,
+    progress: Callable[[int, int], None] | None = None,
+) -> Iterator[EventsBench]:
+    """Measures broad phases (all that are registered, if None) on scenes of the recipe ``grid``; yields what
+    there is after each scene.
 
-    Broad phases (all that are registered, if None) run scenes of the recipe ``grid``. ``seconds`` is the CPU
-    time of one run, about; ``repeats`` how often each is done.
+    ``bodies`` are raised to the next square numbers. ``seconds`` is the CPU time of one run, about;
+    ``repeats`` how often each is done. ``start`` is called with a simulation before a phase first runs,
+    ``progress`` with the runs done and their total.
 
-    Raises StudyError for what cannot be run.
+    Raises what ``Simulation`` and ``make_scene`` raise, but for Refused, which is a row.
     """
     chosen = phases_with_options(registry().names("broad phase") if phases is None else phases)
-    tables = shipped_tables("events") | {
-        "phases": [write_phase(*each) for each in chosen],
-        "seeds": [seed],
-        "repeats": repeats,
-        "seconds": seconds,
-        "scenes": [
-            {
-                "recipe": "grid",
-                "contacts": COUNTED * n,
-                "parameters": {"density": list(densities), "bodies": n},
-            }
-            for n in bodies
-        ],
-    }
-    return Study(tables, results)
+    sizes = sorted(set(map(square_at_least, bodies)))
+    plan = [(density, n) for density in densities for n in sizes]
+    conditions = {"seconds": seconds, "repeats": repeats, "seed": seed, "counted_contacts_a_disc": COUNTED}
+    conditions = environment() | conditions
+    rows: list[EventsRow] = []
+    for k, (density, n) in enumerate(plan):
+        scene = make_scene("grid", bodies=n, density=density, seed=seed)
+        counted = [_counted(scene, choice, n, density, seconds, start) for choice in chosen]
+        able = [at for at, row in enumerate(counted) if row.refused is None]
+        runs: dict[int, list[Any]] = {at: [] for at in able}
+        for repeat in range(repeats):
+            for at in able if repeat % 2 else reversed(able):
+                runs[at].append(prepared(scene, chosen[at]))
+                runs[at][-1].run(max_contacts=counted[at].contacts)
+            if progress is not None:
+                progress(k * repeats + repeat + 1, len(plan) * repeats)
+        measured = [_measured(row, runs[at]) if at in runs else row for at, row in enumerate(counted)]
+        most = max((row.contacts_per_cpu_second for row in measured), default=0.0) or 1.0
+        before = {row.phase: row for row in rows if row.density == density}
+        rows += [
+            replace(
+                row,
+                of_fastest=row.contacts_per_cpu_second / most,
+                exponent=_exponent(before.get(row.phase), row),
+            )
+            for row in measured
+        ]
+        yield EventsBench(tuple(rows), conditions)
 
 
-def read_events(study: Study) -> Bench:
-    """Returns the results of the rows of ``events_study``, and the conditions of the measurement."""
-    runs: dict[tuple[float, int], dict[str, list[Mapping[str, Any]]]] = {}
-    for row in study.rows().to_pylist():
-        if row["status"] == "done":
-            scene = runs.setdefault((-row["density"], row["bodies"]), {})
-            scene.setdefault(row["phase"], []).append(row)
-    found = []
-    for _, scene in sorted(runs.items()):
-        most = max(map(_contact_rate, scene.values()))
-        found += [_row(of_phase, most) for of_phase in scene.values()]
-    plan = study.plan
-    conditions = {
-        "seconds": plan.file.seconds,
-        "repeats": plan.file.repeats,
-        "seed": plan.scenes[0].combinations[0]["seed"],
-        "counted_contacts_a_disc": COUNTED,
-    }
-    return Bench(tuple(found), environment() | conditions)
-
-
-def _row(runs: Sequence[Mapping[str, Any]], most: float) -> BenchRow:
-    """Returns a phase's row; ``most`` is the rate of contacts of the fastest phase on the scene."""
-    counts = {name: runs[0][name] for name in _COUNTS}
-    counted = max(counts["contacts_disc"] + counts["contacts_wall"], 1)
-    rates = [run["events_per_cpu_second"] for run in runs]
-    contacts = sum(run["rate_contacts"] or 0 for run in runs)
-    speed = _contact_rate(runs)
-    return BenchRow(
-        bodies=runs[0]["bodies"],
-        density=runs[0]["density"],
-        phase=runs[0]["phase"],
-        events_per_cpu_second=statistics.median(rates),
-        slowest=min(rates),
-        fastest=max(rates),
-        contacts_per_cpu_second=speed,
-        of_fastest=speed / most if most > 0.0 else 0.0,
-        events_per_contact=sum(run["rate_events"] or 0 for run in runs) / contacts if contacts else 0.0,
-        asked_per_contact=counts["partners_asked"] / counted,
-        computed_per_contact=counts["contacts_computed"] / counted,
-        contacts=int(statistics.median(run["rate_contacts"] or 0 for run in runs)),
-        cpu_seconds=tuple(run["rate_cpu_seconds"] or 0.0 for run in runs),
+def _counted(
+    scene: Any, choice: NamedPhase, n: int, density: float, seconds: float, start: Callable[[Any], Any]
+) -> EventsRow:
+    """Returns the counts of a phase, and how many contacts take about ``seconds`` of CPU time."""
+    row = EventsRow(n, density, write_phase(*choice))
+    try:
+        simulation = prepared(scene, choice, start)
+        simulation.run(max_contacts=COUNTED * n)
+    except Refused as refused:
+        return replace(row, refused=str(refused))
+    found = simulation.readings
+    counts = {name: value for name, value in found.as_dict().items() if "second" not in name}
+    while (spent := simulation.readings.cpu_seconds) < min(SHORTEST, seconds):
+        simulation.run(max_contacts=_contacts(simulation) * (3 if spent > 0.0 else 10))
+    return replace(
+        row,
+        asked_per_contact=counts["partners_asked"] / (COUNTED * n),
+        computed_per_contact=counts["contacts_computed"] / (COUNTED * n),
+        contacts=max(math.ceil(_contacts(simulation) * seconds / spent), 1),
         counts=counts,
     )
 
 
-def _contact_rate(runs: Sequence[Mapping[str, Any]]) -> float:
-    """Returns the contacts a CPU second of a phase's runs on a scene, the median."""
-    return float(statistics.median(run["contacts_per_cpu_second"] for run in runs))
+def _contacts(simulation: Any) -> int:
+    return int(simulation.readings.contacts_disc + simulation.readings.contacts_wall)
+
+
+def _measured(row: EventsRow, runs: Sequence[Any]) -> EventsRow:
+    """Returns the row of a phase with what its timed runs give."""
+    found = [run.readings for run in runs]
+    rates = [each.events_per_cpu_second for each in found]
+    return replace(
+        row,
+        events_per_cpu_second=statistics.median(rates),
+        slowest=min(rates),
+        fastest=max(rates),
+        contacts_per_cpu_second=statistics.median(each.contacts_per_cpu_second for each in found),
+        events_per_contact=found[0].events / row.contacts,
+        cpu_seconds_per_time=statistics.median(run.readings.cpu_seconds / run.time for run in runs),
+        cpu_seconds=tuple(each.cpu_seconds for each in found),
+    )
+
+
+def _exponent(before: EventsRow | None, row: EventsRow) -> float | None:
+    """Returns the exponent of the CPU time for a unit of simulated time over the number of discs."""
+    if before is None or not before.cpu_seconds_per_time > 0.0 < row.cpu_seconds_per_time:
+        return None
+    ratio = row.cpu_seconds_per_time / before.cpu_seconds_per_time
+    return math.log(ratio) / math.log(row.bodies / before.bodies)

@@ -8,8 +8,8 @@ slows all of them; the median counts.
 ``choose`` first runs each phase for a few hundred contacts. The faster ones then run for
 some thousands, as above. That is a fraction of a second of CPU time a phase, compiling apart, and it covers
 the beginning of a run only: if a scene changes later, measure it whole
-(``kinetile bench FILE.toml``). Among phases that differ by less than the repeats of one do, the one that
-takes the least memory is named.
+(``kinetile bench FILE.toml``). Among phases that differ by less than 5 %, the one that takes the least
+memory is named. With one repeat none is, unless it is the only one, nor where contacts differ.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ from kinetile.errors import AuditError, KinetileError, MissedContactError, Phase
 from kinetile.plugin.choices import write_phase
 from kinetile_accuracy.environment import environment
 from kinetile_bench.benchmark import Choice, PhasesMeasured, phases_with_options
-from kinetile_bench.runner import arrays_of
 
 MOST_RUNS = 1000
 """Runs of one repeat, at most."""
@@ -62,6 +61,10 @@ class SceneRow:
     contacts: int | None = None
     commands: int | None = None
     fingerprint: str | None = None
+
+    @property
+    def scene(self) -> None:
+        """The scene, which all rows have."""
 
     @property
     def rate(self) -> float:
@@ -202,7 +205,8 @@ class Chosen:
     """The recommendation.
 
     Attributes:
-        phase: the broad phase to take, with its options as ``NAME:KEY=VALUE``; None: none can do the scene.
+        phase: the broad phase to take, with its options as ``NAME:KEY=VALUE``; None: none can do the scene,
+            or it is not known which one to take.
         reason: why, in a sentence.
         candidates: the fastest first.
         identical: whether all gave the same contacts.
@@ -259,8 +263,8 @@ def choose(
         for row in pilot.rows
     ]
     found.sort(key=lambda each: (each.hopeless, -each.rate, each.phase))
-    phase, reason = _recommendation(found)
     identical = pilot.identical and measured.identical
+    phase, reason = _recommendation(found, repeats, identical)
     return Chosen(phase, reason, _rated(found), identical, measured.conditions)
 
 
@@ -275,28 +279,56 @@ def _end_of(scene: Any) -> float | None:
 
 
 def _memory(scene: Any, choice: tuple[str, Mapping[str, Any]]) -> int | None:
+    """Returns the bytes of the arrays that grow with the number of bodies; None where a phase refuses."""
     try:
-        return sum(arrays_of(Simulation(scene, choice[0], options=choice[1], keep_contacts=False)).values())
+        sim = Simulation(scene, choice[0], options=choice[1], keep_contacts=False)
     except KinetileError:
         return None
+    tables = [getattr(sim.tables, name) for name in _GROWING]
+    arrays = [scene.position, scene.velocity, scene.radius, scene.mass, *sim.state, *tables]
+    # Without strides an array is one number for all bodies.
+    return sum(int(each.nbytes if each.strides != (0,) else each.itemsize) for each in arrays)
 
 
-def _recommendation(candidates: Sequence[Candidate]) -> tuple[str | None, str]:
+_GROWING = (
+    "bodies",
+    "mass",
+    "radii",
+    "places",
+    "queue",
+    "links",
+    "marks",
+    "near",
+    "pairs",
+    "lookup",
+    "firsts",
+)
+"""Tables of the kernel that grow with the number of bodies."""
+
+
+def _recommendation(candidates: Sequence[Candidate], repeats: int, identical: bool) -> tuple[str | None, str]:
     """Returns the phase to take, and why; the candidates come with the fastest first."""
     able = [each for each in candidates if each.memory is not None]
     if not able:
         return None, "no phase can do this scene; each says why"
-    if not able[0].rate:
-        return able[0].phase, "nothing collides here within reach: any phase that does the scene will do"
-    fastest = able[0]
-    alike = [each for each in able if not each.hopeless and each.rate >= (1.0 - CLOSE) * fastest.rate]
-    taken = min(alike, key=lambda each: each.memory or 0)
-    name = taken.phase
-    if len(alike) > 1:
-        others = ", ".join(each.phase for each in alike if each is not taken)
-        return name, f"{name} and {others} differ by less than {CLOSE:.0%}; {name} takes the least memory"
-    rest = [each for each in able if each is not taken and each.rate]
+    if not identical:
+        return None, "no phase is recommended: one of them gives wrong contacts, and it is not known which"
+    fastest, name = able[0], able[0].phase
+    if not fastest.rate:
+        return name, "nothing collides here within reach: any phase that does the scene will do"
+    rest = [each for each in able[1:] if each.rate]
     if not rest:
         return name, f"{name} is the only one that can do this scene"
-    times, behind = taken.rate / rest[0].rate, rest[0].phase
-    return name, f"{name} has {times:.2g} times the contacts a CPU second of {behind}, which comes next"
+    if repeats == 1:
+        return (
+            None,
+            f"no phase is recommended after one run of each: {name} was the fastest, perhaps by chance",
+        )
+    alike = [each for each in able if not each.hopeless and each.rate >= (1.0 - CLOSE) * fastest.rate]
+    if len(alike) == 1:
+        times, behind = fastest.rate / rest[0].rate, rest[0].phase
+        return name, f"{name} has {times:.2g} times the contacts a CPU second of {behind}, which comes next"
+    taken = min(alike, key=lambda each: each.memory or 0)
+    name = taken.phase
+    others = ", ".join(each.phase for each in alike if each is not taken)
+    return name, f"{name} and {others} differ by less than {CLOSE:.0%}; {name} takes the least memory"

@@ -11,16 +11,12 @@ from typing import Any, Unpack
 from kinetile.errors import BadOption, Refused, one_of
 from kinetile_conformance.cases import SavedCase, Subject, load_case
 from kinetile_conformance.checks import CHECKS
-from kinetile_conformance.isolated import DEATHS, GIB, IsolatedRunner
+from kinetile_conformance.isolated import DEATHS, IsolatedRunner
 from kinetile_conformance.reporting import KIT_VERSION, Report, Result
 from kinetile_conformance.runner import CheckRun, Options, Plan, Runner, applicable, verdict
 
-MEMORY = 4 * GIB
 
-
-def check_broad_phase(
-    name: str, *, in_process: bool = False, memory: int = MEMORY, **options: Unpack[Options]
-) -> Report:
+def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
     """Judge the broad phase registered under a name; return the report.
 
     A child process judges it, so this one goes on whatever the phase does. A check that the child did not
@@ -29,10 +25,7 @@ def check_broad_phase(
 
     Args:
         name: the name under which it is registered.
-        in_process: judge in this process, for a debugger: then nothing ends an endless loop in a hook, and a
-            crash is one of this process.
-        memory: how many bytes a child may take beyond what it begins with, where the system can tell.
-        options: what else can be chosen (``Options``).
+        options: what can be chosen (``Options``).
 
     Raises:
         UnknownName, BadOption: there is no such phase, or it has no such option.
@@ -43,7 +36,7 @@ def check_broad_phase(
         MissingExtra: Hypothesis is not installed.
     """
     plan = Plan.of(name, options)
-    with runner_for(plan, in_process, memory) as runner:
+    with runner_for(plan) as runner:
         results: list[Result] = []
         notes: tuple[str, ...] = ()
         runner.smoke_test()
@@ -58,9 +51,9 @@ def check_broad_phase(
         return plan.report(results, runner.tightness() if fine else None, notes)
 
 
-def runner_for(plan: Plan, in_process: bool = False, memory: int = MEMORY) -> Runner | IsolatedRunner:
+def runner_for(plan: Plan) -> Runner | IsolatedRunner:
     """Return the runner of a plan: in this process, or in child processes with limits."""
-    return Runner(plan.subject, **plan.how) if in_process else IsolatedRunner(plan, memory)
+    return Runner(plan) if plan.in_process else IsolatedRunner(plan)
 
 
 DEFAULT_CHECK = "same-contacts"

@@ -26,8 +26,8 @@ from kinetile.run.advance import End, advance
 from kinetile.run.arguments import read_insertion, read_removal
 from kinetile.run.compose import Commands
 from kinetile.run.engine.engine import Engine
+from kinetile.run.prepared import Prepared
 from kinetile.scene import Scene
-from kinetile.scene.scene import spacious
 from kinetile.toolbox import positions_now
 from kinetile_conformance.cases import Subject, horizon
 
@@ -133,7 +133,7 @@ def look_for_writes(subject: Subject, scene: Scene) -> str | None:
 
     Raises Refused where the phase cannot do the scene.
     """
-    room = spacious(scene)
+    room = Prepared.of(scene)
     composition = subject.composition(room)
     broad = composition.broad
     state, cages = caged(broad.state, "s")

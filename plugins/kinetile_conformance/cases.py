@@ -32,8 +32,7 @@ from kinetile.run.compare import Outcome, outcome_of
 from kinetile.run.compose import Composition, compose_phases
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene, Turn
-from kinetile.scene.by_name import load_scene
-from kinetile.scene.files import dumps_scene
+from kinetile.scene.files import dumps_scene, load_scene
 from kinetile.scene.schema import read_bytes
 from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, NoState, hook, is_there, unchecked
 

@@ -74,8 +74,8 @@ SYMPTOMS = (
     ),
     Symptom(
         "surroundings",
-        "something is read that is not the scene's motion: `settings`, `origin`, the environment, the "
-        "clock on the wall, the order of a set.",
+        "something is read that is not the scene's motion: `settings`, `origin`, the thread, the order of a "
+        "set.",
         checks=("does-not-see-who-asks",),
     ),
     Symptom(

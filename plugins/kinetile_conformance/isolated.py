@@ -4,8 +4,8 @@ A phase can crash the interpreter, run for ever or take all memory; the calling 
 dies, the check that it was at gets the cause as its result, and a new child does the rest. A failure that was
 seen before is the result in any case.
 
-The child is a fresh interpreter. What was added in this process, in a notebook for instance, is sent to it:
-what another process cannot import goes by value.
+The child has a ``Runner``, and this one calls its functions there. What was added in this process, in a
+notebook for instance, is sent to it: what another process cannot import goes by value.
 """
 
 from __future__ import annotations
@@ -20,27 +20,37 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from types import TracebackType
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import kinetile
-from kinetile.errors import BadOption, MissingExtra, NotJudged, PhaseError, Refused
+from kinetile.errors import MissingExtra, PhaseError, Refused
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.compiled.limits import out_of_time
 from kinetile.plugin.calling import is_library
 from kinetile.scene import Scene
 from kinetile_conformance import deadline
-from kinetile_conformance.cases import provided
+from kinetile_conformance.cases import Subject, provided
 from kinetile_conformance.checks import CHECKS, check_named
-from kinetile_conformance.child import NO_MEMORY, Job
+from kinetile_conformance.checks.check import Check, Reference
 from kinetile_conformance.diagnosis import OFTEN, likely
-from kinetile_conformance.processes import IDLE, Child, Message, Phases, Silent
+from kinetile_conformance.processes import (
+    IDLE,
+    NO_MEMORY,
+    Child,
+    Gone,
+    Limits,
+    Message,
+    Phases,
+    Send,
+    Silent,
+    leave_without_memory,
+)
 from kinetile_conformance.reporting import Result, saved
-from kinetile_conformance.runner import How, Plan
+from kinetile_conformance.runner import CheckRun, Plan, Runner, verdict
+from kinetile_conformance.smoke_test import fresh
 from kinetile_conformance.strategies.changes import without
-
-GIB = 1 << 30
 
 DEATHS = 3
 """After this number of deaths the checks that are left are not run."""
@@ -130,14 +140,15 @@ def where(words: str) -> str:
 
 
 class _Died(Exception):
-    """The child has ended before it was done with a task; ``how`` is the row of the table of endings, and
-    ``trace`` the traceback of an error of the kit."""
+    """The child has ended before it was done; ``how`` is the row of the table of endings, ``trace`` the
+    traceback of an error of the kit, and ``words`` what it has printed."""
 
-    def __init__(self, how: str, code: int | None, trace: str = "") -> None:
+    def __init__(self, how: str, code: int | None, trace: str, words: str) -> None:
         super().__init__()
         self.how = how
         self.code = code
         self.trace = trace
+        self.words = words
 
 
 class IsolatedRunner:
@@ -145,7 +156,6 @@ class IsolatedRunner:
 
     Args:
         plan: the phases under test, and the options.
-        memory: how many bytes a child may take beyond what it begins with, where the system can tell.
         environment: variables that a child has beside those of this process.
 
     Raises:
@@ -153,40 +163,27 @@ class IsolatedRunner:
         Refused: the phase was added in this process, and cannot be sent to another.
     """
 
-    def __init__(self, plan: Plan, memory: int, environment: Mapping[str, str] | None = None) -> None:
+    def __init__(self, plan: Plan, environment: Mapping[str, str] | None = None) -> None:
         if importlib.util.find_spec("hypothesis") is None:
             raise MissingExtra("the conformance kit", "hypothesis", "conformance")
         self.deaths = 0
         self.notes: tuple[str, ...] = ()
         self._preliminary = ""
         self._plan = plan
-        self._memory = memory
         self._scene_seconds = deadline.SCENE_SECONDS
-        self._scratch = Path(tempfile.mkdtemp(prefix="kinetile-conformance-"))
-        self._child: Child | None = None
         self._who = " with ".join(
             f"{each.kind} {each.spec.name!r} of {each.source}" for each in provided(plan.subject)
         )
         self._environment = environment or {}
         self._phases = Phases.of(plan.subject)
-        self._job = Job(
-            how=plan.how,
-            scene_seconds=self._scene_seconds,
-            memory=self._memory,
-            home=str(self._scratch / "hypothesis"),
-        )
-        try:
-            self._phases.pickled(self._job)
-        except BaseException:
-            self.close()
-            raise
+        self._phases.pickled(None)
+        self._scratch = Path(tempfile.mkdtemp(prefix="kinetile-conformance-"))
+        self._child: Child | None = None
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -210,21 +207,17 @@ class IsolatedRunner:
             BadOption, Refused: as the phase says.
         """
         with suppress(_Died):
-            if self._plan.whole and not INTERPRETED:
-                found: Message = {}
-                self._do({"do": "fresh"}, found.update)
-                if found.get("fresh"):
-                    self._run_interpreted()
-            self._do({"do": "smoke test"}, lambda message: None)
+            if self._plan.whole and not INTERPRETED and self._call(_is_fresh):
+                self._run_interpreted()
+            self._call(Runner.smoke_test)
         self.deaths = 0
 
     def _run_interpreted(self) -> None:
         """Run the checks that see an obvious fault on a few scenes with interpreted hooks until one fails."""
-        how: How = {**self._plan.how, "examples": FEW, "seconds": BRIEF, "shrink": False}
-        plan = replace(self._plan, how=how)
+        plan = replace(self._plan, examples=FEW, seconds=BRIEF, shrink=False)
         # Of what has nothing to do with the compiler, the compiled hooks will die, too.
-        with suppress(_Died), IsolatedRunner(plan, self._memory, {"NUMBA_DISABLE_JIT": "1"}) as runner:
-            runner._do({"do": "smoke test"}, lambda message: None)
+        with suppress(_Died), IsolatedRunner(plan, {"NUMBA_DISABLE_JIT": "1"}) as runner:
+            runner._call(Runner.smoke_test)
             for each in CHECKS:
                 if not each.obvious or each.name in plan.expected:
                     continue
@@ -243,12 +236,9 @@ class IsolatedRunner:
         """
         last: Message = {"count": 0}
         failed: Message = {}
-        results: list[Result] = []
 
         def hear(message: Message) -> None:
-            if "result" in message:
-                results.append(message["result"])
-            elif "seen" in message:
+            if "seen" in message:
                 failed.update(message)
             elif "count" in message:
                 last.update(message)
@@ -256,74 +246,66 @@ class IsolatedRunner:
 
         began = time.perf_counter()
         try:
-            self._do({"do": "check", "check": name, "expected": expected}, hear)
+            result = self._call(Runner.run, name, expected, hear=hear)
         except _Died as died:
             result = self._death(died, name, expected, failed or last)
             return replace(result, seconds=time.perf_counter() - began)
-        if not results:
+        if not isinstance(result, Result):
             raise PhaseError(f"the child has sent no result of the check {name!r}")
-        if name == self._preliminary and results[0].ok:
+        if name == self._preliminary and result.ok:
             self.notes = (f"{name} fails with interpreted hooks only: they do not mean the same compiled",)
-        return results[0]
+        return result
 
     def tightness(self) -> float | None:
         """Return the phase's over-reporting; None where the child does not survive measuring it."""
-        found: Message = {}
         with suppress(_Died):
-            self._do({"do": "tightness"}, found.update)
-        return found.get("tightness")
+            found: float | None = self._call(Runner.tightness)
+            return found
+        return None
 
-    def _do(self, task: Message, hear: Callable[[Message], None], *, again: bool = False) -> None:
-        """Give the child a task, and pass on its messages until it is done; raise _Died if it ends before.
+    def _call(
+        self,
+        function: Callable[..., Any],
+        *arguments: Any,
+        hear: Callable[[Message], None] = lambda _: None,
+        again: bool = False,
+    ) -> Any:
+        """Return what a function of the runner in the child returns, and pass on messages until then; raise
+        _Died if the child ends before.
 
-        ``again``: the task repeats one that a child has died of, so another death does not count.
+        ``again``: it repeats what a child has died of, so another death does not count.
         """
-        if self._child is None:
-            self._child = self._start()
-        child = self._child
-        child.send(pickle.dumps(task))
+        child = self._child = self._child or self._start()
         code, trace = None, ""
         try:
-            while (message := child.receive()) is not None:
-                if "done" in message:
-                    return
-                trace = message.get("trace", "")
-                if "error" in message:
-                    errors = {"BadOption": BadOption, "Refused": Refused}
-                    raise errors.get(message["error"], NotJudged)(message["said"])
-                hear(message)
-            code = child.exit_code()
-            how = "error" if trace else ending_of(code, self._words())
+            return child.call(function, *arguments, hear=hear)
+        except Gone as gone:
+            code, trace = child.exit_code(), gone.trace
+            how = "error" if trace else ending_of(code, child.words)
         except Silent as silent:
             how = "busy" if silent.busy else "idle"
             child.end(ask_where=True)
         child.end()
         self._child = None
         self.deaths += not again
-        raise _Died(how, code, trace)
+        raise _Died(how, code, trace, child.words)
 
     def _start(self) -> Child:
-        seconds = COMPILING + 2.0 * self._scene_seconds
-        child = Child("kinetile_conformance.child:main", self._scratch / "words", self._environment, seconds)
-        child.send(self._phases.pickled(self._job))
+        silence = COMPILING + 2.0 * self._scene_seconds
+        limits = Limits(self._scene_seconds, self._plan.memory, silence)
+        child = Child(self._scratch / "words", self._environment, limits)
+        child.begin(self._phases, partial(_watching_runner, self._plan.alone, str(self._scratch)))
         return child
-
-    def _words(self) -> str:
-        """Return the child's output."""
-        try:
-            return (self._scratch / "words").read_text(encoding="utf-8", errors="replace")
-        except OSError:
-            return ""
 
     def _sentence(self, died: _Died, what: str) -> str:
         """Return what a child died of, in a sentence."""
-        place = where(self._words())
+        place = where(died.words)
         said = ENDINGS[died.how].said.format(
             what=what,
             place=f"{' in' if died.how == 'endless' else ', in'} {place}" if place else "",
             scene=self._scene_seconds,
             idle=IDLE,
-            memory=self._memory / GIB,
+            memory=self._plan.memory / (1 << 30),
             signal=_signal(-(died.code or 0)),
             code=died.code,
         )
@@ -346,7 +328,7 @@ class IsolatedRunner:
             result = replace(result, status="failed", said=f"{said}\n{OFTEN}{often}" if often else said)
         elif status == "not judged":
             return replace(result, said="", reason=dying)
-        elif scene is not None and self._plan.how["shrink"] and expected is None and died.how != "endless":
+        elif scene is not None and self._plan.shrink and expected is None and died.how != "endless":
             scene = self._fewest(name, scene)
         if expected is not None:
             result = replace(result, status="xfailed", reason=expected)
@@ -357,21 +339,19 @@ class IsolatedRunner:
                 return replace(result, status="not judged", said="", reason=slow)
         if scene is None:
             return result
-        return saved(replace(result, bodies=len(scene)), scene, self._plan.subject, self._plan.how["save_to"])
+        return saved(replace(result, bodies=len(scene)), scene, self._plan.subject, self._plan.save_to)
 
     def _fewest(self, check: str, scene: Scene) -> Scene:
         """Leave out one body after the other where the process dies without it too, for as long as a check
         may take."""
-        limit = deadline.Deadline(self._plan.how["seconds"])
+        limit = deadline.Deadline(self._plan.seconds)
         body = 0
         with suppress(deadline.TimeIsUp):
             while body < len(scene):
                 limit.check()
                 fewer = without(scene, body)
                 try:
-                    self._do(
-                        {"do": "alone", "check": check, "scene": fewer}, lambda message: None, again=True
-                    )
+                    self._call(_alone, check, fewer, again=True)
                     body += 1
                 except _Died as died:
                     if ENDINGS[died.how].status == "not judged":
@@ -383,7 +363,57 @@ class IsolatedRunner:
     def _verdict(self, check: str, scene: Scene) -> str:
         """Return which phase a death speaks against, by the same scene under the other phases; "" where a
         child does not survive these, either."""
-        found: Message = {}
         with suppress(_Died):
-            self._do({"do": "verdict", "check": check, "scene": scene}, found.update, again=True)
-        return str(found.get("verdict", ""))
+            return str(self._call(_verdict, check, scene, again=True))
+        return ""
+
+
+# In the child
+
+
+def _watching_runner(plan: Plan, folder: str, subject: Subject, send: Send) -> Runner:
+    """Return the runner of a plan, which sends what it sees; Hypothesis keeps its files in a folder, not in
+    the working folder of the calling process."""
+    from hypothesis.configuration import set_hypothesis_home_dir
+
+    set_hypothesis_home_dir(str(Path(folder) / "hypothesis"))
+    return Runner(replace(plan, subject=subject), watched=lambda each: _watched(each, subject, send))
+
+
+def _watched(each: Check, subject: Subject, send: Send) -> Check:
+    """Return a check that sends each scene before it runs on it, and again if it fails: so that the scene is
+    known if the process does not survive it, and what was seen is not lost, however the process ends."""
+    count = 0
+
+    def run(tested: Subject, scene: Scene, reference: Reference) -> None:
+        nonlocal count
+        mine = tested.name == subject.name
+        if mine:
+            count += 1
+            send({"count": count, "scene": pickle.dumps(scene)})
+        try:
+            each.run(tested, scene, reference)
+        except Refused:
+            raise
+        except Exception as error:
+            if mine:
+                leave_without_memory(error)
+                send({"seen": str(error), "count": count, "scene": pickle.dumps(scene)})
+            raise
+
+    return replace(each, run=run)
+
+
+def _is_fresh(runner: Runner) -> bool:
+    """Return whether there is something to compile."""
+    return fresh(runner.subject)
+
+
+def _alone(runner: Runner, check: str, scene: Scene) -> None:
+    """Run a check on a scene, to see if the process survives."""
+    CheckRun(check_named(check), runner.subject).holds(scene)
+
+
+def _verdict(runner: Runner, check: str, scene: Scene) -> str:
+    """Run a check under the other phases, to see which one its failure speaks against."""
+    return verdict(check_named(check), runner.subject, scene)

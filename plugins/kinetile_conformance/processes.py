@@ -1,25 +1,29 @@
-"""Child processes of the kit: fresh interpreters, reached through a connection, and ended for sure.
+"""Child processes of the kit: fresh interpreters that call functions of the kit, and are ended for sure.
 
-There is one kind: an interpreter that runs one line of Python and has the other end of a connection
-(``multiprocessing.connection``). What it prints, and the stack that ``faulthandler`` writes when it dies, go
-to a file. When the calling process is gone, so is its end of the connection, and the child ends too.
+There is one kind. A child is sent the phases under test, has the limits that it is given, and calls one
+function after the other. What it prints, and the stack that ``faulthandler`` writes when it dies, go to a
+file. When the calling process is gone, so is its end of the connection, and the child ends too.
 
 No limit is one of time by the clock, which would judge the machine. A child that computes is limited in CPU
-seconds, and one that uses none for minutes waits for something that does not come.
+seconds, and one that uses none for minutes waits for something that does not come. What the child has started
+may outlive it, and hold its end of the connection: so a thread reads, and nobody waits for that thread.
 """
 
 from __future__ import annotations
 
 import contextlib
-import multiprocessing
+import faulthandler
+import math
 import os
 import pickle
 import queue
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
+import traceback
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.machinery import PathFinder
@@ -27,11 +31,11 @@ from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import Any
 
-from kinetile.errors import MissingExtra, Refused
-from kinetile.kernel.compiled import nobody_compiles
+from kinetile.errors import BadOption, MissingExtra, NotJudged, Refused
+from kinetile.kernel.compiled.limits import end_after, limit_memory
 from kinetile.plugin.registry import registry
 from kinetile_conformance.cases import PhasePlugin, Subject, provided
-from kinetile_conformance.deadline import begin_scene
+from kinetile_conformance.deadline import TimeIsUp, limit_scenes, uncounted
 
 GRACE = 2.0
 """Seconds that a process has to write its stack, or to end."""
@@ -43,7 +47,14 @@ IDLE = 300.0
 """Seconds in which a child uses no CPU time and sends nothing, after which it is given up. Beside any number
 of busy processes, one that computes gets some CPU time within them."""
 
+NO_MEMORY = 77
+"""The exit code of a child that came to the end of its memory."""
+
+TOLD = {error.__name__: error for error in (BadOption, NotJudged, Refused)}
+"""Errors of phases and options, which a call raises in the calling process; any other is one of the kit."""
+
 Message = dict[str, Any]
+Send = Callable[[Message], None]
 
 
 class Silent(Exception):
@@ -54,21 +65,56 @@ class Silent(Exception):
         self.busy = busy
 
 
+class Gone(Exception):
+    """A child has ended before it was done; ``trace`` is the traceback of an error of the kit, or empty."""
+
+    def __init__(self, trace: str = "") -> None:
+        super().__init__(trace)
+        self.trace = trace
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a child may use.
+
+    Attributes:
+        scene: CPU seconds for one scene; 0: no limit.
+        memory: bytes beyond what it begins with, where the system can tell; 0: no limit.
+        silence: CPU seconds, of the child and of all that it starts, that may pass without a message.
+    """
+
+    scene: float = 0.0
+    memory: int = 0
+    silence: float = 1_000.0
+
+    def keep(self) -> None:
+        """Have this process keep them, in place of those that it has inherited."""
+        end_after(math.inf)
+        if self.memory:
+            limit_memory(self.memory)
+        if self.scene:
+            limit_scenes(self.scene)
+
+
 class Child:
     """A running child.
 
     Args:
-        program: the name of a function, ``package.module:function``, that is called in a fresh interpreter
-            with the number of its end of the connection.
         words: the file for what it prints.
         environment: variables that it has beside those of this process.
-        seconds: CPU seconds, of the child and of all that it starts, that may pass without a message.
+        limits: what it may use.
+        program: the function ``package.module:function`` that it calls with the number of its connection.
     """
 
     def __init__(
-        self, program: str, words: Path, environment: Mapping[str, str], seconds: float = 1_000.0
+        self,
+        words: Path,
+        environment: Mapping[str, str],
+        limits: Limits,
+        program: str = f"{__name__}:main",
     ) -> None:
-        self._seconds = seconds
+        self._limits = limits
+        self._words = words
         self._link, there = Pipe()
         number = there.fileno()
         how: dict[str, Any] = {"pass_fds": (number,), "start_new_session": True}
@@ -77,7 +123,7 @@ class Child:
             how = {"close_fds": False}
         module, _, function = program.partition(":")
         path = [entry or os.getcwd() for entry in sys.path]
-        with words.open("wb") as printed:
+        with words.open("wb") as printed, uncounted():
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-c", f"from {module} import {function}; {function}({number})"],
                 stdin=subprocess.DEVNULL,
@@ -87,8 +133,39 @@ class Child:
                 **how,
             )
         there.close()
+        self._messages = _read(self._link)
 
-    def send(self, pickled: bytes) -> None:
+    def begin(self, phases: Phases, made: Callable[[Subject, Send], Any]) -> None:
+        """Send it the phases, and what makes of them that on which it calls functions.
+
+        Raises Refused where something of a phase cannot be sent, and MissingExtra.
+        """
+        self._send(phases.pickled((made, self._limits)))
+
+    def call(
+        self, function: Callable[..., Any], *arguments: Any, hear: Callable[[Message], None] = lambda _: None
+    ) -> Any:
+        """Return what a function returns there, called with what was made at the beginning, and arguments.
+
+        ``hear`` is called with each message that the function sends.
+
+        Raises:
+            Gone: the process ends, or has ended.
+            Silent: it sends nothing for too long.
+            BadOption, NotJudged, Refused: the function raises it.
+        """
+        self._send(pickle.dumps((function, arguments)))
+        trace = ""
+        while (message := self.receive()) is not None:
+            if "returned" in message:
+                return message["returned"]
+            if "error" in message:
+                raise TOLD[message["error"]](message["said"])
+            trace = message.get("trace", "")
+            hear(message)
+        raise Gone(trace)
+
+    def _send(self, pickled: bytes) -> None:
         """Send it something; nothing happens if it is gone."""
         with contextlib.suppress(OSError):
             self._link.send_bytes(pickled)
@@ -96,23 +173,22 @@ class Child:
     def receive(self) -> Message | None:
         """Return the next message; None where the child has ended, and sends no more. Raise Silent."""
         began: float | None = None
-        used = since = 0.0
-        try:
-            while not self._link.poll(PATROL):
-                if self.ended and not self._link.poll():
-                    return None  # what it has started may hold its end
-                now = self._used()  # for each message it would take longer than most scenes
-                began = now if began is None else began
-                if now > began + self._seconds:
-                    raise Silent(busy=True)
-                if now > used:
-                    used, since = now, time.monotonic()
-                elif time.monotonic() > since + IDLE:
-                    raise Silent(busy=False)
-            message = self._link.recv()
-        except (EOFError, OSError, pickle.UnpicklingError):
-            return None
-        return message if isinstance(message, dict) else None
+        used, since = 0.0, time.monotonic()
+        while True:
+            ended = self.ended
+            with contextlib.suppress(queue.Empty):
+                message: Message | None = self._messages.get(timeout=PATROL)
+                return message
+            if ended:
+                return None  # what it has started may hold its end
+            now = self._used()  # for each message it would take longer than most scenes
+            began = now if began is None else began
+            if now > began + self._limits.silence:
+                raise Silent(busy=True)
+            if now > used:
+                used, since = now, time.monotonic()
+            elif time.monotonic() > since + IDLE:
+                raise Silent(busy=False)
 
     def _used(self) -> float:
         """Return the CPU seconds of the child and of what it has started, where the system can tell; else
@@ -139,6 +215,14 @@ class Child:
             return self._process.wait(GRACE)
         return None
 
+    @property
+    def words(self) -> str:
+        """What it has printed so far."""
+        try:
+            return self._words.read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            return ""
+
     def end(self, ask_where: bool = False) -> None:
         """End the process and all that it has started; with ``ask_where`` it first writes its stack."""
         if ask_where and hasattr(signal, "SIGABRT"):
@@ -149,7 +233,20 @@ class Child:
             with contextlib.suppress(OSError):
                 os.killpg(self._process.pid, signal.SIGKILL)
         self.exit_code()
-        self._link.close()
+
+
+def _read(link: Connection) -> queue.SimpleQueue[Any]:
+    """Return a queue of what comes through a connection, and None when no more comes; then it is closed."""
+    messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
+
+    def read() -> None:
+        with contextlib.suppress(Exception), link:  # a phase may have written there
+            while True:
+                messages.put(dict(link.recv()))
+        messages.put(None)
+
+    threading.Thread(target=read, daemon=True).start()
+    return messages
 
 
 @dataclass(frozen=True)
@@ -217,40 +314,100 @@ def _can_be_imported(name: str) -> bool:
     return found is not None and found.origin == getattr(sys.modules[name], "__file__", None)
 
 
-def in_a_fork(work: Callable[[], Any]) -> Any:
-    """Return what a function returns in a worker of ``multiprocessing``, which is a fork with a limit of its
-    own for a scene.
+def in_a_child(
+    function: Callable[..., Any],
+    subject: Subject,
+    *arguments: Any,
+    environment: Mapping[str, str] | None = None,
+    seconds: float = 1_000.0,
+) -> Any:
+    """Return what a function returns in a child, called with the phases under test, and arguments.
 
-    Raises EOFError where that ends without a word.
+    Args:
+        function: the function.
+        subject: the phases.
+        arguments: what it is called with beside them.
+        environment: variables that the child has beside those of this process.
+        seconds: CPU seconds for it.
+
+    Raises:
+        Gone: the process ends; the message is the last line that it has printed.
+        TimeIsUp: it computes for longer than that, or waits for something.
+        BadOption, NotJudged, Refused: the function raises it, or the phases cannot be sent.
     """
-    here, there = Pipe(duplex=False)
-
-    def serve() -> None:
-        begin_scene()
-        there.send(work())
-
-    worker = multiprocessing.get_context("fork").Process(target=serve)
-    with nobody_compiles():
-        worker.start()
-    there.close()
-    try:
-        return here.recv()
-    finally:
-        worker.join()
+    with tempfile.TemporaryDirectory(prefix="kinetile-child-") as folder:
+        child = Child(Path(folder) / "words", environment or {}, Limits(silence=seconds))
+        try:
+            child.begin(Phases.of(subject), _themselves)
+            return child.call(function, *arguments)
+        except Silent:
+            raise TimeIsUp from None
+        except Gone:
+            raise Gone(child.words.strip().rpartition("\n")[2] or "nothing was said") from None
+        finally:
+            child.end()
 
 
 # In the child
 
 
-def sent_through(link: Connection) -> Iterator[Message]:
-    """Return what the other process sends; end this one when that has closed its end of the connection."""
-    messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(link, messages), daemon=True).start()
-    return iter(messages.get, {})
+def _themselves(subject: Subject, send: Send) -> Subject:
+    """Return the phases: functions are called with them."""
+    return subject
 
 
-def _listen(link: Connection, messages: queue.SimpleQueue[Message]) -> None:
+def main(number: int) -> None:
+    """Serve in a process of its own, through the connection of a number."""
+    faulthandler.enable(file=2)
+    if hasattr(signal, "SIGXCPU"):
+        faulthandler.register(signal.SIGXCPU, file=2, chain=True)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with contextlib.suppress(ImportError, ValueError):
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    link = Connection(number)
+    try:
+        phases, (made, limits) = link.recv()
+    except Exception as error:  # whatever unpickling a foreign phase comes to
+        said = f"the phase cannot be loaded in a process of its own ({error}): judge it in this process"
+        link.send({"error": "Refused", "said": said})
+        return
+    try:
+        limits.keep()
+        server = made(phases.register(), link.send)
+        for function, arguments in _calls(link):
+            try:
+                found = {"returned": function(server, *arguments)}
+            except tuple(TOLD.values()) as error:
+                leave_without_memory(error)
+                name = next(each for each, kind in TOLD.items() if isinstance(error, kind))
+                found = {"error": name, "said": str(error)}
+            link.send(found)
+    except Exception as error:  # what a phase raises is a result: this is an error of the kit
+        leave_without_memory(error)
+        link.send({"trace": traceback.format_exc()})
+        raise
+
+
+def _calls(link: Connection) -> Iterator[tuple[Callable[..., Any], tuple[Any, ...]]]:
+    """Yield what the other process has this one call; end this one when that has closed its end."""
+    calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(link, calls), daemon=True).start()
+    while True:
+        yield calls.get()
+
+
+def _listen(link: Connection, calls: queue.SimpleQueue[Any]) -> None:
     with contextlib.suppress(EOFError, OSError):
         while True:
-            messages.put(link.recv())
+            calls.put(link.recv())
     os._exit(71)
+
+
+def leave_without_memory(error: BaseException | None) -> None:
+    """End this process where an error, or one that it comes from, is that there is no more memory."""
+    while error is not None:
+        if isinstance(error, MemoryError):
+            os._exit(NO_MEMORY)
+        error = error.__cause__ or error.__context__

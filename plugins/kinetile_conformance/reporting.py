@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -209,7 +210,8 @@ def saved(result: Result, scene: Scene, subject: Subject, folder: Path | None) -
     replayed = check_named(result.check).replay
     if folder is None or not replayed:
         return result
-    path = folder / f"{subject.name}-{result.check}.toml"
+    name = re.sub(r"[^\w.-]+", "-", subject.name)  # the name of a phase may have "/" in it
+    path = folder / f"{name}-{result.check}.toml"
     try:
         save_case(scene, path, replayed, subject, result.said)
     except OSError as error:

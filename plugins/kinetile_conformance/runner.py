@@ -1,8 +1,8 @@
 """The runner: runs checks on scenes, one check after the other, minimises what fails, and gives a verdict.
 
 ``Runner`` works in this process; ``kinetile_conformance.isolated`` has one work in a child process with
-limits. ``Options`` are what a caller may choose, in Python, in pytest and on the command line; a ``Plan`` has
-them checked and completed.
+limits. ``Options`` are what a caller may choose, in Python, in pytest and on the command line. A ``Plan`` has
+them checked and completed, and is all that a runner needs.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self, TypedDict
 
@@ -46,6 +46,9 @@ NOT_AUTHORS.add(Path(__file__).parent)
 EXAMPLES = 100
 """Scenes drawn for each check by default."""
 
+MEMORY = 4 << 30
+"""Bytes that a child may take by default."""
+
 FEW = 3
 """Bodies in a scene that a reader can follow in the head."""
 
@@ -76,6 +79,9 @@ class Options(TypedDict, total=False):
         seed: the seed of the drawing; the same seed draws the same scenes; 0.
         seconds: CPU seconds for a check of up to ``EXAMPLES`` scenes, without compiling; for more scenes in
             proportion. A check that needs more is not judged; ``SECONDS``.
+        in_process: judge in the calling process, for a debugger: then nothing ends an endless loop in a hook,
+            and a crash is one of this process; False.
+        memory: bytes that a child may take beyond what it begins with, where the system can tell; ``MEMORY``.
         on_result: called after each check, with its result.
         on_scene: called with the name of the check and its number of scenes so far, for each scene; not
             called where the phase is judged in the calling process.
@@ -90,32 +96,37 @@ class Options(TypedDict, total=False):
     shrink: bool
     seed: int
     seconds: float
+    in_process: bool
+    memory: int
     on_result: Callable[[Result], None] | None
     on_scene: Callable[[str, int], None] | None
 
 
-class How(TypedDict, total=False):
-    """How a runner runs checks: the options that it has beside the phases."""
-
-    examples: int
-    save_to: Path | None
-    shrink: bool
-    seed: int
-    seconds: float
+def _ignore(*told: object) -> None:
+    """Nobody is told."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The options of a conformance run, checked and completed, and the phases under test."""
+    """The options of a conformance run, checked and completed, and the phases under test.
+
+    ``whole`` says whether all checks are run; ``seconds`` are those of one check.
+    """
 
     subject: Subject
-    checks: tuple[str, ...]
-    whole: bool
-    expected: Mapping[str, str]
-    how: How
-    on_result: Callable[[Result], None]
-    on_scene: Callable[[str, int], None]
-    began: float
+    checks: tuple[str, ...] = tuple(each.name for each in CHECKS)
+    whole: bool = True
+    expected: Mapping[str, str] = field(default_factory=dict)
+    examples: int = EXAMPLES
+    save_to: Path | None = None
+    shrink: bool = True
+    seed: int = 0
+    seconds: float = SECONDS
+    in_process: bool = False
+    memory: int = MEMORY
+    on_result: Callable[[Result], None] = _ignore
+    on_scene: Callable[[str, int], None] = _ignore
+    began: float = field(default_factory=time.perf_counter)
 
     @classmethod
     def of(cls, name: str, options: Options) -> Plan:
@@ -133,17 +144,21 @@ class Plan:
             checks=tuple([each.name for each in CHECKS] if chosen is None else chosen),
             whole=chosen is None,
             expected=expected,
-            how={
-                "examples": examples,
-                "save_to": None if (folder := options.get("save_to")) is None else Path(folder).absolute(),
-                "shrink": options.get("shrink", True),
-                "seed": options.get("seed", 0),
-                "seconds": options.get("seconds", SECONDS) * max(1.0, examples / EXAMPLES),
-            },
-            on_result=options.get("on_result") or (lambda result: None),
-            on_scene=options.get("on_scene") or (lambda check, count: None),
-            began=time.perf_counter(),
+            examples=examples,
+            save_to=None if (folder := options.get("save_to")) is None else Path(folder).absolute(),
+            shrink=options.get("shrink", True),
+            seed=options.get("seed", 0),
+            seconds=options.get("seconds", SECONDS) * max(1.0, examples / EXAMPLES),
+            in_process=options.get("in_process", False),
+            memory=options.get("memory", MEMORY),
+            on_result=options.get("on_result") or _ignore,
+            on_scene=options.get("on_scene") or _ignore,
         )
+
+    @property
+    def alone(self) -> Plan:
+        """The plan as it is sent to another process: its results go to the caller of that."""
+        return replace(self, on_result=_ignore, on_scene=_ignore)
 
     def report(self, results: Sequence[Result], tight: float | None, notes: tuple[str, ...] = ()) -> Report:
         """Return the report on these results."""
@@ -294,40 +309,28 @@ def verdict(each: Check, subject: Subject, scene: Scene) -> str:
 
 
 class Runner:
-    """Runs checks on one phase, in this process.
+    """Runs checks in this process.
 
     Args:
-        subject: the phase.
-        examples: the number of small scenes.
-        seed: the seed of the drawing.
-        seconds: CPU seconds for a check.
-        shrink: whether to search for the smallest scene that fails.
-        save_to: the folder for scenes that fail; None: they are not saved.
+        plan: the phases under test, and the options.
         watched: returns a check as it is to be run here.
         drawing, references: scenes that have been drawn before, and their outcomes under the reference.
     """
 
     def __init__(
         self,
-        subject: Subject,
+        plan: Plan,
         *,
-        examples: int = EXAMPLES,
-        seed: int = 0,
-        seconds: float = SECONDS,
-        shrink: bool = True,
-        save_to: Path | None = None,
         watched: Callable[[Check], Check] | None = None,
         drawing: Drawing | None = None,
         references: References | None = None,
     ) -> None:
-        self.subject = subject
+        self.plan = plan
+        self.subject = plan.subject
         self.deaths = 0
         self.notes: tuple[str, ...] = ()
-        self._drawing = Drawing(examples, seed) if drawing is None else drawing
-        self._references = References(subject) if references is None else references
-        self._seconds = seconds
-        self._shrink = shrink
-        self._save_to = save_to
+        self._drawing = Drawing(plan.examples, plan.seed) if drawing is None else drawing
+        self._references = References(plan.subject) if references is None else references
         self._watched = watched
 
     def __enter__(self) -> Self:
@@ -355,13 +358,13 @@ class Runner:
         if each.draws and each.scenes is None and not each.living:
             self._references.keep(self._drawing.small(each.turns))
         began = spent()
-        run = CheckRun(each, self.subject, self._references, Deadline(self._seconds))
-        late = self._run(run, self._shrink and expected is None)
+        run = CheckRun(each, self.subject, self._references, Deadline(self.plan.seconds))
+        late = self._run(run, self.plan.shrink and expected is None)
         result = Result(each.name, each.sentence, "passed", run.count, 0.0)
         if run.said is not None:
             result = self._failed(run, result, expected)
         elif late:
-            reason = f"{self._seconds:g} CPU s were not enough; no fault in the scenes seen until then"
+            reason = f"{self.plan.seconds:g} CPU s were not enough; no fault in the scenes seen until then"
             result = replace(result, status="not judged", reason=reason)
         elif run.count and run.refused == run.count:
             reason = run.inapplicable or f"it refuses all scenes of this check: {run.refusal}"
@@ -392,7 +395,7 @@ class Runner:
         self._reduce(run)
         if run.each.scenes is not None or run.each.living or run.scene is None or len(run.scene) <= FEW:
             return
-        few = CheckRun(run.each, run.subject, self._references, Deadline(self._seconds))
+        few = CheckRun(run.each, run.subject, self._references, Deadline(self.plan.seconds))
         if self._drawing.few_fail(run.each, few.holds, FEW):
             self._reduce(few)
             run.said, run.scene = few.said, few.scene
@@ -415,7 +418,7 @@ class Runner:
         said = f"{run.said}{self._how_often(run) if expected is None else ''}"
         result = replace(result, said=said, status="failed" if expected is None else "xfailed")
         if scene is not None:
-            result = saved(result, scene, self.subject, self._save_to)
+            result = saved(result, scene, self.subject, self.plan.save_to)
         if scene is not None and result.case is not None:
             try:
                 result = replace(result, picture=save_picture(self.subject, scene, result.case, said))
@@ -438,7 +441,7 @@ class Runner:
         if run.scene is None or not run.each.draws:
             return ""
         times = tried = 0
-        deadline = Deadline(self._seconds)
+        deadline = Deadline(self.plan.seconds)
         with suppress(TimeIsUp):
             while tried < AGAIN:
                 times += not CheckRun(run.each, self.subject, None, deadline).holds(run.scene)

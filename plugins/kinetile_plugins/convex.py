@@ -62,6 +62,7 @@ from kinetile.toolbox.ticks import (
     comes_nearer,
     difference_table,
     enters,
+    plans_of,
     pointer,
 )
 from kinetile_plugins.disc import exchange
@@ -382,25 +383,10 @@ def meet(k: Kernel, a: int, b: int) -> int:
     row = row_of(k, early, late)
     if row == 0 or (math.isinf(k.mass[a]) and math.isinf(k.mass[b])):
         return NEVER
-    clock = k.clock[0]
     one = k.bodies[early]
     two = k.bodies[late]
     since = two.anchor
-    delay = enters(
-        pointer(k.numbers),
-        row,
-        one.x,
-        one.y,
-        one.vx,
-        one.vy,
-        since - one.anchor,
-        two.x,
-        two.y,
-        two.vx,
-        two.vy,
-        clock.tick,
-        clock.per_time,
-    )
+    delay = enters(pointer(k.numbers), row, plans_of(k, one, two))
     if delay == NEVER:
         return NEVER
     if delay == 0:
@@ -408,7 +394,7 @@ def meet(k: Kernel, a: int, b: int) -> int:
         dx = two.x - (one.x + one.vx * time)
         dy = two.y - (one.y + one.vy * time)
         _, _, depth = line_of(k, early, late, dx, dy)
-        if depth > clock.limits.tolerance + 1e-9 * (one.radius + two.radius):
+        if depth > k.clock[0].limits.tolerance + 1e-9 * (one.radius + two.radius):
             blame(k, TOO_DEEP, a, b)
     return int(since + delay)
 

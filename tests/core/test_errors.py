@@ -17,14 +17,12 @@ from kinetile import errors
 from kinetile.kernel.compiled import NotCompiled
 from kinetile.plugin.registry import Failure
 from kinetile.records.bounded import TooManyRows
-from kinetile_accuracy.oracle.event_queue import Undecided
-from kinetile_bench.counters import NoCounters
-from kinetile_bench.pool import PoolError
-from kinetile_bench.task import VersionsDiffer
+from kinetile_accuracy.oracle.attempt import Undecided
+from kinetile_bench.study.task import StudyStopped
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply
 from kinetile_conformance.deadline import TimeIsUp
 from kinetile_conformance.pipe import EngineError
-from kinetile_conformance.processes import Silent
+from kinetile_conformance.processes import Gone, Silent
 from kinetile_conformance.watched_hooks import Breach
 
 PLACED = {"time": 2.5, "bodies": [3, 1]}
@@ -54,13 +52,12 @@ RAISED: list[BaseException] = [
     Disagreement("another contact"),
     DoesNotApply("no such claim"),
     EngineError("it does not start"),
-    PoolError("no workers"),
-    NoCounters("perf is missing"),
+    Gone("a traceback"),
     NotCompiled("a hook"),
     Silent(True),
+    StudyStopped("no workers"),
     TimeIsUp(),
     TooManyRows("more than 10 rows"),
-    VersionsDiffer("stripes is 1.0 there, 2.0 here", "the worker tcp://a:1"),
     Undecided("which is first", 1.5, (0, 2)),
 ]
 

@@ -42,7 +42,6 @@ def test_ticks_are_those_of_rationals(block):
     assert hits > 40
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("seed", first(6, range(600)))
 def test_the_answer_is_that_of_rationals(seed):
     scene = (convex_scenes if seed % 3 else box_scenes).drawn(seed)
@@ -63,7 +62,6 @@ def shifted(scene: kt.Scene, by: float) -> kt.Scene:
     return scene.replace(position=place, shapes=moved)
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("seed", first(6, range(100)))
 def test_shapes_need_not_be_around_their_places(seed):
     """The skin covers the rounding of places that are far outside the arena."""
@@ -77,7 +75,6 @@ def test_shapes_need_not_be_around_their_places(seed):
     assert found == [found[0]] * len(PHASES)
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("seed", first(6, range(100)))
 def test_candidate_pairs_of_sap_2d_are_the_boxes_that_overlap(seed):
     """The boxes around two shapes, each with its skin, and not the circles."""
@@ -97,7 +94,6 @@ def test_candidate_pairs_of_sap_2d_are_the_boxes_that_overlap(seed):
         assert not np.tril(held).any()
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("seed", first(20, range(400)))
 def test_bounds_are_never_late(seed):
     scene = convex_scenes.drawn(seed)
@@ -137,7 +133,6 @@ def wall_of_bricks(**more) -> kt.Scene:
     )
 
 
-@pytest.mark.small
 def test_a_disc_comes_back_from_bricks_that_touch():
     """It meets two of them at one tick where they touch, and its speed is kept."""
     for phase in PHASES:
@@ -148,7 +143,6 @@ def test_a_disc_comes_back_from_bricks_that_touch():
         assert (sim.velocities()[:20] == 0).all()
 
 
-@pytest.mark.small
 def test_boxes_slide_along_each_other_without_a_contact():
     sliding = kt.Scene(
         [(1.0, 1.0), (3.0, 2.0)], [(1.0, 0.0), (-1.0, 0.0)], shape=kt.box(1.0, 1.0), arena=None
@@ -163,7 +157,6 @@ def test_boxes_slide_along_each_other_without_a_contact():
     assert sim.velocities().tolist() == [[-1.0, 0.0], [1.0, 0.0]]  # one component alone, exactly
 
 
-@pytest.mark.small
 def test_a_run_of_boxes_is_saved_and_goes_on(tmp_path):
     scene = convex_scenes.drawn(6, (8,))
     sim = kt.Simulation(scene, "cells")
@@ -188,7 +181,6 @@ def test_all_stages_and_whole_numbers_alone_give_one_tick(kinds, count):
     assert wrong == 0
 
 
-@pytest.mark.small
 def test_what_shapes_do_not_have_is_refused_by_name():
     bricks = wall_of_bricks()
     with pytest.raises(Refused, match="is for discs"):
@@ -203,7 +195,6 @@ def test_what_shapes_do_not_have_is_refused_by_name():
         kt.Simulation(round_about).cast((0.5, 0.5, kt.box(0.1, 0.1)), (1.0, 0.0))
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("seed", first(10, range(200)))
 def test_a_cast_shape_meets_what_rationals_say(seed):
     rng = random.Random(seed)
@@ -236,7 +227,6 @@ def test_a_cast_shape_meets_what_rationals_say(seed):
         assert (hit and ((hit.epoch << 52) + hit.tick, hit.body)) == min(expected, default=None)
 
 
-@pytest.mark.small
 @pytest.mark.parametrize(
     "path", sorted(Path(__file__).parents[1].glob("scenes/convex/*.toml")), ids=lambda p: p.stem
 )

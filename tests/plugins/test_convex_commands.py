@@ -69,7 +69,6 @@ def ran(sim: kt.Simulation, most: int = MOST) -> str:
     return sim.fingerprint
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("seed", first(6, range(200)))
 def test_one_answer_under_commands_and_responses(seed):
     scene = commanded(seed)
@@ -107,7 +106,6 @@ def by_hand(seed: int, phase: str, folder: Path) -> tuple[str, kt.Simulation]:
     return sim.fingerprint, sim
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("seed", first(3, range(1000, 1100)))
 def test_one_answer_under_commands_by_hand(seed, tmp_path):
     found = {phase: by_hand(seed, phase, tmp_path) for phase in PHASES}
@@ -121,7 +119,6 @@ def test_one_answer_under_commands_by_hand(seed, tmp_path):
         assert (again.positions() == sim.positions()).all()
 
 
-@pytest.mark.small
 def test_circles_that_overlap_are_no_passing():
     """Bodies of a scene with responses, whose circles overlap though they do not."""
     scene = kt.Scene(
@@ -138,7 +135,6 @@ def test_circles_that_overlap_are_no_passing():
     assert sim.readings.passings == 0
 
 
-@pytest.mark.small
 def test_losses_are_along_the_face_alone():
     back = kt.Response("restitution", e=0.5, contact_time=1e-6)
     scene = kt.Scene(

@@ -35,6 +35,7 @@ def observed(scene: kt.Scene, until: float, *observe: str):
     return sim.observed
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_the_virial_of_boxes_is_the_pressure_on_the_walls():
     """In a square, where both are the mean of both axes: between boxes alone no energy goes from the one to
@@ -44,6 +45,7 @@ def test_the_virial_of_boxes_is_the_pressure_on_the_walls():
     assert pressure["Z"].mean > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_pairs_are_compared_with_places_that_middles_of_boxes_can_have():
     """Three flat boxes fly almost freely: their middles have 2 of 4 along x, and all but 0.02 along y."""
@@ -57,7 +59,6 @@ def test_pairs_are_compared_with_places_that_middles_of_boxes_can_have():
     assert abs(g.mean[0] - 1.0) < 0.05
 
 
-@pytest.mark.small
 def test_observables_of_discs_alone_are_refused():
     for name in ("psi6", "pressure:by=counts"):
         with pytest.raises(Refused, match="discs"):
@@ -66,7 +67,6 @@ def test_observables_of_discs_alone_are_refused():
     assert len(found) == 7
 
 
-@pytest.mark.small
 def test_the_oracle_and_engines_of_discs_refuse_boxes_and_the_certifier_follows_them():
     scene = bodies()
     sim = kt.Simulation(scene, "cells")
@@ -83,7 +83,6 @@ def test_the_oracle_and_engines_of_discs_refuse_boxes_and_the_certifier_follows_
     assert "cells is right there; none is wrong in contact 0" in said
 
 
-@pytest.mark.small
 def test_a_file_of_frames_is_refused_and_nothing_is_written(tmp_path):
     sim = kt.Simulation(bodies(), "cells")
     with pytest.raises(Refused, match="has a radius for each body"):
@@ -94,7 +93,6 @@ def test_a_file_of_frames_is_refused_and_nothing_is_written(tmp_path):
     assert not (tmp_path / "run.xyz").exists()
 
 
-@pytest.mark.small
 def test_an_event_file_keeps_the_shapes_and_goes_on(tmp_path):
     kt.save_scene(bodies(), tmp_path / "boxes.toml")
     files = "--events", tmp_path / "boxes.parquet", "--checkpoint", tmp_path / "boxes.kt"
@@ -107,7 +105,6 @@ def test_an_event_file_keeps_the_shapes_and_goes_on(tmp_path):
     assert (trajectory.positions(8.0) == sim.positions()).all()
 
 
-@pytest.mark.small
 def test_the_command_line_says_which_bodies_there_are(tmp_path):
     kt.save_scene(bodies(), tmp_path / "boxes.toml")
     said = kinetile("run --until 4", tmp_path / "boxes.toml").stdout
@@ -119,12 +116,10 @@ def test_the_command_line_says_which_bodies_there_are(tmp_path):
     assert "discs" not in said
 
 
-@pytest.mark.small
 def test_a_narrow_phase_is_judged_with_a_broad_phase():
     assert "no broad phase is called 'convex': it is a narrow phase." in refused("conform convex")
 
 
-@pytest.mark.small
 def test_a_bench_of_boxes_measures_the_phases_that_take_them():
     found = bench_scene(bodies(), ["cells", "sap-1d", "sweep-tiling"], 4.0, repeats=1)
     assert [row.contacts is None for row in found.rows] == [False, False, True]

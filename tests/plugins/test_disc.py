@@ -1,6 +1,6 @@
 """The narrow phase of two discs, number by number: what it computes in full, and what that is for.
 
-How its times of contact compare with the truth, family by family, is ``kinetile_accuracy.contact_times``.
+How its times of contact compare with the truth, family by family, is ``kinetile_accuracy.hard_cases``.
 """
 
 from __future__ import annotations
@@ -136,7 +136,6 @@ def test_the_general_parts_give_the_contacts_of_those_for_bodies_that_are_alike(
     assert [column.tolist() for column in columns[:2]] == [column.tolist() for column in columns[2:]]
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", ["sap-1d", "naive"])  # one inserts into its structure, one is built anew
 def test_a_scene_with_room_for_alike_bodies_takes_another_in(phase):
     """The slot of a body that has left was given to a heavier one, under hooks for equal masses."""
@@ -157,7 +156,6 @@ def test_a_scene_with_room_for_alike_bodies_takes_another_in(phase):
     assert sims[0].fingerprint == sims[1].fingerprint
 
 
-@pytest.mark.small
 def test_columns_of_one_number_are_filled_from_a_snapshot(tmp_path):
     """Of the same phases, of others, and in a file."""
     sim = kt.Simulation(kt.make_scene("grid", bodies=9), "naive")

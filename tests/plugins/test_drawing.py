@@ -12,8 +12,6 @@ from kinetile.kernel.clock import TICKS
 from kinetile.plugin.drawing import At, Box, Link, Segment
 from kinetile.show.picture import corners_of, take_picture
 
-pytestmark = pytest.mark.small
-
 PHASES = ("naive", "sap-1d", "sap-1d:y", "sap-2d", "sweep-tiling", "cells")
 WITH_PAIRS = ("naive", "sap-2d", "sweep-tiling", "cells")
 EXAMPLES = settings(max_examples=25)  # the first ones compile

@@ -10,7 +10,6 @@ from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import convex_reference
 import kinetile as kt
@@ -50,7 +49,6 @@ def moved(scene: kt.Scene, body: int, x: float) -> kt.Scene:
     return scene.replace(position=position)
 
 
-@pytest.mark.small
 def test_an_impact_comes_no_earlier_on_a_wider_box():
     """A cast of a ball on a box came short by an amount that grew with the box: 139 mm at a half-extent of
     500 m."""
@@ -65,7 +63,6 @@ def test_an_impact_comes_no_earlier_on_a_wider_box():
         assert contacts(wider) == [(tick_of(scene, time), 0, 1)]
 
 
-@pytest.mark.small
 def test_an_impact_is_not_missed_at_one_place_between_others():
     """A cast missed at one x, and hit a millionth beside it."""
     scene = load("corner-meets-a-ball")
@@ -80,7 +77,6 @@ def test_an_impact_is_not_missed_at_one_place_between_others():
     assert found == sorted(set(found), reverse=True)  # each place is nearer by some ticks
 
 
-@pytest.mark.small
 def test_a_ball_that_slides_along_a_floor_meets_it():
     """A character came through walls while it slid along them: a cast said that nothing was ahead."""
     scene = load("ball-slides-along-a-floor")
@@ -91,7 +87,6 @@ def test_a_ball_that_slides_along_a_floor_meets_it():
     assert sim.velocities().tolist() == [[-636.3961, 636.3961], [0.0, 0.0]]  # the normal is upright, exactly
 
 
-@pytest.mark.small
 def test_boxes_that_pass_corner_to_corner_do_not_meet():
     """A time of impact was found for boxes that pass each other: a false positive."""
     scene = load("boxes-pass-corner-to-corner")
@@ -102,7 +97,6 @@ def test_boxes_that_pass_corner_to_corner_do_not_meet():
     assert (tick, a, b) == (tick_of(scene, Fraction(2)), 0, 1)
 
 
-@pytest.mark.small
 def test_at_an_impact_nothing_overlaps_and_a_tick_later_it_does():
     """At its time of impact two circles overlapped by a slop, and so did all other shapes."""
     scene = load("impacts-without-an-overlap")
@@ -132,7 +126,6 @@ def test_at_an_impact_nothing_overlaps_and_a_tick_later_it_does():
         assert gaps[0] >= 0 > gaps[1]
 
 
-@pytest.mark.small
 def test_what_touches_at_the_start_meets_only_if_it_approaches():
     """For balls and for boxes that touched at the start there were other answers, for boxes that
     overlapped the end of the step, and for balls that part a hit at 0."""
@@ -140,14 +133,12 @@ def test_what_touches_at_the_start_meets_only_if_it_approaches():
     assert rows == [(0, 0, 1), (0, 8, 9), (0, 16, 17)]  # one of discs, of boxes, and of a disc and a box
 
 
-@pytest.mark.small
 def test_a_box_meets_one_that_is_higher_as_one_that_is_as_high():
     """Where the heights of two boxes differed, none was found."""
     scene = load("boxes-of-other-heights")
     assert contacts(scene) == [(tick_of(scene, Fraction(4)), 2, 3), (tick_of(scene, Fraction(8)), 0, 1)]
 
 
-@pytest.mark.small
 def test_a_segment_is_met_where_it_is():
     """A line was met as if it had not been turned: by what flew along it, and not by what flew towards it."""
     scene = load("ball-and-an-upright-segment")

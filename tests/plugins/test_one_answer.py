@@ -126,7 +126,6 @@ def tie_scenes(draw):
     return kt.Scene(position, velocity, radius, mass, arena, turns=turns)
 
 
-@pytest.mark.small
 @given(tie_scenes())
 @settings(max_examples=15 if INTERPRETED else 150)
 def test_small_dyadic_scenes(scene):

@@ -63,7 +63,6 @@ def not_long(scene: kt.Scene) -> kt.Scene:
     return ended_at(scene, scene.commands[30].time) if long else scene
 
 
-@pytest.mark.small
 @settings(max_examples=SOME, deadline=None)
 @given(scene=ruled_scenes().map(not_long))
 def test_all_phases_agree_on_who_passes_stops_and_loses(scene):
@@ -141,7 +140,6 @@ def missed_or_wrong(scene: kt.Scene, count: int) -> tuple[int, int]:
     return hits, wrong
 
 
-@pytest.mark.small
 def test_a_bullet_through_a_thin_sensor_is_never_missed():
     count = 60 if INTERPRETED else 500
     hits, wrong = missed_or_wrong(bullets(1, count), count)
@@ -160,7 +158,6 @@ def test_a_hundred_thousand_bullets():
     assert hits > 50_000
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 @pytest.mark.parametrize(
     ("response", "velocities", "mass", "expected"),
@@ -182,7 +179,6 @@ def test_a_contact_of_two(response, velocities, mass, expected, phase):
         assert len(sim.contacts) == 1
 
 
-@pytest.mark.small
 def test_a_wall_gives_back_a_share_and_contacts_close_together_lose_nothing():
     ball = {"position": [[1.0, 1.0]], "velocity": [[0.0, -1.0]], "radius": 0.5, "arena": (2.0, 2.0)}
     for contact_time, speeds in ((1e-6, [0.5, 0.25]), (10.0, [0.5, 0.5])):
@@ -216,7 +212,6 @@ def test_restitution_says_what_it_needs(options, said):
     assert isinstance(error.value, BadOption) or not options
 
 
-@pytest.mark.small
 def test_a_contact_time_that_the_kernel_forgot_gave_another_answer_than_the_rule():
     """A body's last contact is kept for 2^62 ticks, 1,024 units of the run's clock, whoever comes later."""
     ball = {"position": [[1.0, 1.0]], "velocity": [[0.0, -1.0]], "radius": 0.5, "arena": (2.0, 2.0)}
@@ -232,7 +227,6 @@ def test_a_contact_time_that_the_kernel_forgot_gave_another_answer_than_the_rule
         assert sim.time_unit == longest / 1024.0
 
 
-@pytest.mark.small
 def test_walls_turn_an_immovable_body_and_bodies_of_finite_mass_do_not():
     """Under five phases it meets the walls that it meets alone, and its velocity is the same to the bit."""
     heavy = ([1.0, 1.0], [0.75, 0.5], 0.5, math.inf)
@@ -253,7 +247,6 @@ def test_walls_turn_an_immovable_body_and_bodies_of_finite_mass_do_not():
     assert len(found) == 1
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_one_that_is_pushed_faster_than_anybody_was_is_still_met(phase):
     """Two that nothing can move close on a ball between them: its speed has no bound known before the run."""
@@ -293,7 +286,6 @@ def test_a_narrowing_corridor_ends_with_the_typed_error(phase):
     assert sim.time == pytest.approx(7.0, abs=1e-9)
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", PASSING)
 def test_who_is_inside_at_the_start_or_comes_inside_begins_there_and_ends_when_one_goes(phase):
     scene = ruled(
@@ -316,7 +308,6 @@ def test_who_is_inside_at_the_start_or_comes_inside_begins_there_and_ends_when_o
     assert balanced(sim)
 
 
-@pytest.mark.small
 def test_a_recording_of_passings_is_a_whole_trajectory(tmp_path):
     pytest.importorskip("pyarrow")
     scene = bullets(3, 5)
@@ -330,7 +321,6 @@ def test_a_recording_of_passings_is_a_whole_trajectory(tmp_path):
     assert there.tolist() == sim.positions().tolist()
 
 
-@pytest.mark.small
 def test_a_foreign_response_is_a_plugin_with_one_hook():
     with registered(Bumpers):
         scene = kt.Scene(

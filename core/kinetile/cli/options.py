@@ -69,7 +69,7 @@ def is_file_name(name: str) -> bool:
 def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:
     """Returns the scene of a TOML file (a name that ends in .toml, or has a slash in it) or of a recipe."""
     if is_file_name(name):
-        from kinetile.scene.by_name import load_scene
+        from kinetile.scene.files import load_scene
 
         if parameters:
             raise BadOption(

@@ -18,18 +18,21 @@ from kinetile.errors import KinetileError
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from kinetile.plugin.specs import Kind
+
 
 def plugins(json: Json = False, csv: Csv = False) -> None:
-    """List the phases and recipes that are installed, and the plugins that failed to load."""
+    """List what is installed, with the options of each, and the plugins that failed to load."""
     from kinetile.plugin.registry import registry
 
     with exit_codes():
         listing = registry().as_dicts()
-        failures = [str(failure) for failure in registry().failures]
+        for row in listing["provided"]:
+            row |= _options(row["kind"], row["name"], "options")
+        failures = [f"not loaded: {failure}" for failure in registry().failures]
     if not printed(listing, listing["provided"], json=json, csv=csv):
-        show(
-            plugins_table(listing), shapes_table(listing), *(f"not loaded: {failure}" for failure in failures)
-        )
+        tables = plugins_table(listing), options_table(listing), shapes_table(listing)
+        show(*tables, *failures)
 
 
 def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
@@ -42,6 +45,16 @@ def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
         source = f"{row['distribution']} {row['version'] or ''}" if row["distribution"] else "this process"
         rows.append((row["kind"], row["name"], summary, source))
     return rows_table(("| kind", "| name", "what it does", "| from"), rows, shared=1)
+
+
+def options_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
+    """Returns the options of all that takes some: their types and defaults."""
+    rows = []
+    for row in listing["provided"]:
+        said = [(each["name"], each["type"], _default(each)) for each in row["options"]]
+        said += [(row["error"], "", "")] if "error" in row else []
+        rows += [(row["kind"], row["name"], *each) for each in said]
+    return rows_table(("| kind", "| name", "option", "| type", "default"), rows, shared=2)
 
 
 def shapes_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
@@ -88,20 +101,32 @@ def scenes(
 def _recipe(name: str) -> dict[str, Any]:
     """Returns a recipe's listing; one that cannot be imported is listed with its error."""
     from kinetile.plugin.registry import registry
-    from kinetile.scene.by_name import REQUIRED, accepted_parameters
 
     spec = registry().spec("scene", name)
-    listing: dict[str, Any] = {"name": name, "summary": spec.summary, "aliases": list(spec.aliases)}
+    listing = {"name": name, "summary": spec.summary, "aliases": list(spec.aliases)}
+    return listing | _options("scene", name, "parameters")
+
+
+def _options(kind: Kind, name: str, key: str) -> dict[str, Any]:
+    """Returns the options of what has a name, or the parameters of a recipe, under a key; none and an error
+    for what cannot be imported."""
+    from kinetile.plugin.parameters import REQUIRED, parameters_of
+    from kinetile.scene.by_name import accepted_parameters
+
     try:
-        known = accepted_parameters(name)
+        known = accepted_parameters(name) if kind == "scene" else parameters_of(kind, name)
     except KinetileError as error:
-        return listing | {"parameters": [], "error": str(error)}
-    parameters = []
+        return {key: [], "error": str(error)}
+    found = []
     for each in known:
         required = each.default is REQUIRED
-        parameters.append({"name": each.name, "type": each.type, "required": required})
-        parameters[-1] |= {} if required else {"default": each.default}
-    return listing | {"parameters": parameters}
+        found.append({"name": each.name, "type": each.type, "required": required})
+        found[-1] |= {} if required else {"default": each.default}
+    return {key: found}
+
+
+def _default(parameter: Mapping[str, Any]) -> str:
+    return str(parameter.get("default", "(none: must be given)")) or "(empty)"
 
 
 def _recipes_table(recipes: Sequence[Mapping[str, Any]]) -> Table:
@@ -118,7 +143,7 @@ def _parameters_table(parameters: Sequence[Mapping[str, Any]]) -> Table:
         {
             "| parameter": lambda each: each["name"],
             "| type": lambda each: each["type"],
-            "default": lambda each: str(each.get("default", "(none: must be given)")) or "(empty)",
+            "default": _default,
         },
     )
 

@@ -24,8 +24,9 @@ from __future__ import annotations
 
 import math
 
-from kinetile.kernel.certificates.contact import touch_through
-from kinetile.kernel.compiled import hook, larger, smaller, template
+from kinetile.kernel.certificates.contact import first_touch_apart
+from kinetile.kernel.certificates.plans import plans_through
+from kinetile.kernel.compiled import hook, larger, smaller, template, unchecked
 from kinetile.kernel.flight import anchor_at
 from kinetile.kernel.passings import is_passing, passes
 from kinetile.kernel.tables import NEVER, NOBODY, TOO_DEEP, Kernel, blame
@@ -103,6 +104,7 @@ def anchor(k: Kernel, body: int, tick: int) -> None:
         wrap(k, body)
 
 
+@unchecked
 @hook
 def first_image(k: Kernel, a: int, b: int) -> int:
     """Return the tick of the first contact of two discs, ``a`` the elder, through any image but the one that
@@ -163,25 +165,8 @@ def first_image(k: Kernel, a: int, b: int) -> int:
             if passing:
                 left_out = is_passing(k, a, b, this_m, this_n)
             if not left_out:
-                delay = touch_through(
-                    one.x,
-                    one.y,
-                    one.vx,
-                    one.vy,
-                    since - one.anchor,
-                    two.x,
-                    two.y,
-                    two.vx,
-                    two.vy,
-                    one.radius,
-                    two.radius,
-                    clock.tick,
-                    clock.per_time,
-                    way * column,
-                    row,
-                    torus.x,
-                    torus.y,
-                )
+                plans = plans_through(k, one, two, way * column, row)
+                delay = first_touch_apart(plans, one.radius, two.radius)
                 if passing and delay < k.clock[0].now - since:
                     delay = NEVER
                 tie = delay == best and (this_m < m or (this_m == m and this_n < n))

@@ -126,6 +126,10 @@ class Registry:
         """
         return cast("Callable[..., Scene]", _load(self._find("scene", name)))
 
+    def target(self, kind: Kind, name: str) -> Callable[..., Any]:
+        """Imports and returns the class or the function of a name of any kind. Raises as the others do."""
+        return cast("Callable[..., Any]", _load(self._find(kind, name)))
+
     def spec(self, kind: Kind, name: str) -> Spec:
         """Returns the spec of a name or alias, importing nothing. Raises UnknownName."""
         return self._find(kind, name).spec

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
@@ -19,14 +19,13 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import NDArray
 
-from kinetile.errors import Mistake, RecordError
+from kinetile.errors import RecordError
 from kinetile.kernel.log import LOG
 from kinetile.records.finishing import KEYS, LONGEST_SCENE, PARTIAL, is_log, pyarrow_modules, reason
 from kinetile.records.log import Seal
 from kinetile.scene import Insert, Scene
-from kinetile.scene.by_name import Registered
 from kinetile.scene.checks import WALL, shown
-from kinetile.scene.files import read_text
+from kinetile.scene.files import loads_scene
 from kinetile.sources import check_regular
 
 _COLUMNS = LOG.names or ()
@@ -70,7 +69,7 @@ def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
     if seal.digest(text, scene_text) != digest:
         raise RecordError(f"{path} is not what was written: its rows, scene and metadata have another digest")
     try:
-        metadata, scene = json.loads(text), read_text(scene_text, None, _AnyPhase())
+        metadata, scene = json.loads(text), loads_scene(scene_text, look_up=False)
         kinds = all_runs(scene, metadata["kinds"])
     except Exception as error:  # by somebody who knows the digest: it can be anything
         raise RecordError(f"{path} has metadata or a scene that no run writes: {error}") from error
@@ -137,19 +136,6 @@ def _read_rows(path: Path, file: Any) -> NDArray[Any]:
     if first != len(rows):
         raise RecordError(f"{path} is damaged: its footer says {len(rows)} rows, and {first} are there")
     return rows
-
-
-class _AnyPhase(Registered):
-    """Names as an event file may use them: any phase, for none is run here, and no recipe, for the bodies
-    themselves are in the file."""
-
-    def mistakes(self, where: str, name: str, *kinds: str) -> list[Mistake]:
-        """Returns the mistake of naming a recipe."""
-        return [Mistake(where, shown(name), "the bodies themselves")] if "scene" in kinds else []
-
-    def option_mistakes(self, name: str, options: Mapping[str, Any], where: str = "") -> list[Mistake]:
-        """Returns no mistake: a run of the phase checks its options."""
-        return []
 
 
 Runs: TypeAlias = list[list[Any]]

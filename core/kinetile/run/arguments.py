@@ -25,10 +25,10 @@ from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.questions.places import Box, Point
 from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import LARGEST, WALL, Extent, is_finite, shown
-from kinetile.scene.commands import check_commands
-from kinetile.scene.difference_rows import DISC, Outline
+from kinetile.scene.commands import check_command
 from kinetile.scene.responses import Kind, no_kind
 from kinetile.scene.shapes import Shape
+from kinetile.toolbox.differences import DISC, Outline
 
 _SIZE = "at most 2**200 in size"
 
@@ -271,10 +271,10 @@ def read_insertion(
     asked = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind)  # type: ignore[arg-type]
     scene = engine.scene
     extent = None if scene.arena is None else Extent(scene.arena, scene.periodic)
-    mistakes = check_commands([asked], None, extent)
+    mistakes = check_command(asked, "", None, extent)
     if mistakes:
         said = "; ".join(
-            f"{mistake.where.partition('.')[2]} is {mistake.found}, expected {mistake.expected}"
+            f"{mistake.where.removeprefix('.')} is {mistake.found}, expected {mistake.expected}"
             for mistake in mistakes
         )
         raise ValueError(f"this body cannot come: {said}")

@@ -35,8 +35,8 @@ from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
 from kinetile.run.pair_phases import pair_parts, spec_of, who_takes
 from kinetile.scene import Response, Scene, Turn
-from kinetile.scene.reach import skin_at_start
 from kinetile.scene.responses import ELASTIC, PASS
+from kinetile.toolbox.reach import skin_at_start
 
 BUILT_IN = (ELASTIC, PASS)
 
@@ -408,9 +408,7 @@ def _prepare(
     kind: Kind, name: str, options: Mapping[str, Any], scene: Scene, wanted: type[P], why: str = ""
 ) -> P:
     """Makes a phase with its options and returns its parts, which are ``wanted`` to be of a class."""
-    found = registry()
-    find = {"broad phase": found.broad_phase, "narrow phase": found.narrow_phase, "response": found.response}
-    phase = find[kind](name)
+    phase = registry().target(kind, name)
     check_options(kind, name, phase, options)
     with calling(kind, name, "its constructor"):
         made = phase(**options)

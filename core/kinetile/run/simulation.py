@@ -34,6 +34,7 @@ from kinetile.run.engine.ledger import Recorder, RowFunction
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.moment import Moment
 from kinetile.run.observing import Observed, Observers
+from kinetile.run.prepared import Prepared
 from kinetile.run.questions import meetings, places
 from kinetile.run.questions.meetings import CastHit, NextContact
 from kinetile.run.questions.places import Query, RayHit
@@ -41,7 +42,7 @@ from kinetile.run.readings import Readings, energy, explanation, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
 from kinetile.run.saving.snapshot import Snapshot, put_back, take
 from kinetile.run.structure import by_number, candidates, drawn, named_near
-from kinetile.scene import Scene, Turn, relabelled, spacious
+from kinetile.scene import Scene, Turn, relabelled
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
@@ -108,7 +109,7 @@ class Simulation(Moment):
         if audit is not None and audit < 1:
             raise ValueError(f"audit is a number of contacts, at least 1; found {audit}")
         lives = live or any(not isinstance(command, Turn) for command in scene.commands)
-        prepared = spacious(scene, None if room is None else max(room, len(scene))) if lives else scene
+        prepared = Prepared.of(scene, None if room is None else max(room, len(scene))) if lives else scene
         composition = compose_phases(prepared, broad_phase, narrow_phases, options)
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
         super().__init__(scene, Engine(prepared, composition, keep_contacts, commands))

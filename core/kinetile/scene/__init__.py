@@ -8,8 +8,6 @@ from kinetile.scene.commands import Remove as Remove
 from kinetile.scene.commands import Turn as Turn
 from kinetile.scene.responses import Response as Response
 from kinetile.scene.scene import Scene as Scene
-from kinetile.scene.scene import Settings as Settings
 from kinetile.scene.scene import relabelled as relabelled
-from kinetile.scene.scene import spacious as spacious
-from kinetile.scene.scene import standing as standing
 from kinetile.scene.scene import with_commands as with_commands
+from kinetile.scene.settings import Settings as Settings

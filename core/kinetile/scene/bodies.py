@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -34,24 +35,42 @@ from kinetile.scene.checks import (
     Extent,
     shown,
 )
-from kinetile.scene.shape_table import Table, overlapping_shapes
+from kinetile.scene.shapes import Table, overlapping_shapes
 
 Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
 
 Numbers: TypeAlias = Sequence[float] | npt.NDArray[Any]
 """A point, a velocity, a disc or a box as it is given: a tuple, a list or an array."""
 
 
-def read_arrays(
-    position: npt.ArrayLike,
-    velocity: npt.ArrayLike,
-    radius: npt.ArrayLike,
-    mass: npt.ArrayLike,
-    mistakes: list[Mistake],
-) -> tuple[tuple[Floats, Floats, Floats, Floats], dict[str, npt.NDArray[np.bool_]]]:
-    """Copies the bodies' fields to arrays of matching shapes; reports unreadable values, and marks them as
-    unknown."""
-    given = {"position": position, "velocity": velocity, "radius": radius, "mass": mass}
+@dataclass(frozen=True)
+class Bodies:
+    """Bodies as arrays of n rows: position and velocity are (n, 2), radius and mass (n,).
+
+    ``unknown`` maps each of these names to (n,) the bodies whose value has been reported already, because it
+    is missing or of the wrong type: checks that need it leave them out, and judge all the others. ``table``
+    are the shapes of the bodies, whose reach is their radius; None: they are discs.
+    """
+
+    position: Floats
+    velocity: Floats
+    radius: Floats
+    mass: Floats
+    unknown: Mapping[str, Bools]
+    table: Table | None = None
+
+    def __len__(self) -> int:
+        return len(self.mass)
+
+    def known(self, *names: str) -> Bools:
+        """Returns (n,) the bodies of which all these fields are known."""
+        return np.asarray(~np.logical_or.reduce([self.unknown[name] for name in names]))
+
+
+def read_arrays(given: Mapping[str, Any], unread: Mapping[str, Bools], mistakes: list[Mistake]) -> Bodies:
+    """Copies the bodies' fields, by their names, to arrays of matching shapes; reports values that are no
+    numbers, and marks them as unknown, like those that were not read from a file."""
     read: dict[str, Floats] = {}
     for name, value in given.items():
         array, wrong = _numbers(value)
@@ -67,7 +86,7 @@ def read_arrays(
             read[name] = array
     sized = [len(array) for array in read.values() if array.ndim]
     bodies = sized[0] if sized else 0
-    unknown: dict[str, npt.NDArray[np.bool_]] = {}
+    unknown: dict[str, Bools] = {}
     for name in given:
         array = read.get(name)
         if array is not None and array.ndim and len(array) != bodies:
@@ -75,11 +94,10 @@ def read_arrays(
             mistakes.append(Mistake(name, what, f"one for each of the {bodies} bodies"))
             array = None
         shape = (bodies, 2) if name in ("position", "velocity") else (bodies,)
-        if array is None:
-            unknown[name] = np.ones(bodies, dtype=np.bool_)
-            array = np.array(np.nan)
+        unknown[name] = unread.get(name, np.full(bodies, array is None))
+        array = np.array(np.nan) if array is None else array
         read[name] = np.array(np.broadcast_to(array, shape), dtype=np.float64, order="C")
-    return (read["position"], read["velocity"], read["radius"], read["mass"]), unknown
+    return Bodies(read["position"], read["velocity"], read["radius"], read["mass"], unknown)
 
 
 def _numbers(value: npt.ArrayLike) -> tuple[Floats | None, tuple[str, str]]:
@@ -120,61 +138,46 @@ def _first_rounded(array: npt.NDArray[Any], floats: Floats) -> str | None:
     return None
 
 
-Bools = npt.NDArray[np.bool_]
 _ENOUGH_CHUNKS = 8  # chunks in which overlaps are still counted once there are more than LIMIT
 
+Passing: TypeAlias = tuple[npt.NDArray[np.int64], Bools]
+"""(n,) the kinds of bodies, and (kinds, kinds) which pass through each other, and so may overlap."""
 
-def check_bodies(
-    position: Floats,
-    velocity: Floats,
-    radius: Floats,
-    mass: Floats,
-    extent: Extent | None,
-    unknown: Mapping[str, Bools] | None = None,
-    passing: tuple[npt.NDArray[np.int64], Bools] | None = None,
-    table: Table | None = None,
-) -> list[Mistake]:
-    """Checks n bodies: position and velocity (n, 2), radius and mass (n,).
 
-    Pass None as the extent if there is no arena, or an invalid one. ``unknown`` maps a field's name
-    to an (n,) mask of the bodies whose field is not checked. ``passing`` are (n,) the kinds of
-    the bodies and (kinds, kinds) which pass through each other, and so may overlap; None: none do.
-    ``table`` are the shapes of the bodies, whose reach is their radius here; None: they are discs.
-    """
-    nothing = np.zeros(len(position), dtype=np.bool_)
-    unknown = unknown or {}
+def check_bodies(bodies: Bodies, extent: Extent | None, passing: Passing) -> list[Mistake]:
+    """Checks bodies against each other and the arena; its extent is None if there is none, or an invalid
+    one."""
     mistakes: list[Mistake] = []
     right: dict[str, Bools] = {}
-    for name, vectors in (("position", position), ("velocity", velocity)):
+    for name, vectors in (("position", bodies.position), ("velocity", bodies.velocity)):
         finite = np.asarray(np.isfinite(vectors).all(axis=1))
         right[name] = np.asarray((np.abs(vectors) <= LARGEST).all(axis=1))
-        told = ~unknown.get(name, nothing)
+        told = bodies.known(name)
         mistakes += _spell_out(~finite & told, name, vectors, "[x, y], two finite numbers")
         mistakes += _spell_out(finite & ~right[name] & told, name, vectors, f"[x, y], each {REACH} in size")
-    for name, numbers in (("radius", radius), ("mass", mass)):
-        still = np.asarray(np.isinf(numbers) if name == "mass" else nothing)
+    for name, numbers in (("radius", bodies.radius), ("mass", bodies.mass)):
+        still = np.asarray(np.isinf(numbers) & (name == "mass"))
         positive = np.asarray((np.isfinite(numbers) | still) & (numbers > 0.0))
         right[name] = np.asarray((numbers >= SMALLEST) & ((numbers <= LARGEST) | still))
-        told = ~unknown.get(name, nothing)
+        told = bodies.known(name)
         what = "a number greater than 0, or inf" if name == "mass" else "a finite number greater than 0"
         mistakes += _spell_out(~positive & told, name, numbers, what)
         mistakes += _spell_out(positive & ~right[name] & told, name, numbers, f"a number {RANGE}")
-    movable = np.asarray(right["mass"] & np.isfinite(mass))
-    mistakes += _check_masses(mass, np.flatnonzero(movable & ~unknown.get("mass", nothing)))
-    if table is not None:
+    movable = np.asarray(right["mass"] & np.isfinite(bodies.mass))
+    mistakes += _check_masses(bodies.mass, np.flatnonzero(movable & bodies.known("mass")))
+    if bodies.table is not None:
         right_shape = "a shape with an interior, or mass = inf: segments are for obstacles"
-        for i in np.flatnonzero(movable & table.hollow).tolist():
+        for i in np.flatnonzero(movable & bodies.table.hollow).tolist():
             mistakes.append(Mistake(f"bodies[{i}].shape", "a segment, which has no interior", right_shape))
-    placed = right["position"] & right["radius"]
-    placed &= ~unknown.get("position", nothing) & ~unknown.get("radius", nothing)
+    placed = right["position"] & right["radius"] & bodies.known("position", "radius")
     periods = (0.0, 0.0)
     if extent is not None:
         periods = extent.periods
-        mistakes += _check_inside(position, radius, table, extent, placed)
-        mistakes += _check_images(position, radius, periods, placed)
+        mistakes += _check_inside(bodies, extent, placed)
+        mistakes += _check_images(bodies, periods, placed)
         if mistakes and any(periods):
             return mistakes  # images could not be looked at
-    return mistakes + _check_apart(position, radius, np.flatnonzero(placed), passing, periods, table, movable)
+    return mistakes + _check_apart(bodies, np.flatnonzero(placed), passing, periods, movable)
 
 
 def _check_masses(mass: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
@@ -205,9 +208,8 @@ def _spell_out(
     return mistakes
 
 
-def _check_inside(
-    position: Floats, radius: Floats, table: Table | None, extent: Extent, placed: Bools
-) -> list[Mistake]:
+def _check_inside(bodies: Bodies, extent: Extent, placed: Bools) -> list[Mistake]:
+    position, radius, table = bodies.position, bodies.radius, bodies.table
     left, right, down, up = (radius,) * 4 if table is None else table.reaches.T
     arena, walls_of = extent.sides, {"x": ("left", "right"), "y": ("bottom", "top")}
     walled = [wall for axis, walls in walls_of.items() if axis not in extent.periodic for wall in walls]
@@ -233,10 +235,9 @@ def _check_inside(
     return _spell_out(np.logical_or.reduce(list(outside.values())), "position", found, expected)
 
 
-def _check_images(
-    position: Floats, radius: Floats, periods: tuple[float, float], placed: Bools
-) -> list[Mistake]:
+def _check_images(bodies: Bodies, periods: tuple[float, float], placed: Bools) -> list[Mistake]:
     """Checks that no body would meet itself, or is so far away that its periods cannot be counted."""
+    position, radius = bodies.position, bodies.radius
     wrong = np.zeros(len(radius), dtype=np.bool_)
     for place, period in zip(position.T, periods, strict=True):
         if period:
@@ -250,37 +251,35 @@ def _check_images(
 
 
 def _check_apart(
-    position: Floats,
-    radius: Floats,
-    bodies: npt.NDArray[np.intp],
-    passing: tuple[npt.NDArray[np.int64], Bools] | None,
+    bodies: Bodies,
+    placed: npt.NDArray[np.intp],
+    passing: Passing,
     periods: tuple[float, float],
-    table: Table | None,
     movable: Bools,
 ) -> list[Mistake]:
-    """Reports the first LIMIT overlapping pairs among ``bodies``, and how many more there are. With shapes
-    immovable bodies may overlap each other."""
+    """Reports the first LIMIT overlapping pairs among those ``placed``, and how many more there are. With
+    shapes immovable bodies may overlap each other."""
+    (kind, passes), table = passing, bodies.table
+    position, radius = bodies.position[placed], bodies.radius[placed]
     first: list[tuple[int, int]] = []
     count, counted_all = 0, True
-    for chunk, found in enumerate(overlapping_images(position[bodies], radius[bodies], periods, TOLERANCE)):
-        if passing is not None:
-            kind, passes = passing
-            one, two = kind[bodies[found]].T
-            found = found[~passes[one, two]]
+    for chunk, found in enumerate(overlapping_images(position, radius, periods, TOLERANCE)):
+        one, two = kind[placed[found]].T
+        found = found[~passes[one, two]]
         if table is not None:
-            found = found[movable[bodies[found]].any(axis=1)]
-            found = overlapping_shapes(position[bodies], table, bodies, found)
+            found = found[movable[placed[found]].any(axis=1)]
+            found = overlapping_shapes(position, table, placed, found)
         count += len(found)
         if len(found):
             order = np.lexsort((found[:, 1], found[:, 0]))[:LIMIT]
-            first = sorted([*first, *((int(a), int(b)) for a, b in bodies[found[order]])])[:LIMIT]
+            first = sorted([*first, *((int(a), int(b)) for a, b in placed[found[order]])])[:LIMIT]
         if count > LIMIT and chunk >= _ENOUGH_CHUNKS:
             counted_all = False
             break
     expected = "discs that touch at most" if table is None else "bodies that touch at most"
     mistakes = []
     for a, b in first:
-        what = _overlap(position, radius, periods, a, b) if table is None else "an overlap"
+        what = _overlap(bodies, periods, a, b) if table is None else "an overlap"
         mistakes.append(Mistake(f"bodies[{a}] and bodies[{b}]", what, expected))
     if count > LIMIT:
         more = f"{'' if counted_all else 'at least '}{count - LIMIT:,} more pairs that overlap"
@@ -288,9 +287,10 @@ def _check_apart(
     return mistakes
 
 
-def _overlap(position: Floats, radius: Floats, periods: tuple[float, float], a: int, b: int) -> str:
-    apart = math.hypot(*nearest_image((position[b] - position[a])[np.newaxis], periods)[0].tolist())
-    together = radius[a].item() + radius[b].item()
+def _overlap(bodies: Bodies, periods: tuple[float, float], a: int, b: int) -> str:
+    between = (bodies.position[b] - bodies.position[a])[np.newaxis]
+    apart = math.hypot(*nearest_image(between, periods)[0].tolist())
+    together = bodies.radius[a].item() + bodies.radius[b].item()
     return f"an overlap of {together - apart:.6g} (distance {apart:.6g}, sum of the radii {together:.6g})"
 
 

@@ -1,28 +1,24 @@
 """Scenes by name: recipes that plugins provide, and files that name recipes and phases.
 
-A recipe is a function that makes a scene, and its keyword arguments are the scene's parameters. Its signature
-contains all that is needed: names, types (``int``, ``float``, ``str``, ``bool``, ``tuple[int, ...]`` or
-``tuple[float, ...]``) and defaults are read from it, to check a user's values and to list the parameters.
+A recipe is a function that makes a scene, and its keyword arguments are the scene's parameters. Their types
+(``int``, ``float``, ``str``, ``bool``, ``tuple[int, ...]`` or ``tuple[float, ...]``) serve to check a user's
+values.
 """
 
 from __future__ import annotations
 
-import inspect
 import operator
-import os
 import re
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from kinetile.errors import BadOption, KinetileError, Mistake, PhaseError, one_of
 from kinetile.plugin.calling import calling
+from kinetile.plugin.parameters import REQUIRED, Parameter, parameters_of
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
 from kinetile.scene.checks import check_name, is_number, shown
 from kinetile.scene.scene import Scene, relabelled
-
-REQUIRED = inspect.Parameter.empty
-"""The default of a parameter without one."""
 
 _SEVERAL = {"tuple[int, ...]": "int", "tuple[float, ...]": "float"}
 """Types of several numbers, and the type of each."""
@@ -36,15 +32,6 @@ _NEEDED = {
     "tuple[float, ...]": "numbers, such as [0.5, 0.7], or the text '0.5, 0.7'",
 }
 _WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
-
-
-class Parameter(NamedTuple):
-    """A parameter of a recipe: its name, its type ("int", "float", "str", "bool", "tuple[int, ...]",
-    "tuple[float, ...]" or another), its default."""
-
-    name: str
-    type: str
-    default: Any
 
 
 def holds_several(parameter: Parameter) -> bool:
@@ -102,17 +89,7 @@ def recipe_parameters(name: str) -> tuple[Parameter, ...]:
     Raises UnknownName for a recipe that is not there, and PhaseError for one whose signature hides its
     parameters.
     """
-    parameters = []
-    for each in inspect.signature(registry().scene(name)).parameters.values():
-        if each.kind not in (each.KEYWORD_ONLY, each.POSITIONAL_OR_KEYWORD):
-            raise PhaseError(
-                f"the recipe of the scene {name!r} gathers its parameters in {each.name!r}; "
-                "expected parameters that can each be given by name"
-            )
-        annotation = each.annotation
-        written = annotation.__name__ if isinstance(annotation, type) else str(annotation)
-        parameters.append(Parameter(each.name, written, each.default))
-    return tuple(parameters)
+    return parameters_of("scene", name)
 
 
 def accepted_parameters(name: str) -> tuple[Parameter, ...]:
@@ -226,63 +203,20 @@ def _whole(number: float) -> int:
     return int(number)
 
 
-def load_scene(path: str | os.PathLike[str], *, max_bytes: int | None = None) -> Scene:
-    """Reads a scene from a TOML file, a regular one of at most ``max_bytes``.
-
-    The default of ``max_bytes`` is the environment variable KINETILE_MAX_SCENE_BYTES, or 64 MiB.
-    Raises OSError if the file cannot be read, and SceneError, with every mistake in it, if it is no scene.
-    """
-    from kinetile.scene.files import read_file  # a run without files does without pydantic
-
-    return read_file(path, Registered(), max_bytes)
-
-
-def loads_scene(text: str, source: str | None = None) -> Scene:
-    """Reads a scene from TOML text; ``source`` is what messages call it. Raises SceneError."""
-    from kinetile.scene.files import read_text
-
-    return read_text(text, source, Registered())
-
-
-class Registered:
-    """The names from which a file can choose: those that this process's registry knows."""
-
-    def mistakes(self, where: str, name: str, *kinds: Kind) -> list[Mistake]:
-        """Returns the mistake of naming something that none of these kinds has, if it is one."""
-        return check_name(where, name, *kinds)
-
-    def parameters(self, recipe: str) -> list[str]:
-        """Returns the names of a recipe's parameters."""
-        return [each.name for each in accepted_parameters(recipe)]
-
-    def option_mistakes(self, name: str, options: Mapping[str, Any], where: str = "") -> list[Mistake]:
-        """Returns the options that a phase or response does not have; if it has them all, why it cannot use a
-        value. ``where`` is the place of the options in a file; empty: under "options", by the name."""
-        found = registry()
-        kinds: dict[Kind, Callable[[str], Any]] = {
-            "broad phase": found.broad_phase,
-            "narrow phase": found.narrow_phase,
-            "response": found.response,
-        }
-        kind: Kind = next((each for each in kinds if not self.mistakes("", name, each)), "response")
-        mistakes, what = [], "response" if kind == "response" else "phase"
-        where = where or f"options.{name}"
-        try:
-            phase = kinds[kind](name)
-            known = [parameter for parameter in inspect.signature(phase).parameters if parameter != "self"]
-            for key in (key for key in options if key not in known):
-                mistakes.append(Mistake(f"{where}.{key}", "no option of this name", one_of(key, known)))
-            if not mistakes:
-                with calling(kind, name, "its constructor"):
-                    phase(**options)
-        except KinetileError as error:
-            mistakes.append(Mistake(where, shown(options), f"what the {what} can use: {error}"))
-        return mistakes
-
-    def parameter_mistakes(self, name: str, parameters: Mapping[str, Any]) -> list[Mistake]:
-        """Returns the mistakes in these parameters for a recipe."""
-        return parameter_mistakes(name, parameters)
-
-    def make(self, name: str, parameters: Mapping[str, Any]) -> Scene:
-        """Returns the scene that a recipe makes."""
-        return make_scene(name, **parameters)
+def option_mistakes(name: str, options: Mapping[str, Any], where: str) -> list[Mistake]:
+    """Returns the options that a phase or response does not have; if it has them all, why it cannot use a
+    value. ``where`` is the place of the options."""
+    kinds: tuple[Kind, ...] = ("broad phase", "narrow phase", "response")
+    kind = next((each for each in kinds if not check_name("", name, each)), kinds[-1])
+    mistakes = []
+    try:
+        known = [each.name for each in parameters_of(kind, name)]
+        for key in (key for key in options if key not in known):
+            mistakes.append(Mistake(f"{where}.{key}", "no option of this name", one_of(key, known)))
+        if not mistakes:
+            with calling(kind, name, "its constructor"):
+                registry().target(kind, name)(**options)
+    except KinetileError as error:
+        what = "response" if kind == "response" else "phase"
+        mistakes.append(Mistake(where, shown(options), f"what the {what} can use: {error}"))
+    return mistakes

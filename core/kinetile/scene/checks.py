@@ -1,9 +1,7 @@
 """Checks of a scene: they find all mistakes at once.
 
 Each check looks at whole arrays and returns the mistakes it found, with their places written as in a scene
-file (``bodies[3].radius``). A value that has been reported already, because it is missing or of the wrong
-type, is passed as NaN and marked as unknown: the checks that need it leave that body out, and judge all the
-others.
+file (``bodies[3].radius``). ``kinetile.scene.reader`` runs all of them, once for each scene.
 """
 
 from __future__ import annotations
@@ -12,7 +10,7 @@ import math
 import operator
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -142,25 +140,24 @@ def shown(value: object, width: int = 60) -> str:
     return text if len(text) <= width else f"{text[: width - 3]}..."
 
 
-def check_frame(arena: object, start: Any, until: Any, unknown: Collection[str] = ()) -> list[Mistake]:
-    """Checks the arena (None, or width and height), the start and the end, except those that are unknown."""
+def check_frame(arena: object, start: Any, until: Any) -> list[Mistake]:
+    """Checks the arena (None, or width and height), the start and the end."""
     mistakes = []
-    if arena is not None and "arena" not in unknown:
+    if arena is not None:
         sides = list(arena) if isinstance(arena, (Sequence, np.ndarray)) else []
         if len(sides) != 2 or not all(is_finite(side) and side > 0 for side in sides):
             found = shown(sides or arena)
             mistakes.append(Mistake("arena", found, "[width, height], two finite numbers greater than 0"))
         elif not all(SMALLEST <= side <= LARGEST for side in sides):
             mistakes.append(Mistake("arena", shown(sides), f"[width, height], each {RANGE}"))
-    if "start" not in unknown:
-        if not is_finite(start):
-            mistakes.append(Mistake("start", shown(start), "a finite number"))
-        elif abs(start) > FARTHEST_START:
-            mistakes.append(_too_late(start, 1.0))
-    if until is not None and "until" not in unknown:
+    if not is_finite(start):
+        mistakes.append(Mistake("start", shown(start), "a finite number"))
+    elif abs(start) > FARTHEST_START:
+        mistakes.append(_too_late(start, 1.0))
+    if until is not None:
         if not is_finite(until):
             mistakes.append(Mistake("until", shown(until), "a finite number"))
-        elif is_finite(start) and "start" not in unknown and until < start:
+        elif is_finite(start) and until < start:
             mistakes.append(Mistake("until", shown(until), f"a time not before the start, {shown(start)}"))
     return mistakes
 
@@ -208,13 +205,8 @@ def _too_late(start: Any, unit: float) -> Mistake:
     )
 
 
-def check_turn(
-    turn: Any, where: str, bodies: int, start: float | None, unknown: Collection[str] = ()
-) -> list[Mistake]:
-    """Checks one turn, (body, time, (vx, vy)), except "time" or "velocity" if they are unknown.
-
-    ``start`` is None where it is not known.
-    """
+def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[Mistake]:
+    """Checks one turn, (body, time, (vx, vy)); ``start`` is None where it is not known."""
     try:
         body, time, velocity = turn[:3]
         pair = list(velocity)
@@ -228,11 +220,7 @@ def check_turn(
     if not known:
         there = f"the number of a body, 0 to {bodies - 1}" if bodies else "no turns in a scene without bodies"
         mistakes.append(Mistake(f"{where}.body", shown(body), there))
-    if "time" not in unknown:
-        mistakes += check_time(time, where, start)
-    if "velocity" not in unknown:
-        mistakes += check_pair(pair, f"{where}.velocity", "[vx, vy]")
-    return mistakes
+    return mistakes + check_time(time, where, start) + check_pair(pair, f"{where}.velocity", "[vx, vy]")
 
 
 def check_time(time: Any, where: str, start: float | None) -> list[Mistake]:

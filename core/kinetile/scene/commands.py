@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import operator
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 from kinetile.errors import Mistake
@@ -102,40 +102,26 @@ def counted(commands: Iterable[Command]) -> str:
     return ", ".join(f"{count:,} {word}{'s' * (count > 1)}" for word, count in found) or "none"
 
 
-def kinds_of_inserted(commands: Iterable[Any]) -> list[tuple[str, Any]]:
-    """Returns the place in the input, and the kind, of each body that commands insert."""
-    return [
-        (f"commands[{number}].kind", each.kind)
-        for number, each in enumerate(commands)
-        if isinstance(each, Insert)
-    ]
-
-
 def speeds(commands: Iterable[Command]) -> list[float]:
     """Returns the squares of the speeds that commands give to bodies."""
     given = (command.velocity for command in commands if not isinstance(command, Remove))
     return [vx * vx + vy * vy for vx, vy in given]
 
 
-def check_commands(commands: Sequence[Any], start: float | None, extent: Extent | None) -> list[Mistake]:
-    """Checks commands one by one; ``check_presence`` checks that their bodies are present.
+def check_command(command: Any, where: str, start: float | None, extent: Extent | None) -> list[Mistake]:
+    """Checks one command by itself; ``check_presence`` checks that its body is present.
 
-    ``start`` and ``frame``, the arena, are None if they are not known, or there is none.
+    ``start`` and ``extent``, of the arena, are None if they are not known, or there is none.
     """
-    mistakes: list[Mistake] = []
-    for number, command in enumerate(commands):
-        where = f"commands[{number}]"
-        if not isinstance(command, Turn | Insert | Remove):
-            expected = "kinetile.Insert(...), kinetile.Remove(...) or kinetile.Turn(...)"
-            mistakes.append(Mistake(where, shown(command), expected))
-            continue
-        mistakes += check_time(command.time, where, start)
-        if command.at is not None and not is_exact(command.at):
-            mistakes.append(Mistake(f"{where}.at", shown(command.at), EXACT))
-        if not _is_number_of_body(command.body, isinstance(command, Insert)):
-            mistakes.append(Mistake(f"{where}.body", shown(command.body), "the number of a body"))
-        mistakes += _check_body(command, where, extent)
-    return mistakes
+    if not isinstance(command, Turn | Insert | Remove):
+        expected = "kinetile.Insert(...), kinetile.Remove(...) or kinetile.Turn(...)"
+        return [Mistake(where, shown(command), expected)]
+    mistakes = check_time(command.time, where, start)
+    if command.at is not None and not is_exact(command.at):
+        mistakes.append(Mistake(f"{where}.at", shown(command.at), EXACT))
+    if not _is_number_of_body(command.body, isinstance(command, Insert)):
+        mistakes.append(Mistake(f"{where}.body", shown(command.body), "the number of a body"))
+    return mistakes + _check_body(command, where, extent)
 
 
 def _check_body(command: Any, where: str, extent: Extent | None) -> list[Mistake]:
@@ -189,37 +175,35 @@ def _is_number_of_body(body: Any, may_be_none: bool) -> bool:
         return False
 
 
-def check_presence(
-    commands: Sequence[Command], bodies: int, where: Callable[[int], str] = "commands[{}]".format
-) -> list[Mistake]:
+def check_presence(commands: Sequence[Command], places: Sequence[str], bodies: int) -> list[Mistake]:
     """Follows the present bodies, command by command in their order: no body is inserted or removed twice,
-    and only present bodies turn."""
+    and only present bodies turn. ``places`` are those of the commands in the input."""
     mistakes = []
     there, gone = set(range(bodies)), set[int]()
-    for number, command in enumerate(commands):
+    for command, where in zip(commands, places, strict=True):
         body = command.body
         if isinstance(command, Insert):
             if body in there or body in gone:
                 found = f"{body}, the number of {'another body' if body in there else 'one that has gone'}"
-                mistakes.append(Mistake(f"{where(number)}.body", found, "a number that nobody had before"))
+                mistakes.append(Mistake(f"{where}.body", found, "a number that nobody had before"))
             there.add(body)
         elif body not in there:
             found = f"{body}, which {'has gone by then' if body in gone else 'is not there then'}"
-            mistakes.append(Mistake(f"{where(number)}.body", found, "the number of a body that is there"))
+            mistakes.append(Mistake(f"{where}.body", found, "the number of a body that is there"))
         elif isinstance(command, Remove):
             there.remove(body)
             gone.add(body)
     return mistakes
 
 
-def check_shaped(periodic: str, commands: Sequence[Command]) -> list[Mistake]:
-    """Refuses what scenes with shapes cannot have yet."""
+def check_shaped(periodic: str, commands: Iterable[tuple[str, Any]]) -> list[Mistake]:
+    """Refuses what scenes with shapes cannot have yet; the commands come with their places."""
     mistakes = []
     if periodic:
         right = "walls, or no arena: bodies of other shapes than discs have no images yet"
         mistakes.append(Mistake("periodic", f"{periodic!r} in a scene with shapes", right))
-    for k, command in enumerate(commands):
+    for where, command in commands:
         if isinstance(command, Insert):
             right = "turns and removals: into a scene of other shapes than discs no body is inserted yet"
-            mistakes.append(Mistake(f"commands[{k}]", "an insertion in a scene with shapes", right))
+            mistakes.append(Mistake(where, "an insertion in a scene with shapes", right))
     return mistakes

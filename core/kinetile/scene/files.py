@@ -2,9 +2,9 @@
 
 A file either lists its bodies, with the turns of each under it, or names a recipe and its parameters; it
 may also have settings of the run. Reading has three steps, so that every mistake in a file is
-reported at once: the syntax (``kinetile.scene.schema``), the keys and the types (pydantic), and the values
-(the same checks that every Scene passes). A part that fails one step is left out of the next; the
-rest continues.
+reported at once: the syntax (``kinetile.scene.schema``), the keys and the types (pydantic), and the values,
+by the reader of every scene (``kinetile.scene.reader``). A part that fails one step is left out of the next;
+the rest continues.
 
 Floats are written by ``repr``, the shortest text that reads back as the same bits, -0.0 and the smallest
 denormal included. A file is replaced in one step: a reader sees the old scene or the new one, and a
@@ -17,43 +17,34 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from kinetile.errors import BadOption, Mistake, SceneError, printable
 from kinetile.kernel.clock import Clock
-from kinetile.scene.bodies import check_bodies
-from kinetile.scene.checks import (
-    ANY,
-    WALL,
-    Extent,
-    abridged,
-    check_frame,
-    check_periodic,
-    check_turn,
-    is_kind,
-    shown,
-)
-from kinetile.scene.commands import Command, Insert, Remove, Turn, kinds_of_inserted
-from kinetile.scene.obstacles import Obstacle, polyline, with_obstacles
-from kinetile.scene.responses import Pair, Response, read_rules
-from kinetile.scene.scene import Scene, Settings, check_end, relabelled, with_commands
+from kinetile.plugin.specs import Kind as PluginKind
+from kinetile.scene.bodies import Bools
+from kinetile.scene.by_name import accepted_parameters, make_scene, option_mistakes, parameter_mistakes
+from kinetile.scene.checks import abridged, check_frame, check_name, shown
+from kinetile.scene.commands import Command, Insert, Remove, Turn
+from kinetile.scene.reader import FilePlaces, Given
+from kinetile.scene.responses import Response, Rule
+from kinetile.scene.scene import Scene, arguments_of, relabelled, scene_of
 from kinetile.scene.schema import Place, expected, find_faults, read_bytes, read_tables, written
-from kinetile.scene.shape_files import read_shapes, shape_row
+from kinetile.scene.settings import Settings, check_end
+from kinetile.scene.shapes import Ints, Obstacle, Shape, polyline, read_shape, shape_row
 from kinetile.scene.targets import replacing, writable_target
-
-if TYPE_CHECKING:
-    from kinetile.scene.by_name import Registered
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def read_file(path: str | os.PathLike[str], names: Registered, max_bytes: int | None = None) -> Scene:
-    """Reads a scene from a TOML file of at most ``max_bytes`` (see ``load_scene``).
+def load_scene(path: str | os.PathLike[str], *, max_bytes: int | None = None) -> Scene:
+    """Reads a scene from a TOML file, a regular one of at most ``max_bytes``.
 
+    The default of ``max_bytes`` is the environment variable KINETILE_MAX_SCENE_BYTES, or 64 MiB.
     Raises OSError if the file cannot be read, and SceneError, with every mistake in it, if it is no scene.
     """
     data = read_bytes(path, max_bytes)
@@ -66,30 +57,17 @@ def read_file(path: str | os.PathLike[str], names: Registered, max_bytes: int | 
             f"line {line}", f"bytes that are not UTF-8 ({error.reason})", "a TOML file in UTF-8"
         )
         raise SceneError([mistake], source) from error
-    return read_text(text, source, names)
+    return loads_scene(text, source)
 
 
-def read_text(text: str, source: str | None, names: Registered) -> Scene:
-    """Reads a scene from TOML text; ``source`` is what messages call it. Raises SceneError."""
-    text = text.removeprefix("\ufeff")
-    tables = read_tables(text, source)
-    mistakes, faults = find_faults(tables)
-    settings = _read_settings(tables, faults, mistakes, names)
-    scene = None
-    try:
-        if "recipe" in tables:
-            scene = _follow_recipe(tables, faults, mistakes, names)
-        else:
-            scene = _read_bodies(tables, faults, mistakes, names)
-    except SceneError as error:
-        mistakes += error.mistakes
-    if scene is not None:
-        scene = _with_polylines(scene, tables, faults, mistakes)
-        mistakes += check_end(settings, Clock(scene.start, scene.time_unit))
-    if mistakes or scene is None:
-        raise SceneError(abridged(mistakes), source)
-    origin = {**scene.origin, "file": source} if source is not None else scene.origin
-    return relabelled(scene, settings=settings, origin=origin)
+def loads_scene(text: str, source: str | None = None, *, look_up: bool = True) -> Scene:
+    """Reads a scene from TOML text; ``source`` is what messages call it. Raises SceneError.
+
+    If not ``look_up``, phases and responses may have any name and any options, as where nothing is run, and
+    a recipe is refused.
+    """
+    file = _File(text.removeprefix("\ufeff"), source, look_up)
+    return file.scene_of_recipe() if "recipe" in file.tables else file.scene_of_bodies()
 
 
 def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
@@ -159,156 +137,256 @@ def dumps_scene(scene: Scene) -> str:
     return text
 
 
-def _with_polylines(
-    scene: Scene, tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake]
-) -> Scene:
-    """Returns the scene with the obstacles of a file; appends the mistakes that prevent it."""
-    if any(place[0] == "obstacles" for place in faults):
-        return scene
-    found: list[Obstacle] = []
-    for k, row in enumerate(tables.get("obstacles", ())):
-        try:
-            found += polyline(**row)
-        except SceneError as error:
-            mistakes += [each._replace(where=f"obstacles[{k}].{each.where}") for each in error.mistakes]
-    try:
-        return with_obstacles(scene, found)
-    except SceneError as error:
-        mistakes += error.mistakes
-    return scene
+class _File:
+    """A scene file: its tables, the places of unusable values, and the mistakes found so far."""
 
+    def __init__(self, text: str, source: str | None, look_up: bool) -> None:
+        self.source, self.look_up = source, look_up
+        self.tables = read_tables(text, source)
+        self.mistakes, self.faults = find_faults(self.tables)
+        self.settings = self._settings()
 
-def _read_settings(
-    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Registered
-) -> Settings:
-    """Returns the settings of the file; appends the phases that do not exist."""
-    usable = {key: value for key, value in tables.items() if (key,) not in faults}
-    broad: str | None = usable.get("broad-phase")
-    narrow: list[str] | None = usable.get("narrow-phases")
-    if broad is not None:
-        mistakes += names.mistakes("broad-phase", broad, "broad phase")
-    for k, name in enumerate(narrow or ()):
-        mistakes += names.mistakes(f"narrow-phases[{k}]", name, "narrow phase")
-    options = usable.get("options", {})
-    for name, given in options.items():
-        unknown = names.mistakes(f"options.{name}", name, "broad phase", "narrow phase")
-        mistakes += unknown
-        if not unknown and ("options", name) not in faults:
-            mistakes += names.option_mistakes(name, given)
-    narrow_phases = None if narrow is None else tuple(narrow)
-    return Settings(broad, narrow_phases, options, usable.get("until"), usable.get("end"))
-
-
-def _follow_recipe(
-    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Registered
-) -> Scene | None:
-    """Returns the scene of the file's recipe; appends the mistakes that prevent it."""
-    name, parameters = tables["recipe"], tables.get("parameters", {})
-    known = ("recipe",) not in faults and not names.mistakes("recipe", name, "scene")
-    taken = names.parameters(name) if known else ()
-    odd = {mistake.where for mistake in mistakes}
-    for key in tables:
-        beside = key in ("arena", "periodic", "start", "bodies", "unit", "shapes")
-        if key in taken and (beside or key in odd):
-            mistakes[:] = [mistake for mistake in mistakes if mistake.where != key]
-            wanted = f"it in the table [parameters]: it is a parameter of the recipe {name!r}"
-            mistakes.append(Mistake(key, f"{key} beside a recipe", wanted))
-        elif beside:
-            wanted = "one of the two: the recipe makes them all"
-            mistakes.append(Mistake(key, f"{key} beside a recipe", wanted))
-    if faults & {("recipe",), ("parameters",)}:
-        return None
-    wrong = names.mistakes("recipe", name, "scene") or names.parameter_mistakes(name, parameters)
-    if not wrong:
-        try:
-            scene = names.make(name, parameters)
-        except BadOption as error:
-            wrong = [Mistake("parameters", shown(parameters), f"what the recipe can use: {error}")]
-        else:
-            until = None if ("until",) in faults else tables.get("until")
-            wrong = check_frame(None, scene.start, until)
-            commands = _read_commands(tables, faults, wrong)
-            responses = _read_responses(tables, faults, wrong, names)
-            kinds = None if ("kinds",) in faults else tables.get("kinds")
-            if not wrong and (commands or responses or kinds):
-                return with_commands(scene, [*scene.commands, *commands], responses, kinds)
+    def scene_of_recipe(self) -> Scene:
+        """Returns the scene of the file's recipe, with what the file adds to it."""
+        name, parameters = self.tables["recipe"], self.tables.get("parameters", {})
+        wrong = [] if ("recipe",) in self.faults else self._unknown("recipe", name, "scene")
+        known = not wrong and ("recipe",) not in self.faults
+        taken = [each.name for each in accepted_parameters(name)] if known else []
+        odd = {mistake.where for mistake in self.mistakes}
+        for key in self.tables:
+            beside = key in ("arena", "periodic", "start", "bodies", "unit", "shapes")
+            if key in taken and (beside or key in odd):
+                self.mistakes = [mistake for mistake in self.mistakes if mistake.where != key]
+                wanted = f"it in the table [parameters]: it is a parameter of the recipe {name!r}"
+                self.mistakes.append(Mistake(key, f"{key} beside a recipe", wanted))
+            elif beside:
+                wanted = "one of the two: the recipe makes them all"
+                self.mistakes.append(Mistake(key, f"{key} beside a recipe", wanted))
+        if known and ("parameters",) not in self.faults:
+            wrong = parameter_mistakes(name, parameters)
             if not wrong:
-                return scene
-    mistakes += wrong
-    return None
+                return self._with_additions(self._made(name, parameters))
+        raise self._error(wrong)
 
+    def _made(self, name: str, parameters: Mapping[str, Any]) -> Scene:
+        """Returns the scene of a recipe."""
+        try:
+            return make_scene(name, **parameters)
+        except SceneError as error:
+            raise self._error(error.mistakes) from error
+        except BadOption as error:
+            wanted = f"what the recipe can use: {error}"
+            raise self._error([Mistake("parameters", shown(parameters), wanted)]) from error
 
-def _read_bodies(
-    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Registered
-) -> Scene | None:
-    """Returns the scene of the file's bodies; appends all of their mistakes."""
-    if "parameters" in tables:
-        mistakes.append(Mistake("parameters", "parameters without a recipe", "a recipe beside them, by name"))
-    rows = [] if ("bodies",) in faults else tables["bodies"]
-    columns, unknown = _columns(rows, faults)
-    table = read_shapes(tables, rows, faults, mistakes)
-    if table is not None:
-        columns["radius"], unknown["radius"] = table.radius, table.unknown
-        table = None if table.discs else table
-    frame = {"arena": tables.get("arena"), "start": tables.get("start", 0.0), "until": tables.get("until")}
-    off = {str(place[0]) for place in faults if len(place) == 1}
-    framed = check_frame(**frame, unknown=off)
-    framed += check_periodic(tables.get("periodic", ""), "arena" in tables) if "periodic" not in off else []
-    off |= {mistake.where for mistake in framed}
-    periodic = "" if "periodic" in off else tables.get("periodic", "")
-    arena = None if "arena" in off or frame["arena"] is None else tuple(frame["arena"])
-    mistakes += framed
-    responses = _read_responses(tables, faults, mistakes, names)
-    commands = _read_commands(tables, faults, mistakes)
-    kinds = None if ("kinds",) in faults else tables.get("kinds")
-    kind = [None if ("bodies", i) in faults else row.get("kind") for i, row in enumerate(rows)]
-    whole = not any(place[0] in ("bodies", "commands", "kinds") for place in faults)
-    coming = kinds_of_inserted(commands)
-    rules = read_rules(kind, responses, len(rows), coming, mistakes, kinds, whole)
-    sides = None if arena is None else Extent(arena, periodic)
-    mistakes += check_bodies(
-        **columns, extent=sides, unknown=unknown, passing=(rules.kind, rules.passing), table=table
-    )
-    turns = []
-    for i, row in enumerate(rows):
-        for place, turn in _turns(i, row, faults):
-            start = None if "start" in off else float(frame["start"])
-            unread = [key for key in ("time", "velocity") if (*place, key) in faults]
-            mistakes += check_turn(turn, written(place), len(rows), start, unread)
-            turns.append(turn)
-    if mistakes:
-        return None
-    rest: dict[str, Any] = {"unit": tables.get("unit"), "kind": kind, "responses": responses, "kinds": kinds}
-    rest["periodic"] = periodic
-    if table is not None:
-        columns["radius"] = None
-        rest |= {"shape": table.index, "shapes": table.shapes}
-    return Scene(**columns, arena=arena, turns=turns, start=frame["start"], commands=commands, **rest)
+    def _with_additions(self, scene: Scene) -> Scene:
+        """Returns a recipe's scene with the file's settings, commands, responses, kinds and obstacles."""
+        commands, responses, obstacles = self._commands(), self._responses(), self._obstacles()
+        kinds, until, origin = self._usable("kinds"), self._usable("until"), self._origin(scene.origin)
+        if not (commands or responses or kinds or obstacles):
+            clock = Clock(scene.start, scene.time_unit)
+            wrong = check_frame(None, scene.start, until) or check_end(self.settings, clock)
+            if self.mistakes or wrong:
+                raise self._error(wrong)
+            return relabelled(scene, settings=self.settings, origin=origin)
+        given = arguments_of(scene)._replace(settings=self.settings, origin=origin, until=until)
+        if commands or responses or kinds:
+            given = given._replace(unit=scene.time_unit, kinds=kinds or given.kinds)
+        said = [[*rule.between] for rule in responses]
+        rules = [
+            Rule(f"responses[{pair!r}]", pair, response)
+            for pair, response in scene.responses
+            if [*pair] not in said and [*pair[::-1]] not in said
+        ]
+        made = [(f"recipe.commands[{k}]", each) for k, each in enumerate(scene.commands)]
+        given = given._replace(responses=(*rules, *responses), obstacles=obstacles)
+        return self._scene_of(given, [], [*made, *commands], {})
 
+    def scene_of_bodies(self) -> Scene:
+        """Returns the scene of the file's bodies."""
+        if "parameters" in self.tables:
+            wanted = "a recipe beside them, by name"
+            self.mistakes.append(Mistake("parameters", "parameters without a recipe", wanted))
+        rows = self._usable("bodies", [])
+        columns, unread = self._columns(rows)
+        shapes = self._shapes()
+        if rows and ("shapes" in self.tables or any("shape" in row for _, row in self._whole(rows))):
+            numbers, unread["shape"] = self._shape_numbers(rows)
+            if shapes is None:
+                unread["shape"][:] = True
+            columns |= {"radius": None, "shape": numbers, "shapes": shapes or ()}
+        given = Given(
+            **columns,
+            arena=self.tables.get("arena"),
+            start=self.tables.get("start", 0.0),
+            until=self._usable("until"),
+            settings=self.settings,
+            origin=self._origin({}),
+            unit=self.tables.get("unit"),
+            kind=[None if ("bodies", i) in self.faults else row.get("kind") for i, row in enumerate(rows)],
+            responses=tuple(self._responses()),
+            kinds=self._usable("kinds"),
+            periodic=self.tables.get("periodic", ""),
+            obstacles=self._obstacles(),
+        )
+        turns = [turn for i, row in self._whole(rows) for turn in self._turns(i, row)]
+        return self._scene_of(given, turns, self._commands(), unread)
 
-def _columns(rows: list[Any], faults: set[Place]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Returns the arrays of the bodies, and for each which of its values are unreadable: those are NaN."""
-    columns, unknown = {}, {}
-    defaults = {"position": None, "velocity": (0.0, 0.0), "radius": None, "mass": 1.0}
-    for key, default in defaults.items():
-        blank: Any = (np.nan, np.nan) if key in ("position", "velocity") else np.nan
-        bad = [("bodies", i) in faults or ("bodies", i, key) in faults for i in range(len(rows))]
-        values = [blank if bad[i] else row.get(key, default) for i, row in enumerate(rows)]
-        unknown[key] = np.array(bad, dtype=np.bool_)
-        columns[key] = np.array(values, dtype=np.float64).reshape((len(rows), *np.shape(blank)))
-    return columns, unknown
+    def _scene_of(
+        self,
+        given: Given,
+        turns: Sequence[tuple[str, Turn]],
+        commands: Sequence[tuple[str, Command]],
+        unread: Mapping[str, Bools],
+    ) -> Scene:
+        unread_kinds = any(place[0] in ("bodies", "kinds") for place in self.faults)
+        left_out = any(each.where.startswith(("commands", "obstacles")) for each in self.mistakes)
+        places = FilePlaces(
+            source=self.source,
+            mistakes=self.mistakes,
+            faults={written(place) for place in self.faults},
+            unread=unread,
+            complete=not (unread_kinds or left_out),
+            turns=[where for where, _ in turns],
+            commands=[where for where, _ in commands],
+        )
+        given = given._replace(turns=[each for _, each in turns], commands=[each for _, each in commands])
+        return scene_of(given, places)
 
+    def _error(self, wrong: Sequence[Mistake]) -> SceneError:
+        return SceneError(abridged([*self.mistakes, *wrong]), self.source)
 
-def _turns(body: int, row: Any, faults: set[Place]) -> Iterator[tuple[Place, Turn]]:
-    """Yields the turns of one body, with their places; unreadable values are NaN."""
-    if ("bodies", body) in faults or ("bodies", body, "turns") in faults:
-        return
-    for k, turn in enumerate(row.get("turns", ())):
-        place = ("bodies", body, "turns", k)
-        if place not in faults:
-            time = np.nan if (*place, "time") in faults else turn["time"]
-            velocity = (np.nan, np.nan) if (*place, "velocity") in faults else tuple(turn["velocity"])
-            yield place, Turn(body, time, velocity)
+    def _origin(self, origin: Mapping[str, Any]) -> Mapping[str, Any]:
+        return origin if self.source is None else {**origin, "file": self.source}
+
+    def _usable(self, key: str, default: Any = None) -> Any:
+        """Returns the value of a key, or the default if there is none, or one of a wrong type."""
+        return default if (key,) in self.faults else self.tables.get(key, default)
+
+    def _whole(self, rows: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+        """Yields those bodies that are tables, with their numbers."""
+        return ((i, row) for i, row in enumerate(rows) if ("bodies", i) not in self.faults)
+
+    def _rows(self, key: str) -> Iterator[tuple[int, Any]]:
+        """Yields the tables of a list in which everything has the right form, with their numbers."""
+        faulty = {place[1] for place in self.faults if place[0] == key and len(place) > 1}
+        return ((k, row) for k, row in enumerate(self._usable(key, ())) if k not in faulty)
+
+    def _unknown(self, where: str, name: str, *kinds: PluginKind) -> list[Mistake]:
+        """Returns the mistake of naming something that none of these kinds has, if it is one."""
+        if self.look_up:
+            return check_name(where, name, *kinds)
+        return [Mistake(where, shown(name), "the bodies themselves")] if "scene" in kinds else []
+
+    def _unfit(self, name: str, options: Mapping[str, Any], where: str) -> list[Mistake]:
+        """Returns the mistakes in the options of a phase or response."""
+        return option_mistakes(name, options, where) if self.look_up else []
+
+    def _settings(self) -> Settings:
+        """Returns the settings of the file; appends the phases that do not exist."""
+        broad: str | None = self._usable("broad-phase")
+        narrow: list[str] | None = self._usable("narrow-phases")
+        if broad is not None:
+            self.mistakes += self._unknown("broad-phase", broad, "broad phase")
+        for k, name in enumerate(narrow or ()):
+            self.mistakes += self._unknown(f"narrow-phases[{k}]", name, "narrow phase")
+        options = self._usable("options", {})
+        for name, given in options.items():
+            wrong = self._unknown(f"options.{name}", name, "broad phase", "narrow phase")
+            if not wrong and ("options", name) not in self.faults:
+                wrong = self._unfit(name, given, f"options.{name}")
+            self.mistakes += wrong
+        options = {name: given for name, given in options.items() if ("options", name) not in self.faults}
+        narrow_phases = None if narrow is None else tuple(narrow)
+        return Settings(broad, narrow_phases, options, self._usable("until"), self._usable("end"))
+
+    def _columns(self, rows: Sequence[Any]) -> tuple[dict[str, Any], dict[str, Bools]]:
+        """Returns the arrays of the bodies, and of each the values that are unreadable: they are NaN."""
+        columns: dict[str, Any] = {}
+        unread: dict[str, Bools] = {}
+        defaults = {"position": None, "velocity": (0.0, 0.0), "radius": None, "mass": 1.0}
+        for key, default in defaults.items():
+            blank: Any = (np.nan, np.nan) if key in ("position", "velocity") else np.nan
+            bad = [bool({("bodies", i), ("bodies", i, key)} & self.faults) for i in range(len(rows))]
+            values = [blank if bad[i] else row.get(key, default) for i, row in enumerate(rows)]
+            unread[key] = np.array(bad, dtype=np.bool_)
+            columns[key] = np.array(values, dtype=np.float64).reshape((len(rows), *np.shape(blank)))
+        return columns, unread
+
+    def _shapes(self) -> list[Shape] | None:
+        """Returns the shapes of the file, or None if some have mistakes, which are appended."""
+        made = [read_shape(f"shapes[{k}]", row, self.mistakes) for k, row in self._rows("shapes")]
+        kept = [each for each in made if each is not None]
+        return kept if len(kept) == len(self.tables.get("shapes", ())) else None
+
+    def _shape_numbers(self, rows: Sequence[Any]) -> tuple[Ints, Bools]:
+        """Returns the number of each body's shape, and of which bodies it is unreadable."""
+        index, unread = np.zeros(len(rows), dtype=np.int64), np.ones(len(rows), dtype=np.bool_)
+        for i, row in self._whole(rows):
+            place: Place = ("bodies", i, "shape")
+            if place in self.faults:
+                continue
+            if "shape" not in row:
+                self.mistakes.append(Mistake(written(place), "nothing", expected(place)))
+            elif "radius" in row:
+                wrong = Mistake(f"bodies[{i}].radius", "a radius beside a shape", "one of the two")
+                self.mistakes.append(wrong)
+            else:
+                index[i], unread[i] = row["shape"], False
+        return index, unread
+
+    def _turns(self, body: int, row: Any) -> Iterator[tuple[str, Turn]]:
+        """Yields the turns of one body, with their places; unreadable values are NaN."""
+        if ("bodies", body, "turns") in self.faults:
+            return
+        for k, turn in enumerate(row.get("turns", ())):
+            place = ("bodies", body, "turns", k)
+            if place not in self.faults:
+                time = np.nan if (*place, "time") in self.faults else turn["time"]
+                unread = (*place, "velocity") in self.faults
+                velocity = (np.nan, np.nan) if unread else tuple(turn["velocity"])
+                yield written(place), Turn(body, time, velocity)
+
+    def _obstacles(self) -> list[Obstacle]:
+        """Returns the obstacles of the file; appends their mistakes."""
+        found: list[Obstacle] = []
+        for k, row in self._rows("obstacles"):
+            try:
+                found += polyline(**{key: row[key] for key in ("points", "closed", "kind") if key in row})
+            except SceneError as error:
+                wrong = [each._replace(where=f"obstacles[{k}].{each.where}") for each in error.mistakes]
+                self.mistakes += wrong
+        return found
+
+    def _commands(self) -> list[tuple[str, Command]]:
+        """Returns the commands of the file, with their places; appends a mistake for each with no action or
+        several."""
+        found: list[tuple[str, Command]] = []
+        for k, row in self._rows("commands"):
+            where = f"commands[{k}]"
+            given = [kind for kind in _KINDS if kind in row]
+            if len(given) != 1:
+                said = " and ".join(given) or "none of them"
+                self.mistakes.append(Mistake(where, said, f"one of {', '.join(_KINDS)}"))
+            elif ("velocity" in row) != (given == ["turn"]):
+                there = "velocity" in row
+                wanted = "none beside this: that of a new body stands in insert" if there else "[vx, vy]"
+                wrong = Mistake(f"{where}.velocity", "a velocity" if there else "nothing", wanted)
+                self.mistakes.append(wrong)
+            else:
+                found.append((where, _command(row)))
+        return found
+
+    def _responses(self) -> list[Rule]:
+        """Returns the responses of the file; appends the mistakes in their names and options."""
+        found: list[Rule] = []
+        for k, row in self._rows("responses"):
+            where, name, options = f"responses[{k}]", row["response"], row.get("options", {})
+            wrong = self._unknown(f"{where}.response", name, "response")
+            self.mistakes += wrong or self._unfit(name, options, f"{where}.options")
+            response = Response(name, **options)
+            response.found = True  # or its mistake is reported here, in the place of the file
+            found.append(Rule(f"{where}.between", row["between"], response))
+        return found
 
 
 def _key(key: str) -> str:
@@ -337,31 +415,6 @@ def _toml(value: Any, where: str = "") -> str:
 
 
 _KINDS = ("turn", "insert", "remove")
-
-
-def _read_commands(tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake]) -> list[Command]:
-    """Returns the commands of a file's tables; appends to ``mistakes`` those with no action or several.
-
-    Unreadable commands are left out: their mistakes are there already.
-    """
-    if ("commands",) in faults:
-        return []
-    found: list[Command] = []
-    for k, row in enumerate(tables.get("commands", ())):
-        if any(place[:2] == ("commands", k) for place in faults):
-            continue
-        where = f"commands[{k}]"
-        given = [kind for kind in _KINDS if kind in row]
-        if len(given) != 1:
-            said = " and ".join(given) or "none of them"
-            mistakes.append(Mistake(where, said, f"one of {', '.join(_KINDS)}"))
-        elif ("velocity" in row) != (given == ["turn"]):
-            there = "velocity" in row
-            wanted = "none beside this: that of a new body stands in insert" if there else "[vx, vy]"
-            mistakes.append(Mistake(f"{where}.velocity", "a velocity" if there else "nothing", wanted))
-        else:
-            found.append(_command(row))
-    return found
 
 
 def _command(row: Mapping[str, Any]) -> Command:
@@ -397,36 +450,6 @@ def _written_commands(scene: Scene) -> list[str]:
             inside = ", ".join(f"{name} = {_toml(getattr(each, name))}" for name in fields)
             lines.append(f"insert = {{ {inside} }}")
     return lines
-
-
-def _read_responses(
-    tables: Mapping[str, Any], faults: set[Place], mistakes: list[Mistake], names: Registered
-) -> dict[Pair, Response]:
-    """Returns the rules of a file's tables; appends their mistakes. Unreadable rules are left
-    out."""
-    if ("responses",) in faults:
-        return {}
-    found: dict[Pair, Response] = {}
-    for number, row in enumerate(tables.get("responses", ())):
-        if any(place[:2] == ("responses", number) for place in faults):
-            continue
-        where = f"responses[{number}]"
-        name, options = row["response"], row.get("options", {})
-        wrong = names.mistakes(f"{where}.response", name, "response")
-        wrong = wrong or names.option_mistakes(name, options, f"{where}.options")
-        pair: Pair = (row["between"][0], row["between"][1])
-        if not all(is_kind(each) or each in (WALL, ANY) for each in pair):
-            place = ("responses", number, "between")
-            mistakes.append(Mistake(f"{where}.between", shown(row["between"]), expected(place)))
-            continue
-        response = Response(name, **options)
-        response.found = True  # or its mistake is reported here, in the place of the file
-        if found.setdefault(pair, response) != response:
-            wrong.append(
-                Mistake(f"{where}.between", repr(list(pair)), "two kinds that nothing is said of yet")
-            )
-        mistakes += wrong
-    return found
 
 
 def _written_responses(scene: Scene) -> list[str]:

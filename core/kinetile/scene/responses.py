@@ -67,6 +67,14 @@ Responses: TypeAlias = Answer | Mapping[tuple[Any, Any], Answer] | tuple[tuple[P
 kinds; a mapping is of one type of keys, and there are names, numbers and mixed pairs."""
 
 
+class Rule(NamedTuple):
+    """A response of a file, with the place of its two kinds there."""
+
+    where: str
+    between: Any
+    response: Response
+
+
 class SceneRules(NamedTuple):
     """Rules of a scene about kinds.
 
@@ -96,14 +104,15 @@ def read_rules(
 
     Args:
         kind: a kind for all bodies, or a sequence with one for each; None is the first of the scene.
-        responses: the response for each pair of kinds.
+        responses: the response for each pair of kinds, or a tuple of ``Rule``.
         bodies: the number of bodies at the start.
         coming: the place in the input, and the kind, of each insertion; None is the first of the scene.
         mistakes: a list to append mistakes to.
         declared: all kinds; None if they follow from the bodies.
         complete: whether these are all bodies; if some could not be read, no rule is reported as unused.
     """
-    rules = _read_responses(responses, mistakes)
+    places: dict[Pair, str] = {}
+    rules = _read_responses(responses, places, mistakes)
     all_kinds = _read_declared(declared, mistakes)
     each = _read_kinds(kind, bodies, all_kinds[0] if all_kinds else 0, mistakes)
     later = [(where, as_kind(name)) for where, name in coming if is_kind(name)]
@@ -117,7 +126,7 @@ def read_rules(
                 mistakes.append(Mistake(where, said, one_of(str(name), map(str, kinds))))
                 known[name] = None
     if complete:
-        mistakes += _of_nobody(rules, known)
+        mistakes += _of_nobody(rules, places, known)
     rows = table(kinds, rules, mistakes)
     numbers = {name: number for number, name in enumerate(kinds)}
     number = np.array([numbers.get(name, 0) for name in each], dtype=np.int64)
@@ -142,21 +151,21 @@ def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
     return f"{shown(name)} is no kind of this scene; there are: {', '.join(map(repr, known))}{hint}"
 
 
-def unregistered(responses: Iterable[tuple[Pair, Response]]) -> list[Mistake]:
-    """Returns the responses that no plugin provides; marks the others as found.
+def _unregistered(where: str, response: Response) -> list[Mistake]:
+    """Returns the mistake of naming a response that no plugin provides; otherwise marks it as found.
 
     A response is looked up once: a scene can be read where its plugin is not installed.
     """
-    mistakes = []
-    for pair, response in responses:
-        if not (response.found or response.name in (ELASTIC, PASS)):
-            wrong = check_name(f"responses[{pair!r}]", response.name, "response")
-            response.found = not wrong
-            mistakes += wrong
-    return mistakes
+    if response.found or response.name in (ELASTIC, PASS):
+        return []
+    wrong = check_name(where, response.name, "response")
+    response.found = not wrong
+    return wrong
 
 
-def _of_nobody(rules: Iterable[tuple[Pair, Response]], known: Mapping[Kind, Any]) -> list[Mistake]:
+def _of_nobody(
+    rules: Iterable[tuple[Pair, Response]], places: Mapping[Pair, str], known: Mapping[Kind, Any]
+) -> list[Mistake]:
     """Returns the rules that would never apply: no body and no insertion is of their kind."""
     mistakes = []
     for pair, _ in rules:
@@ -167,7 +176,7 @@ def _of_nobody(rules: Iterable[tuple[Pair, Response]], known: Mapping[Kind, Any]
                 if tuple(known) == (0,):
                     kinds = "0, the kind of bodies that are given none"
                 wanted = f"{kinds} (kinds=[...] declares those whose bodies come by hand)"
-                mistakes.append(Mistake(f"responses[{pair!r}]", said, wanted))
+                mistakes.append(Mistake(places[pair], said, wanted))
     return mistakes
 
 
@@ -211,23 +220,26 @@ def _read_kinds(given: Any, bodies: int, first: Kind, mistakes: list[Mistake]) -
     return [as_kind(name) for name in each]
 
 
-def _read_responses(given: Any, mistakes: list[Mistake]) -> tuple[tuple[Pair, Response], ...]:
-    """Returns the rules of a table, each with its two kinds in one order, sorted; appends its
-    mistakes."""
+def _read_responses(
+    given: Any, places: dict[Pair, str], mistakes: list[Mistake]
+) -> tuple[tuple[Pair, Response], ...]:
+    """Returns the rules of a table, each with its two kinds in one order, sorted; adds the place of each, and
+    appends their mistakes."""
     if given is None:
         return ()
     if isinstance(given, str | Response):
         given = {(ANY, ANY): given}
-    if isinstance(given, tuple) and all(isinstance(rule, tuple) and len(rule) == 2 for rule in given):
+    elif isinstance(given, tuple) and all(isinstance(rule, tuple) and len(rule) == 2 for rule in given):
         given = dict(given)  # as a scene has them
-    if not isinstance(given, Mapping):
+    of_a_file = isinstance(given, tuple) and all(isinstance(rule, Rule) for rule in given)
+    if not (of_a_file or isinstance(given, Mapping)):
         wanted = "a mapping from two kinds to a response, such as {('ball', 'sensor'): 'pass'}"
         mistakes.append(Mistake("responses", shown(given), wanted))
         return ()
     rules: dict[Pair, Response] = {}
-    for between, what in given.items():
-        where = f"responses[{shown(between)}]"
-        pair = between if isinstance(between, tuple) and len(between) == 2 else ()
+    written = given if of_a_file else (Rule(f"responses[{shown(each)}]", each, given[each]) for each in given)
+    for where, between, what in written:
+        pair = between if isinstance(between, tuple | list) and len(between) == 2 else ()
         named = sum(each == WALL for each in pair)
         if not pair or named > 1 or not all(is_kind(each) or each in (WALL, ANY) for each in pair):
             mistakes.append(
@@ -240,7 +252,9 @@ def _read_responses(given: Any, mistakes: list[Mistake]) -> tuple[tuple[Pair, Re
         elif response.name == PASS and WALL in pair:
             mistakes.append(Mistake(where, "pass", "another response: walls cannot be passed"))
         else:
+            mistakes += _unregistered(where, response)
             ordered = _ordered(as_kind(pair[0]), as_kind(pair[1]))
+            places.setdefault(ordered, where)
             if rules.setdefault(ordered, response) != response:
                 mistakes.append(
                     Mistake(where, repr(response), f"one response, and {rules[ordered]!r} is another")

@@ -3,20 +3,30 @@
 A disc is a core of one corner with a radius, a capsule one of two; a box or another polygon has corners and,
 if it is not rounded, no radius. Whether a core is convex, and whether two bodies overlap, is decided in
 rationals (``kinetile.scene.differences``).
+
+Below them are their tables in files, obstacles, which are shapes that nothing moves, and the table of the
+shapes of a scene's bodies.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from kinetile.errors import Mistake, SceneError
-from kinetile.scene.checks import LARGEST, RANGE, SMALLEST, check_pair, is_finite, shown
-from kinetile.scene.differences import Place, cross, exact, less
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.errors import Mistake, SceneError, one_of
+from kinetile.scene.checks import LARGEST, RANGE, SMALLEST, TOLERANCE, check_pair, is_finite, shown
+from kinetile.scene.differences import Exact, Place, core_difference, cross, exact, is_closer, less
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
 
 MOST_CORNERS = 8
 """The most corners of a core."""
@@ -189,3 +199,216 @@ def _not_convex(core: Sequence[Place]) -> list[Mistake]:
     if sum(up[k] and not up[k - 1] for k in range(count)) > 1:
         return [Mistake("core", "an outline that crosses itself", "a convex outline, once around")]
     return []
+
+
+_FORMS: dict[str, tuple[Callable[..., Shape], tuple[str, ...]]] = {
+    "disc": (disc, ("radius",)),
+    "box": (box, ("width", "height")),
+    "capsule": (capsule, ("from", "to", "radius")),
+    "segment": (segment, ("from", "to")),
+    "polygon": (polygon, ("corners", "radius")),
+}
+"""The kinds of shapes: how each is made, and from which keys."""
+
+
+def read_shape(where: str, row: Mapping[str, Any], mistakes: list[Mistake]) -> Shape | None:
+    """Returns the shape of a table of a file, or None if it has mistakes, which are appended."""
+    kind = row["kind"]
+    if kind not in _FORMS:
+        mistakes.append(Mistake(f"{where}.kind", shown(kind), one_of(kind, _FORMS)))
+        return None
+    make, keys = _FORMS[kind]
+    has = f"{', '.join(keys)}, which a {kind} has"
+    wrong = [
+        Mistake(f"{where}.{key}", "a key of other shapes", has)
+        for key in row
+        if key not in ("kind", *keys) and any(key in others for _, others in _FORMS.values())
+    ]
+    needed = keys[:1] if kind == "polygon" else keys
+    wrong += [Mistake(f"{where}.{key}", "nothing", has) for key in needed if key not in row]
+    if not wrong:
+        try:
+            return make(*(row[key] for key in keys if key in row))
+        except SceneError as error:
+            ends = {"a": "from", "b": "to"}
+            wrong = [each._replace(where=ends.get(each.where, each.where)) for each in error.mistakes]
+            wrong = [each._replace(where=f"{where}.{each.where}") for each in wrong]
+    mistakes += wrong
+    return None
+
+
+def shape_row(shape: Shape) -> dict[str, Any]:
+    """Returns the keys of a shape's table in a file."""
+    right, top = shape.core[-2 % len(shape.core)]
+    values: dict[str, Any] = {"radius": shape.radius, "width": 2.0 * right, "height": 2.0 * top}
+    values |= {"from": shape.core[0], "to": shape.core[-1], "corners": shape.core}
+    return {key: values[key] for key in _FORMS[shape.kind][1]}
+
+
+OBSTACLE = "obstacle"
+"""The kind of obstacles that are given none."""
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """A shape at a place, (x, y); with a velocity it moves on, whatever it meets, until a turn.
+
+    An obstacle is a body of infinite mass, after all others: it has a number, a kind, a place in contacts and
+    event files. With shapes immovable bodies do not meet each other and may overlap, so a room of any outline
+    is a row of segments.
+    """
+
+    shape: Shape
+    position: tuple[float, float]
+    velocity: tuple[float, float] = (0.0, 0.0)
+    kind: str | int = OBSTACLE
+
+
+def polyline(
+    points: Iterable[Sequence[float]], *, closed: bool = False, kind: str | int = OBSTACLE
+) -> list[Obstacle]:
+    """Returns segments from each point, (x, y), to the next one; ``closed``: also from the last to the first.
+
+    Where two of them join their ends are the same up to a rounding, exactly if coordinates are small dyadic
+    numbers. Raises SceneError, with every mistake, for fewer than two points, and for two that are one place
+    or no two finite numbers.
+    """
+    corners = list(points)
+    mistakes = []
+    for k, point in enumerate(corners):
+        mistakes += check_pair(point, f"points[{k}]", "[x, y]")
+    if len(corners) < 2:
+        mistakes.append(Mistake("points", f"{len(corners)} points", "two or more, each [x, y]"))
+    if mistakes:
+        raise SceneError(mistakes, "the polyline")
+    found = []
+    nexts = [*corners[1:], corners[0]] if closed else corners[1:]
+    for k, (p, q) in enumerate(zip(corners, nexts, strict=False)):
+        middle = 0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])
+        ends = [(x - middle[0], y - middle[1]) for x, y in (p, q)]
+        if ends[0] == ends[1]:
+            odd = Mistake(f"points[{k}]", f"{shown(list(p))}, which is the next one too", "another place")
+            raise SceneError([odd], "the polyline")
+        found.append(Obstacle(segment(*ends), middle, kind=kind))
+    return found
+
+
+@dataclass(frozen=True)
+class Table:
+    """The shapes of a scene's bodies: the table, (n,) the index of each body, and (n,) which are unknown."""
+
+    shapes: tuple[Shape, ...]
+    index: npt.NDArray[np.int64]
+    unknown: npt.NDArray[np.bool_]
+
+    @property
+    def discs(self) -> bool:
+        """Whether the bodies are discs, all of them."""
+        known = np.unique(self.index[~self.unknown]).tolist()
+        return not self.unknown.any() and all(self.shapes[each].is_disc for each in known)
+
+    @property
+    def radius(self) -> npt.NDArray[np.float64]:
+        """(n,) the reach of each body's shape; NaN where it is unknown."""
+        return np.append([each.reach for each in self.shapes], math.nan)[self._known]
+
+    @property
+    def reaches(self) -> npt.NDArray[np.float64]:
+        """(n, 4) how far each body reaches to the left, right, bottom and top; NaN where it is unknown."""
+        return np.array([*(each.reaches for each in self.shapes), (math.nan,) * 4])[self._known]
+
+    @property
+    def hollow(self) -> npt.NDArray[np.bool_]:
+        """(n,) whose shapes have no interior; False where they are unknown."""
+        return np.array([*(not each.is_solid for each in self.shapes), False])[self._known]
+
+    @property
+    def _known(self) -> npt.NDArray[np.int64]:
+        return np.where(self.unknown, len(self.shapes), self.index)
+
+
+def read_table(
+    shape: Any, shapes: Any, bodies: int, mistakes: list[Mistake], unread: npt.NDArray[np.bool_] | None = None
+) -> Table:
+    """Returns the shapes of bodies as they are given to a scene, and appends their mistakes, except those of
+    (n,) bodies whose numbers were not read."""
+    nothing, everything = np.zeros(bodies, dtype=np.int64), np.ones(bodies, dtype=np.bool_)
+    if isinstance(shape, Shape):
+        if shapes:
+            mistakes.append(Mistake("shape", "a shape beside the table of shapes", "its number in the table"))
+        shape, shapes = 0, (shape,)
+    table = tuple(shapes) if isinstance(shapes, tuple | list) else ()
+    if not all(isinstance(each, Shape) for each in table) or not (table or unread is not None):
+        mistakes.append(Mistake("shapes", shown(shapes), "a list of shapes: kt.box(...), kt.disc(...), ..."))
+        return Table((), nothing, everything)
+    given = np.asarray(shape)
+    if (given.dtype.kind not in "iu" and given.size) or given.shape not in ((), (bodies,)):
+        right = f"the number of a shape for each of the {bodies} bodies, or one for all"
+        mistakes.append(Mistake("shape", "nothing" if shape is None else shown(shape), right))
+        return Table(table, nothing, everything)
+    index = np.array(np.broadcast_to(given, (bodies,)), dtype=np.int64)
+    known = everything if unread is None else ~unread
+    there = (index >= 0) & (index < len(table))
+    right = f"the number of a shape, 0 to {len(table) - 1}" if table else "a table [[shapes]] to count in"
+    for i in np.flatnonzero(known & ~there).tolist():
+        mistakes.append(Mistake(f"bodies[{i}].shape", str(index[i]), right))
+    return Table(table, index, ~(known & there))
+
+
+def beside(table: Table | None, radius: Floats, unread: Bools, obstacles: Sequence[Obstacle]) -> Table:
+    """Returns the shapes of bodies and of the obstacles after them, numbered as they come.
+
+    ``table`` is None for discs of (n,) these radii, of which those that are unread or no radii are unknown.
+    """
+    own: list[Shape | None]
+    if table is None:
+        fit = ~unread & (radius >= SMALLEST) & (radius <= LARGEST)
+        discs = {each: disc(each) for each in set(radius[fit].tolist())}
+        own = [discs.get(each) for each in radius.tolist()]
+    else:
+        rows = zip(table.index.tolist(), table.unknown.tolist(), strict=True)
+        own = [None if unknown else table.shapes[each] for each, unknown in rows]
+    numbers: dict[Shape, int] = {}
+    every = [*own, *(each.shape for each in obstacles)]
+    index = [0 if each is None else numbers.setdefault(each, len(numbers)) for each in every]
+    return Table(tuple(numbers), np.array(index), np.array([each is None for each in every]))
+
+
+def are_given(shape: object, shapes: object) -> bool:
+    """Whether arguments of a scene have shapes; -1 for every body, beside no table, are discs."""
+    if not isinstance(shapes, tuple | list) or shapes:
+        return True
+    discs = shape is None or (isinstance(shape, np.ndarray) and bool((shape == -1).all()))
+    return not discs
+
+
+def overlapping_shapes(position: Floats, table: Table, bodies: npt.NDArray[np.intp], pairs: Ints) -> Ints:
+    """Returns those of (k, 2) pairs whose shapes overlap; the circles around them do.
+
+    Most are apart along an axis by more than rounding explains, or touch there. The others are decided
+    exactly.
+    """
+    reaches, shape = table.reaches[bodies], table.index[bodies]
+    a, b = pairs.T
+    apart = position[b] - position[a]
+    deep = np.minimum(reaches[a, 1::2] + reaches[b, ::2] - apart, reaches[a, ::2] + reaches[b, 1::2] + apart)
+    size = table.radius[bodies]
+    rounding = 2.0**-50 * (np.abs(position[a]) + np.abs(position[b]) + (size[a] + size[b])[:, np.newaxis])
+    open_pairs = np.flatnonzero(
+        (deep + rounding > TOLERANCE * (size[a] + size[b])[:, np.newaxis]).all(axis=1)
+    )
+    kept = []
+    for k in open_pairs.tolist():
+        (x, y), (other_x, other_y) = position[pairs[k]].tolist()
+        one, other = (table.shapes[each] for each in shape[pairs[k]].tolist())
+        if overlap(one, other, (Fraction(other_x) - Fraction(x), Fraction(other_y) - Fraction(y))):
+            kept.append(k)
+    return pairs[kept]
+
+
+def overlap(one: Shape, other: Shape, apart: Exact) -> bool:
+    """Whether two bodies whose reference points are so far apart overlap, by more than the tolerance: 1e-12
+    of the sum of their reaches."""
+    allowed = Fraction(TOLERANCE) * (Fraction(one.reach) + Fraction(other.reach))
+    radii = Fraction(one.radius) + Fraction(other.radius)
+    return is_closer(core_difference(one.core, other.core), apart, radii - allowed)

@@ -193,8 +193,8 @@ def facts(caption: str, rows: Iterable[tuple[str, str]]) -> str:
 
 def grid(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[bool]) -> str:
     """Returns a table with a head for each column; those of numbers stand at the right. It scrolls sideways
-    where it is too wide."""
-    sides = ["right" if number else "left" for number in numbers]
+    where it is too wide, by keyboard too."""
+    sides = ["right;white-space:nowrap" if number else "left" for number in numbers]
 
     def line(tag: str, texts: Sequence[str]) -> str:
         cells = (
@@ -204,8 +204,10 @@ def grid(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], numb
         return f"<tr>{''.join(cells)}</tr>"
 
     body = "\n".join([line('th scope="col"', heads), *(line("td", row) for row in rows)])
+    name = escape(caption)
     return (
-        f'<div style="overflow-x:auto">{_TABLE}\n{_CAPTION.format(escape(caption))}\n{body}\n</table></div>'
+        f'<div style="overflow-x:auto" role="region" aria-label="{name}" tabindex="0">'
+        f"{_TABLE}\n{_CAPTION.format(name)}\n{body}\n</table></div>"
     )
 
 

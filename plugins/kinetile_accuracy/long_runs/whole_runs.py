@@ -15,6 +15,8 @@ from kinetile_accuracy.sections import (
     ReportProgress,
     Section,
     Table,
+    grouped,
+    listed,
 )
 from kinetile_accuracy.specification.certify import certify_log
 
@@ -37,6 +39,7 @@ class WholeRun:
     """A run that was certified contact by contact."""
 
     scene: Annotated[str, Column("what is simulated", "scene")]
+    phase: Annotated[str, Column("the broad phase of the run", "broad phase")]
     bodies: Annotated[int, Column("how many discs", "discs")]
     contacts: Annotated[int, Column("contacts of the run", "contacts")]
     lines: Annotated[int, Column("how many of them, from the first one on, are right", "right")]
@@ -59,7 +62,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
             "The contacts of a scene are defined by a specification: exact times, rounded down to a tick, "
             "and plans that are rounded in a fixed way. So a run in doubles can be right to its end, and "
             "whether it is can be decided in integers, contact by contact (kinetile certify-log), without "
-            "the kernel."
+            f"the kernel. The runs are under {listed(list(grouped(rows, 'phase')))}."
         ),
         findings=tuple(wrong),
         claims=(Claim("Every contact of a run is the one that the specification says", right, not wrong),),
@@ -91,4 +94,4 @@ def certify_run(name: str, contacts: int) -> WholeRun:
     sim = kt.Simulation(scene)
     sim.run(max_contacts=contacts)
     found = certify_log(scene, sim.contacts, max_contacts=contacts, fingerprint=sim.fingerprint)
-    return WholeRun(name, len(scene), found.total, found.lines, found.right, str(found))
+    return WholeRun(name, sim.broad_phase, len(scene), found.total, found.lines, found.right, str(found))

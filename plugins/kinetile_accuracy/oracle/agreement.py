@@ -12,8 +12,6 @@ flat and multiply nothing, so the second number is the one that chaos limits.
 from __future__ import annotations
 
 import math
-import statistics
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -24,19 +22,12 @@ import numpy.typing as npt
 
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.log import WALLS
-from kinetile.scene import Insert, Remove, Scene, Turn
-from kinetile_accuracy.oracle.oracle import (
-    CAP_BITS,
-    CertifiedContact,
-    CertifiedRun,
-    Oracle,
-    OracleProgress,
-)
+from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Oracle, check_scope
 from kinetile_accuracy.oracle.rounding import allowed_errors
 from kinetile_accuracy.specification.arithmetic import UNIT_TICKS
 
 if TYPE_CHECKING:
-    from kinetile import Simulation
+    from kinetile import Scene, Simulation
 
 
 SLACK = 2
@@ -66,18 +57,17 @@ class FirstDifference:
     ticks_allowed: float | None = None
 
     def __str__(self) -> str:
-        found = (
-            "nothing more" if self.run is None else f"{_bodies_met(*self.run[1:])} at time {self.run[0]!r}"
-        )
-        certain = "nothing more up to there"
+        found = certain = "nothing more up to there"
+        if self.run is not None:
+            found = f"{_bodies_met(*self.run[1:])} at time {self.run[0]!r}"
         if self.oracle is not None:
             certain = f"{_bodies_met(self.oracle.a, self.oracle.b)} at time {self.oracle.time.decimal()}"
             if self.oracle.head_on < 2.0**-20:
                 certain += f", a graze: {self.oracle.head_on:.1e} of the speed is head-on"
-        apart = "" if self.oracle is None else f"; {abs(self.ticks_apart):.4g} ticks apart"
+            certain += f"; {abs(self.ticks_apart):.4g} ticks apart"
         if self.ticks_allowed is not None:
-            apart += f", and rounding explains {self.ticks_allowed:.4g} at most"
-        return f"contact {self.index}: the run has {found}, the oracle {certain}{apart}"
+            certain += f", and rounding explains {self.ticks_allowed:.4g} at most"
+        return f"contact {self.index}: the run has {found}, the oracle {certain}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,13 +75,11 @@ class Agreement:
     """The result of comparing a run with the oracle.
 
     Attributes:
-        bodies: how many discs there are, those that are inserted included.
-        contacts: how many contacts agree, from the first on, in order; ends of passings are some, too.
+        bodies: how many discs there are.
+        contacts: how many contacts agree, from the first on, in order.
         compared: how many contacts of the run were compared.
-        disc_contacts: those of two discs among the ones that agree.
         a, b: the bodies of each contact that agrees, (contacts,).
         ticks: how much later than the oracle the run has each of them, in ticks, (contacts,).
-        ulps: the same in units of the last place of the time, (contacts,).
         disagreement: the first contact that differs; None: there is none as far as could be compared.
         oracle: the certified run.
         fault: what the run itself ended with, where that was a fault.
@@ -103,7 +91,6 @@ class Agreement:
     a: npt.NDArray[np.int64]
     b: npt.NDArray[np.int64]
     ticks: Floats
-    ulps: Floats
     disagreement: FirstDifference | None
     oracle: CertifiedRun
     fault: str | None = None
@@ -116,9 +103,10 @@ class Agreement:
         return self.contacts == self.compared and self.oracle.complete
 
     @property
-    def disc_contacts(self) -> int:
-        """How many contacts of two discs agree."""
-        return int((self.b >= 0).sum())
+    def paces(self) -> Floats:
+        """Contacts per disc up to and with each contact, (contacts,)."""
+        paces: Floats = np.cumsum(np.where(self.b >= 0, 2.0, 1.0)) / max(self.bodies, 1)
+        return paces
 
     @property
     def contacts_per_disc(self) -> float:
@@ -128,13 +116,7 @@ class Agreement:
     @property
     def collisions_per_disc(self) -> float:
         """Contacts of two discs that agree, per disc."""
-        return 2.0 * self.disc_contacts / max(self.bodies, 1)
-
-    @property
-    def paces(self) -> Floats:
-        """Contacts per disc up to and with each contact, (contacts,)."""
-        paces: Floats = np.cumsum(np.where(self.b >= 0, 2.0, 1.0)) / max(self.bodies, 1)
-        return paces
+        return 2.0 * int((self.b >= 0).sum()) / max(self.bodies, 1)
 
     @property
     def worst_ticks(self) -> float:
@@ -142,9 +124,9 @@ class Agreement:
         return float(np.abs(self.ticks).max(initial=0.0))
 
     @property
-    def worst_ulps(self) -> float:
-        """The largest error of a time, in units of the last place of the time."""
-        return float(np.abs(self.ulps).max(initial=0.0))
+    def median_ticks(self) -> float:
+        """The median of the errors of times, in ticks."""
+        return float(np.median(np.abs(self.ticks))) if self.contacts else 0.0
 
     def as_dict(self) -> dict[str, Any]:
         """Returns all of this in plain types."""
@@ -154,11 +136,9 @@ class Agreement:
             "agrees": self.complete,
             "contacts": self.contacts,
             "compared": self.compared,
-            "disc_contacts": self.disc_contacts,
             "contacts_per_disc": self.contacts_per_disc,
             "collisions_per_disc": self.collisions_per_disc,
-            "time_error_ticks": _extremes(self.ticks),
-            "time_error_ulps": _extremes(self.ulps),
+            "time_error_ticks": {"max": self.worst_ticks, "median": self.median_ticks},
             "first_disagreement": differs
             and {
                 "index": differs.index,
@@ -176,10 +156,9 @@ class Agreement:
         pace = f"{self.contacts_per_disc:.1f} contacts a disc, {self.collisions_per_disc:.1f} without walls"
         lines = [f"{self.contacts:,} of {self.compared:,} contacts agree in order ({pace})"]
         if self.contacts:
-            ticks, ulps = _extremes(self.ticks), _extremes(self.ulps)
             lines.append(
-                f"their times are off by up to {ticks['max']:.3g} ticks ({ulps['max']:.3g} ulps), "
-                f"half of them by no more than {ticks['median']:.3g} ({ulps['median']:.3g})"
+                f"their times are off by up to {self.worst_ticks:.3g} ticks, "
+                f"half of them by no more than {self.median_ticks:.3g}"
             )
         if self.disagreement is not None:
             lines.append(str(self.disagreement))
@@ -195,9 +174,7 @@ def certify(
     *,
     until: float | None = None,
     max_contacts: int | None = None,
-    cap_bits: int = CAP_BITS,
-    oracle: Oracle | None = None,
-    progress: Callable[[OracleProgress], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Agreement:
     """Compares a run with the certified oracle, up to the first contact in which they differ.
 
@@ -206,57 +183,45 @@ def certify(
             beyond what it has run, it is run on; if that ends in a fault, what it did before is compared.
         until: compare contacts up to this time; None: up to the simulation's time.
         max_contacts: the largest number of compared contacts.
-        cap_bits: the highest precision that the oracle may try.
-        oracle: the oracle of the scene, for a caller that reads it after an interruption.
-        progress: called by the oracle after every few contacts.
+        progress: called with how many contacts are certified, and how many are compared.
 
     Raises:
         MissingExtra: python-flint is not installed.
-        Refused: the oracle cannot follow what the simulation simulates: phases or responses of other kinds,
-            too many bodies, or interactive commands.
+        Refused: the scene has anything but elastic discs, walls and turns, or too many bodies, or bodies were
+            turned, inserted or removed by hand.
         ValueError: the simulation keeps no contacts, ``until`` is not a finite time from the scene's start
             on, or ``max_contacts`` is negative.
     """
-    start = sim.scene.start
-    if until is not None and not start <= until < math.inf:
-        raise ValueError(f"until must be a finite time from the scene's start on, {start}; found {until}")
+    scene = sim.scene
+    if until is not None and not scene.start <= until < math.inf:
+        raise ValueError(
+            f"until must be a finite time from the scene's start on, {scene.start}; found {until}"
+        )
     if max_contacts is not None and max_contacts < 0:
         raise ValueError(f"max_contacts must not be negative; found {max_contacts}")
     _ = sim.contacts  # which refuses where none are kept: before anything is run
-    oracle = oracle or Oracle(sim.scene, sim.narrow_phases)
+    check_scope(scene, sim.narrow_phases)
     fault = _run_on(sim, until, max_contacts)
-    planned = Counter(type(each) for each in sim.scene.commands if each.time <= sim.time)
     done = sim.readings
-    if done.turns > planned[Turn] or done.inserted > planned[Insert] or done.removed > planned[Remove]:
+    if done.inserted or done.removed or done.turns > sum(each.time <= sim.time for each in scene.turns):
         raise Refused(
-            "bodies were turned by hand, or came or went so, and the oracle knows only the commands of the "
-            "scene: put them there"
+            "bodies were turned by hand, or came or went so, and the oracle follows the turns of the scene "
+            "alone: put them there, or judge the contacts by certify-log"
         )
     end = sim.time if until is None else min(until, sim.time)
     contacts = sim.contacts
     contacts = contacts[: np.searchsorted(contacts["time"], end, side="right")][:max_contacts]
-    a, b = contacts["a"].tolist(), contacts["b"].tolist()
-
-    def differs(index: int, one: int, two: int) -> bool:
-        return index >= len(a) or (one, two) != (a[index], b[index])
-
     # The oracle continues a little beyond the end: a contact just after it may be one of the run, whose times
-    # are rounded down to ticks.
-    beyond: float | None = end + 2.0**-20 * (end - start)
-    most = len(a) + 1  # is there one more, before the end?
-    if len(a) == max_contacts:
-        beyond, most = None, len(a)
-    run = oracle.run(beyond, max_contacts=most, cap_bits=cap_bits, stop=differs, progress=progress)
-    return agreement(
-        contacts,
-        run,
-        scene=sim.scene,
-        bodies=len(sim.scene) + planned[Insert],
-        start=start,
-        time_unit=sim.time_unit,
-        end=end,
-        fault=fault,
-    )
+    # are rounded down to ticks. One more contact before the end is one that the run lacks.
+    given = len(contacts) == max_contacts
+    oracle = Oracle(scene, None if given else end + 2.0**-20 * (end - scene.start))
+    pairs = contacts[["a", "b"]].tolist()
+    for number, met in enumerate(() if given and not pairs else oracle, 1):
+        if progress is not None:
+            progress(number, len(pairs))
+        if number > len(pairs) or (met.a, met.b) != pairs[number - 1] or (given and number == len(pairs)):
+            break
+    return agreement(contacts, oracle.certified, scene=scene, time_unit=sim.time_unit, end=end, fault=fault)
 
 
 def agreement(
@@ -264,8 +229,6 @@ def agreement(
     oracle: CertifiedRun,
     *,
     scene: Scene,
-    bodies: int,
-    start: float,
     time_unit: float,
     end: float,
     fault: str | None = None,
@@ -276,30 +239,27 @@ def agreement(
         contacts: as ``Simulation.contacts`` has them; all up to ``end``, or up to the last of them.
         oracle: the certified run.
         scene: what was run.
-        bodies: how many discs there are.
-        start, time_unit: of the scene and its clock; a tick is 2^-52 of the unit.
+        time_unit: of its clock; a tick is 2^-52 of it.
         end: the time up to which the run went.
         fault: what the run ended with, where that was a fault.
     """
     rows = contacts[["epoch", "tick", "a", "b"]].tolist()
-    agree = 0
-    for row, certain in zip(rows, oracle.contacts, strict=False):
-        if row[2:] != (certain.a, certain.b):
-            break
-        agree += 1
     tick = Fraction(time_unit) / UNIT_TICKS
-    times = [
-        Fraction(start) + (epoch * UNIT_TICKS + fraction) * tick
-        for epoch, fraction, _, _ in rows[: agree + 1]
-    ]
-    exact = [certain.time.middle for certain in oracle.contacts[:agree]]
-    errors = [time - right for time, right in zip(times, exact, strict=False)]
-    bounds = allowed_errors(scene, oracle.contacts[:agree], time_unit=time_unit, start=start)
-    late = next((at for at, (e, most) in enumerate(zip(errors, bounds, strict=True)) if abs(e) > most), None)
-    if late is not None:
-        agree, exact, errors = late, exact[:late], errors[:late]
+    times = [Fraction(scene.start) + (epoch * UNIT_TICKS + at) * tick for epoch, at, _, _ in rows]
+    bounds = allowed_errors(scene, oracle.contacts, time_unit)
+    errors: list[Fraction] = []
+    allowed = None
+    for (_, _, *bodies), time, certain, bound in zip(rows, times, oracle.contacts, bounds, strict=False):
+        if bodies != [certain.a, certain.b]:
+            break
+        error = time - certain.time.middle
+        if abs(error) > bound:
+            allowed = bound / float(tick)
+            break
+        errors.append(error)
+    agree = len(errors)
     # At the end one of the two may have a contact more by as much as times were off before, twice.
-    slack = max(SLACK * tick, _ulp(Fraction(end))) + 2 * max(map(abs, errors), default=Fraction(0))
+    slack = max(SLACK * tick, Fraction(math.ulp(end))) + 2 * max(map(abs, errors), default=Fraction(0))
     found = None if agree == len(rows) else (float(contacts["time"][agree]), *rows[agree][2:])
     due = None if agree == len(oracle.contacts) else oracle.contacts[agree]
     last = Fraction(end) if found is None else times[agree]
@@ -308,22 +268,15 @@ def agreement(
         differ = due is not None and apart > slack
     else:
         differ = due is not None or (oracle.ended in ("until", "quiet") and Fraction(end) - last > slack)
+    first = FirstDifference(agree, found, due, float(apart / tick), allowed) if differ else None
     return Agreement(
-        bodies=bodies,
+        bodies=len(scene),
         contacts=agree,
         compared=len(rows),
         a=contacts["a"][:agree].astype(np.int64),
         b=contacts["b"][:agree].astype(np.int64),
-        ticks=np.array([_double(error / tick) for error in errors]),
-        # No time of a run is nearer to 0 than a tick, and the exact one may be as near as it likes.
-        ulps=np.array(
-            [_double(error / _ulp(max(abs(time), tick))) for error, time in zip(errors, exact, strict=True)]
-        ),
-        disagreement=FirstDifference(
-            agree, found, due, _double(apart / tick), None if late is None else bounds[late] / float(tick)
-        )
-        if differ
-        else None,
+        ticks=np.array([float(error / tick) for error in errors]),
+        disagreement=first,
         oracle=oracle,
         fault=fault,
     )
@@ -342,24 +295,5 @@ def _run_on(sim: Simulation, until: float | None, max_contacts: int | None) -> s
     return None
 
 
-def _ulp(time: Fraction) -> Fraction:
-    return Fraction(math.ulp(float(time)))
-
-
-def _double(number: Fraction) -> float:
-    """Returns a number as a double, infinite where it is too large for one."""
-    try:
-        return float(number)
-    except OverflowError:
-        return math.copysign(math.inf, number)
-
-
-def _extremes(errors: Floats) -> dict[str, float]:
-    sizes = np.abs(errors).tolist()
-    return {"max": max(sizes, default=0.0), "median": statistics.median(sizes) if sizes else 0.0}
-
-
 def _bodies_met(a: int, b: int) -> str:
-    if b in WALLS:
-        return f"disc {a} with the {WALLS[b]} wall"
-    return f"discs {a} and {b}" if a < b else f"the parting of discs {b} and {a}"
+    return f"disc {a} with the {WALLS[b]} wall" if b in WALLS else f"discs {a} and {b}"

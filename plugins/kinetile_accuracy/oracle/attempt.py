@@ -1,90 +1,93 @@
-"""An attempt of the oracle: an event-driven simulation in ball arithmetic at one precision.
+"""An attempt of the oracle: an event-driven simulation in rational numbers and balls, at one precision.
 
-Every number is a ball, an interval that certainly holds the true number. Events are found one after another
-by computing all pairs and all walls; each comparison that decides an event or its order must have the same
-result for every choice of numbers from the balls. If it has not, the discs concerned may still fly
-on rational lines, which decide (``flights``); else ``Undecided`` is raised, and the oracle tries again with
-more bits. A doubt about an event that cannot be the next one is left open until it can.
+A ball is an interval that certainly holds the true number. Events are found one after another by computing
+all pairs and all walls; each comparison that decides an event or its order must have the same result for
+every choice of numbers from the balls. If it has not, ``Undecided`` is raised, and the oracle tries again
+with more bits. A doubt about an event that cannot be the next one is left open until it can.
 
 Two things keep the balls small. A plan is anchored at an exact number, the lower end of the ball of the time
 at which it was made, so that the doubt about a time enters only through the change of velocity; and a wall
 mirrors a plan without anchoring it anew.
 
-Two bodies that pass through each other keep their plans; until they part, their images that pass are no
-contacts. Bodies that touch at relative rest, such as two that a contact has stopped, still touch at the next
-moment: no arithmetic could tell.
-
-Where axes are periodic two bodies meet through images: the second of them, whole periods from where it is.
-Places are never wrapped, so an image has one number for good. The contacts of two bodies are known up to a
-time, before which they fly about half a period towards each other: few images are reached so soon. At that
-time the next ones are computed, unless one of the two has a new plan by then.
-
-Nothing here comes from the kernel. All times count from the scene's start. Needs python-flint; the precision
-is the caller's (``flint.ctx``).
+Events of one moment come in the order of docs/one-answer.md: turns, then walls, then pairs, by the numbers
+of the bodies. Nothing here comes from the kernel. All times count from the scene's start. Needs python-flint;
+the precision is the caller's (``flint.ctx``).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from functools import partial
-from itertools import combinations, product
-from typing import Literal, NamedTuple
+from collections.abc import Iterator
+from itertools import combinations
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from flint import arb, fmpq
 
-from kinetile.scene import Insert, Remove, Response, Scene
-from kinetile_accuracy.oracle.event_queue import (
-    COMMAND,
-    END_BEFORE,
-    ORIGIN,
-    EventQueue,
-    Image,
-    PossibleEvent,
-    Undecided,
-)
-from kinetile_accuracy.oracle.flights import (
+from kinetile.scene import Scene
+from kinetile_accuracy.oracle.times import (
     ZERO,
-    BallPlan,
     EventTime,
-    Line,
+    Number,
+    Pair,
+    Plan,
+    Root,
     exact,
-    exchange,
-    first_contact,
-    first_root,
-    last_root,
-    quadratic,
-    same,
+    lower_end,
     with_axis,
 )
-from kinetile_accuracy.oracle.rules import DEEP, Rules
 
 NARROW = 80
 """Bits to which the time of a contact must be known, relative to the time since the start."""
 
-RESTING = BallPlan.along(Line((ZERO, ZERO), (ZERO, ZERO)))
-AT_REST = RESTING.velocity
+LONGEST = 4096
+"""Bits of the longest numerator or denominator that is worth keeping."""
 
 LEAST = 2.0**-1000
 SURE = 1.0 - 2.0**-40
 """A factor by which bounds in doubles are less than what they are computed from."""
 
-FLIGHT = 0.4877
-"""Periods that two bodies fly towards each other before their next images are computed. No simple fraction:
-on a lattice contacts would tie with that."""
-
-
 CROWDED = 1e-9
 """Bodies are jammed if from contact to contact the fastest flies less than this part of the smallest radius,
-divided by the number of bodies, for very many contacts; or for some, if each stops one body: against a wall
-that stops it, a push by a heavier one has no end."""
+divided by the number of bodies, for very many contacts."""
+
+SIDES = ("left", "right", "bottom", "top")
+
+TURN, WALL, PAIR, END = range(4)
+
+Key = tuple[int, int, int]
+"""An event by its kind and its subjects, a body and a wall (0 left, 1 right, 2 bottom, 3 top) or two bodies:
+sorted so, events of one moment are in their order."""
+
+
+class Undecided(Exception):
+    """A comparison that does not come out: what it is about, about when, and the bodies concerned."""
+
+    def __init__(self, what: str, time: float, bodies: tuple[int, ...]) -> None:
+        super().__init__(what)
+        self.what, self.time, self.bodies = what, time, bodies
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Undecided, (self.what, self.time, self.bodies), self.__dict__
+
+
+class PossibleEvent(NamedTuple):
+    """An event that is to come.
+
+    ``root`` is the ball of -d.v of two discs when they touch. ``doubt`` says what is not known about an event
+    that may come, and not before its moment's ``low``. ``late`` is whether the bodies overlap already.
+    """
+
+    moment: EventTime
+    root: arb | None = None
+    doubt: str | None = None
+    late: bool = False
 
 
 class BallContact(NamedTuple):
-    """A contact, or the end of a passing (a > b): ball of the time since the start, the bodies, whether the
-    one before was at the same time, which part of the relative velocity is along the line of centres, or
-    across the wall, the relative speed, and the image."""
+    """A contact: ball of the time since the start, the body and the other or -1 - wall, whether the contact
+    before was at the same time, which part of the relative velocity is along the line of centres, or across
+    the wall, and the relative speed."""
 
     ball: arb
     a: int
@@ -92,216 +95,139 @@ class BallContact(NamedTuple):
     tied: bool
     head_on: float
     speed: float
-    image: Image
 
 
 class Attempt:
-    """A run of a scene at the present precision.
-
-    Args:
-        scene: the scene.
-        rules: the same scene's.
-        end: when the end is, and whether before the contacts of its time; None: never.
-        discs, walls: which contacts there are.
+    """A run of a scene at the present precision, up to a time; None: as long as there are contacts.
 
     Attributes:
-        met: the contacts, all certain.
         ended: why the run is over, when it is.
-        idle: how often images were computed since the last contact.
     """
 
-    def __init__(
-        self, scene: Scene, rules: Rules, end: tuple[fmpq, bool] | None, discs: bool, walls: bool
-    ) -> None:
-        self.met: list[BallContact] = []
-        self.ended: Literal["until", "quiet", "jammed", "crowded"] | None = None
-        self.idle = 0
-        self._rules = rules
-        self._discs = discs
-        self._exact_radius = rules.radius
-        self._radius = [arb(r) for r in rules.radius]
-        self._sides = None if scene.arena is None or not walls else tuple(map(exact, scene.arena))
-        self._periods, self._periodic = scene.periods, any(scene.periods)
-        self._walled = tuple(axis for axis in (0, 1) if self._sides is not None and not self._periods[axis])
-        self._commands = rules.commands[::-1]
-        self._plans: dict[int, BallPlan] = {}
-        self._passing: dict[tuple[int, int], list[Image]] = {}
-        self._last: dict[int, EventTime] = {}  # when a body last had a contact that was not a passing
-        self._touched: set[tuple[int, Image]] = set()
-        self._queue = EventQueue(rules.count, rules.passing)
-        self._advance_to(EventTime.at(ZERO))
-        self._windows: dict[int, tuple[int, arb]] = {}
+    def __init__(self, scene: Scene, end: fmpq | None) -> None:
+        self.ended: Literal["until", "quiet", "jammed"] | None = None
+        self._radius = [exact(radius) for radius in scene.radius.tolist()]
+        self._mass = [exact(mass) for mass in scene.mass.tolist()]
+        self._sides = None if scene.arena is None else tuple(map(exact, scene.arena))
+        start = exact(scene.start)
+        self._turns = [(exact(each.time) - start, each) for each in scene.turns[::-1]]
+        self._plans = [
+            Plan((exact(x), exact(y)), (exact(vx), exact(vy)), ZERO)
+            for x, y, vx, vy in np.column_stack([scene.position, scene.velocity]).tolist()
+        ]
+        self._events: dict[Key, PossibleEvent] = {}
+        self._touched: set[Key] = set()
+        self._count, self._window = 0, arb(0)
+        self._advance_to(EventTime(ZERO))
         if end is not None:
-            event = END_BEFORE if end[1] else self._queue.end
-            self._queue.put(event, PossibleEvent(EventTime.at(end[0])))
-        self._enter_command()
-        for body, (x, y, vx, vy) in enumerate(np.column_stack([scene.position, scene.velocity]).tolist()):
-            self._plans[body] = BallPlan.along(Line((exact(x), exact(y)), (exact(vx), exact(vy))))
-        for a, b in combinations(self._plans, 2):
-            self._begin_overlapping(a, b)
-        for body in self._plans:
-            self._enter_walls(body, (0, 1))
-        for a, b in combinations(self._plans, 2):
-            self._enter_pair(a, b)
+            self._events[END, 0, 0] = PossibleEvent(EventTime(end))
+        self._enter_turn()
+        for body in range(len(scene)):
+            self._enter_walls(body)
+        for pair in combinations(range(len(scene)), 2):
+            self._enter((PAIR, *pair))
 
-    def step(self) -> None:
-        """Runs the next event.
+    def contacts(self) -> Iterator[BallContact]:
+        """Yields the contacts, all certain; raises Undecided where it is not certain which comes next."""
+        while (key := self._next()) is not None and key[0] != END and self.ended is None:
+            coming = self._events[key]
+            if coming.moment is not self._now:
+                self._advance_to(coming.moment)
+            if self._touches(key):
+                self._touched.add(key)
+            del self._events[key]
+            kind, a, b = key
+            if kind == TURN:
+                self._turn()
+            else:
+                yield self._bounce(a, b, coming) if kind == WALL else self._collide(a, b, coming)
+                self._look_for_a_jam()
+        self.ended = self.ended or ("quiet" if key is None else "until")
 
-        Raises Undecided where it is not certain which that is, or what it does.
-        """
-        found = self._queue.next()
-        if found is None or found[0] in (END_BEFORE, self._queue.end):
-            self.ended = "quiet" if found is None else "until"
-            return
-        event, coming = found
-        if coming.moment is not self._now:
-            self._advance_to(coming.moment)
-        if event == COMMAND:
-            self._queue.put(event)
-            self._carry_out_command()
-            return
-        wall = self._queue.wall_of(event)
-        a, b = wall or self._queue.bodies_of(event)
-        meeting = event if wall is not None else self._queue.pair(a, b)
-        due = (each.image for each in self._queue.get(event) if self._is_due(each))
-        self._touched.update((meeting, image) for image in due if image is not None)
-        self._queue.put(event)
-        if wall is not None:
-            self._bounce(a, b, coming)
-        elif coming.image is None:
-            self.idle += 1
-            self._enter_pair(a, b)
-        elif self._queue.is_parting(event):
-            self._pass(a, b, coming.image, coming.root, ends=True)
-        elif self._rules.passes(a, b):
-            self._pass(a, b, coming.image, coming.root)
-        else:
-            self._collide(a, b, coming, coming.image)
+    # Which event is next
+
+    def _next(self) -> Key | None:
+        """Returns the next event; None: there is none. Raises Undecided where it is not certain which."""
+        # Every other event is certain to come after one of these. An event in doubt has no upper bound: it is
+        # among them from the moment on at which it could come.
+        events = self._events
+        bound = min([each.moment.high for each in events.values() if not each.doubt], default=math.inf)
+        near = sorted(key for key, each in events.items() if each.moment.low <= bound)
+        for key in near:
+            doubt = events[key].doubt
+            if doubt is not None:
+                raise self._undecided(doubt, key)
+        first = near[0] if near else None
+        for key in near[1:]:
+            assert first is not None
+            order = events[key].moment.compare(events[first].moment)
+            if order is None:
+                raise self._undecided(f"tie of {_name(first)} and {_name(key)}", first, key)
+            if order < 0:
+                first = key
+            elif order == 0:  # one moment for both: from now on they compare without arithmetic
+                events[key] = events[key]._replace(moment=events[first].moment)
+        return first
+
+    def _undecided(self, what: str, *keys: Key) -> Undecided:
+        bodies = {body for key in keys for body in _bodies(key)}
+        return Undecided(what, max(self._events[keys[0]].moment.low, 0.0), tuple(sorted(bodies)))
+
+    def _advance_to(self, now: EventTime) -> None:
+        """Makes a moment the present one; its lower end is the time at which all plans are evaluated."""
+        self._now = now
+        self._reference: fmpq = now.number if isinstance(now.number, fmpq) else lower_end(now.ball)
+        self._delay = now.number - self._reference
+        self._where: dict[int, Pair] = {}
+        self._touched.clear()
+        self._crowd = 0
 
     # When bodies meet
 
-    def _advance_to(self, now: EventTime) -> None:
-        """Makes a moment the present one; its ball's lower end is the exact time at which all plans are
-        evaluated."""
-        self._now = now
-        self._reference = now.ball.lower()
-        self._delay = now.ball - self._reference
-        self._where: dict[int, tuple[arb, arb]] = {}
-        self._touched = {meeting for meeting in self._touched if self._rests(meeting[0])}
-        self._crowd = 0
-
-    def _rests(self, event: int) -> bool:
-        """Returns whether bodies that touch certainly still touch later, by their present plans."""
-        plans = [self._plans.get(body, RESTING) for body in self._queue.bodies_of(event)]
-        wall = self._queue.wall_of(event)
-        return plans[0].beside(plans[1]) if wall is None else plans[0].velocity[wall[1] // 2] == 0
-
-    def _at(self, body: int) -> tuple[arb, arb]:
+    def _at(self, body: int) -> Pair:
         """Returns where a body's plan is at the reference."""
-        found = self._where.get(body)
-        if found is None:
-            found = self._where[body] = self._plans[body].at(self._reference)
-        return found
+        if body not in self._where:
+            self._where[body] = self._plans[body].at(self._reference)
+        return self._where[body]
 
-    def _apart(self, a: int, b: int, image: Image = ORIGIN) -> tuple[tuple[arb, arb], tuple[arb, arb]]:
+    def _apart(self, a: int, b: int) -> tuple[Number, Number, Number, Number]:
         """Returns the separation of two bodies at the reference, and their relative velocity."""
         (ax, ay), (bx, by) = self._at(a), self._at(b)
-        one, two = self._plans[a], self._plans[b]
-        dx, dy = bx - ax, by - ay
-        if image != ORIGIN:
-            dx, dy = (d + arb(far) for d, far in zip((dx, dy), self._shift(image), strict=True))
-        if one.beside(two):
-            return (dx, dy), AT_REST
-        (avx, avy), (bvx, bvy) = one.velocity, two.velocity
-        return (dx, dy), (bvx - avx, bvy - avy)
+        (avx, avy), (bvx, bvy) = self._plans[a].velocity, self._plans[b].velocity
+        return bx - ax, by - ay, bvx - avx, bvy - avy
 
-    def _shift(self, image: Image) -> tuple[fmpq, fmpq]:
-        """Returns how far an image is from its body."""
-        x, y = (number * exact(period) for number, period in zip(image, self._periods, strict=True))
-        return x, y
+    def _touches(self, key: Key) -> bool:
+        """Returns whether bodies touch now for certain: they rested there, have met, or are to meet now."""
+        coming = self._events.get(key)
+        due = coming is not None and coming.moment is self._now and not (coming.doubt or coming.late)
+        return due or key in self._touched
 
-    def _lines(self, a: int, b: int, image: Image) -> tuple[Line, Line] | None:
-        """Returns the lines of a body and of an image of another; None where one of them flies on none."""
-        one, two = self._plans[a].line, self._plans[b].line
-        if one is None or two is None:
-            return None
-        return one, two if image == ORIGIN else two.moved(self._shift(image))
+    def _enter(self, key: Key) -> None:
+        """Enters when two bodies, or a body and a wall, meet next."""
+        coming = self._wall(key) if key[0] == WALL else self._pair(key)
+        if coming is None:
+            self._events.pop(key, None)
+        else:
+            self._events[key] = coming
 
-    def _is_due(self, coming: PossibleEvent) -> bool:
-        """Returns whether bodies that are about to meet touch now for certain."""
-        return coming.moment is self._now and not (coming.doubt or coming.late)
+    def _enter_walls(self, body: int) -> None:
+        for wall in range(4) if self._sides else ():
+            self._enter((WALL, body, wall))
 
-    def _touches(self, event: int, image: Image = ORIGIN) -> bool:
-        """Returns whether bodies touch now for certain: they rest there, have met, or are to meet or part."""
-        if (event, image) in self._touched:
-            return True
-        due = [*self._queue.get(event)]
-        if self._passing and self._queue.wall_of(event) is None:
-            due += self._queue.get(self._queue.parting(*self._queue.bodies_of(event)))
-        return any(each.image == image and self._is_due(each) for each in due)
-
-    def _enter_pairs(self, body: int, partner: int = -1) -> None:
-        """Enters when a body with a new plan meets each other body; not a partner that it has just left."""
-        for other in self._plans:
+    def _enter_all(self, body: int, partner: int = -1) -> None:
+        """Enters what a body with a new plan meets: not a partner that it has just left."""
+        self._enter_walls(body)
+        for other in range(len(self._plans)):
             if other not in (body, partner):
-                self._enter_pair(min(body, other), max(body, other))
+                self._enter((PAIR, min(body, other), max(body, other)))
 
-    def _enter_pair(self, a: int, b: int, left: Image | None = None) -> None:
-        """Enters when two bodies meet; not through an image through which they have just met."""
-        if self._discs:
-            event = self._queue.pair(a, b)
-            self._queue.put(event, *self._pair(a, b, event, left))
-            if (a, b) in self._passing:
-                ends = (self._parting(a, b, event, image) for image in self._passing[a, b])
-                self._queue.put(self._queue.parting(a, b), *(end for end in ends if end is not None))
-
-    def _pair(self, a: int, b: int, event: int, left: Image | None) -> Iterator[PossibleEvent]:
-        """Yields contacts of two bodies up to a time, the next one among them, and that time."""
-        span, known = arb(0), self._known_until(a, b) if self._periodic else None
-        if known is not None:
-            span = span.union(known.ball - self._reference)
-        without = [left, *self._passing.get((a, b), ())]
-        for image in self._images(a, b, span):
-            coming = self._through(a, b, event, image) if image not in without else None
-            if coming is not None:
-                yield coming if image == ORIGIN else coming._replace(image=image)
-        if known is not None:
-            yield PossibleEvent(known, image=None)
-
-    def _known_until(self, a: int, b: int) -> EventTime | None:
-        """Returns up to which time contacts of two bodies are computed; None: whenever they come."""
-        _, velocity = self._apart(a, b)
-        flights = [
-            FLIGHT * period / max(float(speed.abs_upper()), LEAST)
-            for speed, period in zip(velocity, self._periods, strict=True)
-            if period and speed != 0
-        ]
-        if not flights:
-            return None
-        end = float(self._reference) + min(*flights, 1e300)
-        known = EventTime.at(exact(end))
-        if not known.ball > self._now.ball:
-            raise Undecided(f"the images that discs {a} and {b} reach next", end, (a, b))
-        return known
-
-    def _images(self, a: int, b: int, span: arb) -> Iterable[Image]:
-        """Returns the images through which two bodies may touch within a span of time from the reference."""
-        if not self._periodic:
-            return (ORIGIN,)
-        reach = arb(0, (self._radius[a] + self._radius[b]).upper())
-        numbers = []
-        for place, speed, period in zip(*self._apart(a, b), self._periods, strict=True):
-            ends = (reach - place - speed * span) / period if period else arb(0)
-            # A whole number that is no less than a bound is no less than the double nearest to that bound.
-            numbers.append(range(math.ceil(float(ends.lower())), math.floor(float(ends.upper())) + 1))
-        along_x, along_y = numbers
-        return product(along_x, along_y)
-
-    def _through(self, a: int, b: int, event: int, image: Image) -> PossibleEvent | None:
-        """Returns the next contact of two bodies through an image; one of them has a new plan."""
-        (dx, dy), (vx, vy) = self._apart(a, b, image)
+    def _pair(self, key: Key) -> PossibleEvent | None:
+        """Returns the next contact of two bodies, one of which has a new plan."""
+        _, a, b = key
+        dx, dy, vx, vy = self._apart(a, b)
         # A comparison of balls is true only if it is so for every choice of numbers from them. So each return
-        # below is certain, and what none of them takes is left to rational numbers.
+        # below is certain, and what none of them takes is left open. Contact means approach, and tangency is
+        # none.
         approach = dx * vx + dy * vy
         if approach >= 0:
             return None
@@ -309,85 +235,50 @@ class Attempt:
         speed2 = vx * vx + vy * vy
         cross = dx * vy - dy * vx
         root2 = reach * reach * speed2 - cross * cross
-        if root2 < 0:
+        if root2 <= 0:
             return None
         gap = dx * dx + dy * dy - reach * reach
-        touches = self._touches(event, image)
+        touches = self._touches(key)
         if touches or gap <= 0:
             # The reference is a little before the moment: d.v has grown by |v|^2 times the delay since.
             closing = approach + speed2 * self._delay
             if closing < 0:
                 # Of many contacts at one moment each is slower, and the root alone would lose all its bits.
-                root = root2.sqrt().intersection(-closing) if touches and root2 > 0 else None
+                root = None
+                if touches and root2 > 0 and isinstance(closing, arb):
+                    root = arb(root2).sqrt().intersection(-closing)
                 return PossibleEvent(self._now, root, late=not touches)
         elif gap > 0 and root2 > 0 and approach < 0:
-            root = root2.sqrt()
-            ball = self._reference + gap / (root - approach)
-            if ball > self._now.ball:
-                lines = self._lines(a, b, image)
-                # computed only if there is a tie to settle
-                form = None if lines is None else partial(first_root, *lines, self._exact_reach(a, b))
-                return PossibleEvent(EventTime(ball, form), root)
-        apart = math.hypot(float(dx.abs_lower()), float(dy.abs_lower())) * SURE - float(reach.upper())
-        fast = math.hypot(float(vx.abs_upper()), float(vy.abs_upper()))
-        return self._decide_exactly(a, b, image, apart, fast)
+            root = arb(root2).sqrt()
+            moment = EventTime(self._reference + gap / (root - approach))
+            if isinstance(root2, fmpq) and isinstance(approach, fmpq) and isinstance(speed2, fmpq):
+                p_q = Root(self._reference - approach / speed2, root2 / (speed2 * speed2))
+                moment = EventTime(moment.number if p_q.rational is None else p_q.rational, p_q)
+            if moment.ball > self._now.ball:
+                return PossibleEvent(moment, root if isinstance(moment.number, arb) else None)
+        far = math.hypot(_least(dx), _least(dy)) * SURE - float(arb(reach).upper())
+        return self._open(
+            f"graze or contact at a standstill of discs {a} and {b}", far, math.hypot(_most(vx), _most(vy))
+        )
 
-    def _decide_exactly(self, a: int, b: int, image: Image, far: float, fast: float) -> PossibleEvent | None:
-        """Decides in rational numbers whether two bodies meet; or leaves it open while that is safe."""
-        lines, now = self._lines(a, b, image), self._now.rational
-        if lines is not None and now is not None:
-            one, two = lines
-            root = first_contact(one, two, self._exact_reach(a, b), now)
-            if root is None:
-                return None
-            if root == (now, ZERO):
-                return PossibleEvent(self._now, late=True)
-            ball = arb(root.p) - arb(root.q).sqrt()
-            if ball > self._now.ball:
-                vx, vy = (w - v for v, w in zip(one.velocity, two.velocity, strict=True))
-                return PossibleEvent(EventTime(ball, root=root), arb(root.q).sqrt() * arb(vx * vx + vy * vy))
-        return self._open(f"graze or contact at a standstill of discs {a} and {b}", far, fast)
-
-    def _parting(self, a: int, b: int, event: int, image: Image) -> PossibleEvent | None:
-        """Returns when two bodies that pass through each other part, through an image; None: never."""
-        (dx, dy), velocity = self._apart(a, b, image)
-        if velocity is AT_REST:
+    def _wall(self, key: Key) -> PossibleEvent | None:
+        """Returns the next contact of a body with a wall."""
+        _, body, wall = key
+        plan, axis, place = self._plans[body], wall // 2, self._place(body, wall)
+        velocity = plan.velocity[axis]
+        outward = velocity if wall % 2 else -velocity
+        if outward <= 0:
             return None
-        vx, vy = velocity
-        approach, speed2 = dx * vx + dy * vy, vx * vx + vy * vy
-        reach, cross = self._radius[a] + self._radius[b], dx * vy - dy * vx
-        root2 = reach * reach * speed2 - cross * cross
-        root = root2.sqrt() if root2 > 0 else None
-        if self._touches(event, image) and approach + speed2 * self._delay >= 0:
-            return PossibleEvent(self._now, root, image=image)
-        lines, now = self._lines(a, b, image), self._now.rational
-        if root is not None and speed2 > 0:
-            ball = self._reference + (root - approach) / speed2
-            if ball > self._now.ball:
-                form = None if lines is None else partial(last_root, *lines, self._exact_reach(a, b))
-                return PossibleEvent(EventTime(ball, form), root, image=image)
-        if lines is not None and now is not None:
-            _, exact_approach, gap = quadratic(*lines, self._exact_reach(a, b), now)
-            if gap >= 0 and exact_approach >= 0:
-                return PossibleEvent(self._now, root, image=image)
-        return self._open(f"when discs {a} and {b} part", 0.0, 0.0)._replace(image=image)
-
-    def _overlapping(self, a: int, b: int) -> list[Image]:
-        """Returns the images through which two bodies overlap now, by more than may be rounding."""
-        found = []
-        reach, now = self._exact_reach(a, b) * DEEP, self._now.rational
-        for image in self._images(a, b, self._delay):
-            (dx, dy), (vx, vy) = self._apart(a, b, image)
-            dx, dy = dx + vx * self._delay, dy + vy * self._delay
-            gap: arb | fmpq = dx * dx + dy * dy - arb(reach * reach)
-            lines = self._lines(a, b, image)
-            if lines is not None and now is not None:
-                gap = quadratic(*lines, reach, now)[2]
-            elif not (gap < 0 or gap >= 0):
-                raise Undecided(f"whether discs {a} and {b} overlap", float(self._now.ball), (a, b))
-            if gap < 0:
-                found.append(image)
-        return found
+        if outward > 0:
+            if self._touches(key):
+                return PossibleEvent(self._now)
+            moment = EventTime(plan.anchor + (place - plan.place[axis]) / velocity)
+            if moment.number > self._now.number:
+                return PossibleEvent(moment)
+            if moment.number <= self._now.number:
+                return PossibleEvent(self._now, late=bool(moment.number < self._now.number))
+        far = _least(self._at(body)[axis] - place)
+        return self._open(f"whether {_name(key)} meet", far, _most(velocity))
 
     def _open(self, doubt: str, far: float, fast: float) -> PossibleEvent:
         """Returns an event that may come, of bodies that far apart that come nearer no faster than that."""
@@ -397,244 +288,124 @@ class Attempt:
             moment.low = min(self._now.low + far * SURE / max(fast, LEAST) * SURE, 1e300)
         return PossibleEvent(moment, doubt=doubt)
 
-    def _exact_reach(self, a: int, b: int) -> fmpq:
-        return self._exact_radius[a] + self._exact_radius[b]
-
-    def _enter_walls(self, body: int, axes: tuple[int, ...]) -> None:
-        """Enters when a body whose velocity changed along these axes meets their walls."""
-        for axis in self._walled:
-            for wall in (2 * axis, 2 * axis + 1) if axis in axes else ():
-                event = self._queue.wall(body, wall)
-                coming = self._wall(body, wall, event)
-                self._queue.put(event, *(() if coming is None else (coming,)))
-
-    def _wall(self, body: int, wall: int, event: int) -> PossibleEvent | None:
-        """Returns the next contact of a body with a wall."""
-        plan, axis, place = self._plans[body], wall // 2, self._place(body, wall)
-        velocity, line, now = plan.velocity[axis], plan.line, self._now.rational
-        outward = velocity if wall % 2 else -velocity
-        if outward <= 0:
-            return None
-        if outward > 0:
-            if self._touches(event):
-                return PossibleEvent(self._now)
-            moment = EventTime(plan.anchor + (arb(place) - plan.place[axis]) / velocity)
-            if line is not None:
-                moment = EventTime.at((place - line.place[axis]) / line.velocity[axis])
-            if moment.ball > self._now.ball:
-                return PossibleEvent(moment)
-            if moment.ball <= self._now.ball:
-                return PossibleEvent(self._now, late=moment.ball < self._now.ball)
-            if moment.rational is not None and now is not None and moment.rational <= now:
-                return PossibleEvent(self._now, late=moment.rational < now)
-        far = float((self._at(body)[axis] - arb(place)).abs_lower())
-        return self._open(f"whether {self._queue.name_of(event)} meet", far, float(velocity.abs_upper()))
-
     def _place(self, body: int, wall: int) -> fmpq:
         """Returns where a body's centre is, on the wall's axis, when it touches the wall."""
         assert self._sides is not None
-        radius = self._exact_radius[body]
+        radius = self._radius[body]
         return self._sides[wall // 2] - radius if wall % 2 else radius
 
     # What happens
 
-    def _record(
-        self, a: int, b: int, part: arb | None, velocity: tuple[arb, arb], image: Image = ORIGIN
-    ) -> None:
-        """Records a contact; ``part`` is that of the velocity that is head-on."""
+    def _contact(self, a: int, b: int, part: Number, velocity: Pair) -> BallContact:
+        """Returns a contact now; ``part`` is that of the velocity that is head-on."""
         ball = self._now.ball
-        if not ball.is_exact() and ball.rel_accuracy_bits() < NARROW:
-            what = f"the time of contact {len(self.met)}, to {NARROW} bits"
+        if isinstance(self._now.number, arb) and ball.rel_accuracy_bits() < NARROW:
+            what = f"the time of contact {self._count}, to {NARROW} bits"
             raise Undecided(what, float(ball), (a, b) if b >= 0 else (a,))
-        vx, vy = velocity  # in doubles, those of a jam would be 0 before its end
-        speed = (vx * vx + vy * vy).sqrt()
-        share = 1.0 if part is None else float(abs(part) / speed)
-        self.met.append(BallContact(ball, a, b, self._crowd > 0, share, float(speed), image))
-        self._crowd += 1
-        self.idle = 0
-        self._look_for_jams(-1, 200 * self._rules.count + 2000)
+        speed = arb(velocity[0] * velocity[0] + velocity[1] * velocity[1]).sqrt()
+        tied, self._crowd = self._crowd > 0, self._crowd + 1
+        return BallContact(ball, a, b, tied, float(abs(arb(part)) / speed), float(speed))
 
-    def _look_for_jams(self, body: int, many: int) -> None:
-        """Counts a contact, of a body or of all, and ends the run where so many took hardly any time."""
-        count, since = self._windows.get(body, (0, self._now.ball))
-        self._windows[body] = count + 1, since
-        if count + 1 >= many:
-            del self._windows[body]
-            fastest = max(math.hypot(*map(float, plan.velocity)) for plan in self._plans.values())
-            smallest = min(float(self._radius[each]) for each in self._plans)
-            if float(self._now.ball - since) * fastest <= many * CROWDED * smallest / len(self._plans):
+    def _look_for_a_jam(self) -> None:
+        """Ends the run where very many contacts took hardly any time."""
+        many = 200 * len(self._plans) + 2000
+        self._count += 1
+        if self._count % many == 0:
+            fastest = max(math.hypot(*map(_most, plan.velocity)) for plan in self._plans)
+            flight = float(self._now.ball - self._window) * fastest
+            if flight <= many * CROWDED * float(arb(min(self._radius))) / len(self._plans):
                 self.ended = "jammed"
+            self._window = self._now.ball
 
-    def _enter_command(self) -> None:
-        """Enters the next command of the scene."""
-        if self._commands:
-            time, command = self._commands[-1]
-            self._queue.commanded = command.body
-            now = time == self._now.rational
-            self._queue.put(COMMAND, PossibleEvent(self._now if now else EventTime.at(time)))
+    def _enter_turn(self) -> None:
+        """Enters the next turn of the scene."""
+        if self._turns:
+            time, turn = self._turns[-1]
+            now = self._now if time == self._now.number else EventTime(time)
+            self._events[TURN, turn.body, 0] = PossibleEvent(now)
 
-    def _carry_out_command(self) -> None:
-        """Carries out the next command of the scene."""
-        now, command = self._commands.pop()
-        self._enter_command()
-        body = command.body
-        if isinstance(command, Remove):
-            self._remove(body)
-            return
-        vx, vy = map(exact, command.velocity)
-        if isinstance(command, Insert):
-            x, y = map(exact, command.position)
-            self._plans[body] = BallPlan.along(Line((x - vx * now, y - vy * now), (vx, vy)))
-            others = sorted(self._plans.keys() - {body})
-            solid = [other for other in others if not self._rules.passes(body, other)]
-            if any(self._overlapping(body, other) for other in solid):
-                self.ended = "crowded"
-                return
-            for other in others:
-                self._begin_overlapping(min(body, other), max(body, other))
-        else:
-            line = self._plans[body].line
-            self._fly(body, (arb(vx), arb(vy)), None if line is None else line.turned((vx, vy), now))
-        self._enter_walls(body, (0, 1))
-        self._enter_pairs(body)
+    def _turn(self) -> None:
+        """Carries out the next turn of the scene."""
+        _, turn = self._turns.pop()
+        self._enter_turn()
+        x, y = turn.velocity
+        self._fly(turn.body, (exact(x), exact(y)))
+        self._enter_all(turn.body)
 
-    def _remove(self, body: int) -> None:
-        """Removes a body, after its passings have ended."""
-        for a, b in sorted(pair for pair in self._passing if body in pair):
-            for image in self._passing.pop((a, b)):
-                self._record(b, a, None, AT_REST, image)
-            self._queue.put(self._queue.parting(a, b))
-        del self._plans[body]
-        for wall in range(4):
-            self._queue.put(self._queue.wall(body, wall))
-        for other in self._plans:
-            self._queue.put(self._queue.pair(min(body, other), max(body, other)))
-
-    def _begin_overlapping(self, a: int, b: int) -> None:
-        """Begins the passings of two bodies that overlap where they are put."""
-        if self._discs and self._rules.passes(a, b):
-            for image in self._overlapping(a, b):
-                self._pass(a, b, image)
-
-    def _pass(self, a: int, b: int, image: Image, root: arb | None = None, ends: bool = False) -> None:
-        """Begins or ends a passing: no plan changes."""
-        one, two = (b, a) if ends else (a, b)
-        part = None if root is None else root / (self._radius[a] + self._radius[b])
-        self._record(one, two, part, self._apart(a, b)[1], image)
-        images = self._passing.setdefault((a, b), [])
-        (images.remove if ends else images.append)(image)
-        self._enter_pair(a, b, image)
-
-    def _given_back(self, bodies: tuple[int, ...], response: Response) -> fmpq:
-        """Returns which share of the closing speed comes back: all of it soon after a contact of a body."""
-        if response.name != "restitution":
-            return fmpq(1)
-        within, now = exact(response.options.get("contact_time") or 0.0), self._now
-        lasts = [self._last[body] for body in bodies if body in self._last]
-        rests = [now.ball - last.ball - arb(within) for last in lasts]
-        if now in lasts or any(rest <= 0 for rest in rests):
-            return fmpq(1)
-        for last, rest in zip(lasts, rests, strict=True):
-            if not rest > 0:
-                if now.root and last.root and same(now.root._replace(p=now.root.p - within), last.root):
-                    return fmpq(1)
-                raise Undecided("whether a contact comes within contact_time", float(now.ball), bodies)
-        return exact(response.options["e"])
-
-    def _bounce(self, body: int, wall: int, coming: PossibleEvent) -> None:
-        """Mirrors a body's plan at a wall, or makes it slower; one in the wall turns back where it is."""
+    def _bounce(self, body: int, wall: int, coming: PossibleEvent) -> BallContact:
+        """Mirrors a body's plan at a wall; one in the wall turns back where it is."""
         old, axis = self._plans[body], wall // 2
-        response = self._rules.response(body, -1 - wall)
-        back = self._given_back((body,), response)
-        self._record(body, -1 - wall, old.velocity[axis], old.velocity)
-        self._last[body] = self._now
-        if response.name == "stop":
-            self._stop(body)
-        elif back != 1:
-            line, now = old.line, self._now.rational
-            if line is not None:
-                slower = with_axis(line.velocity, axis, -back * line.velocity[axis])
-                line = None if now is None else line.turned(slower, now)
-            self._fly(body, with_axis(old.velocity, axis, -arb(back) * old.velocity[axis]), line)
-        elif coming.late:
-            self._change(body, old.turned_back(axis, self._now))
+        met = self._contact(body, -1 - wall, old.velocity[axis], old.velocity)
+        if coming.late:
+            self._fly(body, with_axis(old.velocity, axis, -old.velocity[axis]))
         else:
             self._change(body, old.mirrored(axis, self._place(body, wall)))
-        self._enter_walls(body, (0, 1) if response.name == "stop" else (axis,))
-        self._enter_pairs(body)
+        self._enter_all(body)
+        return met
 
-    def _stop(self, body: int, beside: int | None = None) -> None:
-        """Stops a body; beside another one, it flies on with that one's velocity."""
-        self._look_for_jams(body, 20 * self._rules.count + 100)
-        leader = RESTING if beside is None else self._plans[beside]
-        line, now = self._plans[body].line, self._now.rational
-        if line is not None:
-            line = None if leader.line is None or now is None else line.turned(leader.line.velocity, now)
-        self._fly(body, leader.velocity, line)
-
-    def _collide(self, a: int, b: int, coming: PossibleEvent, image: Image) -> None:
-        """Exchanges momentum along the line of centres, of the second body's image, or stops both.
+    def _collide(self, a: int, b: int, coming: PossibleEvent) -> BallContact:
+        """Exchanges momentum along the line of centres.
 
         Where the discs touch, the square of their distance is that of the sum of their radii, and d.v is
         -root. Where they overlapped before they approached, both are as they are.
         """
-        one, two = self._plans[a], self._plans[b]
-        (dx, dy), (vx, vy) = self._apart(a, b, image)
+        dx, dy, vx, vy = self._apart(a, b)
         dx, dy = dx + vx * self._delay, dy + vy * self._delay
         reach = self._radius[a] + self._radius[b]
         distance2 = dx * dx + dy * dy if coming.late else reach * reach
         closing = -coming.root if coming.root is not None else dx * vx + dy * vy
-        response = self._rules.response(a, b)
-        gains = self._rules.gains(a, b, self._given_back((a, b), response))
-        self._record(a, b, closing / distance2.sqrt(), (vx, vy), image)
-        self._last[a] = self._last[b] = self._now
-        # An immovable body keeps its plan, and its line where it has one.
-        still = self._rules.immovable_of(a, b)
-        changed = [(body, partner) for body, partner in ((a, b), (b, a)) if body != still]
-        if response.name == "stop":
-            for body, _ in changed:
-                self._stop(body, still)
-        else:
-            lines: tuple[Line | None, Line | None] = (None, None)
-            now = self._now.rational
-            if one.line is not None and two.line is not None and now is not None:
-                lines = exchange(one.line, two.line, gains, now, self._shift(image))
-            share = closing / distance2
-            for body, old, part, line in (a, one, gains[0], lines[0]), (b, two, -gains[1], lines[1]):
-                if body != still:
-                    x, y = old.velocity
-                    self._fly(body, (x + share * part * dx, y + share * part * dy), line)
-        for body, partner in changed:
-            self._enter_walls(body, (0, 1))
-            self._enter_pairs(body, partner)
-        self._enter_pair(a, b, image)
+        met = self._contact(a, b, arb(closing) / arb(distance2).sqrt(), (vx, vy))
+        kick = 2 * closing / distance2 / (self._mass[a] + self._mass[b])
+        for body, its in (a, kick * self._mass[b]), (b, -kick * self._mass[a]):
+            x, y = self._plans[body].velocity
+            self._fly(body, (x + its * dx, y + its * dy))
+        self._enter_all(a, b)
+        self._enter_all(b, a)
+        return met
 
-    def _fly(self, body: int, velocity: tuple[arb, arb], line: Line | None) -> None:
-        """Gives a body another velocity now: on a line, or on a plan that is anchored at the reference."""
-        if line is not None:
-            self._change(body, BallPlan.along(line))
-            return
+    def _fly(self, body: int, velocity: Pair) -> None:
+        """Gives a body another velocity now, on a plan that is anchored at the reference."""
         (x, y), (vx, vy) = self._at(body), self._plans[body].velocity
         place = x + (vx - velocity[0]) * self._delay, y + (vy - velocity[1]) * self._delay
-        self._change(body, BallPlan(place, velocity, self._reference, line))
+        self._change(body, Plan(_short(place), _short(velocity), self._reference))
 
-    def _change(self, body: int, plan: BallPlan) -> None:
+    def _change(self, body: int, plan: Plan) -> None:
         """Gives a body a new plan, and notes what it rested against until now: it touches that."""
-        line = self._plans[body].line
-        if line is not None:
-            for axis in self._walled:
-                for wall in (2 * axis, 2 * axis + 1):
-                    if line.velocity[axis] == 0 and line.place[axis] == self._place(body, wall):
-                        self._touched.add((self._queue.wall(body, wall), ORIGIN))
-            for other, its in self._plans.items():
-                if its.line is not None and body != other and line.velocity == its.line.velocity:
-                    a, b = min(body, other), max(body, other)
-                    for image in self._images(a, b, arb(0)):
-                        shift = self._shift(image) if body == a else self._shift((-image[0], -image[1]))
-                        dx, dy = (
-                            p - q - s for p, q, s in zip(line.place, its.line.place, shift, strict=True)
-                        )
-                        if dx * dx + dy * dy == self._exact_reach(a, b) ** 2:
-                            self._touched.add((self._queue.pair(a, b), image))
+        for wall in range(4) if self._sides else ():
+            axis = wall // 2
+            if self._plans[body].velocity[axis] == 0 and self._at(body)[axis] == self._place(body, wall):
+                self._touched.add((WALL, body, wall))
+        for other in range(len(self._plans)):
+            a, b = min(body, other), max(body, other)
+            dx, dy, vx, vy = self._apart(a, b)
+            reach = self._radius[a] + self._radius[b]
+            if a != b and vx == 0 and vy == 0 and dx * dx + dy * dy == reach * reach:
+                self._touched.add((PAIR, a, b))
         self._plans[body] = plan
         self._where.pop(body, None)
+
+
+def _bodies(key: Key) -> tuple[int, ...]:
+    kind, a, b = key
+    return {TURN: (a,), WALL: (a,), PAIR: (a, b)}.get(kind, ())
+
+
+def _name(key: Key) -> str:
+    kind, a, b = key
+    wall = SIDES[b] if kind == WALL else ""
+    names = {TURN: f"the turn of disc {a}", WALL: f"disc {a} and the {wall} wall", PAIR: f"discs {a} and {b}"}
+    return names.get(kind, "the end")
+
+
+def _short(pair: Pair) -> Pair:
+    """Returns two numbers, as balls where they are rational and too long to be worth keeping."""
+    x, y = (arb(each) if isinstance(each, fmpq) and each.height_bits() > LONGEST else each for each in pair)
+    return x, y
+
+
+def _least(number: Number) -> float:
+    return float(arb(number).abs_lower())
+
+
+def _most(number: Number) -> float:
+    return float(arb(number).abs_upper())

@@ -2,34 +2,32 @@
 
 An event-driven simulator of its own, which shares nothing with the kernel but the scene as data. It computes
 with balls, intervals that are certain to hold the true number, and leaves nothing out: after each contact its
-bodies are compared with every other body, through each image that is near, and every wall. Whatever decides
-the order is certified. What does not come out is tried again from the start with twice the bits; what ties
-exactly is settled in rational arithmetic where the bodies still fly on rational lines (walls, lanes, contacts
-in line, and whatever flies there for the first time); and what neither settles is reported as undecidable,
-with the time and the bodies. Nothing is guessed.
+bodies are compared with every other body and every wall. Whatever decides the order is certified. What does
+not come out is tried again from the start with twice the bits; what ties exactly is settled in rational
+arithmetic where the bodies still fly on rational lines (walls, lanes, contacts in line, and whatever flies
+there for the first time); and what neither settles is reported as undecidable, with the time and the bodies.
+Nothing is guessed.
 
-Contacts at one time come in the order that docs/one-answer.md gives: commands, then walls, then pairs, then
-ends of passings, by the numbers of the bodies, of one pair by image. Contact means approach; tangency is no
-contact, and bodies that touch and approach meet at once. What happens then is rule 11 of
-docs/specification.md, with exact times in the place of ticks (``rules``).
+It judges elastic discs, between walls or without, with turns: how long a run in doubles follows the exact
+trajectory. Everything else that a scene can say is refused; ``certify-log`` judges it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from decimal import Context
 from fractions import Fraction
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from kinetile.errors import Refused
-from kinetile.scene import Scene
-from kinetile_accuracy.sections import needed
+from kinetile.scene import Scene, Turn
+from kinetile_accuracy.sections import listed, needed
 
 if TYPE_CHECKING:
-    from kinetile_accuracy.oracle.attempt import Attempt, BallContact
-
+    from kinetile_accuracy.oracle.attempt import BallContact, Undecided
 
 CAP_BITS = 1 << 13
 """Bits at which the oracle gives up, if nothing else is said."""
@@ -40,16 +38,9 @@ STUCK = 4
 
 MOST_BODIES = 1000
 
-IDLE = 1 << 17
-"""Computations of images since the last contact after which a run without an end in time is given up."""
-
-Ending = Literal[
-    "until", "contacts", "quiet", "stopped", "undecidable", "jammed", "crowded", "idle", "interrupted"
-]
-"""Why a certified run ended: at the given time, after this many contacts, because nothing can
-happen any more, because the caller had seen enough, because an order could not be decided, because contacts
-followed each other without end in hardly any time, because an inserted body had no room, because bodies flew
-on and on and met nobody, or because it was interrupted."""
+Ending = Literal["going on", "until", "quiet", "undecidable", "jammed"]
+"""Why there are no more contacts: nobody has asked for more, the given time was reached, nothing can happen
+any more, an order could not be decided, contacts followed each other without end in hardly any time."""
 
 
 class Enclosure(NamedTuple):
@@ -75,11 +66,9 @@ class Enclosure(NamedTuple):
 class CertifiedContact(NamedTuple):
     """A contact of body ``a`` with body ``b`` > a, or with a wall (-1 left, -2 right, -3 bottom, -4 top).
 
-    Of two bodies that pass through each other it is the beginning; the end has 0 <= ``b`` < ``a``.
     ``time`` is the scene's; ``tied`` is whether the contact before it was at the very same time; ``head_on``
     is about which part of the relative velocity is along the line of centres, or across the wall: near 0 it
-    is a graze (and 1 for discs that overlapped before they approached each other, or in a command's passing).
-    ``speed`` is about the relative speed before it.
+    is a graze. ``speed`` is about the relative speed before it.
     """
 
     time: Enclosure
@@ -104,12 +93,10 @@ class CertifiedRun:
 
     Attributes:
         contacts: the contacts in order; none is missing before the last.
-        bits: the precision in which they were computed.
+        bits: the highest precision that was needed.
         ended: why there are no more.
         until: the time at which it was to end.
         undecidable: what could not be decided, where that is why.
-        images: for each contact of two discs the periods along x and y from where b is to the image through
-            which a met it; of places that are never wrapped. (0, 0) for a contact with a wall.
     """
 
     contacts: tuple[CertifiedContact, ...]
@@ -117,12 +104,11 @@ class CertifiedRun:
     ended: Ending
     until: float | None = None
     undecidable: Undecidable | None = None
-    images: tuple[tuple[int, int], ...] = ()
 
     @property
     def complete(self) -> bool:
-        """Returns whether the run came to the end that it was given."""
-        return self.ended in ("until", "contacts", "quiet", "stopped")
+        """Returns whether it has all contacts up to its end, or as many as were asked for."""
+        return self.ended not in ("undecidable", "jammed")
 
     def __str__(self) -> str:
         return f"{len(self.contacts):,} contacts certified in {self.bits} bits; {self.ending}"
@@ -133,170 +119,99 @@ class CertifiedRun:
         if self.undecidable is not None:
             what, time, bodies = self.undecidable
             which = ", ".join(map(str, bodies))
-            said = f"{what} (near time {time:.17g}, bodies {which})"
-            return f"not decidable at {self.bits} bits: {said}"
+            return f"not decidable at {self.bits} bits: {what} (near time {time:.17g}, bodies {which})"
         last = self.contacts[-1].time.nearest if self.contacts else None
         return {
             "until": f"complete up to time {self.until!r}",
-            "contacts": "complete up to the last of them",
             "quiet": "nothing happens after that",
-            "stopped": "complete up to the last of them",
             "jammed": f"the bodies are jammed near time {last!r}: contacts follow each other without end",
-            "crowded": "a body that is inserted next has no room",
-            "idle": "the bodies fly on and meet nobody for very long: give an end in time",
-            "interrupted": "interrupted",
-        }.get(self.ended, self.ended)
-
-
-class OracleProgress(NamedTuple):
-    """How far a run of the oracle is: its precision, the contacts so far at it, the scene's time, and which
-    share that is of what it was given to do."""
-
-    bits: int
-    contacts: int
-    time: float
-    share: float
+        }.get(self.ended, "complete up to the last of them")
 
 
 class Oracle:
-    """The oracle of one scene.
+    """The oracle of one scene: an iterator of its contacts from the start on, certified.
 
     Args:
         scene: the scene, taken as data.
-        narrow_phases: which contacts there are: of discs ("disc"), with walls ("wall"), both or none. None:
-            what the scene says, or both.
+        until: up to and at which time; None: as long as there are contacts.
+        cap_bits: the highest precision to try.
 
     Raises:
         MissingExtra: python-flint is not installed.
-        Refused: a narrow phase is neither of the two, not all bodies are discs, there are too many to
-            compute all pairs, a response is not of the specification, or a command comes after contacts of
-            its tick.
+        Refused: the scene has anything but elastic discs, walls and turns, or too many bodies.
+        ValueError: ``until`` is before the scene's start, or not a number.
 
-    ``certified`` is the certified part so far; after an interruption too.
+    ``certified`` is the certified part so far.
     """
 
-    def __init__(self, scene: Scene, narrow_phases: Sequence[str] | None = None) -> None:
+    def __init__(self, scene: Scene, until: float | None = None, *, cap_bits: int = CAP_BITS) -> None:
         _flint()
-        names = narrow_phases if narrow_phases is not None else scene.settings.narrow_phases
-        if names is None:
-            names = ("disc", "wall")
-        strange = [name for name in names if name not in ("disc", "wall")]
-        if strange:
-            raise Refused(
-                f"the oracle knows the narrow phases disc and wall, and not {', '.join(strange)}: certify "
-                "what those two do"
-            )
-        if scene.shapes:
-            raise Refused("the oracle certifies contacts of discs, and this scene has bodies of other shapes")
-        from kinetile_accuracy.oracle.rules import Rules
-
-        self._rules = Rules(scene)
-        if self._rules.count > MOST_BODIES:
-            raise Refused(
-                f"the oracle looks at all pairs after each contact and takes up to {MOST_BODIES} bodies, and "
-                f"this scene has {self._rules.count}, inserted ones included: certify a smaller one"
-            )
-        self.scene = scene
-        self.certified = CertifiedRun((), FIRST_BITS, "interrupted")
-        self._discs = "disc" in names
-        self._walls = "wall" in names
-        self._start = Fraction(scene.start)
-
-    def run(
-        self,
-        until: float | None = None,
-        *,
-        max_contacts: int | None = None,
-        cap_bits: int = CAP_BITS,
-        stop: Callable[[int, int, int], bool] | None = None,
-        progress: Callable[[OracleProgress], None] | None = None,
-    ) -> CertifiedRun:
-        """Finds the contacts from the start on, certified; returns them.
-
-        Args:
-            until: up to and at which time; None: the scene's own ``until``, unless ``max_contacts`` is given.
-                If the scene has an exact end at that time, the run ends there, before contacts.
-            max_contacts: up to how many contacts.
-            cap_bits: the highest precision to try.
-            stop: called with the index, a and b of each contact; True: that is enough.
-            progress: called after every few contacts.
-        """
-        from kinetile_accuracy.oracle.attempt import Attempt
-        from kinetile_accuracy.oracle.event_queue import Undecided
-
-        if until is None and max_contacts is None:
-            until = self.scene.settings.until
-            if until is None:
-                raise ValueError("the oracle needs an end: until=, max_contacts= or an until in the scene")
-        if until is not None and not self.scene.start <= until < math.inf:
+        check_scope(scene)
+        if until is not None and not scene.start <= until < math.inf:
             raise ValueError(f"until must be a time from the scene's start on; found {until}")
-        self.certified = CertifiedRun((), FIRST_BITS, "interrupted", until)
-        most = math.inf if max_contacts is None else max_contacts
-        end = None if until is None else self._rules.end(self.scene, until)
-        span = (0.0 if until is None else until - self.scene.start) or math.inf
-        bits, failures = FIRST_BITS, []
+        self.scene, self.until, self.bits = scene, until, FIRST_BITS
+        self._most_bits = max(cap_bits, FIRST_BITS)
+        self._start = Fraction(scene.start)
+        self._found: list[CertifiedContact] = []
+        self._ended: Ending = "going on"
+        self._undecidable: Undecidable | None = None
+        self._contacts = self._follow()
 
-        def told(found: list[CertifiedContact]) -> None:
-            if progress is not None and len(found) % 16 == 0:
-                time = found[-1].time.nearest
-                share = max(len(found) / most, (time - self.scene.start) / span)
-                progress(OracleProgress(bits, len(found), time, min(share, 1.0)))
+    @property
+    def certified(self) -> CertifiedRun:
+        """The certified part so far."""
+        return CertifiedRun(tuple(self._found), self.bits, self._ended, self.until, self._undecidable)
 
+    def __iter__(self) -> Iterator[CertifiedContact]:
+        return self
+
+    def __next__(self) -> CertifiedContact:
+        return next(self._contacts)
+
+    def _follow(self) -> Iterator[CertifiedContact]:
+        """Yields the contacts, each found with as many bits as it needs."""
+        from kinetile_accuracy.oracle.attempt import Undecided
+
+        failures: list[tuple[int, str]] = []
         while True:
-            found: list[CertifiedContact] = []
-            images: list[tuple[int, int]] = []
-            ended: Ending = "interrupted"
-            undecidable = None
-            with _flint().ctx.workprec(bits):
-                try:
-                    attempt = Attempt(self.scene, self._rules, end, self._discs, self._walls)
-                    ended = self._carry_out(attempt, found, images, most, stop, told)
-                except Undecided as doubt:
-                    # What stays undecided at the same contact is an exact tie: no number of bits settles it.
-                    failures.append((len(found), doubt.what))
-                    stuck = failures[-STUCK:] == failures[-1:] * STUCK
-                    if stuck or 2 * bits > max(cap_bits, FIRST_BITS):
-                        ended = "undecidable"
-                        time = float(self._start + Fraction(doubt.time))
-                        undecidable = Undecidable(doubt.what, time, doubt.bodies)
-                finally:  # an interrupted attempt may have come less far than the one before it
-                    if ended != "interrupted" or len(found) >= len(self.certified.contacts):
-                        self.certified = CertifiedRun(
-                            tuple(found), bits, ended, until, undecidable, tuple(images)
-                        )
-            if ended != "interrupted":
-                return self.certified
-            bits *= 2
+            try:
+                yield from self._attempt()
+                return
+            except Undecided as doubt:
+                # What stays undecided at the same contact is an exact tie: no number of bits settles it.
+                failures.append((len(self._found), doubt.what))
+                if failures[-STUCK:] == failures[-1:] * STUCK or 2 * self.bits > self._most_bits:
+                    self._give_up(doubt)
+                    return
+            self.bits *= 2
 
-    def _carry_out(
-        self,
-        attempt: Attempt,
-        found: list[CertifiedContact],
-        images: list[tuple[int, int]],
-        most: float,
-        stop: Callable[[int, int, int], bool] | None,
-        told: Callable[[list[CertifiedContact]], None],
-    ) -> Ending:
-        """Runs an attempt to its end, adding to what was found."""
-        while len(found) < most:
-            if len(attempt.met) == len(found):
-                if attempt.ended is not None:
-                    return attempt.ended
-                if attempt.idle > IDLE and self.certified.until is None:
-                    return "idle"
-                attempt.step()
-                continue
-            met = attempt.met[len(found)]
-            found.append(self._contact(met))
-            images.append(met.image)
-            if stop is not None and stop(len(found) - 1, found[-1].a, found[-1].b):
-                return "stopped"
-            told(found)
-        return "contacts"
+    def _attempt(self) -> Iterator[CertifiedContact]:
+        """Yields what one attempt finds beyond the contacts that are known."""
+        from kinetile_accuracy.oracle.attempt import Attempt
+        from kinetile_accuracy.oracle.times import exact
+
+        def precisely(step: Any, *given: Any) -> Any:
+            with _flint().ctx.workprec(self.bits):  # others have their own precision between two contacts
+                return step(*given)
+
+        end = None if self.until is None else exact(self.until) - exact(self.scene.start)
+        attempt = precisely(Attempt, self.scene, end)
+        contacts = attempt.contacts()
+        number = 0
+        while (met := precisely(next, contacts, None)) is not None:
+            number += 1
+            if number > len(self._found):
+                self._found.append(self._contact(met))
+                yield self._found[-1]
+        self._ended = attempt.ended
+
+    def _give_up(self, doubt: Undecided) -> None:
+        self._ended = "undecidable"
+        self._undecidable = Undecidable(doubt.what, float(self._start + Fraction(doubt.time)), doubt.bodies)
 
     def _contact(self, met: BallContact) -> CertifiedContact:
         time = Enclosure(self._start + _fraction(met.ball.mid()), _fraction(met.ball.rad()))
-        return CertifiedContact(time, met.a, met.b, met.tied, met.head_on, met.speed)
+        return CertifiedContact(time, *met[1:])
 
 
 def oracle_contacts(
@@ -305,10 +220,59 @@ def oracle_contacts(
     *,
     max_contacts: int | None = None,
     cap_bits: int = CAP_BITS,
-    narrow_phases: Sequence[str] | None = None,
 ) -> CertifiedRun:
-    """Returns the certified contacts of a scene: see ``Oracle``."""
-    return Oracle(scene, narrow_phases).run(until, max_contacts=max_contacts, cap_bits=cap_bits)
+    """Returns the certified contacts of a scene.
+
+    Args:
+        scene: a scene of elastic discs, with walls or without, with turns or without.
+        until: up to and at which time; None: the scene's own ``until``, unless ``max_contacts`` is given.
+        max_contacts: up to how many contacts.
+        cap_bits: the highest precision to try.
+
+    Raises:
+        MissingExtra, Refused: see ``Oracle``.
+        ValueError: there is no end, or ``until`` is before the scene's start.
+    """
+    if until is None and max_contacts is None:
+        until = scene.settings.until
+        if until is None:
+            raise ValueError("the oracle needs an end: until=, max_contacts= or an until in the scene")
+    oracle = Oracle(scene, until, cap_bits=cap_bits)
+    for _ in islice(oracle, max_contacts):
+        pass
+    return oracle.certified
+
+
+def check_scope(scene: Scene, narrow_phases: Sequence[str] | None = None) -> None:
+    """Raises Refused where a scene has anything but elastic discs, walls and turns, or too many bodies.
+
+    ``narrow_phases`` are those of a run; None: the scene's own.
+    """
+    names = narrow_phases if narrow_phases is not None else scene.settings.narrow_phases
+    either = {"wall"} if scene.arena is None else set()  # without an arena there is nothing for it to meet
+    usual = names is None or bool(scene.shapes) or {*names} | either == {"disc", "wall"}
+    responses = {response.name for row in scene.meets for response in row} - {"elastic"}
+    found = {
+        "bodies of other shapes": scene.shapes,
+        "periodic axes": any(scene.periods),
+        "immovable bodies": not all(map(math.isfinite, scene.mass.tolist())),
+        f"the responses {listed(sorted(responses))}": responses,
+        "insertions or removals": any(not isinstance(each, Turn) for each in scene.commands),
+        "commands at exact ticks": any(each.at is not None for each in scene.commands),
+        "an end at an exact tick": scene.settings.end is not None,
+        f"the narrow phases {listed(names or ['none'])}": not usual,
+    }
+    strange = [what for what, there in found.items() if there]
+    if strange:
+        raise Refused(
+            "the oracle judges elastic discs that can move, between walls or without, and turns at their "
+            f"times; this scene has {listed(strange)}: certify-log judges the contacts of such a scene"
+        )
+    if len(scene) > MOST_BODIES:
+        raise Refused(
+            f"the oracle compares all pairs and takes up to {MOST_BODIES:,} bodies, and this scene has "
+            f"{len(scene):,}: certify a smaller one, or judge its contacts by certify-log"
+        )
 
 
 def _flint() -> Any:

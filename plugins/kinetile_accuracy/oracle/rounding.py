@@ -20,15 +20,12 @@ from fractions import Fraction
 
 import numpy as np
 
-from kinetile.scene import Insert, Remove, Scene
+from kinetile.scene import Scene
 from kinetile_accuracy.oracle.oracle import CertifiedContact
+from kinetile_accuracy.specification.arithmetic import SPAN, UNIT_TICKS
 
 SURELY = 4.0
 """What the first order leaves out, and the solver's roundings, are less than the bound this many times."""
-
-UNITS = 2.0
-"""Units of time in which the clock anchors a body that meets nothing anew at most once: where an axis is
-periodic it keeps no plan for more than 4."""
 
 
 @dataclass
@@ -40,39 +37,46 @@ class _Off:
     velocity: float = 0.0
     event: float = 0.0
 
+    def advance(self, now: Fraction, anchored: float, span: float) -> None:
+        """Advances to a time: a velocity that is off moves the place, and so does every new anchor on the
+        way, one a ``span`` at most."""
+        took = float(now - self.since)
+        self.place += (self.velocity * took if took else 0.0) + anchored * (took // span)
+        self.since = now
 
-def allowed_errors(
-    scene: Scene, contacts: Sequence[CertifiedContact], *, time_unit: float, start: float
-) -> list[float]:
+
+def allowed_errors(scene: Scene, contacts: Sequence[CertifiedContact], time_unit: float) -> list[float]:
     """Returns for each contact how far a run's time may be from the certified one, in the scene's time."""
-    tick = time_unit * 2.0**-52
-    radius = dict(enumerate(scene.radius.tolist()))
-    commands = [each for each in scene.commands if not isinstance(each, Remove)]
-    fastest = max(map(_size, [*scene.velocity, *(each.velocity for each in commands)]), default=0.0)
+    tick = time_unit / UNIT_TICKS
+    start = Fraction(scene.start)
+    turns = list(scene.turns)
+    fastest = max(map(_size, [*scene.velocity, *(turn.velocity for turn in turns)]), default=0.0)
     fastest = max([fastest, *(each.speed for each in contacts)])
-    inserted = [each for each in commands if isinstance(each, Insert)]
-    farthest = max(map(_size, [*scene.position, *(each.position for each in inserted)]), default=0.0)
-    took = float(contacts[-1].time.middle - Fraction(start)) if contacts else 0.0
-    farthest = max([farthest, *scene.arena]) if scene.arena is not None else farthest + fastest * took
+    if scene.arena is not None:
+        farthest = max(scene.arena)
+    else:
+        took = float(contacts[-1].time.middle - start) if contacts else 0.0
+        farthest = max(map(_size, scene.position), default=0.0) + fastest * took
     anchored = 4.0 * math.ulp(farthest) + 2.0 * fastest * tick
-    bent = 16.0 * math.ulp(fastest)
-    bodies: dict[int, _Off] = {}
+    bent, span = 16.0 * math.ulp(fastest), time_unit * (SPAN // UNIT_TICKS)
+    bodies = [_Off(start) for _ in range(len(scene))]
     allowed = []
     for met in contacts:
         now = met.time.middle
-        while commands and Fraction(commands[0].time) <= now:
-            command = commands.pop(0)
-            if isinstance(command, Insert):
-                radius[command.body] = command.radius
-            off = _moved(bodies, command.body, Fraction(command.time), start, anchored, time_unit)
+        while turns and Fraction(turns[0].time) <= now:
+            turn = turns.pop(0)
+            off = bodies[turn.body]
+            off.advance(Fraction(turn.time), anchored, span)
             off.place, off.velocity, off.event = off.place + anchored, 0.0, tick
-        two = [_moved(bodies, each, now, start, anchored, time_unit) for each in (met.a, met.b) if each >= 0]
+        two = [bodies[each] for each in (met.a, met.b) if each >= 0]
+        for off in two:
+            off.advance(now, anchored, span)
         place, velocity = sum(off.place for off in two), sum(off.velocity for off in two)
-        reach = sum(radius[each] for each in (met.a, met.b)) if met.b >= 0 else math.inf
+        reach = float(scene.radius[met.a] + scene.radius[met.b]) if met.b >= 0 else math.inf
         late = max(off.event for off in two) + 2.0 * tick + float(met.time.radius)
         late += _late(place, velocity, reach, met)
         allowed.append(late)
-        # The line of centres, and what the response makes of the velocities, at most twice the relative one.
+        # The line of centres, and what the exchange makes of the velocities, at most twice the relative one.
         gap = place + met.speed * late
         kick = bent if met.b < 0 else bent + 4.0 * (velocity + 2.0 * met.speed * gap / reach)
         for off in two:
@@ -80,17 +84,6 @@ def allowed_errors(
             off.velocity += kick
             off.event = late
     return allowed
-
-
-def _moved(
-    bodies: dict[int, _Off], body: int, now: Fraction, start: float, anchored: float, time_unit: float
-) -> _Off:
-    """Returns what a body is off at a time."""
-    off = bodies.setdefault(body, _Off(Fraction(start)))
-    took = float(now - off.since)
-    off.place += (off.velocity * took if took else 0.0) + anchored * (took // (UNITS * time_unit))
-    off.since = now
-    return off
 
 
 def _late(place: float, velocity: float, reach: float, met: CertifiedContact) -> float:

@@ -124,6 +124,7 @@ class Course:
         bits = unit_bits(scene)
         self._last = last
         self.frame = Frame(scene.arena, bits, scene.periods)
+        self._arena = scene.arena or ()
         self._periodic = any(scene.periods)
         self._span = BEAT if self._periodic else SPAN
         self.now = 0
@@ -213,15 +214,18 @@ class Course:
             return True
         r = command.radius
         x, y = command.position
+        for place, side, period in zip((x, y), self._arena, self.frame.periods, strict=False):
+            if not period and min(place, side - place) < r - 1e-12 * r:
+                return False
         plan = FlightPlan(x, y, 0.0, 0.0, self.now, r, self.frame)
-        place = plan.x, plan.y  # no scene has an insertion into a wall
+        centre = plan.x, plan.y
         for other in self._there():
             if self._answers.passes(command.body, other):
                 continue
             its = self._anchored(other)
             dx, dy = (
                 math.remainder(there - here, period) if period else there - here
-                for here, there, period in zip(place, (its.x, its.y), self.frame.periods, strict=True)
+                for here, there, period in zip(centre, (its.x, its.y), self.frame.periods, strict=True)
             )
             reach = (r + self._radius[other]) - 1e-12 * (r + self._radius[other])
             if dx * dx + dy * dy < reach * reach:

@@ -18,6 +18,7 @@ from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
+import kinetile as kt
 from kinetile.errors import MissingExtra
 from kinetile_accuracy.drawing import is_narrow, legend_below, new_figure
 from kinetile_accuracy.sections import (
@@ -42,8 +43,6 @@ if TYPE_CHECKING:
 ROUNDING = 1e-10
 """Overlaps below this, in radii, are roundings, and belong to the strip beyond the chart's break."""
 
-KINETIC = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
-"""Every broad phase that comes with kinetile."""
 SCENE = ("bodies", "density")
 """The fields of a row that identify its scenes."""
 FINDERS: tuple[Finder, ...] = ("sweep", "cells")
@@ -89,7 +88,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
     """Measures all methods; returns the part of the report that shows speed against error."""
     effort = EFFORTS[budget]
     engines, left_out = _installed()
-    methods = [Method("kinetic", name) for name in KINETIC]
+    methods = [Method("kinetic", name) for name in broad_phases()]
     methods += [Method("snapshots", finder, dt) for finder in FINDERS for dt in effort.steps]
     methods += [Method("engine", engine, dt) for engine in engines for dt in effort.engine_steps]
     rows: list[SpeedError] = []
@@ -119,6 +118,11 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
         pictures=tuple(pictures),
         left_out=left_out,
     )
+
+
+def broad_phases() -> tuple[str, ...]:
+    """Returns every broad phase that is installed, those of plugins too."""
+    return tuple(each.spec.name for each in kt.registry() if each.kind == "broad phase")
 
 
 def _installed() -> tuple[dict[str, Setting], tuple[str, ...]]:
@@ -287,20 +291,23 @@ class _Look(NamedTuple):
 
 
 _LOOKS = {
-    ("kinetic", "naive"): _Look("naive", "#0072B2", "s", ""),
-    ("kinetic", "cells"): _Look("cells", "#0072B2", "*", ""),
-    ("kinetic", "sap-1d"): _Look("sap-1d", "#0072B2", "^", ""),
-    ("kinetic", "sap-2d"): _Look("sap-2d", "#0072B2", "X", ""),
-    ("kinetic", "sweep-tiling"): _Look("sweep-tiling", "#0072B2", "o", ""),
     ("snapshots", "sweep"): _Look("snapshots, sweep", "#000000", "o", "-"),
     ("snapshots", "cells"): _Look("snapshots, cells", "#777777", "s", "--"),
     ("engine", "chipmunk"): _Look("Chipmunk", "#009E73", "D", "-."),
     ("engine", "box2d"): _Look("Box2D 2.3, no bullets", "#D55E00", "v", ":"),
     ("engine", "box2d-bullets"): _Look("Box2D 2.3, bullets", "#D55E00", "P", "-"),
 }
-"""By kind and name: a phase and a way to find pairs in snapshots may have one name."""
+"""Of methods in steps, by kind and name. Kinetic methods have one colour, and a marker each."""
 
-_LINE = _LOOKS["kinetic", "naive"].colour
+_LINE = "#0072B2"
+_MARKERS = "s*^XopdhH8<>"
+
+
+def _look_of(row: SpeedError, kinetic: Sequence[str]) -> _Look:
+    """Returns the look of a method; ``kinetic`` are the names of the kinetic ones."""
+    if row.kind == "kinetic":
+        return _Look(row.method, _LINE, _MARKERS[kinetic.index(row.method) % len(_MARKERS)], "")
+    return _LOOKS[row.kind, row.method]
 
 
 def draw_speed_error(rows: Sequence[SpeedError]) -> Figure:
@@ -308,12 +315,13 @@ def draw_speed_error(rows: Sequence[SpeedError]) -> Figure:
     figure, panels = new_figure(4, 4.4, sharey=True, width_ratios=(3, 7, 3, 7))
     if is_narrow(figure):
         figure, panels = new_figure(2, 8.0, rows=2, sharey=True, width_ratios=(3, 7))
+    kinetic = list(grouped([row for row in rows if row.kind == "kinetic"], "method"))
     figure.supylabel("CPU seconds for one unit of simulated time", fontsize="medium")
     panels[0].set(yscale="log", ylim=(0.6 * min(r.cost for r in rows), 1.7 * max(r.cost for r in rows)))
     for strip, main, error in ((*panels[:2], "deepest"), (*panels[2:], "missed_share")):
         _lay_out(strip, main, error, rows)
         for some in grouped(rows, "kind", "method").values():
-            _draw_method(strip, main, error, some)
+            _draw_method(strip, main, error, some, _look_of(some[0], kinetic))
         best = fastest(rows).cost
         for panel in (strip, main):
             panel.axhline(best, color=_LINE, linewidth=0.9, zorder=1)
@@ -359,9 +367,8 @@ def _lay_out(strip: Any, main: Any, error: str, rows: Sequence[SpeedError]) -> N
         mark.set_in_layout(False)
 
 
-def _draw_method(strip: Any, main: Any, error: str, rows: Sequence[SpeedError]) -> None:
+def _draw_method(strip: Any, main: Any, error: str, rows: Sequence[SpeedError], look: _Look) -> None:
     """Draws the points of a method, joined where it has steps; those beyond the break go to the strip."""
-    look = _LOOKS.get((rows[0].kind, rows[0].method)) or _Look(rows[0].method, "#56B4E9", "X", ":")
     rows = sorted(rows, key=_step)
     style: dict[str, Any] = {"color": look.colour, "marker": look.marker, "clip_on": False}
     kinetic = rows[0].kind == "kinetic"

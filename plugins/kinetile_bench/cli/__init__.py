@@ -8,8 +8,8 @@ import typer
 from typer.core import TyperGroup
 
 from kinetile.cli.options import is_file_name
-from kinetile_bench.cli.bench import choose, counters, events, frames, growth, scene, thesis
-from kinetile_bench.cli.study import run_study, study_plot, study_status, study_table
+from kinetile_bench.cli.bench import choose, events, scene, thesis
+from kinetile_bench.cli.study import run_study, study_rows, study_table
 
 _PANEL = "Speed"
 
@@ -28,16 +28,13 @@ bench = typer.Typer(
     help="Measure speed; `kinetile bench FILE.toml` measures the broad phases on a scene of your own.",
     no_args_is_help=True,
 )
-for _benchmark in (events, thesis, growth, frames, counters, scene):
+for _benchmark in (events, scene, thesis):
     bench.command()(_benchmark)
 
-study = typer.Typer(
-    help="Run a table of scenes, phases and seeds; stop, go on, read, draw.", no_args_is_help=True
-)
+study = typer.Typer(help="Run a table of scenes, phases and seeds; stop, go on, read.", no_args_is_help=True)
 study.command("run")(run_study)
-study.command("status")(study_status)
 study.command("table")(study_table)
-study.command("plot")(study_plot)
+study.command("rows")(study_rows)
 
 app = typer.Typer()
 app.command(rich_help_panel=_PANEL)(choose)

@@ -1,4 +1,4 @@
-"""The thesis's benchmark (section 5.3), restated so that it can be done again: a study that ships.
+"""The thesis's benchmark (section 5.3), restated so that it can be done again.
 
 Twelve scenes of the recipe ``grid``: 25, 100 and 400 discs at four densities. Each broad phase runs each of
 them for the same stretch of simulated time, with several seeds, which the thesis does not mention. Two kinds
@@ -6,58 +6,48 @@ of numbers are kept. Counts (contacts, bound events, candidate pairs, the queue)
 machine. Times are processor time inside the loop, the static construction included and compilation apart: a
 short run is repeated until there is enough to measure, and the phases take turns, several times on each scene
 with each seed, so that a machine that slows down slows all of them, and the same run has several times.
-
-A cell sums up the rows of one scene under one phase. What follows from the cells is computed in
-``kinetile_bench.thesis.measures`` (spreads, exponents, the four measures of a kinetic data structure) and
-``kinetile_bench.thesis.statements`` (the thesis's statements).
 """
 
 from __future__ import annotations
 
 import math
-import os
 import statistics
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
+from kinetile import Simulation, make_scene
 from kinetile.plugin.choices import write_phase
 from kinetile_accuracy.environment import environment
-from kinetile_bench.benchmark import Choice, Measured, phases_with_options
+from kinetile_bench.benchmark import Choice, NamedPhase, PhasesMeasured, phases_with_options, prepared
 from kinetile_bench.events import BODIES, DENSITIES
-from kinetile_bench.study import Study, shipped_tables
 
 PHASES = ("naive", "sap-1d", "sap-2d", "sweep-tiling")
 """The thesis's three, and its sweep-and-prune on two axes, which it left out of its figures."""
 
-ROUNDS = 5
-"""How often the phases take turns on a scene."""
+MOMENTS = 17
+"""Moments of a run, evenly apart from its start to its end, at which candidate pairs are counted."""
+
+MOST_RUNS = 40
+"""Runs of one phase in one round, at most."""
+
+COUNTED = (
+    *("events", "structural_events", "contacts_disc", "contacts_wall"),
+    *("certificates_updated", "partners_asked", "contacts_computed"),
+)
+"""Readings of a run that are counts, the same on every machine; structural events are bound events."""
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One broad phase on one scene.
+    """One broad phase on one scene, up to the time ``until``.
 
-    Attributes:
-        density, bodies, seed: the scene.
-        phase: the broad phase, with its options.
-        until: how long was simulated, in the scene's time.
-        cpu_seconds: of a run from the scene's start to ``until``, the median of each round. In a round all
-            phases run one after the other, so that other load of the machine falls on all of them.
-        contacts_disc, contacts_wall: contacts of two discs, of a disc with a wall.
-        bound_events: failures of the broad phase's own certificates.
-        certificates_updated: how often the broad phase computed when a body's certificate fails.
-        partners_asked: candidate checks: bodies whose bound of a contact another body computed.
-        contacts_computed: exact solves.
-        queue_max: the most bodies queued at one time.
-        pairs_mean, pairs_max: candidate pairs, at 17 moments of the run, evenly apart.
-        pairs_of_one_body: the most candidate pairs of one body, at these moments.
-        pair_changes: candidate pairs that came, as the broad phase counts them, or went: the difference.
-        fingerprint: digest of the contacts.
-
-    What the static construction does is not in the counts.
+    ``cpu_seconds`` is the median of the runs of each round. In a round all phases run one after the other, so
+    that other load of the machine falls on all of them. ``counts`` are ``COUNTED``, without the static
+    construction; ``contacts``, the most bodies in the queue, ``candidate_pairs`` (the mean of some moments of
+    the run), and the ``fingerprint``.
     """
 
     density: float
@@ -66,43 +56,17 @@ class Cell:
     phase: str
     until: float
     cpu_seconds: tuple[float, ...]
-    contacts_disc: int
-    contacts_wall: int
-    bound_events: int
-    certificates_updated: int
-    partners_asked: int
-    contacts_computed: int
-    queue_max: int
-    pairs_mean: float
-    pairs_max: int
-    pairs_of_one_body: int
-    pair_changes: int
-    fingerprint: str
+    counts: Mapping[str, Any]
 
     @property
-    def events(self) -> int:
-        """Events of all kinds."""
-        return self.contacts + self.bound_events
+    def scene(self) -> tuple[float, int, int]:
+        """The scene: its density, number of discs and seed."""
+        return self.density, self.bodies, self.seed
 
     @property
-    def contacts(self) -> int:
-        """Contacts of all kinds."""
-        return self.contacts_disc + self.contacts_wall
-
-    @property
-    def partners_per_event(self) -> float:
-        """Candidate checks for one event."""
-        return self.partners_asked / max(self.events, 1)
-
-    @property
-    def microseconds_per_event(self) -> float:
-        """CPU microseconds for one event, from the median of the rounds."""
-        return 1e6 * self.cost * self.until / max(self.events, 1)
-
-    @property
-    def plan_changes(self) -> int:
-        """How often a body got a new flight plan: two at a contact of discs."""
-        return 2 * self.contacts_disc + self.contacts_wall
+    def fingerprint(self) -> str:
+        """The digest of the contacts."""
+        return str(self.counts["fingerprint"])
 
     @property
     def cost(self) -> float:
@@ -111,10 +75,8 @@ class Cell:
 
     @property
     def unrest(self) -> float:
-        """How many times as long the slowest round took as the fastest: a measure of other load.
-
-        One round does not show it: infinite.
-        """
+        """How many times as long the slowest round took as the fastest: a measure of other load, which is not
+        known of one round, and infinite then."""
         return max(self.cpu_seconds) / min(self.cpu_seconds) if len(self.cpu_seconds) > 1 else math.inf
 
 
@@ -125,71 +87,50 @@ class ThesisScene(NamedTuple):
     bodies: int
 
     def __str__(self) -> str:
-        return f"{plain(self.density)}/{self.bodies}"
-
-
-def plain(density: float) -> str:
-    """Returns a density as the thesis's readers write it: .5."""
-    return f"{density:g}".removeprefix("0")
+        return f"{self.density:g}/{self.bodies}".removeprefix("0")
 
 
 @dataclass(frozen=True)
-class ThesisBench(Measured):
+class ThesisBench(PhasesMeasured):
     """All cells, and where and with what they were measured."""
 
     rows: tuple[Cell, ...]
     conditions: Mapping[str, Any]
 
     @cached_property
-    def densities(self) -> tuple[float, ...]:
-        """The densities, highest first."""
-        return tuple(sorted({cell.density for cell in self.rows}, reverse=True))
+    def _cells(self) -> dict[tuple[ThesisScene, str], dict[int, Cell]]:
+        found: dict[tuple[ThesisScene, str], dict[int, Cell]] = {}
+        for cell in self.rows:
+            found.setdefault((ThesisScene(cell.density, cell.bodies), cell.phase), {})[cell.seed] = cell
+        return found
 
-    @cached_property
-    def bodies(self) -> tuple[int, ...]:
-        """The numbers of discs, smallest first."""
-        return tuple(sorted({cell.bodies for cell in self.rows}))
-
-    @cached_property
+    @property
     def phases(self) -> tuple[str, ...]:
         """The broad phases in the order in which they ran."""
         return tuple(dict.fromkeys(cell.phase for cell in self.rows))
 
-    @property
-    def unrest(self) -> float:
-        """The cells' unrest, the median of all."""
-        return statistics.median(cell.unrest for cell in self.rows)
-
-    @cached_property
-    def _cells(self) -> dict[tuple[float, int, str], dict[int, Cell]]:
-        found: dict[tuple[float, int, str], dict[int, Cell]] = {}
-        for cell in sorted(self.rows, key=lambda cell: cell.seed):
-            found.setdefault((cell.density, cell.bodies, cell.phase), {})[cell.seed] = cell
-        return found
-
-    def of(self, scene: ThesisScene, phase: str) -> tuple[Cell, ...]:
-        """Returns the cells of one scene and phase, one for each seed that was run."""
-        return tuple(self._cells.get((*scene, phase), {}).values())
+    def of(self, scene: ThesisScene, phase: str) -> Mapping[int, Cell]:
+        """Returns the cells of one scene and phase, by their seeds."""
+        return self._cells.get((scene, phase), {})
 
     def scenes(self, *phases: str) -> list[ThesisScene]:
-        """Returns the scenes that all these phases have run, by density from the highest, then by size."""
-        every = [ThesisScene(density, n) for density in self.densities for n in self.bodies]
+        """Returns the scenes that all these phases have run."""
+        every = dict.fromkeys(scene for scene, _ in self._cells)
         return [scene for scene in every if all(self.of(scene, phase) for phase in phases)]
 
-    def seed_by_seed(self, scene: ThesisScene, phases: Sequence[str]) -> list[list[Cell]]:
-        """Returns the cells of the phases on a scene, one list for each seed that all of them have run."""
-        found = [self._cells[(*scene, phase)] for phase in phases]
-        return [
-            [cells[seed] for cells in found] for seed in found[0] if all(seed in cells for cells in found)
-        ]
+    def by_density(self, *phases: str) -> dict[float, list[ThesisScene]]:
+        """Returns the same by their density."""
+        groups: dict[float, list[ThesisScene]] = {}
+        for scene in self.scenes(*phases):
+            groups.setdefault(scene.density, []).append(scene)
+        return groups
 
-    def mean(self, scene: ThesisScene, phase: str, quantity: str) -> float:
-        """Returns the mean of an attribute of the cells over the seeds."""
-        return statistics.fmean(getattr(cell, quantity) for cell in self.of(scene, phase))
+    def mean(self, scene: ThesisScene, phase: str, count: str) -> float:
+        """Returns the mean of a count over the seeds."""
+        return statistics.fmean(cell.counts[count] for cell in self.of(scene, phase).values())
 
 
-def thesis_study(
-    results: str | os.PathLike[str],
+def bench_thesis(
     phases: Sequence[Choice] = PHASES,
     bodies: Sequence[int] = BODIES,
     densities: Sequence[float] = DENSITIES,
@@ -197,60 +138,56 @@ def thesis_study(
     seeds: int = 6,
     until: float = 1.0,
     seconds: float = 0.01,
-    repeats: int = ROUNDS,
-) -> Study:
-    """Returns the study ``thesis``, or a part of it; its rows are in the folder ``results``.
+    repeats: int = 5,
+    start: Callable[[Any], Any] = Simulation.compile,
+    progress: Callable[[int, int], None] | None = None,
+) -> Iterator[ThesisBench]:
+    """Runs every phase on every scene with the seeds 1 to ``seeds``; yields what there is after each scene
+    with each seed.
 
-    Every phase runs every scene with the seeds 1 to ``seeds``, up to the time ``until``, in this many rounds
-    (``repeats``). ``seconds`` is the CPU time that the runs of a phase on a scene with one seed have together
-    in a round, at least, unless that would be more than 40 runs.
-
-    Raises StudyError for what cannot be run.
+    ``repeats`` is the number of rounds. ``seconds`` is the CPU time that the runs of a phase on a scene with
+    one seed have together in a round, at least, unless that would be more than ``MOST_RUNS``.
     """
-    tables = shipped_tables("thesis") | {
-        "phases": [write_phase(*each) for each in phases_with_options(phases)],
-        "seeds": list(range(1, seeds + 1)),
-        "repeats": repeats,
-        "until": until,
-        "seconds": seconds,
-        "scenes": [
-            {"recipe": "grid", "parameters": {"density": list(densities), "bodies": list(bodies)}},
-        ],
-    }
-    return Study(tables, results)
+    chosen = phases_with_options(phases)
+    conditions = {"seeds": seeds, "until": until, "seconds": seconds, "repeats": repeats}
+    plan = [(density, n, seed) for density in densities for n in bodies for seed in range(1, seeds + 1)]
+    cells: list[Cell] = []
+    for done, (density, n, seed) in enumerate(plan, start=1):
+        scene = make_scene("grid", bodies=n, density=density, seed=seed)
+        counts = [_counts(scene, choice, until, start) for choice in chosen]
+        times: list[list[float]] = [[] for _ in chosen]
+        for number in range(repeats):
+            for k in sorted(range(len(chosen)), reverse=number % 2 == 1):
+                times[k].append(_time(scene, chosen[k], until, seconds))
+        for choice, spent, found in zip(chosen, times, counts, strict=True):
+            cells.append(Cell(density, n, seed, write_phase(*choice), until, tuple(spent), found))
+        if progress is not None:
+            progress(done, len(plan))
+        yield ThesisBench(tuple(cells), environment() | conditions)
 
 
-def read_bench(study: Study) -> ThesisBench:
-    """Returns the cells of ``thesis_study`` of which all rounds have been run, and how they were measured."""
-    cells: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
-    for row in study.rows().to_pylist():
-        if row["status"] == "done":
-            cells.setdefault((row["density"], row["bodies"], row["seed"], row["phase"]), []).append(row)
-    plan = study.plan
-    whole = [rows for rows in cells.values() if len(rows) == plan.file.repeats]
-    conditions = {
-        "seeds": len({each["seed"] for each in plan.scenes[0].combinations}),
-        "until": plan.scenes[0].until,
-        "seconds": plan.file.seconds,
-        "repeats": plan.file.repeats,
-    }
-    return ThesisBench(tuple(map(_cell, whole)), environment() | conditions)
+def _time(scene: Any, choice: NamedPhase, until: float, seconds: float) -> float:
+    """Repeats a run until the runs have taken enough CPU time; returns the median."""
+    spent: list[float] = []
+    least = time.get_clock_info("thread_time").resolution
+    while not spent or (len(spent) < MOST_RUNS and sum(spent) < seconds):
+        simulation = prepared(scene, choice)
+        simulation.run(until)
+        spent.append(max(simulation.readings.cpu_seconds, least))
+    return statistics.median(spent)
 
 
-def _cell(rounds: Sequence[Mapping[str, Any]]) -> Cell:
-    """Returns what the rows of one scene under one phase come to; counts are the same in all of them."""
-    row = rounds[0]
-    least = time.get_clock_info("process_time").resolution
-    same = (
-        *("density", "bodies", "seed", "phase", "until", "contacts_disc", "contacts_wall", "queue_max"),
-        *("pairs_mean", "pairs_of_one_body", "pair_changes", "fingerprint"),
-    )
-    return Cell(
-        **{name: row[name] for name in same},
-        cpu_seconds=tuple(max(each["cpu_seconds"], least) for each in rounds),
-        bound_events=row["structural_events"],
-        certificates_updated=row["certificates_updated"] - row["construction_updated"],
-        partners_asked=row["partners_asked"] - row["construction_asked"],
-        contacts_computed=row["contacts_computed"] - row["construction_computed"],
-        pairs_max=row["pairs_most"],
-    )
+def _counts(scene: Any, choice: NamedPhase, until: float, start: Callable[[Any], Any]) -> dict[str, Any]:
+    """Runs to the end; returns the counts of a cell."""
+    simulation = prepared(scene, choice, start)
+    simulation.build()
+    built = simulation.readings.as_dict()
+    pairs = [len(simulation.candidate_pairs())]
+    for moment in range(1, MOMENTS):
+        simulation.run(scene.start + (until - scene.start) * moment / (MOMENTS - 1))
+        pairs.append(len(simulation.candidate_pairs()))
+    found = simulation.readings.as_dict()
+    counts = {name: found[name] - built[name] for name in COUNTED}
+    counts["contacts"] = counts["contacts_disc"] + counts["contacts_wall"]
+    counts["candidate_pairs"] = statistics.fmean(pairs)
+    return counts | {name: found[name] for name in ("queue_max", "fingerprint")}

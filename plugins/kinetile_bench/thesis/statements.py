@@ -1,378 +1,256 @@
-"""The thesis's statements about its benchmark (section 5.3), each compared with the cells of a run.
+"""The thesis's statements about its benchmark (section 5.3), as data: each with what has to hold for it.
 
-B1 to B6 and B11 are about time, B7 to B9 about numbers of events, B10 about the method that the thesis left
-out. A statement is cut into parts that a number decides. Where the thesis gives no number ("almost
-negligible", "many times over") the part says which one was taken.
-
-Counts decide statements about numbers of events. Those about times are decided by the rules of
-``kinetile_bench.thesis.evidence``, or not decided. A statement holds if all its parts do, does not if one
-does not, and is open otherwise.
+Where the thesis gives no number ("almost negligible", "many times over") one is chosen here. Counts decide
+statements about numbers of events. A comparison of times consists of pairs, one for each seed and round, in
+which both phases ran one after the other. It is decided where nine of ten pairs agree by more than 5 %, on a
+machine on which the same run took the same time in every round, to 5 %; with one round it is not known
+whether it was such a machine. A statement holds if all its parts do, and does not if one does not.
 """
 
 from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from kinetile_bench.thesis import ThesisBench, ThesisScene, evidence, plain
-from kinetile_bench.thesis.evidence import Answer, Evidence, all_of, by_count, costs_of_one, more_than_half
-from kinetile_bench.thesis.measures import fits
+from kinetile_bench.events import BODIES, DENSITIES
+from kinetile_bench.thesis import ThesisBench, ThesisScene
 
 NAIVE, SAP, SAP2, TILING = "naive", "sap-1d", "sap-2d", "sweep-tiling"
 THREE = (NAIVE, SAP, TILING)
 """The phases of the thesis's figures."""
 
-SHORT = {NAIVE: "naive", SAP: "sap", SAP2: "sap-2d", TILING: "tiling"}
+BOUND = "structural_events"
+"""The thesis's bound events, as readings call them."""
 
-MANY = 3.0
-"""Bound events for one of the others that count as many times over."""
+HOLDS, FAILS, NOT_KNOWN, NOT_MEASURED = "holds", "does not hold", "not known", "not measured"
+
+QUIET, AGREEING = 1.05, 0.9
+"""Slowest over fastest round of a quiet machine, and the ratio that is level; the share of agreeing pairs."""
+
+MANY, NEGLIGIBLE, LEVEL = 3.0, 0.1, 0.01
+"""Bound events for one other event that are many times over; differences of exponents and of counts that are
+negligible."""
 
 
-NEGLIGIBLE = 0.1
-"""A difference of exponents that counts as almost negligible."""
-
-
-Scenes = Sequence[ThesisScene]
-
-
-class StatementPart(NamedTuple):
+@dataclass(frozen=True)
+class Part:
     """A part of a statement: what it says, whether that holds, and the numbers that decide it."""
 
     text: str
-    answer: Answer
+    answer: str
     numbers: str
 
 
-# Parts about numbers of events
-
-
-def _fewest_events(bench: ThesisBench, scenes: Scenes) -> StatementPart:
-    fewest = [
-        scene
-        for scene in scenes
-        if all(bench.mean(scene, each, "events") > bench.mean(scene, NAIVE, "events") for each in THREE[1:])
-    ]
-    return StatementPart(
-        "naive has the fewest events",
-        by_count(len(fewest) == len(scenes)),
-        f"in {len(fewest)} of {len(scenes)} scenes",
-    )
-
-
-def _bound_events_prevail(bench: ThesisBench, scenes: Scenes) -> Iterable[StatementPart]:
-    """Whether bound events outnumber the others under sweep-and-prune and sweep-tiling."""
-    many = 0
-    for phase in (SAP, TILING):
-        found = [
-            bench.mean(each, phase, "bound_events") / max(bench.mean(each, phase, "contacts"), 1e-9)
-            for each in scenes
-        ]
-        least = min(found)
-        many += sum(each >= MANY for each in found)
-        yield StatementPart(
-            f"more bound events than others in every scene under {SHORT[phase]}",
-            by_count(least > 1.0),
-            f"{least:.2f} (density/n {scenes[found.index(least)]}) to {max(found):.1f} for one of the others",
-        )
-    yield StatementPart(
-        f"at least {MANY:g} times as many in more than half of the cases",
-        by_count(many > len(scenes)),
-        f"in {many} of {2 * len(scenes)}",
-    )
-
-
-def _largest_difference(bench: ThesisBench, scenes: Scenes) -> StatementPart:
-    """Whether the two differ most in the scene that the thesis names."""
-    ratios = {}
-    for scene in scenes:
-        pairs = bench.seed_by_seed(scene, (SAP, TILING))
-        found = [a.bound_events / b.bound_events if b.bound_events else 1.0 for a, b in pairs]
-        ratios[scene] = statistics.median(found or [1.0])
-    (most, ratio), (second, next_ratio) = sorted(ratios.items(), key=lambda item: -item[1])[:2]
-    return StatementPart(
-        f"bound events {_over(SAP, TILING)} are most at density/n .5/400",
-        by_count(most == (0.5, 400)),
-        f"{ratio:.2f} at {most}, then {next_ratio:.2f} at {second}",
-    )
-
-
-def _same_contacts(bench: ThesisBench, scenes: Scenes) -> Iterable[StatementPart]:
-    """Whether contacts do not depend on the method; nothing without a run of all three."""
-    runs = [cells for scene in scenes for cells in bench.seed_by_seed(scene, THREE)]
-    if not runs:
-        return
-    counts = [
-        [getattr(c, kind) for c in cells] for kind in ("contacts_disc", "contacts_wall") for cells in runs
-    ]
-    furthest = max((max(each) - min(each)) / max(*each, 1) for each in counts)
-    same = sum(len({cell.fingerprint for cell in cells}) == 1 for cells in runs)
-    yield StatementPart(
-        "they differ by at most 1 %",
-        by_count(furthest <= 0.01),
-        f"by at most {100 * furthest:.2g} %; the whole list of contacts is the same, bit for bit, in "
-        f"{same} of {len(runs)} runs",
-    )
-
-
-def _longest_queue(bench: ThesisBench, scenes: Scenes) -> StatementPart:
-    """The length of naive's queue, which cannot be compared here: a body has one entry under every method.
-    Instead, how many partners are looked at for one event."""
-    last = _most_discs(scenes)
-    lengths = _listed(f"{SHORT[p]} {bench.mean(last, p, 'queue_max'):,.0f}" for p in THREE)
-    asked = _listed(f"{SHORT[p]} {bench.mean(last, p, 'partners_per_event'):,.1f}" for p in THREE)
-    return StatementPart(
-        "naive's queue is longest in every scene",
-        Answer.NOT_MEASURED,
-        f"the queue has one entry a body and none a pair, under every method, at {last}: {lengths}. Partners "
-        f"looked at for one event: {asked}",
-    )
-
-
-# Parts about time
-
-
-def _in_order(bench: ThesisBench, scenes: Scenes, text: str, *pairs: tuple[str, str]) -> StatementPart:
-    """Whether in all scenes the first of each pair of phases is faster than the second."""
-    found = {pair: [evidence.ratio(bench, scene, *pair) for scene in scenes] for pair in pairs}
-    ratios = [f"{_over(*pair)} {_listed(ratios)}" for pair, ratios in found.items()]
-    sizes = _listed(scene.bodies for scene in scenes)
-    return StatementPart(
-        f"{text} at density {plain(scenes[0].density)}, n = {sizes}",
-        all_of(each.below() for ratios in found.values() for each in ratios),
-        f"time {'; '.join(ratios)}",
-    )
-
-
-def _tiling_first(bench: ThesisBench, scenes: Scenes) -> StatementPart:
-    return _in_order(bench, scenes, "tiling < sap < naive", (TILING, SAP), (SAP, NAIVE))
-
-
-def _naive_first(bench: ThesisBench, scenes: Scenes) -> StatementPart:
-    return _in_order(bench, scenes, "naive is fastest", (NAIVE, SAP), (NAIVE, TILING))
-
-
-def _slopes(bench: ThesisBench, scenes: Scenes) -> Iterable[StatementPart]:
-    """Whether time grows fastest under naive, then sweep-and-prune, then sweep-tiling, at each density."""
-    for density, group in _by_density(scenes).items():
-        found = {phase: fits(bench, density, phase, "cost")[:1] for phase in THREE}
-        if len(group) > 1 and all(fit and fit[0].exponent is not None for fit in found.values()):
-            falling = (evidence.growth(bench, density, *pair) for pair in ((SAP, NAIVE), (TILING, SAP)))
-            exponents = _listed(f"{SHORT[phase]} {fit[0]}" for phase, fit in found.items())
-            yield StatementPart(
-                f"at density {plain(density)}",
-                all_of(each.below() for each in falling),
-                f"exponents {exponents}",
-            )
-
-
-def _lead(bench: ThesisBench, scenes: Scenes) -> Iterable[StatementPart]:
-    """Whether sweep-tiling's lead over sweep-and-prune shrinks with the density."""
-    found = {
-        density: evidence.growth(bench, density, SAP, TILING)
-        for density, group in _by_density(scenes).items()
-        if len(group) > 1
-    }
-    differences = {
-        density: "{:.2f} ({:.2f} to {:.2f})".format(*(x / evidence.reach(bench, density) for x in each.span))
-        for density, each in found.items()
-    }
-    if len(found) > 1:
-        yield StatementPart(
-            "the difference in slope shrinks at each step",
-            _falling(list(found.values())),
-            f"exponents sap - tiling {_listed(differences.values())} at {_listed(map(plain, found))}",
-        )
-    n = max((scene.bodies for scene in scenes), default=0)
-    largest = [scene for scene in scenes if scene.bodies == n]
-    if len(largest) > 1:
-        heights = [evidence.ratio(bench, scene, SAP, TILING) for scene in largest]
-        densities = _listed(plain(scene.density) for scene in largest)
-        yield StatementPart(
-            f"the difference in height shrinks at each step, with n = {n}",
-            _falling(heights),
-            f"time {_over(SAP, TILING)} {_listed(heights)} at {densities}",
-        )
-    if 0.01 in found:
-        distance = found[0.01]._replace(logs=tuple(map(abs, found[0.01].logs)))
-        yield StatementPart(
-            f"at .01 the slopes differ by at most {NEGLIGIBLE:g}",
-            distance.below(math.exp(NEGLIGIBLE * evidence.reach(bench, 0.01))),
-            f"exponents sap - tiling {differences[0.01]}",
-        )
-        yield _in_order(bench, _by_density(scenes)[0.01], "tiling is faster", (TILING, SAP))
-
-
-def _falling(values: Sequence[Evidence]) -> Answer:
-    """Returns whether each value is less than the one before, pair by pair."""
-    steps = [
-        Evidence(
-            tuple(later - earlier for earlier, later in zip(one.logs, two.logs, strict=False)),
-            max(one.unrest, two.unrest),
-        )
-        for one, two in pairwise(values)
-    ]
-    return all_of(step.below() for step in steps)
-
-
-def _slowest(bench: ThesisBench, scenes: Scenes) -> StatementPart:
-    """Whether naive takes the most time in most scenes."""
-    answers = [
-        all_of(evidence.ratio(bench, scene, other, NAIVE).below() for other in THREE[1:]) for scene in scenes
-    ]
-    found = [scene for scene, answer in zip(scenes, answers, strict=True) if answer is Answer.YES]
-    unclear = len(scenes) - len(found) - answers.count(Answer.NO)
-    return StatementPart(
-        "it takes the most time in more than half of the scenes",
-        more_than_half(answers),
-        f"in {len(found)} of {len(scenes)}"
-        + (f", density/n {_listed(found)}" if found else "")
-        + (f"; {unclear} undecided" if unclear else ""),
-    )
-
-
-def _dearest_event(bench: ThesisBench, scenes: Scenes) -> StatementPart:
-    """Whether an event costs most under naive."""
-    last = _most_discs(scenes)
-    micro = _listed(f"{SHORT[p]} {bench.mean(last, p, 'microseconds_per_event'):.3g}" for p in THREE)
-    cheaper = [evidence.ratio(bench, scene, p, NAIVE, costs_of_one) for p in THREE[1:] for scene in scenes]
-    return StatementPart(
-        "naive's is dearest in every scene",
-        all_of(ratio.below() for ratio in cheaper),
-        f"the others' are {_range(cheaper)} of it; microseconds at {last}: {micro}",
-    )
-
-
-def _dearer_event(bench: ThesisBench, scenes: Scenes) -> StatementPart:
-    """Whether an event costs more under sweep-tiling than under sweep-and-prune."""
-    ratios = [evidence.ratio(bench, scene, SAP, TILING, costs_of_one) for scene in scenes]
-    return StatementPart(
-        "tiling's is dearer than sap's in every scene",
-        all_of(ratio.below() for ratio in ratios),
-        f"sap's are {_range(ratios)} of it",
-    )
-
-
-def _two_axes_slower(bench: ThesisBench, scenes: Scenes) -> StatementPart:
-    """Whether sweep-and-prune on two axes is slower than on one."""
-    ratios = [evidence.ratio(bench, scene, SAP, SAP2) for scene in scenes]
-    answers = [ratio.below() for ratio in ratios]
-    faster = [scene for scene, answer in zip(scenes, answers, strict=True) if answer is Answer.NO]
-    unclear = len(answers) - answers.count(Answer.YES) - len(faster)
-    return StatementPart(
-        "in every scene",
-        all_of(answers),
-        f"time {_over(SAP, SAP2)} {_range(ratios)}"
-        + (f"; not slower at density/n {_listed(faster)}" if faster else "")
-        + (f"; {unclear} of {len(scenes)} scenes undecided" if unclear else ""),
-    )
-
-
-def _by_density(scenes: Scenes) -> dict[float, list[ThesisScene]]:
-    groups: dict[float, list[ThesisScene]] = {}
-    for scene in scenes:
-        groups.setdefault(scene.density, []).append(scene)
-    return groups
-
-
-def _most_discs(scenes: Scenes) -> ThesisScene:
-    """Returns the scene with the most discs at the density of the first."""
-    return max(_by_density(scenes)[scenes[0].density], key=lambda scene: scene.bodies)
-
-
-def _range(ratios: Sequence[Evidence]) -> str:
-    """Returns the smallest and the largest of ratios, by their medians."""
-    medians = [math.exp(ratio.span[0]) for ratio in ratios]
-    return f"{min(medians):.2g} to {max(medians):.2g}"
-
-
-def _listed(found: Iterable[object]) -> str:
-    return ", ".join(map(str, found))
-
-
-def _over(one: str, two: str) -> str:
-    """Returns how a ratio of two phases is written."""
-    return f"{SHORT[one]}/{SHORT[two]}"
-
-
-class Statement(NamedTuple):
-    """A statement of the thesis, and its parts: none where the run has not measured what it is about."""
+@dataclass(frozen=True)
+class Statement:
+    """A statement of the thesis, and its parts that the run has measured."""
 
     name: str
     text: str
-    parts: tuple[StatementPart, ...]
+    verdict: str
+    parts: tuple[Part, ...]
+
+
+class Ratio(NamedTuple):
+    """Logarithms of ratios of two phases' times, by seed and round, and the unrest of these runs."""
+
+    logs: Mapping[tuple[int, int], float]
+    unrest: float
 
     @property
-    def verdict(self) -> str:
-        """The verdict in words."""
-        if not self.parts:
-            return "not measured"
-        answer = all_of(part.answer for part in self.parts)
-        return {Answer.YES: "holds", Answer.NO: "does not hold"}.get(answer, answer.value)
+    def below(self) -> str:
+        """Whether the ratio is below 1."""
+        for sign, answer in ((-1.0, HOLDS), (1.0, FAILS)):
+            agreeing = sum(sign * log > math.log(QUIET) for log in self.logs.values())
+            if self.logs and self.unrest <= QUIET and agreeing >= AGREEING * len(self.logs):
+                return answer
+        return NOT_KNOWN
 
-    def as_dict(self) -> dict[str, Any]:
-        """Returns everything in plain types."""
-        parts = [part._asdict() | {"answer": part.answer.value} for part in self.parts]
-        return {"name": self.name, "text": self.text, "verdict": self.verdict, "parts": parts}
+    def over(self, other: Ratio) -> Ratio:
+        """Returns this ratio over another, pair by pair."""
+        logs = {key: self.logs[key] - other.logs[key] for key in self.logs.keys() & other.logs.keys()}
+        return Ratio(logs, max(self.unrest, other.unrest))
+
+    def __str__(self) -> str:
+        return f"{math.exp(statistics.median(self.logs.values())):.3g}" if self.logs else "-"
+
+
+def ratio(bench: ThesisBench, scene: ThesisScene, one: str, other: str, per: str | None = None) -> Ratio:
+    """Returns how many times as long one phase takes as another, for a run or for one of its ``per``."""
+    mine, theirs = bench.of(scene, one), bench.of(scene, other)
+    logs = {}
+    for seed in sorted(mine.keys() & theirs.keys()):
+        a, b = mine[seed], theirs[seed]
+        weight = math.log(max(b.counts[per], 1) / max(a.counts[per], 1)) if per else 0.0
+        for k, times in enumerate(zip(a.cpu_seconds, b.cpu_seconds, strict=True)):
+            logs[seed, k] = math.log(times[0] / times[1]) + weight
+    unrest = (statistics.median(each.unrest for each in cells.values()) for cells in (mine, theirs))
+    return Ratio(logs, max(unrest))
+
+
+def growths(bench: ThesisBench, one: str, other: str) -> dict[float, Ratio]:
+    """Returns the ratio of two phases' times with the most discs over that with the fewest, by density."""
+    groups = {density: found for density, found in bench.by_density(one, other).items() if len(found) > 1}
+    return {
+        density: ratio(bench, most, one, other).over(ratio(bench, fewest, one, other))
+        for density, (fewest, *_, most) in groups.items()
+    }
+
+
+def _all(answers: Iterable[str]) -> str:
+    """Returns the answer to several that all have to hold."""
+    return max(answers, key=(HOLDS, NOT_MEASURED, NOT_KNOWN, FAILS).index)
+
+
+def _below(text: str, found: Mapping[Any, Ratio]) -> Iterator[Part]:
+    """Yields the part that all of some ratios are below 1; nothing where there are none."""
+    if found:
+        numbers = ", ".join(f"{each} at {where}" for where, each in found.items())
+        yield Part(text, _all(each.below for each in found.values()), f"ratios {numbers}")
+
+
+def _counted(text: str, count: int, of: int, least: int) -> Part:
+    """Returns the part that at least so many of the cases are as it says."""
+    return Part(text, HOLDS if count >= least else FAILS, f"in {count} of {of} cases")
+
+
+Check = Callable[[ThesisBench], Iterable[Part]]
+"""Gives parts of a statement, decided by a run; none where the run has not measured what they are about."""
+
+
+def faster(
+    one: str,
+    other: str,
+    densities: Collection[float] = DENSITIES,
+    bodies: Collection[int] = BODIES,
+    per: str | None = None,
+) -> Check:
+    """One phase takes less time than another on all of some scenes, for a run or for one of its ``per``."""
+
+    def check(bench: ThesisBench) -> Iterator[Part]:
+        scenes = [s for s in bench.scenes(one, other) if s.density in densities and s.bodies in bodies]
+        text = f"{one} takes less time than {other}" + (f", by {per}" if per else "")
+        yield from _below(text, {scene: ratio(bench, scene, one, other, per) for scene in scenes})
+
+    return check
+
+
+def grows_less(one: str, other: str) -> Check:
+    """One phase's time grows less with the number of discs than another's, at each density."""
+    text = f"time grows less under {one} than under {other}"
+    return lambda bench: _below(text, growths(bench, one, other))
+
+
+def lead_shrinks(bench: ThesisBench) -> Iterator[Part]:
+    """Sweep-tiling's lead shrinks with the density, and the slopes are the same where that is least."""
+    groups, slopes = bench.by_density(SAP, TILING), growths(bench, SAP, TILING)
+    heights = {density: ratio(bench, groups[density][-1], SAP, TILING) for density in slopes}
+    for what, found in (("slope", slopes), ("height", heights)):
+        steps = {density: found[density].over(found[before]) for before, density in pairwise(found)}
+        yield from _below(f"the lead in {what} is less than at the density before", steps)
+    if 0.01 in slopes:
+        most = NEGLIGIBLE * math.log(groups[0.01][-1].bodies / groups[0.01][0].bodies)
+        beyond = {key: abs(log) - most for key, log in slopes[0.01].logs.items()}
+        text = f"the exponents differ by less than {NEGLIGIBLE:g}"
+        yield from _below(text, {0.01: slopes[0.01]._replace(logs=beyond)})
+
+
+def fewest_events_slowest(bench: ThesisBench) -> Iterator[Part]:
+    """Naive has the fewest events in all scenes, and takes the most time in most of them."""
+    scenes = bench.scenes(*THREE)
+    if scenes:
+        means = [[bench.mean(scene, phase, "events") for phase in THREE] for scene in scenes]
+        fewest = sum(mine < min(others) for mine, *others in means)
+        yield _counted("naive has the fewest events", fewest, len(scenes), len(scenes))
+        answers = [_all(ratio(bench, s, phase, NAIVE).below for phase in (SAP, TILING)) for s in scenes]
+        slowest, half = answers.count(HOLDS), len(scenes) / 2
+        answer = HOLDS if slowest > half else FAILS if answers.count(FAILS) >= half else NOT_KNOWN
+        yield Part("it takes the most time in more than half", answer, f"in {slowest} of {len(scenes)} cases")
+
+
+def bound_events_prevail(bench: ThesisBench) -> Iterator[Part]:
+    """Bound events outnumber the others, often many times over."""
+    cases = [(scene, phase) for scene in bench.scenes(SAP, TILING) for phase in (SAP, TILING)]
+    found = [bench.mean(*each, BOUND) / max(bench.mean(*each, "contacts"), 1.0) for each in cases]
+    if found:
+        more, many = (sum(each >= least for each in found) for least in (1.0, MANY))
+        yield _counted("more bound events than others", more, len(found), len(found))
+        yield _counted(f"at least {MANY:g} times as many in most", many, len(found), len(found) // 2 + 1)
+
+
+def largest_difference(bench: ThesisBench) -> Iterator[Part]:
+    """The two differ most in bound events in the scene that the thesis names."""
+    ratios = {
+        scene: bench.mean(scene, SAP, BOUND) / max(bench.mean(scene, TILING, BOUND), 1.0)
+        for scene in bench.scenes(SAP, TILING)
+    }
+    if len(ratios) > 1 and (0.5, 400) in ratios:
+        most = max(ratios, key=lambda scene: ratios[scene])
+        text = f"bound events of {SAP} over those of {TILING} are most at .5/400"
+        yield Part(text, HOLDS if most == (0.5, 400) else FAILS, f"{ratios[most]:.2f} at {most}")
+
+
+def same_contacts(bench: ThesisBench) -> Iterator[Part]:
+    """Contacts hardly depend on the method."""
+    for kind in ("contacts_disc", "contacts_wall"):
+        runs = [[bench.mean(scene, phase, kind) for phase in THREE] for scene in bench.scenes(*THREE)]
+        if runs:
+            level = sum(max(each) - min(each) <= LEVEL * max(each) for each in runs)
+            yield _counted(f"{kind} differ by at most {LEVEL:.0%}", level, len(runs), len(runs))
+
+
+STATEMENTS: Mapping[str, tuple[str, Sequence[Check]]] = {
+    "B1": (
+        "At densities .5 and .25 sweep-tiling is fastest, then sweep-and-prune, then naive.",
+        [faster(TILING, SAP, (0.5, 0.25)), faster(SAP, NAIVE, (0.5, 0.25))],
+    ),
+    "B2": (
+        "At density .125 naive is fastest with 25 discs; with more it is sweep-tiling, then sweep-and-prune, "
+        "then naive.",
+        [
+            *(faster(NAIVE, other, (0.125,), (25,)) for other in (SAP, TILING)),
+            *(faster(*pair, (0.125,), (100, 400)) for pair in ((TILING, SAP), (SAP, NAIVE))),
+        ],
+    ),
+    "B3": ("At density .01 naive is fastest.", [faster(NAIVE, other, (0.01,)) for other in (SAP, TILING)]),
+    "B4": (
+        "Time grows fastest with n under naive, then sweep-and-prune, then sweep-tiling, at every density.",
+        [grows_less(SAP, NAIVE), grows_less(TILING, SAP)],
+    ),
+    "B5": (
+        "Sweep-tiling's lead over sweep-and-prune, in slope and in height, shrinks with the density; at .01 "
+        "the slopes are almost the same, and sweep-tiling is a constant factor faster.",
+        [lead_shrinks, faster(TILING, SAP, (0.01,))],
+    ),
+    "B6": ("Naive has the fewest events and yet takes the most time in most cases.", [fewest_events_slowest]),
+    "B7": (
+        "Under sweep-and-prune and sweep-tiling bound events outnumber the others, often many times over.",
+        [bound_events_prevail],
+    ),
+    "B8": ("The two differ most in bound events with 400 discs at density .5.", [largest_difference]),
+    "B9": ("The numbers of collisions and of wall contacts hardly depend on the method.", [same_contacts]),
+    "B10": ("Sweep-and-prune on two axes is slower than on one.", [faster(SAP, SAP2)]),
+    "B11": (
+        "An event costs most under naive, because of its queue; under sweep-tiling it costs more than under "
+        "sweep-and-prune.",
+        [
+            *(faster(one, NAIVE, per="events") for one in (SAP, TILING)),
+            faster(SAP, TILING, per="events"),
+            lambda _: [Part("naive's queue is longest", NOT_MEASURED, "one entry a body under all")],
+        ],
+    ),
+}
 
 
 def statements(bench: ThesisBench) -> list[Statement]:
     """Returns B1 to B11, decided by the cells of a run."""
-    three, two, axes = (bench.scenes(*phases) for phases in (THREE, (SAP, TILING), (SAP, SAP2)))
-    groups = _by_density(three)
-    small = [scene for scene in groups.get(0.125, ()) if scene.bodies == 25]
-    large = [scene for scene in groups.get(0.125, ()) if scene.bodies > 25]
-    sparse = groups.get(0.01)
-    found = (
-        (
-            "At densities .5 and .25 sweep-tiling is fastest, then sweep-and-prune, then naive.",
-            [_tiling_first(bench, group) for density, group in groups.items() if density >= 0.25],
-        ),
-        (
-            "At density .125 naive is fastest with 25 discs; with more it is sweep-tiling, then "
-            "sweep-and-prune, then naive.",
-            [_naive_first(bench, small), _tiling_first(bench, large)] if small and large else [],
-        ),
-        ("At density .01 naive is fastest.", [_naive_first(bench, sparse)] if sparse else []),
-        (
-            "Time grows fastest with n under naive, then sweep-and-prune, then sweep-tiling, "
-            "at every density.",
-            _slopes(bench, three),
-        ),
-        (
-            "Sweep-tiling's lead over sweep-and-prune, in slope and in height, shrinks with the density; at "
-            ".01 the slopes are almost the same, and sweep-tiling is a constant factor faster.",
-            _lead(bench, three),
-        ),
-        (
-            "Naive has the fewest events and yet takes the most time in most cases.",
-            [_fewest_events(bench, three), _slowest(bench, three)] if three else [],
-        ),
-        (
-            "Under sweep-and-prune and sweep-tiling bound events outnumber the others, often many "
-            "times over.",
-            _bound_events_prevail(bench, two) if two else [],
-        ),
-        (
-            "The two differ most in bound events with 400 discs at density .5.",
-            [_largest_difference(bench, two)] if len(two) > 1 and (0.5, 400) in two else [],
-        ),
-        (
-            "The numbers of collisions and of wall contacts hardly depend on the method.",
-            _same_contacts(bench, three),
-        ),
-        (
-            "Sweep-and-prune on two axes is slower than on one.",
-            [_two_axes_slower(bench, axes)] if axes else [],
-        ),
-        (
-            "An event costs most under naive, because of its queue; under sweep-tiling it costs more than "
-            "under sweep-and-prune.",
-            [_dearest_event(bench, three), _longest_queue(bench, three), _dearer_event(bench, three)]
-            if three
-            else [],
-        ),
-    )
-    return [Statement(f"B{k}", text, tuple(parts)) for k, (text, parts) in enumerate(found, start=1)]
+    found = []
+    for name, (text, checks) in STATEMENTS.items():
+        parts = [tuple(check(bench)) for check in checks]
+        answers = [_all(each.answer for each in part) if part else NOT_MEASURED for part in parts]
+        found.append(Statement(name, text, _all(answers), sum(parts, ())))
+    return found

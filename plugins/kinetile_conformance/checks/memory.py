@@ -10,11 +10,8 @@ line, on small scenes; where the kit's own process has compiled hooks, an interp
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterable
 from functools import partial
-from multiprocessing.connection import Connection
-from pathlib import Path
 
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.compiled import INTERPRETED
@@ -22,8 +19,7 @@ from kinetile.scene import Scene
 from kinetile_conformance.canaries import look_for_writes
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply, Reference, check
-from kinetile_conformance.deadline import TimeIsUp
-from kinetile_conformance.processes import Child, Phases, Silent, sent_through
+from kinetile_conformance.processes import Gone, in_a_child
 from kinetile_conformance.strategies.gallery import MANY, SMALL, titled
 from kinetile_conformance.watched_hooks import watch_hooks
 
@@ -41,36 +37,23 @@ def first_breach(subject: Subject, scenes: Titled) -> str | None:
     it is not through with them in time.
     """
     if INTERPRETED:
-        return _first(partial(watch_hooks, subject), scenes)
-    order = Phases.of(subject).pickled(list(scenes))
-    with tempfile.TemporaryDirectory(prefix="kinetile-watched-") as folder:
-        words = Path(folder) / "words"
-        child = Child("kinetile_conformance.checks.memory:main", words, {"NUMBA_DISABLE_JIT": "1"}, SECONDS)
-        try:
-            child.send(order)
-            found = child.receive()
-        except Silent:
-            raise TimeIsUp from None
-        finally:
-            child.end()
-        if found is None:
-            last = words.read_text(encoding="utf-8", errors="replace").strip().rpartition("\n")[2]
-            return f"interpreted, with its hooks watched, its process ended ({last or 'nothing was said'})"
-    if found["refused"] is not None:
-        raise Refused(found["refused"])
-    return None if found["said"] is None else str(found["said"])
-
-
-def main(number: int) -> None:
-    """Watch the hooks of the phases, on the scenes, that come through the connection of a number."""
-    link = Connection(number)
-    phases, scenes = link.recv()
-    sent_through(link)
+        return _watched(subject, scenes)
     try:
-        found = {"said": _first(partial(watch_hooks, phases.register()), scenes), "refused": None}
+        found: str | None = in_a_child(
+            _watched, subject, list(scenes), environment={"NUMBA_DISABLE_JIT": "1"}, seconds=SECONDS
+        )
+    except Gone as gone:
+        return f"interpreted, with its hooks watched, its process ended ({gone})"
+    return found
+
+
+def _watched(subject: Subject, scenes: Titled) -> str | None:
+    """Return the first breach of a phase whose hooks are watched; raise Refused where there is no other
+    end."""
+    try:
+        return _first(partial(watch_hooks, subject), scenes)
     except KinetileError as error:
-        found = {"said": None, "refused": str(error)}
-    link.send(found)
+        raise Refused(str(error)) from error
 
 
 def _first(look: Callable[[Scene], str | None], scenes: Titled) -> str | None:

@@ -18,7 +18,6 @@ import tracemalloc
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +27,8 @@ import kinetile as kt
 from kinetile.errors import KinetileError
 from kinetile.scene import Scene
 from kinetile_conformance.cases import CONTACTS, Subject, horizon
-from kinetile_conformance.checks.check import Disagreement, DoesNotApply, Reference, check
-from kinetile_conformance.processes import in_a_fork
+from kinetile_conformance.checks.check import Disagreement, Reference, check
+from kinetile_conformance.processes import Gone, in_a_child
 from kinetile_conformance.strategies.swarms import swarm
 
 SIMULATIONS = 60
@@ -129,7 +128,7 @@ def memory_does_not_grow(subject: Subject, scene: Scene, reference: Reference) -
         raise Disagreement(f"each simulation leaves {grown / 1024:.0f} KiB behind")
 
 
-def _resumed(path: Path, until: float) -> str:
+def _resumed(subject: Subject, path: Path, until: float) -> str:
     """Go on with a saved simulation; return its fingerprint, or what was raised."""
     try:
         sim = kt.resume(path)
@@ -142,8 +141,6 @@ def _resumed(path: Path, until: float) -> str:
 @check(draws=False, compares=False)
 def resumes_in_another_process(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Saved, it can be resumed in another process, and goes on to the same contacts."""
-    if not hasattr(os, "fork"):
-        raise DoesNotApply("there is no fork here")
     for shown in (swarm("gas", 12), swarm("lattice", 60)):
         sim = subject.simulation(shown)
         sim.run(max_contacts=CONTACTS)
@@ -152,9 +149,9 @@ def resumes_in_another_process(subject: Subject, scene: Scene, reference: Refere
             path = Path(folder) / "saved"
             sim.save(path)
             try:
-                found = in_a_fork(partial(_resumed, path, until))
-            except EOFError:
-                found = "EOFError: the process ended"
+                found = in_a_child(_resumed, subject, path, until)
+            except Gone as gone:
+                found = f"the process ended: {gone}"
         sim.run(until=until)
         if found != sim.fingerprint:
             how = found if ":" in found else "other contacts"

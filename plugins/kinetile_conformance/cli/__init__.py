@@ -1,12 +1,11 @@
-"""Commands of the conformance kit: ``conform``, ``compare``, ``replay`` and ``mutate``."""
+"""Commands of the conformance kit: ``conform``, ``compare`` and ``replay``."""
 
 from __future__ import annotations
 
 import typer
 
 from kinetile_conformance.cli.conform import conform, replay
-from kinetile_conformance.cli.mutate import mutate
 
 app = typer.Typer()
-for _command in (conform, replay, mutate):
+for _command in (conform, replay):
     app.command(rich_help_panel="Conformance")(_command)

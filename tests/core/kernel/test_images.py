@@ -9,7 +9,8 @@ from fractions import Fraction
 import numpy as np
 
 from encounters import compiled
-from kinetile.kernel.certificates.contact import look_closer, touch_through
+from kinetile.kernel.certificates.contact import first_touch_apart, look_closer
+from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.images import remainder, turns_of
 from kinetile.kernel.tables import NEVER
 
@@ -32,15 +33,14 @@ def wrap_all(table, found):
 
 @compiled
 def touch_all(table, found):
-    """Write what ``touch_through`` and ``look_closer`` say of each row."""
+    """Write what ``first_touch_apart`` and ``look_closer`` say of each row."""
     for i in range(len(table)):
         at = table[i]
-        x, y, vx, vy, m, n = at.x, at.y, at.vx, at.vy, at.m, at.n
-        x2, y2, vx2, vy2, r, r2 = at.x2, at.y2, at.vx2, at.vy2, at.radius, at.radius2
-        wide, high, since = at.width, at.height, at.elapsed
-        per = 1.0 / TICK
-        found[i, 0] = touch_through(x, y, vx, vy, since, x2, y2, vx2, vy2, r, r2, TICK, per, m, n, wide, high)
-        found[i, 1] = look_closer(x, y, vx, vy, since, x2, y2, vx2, vy2, r, r2, TICK, per, m, n, wide, high)
+        across = Axis(at.x, at.vx, at.x2, at.vx2, at.m, at.width)
+        up = Axis(at.y, at.vy, at.y2, at.vy2, at.n, at.height)
+        plans = Plans(across, up, at.elapsed, TICK, 1.0 / TICK)
+        found[i, 0] = first_touch_apart(plans, at.radius, at.radius2)
+        found[i, 1] = look_closer(plans, at.radius, at.radius2)
 
 
 def test_wrapping_is_the_remainder_of_ieee_754():

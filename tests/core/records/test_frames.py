@@ -30,7 +30,6 @@ def written(path, form: str, of=None) -> tuple:
     return file, sim
 
 
-@pytest.mark.small
 def test_ase_reads_what_is_written(tmp_path):
     ase = pytest.importorskip("ase.io")
     file, sim = written(tmp_path, ".xyz")
@@ -48,7 +47,6 @@ def test_ase_reads_what_is_written(tmp_path):
     assert not last.pbc.any()
 
 
-@pytest.mark.small
 def test_gsd_reads_what_is_written(tmp_path):
     hoomd = pytest.importorskip("gsd.hoomd")
     file, sim = written(tmp_path, ".gsd")
@@ -67,7 +65,6 @@ def test_gsd_reads_what_is_written(tmp_path):
     assert last.log["particles/number"].tolist() == sim.bodies.tolist()
 
 
-@pytest.mark.small
 def test_a_frame_is_a_scene_again(tmp_path):
     file, sim = written(tmp_path, ".xyz")
     again = kt.make_scene("frame", file=str(file))
@@ -81,7 +78,6 @@ def test_a_frame_is_a_scene_again(tmp_path):
     assert kt.make_scene("frame", file=str(file), shrink=0.5).radius.tolist() == (again.radius / 2).tolist()
 
 
-@pytest.mark.small
 def test_a_frame_of_gsd_is_a_scene_in_single_precision(tmp_path):
     pytest.importorskip("gsd.hoomd")
     file, sim = written(tmp_path, ".gsd")
@@ -90,7 +86,6 @@ def test_a_frame_of_gsd_is_a_scene_in_single_precision(tmp_path):
     assert again.kind == ("early",) * 8 + ("late",)
 
 
-@pytest.mark.small
 def test_an_event_file_gives_the_frames_of_its_run(tmp_path, monkeypatch):
     pytest.importorskip("pyarrow")
     monkeypatch.chdir(tmp_path)
@@ -105,7 +100,6 @@ def test_an_event_file_gives_the_frames_of_its_run(tmp_path, monkeypatch):
         assert (tmp_path / "out.xyz").read_bytes() == written(tmp_path, ".xyz")[0].read_bytes()
 
 
-@pytest.mark.small
 def test_a_body_inserted_by_hand_has_no_radius_in_an_event_file(tmp_path):
     pytest.importorskip("pyarrow")
     made = kt.make_scene("two-discs")

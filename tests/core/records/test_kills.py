@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from kinetile.kernel.log import Fingerprint
 from kinetile.records import read_events, recover
 
 pytestmark = [
@@ -155,7 +156,9 @@ def is_true(path, scene) -> None:
     contacts = np.zeros(table.num_rows, [("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
     for name in contacts.dtype.names:
         contacts[name] = table[name].to_numpy()
-    assert metadata["fingerprint"] == hashlib.sha256(contacts.tobytes()).hexdigest()
+    fingerprint = Fingerprint()
+    fingerprint.update(contacts.tobytes())
+    assert metadata["fingerprint"] == fingerprint.hexdigest()
     again = kt.Simulation(scene, "sap-2d")
     again.run(max_contacts=len(contacts) + 1)
     for name in contacts.dtype.names:

@@ -16,7 +16,7 @@ import kinetile as kt
 from kinetile.errors import MissingExtra, RecordError
 from kinetile.records import EventRecorder, read_events, recover
 from kinetile.records import events as records
-from kinetile.scene.by_name import loads_scene
+from kinetile.scene.files import loads_scene
 
 pq = pytest.importorskip("pyarrow.parquet")
 

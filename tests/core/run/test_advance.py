@@ -60,7 +60,6 @@ def test_steps_are_the_run_event_by_event(phase, options):
     assert all((event.certificate is not None) == (event.kind == "structural") for event in events)
 
 
-@pytest.mark.small
 @settings(max_examples=examples(30), deadline=None)
 @given(scene=scenes())
 def test_the_next_event_is_the_one_that_comes(scene):
@@ -123,7 +122,6 @@ def row_of(event: kt.Event) -> tuple[int, ...]:
     return event.epoch, event.tick, *(bodies[::-1] if event.kind == "part" else bodies)
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", ["cells", "sap-1d"])
 @settings(max_examples=examples(30), deadline=None)
 @given(scene=passing_scenes())
@@ -154,7 +152,6 @@ def test_steps_left_out_passings_that_begin_at_the_start_or_by_an_insertion(phas
     assert stepped.fingerprint == free.fingerprint
 
 
-@pytest.mark.small
 def test_a_step_may_be_saved_between_two_contacts_of_one_command():
     sim = kt.Simulation(on_top(commands=COMES_AND_GOES), "cells")
     kinds = []
@@ -164,7 +161,6 @@ def test_a_step_may_be_saved_between_two_contacts_of_one_command():
     assert kinds == ["pass", "insert", "pass", "part", "part", "remove"]
 
 
-@pytest.mark.small
 def test_what_began_by_hand_or_in_a_run_is_a_step_or_is_not():
     sim = kt.Simulation(on_top(), "cells", live=True)
     sim.build()
@@ -182,7 +178,6 @@ def test_what_began_by_hand_or_in_a_run_is_a_step_or_is_not():
     assert (sim.next_event.kind, sim.next_event.bodies) == ("disc", (0, 3))
 
 
-@pytest.mark.small
 def test_a_run_stops_at_each_passing_that_begins_at_the_start_or_by_a_command():
     for built in (False, True):
         sim = kt.Simulation(on_top(commands=COMES_AND_GOES), "cells")
@@ -326,7 +321,6 @@ def stops(sim: kt.Simulation, stop: kt.StopAt, until: float) -> list[kt.Event]:
     return found
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("before", [False, True])
 def test_it_stops_at_every_contact_of_a_kind_at_its_exact_time(before):
     sim = kt.Simulation(three(), "cells")
@@ -344,7 +338,6 @@ def test_it_stops_at_every_contact_of_a_kind_at_its_exact_time(before):
 
 
 @pytest.mark.slow
-@pytest.mark.small
 @pytest.mark.parametrize("before", [False, True])
 @settings(max_examples=8, deadline=None)
 @given(data=st.data())
@@ -374,7 +367,6 @@ def test_stopping_everywhere_changes_nothing_and_misses_nothing(before, data):
     )
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES[:4])
 def test_what_is_commanded_before_a_contact_can_avert_it(phase):
     sim = kt.Simulation(three(), phase, live=True)
@@ -389,7 +381,6 @@ def test_what_is_commanded_before_a_contact_can_avert_it(phase):
     assert again.fingerprint == sim.fingerprint
 
 
-@pytest.mark.small
 def test_a_body_that_comes_during_the_run_is_of_its_kind():
     sim = kt.Simulation(three(commands=[kt.Insert(1.0, (8.0, 8.0), (0.0, 2.0), 0.5, kind="late")]))
     event = sim.run(until=6.0, stop_at=kt.StopAt(kinds=["late"]))
@@ -397,7 +388,6 @@ def test_a_body_that_comes_during_the_run_is_of_its_kind():
     assert sim.run(until=6.0) is None
 
 
-@pytest.mark.small
 @pytest.mark.parametrize(
     ("stop", "said"),
     [

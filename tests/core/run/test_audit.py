@@ -76,7 +76,6 @@ def first(found: Engine) -> int:
 # Runs
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_runs_of_every_phase_pass(phase):
     scene = kt.make_scene("random", bodies=8, density=0.3, radius_ratio=3.0, mass_ratio=4.0, seed=2)
@@ -94,7 +93,6 @@ def test_runs_with_turns_pass(phase):
         kt.Simulation(scene, phase, audit=1).run(until=4.0, max_contacts=100)
 
 
-@pytest.mark.compiled
 @pytest.mark.parametrize("phase", PHASES)
 @pytest.mark.parametrize("seed", lanes.first(1, range(4)))
 def test_between_any_two_events_everything_holds(seed, phase):
@@ -265,7 +263,6 @@ PAIRS = [
 ]
 
 
-@pytest.mark.small
 @pytest.mark.parametrize(("change", "said"), PAIRS)
 def test_a_pair_set_that_is_broken_by_hand(change, said):
     found = engine("all-pairs")

@@ -25,7 +25,6 @@ def box(**more) -> kt.Scene:
     return kt.Scene([[1.0, 1.0], [3.0, 3.0]], [[0.0, 0.0], [0.0, 0.0]], 0.25, 1.0, (4.0, 4.0), **more)
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_body_comes_meets_and_goes(phase):
     sim = kt.Simulation(box(), phase)
@@ -66,7 +65,6 @@ def test_a_number_is_never_used_twice_and_a_slot_is(phase):
         sim.remove("two")
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", first(1, (*LIVING, "naive")))
 def test_more_come_than_there_was_room_for(phase):
     sim = kt.Simulation(box(), phase)
@@ -80,7 +78,6 @@ def test_more_come_than_there_was_room_for(phase):
     assert len(sim.contacts) > 0
 
 
-@pytest.mark.small
 def test_who_touches_has_room():
     sim = kt.Simulation(box(), "sweep-tiling")
     assert sim.insert((1.5, 1.0), (0.0, 0.0), 0.25) == 2
@@ -163,7 +160,6 @@ def test_a_scheduled_body_without_room_ends_the_run_until_there_is_room(phase):
     assert again.fingerprint == sim.fingerprint
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_an_insertion_without_room_stopped_at_the_last_event_before_it(phase):
     sim = kt.Simulation(kt.load_scene(SCENES / "insertion-without-room.toml"), phase)
@@ -181,7 +177,6 @@ def test_who_goes_takes_its_schedule_along():
     assert (sim.readings.turns, sim.readings.removed) == (1, 1)
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_what_was_done_by_hand_is_a_scene_with_the_same_contacts(phase):
     sim = kt.Simulation(kt.make_scene("grid", bodies=9, density=0.3, seed=2), phase)
@@ -202,7 +197,6 @@ def test_what_was_done_by_hand_is_a_scene_with_the_same_contacts(phase):
         assert (again.positions() == sim.positions()).all()
 
 
-@pytest.mark.small
 def test_a_command_between_two_contacts_of_one_tick_comes_there_again():
     """Five discs meet four others at one tick; after two of the contacts a body goes."""
     x = np.arange(8.0)
@@ -222,7 +216,6 @@ def test_a_command_between_two_contacts_of_one_tick_comes_there_again():
     assert again.fingerprint == sim.fingerprint
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", LIVING)
 def test_a_body_of_another_mass_in_a_slot_that_was_left(phase):
     """All had one mass, and the loop was one for equal masses."""
@@ -238,7 +231,6 @@ def test_a_body_of_another_mass_in_a_slot_that_was_left(phase):
 
 
 @pytest.mark.slow
-@pytest.mark.small
 @settings(max_examples=examples(15), deadline=None)
 @given(living_scenes())
 def test_all_phases_agree_while_bodies_come_and_go(scene):
@@ -265,7 +257,6 @@ def test_exact_arithmetic_judges_bodies_that_pass_through_images():
     assert said.startswith("by the specification one is right there; other is wrong in contact 0")
 
 
-@pytest.mark.small
 @pytest.mark.parametrize(("room", "slots"), [(None, 64), (0, 2), (2, 2), (3, 3)])
 def test_there_is_room_for_as_many_as_are_asked_for_and_then_for_more(room, slots):
     sim, usual = (kt.Simulation(box(), "sap-1d", live=True, room=each) for each in (room, None))

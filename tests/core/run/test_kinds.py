@@ -10,8 +10,6 @@ import pytest
 import kinetile as kt
 from kinetile.run.engine import layout
 
-pytestmark = pytest.mark.small
-
 
 def world(**more) -> kt.Scene:
     """Return two balls on their ways through a sensor, one that comes, and kinds of which none is there."""

@@ -71,7 +71,6 @@ def simulation(of: kt.Scene | None = None) -> kt.Simulation:
     return kt.Simulation(scene() if of is None else of, "naive")
 
 
-@pytest.mark.small
 def test_observing_changes_nothing_and_stops_nothing():
     plain, observed = simulation(), simulation()
     plain.run(1.0)
@@ -91,7 +90,6 @@ def test_observing_changes_nothing_and_stops_nothing():
     assert seen[-1].time == observed.time == 1.0
 
 
-@pytest.mark.small
 def test_an_observable_was_given_the_simulation_and_could_turn_bodies(watchers, monkeypatch):
     seen = []
     monkeypatch.setattr(Watcher, "sample", lambda self, moment: seen.append(moment) or {})
@@ -119,7 +117,6 @@ class Told:
         self.notes.append(("end", time))
 
 
-@pytest.mark.small
 def test_a_recorder_learns_of_each_run_and_a_function_of_its_rows_alone():
     sim, told, parts = simulation(), Told(), []
     sim.run(0.25, recorder=parts.append)
@@ -141,7 +138,6 @@ class Full(Told):
         raise OSError("full")
 
 
-@pytest.mark.small
 def test_a_recorder_that_raises_is_told_of_the_end():
     full = Full()
     with pytest.raises(OSError, match="full"):
@@ -155,7 +151,6 @@ def test_a_recorder_without_a_call_is_refused():
         simulation().run(1.0, recorder=silent)
 
 
-@pytest.mark.small
 def test_samples_come_at_their_times_with_the_end(watchers):
     sim = simulation()
     sim.run(0.5)
@@ -169,7 +164,6 @@ def test_samples_come_at_their_times_with_the_end(watchers):
     assert set(sim.observed) == {"watcher:every=0.1", "watcher", "watcher:after=0.7,every=0.05"}
 
 
-@pytest.mark.small
 def test_a_run_for_contacts_is_sampled_a_hundred_times(watchers):
     sim = simulation()
     sim.run(max_contacts=1000, observe=["watcher:needs=contacts"])
@@ -179,7 +173,6 @@ def test_a_run_for_contacts_is_sampled_a_hundred_times(watchers):
     assert sim.readings.contacts_disc + sim.readings.contacts_wall == 1000
 
 
-@pytest.mark.small
 def test_contacts_come_with_velocities_before_and_after(watchers):
     """Energy and momentum of each contact are kept, and each body goes on as it left its last one."""
     made = scene(turns=[(2, 0.31, (1.0, 0.5))])
@@ -212,7 +205,6 @@ def test_contacts_come_with_velocities_before_and_after(watchers):
     assert turned
 
 
-@pytest.mark.small
 def test_where_nobody_observes_no_long_rows_are_written():
     sim = simulation()
     assert len(sim.tables.log) == 0
@@ -224,7 +216,6 @@ def test_where_nobody_observes_no_long_rows_are_written():
     assert len(sim.tables.log) == 0
 
 
-@pytest.mark.small
 def test_a_run_that_stops_early_has_what_it_has_measured(watchers):
     sim = simulation()
     event = sim.run(9.0, stop_at=kt.StopAt(bodies=[0]), observe=["watcher:every=0.01"])
@@ -234,7 +225,6 @@ def test_a_run_that_stops_early_has_what_it_has_measured(watchers):
     assert sim.observed["watcher"]["time"].mean == pytest.approx(np.mean(watcher.samples))
 
 
-@pytest.mark.small
 @pytest.mark.parametrize(
     ("observe", "error", "said"),
     [
@@ -255,7 +245,6 @@ def test_errors_say_what_is_wrong(observe, error, said):
         simulation().run(1.0, observe=observe)
 
 
-@pytest.mark.small
 def test_a_run_without_any_end_in_sight_needs_an_interval():
     with pytest.raises(BadOption, match=r"or an interval, as in watcher:every=0\.1"):
         simulation().run(max_events=5, observe=["watcher"])

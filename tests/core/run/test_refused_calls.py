@@ -78,7 +78,6 @@ CALLS = {
 }
 
 
-@pytest.mark.small
 @settings(max_examples=examples(100), deadline=None)
 @given(BAD_NUMBERS, st.sampled_from(sorted(CALLS)), st.sampled_from(PHASES), st.booleans(), st.booleans())
 def test_a_number_that_no_body_was_given_was_accepted(number, call, phase, live, one_has_gone):
@@ -195,7 +194,6 @@ REFUSED_CALLS = {
 }
 
 
-@pytest.mark.small
 @settings(max_examples=examples(30), deadline=None)
 @given(st.lists(st.sampled_from(sorted(REFUSED_CALLS)), min_size=1, max_size=4))
 def test_a_refused_call_changed_the_simulation(names):

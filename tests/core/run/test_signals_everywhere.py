@@ -21,8 +21,6 @@ import kinetile as kt
 from kinetile.run import interrupts
 from kinetile.run.interrupts import Unbroken
 
-pytestmark = pytest.mark.small
-
 RUN = str(Path(interrupts.__file__).parent)
 
 Call = Callable[[kt.Simulation, Path], Any]

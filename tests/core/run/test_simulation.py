@@ -23,6 +23,7 @@ def grid(bodies: int = 25, seed: int = 1, **more) -> kt.Scene:
     return kt.Scene(scene.position, scene.velocity, scene.radius, scene.mass, scene.arena, **more)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(("phase", "options"), PHASES)
 def test_running_on_is_the_same_as_running_through(phase, options):
     through = kt.Simulation(grid(), phase, options=options)
@@ -77,7 +78,6 @@ def test_a_clock_far_beyond_64_bits_of_ticks():
     assert len(sim.contacts) > 600_000
 
 
-@pytest.mark.small
 def test_a_body_that_flies_for_ever_is_anchored_anew_and_still_met():
     scene = kt.Scene([[0, 0], [10, 0.1], [0.5, 30.0]], [[1e-3, 0], [0, 0], [0, 0]], 0.5)
     sim = assert_one_answer(scene, until=50_000.0)
@@ -243,7 +243,6 @@ def test_phases_follow_from_the_scene_unless_named():
     assert kt.Simulation(grid(settings=settings), "naive").options == {}
 
 
-@pytest.mark.small
 def test_without_the_disc_phase_bodies_pass_through_each_other():
     sim = kt.Simulation(grid(), narrow_phases=["wall"])
     sim.run(until=1.0)
@@ -371,6 +370,7 @@ def test_a_turn_too_fast_for_the_clock_is_refused_in_a_sentence():
         sim.set_velocity(0, (1e15, 0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_many_bodies_at_rest_do_not_slow_the_clock_down():
     n = 10_000

@@ -31,7 +31,6 @@ def example():
     del sys.modules["sorted_list"]
 
 
-@pytest.mark.small
 def test_the_example_prints_the_order_and_its_events(example, capsys):
     example.main()
     assert capsys.readouterr().out.splitlines() == [
@@ -43,7 +42,6 @@ def test_the_example_prints_the_order_and_its_events(example, capsys):
     ]
 
 
-@pytest.mark.small
 def test_it_stays_sorted_and_swaps_once_an_inversion(example):
     if "sorted-list" not in kt.registry().names("broad phase"):
         kt.registry().add(example.Plugin())

@@ -14,8 +14,6 @@ from kinetile.toolbox import NEVER, At, Box, Link, Polygon, Segment
 from kinetile_plugins.naive import Naive
 from registering import registered
 
-pytestmark = pytest.mark.small
-
 SCENE = kt.Scene([(0.2, 0.2), (0.5, 0.5), (0.8, 0.8)], [(0.0, 0.0)] * 3, 0.05, arena=(1.0, 1.0))
 
 

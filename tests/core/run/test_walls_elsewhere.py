@@ -16,8 +16,6 @@ from kinetile.toolbox import BOTTOM, LEFT, NEVER, RIGHT, TOP, Kernel, Records, W
 from lanes import examples
 from registering import registered
 
-pytestmark = pytest.mark.small
-
 NEAR, FAR = 0.25, 0.75
 """Where the walls are, in an arena of 1 by 1."""
 

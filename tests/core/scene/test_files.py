@@ -7,15 +7,18 @@ import math
 import os
 import stat
 import time
+from collections import Counter
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from kinetile import Scene, Settings, Turn, load_scene, make_scene, save_scene
 from kinetile.errors import BadOption, SceneError
-from kinetile.scene.by_name import loads_scene
-from kinetile.scene.files import dumps_scene
+from kinetile.scene import reader
+from kinetile.scene.files import dumps_scene, loads_scene
 
 EIGHT_MISTAKES = """
 arena = [1.0, 1.0]
@@ -320,7 +323,7 @@ def test_many_mistakes_of_one_kind_are_counted() -> None:
 def read_with_any_options(text: str) -> Scene:
     """Read a scene as if every phase had every option."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("kinetile.scene.by_name.Registered.option_mistakes", lambda *given: [])
+        patch.setattr("kinetile.scene.files.option_mistakes", lambda *given: [])
         return loads_scene(text)
 
 
@@ -395,3 +398,53 @@ def test_ten_thousand_bodies_load_in_about_a_second(tmp_path: Path) -> None:
     again = load_scene(tmp_path / "scene.toml")
     assert time.process_time() - begun < 5.0
     assert again == scene
+
+
+@pytest.mark.parametrize(
+    ("text", "scenes"),
+    [
+        (BODY, 1),
+        (f"{BODY}[[obstacles]]\npoints = [[0, 0], [0.1, 0]]", 1),
+        (f"{BODY}kind = 'a'\n[[responses]]\nbetween = ['a', 'a']\nresponse = 'stop'", 1),
+        ("recipe = 'grid'\nuntil = 1.0\nbroad-phase = 'naive'", 1),
+        ("recipe = 'cradle'\n[[commands]]\ntime = 1\nturn = 0\nvelocity = [1, 0]", 2),  # the recipe's own too
+    ],
+)
+def test_each_check_ran_twice_a_file_and_three_times_with_obstacles(text, scenes, monkeypatch) -> None:
+    counts: Counter[str] = Counter()
+
+    def counted(name: str, check: Any, *given: Any) -> Any:
+        counts[name] += 1
+        return check(*given)
+
+    for name in ("check_bodies", "read_rules", "check_unit", "check_presence"):
+        monkeypatch.setattr(reader, name, partial(counted, name, getattr(reader, name)))
+    loads_scene(text)
+    assert counts == dict.fromkeys(counts, scenes)
+    assert len(counts) == 4
+
+
+def test_mistakes_of_commands_and_responses_were_told_after_those_of_bodies_and_at_other_places() -> None:
+    command = "[[commands]]\ntime = 2\n"
+    text = (
+        f"unit = 0.3\n{BODY}mass = -1\n{command}\n"
+        f"{command}insert = {{ position = [3, 3], radius = -1 }}\n"
+        "[[responses]]\nbetween = ['*', 'wall']\nresponse = 'pass'\n"
+        "[[responses]]\nbetween = [0, 'nobody']\nresponse = 'stop'\n"
+        "[[obstacles]]\npoints = [[0, 0]]\n"
+    )
+    assert [found.partition(":")[0] for found in mistakes_in(text)] == [
+        "obstacles[0].points",
+        "commands[0]",
+        "responses[0].between",
+        "bodies[0].mass",
+        "commands[1].radius",
+        "unit",
+    ]
+    later = f"{command}remove = 0\n{command}turn = 0\nvelocity = [0, 0]\n"
+    assert mistakes_in(f"{BODY}[[bodies.turns]]\ntime = 1\nvelocity = [0, 0]\n{later}") == [
+        "commands[1].body: found 0, which has gone by then; expected the number of a body that is there"
+    ]
+    assert [found.partition(":")[0] for found in mistakes_in(f"recipe = 'cradle'\n{later}")] == [
+        "commands[1].body"
+    ]

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from kinetile import Scene, load_scene
 from kinetile.errors import BadOption, SceneError
-from kinetile.scene.by_name import loads_scene
+from kinetile.scene.files import loads_scene
 
 BODY = "[[bodies]]\nposition = [0.25, 0.5]\nradius = 0.125\n"
 

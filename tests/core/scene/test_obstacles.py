@@ -8,6 +8,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import SceneError
+from kinetile.scene.files import dumps_scene, loads_scene
 
 FILE = """
 recipe = "grid"
@@ -46,6 +47,7 @@ def test_obstacles_come_after_the_bodies_and_change_nothing_else():
     assert kt.with_obstacles(plain, []) is plain
 
 
+@pytest.mark.small
 def test_overlapping_obstacles_are_one_room_under_every_phase(tmp_path):
     room = kt.polyline([(0, 0), (4, 0), (5, 2), (3, 4), (0, 3)], closed=True)
     cross = [kt.Obstacle(kt.box(*size), (2.0, 1.5), kind="cross") for size in ((1.0, 0.25), (0.25, 1.0))]
@@ -62,6 +64,7 @@ def test_overlapping_obstacles_are_one_room_under_every_phase(tmp_path):
     assert len(set(found)) == 1
 
 
+@pytest.mark.small
 def test_a_paddle_flies_through_obstacles_and_pushes_bodies():
     paddle = kt.Obstacle(kt.box(0.25, 1.0), (0.5, 0.0), (1.0, 0.0), kind="paddle")
     fence = kt.polyline([(1.0, -4.0), (1.0, -0.25)])
@@ -96,3 +99,33 @@ def test_mistakes_have_their_place(tmp_path, obstacle, said):
     with pytest.raises(SceneError) as caught:
         kt.load_scene(tmp_path / "scene.toml")
     assert said in str(caught.value)
+
+
+def test_commands_and_responses_of_a_file_did_not_reach_its_obstacles():
+    text = """
+        bodies = [{ position = [3, 0], radius = 0.25, kind = "ball" }]
+        commands = [{ time = 1.0, turn = 1, velocity = [0, 1] }]
+        responses = [{ between = ["ball", "obstacle"], response = "stop" }]
+        obstacles = [{ points = [[0, 0], [1, 0]] }]
+    """
+    made = loads_scene(text)
+    assert made.kinds == ("ball", "obstacle")
+    assert made.commands == (kt.Turn(1, 1.0, (0.0, 1.0)),)
+    assert loads_scene(dumps_scene(made)) == made
+
+
+@pytest.mark.parametrize(
+    ("text", "where"),
+    [
+        ("bodies = []\n[[obstacles]]\npoints = [[0, 0], [1, 0]]\nkind = [3]", "bodies[0].kind"),
+        ("recipe = 'two-discs'\n[[obstacles]]\npoints = [[0, 0], [1, 0]]\nopen = true", "obstacles[0].open"),
+        (
+            "bodies = [{ position = [3, 0], radius = -1 }]\n[[obstacles]]\npoints = [[0, 0]]",
+            "bodies[0].radius",
+        ),
+    ],
+)
+def test_mistakes_beside_obstacles_gave_a_traceback_or_hid_those_of_bodies(text, where):
+    with pytest.raises(SceneError) as caught:
+        loads_scene(text)
+    assert where in [mistake.where for mistake in caught.value.mistakes]

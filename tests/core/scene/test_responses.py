@@ -12,8 +12,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import SceneError
-from kinetile.scene.by_name import loads_scene
-from kinetile.scene.files import dumps_scene
+from kinetile.scene.files import dumps_scene, loads_scene
 from registering import registered
 
 BALLS = {"position": [[1.0, 1.0], [3.0, 1.0], [1.0, 3.0]], "velocity": [[0.0, 0.0]] * 3, "radius": 0.5}
@@ -269,10 +268,7 @@ def test_a_scene_of_elastic_bodies_looks_for_no_plugins():
 
 
 def test_an_event_file_is_read_where_its_response_is_not_installed():
-    from kinetile.records.reading import _AnyPhase
-    from kinetile.scene.files import read_text
-
     text = dumps_scene(scene(responses="stop")).replace('"stop"', '"of another machine"')
-    read = read_text(text, None, _AnyPhase())
+    read = loads_scene(text, look_up=False)
     assert names(read) == [["of another machine", "elastic"]]
     assert names(read.replace(start=-1.0)) == names(read)

@@ -19,8 +19,7 @@ import kinetile as kt
 from kinetile.errors import BadOption, KinetileError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.records.reading import read_with_scene
-from kinetile.scene.by_name import loads_scene
-from kinetile.scene.files import dumps_scene
+from kinetile.scene.files import dumps_scene, loads_scene
 from kinetile_conformance.strategies.living import ruled_scenes
 
 ARRAYS = ("position", "velocity", "radius", "mass", "kind_numbers", "shape")
@@ -101,7 +100,7 @@ ONE_KIND = two(kind="ball", responses={("ball", "ball"): "stop"})
     ],
 )
 def test_what_was_lost_or_came_back_as_something_else(scene, monkeypatch):
-    monkeypatch.setattr("kinetile.scene.by_name.Registered.option_mistakes", lambda *given: [])
+    monkeypatch.setattr("kinetile.scene.files.option_mistakes", lambda *given: [])
     assert everything(again(scene)) == everything(scene)
     assert again(scene) == scene
     assert pickle.loads(pickle.dumps(scene)) == copy.deepcopy(scene) == scene
@@ -264,7 +263,7 @@ def scenes(draw: st.DrawFn) -> kt.Scene:
 def check_that_it_comes_back(scene: kt.Scene, path: Path) -> None:
     kt.save_scene(scene, path)
     with pytest.MonkeyPatch.context() as patch:  # as if every phase had every option
-        patch.setattr("kinetile.scene.by_name.Registered.option_mistakes", lambda *given: [])
+        patch.setattr("kinetile.scene.files.option_mistakes", lambda *given: [])
         loaded = kt.load_scene(path)
     assert everything(loaded) == everything(scene)
     assert loaded == scene

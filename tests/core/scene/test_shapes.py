@@ -20,10 +20,9 @@ from hypothesis import strategies as st
 import kinetile as kt
 from kinetile.errors import Mistake, Refused, SceneError
 from kinetile.plugin.protocols import PairParts
-from kinetile.scene import shape_table
-from kinetile.scene.by_name import loads_scene
 from kinetile.scene.differences import core_difference, is_closer
-from kinetile.scene.files import dumps_scene
+from kinetile.scene.files import dumps_scene, loads_scene
+from kinetile.scene.shapes import overlap
 from kinetile.show.picture import picture_of_scene
 from kinetile_conformance.strategies.changes import without
 from kinetile_plugins.disc import Disc
@@ -280,8 +279,8 @@ def test_bodies_that_pass_may_overlap() -> None:
 
 def test_touching_neighbours_are_not_compared_exactly(monkeypatch: pytest.MonkeyPatch) -> None:
     compared = []
-    decide = shape_table.overlap
-    monkeypatch.setattr(shape_table, "overlap", lambda *pair: compared.append(pair) or decide(*pair))
+    decide = overlap
+    monkeypatch.setattr("kinetile.scene.shapes.overlap", lambda *pair: compared.append(pair) or decide(*pair))
     grid = np.stack(np.meshgrid(np.arange(100), np.arange(100)), -1).reshape(-1, 2)
     rest = np.zeros((len(grid), 2))
     kt.Scene((grid + 0.5) / 128, rest, shape=kt.box(1 / 128, 1 / 128), arena=(1.0, 1.0))
@@ -393,6 +392,7 @@ def test_running_is_refused_where_no_phase_takes_shapes() -> None:
         kt.Simulation(scene(), narrow_phases=["disc"])
 
 
+@pytest.mark.small
 def test_a_run_with_a_phase_that_takes_shapes_keeps_them(tmp_path: Path) -> None:
     plugin = {
         "circles": kt.NarrowPhaseSpec(

@@ -21,8 +21,6 @@ SMALL = {"seconds": 0.2, "width": 124}
 
 COMMAND = "view two-discs --until 0.2 --seconds 0.2 --width 124"
 
-pytestmark = pytest.mark.small
-
 
 @pytest.fixture(autouse=True)
 def in_a_folder(tmp_path, monkeypatch):

@@ -203,7 +203,6 @@ def test_a_structure_of_many_shapes_is_left_out():
     assert shapes(found.pictures[0]) == 0
 
 
-@pytest.mark.small
 def test_a_run_that_has_ended_with_an_error_displays_and_says_so():
     head_on = kt.Scene(
         [[1.0, 1.0], [2.0, 1.0], [1.25, 1.8125]],

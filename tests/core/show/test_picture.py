@@ -89,7 +89,6 @@ def test_every_role_has_a_look():
     assert len({(look.colour, look.dashes) for look in LOOKS.values()}) == len(LOOKS)
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("bodies", [0, 1])
 def test_scenes_of_hardly_anything(bodies):
     scene = kt.Scene([(3.0, 4.0)] * bodies, [(0.0, 0.0)] * bodies, 0.5)

@@ -1,23 +1,28 @@
-"""A study in this process: rows, measures, disagreement, versions, scene files, tables, what a task costs."""
+"""A study in this process: rows, errors, disagreement, versions, scene files, the file of rows, the table."""
 
 from __future__ import annotations
 
 import csv
 import io
 import json
-import os
-import time
+import math
+import sqlite3
+import sys
+from contextlib import closing
+from importlib.util import spec_from_file_location
 
 import pytest
 
 import kinetile as kt
 import studies
-from clusters import cluster
-from kinetile.errors import BadOption, RecordError, StudyError
-from kinetile_bench import Study, runner
-from kinetile_bench.plan import read_plan
-from kinetile_bench.rows import row_of, table_of
-from kinetile_bench.task import VersionsDiffer, source_of
+from kinetile.errors import BadOption, RecordError
+from kinetile.scene.scene import Settings
+from kinetile_bench import Study
+from kinetile_bench.study import task as tasks
+from kinetile_bench.study.plan import read_plan
+from kinetile_bench.study.rows import RowFile
+from kinetile_bench.study.summary import summary_of
+from kinetile_bench.study.task import StudyStopped, run_task, tasks_of
 
 TABLES = {
     "phases": ["naive", "cells"],
@@ -27,9 +32,13 @@ TABLES = {
 }
 
 
+MINE = 'phases = ["{}"]\ncontacts = 4\nscenes = [{{ file = "mine.toml" }}]\n'
+"""A study of a scene file."""
+
+
 def run(tables, folder, **how):
-    study = Study(tables, folder)
-    return study, studies.status_here(study, **how)
+    study = Study(tables, folder / "rows.sqlite")
+    return study, studies.run_here(study, **how)
 
 
 @pytest.fixture(scope="module")
@@ -41,23 +50,17 @@ def done(tmp_path_factory):
 
 
 def test_rows_are_those_of_simulations_in_the_order_of_the_tasks(done):
-    rows = done.rows().to_pylist()
-    assert [(row["bodies"], row["seed"], row["phase"]) for row in rows[:3]] == [
-        (9, 1, "naive"),
-        (9, 1, "cells"),
-        (9, 2, "naive"),
-    ]
+    rows = done.rows()
+    places = [(row["parameters"]["bodies"], row["parameters"]["seed"], row["phase"]) for row in rows[:3]]
+    assert places == [(9, 1, "naive"), (9, 1, "cells"), (9, 2, "naive")]
     for row in rows:
-        sim = kt.Simulation(
-            kt.make_scene("grid", **{name: row[name] for name in ("bodies", "seed")}), row["phase"]
-        )
+        sim = kt.Simulation(kt.make_scene("grid", **row["parameters"]), row["phase"])
         sim.run(until=0.05)
         assert row["fingerprint"] == sim.fingerprint
         assert row["contacts"] == len(sim.contacts)
         assert row["time"] == 0.05
         assert row["events"] == sim.readings.events
-        assert row["kinetile"] == kt.__version__
-        assert row["processor"]
+        assert row["environment"]["versions"]["kinetile"] == kt.__version__
 
 
 def test_what_is_there_is_not_done_again_and_what_is_added_is(tmp_path):
@@ -67,192 +70,214 @@ def test_what_is_there_is_not_done_again_and_what_is_added_is(tmp_path):
     study, fourth = run({**TABLES, "seeds": [1]}, tmp_path)
     assert [each.ran for each in (first, second, third, fourth)] == [8, 0, 4, 0]
     assert (fourth.total, fourth.others) == (4, 8)
-    assert study.rows().num_rows == 4
-
-
-def test_measures_fill_their_columns(tmp_path):
-    tables = {**TABLES, "measure": ["timings", "pairs", "certified"], "seconds": 1e-6, "seeds": [1]}
-    study, outcome = run(tables, tmp_path)
-    assert outcome.well
-    for row in study.rows().to_pylist():
-        assert row["runs"] >= 1
-        assert row["cpu_seconds_min"] <= row["cpu_seconds"] <= row["cpu_seconds_max"]
-        assert row["pairs_most"] >= row["pairs_mean"] > 0
-        assert row["certified"] is True
-        assert row["certified_contacts"] == row["contacts"]
-    plain = {**TABLES, "seeds": [1]}
-    rows = {row["fingerprint"] for row in run(plain, tmp_path / "plain")[0].rows().to_pylist()}
-    assert rows == {row["fingerprint"] for row in study.rows().to_pylist()}
+    assert len(study.rows()) == 4
 
 
 @pytest.mark.small
 def test_observables_are_columns_with_their_errors(tmp_path):
-    """They are columns beside the others, and tasks without observables keep their keys."""
-    tables = {
-        "phases": ["naive"],
-        "until": 2.0,
-        "scenes": [{"recipe": "grid", "parameters": {"bodies": 4}}],
-    }
-    plain, _ = run(tables, tmp_path / "plain")
-    study, outcome = run({**tables, "observe": ["rates:every=0.5", "g:bins=2"]}, tmp_path)
+    tables = {"phases": ["naive"], "until": 2.0, "scenes": [{"recipe": "grid", "parameters": {"bodies": 4}}]}
+    observe = ["rates:every=0.5", "g:bins=2"]
+    study, outcome = run({**tables, "observe": observe}, tmp_path)
     assert outcome.well
-    (row,) = study.rows().to_pylist()
+    (row,) = study.rows()
     sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
-    sim.run(2.0, observe=["rates:every=0.5", "g:bins=2"])
+    sim.run(2.0, observe=observe)
     for quantity, (mean, error, blocks, *_) in sim.observed["rates"].items():
         names = (f"observed.rates.{quantity}{end}" for end in ("", ".error", ".blocks"))
         assert [row[name] for name in names] == pytest.approx([mean, error, blocks])
-    g = sim.observed["g"]["g"]
-    assert json.loads(row["observed.g.g"])["mean"] == pytest.approx(g.mean.tolist())
-    (before,) = plain.rows().to_pylist()
-    assert (before["fingerprint"], before["course"]) == (row["fingerprint"], row["course"])
-    assert before["key"] != row["key"]
+    assert row["observed.g.g"]["mean"] == pytest.approx(sim.observed["g"]["g"].mean.tolist())
 
 
 @pytest.mark.small
 def test_two_lists_of_contacts_of_one_scene_are_told_at_once(tmp_path, blind):
-    scene = {"recipe": "cradle"}
-    tables = {"phases": ["naive", blind, "cells"], "contacts": 4, "scenes": [scene]}
+    tables = {"phases": ["naive", blind, "cells"], "contacts": 4, "scenes": [{"recipe": "cradle"}]}
     told = []
     study, outcome = run(tables, tmp_path, disagreed=told.append)
     assert not outcome.well
     assert len(told) == 1
-    assert "naive and blind have different contacts" in str(told[0])
-    rows = study.rows().to_pylist()
+    assert "naive and blind have different contacts" in told[0]
+    assert outcome.disagreements == (told[0],)
+    rows = study.rows()
     assert {row["status"] for row in rows} == {"disagrees"}
     assert all("other contacts than" in row["error"] for row in rows)
     assert run(tables, tmp_path, again=["disagrees"])[1].ran == 3
 
 
 def test_an_error_in_a_run_is_a_row_and_a_refusal_is_another(tmp_path, monkeypatch):
-    real = runner.run_task
+    def refuse(self, scene, prepared=None):
+        raise kt.errors.Refused("not today")
 
-    def now_and_then(order):
-        if order["parameters"]["seed"] == 2:
-            monkeypatch.setattr("kinetile.run.simulation.Simulation.compile", _raise)
-        return real(order)
+    def fail(self, until=None, **_):
+        raise ValueError("no such\x1b[2J luck")
 
-    def _raise(self):
-        raise ValueError("no such luck")
-
-    monkeypatch.setattr("kinetile_bench.study_run.run_task", now_and_then)
-    study, outcome = run({**TABLES, "phases": ["naive"]}, tmp_path)
-    assert outcome.statuses["failed"] >= 2
-    assert "ValueError: no such luck" in study.rows()["error"].to_pylist()
-    monkeypatch.undo()
     tables = {**TABLES, "phases": ["naive"]}
+    monkeypatch.setattr("kinetile_plugins.naive.Naive.prepare", refuse)
+    study, outcome = run(tables, tmp_path / "refused")
+    assert (outcome.well, outcome.statuses) == (True, {"refused": 4})
+    assert {row["error"].partition(";")[0] for row in study.rows()} == {"not today"}
+    monkeypatch.undo()
+    monkeypatch.setattr("kinetile.run.simulation.Simulation.run", fail)
+    study, outcome = run(tables, tmp_path)
+    assert (outcome.well, outcome.statuses) == (False, {"failed": 4})
+    assert {row["error"] for row in study.rows()} == {r"ValueError: no such\x1b[2J luck"}
+    monkeypatch.undo()
     assert run(tables, tmp_path)[1].ran == 0
     assert run(tables, tmp_path, again=["failed"])[1].statuses == {"done": 4}
 
 
-def test_a_worker_of_other_versions_is_refused_by_the_task_itself():
-    task = next(iter(Study(TABLES, "nowhere").tasks.values()))
-    order = task._asdict() | {"versions": {**task.versions, "broad phase naive": "kinetile 9"}}
-    with pytest.raises(VersionsDiffer, match=r"broad phase naive is kinetile \S+ there, kinetile 9 here"):
-        runner.run_task(order)
+def test_a_worker_of_other_versions_stops_the_study(tmp_path, monkeypatch):
+    study = Study(TABLES, tmp_path / "rows.sqlite")
+    task = next(iter(study.tasks.values()))
+    *before, (kind, name, source) = task.sources
+    other = (*before, (kind, name, source.replace("kinetile ", "kinetile 9.")))
+    with pytest.raises(StudyStopped, match=r"another broad phase naive \(kinetile \S+\) than the study"):
+        run_task(task._replace(sources=other))
+    monkeypatch.setattr(tasks, "ANSWER", 99)  # as of a newer kinetile, in the process that runs the tasks
+    with pytest.raises(StudyStopped, match="install the same there"):
+        studies.run_here(study)
+    assert study.rows() == []
+
+
+def test_a_worker_of_another_kinetile_ran_a_study_of_foreign_plugins(tmp_path, monkeypatch, blind):
+    """Only the plugins' versions were compared: where all of them were foreign, kinetile's was not."""
+    kt.save_scene(kt.make_scene("cradle").replace(), tmp_path / "mine.toml")
+    study = Study(studies.write(tmp_path, MINE.format(blind)))
+    monkeypatch.setattr(tasks, "ANSWER", 99)
+    with pytest.raises(StudyStopped, match=r"another framework kinetile \(\S+, answer 99\)"):
+        studies.run_here(study)
+
+
+def test_responses_and_narrow_phases_of_a_scene_file_are_sources(tmp_path):
+    """Rows of an older response were taken for rows of today's."""
+    settings = Settings(narrow_phases=("wall", "disc"))
+    kt.save_scene(
+        kt.make_scene("cradle").replace(responses="stop", settings=settings), tmp_path / "mine.toml"
+    )
+    (task,) = Study(studies.write(tmp_path, MINE.format("naive"))).tasks.values()
+    named = [(kind, name) for kind, name, _ in task.sources[1:]]
+    assert named[:3] == [("response", "stop"), ("narrow phase", "wall"), ("narrow phase", "disc")]
+
+
+def test_an_editable_package_that_a_finder_provides_has_a_digest(tmp_path, monkeypatch):
+    """Such a package, as tools install one under development, always had the digest "unknown"."""
+    (tmp_path / "elsewhere.py").write_text("x = 1\n")
+
+    class Finder:
+        @staticmethod
+        def find_spec(name, path=None, target=None):
+            if name == "made_up_package":
+                return spec_from_file_location(name, tmp_path / "elsewhere.py")
+
+    monkeypatch.setattr("sys.meta_path", [*sys.meta_path, Finder])
+    one = tasks._digest_of("made_up_package:Phase")
+    tasks._digest_of.cache_clear()
+    (tmp_path / "elsewhere.py").write_text("x = 2\n")
+    assert "unknown" != one != tasks._digest_of("made_up_package:Phase")
+    assert tasks._digest_of("no_such_package:Phase") == "unknown"
 
 
 def test_a_phase_of_this_process_goes_by_its_source(blind):
-    assert source_of("broad phase", "naive") == f"kinetile {kt.__version__}"
-    assert source_of("broad phase", blind).startswith("added in this process, sources ")
+    tables = {**TABLES, "phases": ["naive", blind]}
+    (kinetile, _, naive), (*_, mine) = (task.sources for task in list(tasks_of(read_plan(tables)))[:2])
+    assert kinetile == ("framework", "kinetile", f"{kt.__version__}, answer {kt.ANSWER}")
+    assert naive == ("broad phase", "naive", f"kinetile {kt.__version__}")
+    assert "added in this process" in mine[2]
+    assert mine[2].rpartition(" ")[2] != "unknown"
 
 
 def test_progress_may_stop_it_and_what_was_done_is_there(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         run(TABLES, tmp_path, progress=studies.stop_after(3))
-    outcome = Study(TABLES, tmp_path).status()
+    outcome = Study(TABLES, tmp_path / "rows.sqlite").status()
     assert 3 <= outcome.statuses["done"] < 8
     assert run(TABLES, tmp_path)[1].ran == outcome.open
 
 
-def test_a_status_that_there_is_not_is_told(tmp_path):
-    with pytest.raises(BadOption, match="did you mean 'lost'"):
-        run(TABLES, tmp_path, again=["lots"])
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [({"again": ["lots"]}, "did you mean 'lost'"), ({"workers": 0}, "workers is 0; expected a number, at")],
+)
+def test_what_cannot_be_asked_for(tmp_path, how, said):
+    with pytest.raises(BadOption, match=said):
+        Study(TABLES, tmp_path / "rows.sqlite").run(**how)
 
 
-def test_a_folder_that_cannot_be_written_is_told(tmp_path):
-    (tmp_path / "file").touch()
-    with pytest.raises(RecordError, match="cannot be written"):
-        run(TABLES, tmp_path / "file")
+def test_a_file_that_is_no_study_s_is_refused_and_never_overwritten(tmp_path):
+    text, other, folder = (tmp_path / name for name in ("notes.txt", "other.sqlite", "folder"))
+    text.write_text("what I wrote" * 100)
+    with sqlite3.connect(other) as file:
+        file.execute("CREATE TABLE rows (key TEXT)")
+    folder.mkdir()
+    before = text.read_bytes(), other.read_bytes()
+    for path in (text, other, folder, text / "below"):
+        study = Study(TABLES, path)
+        # Below a file there is none, and so there are no rows.
+        for use in (study.run, study.rows if path.exists() else study.run):
+            with pytest.raises(RecordError, match="expected a file with rows of a study"):
+                use()
+    assert (text.read_bytes(), other.read_bytes()) == before
+    empty = tmp_path / "empty"
+    empty.touch()  # of a study that was killed before its first row
+    assert Study(TABLES, empty).rows() == []
+    assert run({**TABLES, "seeds": 1}, tmp_path)[1].well
 
 
-@pytest.mark.parametrize("results", ["..", "a/../..", "../beside", "link", "link/rows"])
-def test_results_of_a_study_were_written_outside_of_its_folder(tmp_path, results):
-    (tmp_path / "here").mkdir()
-    (tmp_path / "here" / "link").symlink_to(tmp_path)
-    file = tmp_path / "here" / "study.toml"
-    scene = '[[scenes]]\nrecipe = "grid"\n'
-    file.write_text(f'results = "{results}"\nphases = ["naive"]\ncontacts = 5\n{scene}')
-    with pytest.raises(StudyError, match=r"which is outside of the study's folder; expected .*absolute path"):
-        Study(file)
-    assert {each.name for each in tmp_path.rglob("*")} == {"here", "link", "study.toml"}
-    for inside in ("rows", "a/../rows", str(tmp_path / "beside")):
-        file.write_text(f'results = "{inside}"\nphases = ["naive"]\ncontacts = 5\n{scene}')
-        assert Study(file).results == tmp_path / "here" / inside
+def test_a_file_of_another_format_or_with_a_damaged_row_is_refused_and_stays(done, tmp_path):
+    path = tmp_path / "rows.sqlite"
+    for damage, said in [
+        (
+            "PRAGMA user_version = 2",
+            "has rows in format 2, and this version of kinetile reads and writes format 1",
+        ),
+        ("UPDATE rows SET content = substr(content, 9)", "cannot be used: Extra data"),
+        ("DROP TABLE rows", "cannot be used: no such table"),
+    ]:
+        path.write_bytes(done.results.read_bytes())
+        with closing(sqlite3.connect(path)) as file, file:
+            file.execute(damage)
+        before = path.read_bytes()
+        for use in (Study(TABLES, path).run, Study(TABLES, path).status):
+            with pytest.raises(RecordError, match=said):
+                use()
+        assert path.read_bytes() == before
 
 
-def test_the_table_has_means_ratios_exponents(done):
-    found = done.table(y="events")
-    assert (found["y"], found["x"], found["base"]) == ("events", "bodies", "naive")
-    assert len(found["groups"]) == 4
-    first, second = found["groups"][:2]
-    assert first["scene"] == {"bodies": 9}
-    assert first["ratio"] is None
-    assert second["ratio"] >= 1.0  # cells has structural events besides
-    assert second["interval"][0] < second["mean"] < second["interval"][1]
-    assert [each["range"] for each in found["exponents"]] == [[9.0, 16.0]] * 2
-    with pytest.raises(BadOption, match="expected one of"):
-        done.table(y="event")
-    with pytest.raises(BadOption, match="expected bodies"):
-        done.table(x="density")
+@pytest.mark.skipif(sys.platform == "win32", reason="sets a limit of POSIX")
+def test_a_disk_that_is_full_keeps_the_rows_that_came(done, tmp_path):
+    resource = pytest.importorskip("resource")
+    file, row, kept = RowFile(tmp_path / "rows.sqlite"), done.rows()[0], []
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, hard))  # as on a disk with so much space
+
+    def fill():
+        for k in range(100):
+            file.put(row | {"key": str(k)})
+            kept.append(str(k))
+
+    try:
+        with pytest.raises(RecordError, match=r"rows\.sqlite cannot be used: .*disk"):
+            fill()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert len(kept) > 3
+    assert [each["key"] for each in file.read()] == kept
+    file.put(row)
+    assert len(file.read()) == len(kept) + 1
 
 
-@pytest.mark.slow
-def test_figures_are_drawn_as_svg_and_png(tmp_path):
-    pytest.importorskip("matplotlib")
-    shares = {"name": "shares", "kind": "shares", "title": "What happens"}
-    study, _ = run({**TABLES, "figures": [shares, {"name": "lines", "y": "events"}]}, tmp_path)
-    written = [path.relative_to(tmp_path).as_posix() for path in study.plot()]
-    assert written == ["figures/shares.svg", "figures/shares.png", "figures/lines.svg", "figures/lines.png"]
-    assert (tmp_path / "figures" / "lines.svg").read_bytes() == study.plot(tmp_path / "more")[2].read_bytes()
-    with pytest.raises(BadOption, match="no rows"):
-        Study(TABLES, tmp_path / "none").plot()
+def test_a_row_that_another_process_has_written_stays(done, tmp_path):
+    file = RowFile(tmp_path / "rows.sqlite")
+    row = done.rows()[0] | {"lateness": math.inf}
+    file.put(row)
+    file.put(row | {"status": "failed"})
+    (kept,) = file.read()
+    assert kept == row | {"lateness": None}  # JSON has no infinity
+    with sqlite3.connect(file.path) as any_reader:
+        content = "content ->> '$.parameters.bodies', content ->> '$.fingerprint'"
+        assert list(any_reader.execute(f"SELECT {content} FROM rows")) == [(9, row["fingerprint"])]
 
 
-def test_the_command_says_how_it_stands_in_text_and_json(tmp_path, done):
-    path = studies.write(
-        tmp_path,
-        'phases = ["naive", "cells"]\nseeds = [1, 2]\nuntil = 0.05\n'
-        'scenes = [{ recipe = "grid", parameters = { bodies = [9, 16] } }]\n',
-    )
-
-    def command(*words):
-        return studies.kinetile("study", *words, "--results", done.results)
-
-    status = command("status", path, "--json")
-    assert json.loads(status.stdout)["statuses"] == {"done": 8}
-    assert status.exit_code == 0
-    assert "8: 8 done, 0 open" in command("status", path).stdout
-    table = command("table", path, "--y", "events")
-    assert "Exponents of events over bodies" in table.stdout
-    assert json.loads(command("table", path, "--json").stdout)["y"] == "cpu_seconds_per_time"
-    rows = list(csv.DictReader(io.StringIO(command("table", path, "--y", "events", "--csv").stdout)))
-    assert [(row["scene.bodies"], row["phase"]) for row in rows] == [
-        ("9", "naive"),
-        ("9", "cells"),
-        ("16", "naive"),
-        ("16", "cells"),
-    ]
-    assert [float(row["mean"]) for row in rows] == [each["mean"] for each in done.table(y="events")["groups"]]
-    assert float(rows[0]["interval.low"]) < float(rows[0]["mean"]) < float(rows[0]["interval.high"])
-    out = tmp_path / "rows.parquet"
-    assert command("table", path, "--rows", out, "--json").exit_code == 0
-    assert out.stat().st_size > 1000
-    wrong = command("table", path, "--rows", tmp_path / "rows.txt")
-    assert wrong.exit_code == 2
-    assert "neither .csv nor .parquet" in wrong.stderr
-    assert command("run", path, "--memory", "much").exit_code == 2
-
+# Scene files
 
 TRACED = """
 phases = ["naive", "cells"]
@@ -269,7 +294,7 @@ parameters = { bodies = [9] }
 
 
 def record(folder, turn=1):
-    """Save a recording with a turn, an insertion and a removal as ``trace.toml``; return its simulation."""
+    """Save a recording with a turn and a removal as ``trace.toml``; return its simulation."""
     sim = kt.Simulation(kt.make_scene("grid", bodies=16), "naive", live=True)
     sim.run(until=0.05)
     sim.set_velocities([turn], (0.5, -0.25))
@@ -279,171 +304,112 @@ def record(folder, turn=1):
     return sim
 
 
-@pytest.fixture
-def path(tmp_path):
-    record(tmp_path)
-    return studies.write(tmp_path, TRACED)
-
-
-def traced(study):
-    return [row for row in study.rows().to_pylist() if row["recipe"] == "trace.toml"]
-
-
-def test_rows_of_a_recording_have_the_fingerprint_of_the_run_that_it_records(path, tmp_path):
-    sim = record(tmp_path)
+@pytest.mark.small
+def test_rows_of_a_recording_have_the_fingerprint_of_the_run_that_it_records(tmp_path):
+    path, sim = studies.write(tmp_path, TRACED), record(tmp_path)
     study = Study(path)
     (tmp_path / "trace.toml").unlink()  # what was read when the study was made is what is run
-    studies.run_here(study)
-    rows = traced(study)
-    assert len(rows) == 4
-    assert {row["fingerprint"] for row in rows} == {sim.fingerprint}
-    assert {row["status"] for row in rows} == {"done"}
-    assert {len(row["scene_sha256"]) for row in rows} == {64}
-    groups = study.table(y="events")["groups"]
-    assert [each["scene"]["recipe"] for each in groups] == ["trace.toml", "trace.toml", "grid", "grid"]
-
-
-def test_a_file_that_changed_under_a_half_done_study_is_told_and_its_rows_are_mixed_with_no_others(path):
-    with pytest.raises(KeyboardInterrupt):
-        studies.run_here(Study(path), progress=studies.stop_after(2))
-    record(path.parent, turn=5)
-    changed = Study(path)
-    (said,) = changed.status().changed
-    assert said.startswith("trace.toml has changed: ")
-    assert changed.rows().num_rows == 0
-    with pytest.raises(StudyError, match=r"trace.toml has changed.*--again changed"):
-        studies.run_here(changed)
-    outcome = studies.run_here(changed, again=["changed"]).status()
-    assert (outcome.statuses, outcome.open, outcome.others, outcome.changed) == ({"done": 8}, 0, 0, ())
-    assert len({row["fingerprint"] for row in traced(changed)}) == 1
-
-
-def test_a_file_by_another_name_keeps_its_rows(path, tmp_path):
-    studies.run_here(Study(path))
+    assert studies.run_here(study).statuses == {"done": 8}
+    rows = [row for row in study.rows() if row["recipe"] == "trace.toml"]
+    assert [row["fingerprint"] for row in rows] == [sim.fingerprint] * 4
+    assert {each["scene"]["recipe"] for each in study.table("events")["groups"]} == {"trace.toml", "grid"}
+    record(tmp_path)  # the same content again, and by another name
     (tmp_path / "trace.toml").rename(tmp_path / "moved.toml")
     path.write_text(TRACED.replace("trace.toml", "moved.toml"))
     assert Study(path).status().open == 0
+    record(tmp_path, turn=5)  # another content: its rows are not taken for these
+    path.write_text(TRACED)
+    status = Study(path).status()
+    assert (status.open, status.others) == (4, 4)
 
 
+@pytest.mark.small
 def test_the_end_of_a_scene_file_is_the_end_of_its_runs_where_the_study_has_none(tmp_path):
     record(tmp_path)
     recorded = (tmp_path / "trace.toml").read_text().replace("until", "# until").replace("end", "# end")
-    text = f"until = 0.125\n{recorded}"
-    (tmp_path / "trace.toml").write_text(text)
+    (tmp_path / "trace.toml").write_text(f"until = 0.125\n{recorded}")
     path = studies.write(tmp_path, 'phases = ["naive"]\nscenes = [{ file = "trace.toml" }]\n')
-    assert [task.until for task in Study(path).tasks.values()] == [0.125]
+    assert [task.scene.until for task in Study(path).tasks.values()] == [0.125]
 
 
-@pytest.mark.parametrize(
-    ("scene", "said"),
-    [
-        ({"file": "none.toml"}, "scenes[0].file: found 'none.toml', which cannot be read (No such file"),
-        ({"file": "a\0b"}, "scenes[0].file: found 'a\\x00b'; expected the name of a scene file"),
-        ({"file": "bad.toml"}, "scenes[0].file: arena: found 3"),
-        ({"file": "bad.toml", "recipe": "grid"}, "scenes[0].file: found a file beside a recipe"),
-        ({"file": "a.toml", "parameters": {}}, "scenes[0].parameters: found parameters of a file"),
-        ({"file": ["a.toml"]}, "scenes[0].file: found ['a.toml']; expected the name of a scene file"),
-        ({}, "scenes[0]: found neither recipe nor file; expected one of the two"),
-    ],
-)
-def test_a_scene_file_that_cannot_be_used_is_a_mistake_with_its_place(tmp_path, monkeypatch, scene, said):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "bad.toml").write_text("arena = 3\nbodies = []\n")
-    with pytest.raises(StudyError) as caught:
-        read_plan({"phases": ["naive"], "until": 1, "scenes": [scene]})
-    assert said in str(caught.value)
+# The table
 
 
-@pytest.mark.slow
-def test_stages_of_a_scene_file_are_noted_in_a_process_of_its_own(tmp_path):
-    kt.save_scene(kt.make_scene("grid", bodies=9), tmp_path / "trace.toml")
-    tables = '\nphases = ["naive"]\ncontacts = 5\nmeasure = ["stages"]\nseconds = 0.001\n'
-    path = studies.write(tmp_path, f'{tables}scenes = [{{ file = "trace.toml" }}]\n')
-    (row,) = studies.run_here(Study(path)).rows().to_pylist()
-    assert row["status"] == "done", row["error"]
-    assert row["table_bytes"] > 0
+def test_means_are_over_seeds_and_ratios_are_paired_by_seed():
+    plan = read_plan({**TABLES, "seeds": 3, "repeats": 2})
+    rows = []
+    for task in tasks_of(plan):
+        seed, cells = task.scene.parameters["seed"], task.phase == "cells"
+        value = seed * task.scene.parameters["bodies"] * (2.0 if cells else 1.0) + (
+            0.5 if task.repeat == 2 else -0.5
+        )
+        status = "failed" if (seed, task.phase) == (3, "naive") else "done"
+        row = {
+            "status": status,
+            "time": None if status == "failed" else value,
+            "contacts": 7,
+            "cpu_seconds": 1.0,
+        }
+        rows.append(tasks.row_of(task, row))
+    found = summary_of(plan, rows, "time")
+    assert (found["base"], found["varied"]) == ("naive", ["bodies"])
+    naive, cells = found["groups"][:2]
+    assert (naive["phase"], naive["rows"], naive["odd"], naive["ratio"]) == ("naive", 6, "2 failed", None)
+    assert (naive["mean"], naive["error"]) == (13.5, 4.5)
+    assert (cells["mean"], cells["error"]) == (36.0, pytest.approx(18.0 / math.sqrt(3)))
+    assert (cells["ratio"], cells["ratio_error"]) == (pytest.approx(2.0), pytest.approx(0.0))
+    with pytest.raises(BadOption, match="did you mean 'time'"):
+        summary_of(plan, rows, "tim")
+    assert summary_of(plan, [], "time")["groups"] == []
 
 
-@pytest.mark.slow
-def test_the_content_travels_to_workers_that_cannot_see_the_file(path, tmp_path):
-    pytest.importorskip("distributed")
-    elsewhere = tmp_path / "elsewhere"
-    elsewhere.mkdir()
-    with cluster(elsewhere, [[]]) as (address, _):
-        done = studies.study("run", path.name, "--dask", address, "--workers", 1, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    here = studies.run_here(Study(path, tmp_path / "here"))
-    assert traced(Study(path))[0]["fingerprint"] == traced(here)[0]["fingerprint"]
+def test_runs_of_one_scene_to_two_ends_were_averaged():
+    scenes = [{"recipe": "cradle", "until": 1.0}, {"recipe": "cradle", "until": 2.0, "contacts": 9}]
+    plan = read_plan({"phases": ["naive"], "scenes": scenes})
+    rows = [
+        tasks.row_of(task, {"status": "done", "contacts": 7, "time": float(k)})
+        for k, task in enumerate(tasks_of(plan))
+    ]
+    found = summary_of(plan, rows, "time")
+    assert found["varied"] == ["until", "contacts_asked"]
+    assert [(each["scene"]["until"], each["mean"]) for each in found["groups"]] == [(1.0, 0.0), (2.0, 1.0)]
 
 
-TINY = """
-phases = ["cells"]
-seeds = {{ from = 1, to = {seeds} }}
-contacts = 5
-scenes = [{{ recipe = "grid", parameters = {{ bodies = 25 }} }}]
-"""
+def test_rows_have_the_names_that_the_study_has_today(tmp_path):
+    """A phase whose options had been written in another way was a KeyError of ``table``."""
+    once = {**TABLES, "phases": ["sap-1d: axis=y"], "seeds": 1, "contacts": 3}
+    assert run(once, tmp_path)[1].well
+    study = Study({**once, "phases": ["sap-1d:axis=y"]}, tmp_path / "rows.sqlite")
+    assert study.status().open == 0
+    assert {row["phase"] for row in study.rows()} == {"sap-1d:axis=y"}
+    assert {each["rows"] for each in study.table()["groups"]} == {1}
 
 
-def cpu_seconds() -> float:
-    return sum(os.times()[:4])
+def test_the_commands_say_how_it_stands_in_text_json_and_csv(tmp_path, done):
+    path = studies.write(
+        tmp_path,
+        'phases = ["naive", "cells"]\nseeds = [1, 2]\nuntil = 0.05\n'
+        'scenes = [{ recipe = "grid", parameters = { bodies = [9, 16] } }]\n',
+    )
 
+    def command(*words):
+        return studies.kinetile("study", *words, "--results", done.results)
 
-@pytest.mark.long
-@pytest.mark.compiled
-def test_a_task_costs_at_most_20_ms_beyond_its_simulation(tmp_path):
-    kt.Simulation(kt.make_scene("grid", bodies=25, seed=1), "cells", keep_contacts=False).run(max_contacts=5)
-    began = cpu_seconds()
-    for seed in range(1, 401):
-        sim = kt.Simulation(kt.make_scene("grid", bodies=25, seed=seed), "cells", keep_contacts=False)
-        sim.run(max_contacts=5)
-    plain = (cpu_seconds() - began) / 400
-    spent = {}
-    for seeds in (100, 1100):
-        study = Study(studies.write(tmp_path / str(seeds), TINY.format(seeds=seeds)))
-        began = cpu_seconds()
-        assert study.run(workers=1).statuses == {"done": seeds}
-        spent[seeds] = cpu_seconds() - began
-    each = (spent[1100] - spent[100]) / 1000
-    print(f"a task {1e3 * each:.2f} ms, its simulation alone {1e3 * plain:.2f} ms")
-    assert each - plain < 0.02
-
-
-@pytest.mark.long
-@pytest.mark.compiled
-def test_100_000_rows_are_read_and_drawn_in_less_than_10_s(tmp_path):
-    text = """
-phases = ["naive", "cells", "sap-1d", "sweep-tiling"]
-seeds = { from = 1, to = 500 }
-until = 1.0
-[[scenes]]
-recipe = "grid"
-[scenes.parameters]
-bodies = [25, 100, 225, 400, 625]
-density = { from = 0.001, to = 0.5, count = 10, scale = "log" }
-"""
-    path = studies.write(tmp_path, text)
-    study = Study(path)
-    tasks = list(study.tasks.values())
-    assert len(tasks) == 100_000
-    sim = kt.Simulation(kt.make_scene("grid", bodies=25), "cells")
-    sim.run(until=0.1)
-    found = sim.readings.as_dict() | {"status": "done", "time": 1.0}
-    from pyarrow import parquet
-
-    parts = study.results / "rows" / "parts"
-    parts.mkdir(parents=True)
-    for at in range(0, len(tasks), 2000):
-        rows = []
-        for k, task in enumerate(tasks[at : at + 2000]):
-            seconds = 1e-6 * task.parameters["bodies"] ** 1.5 * (1 + 0.01 * (k % 7))
-            rows.append(row_of(task, found | {"cpu_seconds": seconds, "fingerprint": task.course}, 0))
-        parquet.write_table(table_of(rows), parts / f"{at:06}.parquet")
-    began = time.perf_counter(), time.process_time()
-    study = Study(path)
-    exponents = study.table()["exponents"]
-    study.plot()
-    took = time.perf_counter() - began[0], time.process_time() - began[1]
-    print(f"{took[0]:.2f} s, {took[1]:.2f} CPU s")
-    assert len(exponents) == 40
-    assert exponents[0]["exponent"] == pytest.approx(1.5, abs=0.01)
-    assert took[1] < 10.0
+    table = command("table", path, "--y", "events")
+    assert table.exit_code == 0
+    assert "8 tasks: 8 done, 0 open" in table.stdout
+    assert "events: mean over seeds, ratio to naive paired by seed" in table.stdout
+    assert json.loads(command("table", path, "--json").stdout)["status"]["statuses"] == {"done": 8}
+    rows = list(csv.DictReader(io.StringIO(command("table", path, "--y", "events", "--csv").stdout)))
+    assert [(row["scene.bodies"], row["phase"]) for row in rows[:3]] == [
+        ("9", "naive"),
+        ("9", "cells"),
+        ("16", "naive"),
+    ]
+    assert [float(row["mean"]) for row in rows] == [each["mean"] for each in done.table("events")["groups"]]
+    every = list(csv.DictReader(io.StringIO(command("rows", path).stdout)))
+    assert [row["fingerprint"] for row in every] == [row["fingerprint"] for row in done.rows()]
+    assert json.loads(command("rows", path, "--json").stdout) == done.rows()
+    assert json.loads(command("run", path, "--workers", 1, "--json").stdout)["ran"] == 0
+    assert command("table", path, "--y", "event").exit_code == 2
+    assert "cannot be read: No such file" in command("run", tmp_path / "none.toml").stderr

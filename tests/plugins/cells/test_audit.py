@@ -28,7 +28,6 @@ def said(sim: kt.Simulation) -> str:
     return "\n".join(sim._engine.composition.broad.audit(sim._engine.k, sim._engine.state))
 
 
-@pytest.mark.small
 def test_a_body_outside_its_cell(sim):
     sim._engine.k.bodies[3].x += 0.5
     assert "body 3 is at x = 0.61, outside cell 0 of side 0.25" in said(sim)

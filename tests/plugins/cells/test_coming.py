@@ -14,7 +14,6 @@ from lanes import first
 SCENES = Path(__file__).parents[2] / "scenes"
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("path", sorted(SCENES.glob("wide-newcomer-*.toml")), ids=lambda path: path.stem)
 def test_one_who_is_wider_than_all_who_are_there_is_not_overlooked(path):
     scene = kt.load_scene(path)

@@ -41,7 +41,6 @@ def test_a_step_in_the_plane_is_a_step_in_the_table(columns, rows, first, x, y):
         assert place == cells_of(grid, np.array([float(x + right)]), np.array([float(y + up)]))[0]
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("arena", [True, False])
 @pytest.mark.parametrize("crowded", [False, True])
 def test_who_is_at_home_around_each_place_of_the_table(arena, crowded):

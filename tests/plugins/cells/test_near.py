@@ -22,7 +22,6 @@ def lists(sim: kt.Simulation) -> list[list[int]]:
     ]
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("arena", [True, False])
 @pytest.mark.parametrize(("small", "ratio"), [(0, 1.0), (40, 5.0), (200, 1000.0)])
 def test_near_is_symmetric_and_names_nobody_twice(arena, small, ratio):

@@ -29,7 +29,6 @@ def assert_naives(
     return sim
 
 
-@pytest.mark.small
 def test_small_scenes_with_an_audit_at_every_contact():
     scene = kt.make_scene("random", bodies=9, density=0.3, radius_ratio=3.0, mass_ratio=4.0, seed=2)
     for options in ({}, {"side": float(2.1 * scene.radius.min())}, {"side": 3.0}):
@@ -70,6 +69,7 @@ def test_cells_that_the_skin_had_widened_were_narrower_than_a_body_by_a_rounding
     assert sim.state.levels.slack[0] >= 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("path", sorted(SCENES.glob("H*.toml")), ids=lambda path: path.stem)
 def test_hard_scenes(path):
@@ -127,7 +127,6 @@ def test_bodies_that_start_on_edges_and_corners(speed):
     assert sims[0].contacts.tobytes() == sims[1].contacts.tobytes()
 
 
-@pytest.mark.compiled
 def test_a_turn_that_asks_for_a_thicker_skin():
     scene = kt.make_scene("random", bodies=30, density=0.2, radius_ratio=100.0, seed=4)
     sims = [kt.Simulation(scene, phase) for phase in ("naive", "cells")]
@@ -139,7 +138,6 @@ def test_a_turn_that_asks_for_a_thicker_skin():
     assert len(sims[0].contacts) > 100
 
 
-@pytest.mark.small
 def test_without_a_name_cells_do_any_scene():
     """With walls or without, bodies that part and bodies that pass, and nobody at all."""
     place, flight = [[0.25, 0.25], [0.75, 0.25]], [[1.0, 0.0], [-1.0, 0.5]]

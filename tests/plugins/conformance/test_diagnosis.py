@@ -13,7 +13,7 @@ from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.diagnosis import OFTEN, SYMPTOMS, likely
 from kinetile_conformance.drawing import Drawing
-from kinetile_conformance.runner import CheckRun, References, Runner
+from kinetile_conformance.runner import CheckRun, Plan, References, Runner
 
 TESTS = Path(__file__).parents[2]
 PAGE = (TESTS.parent / "docs" / "conformance.md").read_text(encoding="utf-8")
@@ -60,7 +60,7 @@ def shared() -> tuple[Drawing, References]:
 def test_a_failure_ends_with_what_authors_usually_did_wrong(row, label, check, shared, load_mutant):
     load_mutant(label)
     drawing, references = shared
-    runner = Runner(Subject(label, {}), shrink=False, drawing=drawing, references=references)
+    runner = Runner(Plan(Subject(label, {}), shrink=False), drawing=drawing, references=references)
     assert runner.run(check).said.splitlines()[-1] == f"{OFTEN}{often(row)}"
 
 

@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,9 +26,8 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, deadline, processes
 from kinetile_conformance.cases import Subject, load_case
-from kinetile_conformance.checks import process_independence
-from kinetile_conformance.isolated import GIB, PRELIMINARY, IsolatedRunner
-from kinetile_conformance.processes import Child, Message, Phases, Silent, in_a_fork
+from kinetile_conformance.isolated import PRELIMINARY, IsolatedRunner
+from kinetile_conformance.processes import Child, Gone, Limits, Message, Phases, Silent, in_a_child
 from kinetile_conformance.runner import Plan
 from registering import registered
 
@@ -221,21 +221,35 @@ def test_processes_of_a_check_inherited_the_limit_of_its_scene(monkeypatch: pyte
     """A slow phase that was right ended there by SIGXCPU: "in a process of its own it does not run"."""
     resource = pytest.importorskip("resource")
     soft, hard = resource.getrlimit(resource.RLIMIT_CPU)
-    told = "import json, resource; print(json.dumps([['', resource.getrlimit(resource.RLIMIT_CPU)[0], 0]]))"
-    monkeypatch.setattr(process_independence, "STRANGER", told)
     monkeypatch.setattr(deadline, "_limit", 5000.0)
-    scene = kt.Scene([[1.0, 1.0]], [[1.0, 0.0]], 0.5, arena=(4.0, 4.0))
     try:
         deadline.begin_scene()
         limited = resource.getrlimit(resource.RLIMIT_CPU)[0]
-        ((_, stranger, _),) = process_independence._by_a_stranger(Subject("naive", {}), [scene])
-
-        assert stranger == hard
+        spent, limit = in_a_child(hostile_phases.cpu_limit, Subject("naive", {}))
+        assert limit == hard
+        assert spent < 1000
         assert resource.getrlimit(resource.RLIMIT_CPU)[0] >= limited, "it goes on with a limit"
-        fork, spent = in_a_fork(lambda: (resource.getrlimit(resource.RLIMIT_CPU)[0], time.process_time()))
-        assert 5000 <= fork <= spent + 5002
     finally:
         resource.setrlimit(resource.RLIMIT_CPU, (soft, hard))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
+@pytest.mark.parametrize(
+    ("function", "error"),
+    [(hostile_phases.sends_half_a_message, Silent), (hostile_phases.leaves_a_process_behind, Gone)],
+)
+def test_a_child_with_half_a_message_or_an_heir_hung_the_judge(
+    function: Any, error: type[Exception], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(processes, "IDLE", 1.0)
+    monkeypatch.setattr(processes, "PATROL", 0.1)
+    child = Child(tmp_path / "words", {}, Limits())
+    try:
+        child.begin(Phases.of(Subject("naive", {})), processes._themselves)
+        with pytest.raises(error):
+            child.call(function)
+    finally:
+        child.end()
 
 
 def compiled(name: str, *kinds: tuple[object, object]) -> None:
@@ -439,7 +453,7 @@ def test_one_that_waits_is_told_from_one_that_computes(
     monkeypatch.setattr(processes, "IDLE", 0.5)
     monkeypatch.setattr(processes, "PATROL", 0.1)
     for program, busy in (("time:sleep", False), ("hostile_phases:wait_for_one_that_computes", True)):
-        child = Child(program, tmp_path / "words", {}, seconds=1.0)
+        child = Child(tmp_path / "words", {}, Limits(silence=1.0), program)
         try:
             with pytest.raises(Silent) as caught:
                 child.receive()
@@ -475,7 +489,7 @@ def test_a_failure_before_a_silent_end_is_a_failure(monkeypatch: pytest.MonkeyPa
 def test_an_obvious_fault_is_seen_with_interpreted_hooks(name: str, said: str) -> None:
     seen: list[Result] = []
     plan = Plan.of(name, {"on_result": seen.append})
-    with IsolatedRunner(plan, GIB) as runner:
+    with IsolatedRunner(plan) as runner:
         runner._run_interpreted()
     assert [each.status for each in seen] == ["failed"] * bool(said)
     assert all(said in each.said and each.reason == PRELIMINARY for each in seen)
@@ -483,7 +497,7 @@ def test_an_obvious_fault_is_seen_with_interpreted_hooks(name: str, said: str) -
 
 def test_what_fails_with_interpreted_hooks_only_is_a_note() -> None:
     check = "rejects-unknown-options"
-    with IsolatedRunner(Plan.of("naive", {}), GIB) as runner:
+    with IsolatedRunner(Plan.of("naive", {})) as runner:
         runner._preliminary = check
         assert runner.run(check).ok
         assert runner.notes == (

@@ -7,7 +7,6 @@ import re
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -25,10 +24,9 @@ from kinetile_conformance import check_broad_phase, deadline
 from kinetile_conformance.api import replay
 from kinetile_conformance.cases import Subject, load_case
 from kinetile_conformance.checks import check_named
-from kinetile_conformance.checks.process_independence import SIMULATE
 from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.reporting import Result
-from kinetile_conformance.runner import References, Runner
+from kinetile_conformance.runner import Plan, References, Runner
 from kinetile_conformance.smoke_test import tightness
 from kinetile_conformance.view import draw
 from kinetile_plugins.naive import near as everybody
@@ -113,7 +111,7 @@ def _registered() -> Iterator[None]:
 
 
 def test_out_of_time_is_not_judged() -> None:
-    runner = Runner(Subject("slow", {}), examples=40, seconds=0.5)
+    runner = Runner(Plan(Subject("slow", {}), examples=40, seconds=0.5))
     result = runner.run("repeats-itself")
     assert result.status == "not judged"
     assert (result.verdict, result.case, result.bodies) == ("", None, None)
@@ -135,7 +133,7 @@ def test_compiling_is_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_failure_that_does_not_always_come_back_says_how_often() -> None:
-    result = Runner(Subject("moody", {}), examples=30, shrink=False).run("same-contacts")
+    result = Runner(Plan(Subject("moody", {}), examples=30, shrink=False)).run("same-contacts")
     assert result.status == "failed"
     times = int(result.said.rpartition("it failed ")[2].partition(")")[0])
     assert "(not every time: of 5 times more on this scene it failed" in result.said
@@ -143,12 +141,12 @@ def test_a_failure_that_does_not_always_come_back_says_how_often() -> None:
 
 
 def test_a_failure_that_comes_back_says_nothing_of_it() -> None:
-    result = Runner(Subject("wrong-if", {"wrong": 1}), examples=30, shrink=False).run("same-contacts")
+    result = Runner(Plan(Subject("wrong-if", {"wrong": 1}), examples=30, shrink=False)).run("same-contacts")
     assert "not every time" not in result.said
 
 
 def test_a_saved_case_has_the_options_with_which_it_failed(tmp_path: Path) -> None:
-    runner = Runner(Subject("wrong-if", {"wrong": 1}), examples=30, shrink=False, save_to=tmp_path)
+    runner = Runner(Plan(Subject("wrong-if", {"wrong": 1}), examples=30, shrink=False, save_to=tmp_path))
     result = runner.run("same-contacts")
     assert result.case is not None
     case = load_case(result.case)
@@ -159,7 +157,7 @@ def test_a_saved_case_has_the_options_with_which_it_failed(tmp_path: Path) -> No
 
 
 def test_a_failure_in_the_gallery_is_saved_and_replayed(tmp_path: Path) -> None:
-    runner = Runner(Subject("wrong-with-many", {}), examples=10, save_to=tmp_path)
+    runner = Runner(Plan(Subject("wrong-with-many", {}), examples=10, save_to=tmp_path))
     assert runner.run("same-contacts").ok
     result = runner.run("same-contacts-in-the-gallery", "so that no verdict is needed")
     assert (result.status, result.bodies) == ("xfailed", 26)
@@ -193,7 +191,7 @@ def test_no_scene_is_drawn_after_one_that_fails() -> None:
 
 
 def test_a_small_scene_that_fails_is_minimised() -> None:
-    result = Runner(Subject("wrong-if", {"wrong": 1}), examples=30).run("same-contacts")
+    result = Runner(Plan(Subject("wrong-if", {"wrong": 1}), examples=30)).run("same-contacts")
     assert (result.status, result.bodies) == ("failed", 2)
 
 
@@ -203,7 +201,7 @@ def test_what_a_hook_raises_is_where_the_author_wrote_it(monkeypatch: pytest.Mon
             raise PhaseError("as it is")
 
     monkeypatch.setattr(Slow, "prepare", Raises.prepare)
-    result = Runner(Subject("slow", {}), examples=3, shrink=False).run("same-contacts", "it raises")
+    result = Runner(Plan(Subject("slow", {}), examples=3, shrink=False)).run("same-contacts", "it raises")
     assert result.said.startswith("PhaseError: as it is")
 
 
@@ -217,15 +215,6 @@ def test_a_picture_shows_who_is_there() -> None:
     )
     drawn = draw(Subject("sap-1d", {}), scene, "said")
     assert re.findall(r">(\d+)</text>", drawn.decode()) == ["1", "2"]
-
-
-def test_a_run_that_ends_in_an_error_is_summed_up_in_the_program_of_another_process() -> None:
-    """The program is text, which no type checker and no import has looked through."""
-    names: dict[str, Any] = {}
-    exec(SIMULATE, names)
-    scene = Scene([[1.0, 1.0], [2.0, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25, arena=(4.0, 4.0))
-    ((ended, _, _),) = names["simulate"]("names-fewer-than-none", {}, None, 10, [scene], [1.0])
-    assert ended == "PhaseError"
 
 
 # How much is over-reported
@@ -247,7 +236,7 @@ def test_a_phase_that_does_not_do_the_dense_gas_gets_its_report(
 
 def failing(save_to: Path) -> Result:
     """Return the result of a check that fails on the first scene; nothing is compiled for it."""
-    runner = Runner(Subject("raises-in-arrange", {}), examples=5, save_to=save_to, shrink=False)
+    runner = Runner(Plan(Subject("raises-in-arrange", {}), examples=5, save_to=save_to, shrink=False))
     result = runner.run("near-is-mutual", "it raises")
     assert result.status == "xfailed"
     assert "arrange raised KeyError: 'no such thing'" in result.said.splitlines()[0]
@@ -270,6 +259,16 @@ def test_a_picture_that_cannot_be_saved_is_a_line_of_the_result(tmp_path: Path) 
     assert load_case(result.case).check == "near-is-mutual"
 
 
+def test_the_name_of_a_phase_became_the_path_of_its_case(tmp_path: Path) -> None:
+    folder = tmp_path / "within"
+    with registered(kt.BroadPhaseSpec("../of/mine", WrongIf)):
+        plan = Plan(Subject("../of/mine", {"wrong": 1}), examples=10, shrink=False, save_to=folder)
+        result = Runner(plan).run("same-contacts")
+    assert result.case == folder / "..-of-mine-same-contacts.toml"
+    assert list(tmp_path.iterdir()) == [folder]
+    assert load_case(result.case).name == "../of/mine"
+
+
 # A phase that does not get on
 
 
@@ -290,6 +289,6 @@ def test_makes_progress_tells_one_that_stalls_from_one_that_is_wrong_by_the_type
         raise found
 
     monkeypatch.setattr(Engine, "chunk", chunk)
-    result = Runner(Subject("naive", {}), examples=2).run("makes-progress", "a reason")
+    result = Runner(Plan(Subject("naive", {}), examples=2)).run("makes-progress", "a reason")
     assert result.status == status
     assert result.said == ("in other words" if fault == STALLED else "")

@@ -79,7 +79,6 @@ def test_the_estimators_of_pressure_agree_in_a_mixture():
     assert agree(impulses["P"], impulses["P_walls"])
 
 
-@pytest.mark.small
 def test_impulses_are_right_to_the_last_contact():
     """One disc between two walls: each contact gives 2 m v, and the virial of walls is all there is."""
     scene = kt.Scene([(1.0, 0.5)], [(1.0, 0.0)], 0.25, 3.0, arena=(2.0, 1.0))
@@ -91,7 +90,6 @@ def test_impulses_are_right_to_the_last_contact():
     assert found["P"].mean == pytest.approx((1.5 + force * 0.25 / 2.0) / 2.0)
 
 
-@pytest.mark.small
 def test_the_estimator_follows_from_the_scene():
     grid = kt.make_scene("grid", bodies=4, seed=3)
     lossy = grid.replace(responses={(0, 0): kt.Response("restitution", e=0.9, contact_time=1e-3)})
@@ -104,7 +102,6 @@ def test_the_estimator_follows_from_the_scene():
         kt.Simulation(grid.replace(arena=None), "naive").run(1.0, observe=["pressure"])
 
 
-@pytest.mark.small
 def test_rates_by_kind_are_the_contacts_of_the_log():
     scene = kt.make_scene("grid", bodies=9, density=0.5, seed=3)
     kinds = ["big"] * 4 + ["small"] * 5
@@ -159,7 +156,6 @@ def test_velocities_lose_their_memory_by_the_rate_of_contacts():
     assert found.error < 0.005
 
 
-@pytest.mark.small
 def test_pressure_where_there_is_none() -> None:
     """On a torus it needs bodies that all move, and two of them."""
     mixed = kt.Scene([(0, 0), (1.5, 0.5)], [(0, 0), (1, 0.7)], 0.2, [math.inf, 1], (3, 1), periodic="xy")

@@ -19,7 +19,6 @@ def simulation_of(radii, positions):
     return SimpleNamespace(bodies=np.arange(len(positions)), positions=lambda: positions, radii=lambda: radii)
 
 
-@pytest.mark.small
 def test_a_free_body_moves_as_the_square_of_time():
     sim = kt.Simulation(kt.Scene([(0.0, 0.0)], [(3.0, 4.0)], 1.0, 2.0), "naive")
     sim.run(1.0, observe=["msd:every=0.125,lags=4", "vacf:every=0.125,lags=20", "energy", "momentum"])
@@ -35,7 +34,6 @@ def test_a_free_body_moves_as_the_square_of_time():
     assert (found["momentum"]["px"].mean, found["momentum"]["py"].mean) == (6.0, 8.0)
 
 
-@pytest.mark.small
 def test_bodies_that_come_begin_a_new_displacement():
     scene = kt.Scene([(0.0, 0.0)], [(1.0, 0.0)], 1.0, commands=[kt.Insert(0.5, (9.0, 9.0), (1.0, 0.0), 1.0)])
     sim = kt.Simulation(scene, "naive")
@@ -45,7 +43,6 @@ def test_bodies_that_come_begin_a_new_displacement():
     assert np.isnan(msd[3:]).all()
 
 
-@pytest.mark.small
 def test_immovable_bodies_do_not_count_in_a_displacement():
     scene = kt.Scene([(0.0, 0.0), (9.0, 9.0)], [(3.0, 4.0), (0.0, 0.0)], 1.0, [1.0, math.inf])
     sim = kt.Simulation(scene, "naive")
@@ -55,6 +52,7 @@ def test_immovable_bodies_do_not_count_in_a_displacement():
     assert vacf.mean == pytest.approx(np.full(5, 25.0))
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_mixture_of_masses_shares_its_energy_equally():
     scene = kt.make_scene("mixture", bodies=32, radii=(0.5, 0.7), masses=(1.0, 4.0), density=0.4, seed=2)
@@ -136,7 +134,6 @@ def test_a_hexagonal_crystal_is_in_order_and_a_square_one_is_not():
             assert found == pytest.approx({"psi6": 1.0, "psi6_local": 1.0})
 
 
-@pytest.mark.small
 @pytest.mark.parametrize(
     ("observe", "error", "said"),
     [
@@ -152,7 +149,6 @@ def test_options_that_make_no_sense_are_refused(observe, error, said):
         kt.Simulation(kt.make_scene("grid", bodies=4), "naive").run(1.0, observe=[observe])
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("name", ["g", "S", "psi6"])
 def test_densities_need_an_arena(name):
     scene = kt.Scene([(0.0, 0.0)], [(1.0, 0.0)], 1.0)

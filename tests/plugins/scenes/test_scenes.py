@@ -10,8 +10,9 @@ import pytest
 
 from kinetile import Scene, SceneSpec, hookimpl, make_scene, registry
 from kinetile.errors import BadOption, PhaseError, UnknownName
+from kinetile.plugin.parameters import Parameter
 from kinetile.plugin.registry import Registry
-from kinetile.scene.by_name import Parameter, parse_parameters, recipe_parameters
+from kinetile.scene.by_name import parse_parameters, recipe_parameters
 from registering import registered
 
 NAMES = (
@@ -316,7 +317,8 @@ class Foreign:
 
 
 def test_recipes_of_others_are_held_to_their_signature(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("kinetile.scene.by_name.registry", lambda: Registry([Foreign()]))
+    for module in ("plugin.parameters", "scene.by_name"):
+        monkeypatch.setattr(f"kinetile.{module}.registry", lambda: Registry([Foreign()]))
     assert recipe_parameters("needs")[1] == Parameter("flag", "bool", False)
     with pytest.raises(
         BadOption, match="parameter 'count': found nothing; expected a whole number; it has no default"

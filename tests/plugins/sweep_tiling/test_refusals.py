@@ -28,7 +28,6 @@ def can(sentence: str) -> list[str]:
     return [name for name in ("naive", "cells", "sap-1d", "sap-2d") if name in sentence]
 
 
-@pytest.mark.small
 def test_a_scene_without_an_arena():
     with pytest.raises(Refused) as caught:
         kt.Simulation(OPEN, "sweep-tiling")
@@ -39,7 +38,6 @@ def test_a_scene_without_an_arena():
         kt.Simulation(OPEN, name).run(until=0.5)
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("narrow", [(), ("wall",)])
 def test_bodies_that_pass_through_each_other(narrow):
     with pytest.raises(Refused) as caught:
@@ -62,7 +60,6 @@ def as_squares(name: str, **options: str) -> kt.Simulation:
     return kt.Simulation(scene, name, narrow_phases={"squares": options, "wall": {}})
 
 
-@pytest.mark.small
 @pytest.mark.usefixtures("_squares")
 def test_squares_lost_a_contact_without_a_word():
     """Squares come closer than the sum of their radii: of 56 contacts there were 55, and no fault."""
@@ -80,7 +77,6 @@ def test_squares_lost_a_contact_without_a_word():
     assert len({sim.fingerprint for sim in runs}) == 1
 
 
-@pytest.mark.small
 @pytest.mark.usefixtures("_squares")
 def test_a_pair_phase_is_taken_at_its_word():
     as_squares("sweep-tiling", says="sum of radii")
@@ -187,7 +183,6 @@ def test_a_name_is_taken_at_its_word():
         kt.Simulation(scene)
 
 
-@pytest.mark.small
 def test_a_structure_that_no_page_can_compute_is_refused_by_name():
     parts = replace(SweepTiling().prepare(kt.make_scene("grid", bodies=4)), drawn_as="tiles")
     with pytest.raises(PhaseError, match=r"drawn_as is 'tiles'; expected one of \('', 'tiling'"):

@@ -86,7 +86,6 @@ def skin_of(scene: kt.Scene) -> float:
     return float(kt.Simulation(scene, "cells").explain()["numbers"]["skin"])
 
 
-@pytest.mark.small
 def test_four_bricks_of_which_two_touch_without_a_tile():
     falling = [(0.0, -1.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)]
     for overlap in (2.0**-43, 2.0**-42, 2.0**-40):
@@ -99,7 +98,6 @@ def test_four_bricks_of_which_two_touch_without_a_tile():
         assert (0, 1) in named(touching, skin, 1)
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("stacked", [2, 3])
 def test_a_column_hides_who_slides_under_it_however_far_one_looks(stacked):
     """All that the tiling could go by is the same, from the start to the contact."""
@@ -113,7 +111,6 @@ def test_a_column_hides_who_slides_under_it_however_far_one_looks(stacked):
     assert (0, last) not in named(column(0.5, stacked), skin, last)
 
 
-@pytest.mark.small
 def test_shapes_are_refused_with_the_reason_and_who_takes_them():
     still = [(0.0, 0.0)] * 4
     with pytest.raises(Refused) as caught:

@@ -34,14 +34,13 @@ sign is exact however small: that settles ties. The rest goes to ``integers``.
 Passing is rare beside contact, and a parting is computed once a plan: so there is no filter in double, only
 an estimate from which whole numbers go on.
 
-Along each axis the separation at the later anchor is ``d + low`` and the relative velocity ``u + w``, each
-a rounded number and what rounding took from it. ``w`` is exact, ``low`` nearly. ``size`` is the sum of the
-magnitudes that ``d`` is made of. docs/exact-ticks.md derives the bounds and each constant.
+docs/exact-ticks.md derives the bounds and each constant.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from kinetile.kernel.certificates.integers import (
     LIMIT,
@@ -49,8 +48,9 @@ from kinetile.kernel.certificates.integers import (
     first_touch_of_integers,
     last_touch_of_integers,
 )
+from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.certificates.structural import FAR
-from kinetile.kernel.compiled import apart, hook, larger, smaller
+from kinetile.kernel.compiled import apart, hook, larger, python_of, smaller
 from kinetile.kernel.tables import NEVER
 from kinetile.kernel.vectors import product_error
 
@@ -62,6 +62,20 @@ SMALL = 2.0**-200
 
 TINY = 2.0**-500
 """More than all underflow in a sum of products of two, and no square of more is subnormal."""
+
+
+class Separation(NamedTuple):
+    """How far two bodies are apart along an axis at the later anchor, ``d + low``, and how fast they move
+    apart, ``u + w``: each a rounded number and what rounding took from it.
+
+    ``w`` is exact, ``low`` nearly. ``size`` is the sum of the magnitudes that ``d`` is made of.
+    """
+
+    d: float
+    low: float
+    size: float
+    u: float
+    w: float
 
 
 @hook
@@ -85,70 +99,61 @@ def whole_sum(a: float, b: float) -> bool:
 
 
 @hook
-def seen_from(
-    x: float, vx: float, x2: float, vx2: float, time: float, rest: float
-) -> tuple[float, float, float, float, float]:
-    """Return (d, low, size, u, w) along an axis: of a second body seen from a first, which has flown for
-    ``time + rest`` since it was at ``x``."""
-    flown = vx * time
-    far, far_low = plus(x2, -x)
+def flown_for(plans: Plans) -> tuple[float, float]:
+    """Return for how long the first body has flown at the later anchor: a rounded time, and what rounding
+    took from it."""
+    count = float(plans.elapsed)
+    return count * plans.tick, float(plans.elapsed - int(count)) * plans.tick
+
+
+@hook
+def seen(axis: Axis, time: float, rest: float) -> Separation:
+    """Return the separation along an axis of two bodies of which the first has flown for ``time + rest``."""
+    flown = axis.v * time
+    far, far_low = plus(axis.x2, -axis.x)
+    moved = 0.0
+    if axis.period > 0.0:
+        moved = axis.turns * axis.period
+        far, there_low = plus(far, moved)
+        far_low += there_low
     d, d_low = plus(far, -flown)
-    low = (far_low + d_low) - (product_error(vx, time, flown) + vx * rest)
-    u, w = plus(vx2, -vx)
-    return d, low, abs(x) + abs(x2) + abs(flown), u, w
+    if axis.period > 0.0:
+        d_low += product_error(axis.turns, axis.period, moved)
+    low = (far_low + d_low) - (product_error(axis.v, time, flown) + axis.v * rest)
+    u, w = plus(axis.v2, -axis.v)
+    return Separation(d, low, abs(axis.x) + abs(axis.x2) + (abs(moved) + abs(flown)), u, w)
 
 
 @hook
-def seen_through(
-    x: float, vx: float, x2: float, vx2: float, time: float, rest: float, turns: float, period: float
-) -> tuple[float, float, float, float, float]:
-    """Return what ``seen_from`` does for the second body's image that is ``turns`` periods further on."""
-    flown = vx * time
-    moved = turns * period
-    far, far_low = plus(x2, -x)
-    there, there_low = plus(far, moved)
-    d, d_low = plus(there, -flown)
-    lost = product_error(vx, time, flown) + vx * rest
-    low = ((far_low + there_low) + (d_low + product_error(turns, period, moved))) - lost
-    u, w = plus(vx2, -vx)
-    return d, low, abs(x) + abs(x2) + (abs(moved) + abs(flown)), u, w
+def separations(plans: Plans) -> tuple[Separation, Separation]:
+    """Return the separations of two bodies along both axes."""
+    time, rest = flown_for(plans)
+    return seen(plans.x, time, rest), seen(plans.y, time, rest)
 
 
 @hook
-def along(dx: float, x_size: float, ux: float, dy: float, y_size: float, uy: float) -> tuple[float, float]:
+def along(x: Separation, ux: float, y: Separation, uy: float) -> tuple[float, float]:
     """Return d.u at the later anchor, and how far it can be off."""
-    return dx * ux + dy * uy, 2.0**-50 * (x_size * abs(ux) + y_size * abs(uy)) + TINY
+    return x.d * ux + y.d * uy, 2.0**-50 * (x.size * abs(ux) + y.size * abs(uy)) + TINY
 
 
 @hook
-def after(t: float, d: float, low: float, u: float, w: float) -> tuple[float, float]:
-    """Return where a separation is along an axis, a time t after the later anchor: a rounded number, and
-    nearly what rounding took from it."""
-    flown = u * t
-    place, rest = plus(d, flown)
-    return place, rest + (product_error(u, t, flown) + (low + w * t))
+def after(t: float, s: Separation) -> tuple[float, float]:
+    """Return what a separation is a time t after the later anchor: a rounded number, and nearly what rounding
+    took from it."""
+    flown = s.u * t
+    place, rest = plus(s.d, flown)
+    return place, rest + (product_error(s.u, t, flown) + (s.low + s.w * t))
 
 
 @hook
 def gap_at(
-    t: float,
-    dx: float,
-    x_low: float,
-    x_size: float,
-    ux: float,
-    wx: float,
-    dy: float,
-    y_low: float,
-    y_size: float,
-    uy: float,
-    wy: float,
-    reach: float,
-    reach_low: float,
+    t: float, along_x: Separation, along_y: Separation, reach: float, reach_low: float
 ) -> tuple[float, float, float, float]:
     """Return q, the squared distance less the squared reach, at a time t after the later anchor; how far it
     can be off; minus half its rate, (d.v); and how far that can be off."""
-    x, x_rest = after(t, dx, x_low, ux, wx)
-    y, y_rest = after(t, dy, y_low, uy, wy)
+    x, x_rest = after(t, along_x)
+    y, y_rest = after(t, along_y)
     xx = x * x
     yy = y * y
     rr = reach * reach
@@ -157,12 +162,12 @@ def gap_at(
     squares = (product_error(x, x, xx) + product_error(y, y, yy)) - product_error(reach, reach, rr)
     mixed = (x_rest * (x + x + x_rest) + y_rest * (y + y + y_rest)) - reach_low * (reach + reach + reach_low)
     q = gap + (((both_low + gap_low) + squares) + mixed)
-    x_far = x_size + abs(x)
-    y_far = y_size + abs(y)
+    x_far = along_x.size + abs(x)
+    y_far = along_y.size + abs(y)
     spread = x_far * (abs(x) + 2.0**-50 * x_far) + y_far * (abs(y) + 2.0**-50 * y_far)
     q_error = 2.0**-98 * (spread + rr) + ULP * abs(q)
-    slope_error = 2.0**-49 * (x_far * abs(ux) + y_far * abs(uy)) + TINY
-    return q, q_error, -(x * ux + y * uy), slope_error
+    slope_error = 2.0**-49 * (x_far * abs(along_x.u) + y_far * abs(along_y.u)) + TINY
+    return q, q_error, -(x * along_x.u + y * along_y.u), slope_error
 
 
 @hook
@@ -182,136 +187,113 @@ STEPS = 8
 
 
 @hook
-def whole_path(
-    x: float, vx: float, x2: float, vx2: float, time: float, rest: float, turns: float, period: float
-) -> bool:
-    """Whether (d, u) of ``seen_through`` are exact."""
-    flown = vx * time
-    moved = turns * period
-    far = x2 - x
-    exact = kept(vx, time, flown) and (rest == 0.0 or vx == 0.0) and kept(turns, period, moved)
-    exact = exact and whole_sum(x2, -x) and whole_sum(far, moved)
-    return exact and whole_sum(far + moved, -flown) and whole_sum(vx2, -vx)
+def is_whole(axis: Axis, time: float, rest: float) -> bool:
+    """Whether (d, u) of ``seen`` are exact."""
+    flown = axis.v * time
+    moved = axis.turns * axis.period
+    far = axis.x2 - axis.x
+    exact = (
+        kept(axis.v, time, flown) and (rest == 0.0 or axis.v == 0.0) and kept(axis.turns, axis.period, moved)
+    )
+    exact = exact and whole_sum(axis.x2, -axis.x) and whole_sum(far, moved)
+    return exact and whole_sum(far + moved, -flown) and whole_sum(axis.v2, -axis.v)
 
 
 @hook
-def about(dx: float, dy: float, ux: float, uy: float, reach: float) -> float:
-    """Return about when two discs touch, in the unit of dx / ux."""
-    cross = dx * uy - dy * ux
-    inside = larger(reach * reach * (ux * ux + uy * uy) - cross * cross, 0.0)
-    fall = math.sqrt(inside) - (dx * ux + dy * uy)
-    return (dx * dx + dy * dy - reach * reach) / fall if fall > 0.0 else 0.0
+def are_whole(plans: Plans) -> bool:
+    """Whether (d, u) of both ``separations`` are exact."""
+    time, rest = flown_for(plans)
+    return is_whole(plans.x, time, rest) and is_whole(plans.y, time, rest)
 
 
 @hook
-def exponent(a: float, b: float, c: float, d: float, e: float) -> int:
+def about(x: Separation, y: Separation, reach: float) -> float:
+    """Return about when two discs touch, in the unit of d / u."""
+    cross = x.d * y.u - y.d * x.u
+    inside = larger(reach * reach * (x.u * x.u + y.u * y.u) - cross * cross, 0.0)
+    fall = math.sqrt(inside) - (x.d * x.u + y.d * y.u)
+    return (x.d * x.d + y.d * y.d - reach * reach) / fall if fall > 0.0 else 0.0
+
+
+@hook
+def exponent(a: float, b: float, c: float) -> int:
     """Return the power of two above all of these numbers."""
-    return int(math.frexp(larger(larger(larger(abs(a), abs(b)), larger(abs(c), abs(d))), abs(e)))[1])
+    return int(math.frexp(larger(larger(abs(a), abs(b)), abs(c)))[1])
+
+
+@hook
+def brought(axis: Axis, long: int, fast: int, time: float) -> Separation:
+    """Return a separation in units of 2^long and 2^fast: only ``d`` and ``u``, roughly."""
+    v = math.ldexp(axis.v, -fast)
+    apart_by = math.ldexp(axis.x2, -long) - math.ldexp(axis.x, -long)
+    d = apart_by + math.ldexp(axis.turns * axis.period, -long) - v * time
+    return Separation(d, 0.0, 0.0, math.ldexp(axis.v2, -fast) - v, 0.0)
 
 
 @hook
 def brought_to_size(
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    count: float,
-    x2: float,
-    y2: float,
-    vx2: float,
-    vy2: float,
-    radius: float,
-    radius2: float,
-    tick: float,
-    right: float,
-    up: float,
-) -> tuple[float, float, float, float, float, float]:
-    """Return (dx, dy, ux, uy, reach) in units in which doubles can be squared, and the length of a tick in
-    them; 0 where there are no such units. Good for an estimate only. The second disc is seen (right, up) of
-    where it is: an image."""
-    long = larger(exponent(x, y, x2, y2, larger(radius, radius2)), exponent(right, up, 0.0, 0.0, 0.0))
-    fast = exponent(vx, vy, vx2, vy2, 0.0)
-    power = int(math.frexp(tick)[1]) - 1 + fast - long
-    if abs(power) >= 900:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    unit = math.ldexp(1.0, power)
-    time = count * unit
-    ax = math.ldexp(vx, -fast)
-    ay = math.ldexp(vy, -fast)
-    dx = math.ldexp(x2, -long) - math.ldexp(x, -long) + math.ldexp(right, -long) - ax * time
-    dy = math.ldexp(y2, -long) - math.ldexp(y, -long) + math.ldexp(up, -long) - ay * time
+    plans: Plans, radius: float, radius2: float
+) -> tuple[Separation, Separation, float, float]:
+    """Return the separations and the reach in units in which doubles can be squared, and the length of a tick
+    in them; 0 where there are no such units. Good for an estimate only."""
+    x = plans.x
+    y = plans.y
+    long = larger(exponent(x.x, x.x2, x.turns * x.period), exponent(y.x, y.x2, y.turns * y.period))
+    long = larger(long, exponent(radius, radius2, 0.0))
+    fast = larger(exponent(x.v, x.v2, 0.0), exponent(y.v, y.v2, 0.0))
+    power = int(math.frexp(plans.tick)[1]) - 1 + fast - long
+    unit = math.ldexp(1.0, power) if abs(power) < 900 else 0.0
+    time = float(plans.elapsed) * unit
     reach = math.ldexp(radius, -long) + math.ldexp(radius2, -long)
-    return dx, dy, math.ldexp(vx2, -fast) - ax, math.ldexp(vy2, -fast) - ay, reach, unit
+    return brought(x, long, fast, time), brought(y, long, fast, time), reach, unit
 
 
 @hook
 def exact_gap(
-    t: float, dx: float, ux: float, dy: float, uy: float, reach: float, q: float, error: float
+    t: float, x: Separation, y: Separation, reach: float, q: float, error: float
 ) -> tuple[float, float]:
     """Return q at a time and 0 where no operation on the way rounds anything off; else what is given."""
-    px = ux * t
-    py = uy * t
-    ex = dx + px
-    ey = dy + py
-    exact = kept(ux, t, px) and kept(uy, t, py) and whole_sum(dx, px) and whole_sum(dy, py)
+    px = x.u * t
+    py = y.u * t
+    ex = x.d + px
+    ey = y.d + py
+    exact = kept(x.u, t, px) and kept(y.u, t, py) and whole_sum(x.d, px) and whole_sum(y.d, py)
     exact = exact and kept(ex, ex, ex * ex) and kept(ey, ey, ey * ey)
     if exact and whole_sum(ex * ex, ey * ey):
         return (ex * ex + ey * ey) - reach * reach, 0.0
     return q, error
 
 
+STEPS = 8
+
+
 @apart
-def look_closer(
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    elapsed: int,
-    x2: float,
-    y2: float,
-    vx2: float,
-    vy2: float,
-    radius: float,
-    radius2: float,
-    tick: float,
-    per_time: float,
-    m: float,
-    n: float,
-    width: float,
-    height: float,
-) -> int:
-    """Return what ``touch_through`` does."""
-    if vx == vx2 and vy == vy2:
+def look_closer(plans: Plans, radius: float, radius2: float) -> int:
+    """Return what ``first_touch`` does."""
+    if plans.x.v == plans.x.v2 and plans.y.v == plans.y.v2:
         return NEVER
-    count = float(elapsed)
-    time = count * tick
-    rest = float(elapsed - int(count)) * tick
-    dx, x_low, x_size, ux, wx = seen_through(x, vx, x2, vx2, time, rest, m, width)
-    dy, y_low, y_size, uy, wy = seen_through(y, vy, y2, vy2, time, rest, n, height)
+    x, y = separations(plans)
     reach, reach_low = plus(radius, radius2)
-    speed = abs(ux) + abs(uy)
+    speed = abs(x.u) + abs(y.u)
+    per_time = plans.per_time
     guess = 0
-    if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x_size + y_size) < LARGE:
-        lossless = whole_path(x, vx, x2, vx2, time, rest, m, width)
-        lossless = lossless and whole_path(y, vy, y2, vy2, time, rest, n, height)
-        lossless = lossless and reach_low == 0.0 and kept(reach, reach, reach * reach)
-        bend, bend_error = along(dx, x_size, ux, dy, y_size, uy)
+    if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE:
+        lossless = are_whole(plans) and reach_low == 0.0 and kept(reach, reach, reach * reach)
+        bend, bend_error = along(x, x.u, y, y.u)
         approach = bend < -bend_error
-        if not approach and lossless and kept(dx, ux, dx * ux) and kept(dy, uy, dy * uy):
+        if not approach and lossless and kept(x.d, x.u, x.d * x.u) and kept(y.d, y.u, y.d * y.u):
             if bend >= 0.0:
                 return NEVER
             approach = True
-        speed2 = ux * ux + uy * uy
-        guess = as_count(about(dx, dy, ux, uy, reach) * per_time)
+        speed2 = x.u * x.u + y.u * y.u
+        guess = as_count(about(x, y, reach) * per_time)
         for _ in range(STEPS if approach else 0):
             k = float(guess)
             guess = int(k)
-            t = k * tick
-            q, q_error, slope, slope_error = gap_at(
-                t, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, reach, reach_low
-            )
+            t = k * plans.tick
+            q, q_error, slope, slope_error = gap_at(t, x, y, reach, reach_low)
             if lossless:
-                q, q_error = exact_gap(t, dx, ux, dy, uy, reach, q, q_error)
+                q, q_error = exact_gap(t, x, y, reach, q, q_error)
             known = abs(q) > q_error or q_error == 0.0
             if known and q <= 0.0 and guess == 0:
                 return 0
@@ -340,14 +322,10 @@ def look_closer(
                 break
             guess = int(smaller(larger(guess + int(down), 0), LIMIT))
     else:  # a guess is enough
-        dx, dy, ux, uy, reach, unit = brought_to_size(
-            x, y, vx, vy, count, x2, y2, vx2, vy2, radius, radius2, tick, m * width, n * height
-        )
+        x, y, reach, unit = brought_to_size(plans, radius, radius2)
         if unit > 0.0:
-            guess = as_count(about(dx, dy, ux, uy, reach) / unit)
-    return first_touch_of_integers(
-        x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, m, n, width, height, guess
-    )
+            guess = as_count(about(x, y, reach) / unit)
+    return first_touch_of_integers(plans, radius, radius2, guess)
 
 
 OPEN = -1
@@ -355,43 +333,26 @@ OPEN = -1
 
 
 @hook
-def filtered(
-    dx: float,
-    x_low: float,
-    x_size: float,
-    ux: float,
-    wx: float,
-    dy: float,
-    y_low: float,
-    y_size: float,
-    uy: float,
-    wy: float,
-    radius: float,
-    radius2: float,
-    tick: float,
-    per_time: float,
-) -> int:
+def filtered(x: Separation, y: Separation, radius: float, radius2: float, per_time: float) -> int:
     """Return what ``first_touch`` does for a separation and a relative velocity, or ``OPEN``."""
     reach, reach_low = plus(radius, radius2)
-    speed = abs(ux) + abs(uy)
-    if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x_size + y_size) < LARGE:
-        bend, bend_error = along(dx, x_size, ux, dy, y_size, uy)
+    speed = abs(x.u) + abs(y.u)
+    if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE:
+        bend, bend_error = along(x, x.u, y, y.u)
         if bend > bend_error:
             return NEVER
-        cross, cross_error = along(dx, x_size, uy, dy, y_size, -ux)
+        cross, cross_error = along(x, y.u, y, -x.u)
         clear = abs(cross) - cross_error
-        speed2 = ux * ux + uy * uy
+        speed2 = x.u * x.u + y.u * y.u
         span2 = reach * reach * speed2
         if clear > 0.0 and clear * clear > span2 * (1.0 + 2.0**-48):
             return NEVER
         inside = span2 - cross * cross
         if inside > 0.0 and bend < -bend_error:
-            t = larger((dx * dx + dy * dy - reach * reach) / (math.sqrt(inside) - bend), 0.0)
+            t = larger((x.d * x.d + y.d * y.d - reach * reach) / (math.sqrt(inside) - bend), 0.0)
             ticks = t * per_time
             if ticks < FAR:
-                q, q_error, slope, slope_error = gap_at(
-                    t, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, reach, reach_low
-                )
+                q, q_error, slope, slope_error = gap_at(t, x, y, reach, reach_low)
                 if slope > 8.0 * slope_error:
                     step, bound, bent = newton(q, q_error, slope, slope_error, speed2, per_time)
                     if bent < 0.125 and bound < 0.5:
@@ -408,105 +369,28 @@ def filtered(
 
 
 @hook
-def first_touch(
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    elapsed: int,
-    x2: float,
-    y2: float,
-    vx2: float,
-    vy2: float,
-    radius: float,
-    radius2: float,
-    tick: float,
-    per_time: float,
-) -> int:
-    """Return how many ticks after the later anchor two discs touch, rounded down exactly, or ``NEVER``.
-
-    The second disc is at (x2, y2) at the later anchor; the first was at (x, y) ``elapsed`` ticks before, 0 to
-    2^62. ``tick`` is the length of one, a power of two, and ``per_time`` its inverse.
-    """
-    whole = float(elapsed)
-    time = whole * tick
-    rest = float(elapsed - int(whole)) * tick
-    dx, x_low, x_size, ux, wx = seen_from(x, vx, x2, vx2, time, rest)
-    dy, y_low, y_size, uy, wy = seen_from(y, vy, y2, vy2, time, rest)
-    found = filtered(dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, radius, radius2, tick, per_time)
+def first_touch(plans: Plans, radius: float, radius2: float) -> int:
+    """Return how many ticks after the later anchor two discs touch, rounded down exactly, or ``NEVER``."""
+    x, y = separations(plans)
+    found = filtered(x, y, radius, radius2, plans.per_time)
     if found != OPEN:
         return found
-    return look_closer(
-        x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, per_time, 0.0, 0.0, 0.0, 0.0
-    )
+    return look_closer(plans, radius, radius2)
+
+
+first_touch_apart = apart(python_of(first_touch))
+"""The same, compiled for all loops at once: for a search among images, which has no room for it."""
 
 
 @apart
-def touch_through(
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    elapsed: int,
-    x2: float,
-    y2: float,
-    vx2: float,
-    vy2: float,
-    radius: float,
-    radius2: float,
-    tick: float,
-    per_time: float,
-    m: float,
-    n: float,
-    width: float,
-    height: float,
-) -> int:
-    """Return what ``first_touch`` does for the second disc's image that is m periods ``width`` to the right
-    and n periods ``height`` up; m and n are whole, below 2^32 in size."""
-    whole = float(elapsed)
-    time = whole * tick
-    rest = float(elapsed - int(whole)) * tick
-    dx, x_low, x_size, ux, wx = seen_through(x, vx, x2, vx2, time, rest, m, width)
-    dy, y_low, y_size, uy, wy = seen_through(y, vy, y2, vy2, time, rest, n, height)
-    found = filtered(dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, radius, radius2, tick, per_time)
-    if found != OPEN:
-        return found
-    return look_closer(
-        x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, per_time, m, n, width, height
-    )
-
-
-@apart
-def last_touch(
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    elapsed: int,
-    x2: float,
-    y2: float,
-    vx2: float,
-    vy2: float,
-    radius: float,
-    radius2: float,
-    tick: float,
-    m: float,
-    n: float,
-    width: float,
-    height: float,
-) -> int:
+def last_touch(plans: Plans, radius: float, radius2: float) -> int:
     """Return how many ticks after the later anchor two overlapping discs part, rounded down exactly, or
-    ``NEVER``. Arguments as in ``touch_through``."""
+    ``NEVER``."""
     guess = 0
-    dx, dy, ux, uy, reach, unit = brought_to_size(
-        x, y, vx, vy, float(elapsed), x2, y2, vx2, vy2, radius, radius2, tick, m * width, n * height
-    )
-    if unit > 0.0:
-        cross = dx * uy - dy * ux
-        speed2 = ux * ux + uy * uy
+    x, y, reach, unit = brought_to_size(plans, radius, radius2)
+    speed2 = x.u * x.u + y.u * y.u
+    if unit > 0.0 and speed2 > 0.0:
+        cross = x.d * y.u - y.d * x.u
         inside = larger(reach * reach * speed2 - cross * cross, 0.0)
-        if speed2 > 0.0:
-            guess = as_count((math.sqrt(inside) - (dx * ux + dy * uy)) / speed2 / unit)
-    return last_touch_of_integers(
-        x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, m, n, width, height, guess
-    )
+        guess = as_count((math.sqrt(inside) - (x.d * x.u + y.d * y.u)) / speed2 / unit)
+    return last_touch_of_integers(plans, radius, radius2, guess)

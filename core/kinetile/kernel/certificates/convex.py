@@ -9,7 +9,14 @@ enters a convex polygon with a margin. ``enters`` finds the tick in double, with
   never enters.
 * If R > 0 and it is then beyond an end of that last face, it is in a tip, which the margin does not fill, and
   from there only the disc around this corner can be entered: a question about two discs (``contact``).
-* Otherwise it enters across that face, and one step in compensated arithmetic says in which tick.
+* Otherwise it enters across that face. The gap to a line is a straight function of time, and one step in
+  compensated arithmetic says in which tick it is none, where that is not so near to a whole tick that the
+  bound reaches it (``tick_at_face``).
+
+Scenes on lattices have crossings at whole ticks all the time. There the coordinates of the place are whole
+multiples of a power of two, the *grain*: of the lowest bits of places, and of speeds times a tick. So is the
+gap of what has no margin, and a gap that is smaller than its grain is none (``by_ticks``). And where nothing
+is rounded off at all, products are compared (``without_rounding``).
 
 What any of these leaves open is decided in whole numbers (``convex_integers``).
 """
@@ -23,13 +30,15 @@ from kinetile.kernel.certificates.contact import (
     OPEN,
     SMALL,
     TINY,
+    Separation,
     about,
+    after,
+    are_whole,
     filtered,
     kept,
     look_closer,
     plus,
-    seen_from,
-    whole_path,
+    separations,
     whole_sum,
 )
 from kinetile.kernel.certificates.convex_integers import (
@@ -54,10 +63,147 @@ from kinetile.kernel.certificates.convex_integers import (
     WIDE,
     enters_exactly,
 )
-from kinetile.kernel.certificates.faces import by_ticks, grain_of, tick_at_face
-from kinetile.kernel.certificates.integers import as_count
+from kinetile.kernel.certificates.integers import LIMIT, as_count
+from kinetile.kernel.certificates.plans import Axis, Plans
+from kinetile.kernel.certificates.structural import FAR
 from kinetile.kernel.compiled import Numbers, apart, hook, larger, smaller
 from kinetile.kernel.tables import NEVER
+from kinetile.kernel.vectors import product_error
+
+
+@hook
+def gap_to_face(
+    f: Numbers, face: int, t: float, along_x: Separation, along_y: Separation
+) -> tuple[float, float]:
+    """Return how far a place is outside the line of a face, moved out by R, at a time t after the later
+    anchor, in units of the length of the vector along the face; and how far that can be off."""
+    nx = f[face + TY]
+    ny = -f[face + TX]
+    x, x_rest = after(t, along_x)
+    y, y_rest = after(t, along_y)
+    across = nx * x
+    up = ny * y
+    both, both_low = plus(across, up)
+    gap, gap_low = plus(both, -f[face + FAR_OUT])
+    mixed = (nx * x_rest + f[face + TY_LOW] * x) + (ny * y_rest - f[face + TX_LOW] * y)
+    lost = product_error(nx, x, across) + product_error(ny, y, up)
+    size = abs(nx) * (along_x.size + abs(x)) + abs(ny) * (along_y.size + abs(y)) + abs(f[face + FAR_OUT])
+    left = gap + (((both_low + gap_low) + lost) + (mixed - f[face + FAR_LOW]))
+    return left, 2.0**-97 * size + 2.0**-52 * abs(left) + TINY
+
+
+@hook
+def is_still(nx: float, ny: float, x: Separation, y: Separation) -> bool:
+    """Whether a place does not move across a line at all."""
+    return (nx == 0.0 or (x.u == 0.0 and x.w == 0.0)) and (ny == 0.0 or (y.u == 0.0 and y.w == 0.0))
+
+
+@hook
+def grain_of(value: float) -> float:
+    """Return the greatest power of two of which a number is a multiple: infinity for 0."""
+    if value == 0.0:
+        return math.inf
+    part, exponent = math.frexp(value)
+    digits = int(abs(part) * 2.0**53)
+    return float(math.ldexp(float(digits & -digits), exponent - 53))
+
+
+@hook
+def grain_along(axis: Axis, tick: float) -> float:
+    """Return the greatest power of two of which coordinates at whole ticks are multiples, along an axis."""
+    speeds = smaller(grain_of(axis.v), grain_of(axis.v2))
+    return float(smaller(tick * speeds, smaller(grain_of(axis.x), grain_of(axis.x2))))
+
+
+@hook
+def grain_at(f: Numbers, face: int, grain: float) -> float:
+    """Return a power of two of which the gap to a face without a margin is a multiple, as the coordinates of
+    the place are of ``grain``; 0 where it would be too small."""
+    corner = smaller(
+        smaller(grain_of(f[face + CX]), grain_of(f[face + CX_LOW])),
+        smaller(grain_of(f[face + CY]), grain_of(f[face + CY_LOW])),
+    )
+    way = smaller(
+        smaller(grain_of(f[face + TX]), grain_of(f[face + TX_LOW])),
+        smaller(grain_of(f[face + TY]), grain_of(f[face + TY_LOW])),
+    )
+    return float(way * smaller(corner, grain))
+
+
+@hook
+def tick_at_face(
+    f: Numbers, face: int, t: float, x: Separation, y: Separation, per_time: float, grain: float
+) -> int:
+    """Return in which tick after the later anchor a place crosses the line of a face, moved out by R, where
+    it does at about a time t > 0; ``OPEN`` if that is not sure.
+
+    One step from there, the gap in compensated arithmetic. Where that ends at a whole tick, or
+    nearly, it is that one if the gap is none there: at whole ticks it is a multiple of ``grain``.
+    """
+    left, error = gap_to_face(f, face, t, x, y)
+    rate = f[face + TX] * y.u - f[face + TY] * x.u
+    unsure = 2.0**-50 * (abs(f[face + TX] * y.u) + abs(f[face + TY] * x.u))
+    ticks = t * per_time
+    if abs(rate) > 2.0 * unsure and ticks < FAR:
+        step = left / rate
+        bound = (error + abs(step) * unsure) / (abs(rate) - unsure) * per_time * (1.0 + 2.0**-20)
+        step *= per_time
+        bound += 2.0**-49 * abs(step) + 2.0**-50
+        if bound < 0.5:
+            base = int(ticks)
+            part = (ticks - float(base)) + step
+            down = math.floor(part)
+            over = part - float(down)
+            if over > bound and over < 1.0 - bound:
+                found = base + int(down)
+                return larger(found, 0) if found < LIMIT else NEVER
+            near = math.floor(part + 0.5)
+            away = (near - (ticks - float(base))) / per_time
+            there = left - rate * away
+            error += abs(away) * unsure + 2.0**-51 * (abs(left) + abs(there))
+            found = base + int(near)
+            if abs(there) + error < grain and found < LIMIT:
+                return int(larger(found, 0))
+    return OPEN
+
+
+@hook
+def by_ticks(f: Numbers, row: int, x: Separation, y: Separation, per_time: float, grain: float) -> int:
+    """Return what ``enters`` does for a difference without a margin, by the ticks in which the lines of its
+    faces are crossed; ``OPEN`` where one of them, or a gap at the later anchor, is not sure, where a place
+    would come in and go out in one tick, and where the bodies overlap. At whole ticks the coordinates of the
+    place are multiples of ``grain``."""
+    comes = -1
+    goes = NEVER
+    known = True
+    for k in range(int(f[row + COUNT])):
+        face = row + HEAD + k * WIDE
+        nx = f[face + TY]
+        ny = -f[face + TX]
+        own = grain_at(f, face, grain)
+        gap, error = gap_to_face(f, face, 0.0, x, y)
+        nothing = abs(gap) + error < own
+        gap = 0.0 if nothing else gap
+        rate = nx * x.u + ny * y.u
+        unsure = 2.0**-49 * (abs(nx * x.u) + abs(ny * y.u))
+        still = is_still(nx, ny, x, y)
+        if (abs(gap) <= error and not nothing) or (abs(rate) <= unsure and not still):
+            known = False
+            continue
+        if gap >= 0.0 and rate >= 0.0:
+            return NEVER
+        t = -gap / rate if rate != 0.0 else 0.0
+        ticks = 0
+        if t > 0.0 and (rate < 0.0 or t * per_time < FAR):
+            ticks = tick_at_face(f, face, t, x, y, per_time, own)
+            known = known and ticks != OPEN
+            if rate > 0.0:
+                goes = smaller(goes, ticks)
+        if rate < 0.0 and gap >= 0.0:
+            comes = larger(comes, ticks)
+    if not known or comes < 0 or comes == goes:
+        return OPEN
+    return comes if comes < goes else NEVER
 
 
 @hook
@@ -79,14 +225,7 @@ def exact_dot(a: float, b: float, c: float, d: float) -> tuple[float, bool]:
 
 @hook
 def without_rounding(
-    f: Numbers,
-    row: int,
-    dx: float,
-    ux: float,
-    dy: float,
-    uy: float,
-    tick: float,
-    per_time: float,
+    f: Numbers, row: int, along_x: Separation, along_y: Separation, tick: float, per_time: float
 ) -> int:
     """Return what ``enters`` does where d and u are exact, and no operation on the way rounds anything off,
     as on a lattice in small dyadic numbers. ``OPEN`` where one does, where it is a corner that is met, and
@@ -107,8 +246,8 @@ def without_rounding(
     exact = True
     for k in range(count):
         face = faces + k * WIDE
-        across, first = exact_dot(f[face + TY], dx, f[face + TX], dy)
-        rate, second = exact_dot(f[face + TY], ux, f[face + TX], uy)
+        across, first = exact_dot(f[face + TY], along_x.d, f[face + TX], along_y.d)
+        rate, second = exact_dot(f[face + TY], along_x.u, f[face + TX], along_y.u)
         gap = across - f[face + FAR_OUT]
         exact = exact and first and second and whole_sum(across, -f[face + FAR_OUT])
         exact = exact and f[face + TX_LOW] == 0.0 and f[face + TY_LOW] == 0.0 and f[face + FAR_LOW] == 0.0
@@ -145,12 +284,12 @@ def without_rounding(
         for end in range(2):
             corner = face + end * WIDE
             corner = faces if corner == faces + count * WIDE else corner
-            x = dx - f[corner + CX]
-            y = dy - f[corner + CY]
-            exact = exact and whole_sum(dx, -f[corner + CX]) and whole_sum(dy, -f[corner + CY])
+            x = along_x.d - f[corner + CX]
+            y = along_y.d - f[corner + CY]
+            exact = exact and whole_sum(along_x.d, -f[corner + CX]) and whole_sum(along_y.d, -f[corner + CY])
             exact = exact and f[corner + CX_LOW] == 0.0 and f[corner + CY_LOW] == 0.0
             along, first = exact_dot(f[face + TX], x, -f[face + TY], y)
-            pace, second = exact_dot(f[face + TX], ux, -f[face + TY], uy)
+            pace, second = exact_dot(f[face + TX], along_x.u, -f[face + TY], along_y.u)
             beyond, third = compared(pace, gap, along, rate)
             if not (exact and first and second and third) or (beyond < 0.0 if end == 0 else beyond > 0.0):
                 return OPEN
@@ -170,38 +309,27 @@ def without_rounding(
     return int(ticks) + more
 
 
+@hook
+def from_corner(s: Separation, c: float, c_low: float) -> Separation:
+    """Return a separation less the coordinate of a corner."""
+    d, low = plus(s.d, -c)
+    return Separation(d, low + (s.low - c_low), s.size + abs(c), s.u, s.w)
+
+
 @apart
-def enters(
-    f: Numbers,
-    row: int,
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    elapsed: int,
-    x2: float,
-    y2: float,
-    vx2: float,
-    vy2: float,
-    tick: float,
-    per_time: float,
-) -> int:
+def enters(f: Numbers, row: int, plans: Plans) -> int:
     """Return how many ticks after the later anchor two convex bodies touch, rounded down exactly, or
     ``NEVER``.
 
-    ``row`` is where the row of their difference begins in the table ``f``, other arguments are those of
-    ``contact.first_touch``.
+    ``row`` is where the row of their difference begins in the table ``f``.
     """
-    whole = float(elapsed)
-    time = whole * tick
-    rest = float(elapsed - int(whole)) * tick
-    dx, x_low, x_size, ux, wx = seen_from(x, vx, x2, vx2, time, rest)
-    dy, y_low, y_size, uy, wy = seen_from(y, vy, y2, vy2, time, rest)
+    x, y = separations(plans)
+    per_time = plans.per_time
     count = int(f[row + COUNT])
     faces = row + HEAD
     reach = f[row + RADIUS]
-    size = (x_size + y_size) + f[row + SIZE]
-    speed = abs(ux) + abs(uy)
+    size = (x.size + y.size) + f[row + SIZE]
+    speed = abs(x.u) + abs(y.u)
     guess = 0
     if speed > SMALL and speed < LARGE and size < LARGE:
         doubt = 2.0**-48 * size
@@ -217,11 +345,11 @@ def enters(
             face = faces + k * WIDE
             nx = f[face + NX]
             ny = f[face + NY]
-            gap = (nx * dx + ny * dy) - f[face + OUT]
-            rate = nx * ux + ny * uy
+            gap = (nx * x.d + ny * y.d) - f[face + OUT]
+            rate = nx * x.u + ny * y.u
             highest = larger(highest, gap)
             if abs(rate) <= slack:
-                still = (nx == 0.0 or (ux == 0.0 and wx == 0.0)) and (ny == 0.0 or (uy == 0.0 and wy == 0.0))
+                still = is_still(nx, ny, x, y)
                 if still and gap > doubt:
                     return NEVER
                 known = known and gap < (-doubt if still else -(2.0**-20) * size)
@@ -249,8 +377,8 @@ def enters(
             face = faces + k * WIDE
             nx = f[face + NX]
             ny = f[face + NY]
-            gap = (nx * dx + ny * dy) - f[face + OUT]
-            rate = nx * ux + ny * uy
+            gap = (nx * x.d + ny * y.d) - f[face + OUT]
+            rate = nx * x.u + ny * y.u
             t = 0.0
             error = 0.0
             if comes > 0.0:
@@ -265,8 +393,8 @@ def enters(
                 around = doubt + speed * error
                 next_corner = face + WIDE
                 next_corner = faces if next_corner == faces + count * WIDE else next_corner
-                px = dx + ux * t
-                py = dy + uy * t
+                px = x.d + x.u * t
+                py = y.d + y.u * t
                 first = nx * (py - f[face + CY]) - ny * (px - f[face + CX])
                 last = nx * (py - f[next_corner + CY]) - ny * (px - f[next_corner + CX])
                 over = first > around and last < -around
@@ -277,9 +405,7 @@ def enters(
             if over:
                 ticks = -1
                 if comes > 0.0:
-                    ticks = tick_at_face(
-                        f, face, t, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, per_time, 0.0
-                    )
+                    ticks = tick_at_face(f, face, t, x, y, per_time, 0.0)
                 known = known and ticks >= 0
                 if ticks >= 0 and reach > 0.0:
                     return ticks
@@ -289,59 +415,22 @@ def enters(
         if not known:
             corner = -1
         if corner >= 0:
-            ax, ax_low = plus(dx, -f[corner + CX])
-            ay, ay_low = plus(dy, -f[corner + CY])
-            found = filtered(
-                ax,
-                ax_low + (x_low - f[corner + CX_LOW]),
-                x_size + abs(f[corner + CX]),
-                ux,
-                wx,
-                ay,
-                ay_low + (y_low - f[corner + CY_LOW]),
-                y_size + abs(f[corner + CY]),
-                uy,
-                wy,
-                reach,
-                f[row + RADIUS_LOW],
-                tick,
-                per_time,
-            )
+            corner_x = from_corner(x, f[corner + CX], f[corner + CX_LOW])
+            corner_y = from_corner(y, f[corner + CY], f[corner + CY_LOW])
+            found = filtered(corner_x, corner_y, reach, f[row + RADIUS_LOW], per_time)
             if found != OPEN:
                 return found
             at_origin = f[corner + CX] == 0.0 and f[corner + CY] == 0.0
             if count == 1 and at_origin:  # two discs
-                return look_closer(
-                    x,
-                    y,
-                    vx,
-                    vy,
-                    elapsed,
-                    x2,
-                    y2,
-                    vx2,
-                    vy2,
-                    reach,
-                    f[row + RADIUS_LOW],
-                    tick,
-                    per_time,
-                    0.0,
-                    0.0,
-                    0.0,
-                    0.0,
-                )
-            guess = as_count(about(ax, ay, ux, uy, reach) * per_time)
+                return look_closer(plans, reach, f[row + RADIUS_LOW])
+            guess = as_count(about(corner_x, corner_y, reach) * per_time)
         if count > 2 and reach == 0.0:
-            grain = tick * smaller(smaller(grain_of(vx), grain_of(vy)), smaller(grain_of(vx2), grain_of(vy2)))
-            grain = smaller(
-                smaller(grain, smaller(grain_of(x), grain_of(y))), smaller(grain_of(x2), grain_of(y2))
-            )
-            found = by_ticks(f, row, dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, per_time, grain)
+            grain = smaller(grain_along(plans.x, plans.tick), grain_along(plans.y, plans.tick))
+            found = by_ticks(f, row, x, y, per_time, grain)
             if found != OPEN:
                 return found
-        exact = whole_path(x, vx, x2, vx2, time, rest, 0.0, 0.0)
-        if count > 1 and exact and whole_path(y, vy, y2, vy2, time, rest, 0.0, 0.0):
-            found = without_rounding(f, row, dx, ux, dy, uy, tick, per_time)
+        if count > 1 and are_whole(plans):
+            found = without_rounding(f, row, x, y, plans.tick, per_time)
             if found != OPEN:
                 return found
-    return enters_exactly(f, row, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, tick, guess)
+    return enters_exactly(f, row, plans, guess)

@@ -5,7 +5,7 @@ corners of M on both sides, or passes one at less than R. And floor(T) is the gr
 outside, or touches, and comes nearer: bisection finds that, since both cease for good. All of it are signs of
 sums of products, in rows of digits as in ``integers``.
 
-A difference is a row of doubles in a table that a narrow phase makes (``kinetile.scene.difference_rows``):
+A difference is a row of doubles in a table that a narrow phase makes (``kinetile.toolbox.differences``):
 its corners and the ways of its faces are exact, as sums of two doubles each.
 """
 
@@ -39,6 +39,7 @@ from kinetile.kernel.certificates.integers import (
     put,
     read_in,
 )
+from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import Numbers, apart, larger, subroutine
 from kinetile.kernel.tables import NEVER
 
@@ -248,44 +249,18 @@ def passes_through(m: Cells, f: Numbers, row: int, first: int, end: int) -> bool
 
 
 @apart
-def enters_exactly(
-    f: Numbers,
-    row: int,
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    elapsed: int,
-    x2: float,
-    y2: float,
-    vx2: float,
-    vy2: float,
-    tick: float,
-    guess: int,
-) -> int:
+def enters_exactly(f: Numbers, row: int, plans: Plans, guess: int) -> int:
     """Return what ``enters`` does, for finite numbers of any size; for others ``NEVER``."""
-    if vx == vx2 and vy == vy2:
+    x = plans.x
+    y = plans.y
+    if x.v == x.v2 and y.v == y.v2:
         return NEVER
     m = np.zeros(ROOM, dtype=np.int64)
-    first, end = read_in(
-        m,
-        x,
-        y,
-        vx,
-        vy,
-        elapsed,
-        x2,
-        y2,
-        vx2,
-        vy2,
-        f[row + RADIUS],
-        f[row + RADIUS_LOW],
-        tick,
-        0.0,
-        0.0,
-        f[row + SIZE],
-        f[row + LEAST],
-    )
+    # Images of no turns: there is room for a period, and so for all numbers of the row.
+    x = Axis(x.x, x.v, x.x2, x.v2, 0.0, f[row + SIZE])
+    y = Axis(y.x, y.v, y.x2, y.v2, 0.0, f[row + LEAST])
+    plans = Plans(x, y, plans.elapsed, plans.tick, plans.per_time)
+    first, end = read_in(m, plans, f[row + RADIUS], f[row + RADIUS_LOW])
     if end > CELLS:
         return NEVER
     dot(m, SPEED2, UX, UY, UX, UY, first, end)
@@ -317,9 +292,8 @@ def comes_nearer(f: Numbers, row: int, face: int, vx: float, vy: float, vx2: flo
         return 1 if across < up else 0
     m = np.zeros(ROOM, dtype=np.int64)
     size, least = f[row + SIZE], f[row + LEAST]
-    first, end = read_in(
-        m, 0.0, 0.0, vx, vy, 0, 0.0, 0.0, vx2, vy2, size, least, 2.0**-52, 0.0, 0.0, 0.0, 0.0
-    )
+    plans = Plans(Axis(0.0, vx, 0.0, vx2, 0.0, 0.0), Axis(0.0, vy, 0.0, vy2, 0.0, 0.0), 0, 2.0**-52, 2.0**52)
+    first, end = read_in(m, plans, size, least)
     if end > CELLS:
         return 0
     along_face(m, f, face, first, end)

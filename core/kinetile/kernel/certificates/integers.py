@@ -25,6 +25,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import hook, larger, smaller, subroutine
 from kinetile.kernel.tables import NEVER
 
@@ -230,49 +231,34 @@ def last_before(m: Cells, first: int, end: int, guess: int, parting: bool) -> in
 
 
 @subroutine
-def read_in(
-    m: Cells,
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    elapsed: int,
-    x2: float,
-    y2: float,
-    vx2: float,
-    vy2: float,
-    radius: float,
-    radius2: float,
-    tick: float,
-    right: float,
-    up: float,
-    width: float,
-    height: float,
-) -> tuple[int, int]:
+def put_axis(m: Cells, d: int, u: int, axis: Axis, power: int, first: int, end: int) -> None:
+    """Put the separation along an axis, and what a tick adds to it, into two rows; the count of elapsed ticks
+    is in its own."""
+    put(m, u, axis.v, power, -1)
+    add_product(m, d, u, first, end - 3, COUNT, 0, 3)
+    put(m, u, axis.v2, power, 1)
+    put(m, d, axis.x, 0, -1)
+    put(m, d, axis.x2, 0, 1)
+    put(m, d, axis.period, 0, int(axis.turns))
+
+
+@subroutine
+def read_in(m: Cells, plans: Plans, radius: float, radius2: float) -> tuple[int, int]:
     """Make numbers of two paths; return the cells that are in use, from the first to before the end, which is
     beyond ``CELLS`` where one of them is no finite number."""
-    power = int(math.frexp(tick)[1]) - 1
-    first = CELLS
-    end = 0
-    for value in (x, y, x2, y2, radius, radius2, width, height):
-        first, end = room(first, end, value, 0)
-    for value in (vx, vy, vx2, vy2):
-        first, end = room(first, end, value, power)
+    power = int(math.frexp(plans.tick)[1]) - 1
+    first, end = room(CELLS, 0, radius, 0)
+    first, end = room(first, end, radius2, 0)
+    for axis in (plans.x, plans.y):
+        for value in (axis.x, axis.x2, axis.period):
+            first, end = room(first, end, value, 0)
+        for value in (axis.v, axis.v2):
+            first, end = room(first, end, value, power)
     if end > CELLS:
         return first, end
-    put_count(m, COUNT, elapsed)
-    put(m, UX, vx, power, -1)
-    put(m, UY, vy, power, -1)
-    add_product(m, DX, UX, first, end - 3, COUNT, 0, 3)
-    add_product(m, DY, UY, first, end - 3, COUNT, 0, 3)
-    put(m, UX, vx2, power, 1)
-    put(m, UY, vy2, power, 1)
-    put(m, DX, x, 0, -1)
-    put(m, DX, x2, 0, 1)
-    put(m, DY, y, 0, -1)
-    put(m, DY, y2, 0, 1)
-    put(m, DX, width, 0, int(right))
-    put(m, DY, height, 0, int(up))
+    put_count(m, COUNT, plans.elapsed)
+    put_axis(m, DX, UX, plans.x, power, first, end)
+    put_axis(m, DY, UY, plans.y, power, first, end)
     put(m, REACH, radius, 0, 1)
     put(m, REACH, radius2, 0, 1)
     for row in range(DX, COUNT, CELLS):
@@ -281,30 +267,10 @@ def read_in(
 
 
 @subroutine
-def first_touch_of_integers(
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    elapsed: int,
-    x2: float,
-    y2: float,
-    vx2: float,
-    vy2: float,
-    radius: float,
-    radius2: float,
-    tick: float,
-    right: float,
-    up: float,
-    width: float,
-    height: float,
-    guess: int,
-) -> int:
+def first_touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int) -> int:
     """Return what ``first_touch`` does, for finite numbers of any size; for others ``NEVER``."""
     m = np.zeros(MEMORY, dtype=np.int64)
-    first, end = read_in(
-        m, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, right, up, width, height
-    )
+    first, end = read_in(m, plans, radius, radius2)
     if end > CELLS:
         return NEVER
     bend, gap = signs_at(m, first, end, 0)
@@ -319,36 +285,16 @@ def first_touch_of_integers(
 
 
 @subroutine
-def last_touch_of_integers(
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    elapsed: int,
-    x2: float,
-    y2: float,
-    vx2: float,
-    vy2: float,
-    radius: float,
-    radius2: float,
-    tick: float,
-    right: float,
-    up: float,
-    width: float,
-    height: float,
-    guess: int,
-) -> int:
+def last_touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int) -> int:
     """Return what ``last_touch`` does, for finite numbers of any size; for others 0."""
     m = np.zeros(MEMORY, dtype=np.int64)
-    first, end = read_in(
-        m, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, right, up, width, height
-    )
+    first, end = read_in(m, plans, radius, radius2)
     if end > CELLS:
         return 0
     bend, gap = signs_at(m, first, end, 0)
     if gap > 0 and (bend >= 0 or sign_of_inside(m, first, end) <= 0):
         return 0
-    if vx == vx2 and vy == vy2:
+    if plans.x.v == plans.x.v2 and plans.y.v == plans.y.v2:
         return NEVER
     found = last_before(m, first, end, guess, True)
     return found if found < LIMIT else NEVER

@@ -14,6 +14,7 @@ import math
 
 from kinetile.kernel.certificates.contact import LARGE, SMALL, TINY, look_closer, plus
 from kinetile.kernel.certificates.integers import LIMIT
+from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.certificates.structural import FAR
 from kinetile.kernel.compiled import apart, hook, larger, unchecked
 from kinetile.kernel.flight import since_anchor
@@ -55,9 +56,8 @@ def reaches(far: float, near: float, radius: float, speed: float, tick: float, p
                     found = base + int(down)
                     return larger(found, 0) if found < LIMIT else NEVER
     more = 0.0 if radius > 0.0 else larger(2.0 * abs(radius), 1.0)
-    return look_closer(
-        near, 0.0, speed, 0.0, 0, far, 0.0, 0.0, 0.0, radius, more, tick, per_time, 1.0, 0.0, more, 0.0
-    )
+    ahead = Axis(near, speed, far, 0.0, 1.0, more)
+    return look_closer(Plans(ahead, Axis(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0, tick, per_time), radius, more)
 
 
 @unchecked

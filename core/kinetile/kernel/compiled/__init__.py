@@ -22,7 +22,6 @@ from kinetile.kernel.compiled.composer import (
     compose,
     is_cached,
     make_ready,
-    nobody_compiles,
     while_compiling,
     with_numpy,
 )
@@ -58,7 +57,6 @@ __all__ = [
     "is_hook",
     "larger",
     "make_ready",
-    "nobody_compiles",
     "numbers_from",
     "pointer",
     "python_of",

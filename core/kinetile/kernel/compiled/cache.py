@@ -28,11 +28,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, cast
 
-import llvmlite
-import numba
 import platformdirs
-from numba.core.caching import FunctionCache, IndexDataCacheFile
 
+from kinetile.kernel.compiled.backend import FunctionCache, IndexDataCacheFile, llvmlite, numba
 from kinetile.sources import open_regular
 
 _DIGEST = 32
@@ -42,7 +40,7 @@ _UNUSED_SECONDS = 30 * 86400.0
 
 def folder() -> Path:
     """Return the folder of machine code that these versions can load: ``NUMBA_CACHE_DIR`` moves it."""
-    root = cast(Any, numba).config.CACHE_DIR or platformdirs.user_cache_dir("kinetile", appauthor=False)
+    root = numba.config.CACHE_DIR or platformdirs.user_cache_dir("kinetile", appauthor=False)
     return Path(root) / f"numba-{numba.__version__}-llvmlite-{llvmlite.__version__}"
 
 

@@ -8,7 +8,6 @@ makes one sentence of them, with the author's own file and line.
 from __future__ import annotations
 
 import re
-import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -26,9 +25,7 @@ from kinetile.kernel.compiled.hooks import INTERPRETED, hook, is_checked, uncoll
 from kinetile.kernel.compiled.views import wrapping
 
 if not INTERPRETED:
-    import numba
-    from numba.core.errors import NumbaExperimentalFeatureWarning
-
+    from kinetile.kernel.compiled import backend
     from kinetile.kernel.compiled.cache import CheckedCache, is_whole
 
 
@@ -103,22 +100,16 @@ def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, A
 
 
 def _njit(function: Callable[..., Any], cache: bool, called: list[Any]) -> Callable[..., Any]:
-    njit = cast(Any, numba).njit
-    made = njit(error_model="numpy", nogil=True, no_cfunc_wrapper=True)(function)
-    if cache:
-        made._cache = CheckedCache(function)
-    compiles = made.compile
-
-    def with_what_it_calls(signature: Any) -> Any:
+    def with_what_it_calls(compiles: Callable[[Any], Any], signature: Any) -> Any:
         with _compiling(), warnings.catch_warnings():
             # A hook that takes a body has one form for discs and one, with more fields, for shapes. Numba
             # takes the right one, and warns that it has looked at the other.
-            warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
+            warnings.simplefilter("ignore", backend.NumbaExperimentalFeatureWarning)
             for each in called:
                 each.load_apart()
             return compiles(signature)
 
-    made.compile = with_what_it_calls
+    made = backend.entry(function, CheckedCache if cache else None, with_what_it_calls)
     return cast("Callable[..., Any]", made)
 
 
@@ -161,7 +152,7 @@ def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
     asked = (function, tuple(_kind(argument) for argument in arguments))
     if asked in _ready:
         return  # Numba would work out anew what each argument is, for milliseconds
-    typeof = cast(Any, numba).typeof
+    typeof = backend.numba.typeof
     with uncollected():
         try:
             cast(Any, function).compile(tuple(typeof(argument) for argument in arguments))
@@ -192,15 +183,6 @@ def is_cached(function: Callable[..., Any]) -> bool | None:
     folder = Path(cast(Any, function).stats.cache_path or ".")
     files = [*folder.glob(f"*{function.__qualname__}*.nb[ic]")]
     return any(file.suffix == ".nbi" for file in files) and all(f.is_file() and is_whole(f) for f in files)
-
-
-def nobody_compiles() -> AbstractContextManager[Any]:
-    """Return a context in which no other thread compiles: only then is it safe to fork this process."""
-    if INTERPRETED or "numba" not in sys.modules:
-        return nullcontext()
-    from numba.core.compiler_lock import global_compiler_lock
-
-    return cast("AbstractContextManager[Any]", global_compiler_lock)
 
 
 PLACE = re.compile(r'^File "(?P<file>.*)", line (?P<line>\d+):$')

@@ -30,9 +30,9 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
     called: list[Any] = []
 
     def visit(value: Any) -> None:
-        if hasattr(value, "load_apart") and value not in called:
-            called.append(value)
-        if hasattr(value, "_defn"):  # an intrinsic: the code of it is within what makes its code
+        if hasattr(value, "load_apart"):
+            called.extend([value] if value not in called else [])
+        elif hasattr(value, "_defn"):  # an intrinsic: the code of it is within what makes its code
             value = value._defn
         if hasattr(value, "py_func"):
             digest.update(type(value).__name__.encode())  # taken in or called: another machine code
@@ -98,8 +98,8 @@ def _sources() -> bytes:
     hook leads to them."""
     here = Path(__file__).parent
     digest = hashlib.sha256()
-    for source in (here / "hooks.py", here / "views.py", here.parent / "vectors" / "intrinsics.py"):
-        digest.update(source.read_bytes())
+    for source in ("backend.py", "hooks.py", "views.py", "../vectors/intrinsics.py"):
+        digest.update((here / source).read_bytes())
     return digest.digest()
 
 

@@ -13,9 +13,11 @@ code asks for old names.
 from __future__ import annotations
 
 import gc
+import inspect
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache, wraps
 from types import FunctionType
 from typing import Any, TypeAlias, TypeVar, cast
@@ -57,10 +59,9 @@ def template(function: F) -> F:
 
 if not INTERPRETED:
     with uncollected():
-        import numba
-        from numba.core.codegen import JITCodeLibrary
-        from numba.core.compiler import Compiler
-        from numba.core.registry import CPUDispatcher
+        from kinetile.kernel.compiled import backend
+        from kinetile.kernel.compiled.backend import CPUDispatcher, LinkingCompiler, ir, types
+        from kinetile.kernel.compiled.cache import CheckedCache
 
     _HOOK = {
         "nopython": True,
@@ -70,46 +71,6 @@ if not INTERPRETED:
         "no_cfunc_wrapper": True,
     }
     """What a hook is compiled with. Wrappers, to be called from Python, would cost half of the time."""
-
-    class _NoEnvironment:
-        """Numba's code generator, which has no machine code to tell where a function's environment is."""
-
-        def __init__(self, generator: Any) -> None:
-            self._generator = generator
-
-        def __getattr__(self, name: str) -> Any:
-            """Return what the generator has."""
-            return getattr(self._generator, name)
-
-        def set_env(self, name: str, environment: Any) -> None:
-            """Do nothing: an environment is read by code that has Python objects, and hooks have none."""
-
-    class _LinkedCode(JITCodeLibrary):
-        """The code of a hook or a subroutine, which is only ever linked into that of its callers.
-
-        Numba optimises the code of each function, with that of all that it calls, and makes machine code of
-        it. Only the code of the outermost caller ever runs, and is optimised with all that was linked into
-        it. So neither is done for the rest, which saves a part of the time to compile a loop.
-        """
-
-        @property
-        def codegen(self) -> Any:
-            """Return the code generator."""
-            return _NoEnvironment(self._codegen)
-
-        def _optimize_final_module(self) -> None:
-            """Leave that to the callers."""
-
-        def _finalize_final_module(self) -> None:
-            """Note that the code is complete, and make no machine code of it."""
-            self._finalized = True
-
-    class _HookCompiler(Compiler):
-        """Numba's compiler, with another place for the code."""
-
-        def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
-            own = library or cast(Any, _LinkedCode)(target.codegen(), "hook")
-            cast(Any, super()).__init__(typing, target, own, *rest)
 
     class _Hook(CPUDispatcher):
         """A function that compiled code inlines."""
@@ -124,8 +85,7 @@ if not INTERPRETED:
             Else each would compile it anew; also one that a variable only begins with, whose code is then
             never used: ``found = NOBODY`` before a loop.
             """
-            unliteral = cast(Any, numba.types).unliteral
-            return super().get_call_template([unliteral(each) for each in arguments], named)
+            return super().get_call_template([types.unliteral(each) for each in arguments], named)
 
     class _ByRecord(_Hook):
         """A hook that has two forms: the record that comes first, by its type, chooses one of them."""
@@ -151,11 +111,7 @@ if not INTERPRETED:
         """A function that compiled code calls. Fingerprints have the class's name: taken in or called, the
         machine code is another."""
 
-    @cache
-    def _alone(function: Callable[..., Any]) -> Callable[..., Any]:
-        return cast(
-            "Callable[..., Any]", cast(Any, numba).njit(error_model="numpy", no_cfunc_wrapper=True)(function)
-        )
+    _alone = cache(backend.alone)
 
 
 def hook(function: F) -> F:
@@ -166,7 +122,7 @@ def hook(function: F) -> F:
     """
     if INTERPRETED:
         return function
-    return cast(F, _Hook(function, targetoptions=_HOOK, pipeline_class=_HookCompiler))
+    return cast(F, _Hook(function, targetoptions=_HOOK, pipeline_class=LinkingCompiler))
 
 
 def with_shapes(of_shape: F) -> Callable[[F], F]:
@@ -183,7 +139,7 @@ def with_shapes(of_shape: F) -> Callable[[F], F]:
 
         if INTERPRETED:
             return cast(F, chosen)
-        made = _ByRecord(chosen, targetoptions=_HOOK, pipeline_class=_HookCompiler)
+        made = _ByRecord(chosen, targetoptions=_HOOK, pipeline_class=LinkingCompiler)
         made.forms = cast(Any, of_disc), cast(Any, of_shape)
         return cast(F, made)
 
@@ -213,7 +169,7 @@ def subroutine(function: F) -> F:
     if INTERPRETED:
         return function
     options = {**_HOOK, "forceinline": False}
-    return cast(F, _Subroutine(function, targetoptions=options, pipeline_class=_HookCompiler))
+    return cast(F, _Subroutine(function, targetoptions=options, pipeline_class=LinkingCompiler))
 
 
 @hook
@@ -240,54 +196,54 @@ def is_hook(value: Any) -> bool:
 
 
 if not INTERPRETED:
-    from llvmlite.binding import add_symbol
-    from numba import extending, types
-    from numba.core.ccallback import CFunc
 
-    from kinetile.kernel.compiled.cache import CheckedCache
+    def _kind(annotation: str, names: Mapping[str, Any]) -> Any:
+        """Return the type that an annotation means, where these names are known."""
+        kinds = {"float": types.float64, "int": types.int64, "Numbers": types.CPointer(types.float64)}
+        if annotation in kinds:
+            return kinds[annotation]
+        fields = names[annotation]
+        there = vars(sys.modules[fields.__module__])
+        return types.BaseTuple.from_types(
+            [_kind(each.__forward_arg__, there) for each in fields.__annotations__.values()], fields
+        )
 
-    class _Apart(types.ExternalFunction):
+    class _Apart:
         """A function that compiled code knows by name only; it is loaded before such code is."""
 
         def __init__(self, function: FunctionType) -> None:
             digest, _, self.called = fingerprint(function, tuple)
-            self.py_func = function
+            self.function = function
+            self.name = f"kinetile_{function.__name__}_{digest}"
+            *kinds, result = (_kind(each, function.__globals__) for each in function.__annotations__.values())
+            self.signature = result(*kinds)
             self.address: int | None = None
-            known = cast(Any, types)
-            numbers = known.CPointer(known.float64)
-            kinds = {"float": known.float64, "int": known.int64, "Numbers": numbers}
-            kind = [kinds[name] for name in function.__annotations__.values()]
-            name = f"kinetile_{function.__name__}_{digest}"
-            super().__init__(name, kind[-1](*kind[:-1]))
 
-        def load_apart(self) -> None:
+        def load(self) -> None:
             """Compile the function, or load it from the disk cache, and make its name known."""
             for each in self.called:
                 each.load_apart()
             if self.address is None:
-                source = self.py_func
+                source = self.function
                 named = FunctionType(source.__code__, source.__globals__, source.__name__)
                 named.__module__ = source.__module__
-                named.__qualname__ = self.symbol
-                self.made = _compiled(named, self.sig)  # kept, or its code would go
+                named.__qualname__ = self.name
+                # kept, or its code would go
+                self.made = backend.at_an_address(named, self.signature, CheckedCache)
                 self.address = int(self.made.address)
-                add_symbol(self.symbol, self.address)
+                backend.add_symbol(self.name, self.address)
 
-        def get_call_type(self, context: Any, arguments: Any, named: Any) -> Any:
+        def typed(self, *given: Any) -> Any:
             """Return the signature, to code that is being compiled."""
-            self.load_apart()
-            return super().get_call_type(context, arguments, named)
+            self.load()
+            return self.signature
 
-    cast(Any, extending).register_model(_Apart)(cast(Any, extending).models.OpaqueModel)
-
-    def _compiled(function: FunctionType, signature: Any) -> Any:
-        made = cast(Any, CFunc)(
-            function, (signature.args, signature.return_type), locals={}, options={"error_model": "numpy"}
-        )
-        with suppress(RuntimeError):  # there is no folder that the cache could be written to
-            made._cache = CheckedCache(function)
-        made.compile()
-        return made
+        def call(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            """Return what a call comes to. Named tuples are passed as the function takes them, as values."""
+            kinds = [context.get_value_type(each) for each in (signature.return_type, *signature.args)]
+            made = ir.FunctionType(kinds[0], kinds[1:])
+            known = backend.cgutils.get_or_insert_function(builder.module, made, self.name)
+            return builder.call(known, arguments)
 
 
 def apart(function: F) -> F:
@@ -295,7 +251,13 @@ def apart(function: F) -> F:
 
     For what is long: a hook is compiled again at each place that calls it, and with each choice of phases. It
     takes and returns numbers, which its annotations call ``float`` or ``int``, and takes arrays of doubles,
-    ``Numbers``, so that code that calls it knows no more of it than a name, with a fingerprint. An array is
-    passed as ``pointer`` makes it.
+    ``Numbers``, and named tuples of all these; so code that calls it knows no more of it than a name, with a
+    fingerprint. An array is passed as ``pointer`` makes it.
     """
-    return function if INTERPRETED else cast(F, _Apart(cast(FunctionType, function)))
+    if INTERPRETED:
+        return function
+    known = _Apart(cast(FunctionType, function))
+    names = inspect.signature(function).parameters
+    made = backend.lowered(function.__name__, names, known.typed, known.call)
+    made.py_func, made.known, made.load_apart = function, known, known.load
+    return cast(F, made)

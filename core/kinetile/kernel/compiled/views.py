@@ -42,14 +42,18 @@ if INTERPRETED:
 else:
     import operator
 
-    from numba.core import cgutils as _cgutils
-    from numba.core import types as _types
-    from numba.extending import intrinsic, lower_builtin, models, register_model
-    from numba.np import arrayobj as _arrayobj
+    from kinetile.kernel.compiled.backend import (
+        Array,
+        arrayobj,
+        cgutils,
+        intrinsic,
+        lower_builtin,
+        models,
+        register_model,
+        types,
+    )
 
-    types, arrayobj, cgutils = cast(Any, _types), cast(Any, _arrayobj), cast(Any, _cgutils)
-
-    class _View(_types.Array):
+    class _View(Array):
         """The type of a view of an array of one dimension without gaps; ``of`` is NumPy's type of it."""
 
         def __init__(self, of: Any) -> None:

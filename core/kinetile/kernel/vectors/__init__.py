@@ -14,65 +14,43 @@ twice, and a test compares the two.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from kinetile.kernel.compiled import INTERPRETED
-from kinetile.kernel.vectors.interpreted import LANES, Floats, Ticks, Truths, Wholes
+from kinetile.kernel.vectors.interpreted import (
+    LANES,
+    Floats,
+    Ticks,
+    Truths,
+    Wholes,
+    append,
+    bits,
+    choose,
+    eight,
+    fill,
+    flights,
+    floor,
+    lane,
+    lowest_bit,
+    number_in,
+    numbered,
+    numbers,
+    pick,
+    places,
+    prefetch,
+    product_error,
+    put_place,
+    root,
+    some,
+    spread,
+    spread_ticks,
+    spread_whole,
+    to_floats,
+    turned,
+)
 
-if TYPE_CHECKING or INTERPRETED:
-    from kinetile.kernel.vectors.interpreted import (
-        append,
-        bits,
-        choose,
-        eight,
-        fill,
-        flights,
-        floor,
-        lane,
-        lowest_bit,
-        number_in,
-        numbered,
-        numbers,
-        pick,
-        places,
-        prefetch,
-        product_error,
-        put_place,
-        root,
-        some,
-        spread,
-        spread_ticks,
-        spread_whole,
-        to_floats,
-        turned,
-    )
-else:
-    from kinetile.kernel.vectors.intrinsics import (
-        append,
-        bits,
-        choose,
-        eight,
-        fill,
-        flights,
-        floor,
-        lane,
-        lowest_bit,
-        number_in,
-        numbered,
-        numbers,
-        pick,
-        places,
-        prefetch,
-        product_error,
-        put_place,
-        root,
-        some,
-        spread,
-        spread_ticks,
-        spread_whole,
-        to_floats,
-        turned,
-    )
+if not INTERPRETED:
+    from kinetile.kernel.vectors.intrinsics import COMPILED
+
+    globals().update(COMPILED)
 
 __all__ = [
     "LANES",

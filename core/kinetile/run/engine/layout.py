@@ -40,10 +40,10 @@ from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition, Rules
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.fields import Fields
-from kinetile.scene import Scene, standing
+from kinetile.run.prepared import LEAST, Prepared, standing
+from kinetile.scene import Scene
 from kinetile.scene.bodies import nearest_image, overlapping_images
 from kinetile.scene.checks import TOLERANCE
-from kinetile.scene.scene import LEAST
 
 LOG_ROWS = 1 << 14
 """Contacts of a chunk: few enough that the log stays in the processor's cache until it is hashed."""
@@ -291,7 +291,7 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition) -> Renewed:
     return Renewed(composition, moved(aside, stays, stands, composition))
 
 
-def _standing(k: Kernel, scene: Scene, taken: Any, capacity: int, coming: Records | None) -> Scene:
+def _standing(k: Kernel, scene: Scene, taken: Any, capacity: int, coming: Records | None) -> Prepared:
     """Returns the present scene, with the bodies in these slots and perhaps one more."""
     bodies = k.bodies[taken]
     columns = {

@@ -22,13 +22,14 @@ import numpy.typing as npt
 
 from kinetile.kernel.certificates.contact import first_touch
 from kinetile.kernel.certificates.convex import enters
-from kinetile.kernel.compiled import compose, disowned, pointer, to_be_filled_in
+from kinetile.kernel.certificates.plans import Axis, Plans
+from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
 from kinetile.kernel.images import FORESEEN, first_image
 from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.passings import is_passing
-from kinetile.kernel.tables import BODY, IMAGE, NEVER, NOBODY, Kernel, elder, record_table
+from kinetile.kernel.tables import BODY, IMAGE, NEVER, NOBODY, Kernel, Records, elder, record_table
 from kinetile.run.questions.places import Point, Query
-from kinetile.scene.difference_rows import DISC, Outline, difference_row
+from kinetile.toolbox.differences import DISC, Outline, difference_row
 
 Integers = npt.NDArray[np.int64]
 Planned = Mapping[int, int]
@@ -250,6 +251,19 @@ def ask_wall(k: Kernel, body: int, answer: Integers) -> None:
     answer[1] = wall
 
 
+@hook
+def plans_to(k: Kernel, body: Records, x: float, y: float, vx: float, vy: float) -> Plans:
+    """Returns the plans of a body and of one that is anchored now."""
+    clock = k.clock[0]
+    return Plans(
+        Axis(body.x, body.vx, x, vx, 0.0, 0.0),
+        Axis(body.y, body.vy, y, vy, 0.0, 0.0),
+        clock.now - body.anchor,
+        clock.tick,
+        clock.per_time,
+    )
+
+
 def ask_for_disc(
     k: Kernel, others: Integers, x: float, y: float, vx: float, vy: float, radius: float, ticks: Integers
 ) -> None:
@@ -258,21 +272,7 @@ def ask_for_disc(
     clock = k.clock[0]
     for i in range(len(others)):
         body = k.bodies[others[i]]
-        delay = first_touch(
-            body.x,
-            body.y,
-            body.vx,
-            body.vy,
-            clock.now - body.anchor,
-            x,
-            y,
-            vx,
-            vy,
-            body.radius,
-            radius,
-            clock.tick,
-            clock.per_time,
-        )
+        delay = first_touch(plans_to(k, body, x, y, vx, vy), body.radius, radius)
         if delay != NEVER:
             ticks[i] = clock.now + delay
 
@@ -294,21 +294,7 @@ def ask_for_shape(
     clock = k.clock[0]
     for i in range(len(others)):
         body = k.bodies[others[i]]
-        delay = enters(
-            pointer(numbers),
-            rows[i],
-            body.x,
-            body.y,
-            body.vx,
-            body.vy,
-            clock.now - body.anchor,
-            x,
-            y,
-            vx,
-            vy,
-            clock.tick,
-            clock.per_time,
-        )
+        delay = enters(pointer(numbers), rows[i], plans_to(k, body, x, y, vx, vy))
         if delay != NEVER:
             ticks[i] = clock.now + delay
 

@@ -24,9 +24,9 @@ from kinetile.kernel.loop.responses import ROOM
 from kinetile.kernel.tables import Kernel
 from kinetile.run.compose import Composition
 from kinetile.scene.bodies import in_box, nearest_image
-from kinetile.scene.difference_rows import DISC
 from kinetile.scene.differences import core_difference
 from kinetile.scene.shapes import Shape
+from kinetile.toolbox.differences import DISC
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]

@@ -43,8 +43,9 @@ from kinetile.run.engine.agenda import Command, History
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.engine import Parts
 from kinetile.run.engine.ledger import Entries
+from kinetile.run.prepared import Prepared, standing
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, elements, layout, versions_of
-from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn, spacious, standing
+from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn
 from kinetile.scene.checks import shown
 from kinetile.scene.shapes import Shape
 from kinetile.scene.targets import replacing, writable_target
@@ -244,7 +245,7 @@ _KINDS: dict[str, Any] = {
 def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
     _check_kinds(said)
     scene = Scene(*said["scene"])
-    prepared = spacious(scene, said["capacity"])
+    prepared = Prepared.of(scene, said["capacity"])
     if not said["at_start"]:
         prepared = standing(scene, said["prepared"], said["capacity"])
     parts = Parts(

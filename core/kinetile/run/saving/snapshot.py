@@ -35,8 +35,9 @@ from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.engine import LOGS, Engine, Parts
 from kinetile.run.engine.layout import as_bytes
 from kinetile.run.engine.ledger import Entries
+from kinetile.run.prepared import Prepared
 from kinetile.run.saving.soundness import check_tables
-from kinetile.scene import Scene, spacious
+from kinetile.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -178,7 +179,7 @@ def _prepared(engine: Engine, snapshot: Snapshot) -> Composition:
     capacity = snapshot.prepared.capacity
     if mine.prepared.position is engine.scene.position and mine.prepared.capacity == capacity:
         return mine
-    return mine.prepared_for(spacious(engine.scene, capacity))
+    return mine.prepared_for(Prepared.of(engine.scene, capacity))
 
 
 def _anew(composition: Composition) -> str:

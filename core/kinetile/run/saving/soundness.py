@@ -26,9 +26,9 @@ from kinetile.run.engine import layout
 from kinetile.run.engine.agenda import command_of
 from kinetile.run.engine.engine import Parts
 from kinetile.run.engine.layout import as_bytes
+from kinetile.run.prepared import LEAST
 from kinetile.scene import Scene
 from kinetile.scene.checks import LARGEST
-from kinetile.scene.scene import LEAST
 
 _PREPARED = ("position", "velocity", "radius", "mass", "kind_numbers", "shape")
 

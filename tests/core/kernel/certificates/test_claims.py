@@ -12,8 +12,9 @@ from math import isqrt
 import numpy as np
 import pytest
 
-from encounters import TICK, compiled, reached, rows, touches, true_reaches, true_ticks
-from kinetile.kernel.certificates.contact import ULP, along, gap_at, newton, plus, seen_from, seen_through
+from encounters import TICK, compiled, plans, reached, rows, touches, true_reaches, true_ticks
+from kinetile.kernel.certificates.contact import ULP, along, gap_at, newton, plus, seen, separations
+from kinetile.kernel.certificates.plans import Axis
 from kinetile.kernel.compiled import INTERPRETED
 
 COUNT = 1_000 if INTERPRETED else 4_000
@@ -25,17 +26,11 @@ def claim(table, times, claims):
     """Write d.v, d x v, q and the slope at a time, each with its bound."""
     for i in range(len(table)):
         row = table[i]
-        whole = float(row.elapsed)
-        time = whole * row.tick
-        rest = float(row.elapsed - int(whole)) * row.tick
-        dx, x_low, x_size, ux, wx = seen_from(row.x, row.vx, row.x2, row.vx2, time, rest)
-        dy, y_low, y_size, uy, wy = seen_from(row.y, row.vy, row.y2, row.vy2, time, rest)
+        x, y = separations(plans(row))
         reach, reach_low = plus(row.radius, row.radius2)
-        bend, bend_error = along(dx, x_size, ux, dy, y_size, uy)
-        cross, cross_error = along(dx, x_size, uy, dy, y_size, -ux)
-        q, q_error, slope, slope_error = gap_at(
-            times[i], dx, x_low, x_size, ux, wx, dy, y_low, y_size, uy, wy, reach, reach_low
-        )
+        bend, bend_error = along(x, x.u, y, y.u)
+        cross, cross_error = along(x, y.u, y, -x.u)
+        q, q_error, slope, slope_error = gap_at(times[i], x, y, reach, reach_low)
         claims[i, 0] = bend
         claims[i, 1] = bend_error
         claims[i, 2] = cross
@@ -45,7 +40,7 @@ def claim(table, times, claims):
         claims[i, 6] = slope
         claims[i, 7] = slope_error
         if slope > 8.0 * slope_error:
-            step, bound, bent = newton(q, q_error, slope, slope_error, ux * ux + uy * uy, 1.0 / row.tick)
+            step, bound, bent = newton(q, q_error, slope, slope_error, x.u * x.u + y.u * y.u, 1.0 / row.tick)
             claims[i, 8] = step
             claims[i, 9] = bound
             claims[i, 10] = bent
@@ -139,11 +134,11 @@ def claim_through(numbers, turns, period, t, claims):
     """Write d, low, size for the images along x; and q with its bound, for two equal axes."""
     for i in range(len(numbers)):
         x, vx, x2, vx2, time, rest, reach = numbers[i]
-        dx, low, size, ux, wx = seen_through(x, vx, x2, vx2, time, rest, turns[i], period[i])
-        q, q_error, _, _ = gap_at(t[i], dx, low, size, ux, wx, dx, low, size, ux, wx, reach, 0.0)
-        claims[i, 0] = dx
-        claims[i, 1] = low
-        claims[i, 2] = size
+        found = seen(Axis(x, vx, x2, vx2, turns[i], period[i]), time, rest)
+        q, q_error, _, _ = gap_at(t[i], found, found, reach, 0.0)
+        claims[i, 0] = found.d
+        claims[i, 1] = found.low
+        claims[i, 2] = found.size
         claims[i, 3] = q
         claims[i, 4] = q_error
 

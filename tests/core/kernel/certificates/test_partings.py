@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from kinetile.kernel.certificates.contact import last_touch
+from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.tables import NEVER
 
@@ -36,7 +37,8 @@ def test_the_tick_is_the_last_at_which_they_have_not_parted(lattice):
         m, n, width, height = [(0, 0, 0.0, 0.0), (1, -2, 3.0, 5.0), (-1, 1, abs(x) + 1.1, abs(y) + 0.7)][
             seed % 3
         ]
-        found = part(x, y, vx, vy, elapsed, x2, y2, vx2, vy2, r, r2, tick, float(m), float(n), width, height)
+        across, up = Axis(x, vx, x2, vx2, float(m), width), Axis(y, vy, y2, vy2, float(n), height)
+        found = part(Plans(across, up, elapsed, tick, 1.0 / tick), r, r2)
         dx, dy, ux, uy = (
             Fraction(x2) - Fraction(x) - Fraction(vx) * Fraction(tick) * elapsed + m * Fraction(width),
             Fraction(y2) - Fraction(y) - Fraction(vy) * Fraction(tick) * elapsed + n * Fraction(height),

@@ -20,8 +20,7 @@ from kinetile.kernel.tables import COMMAND, allocate
 from kinetile.run.engine import engine as engines
 from kinetile.run.engine.agenda import Agenda, to_the_front
 from kinetile.run.engine.fields import fields_of
-from kinetile.scene.by_name import loads_scene
-from kinetile.scene.files import dumps_scene
+from kinetile.scene.files import dumps_scene, loads_scene
 from lanes import examples
 
 
@@ -70,7 +69,6 @@ def test_commands_by_hand_stand_before_all_that_wait(planned, steps):
         given_so_far += many
 
 
-@pytest.mark.small
 @pytest.mark.slow
 def test_hundreds_by_hand_among_those_of_the_scene():
     """More than there are free rows in front, one by one and in one call, beside what is scheduled."""
@@ -159,7 +157,6 @@ def test_no_body_is_faster_than_the_bound(speeds):
         sim.run(max_contacts=2)
 
 
-@pytest.mark.small
 def test_who_is_there_is_looked_up_when_somebody_comes_or_goes():
     sim = kt.Simulation(kt.make_scene("grid", bodies=16, density=0.2, seed=1), "sap-1d", live=True)
     engine = sim._engine
@@ -247,7 +244,6 @@ def same(one: kt.Simulation, other: kt.Simulation) -> None:
     assert (other.velocities() == one.velocities()).all()
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_command_for_a_third_body_ran_the_contact_that_it_was_to_avert(phase):
     scene = kt.Scene([[1, 1], [2, 1], [3, 3]], [[0.5, 0], [-0.5, 0], [0, 0]], 0.25, 1.0, (4, 4))
@@ -265,7 +261,6 @@ def test_a_command_for_a_third_body_ran_the_contact_that_it_was_to_avert(phase):
         same(sim, replayed(sim.recorded(), other))
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_removal_at_the_very_start_ran_the_contacts_of_touching_bodies(phase):
     sim = kt.Simulation(row_of_touching_bodies(), phase, live=True)
@@ -276,7 +271,6 @@ def test_a_removal_at_the_very_start_ran_the_contacts_of_touching_bodies(phase):
     assert sim.contacts[["a", "b"]].tolist() == [(2, 3), (4, 5)]
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", PHASES)
 def test_one_command_after_two_contacts_gave_four(phase):
     sim = kt.Simulation(row_of_touching_bodies(), phase, live=True)
@@ -349,7 +343,6 @@ def play(sim: kt.Simulation, what: list[tuple[str, int, float]]) -> list[int]:
     return found
 
 
-@pytest.mark.small
 @settings(max_examples=examples(40), deadline=None)
 @given(commands, st.booleans(), st.sampled_from(PHASES))
 def test_commands_at_a_stop_leave_pending_contacts_pending(what, turns_of_its_own, phase):

@@ -15,8 +15,6 @@ import kinetile as kt
 from kinetile.errors import KinetileError, SceneError
 from lanes import examples
 
-pytestmark = pytest.mark.small
-
 LONG = 3.0
 """How far a copy is run on; where an axis is periodic up to the next beat, which anchors plans anew."""
 

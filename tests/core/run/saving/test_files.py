@@ -142,7 +142,6 @@ def test_a_state_that_is_laid_out_otherwise_is_refused(path, monkeypatch):
         kt.resume(path)
 
 
-@pytest.mark.small
 def test_a_phase_without_a_version_goes_by_its_code(tmp_path, blind):
     sim = kt.Simulation(kt.make_scene("two-discs"), blind)
     sim.save(tmp_path / "s.kt")
@@ -416,7 +415,6 @@ def test_only_a_saved_simulation_is_replaced(tmp_path):
         kt.resume(tmp_path / "nothing")
 
 
-@pytest.mark.small
 @pytest.mark.slow
 @pytest.mark.parametrize("names", [("cells", "sweep-tiling"), ("sap-2d", "naive")])
 def test_growth_and_spans_of_the_clock_come_along(tmp_path, names):

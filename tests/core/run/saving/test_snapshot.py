@@ -57,7 +57,6 @@ def test_every_way_goes_on_to_the_same_bits(tmp_path, name):
     assert sim.snapshot() == there
 
 
-@pytest.mark.small
 def test_another_phase_goes_on_to_the_same_contacts(tmp_path):
     """Each phase hands over to the next: to itself and to one of another structure."""
     hand_over(tmp_path, lambda at: (PHASES[at], PHASES[(at + 1) % len(PHASES)]))
@@ -145,7 +144,6 @@ def stopped(folder: Path, number: int, seed: int) -> None:
         assert {**other, "structural": None} == expected[1], case
 
 
-@pytest.mark.small
 def test_what_is_stopped_and_saved_goes_on(tmp_path):
     stopped(tmp_path, 2 if INTERPRETED else 8, 1)
 

@@ -70,7 +70,6 @@ INDICES = [
 ]
 
 
-@pytest.mark.small
 def test_an_index_of_a_saved_run_that_is_out_of_its_table_ended_the_process(tmp_path):
     path = tmp_path / "s.kt"
     lively("cells").save(path)
@@ -101,7 +100,6 @@ def changes(array: np.ndarray) -> Iterator[np.ndarray]:
                 yield changed
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("phase", [phase for phase in PHASES if phase != "naive"])
 def test_a_state_of_a_saved_run_that_cannot_be_ended_the_process(phase, tmp_path):
     path = tmp_path / "s.kt"
@@ -125,7 +123,6 @@ def test_a_state_of_a_saved_run_that_cannot_be_ended_the_process(phase, tmp_path
     assert all("goes on from it with a structure that is built anew" in each for each in said)
 
 
-@pytest.mark.small
 def test_a_state_without_an_audit_is_built_anew(tmp_path, monkeypatch):
     parts = sweep_and_prune.BroadPhaseParts
     without = {"audit": None, "sound": None}

@@ -73,7 +73,6 @@ def test_it_plays_without_a_message_or_a_request(width, height, tmp_path):
         assert browser.asked_for() == {path.as_uri()}
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("name", ["late start and turns", "come and go", "H21"])
 def test_places_are_those_of_the_trajectory(name, browser, tmp_path):
     _, trajectory, page, times = case_of(name)
@@ -144,7 +143,6 @@ SEEN = """(() => {
 })()"""
 
 
-@pytest.mark.small
 def test_boxes_are_drawn_and_found_as_boxes(browser, tmp_path):
     scene = kt.Scene(
         [(3.0, 1.0), (3.0, 3.0), (6.0, 3.0)],

@@ -22,7 +22,6 @@ PLACES = """
 """
 
 
-@pytest.mark.small
 @needs_node
 @pytest.mark.parametrize("name", [*SCENES, *first(3, HARD)])
 def test_places_are_those_of_the_trajectory(name, tmp_path):

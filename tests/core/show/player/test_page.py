@@ -185,7 +185,6 @@ def test_a_simulation_shows_what_it_has_done_and_stays_as_it_is():
     assert kt.view(kt.Simulation(scene, "naive"), 0.25).page.recordings[0].end == 2**50
 
 
-@pytest.mark.small
 @needs_node
 def test_a_saved_case_opens_at_the_moment_of_disagreement(blind, tmp_path):
     pair = kt.Scene([[0.3, 0.5], [0.7, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.1, arena=(1.0, 1.0))

@@ -95,7 +95,6 @@ def test_steps_are_the_events_of_the_simulation(tmp_path):
 
 
 @needs_node
-@pytest.mark.small
 @pytest.mark.parametrize("seed", [2, 5, 11, 23])
 def test_passings_that_begin_at_the_start_or_by_an_insertion_moved_all_later_events(seed, tmp_path):
     """The page's events are in the order of time, and as many as the rows and the structural events."""

@@ -12,7 +12,7 @@ from kinetile.toolbox import (
     hook,
     shared,
 )
-from kinetile.toolbox.ticks import difference_table, enters, pointer
+from kinetile.toolbox.ticks import difference_table, enters, plans_of, pointer
 
 
 @hook
@@ -22,9 +22,7 @@ def meet(k: Kernel, a: int, b: int) -> int:
     if math.isinf(k.mass[a]) and math.isinf(k.mass[b]):
         return NEVER
     at = int(k.numbers[1 + one.form * int(k.numbers[0]) + two.form])  # where their difference begins
-    clock, late = k.clock[0], two.anchor - one.anchor
-    path = one.x, one.y, one.vx, one.vy, late, two.x, two.y, two.vx, two.vy, clock.tick, clock.per_time
-    delay = enters(pointer(k.numbers), at, *path)
+    delay = enters(pointer(k.numbers), at, plans_of(k, one, two))
     return int(two.anchor + delay) if delay != NEVER else NEVER
 
 

@@ -8,12 +8,8 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.run import compose
 from kinetile_accuracy.long_runs import drift
 from kinetile_accuracy.long_runs.drift import clocks, drifts
-from kinetile_accuracy.report import measure_parts, write_report
-
-CONDITIONS = {"versions": {}, "processor": "one", "processors": 2, "system": "Linux"}
 
 
 def silent(what: str, done: int, total: int) -> None:
@@ -86,24 +82,6 @@ def test_the_readings_of_a_run():
     assert all(row.energy < 1e-13 and row.deepest_overlap < 1e-13 and row.momentum < 1e-13 for row in rows)
     assert [row.audits for row in rows] == [1, 10]
     assert rows[0].time < rows[1].time
-
-
-@pytest.mark.parametrize("phase", ["naive", "sap-1d"])
-@pytest.mark.small
-def test_the_report_named_a_phase_that_had_not_run(phase, monkeypatch, tmp_path):
-    pytest.importorskip("matplotlib")
-    pytest.importorskip("jinja2")
-    monkeypatch.setattr(compose, "DEFAULT_BROAD_PHASE", phase)
-    monkeypatch.setitem(drift.MOST, "quick", 1_000)
-    monkeypatch.setitem(drift.PARAMETERS, "bodies", 9)
-    (section,) = measure_parts("quick", ["drift"])
-    page, *_ = write_report([section], tmp_path, budget="quick", conditions=CONDITIONS)
-    text = page.read_text(encoding="utf-8")
-    assert f"The recipe grid with bodies 9, density 0.5, seed 1, under {phase}, for 1,000 contacts" in text
-    assert f"the same scene under {phase} with other clocks" in text
-    others = {each.spec.name for each in kt.registry() if each.kind == "broad phase"} - {phase}
-    assert not [name for name in others if f"under {name}" in text or f"with {name}" in text]
-    assert {row.phase for table in section.tables for row in table.rows} == {phase}
 
 
 def test_a_late_clock_shows_the_same_contacts():

@@ -6,7 +6,6 @@ import json
 import math
 from collections.abc import Iterator
 from contextlib import suppress
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,6 @@ from kinetile_accuracy.oracle.agreement import Agreement, FirstDifference, agree
 from kinetile_accuracy.oracle.oracle import oracle_contacts
 from kinetile_conformance.cases import horizon
 from kinetile_conformance.strategies import scenes
-from kinetile_conformance.strategies.living import living_scenes
 
 pytest.importorskip("flint", reason="the certified oracle needs python-flint")
 
@@ -49,14 +47,15 @@ def test_runs_agree_for_as_long_as_is_asked(density: float, bodies: int, pace: f
     assert found.contacts_per_disc >= pace
     assert found.disagreement is not None, "chaos parts every run from the truth"
     assert found.contacts < 1000
-    assert found.contacts_per_disc == (2 * found.disc_contacts + (found.b < 0).sum()) / bodies
-    assert found.collisions_per_disc == 2 * found.disc_contacts / bodies
+    assert found.contacts_per_disc == (2 * (found.b >= 0).sum() + (found.b < 0).sum()) / bodies
+    assert found.collisions_per_disc == 2 * (found.b >= 0).sum() / bodies
     early = found.paces < pace / 20.0
     assert np.abs(found.ticks[early]).max() < 32.0, "it begins with roundings"
     half = len(found.ticks) // 2
     assert np.median(np.abs(found.ticks[half:])) > 100.0 * np.median(np.abs(found.ticks[:half]))
 
 
+@pytest.mark.small
 def test_several_masses_radii_turns_and_a_late_clock() -> None:
     drawn = kt.make_scene("lattice", bodies=7, kind="non-dyadic", touching=0.0, jitter=1e-3, turns=6, seed=5)
     turns = [(turn.body, 2.0**20 + turn.time, turn.velocity) for turn in drawn.turns]
@@ -70,7 +69,6 @@ def test_several_masses_radii_turns_and_a_late_clock() -> None:
     assert found.complete
     assert found.contacts > 20
     assert found.worst_ticks < 1e6
-    assert found.ulps == pytest.approx(found.ticks * sim.time_unit / 2.0**20), "an ulp of so late a time"
 
 
 def test_scenes_with_another_unit_of_time() -> None:
@@ -90,9 +88,6 @@ def test_one_tick_is_all_that_is_lost_at_first() -> None:
     found = certify(kt.Simulation(scene, "naive"), max_contacts=1)
     assert found.complete
     assert -2.0 < found.ticks[0] <= 0.5, "times are rounded down"
-    (true,) = found.oracle.contacts
-    off = float(Fraction(found.ticks[0]) / Fraction(math.ulp(true.time.nearest)) / 2**52)
-    assert found.ulps[0] == pytest.approx(off)
 
 
 def test_how_far_it_compares() -> None:
@@ -125,7 +120,7 @@ def run() -> tuple[kt.Simulation, Any]:
 
 def compared(run: tuple[kt.Simulation, Any], contacts: Any, end: float = 0.5) -> Agreement:
     sim, truth = run
-    return agreement(contacts, truth, scene=sim.scene, bodies=9, start=0.0, time_unit=sim.time_unit, end=end)
+    return agreement(contacts, truth, scene=sim.scene, time_unit=sim.time_unit, end=end)
 
 
 def test_nothing_is_noticed_where_nothing_is_wrong(run: tuple[kt.Simulation, Any]) -> None:
@@ -175,13 +170,12 @@ def shifted(contacts: Any, ticks: int) -> Any:
 
 
 @pytest.mark.interpreted
-@pytest.mark.parametrize("living", [False, pytest.param(True, marks=pytest.mark.slow)])
-def test_a_shift_of_every_contact_by_a_million_ticks_passed(living: bool) -> None:
+def test_a_shift_of_every_contact_by_a_million_ticks_passed() -> None:
     """It passed in 153 of 159 drawn scenes; in the others the exact time was near 0, an OverflowError."""
     moved = 0
 
-    @settings(max_examples=80, derandomize=True, database=None)
-    @given(living_scenes() if living else scenes())
+    @settings(max_examples=40, derandomize=True, database=None)
+    @given(scenes())
     def draw(scene: kt.Scene) -> None:
         nonlocal moved
         sim = kt.Simulation(scene, "naive")
@@ -191,7 +185,7 @@ def test_a_shift_of_every_contact_by_a_million_ticks_passed(living: bool) -> Non
             sound = certify(sim, max_contacts=60)
         except Refused:
             return
-        given = {"scene": sim.scene, "bodies": 1, "start": scene.start, "time_unit": sim.time_unit}
+        given = {"scene": scene, "time_unit": sim.time_unit}
         early = sound.disagreement is None or sound.disagreement.ticks_allowed is None
         assert early, str(sound)
         if not sound.contacts:
@@ -203,9 +197,10 @@ def test_a_shift_of_every_contact_by_a_million_ticks_passed(living: bool) -> Non
         assert late.disagreement.index < sound.contacts
 
     draw()
-    assert moved > (2 if living else 15)
+    assert moved > 8, moved
 
 
+@pytest.mark.small
 def test_an_exact_time_near_0_was_an_overflow() -> None:
     """The last place of a time of 0 is 5e-324, and a tick has more of them than a double can say."""
     scene = kt.Scene([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [-1.0, 0.0]], 0.5)
@@ -214,7 +209,7 @@ def test_an_exact_time_near_0_was_an_overflow() -> None:
     for ticks in (0, 10**6):
         contacts = shifted(sim.contacts, ticks)
         truth = oracle_contacts(scene, max_contacts=1)
-        found = agreement(contacts, truth, scene=scene, bodies=2, start=0.0, time_unit=sim.time_unit, end=1.0)
+        found = agreement(contacts, truth, scene=scene, time_unit=sim.time_unit, end=1.0)
         assert found.complete == (ticks == 0)
 
 
@@ -238,6 +233,7 @@ def test_a_missing_and_a_made_up_contact_are_noticed(run: tuple[kt.Simulation, A
     assert "the oracle nothing more" in str(extra)
 
 
+@pytest.mark.small
 def test_what_the_oracle_cannot_know_is_refused() -> None:
     scene = kt.make_scene("grid", bodies=9, seed=3)
     sim = kt.Simulation(scene, "naive", turning=True)
@@ -280,12 +276,11 @@ def test_walls_have_the_names_that_they_have_elsewhere(monkeypatch: pytest.Monke
 
 
 @pytest.mark.small
-def test_phases_for_contacts_are_the_run_s() -> None:
-    scene = kt.make_scene("grid", bodies=9, seed=3)
-    found = certify(kt.Simulation(scene, "naive", narrow_phases=["wall"]), until=1.0)
-    assert found.complete
-    assert found.disc_contacts == 0
-    assert found.contacts > 9
+def test_a_run_of_other_narrow_phases_is_refused() -> None:
+    sim = kt.Simulation(kt.make_scene("grid", bodies=9, seed=3), "naive", narrow_phases=["wall"])
+    with pytest.raises(Refused, match="has the narrow phases wall: certify-log"):
+        certify(sim, until=1.0)
+    assert sim.time == 0.0, "nothing is run in vain"
 
 
 # Runs that end in a fault
@@ -383,6 +378,7 @@ def test_every_hard_scene_is_told_of() -> None:
 
 
 @pytest.mark.parametrize("name", AGREE)
+@pytest.mark.small
 def test_hard_scenes_agree(name: str) -> None:
     scene = scene_of(name)
     found = certify(kt.Simulation(scene, "naive"), until=scene.settings.until)
@@ -391,12 +387,13 @@ def test_hard_scenes_agree(name: str) -> None:
     assert found.worst_ticks < 8.0 or name == "H08a"  # a graze
 
 
+@pytest.mark.parametrize("most", [80, pytest.param(500, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", AGREE_FOR)
-@pytest.mark.compiled
-def test_hard_scenes_agree_for_long(name: str) -> None:
-    found = certify(kt.Simulation(scene_of(name), "naive"), max_contacts=500)
-    assert found.contacts >= AGREE_FOR[name], str(found)
-    assert found.oracle.ended in ("stopped", "contacts")
+@pytest.mark.small
+def test_hard_scenes_agree_for_long(name: str, most: int) -> None:
+    found = certify(kt.Simulation(scene_of(name), "naive"), max_contacts=most)
+    assert found.contacts >= min(AGREE_FOR[name], most), str(found)
+    assert found.oracle.ended == "going on"
 
 
 @pytest.mark.parametrize("name", PART_EARLY)
@@ -423,14 +420,15 @@ def test_a_jam_agrees_until_nobody_goes_on() -> None:
 # Lattices: exact ties in rows
 
 
+@pytest.mark.parametrize("seeds", [6, pytest.param(25, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("turns", [0, 12])
 @pytest.mark.parametrize("kind", ["dyadic", "non-dyadic"])
-@pytest.mark.compiled
-def test_where_lattices_part_from_the_oracle_there_is_a_reason(kind: str, turns: int) -> None:
+@pytest.mark.small
+def test_where_lattices_part_from_the_oracle_there_is_a_reason(kind: str, turns: int, seeds: int) -> None:
     """Rounding takes a tie apart, a graze is lost to it, or chaos has begun; few are undecidable."""
     agree = undecided = 0
     strange = []
-    for seed in range(25):
+    for seed in range(seeds):
         scene = kt.make_scene("lattice", bodies=9, kind=kind, turns=turns, seed=seed)
         found = certify(kt.Simulation(scene, "naive"), until=4.0, max_contacts=100)
         differs = found.disagreement
@@ -445,5 +443,5 @@ def test_where_lattices_part_from_the_oracle_there_is_a_reason(kind: str, turns:
             continue  # a contact at the very time of a turn, that rounding puts on its other side
         strange.append((seed, str(found)))
     assert strange == []
-    assert undecided <= 4
-    assert agree >= (12 if kind == "dyadic" else 3)
+    assert undecided <= max(seeds // 6, 1)
+    assert agree >= (seeds // 2 if kind == "dyadic" else seeds // 8)

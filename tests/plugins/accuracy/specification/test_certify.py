@@ -597,6 +597,8 @@ def test_who_is_not_there_meets_nobody():
         ((1.4375, 0.75 - 2.0**-40), "x", False),
         ((-0.4375, 0.5), "x", False),
         ((-0.3125, 0.5), "x", True),
+        ((float.fromhex("0x1.c000000000466p-1"), 0.5), "", False),  # at a wall, by a last bit
+        ((float.fromhex("0x1.c000000000465p-1"), 0.5), "", True),
     ],
 )
 def test_who_has_no_room_ends_the_answer(place, periodic, room):

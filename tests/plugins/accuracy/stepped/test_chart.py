@@ -14,11 +14,20 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+import broken_phases
 import kinetile as kt
 from kinetile_accuracy.report import write_report
 from kinetile_accuracy.stepped import chart as speed_error
-from kinetile_accuracy.stepped.chart import EFFORTS, FINDERS, Effort, claims, crossing, findings, measure
-from kinetile_accuracy.stepped.chart import KINETIC as KINETIC_NAMES
+from kinetile_accuracy.stepped.chart import (
+    EFFORTS,
+    FINDERS,
+    Effort,
+    broad_phases,
+    claims,
+    crossing,
+    findings,
+    measure,
+)
 from kinetile_accuracy.stepped.engines import ENGINES
 from kinetile_accuracy.stepped.methods import (
     Method,
@@ -36,6 +45,8 @@ CHART = Path(__file__).parents[4] / "docs" / "speed-against-error.svg"
 
 SILENT: Any = lambda *_: None  # noqa: E731
 
+BUILT_IN = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
+
 
 def contacts(*rows: tuple[int, int, int]) -> npt.NDArray[np.void]:
     """Return contacts of (step, a, b)."""
@@ -47,7 +58,7 @@ def row(method: str, dt: float | None = None, **more: Any) -> SpeedError:
     plain = SpeedError(
         bodies=100,
         density=0.25,
-        kind=kinds[method],
+        kind=kinds.get(method, "kinetic"),
         method=method,
         dt=dt,
         cost=1e-3,
@@ -156,14 +167,14 @@ def test_claims_hold_or_not_as_the_rows_say(
     assert found[-1].measured == measured
 
 
-@pytest.mark.parametrize("fast", ["naive", "cells", "sweep-tiling"])
+@pytest.mark.parametrize("fast", ["naive", "cells", "sweep-tiling", "of-a-plugin"])
 def test_the_chart_took_sweep_tiling_for_the_fastest_whatever_was(
     fast: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     pytest.importorskip("matplotlib")
-    pytest.importorskip("jinja2")
     kinetic = tuple(
-        row(name, kind="kinetic", cost=1e-3 if name == fast else 4e-3, contacts=9.0) for name in KINETIC_NAMES
+        row(name, kind="kinetic", cost=1e-3 if name == fast else 4e-3, contacts=9.0)
+        for name in dict.fromkeys([*BUILT_IN, fast])
     )
     monkeypatch.setattr(speed_error, "measure_rows", lambda *_, **__: [*kinetic, *CURVE])
     monkeypatch.setattr(speed_error, "_installed", lambda: ({}, ()))
@@ -220,13 +231,13 @@ def test_the_section_holds_together(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(section.left_out) == 2, "each package once"
     assert all("kinetile[peers]" in reason for reason in section.left_out)
     (table,) = section.tables
-    assert len(table.rows) == 5 + 2 * 2
+    assert len(table.rows) == len(broad_phases()) + 2 * 2
     assert all(hasattr(table.rows[0], head) for head in table.heads)
-    assert {row.method for row in table.rows} == {*KINETIC_NAMES, "sweep"}
+    assert {row.method for row in table.rows} == {*broad_phases(), "sweep"}
     assert [row.kind for row in table.rows if row.method == "cells"] == ["kinetic", *["snapshots"] * 2]
     (picture,) = section.pictures
     said = json.loads(picture.description)
-    assert list(said["kinetic"]) == list(KINETIC_NAMES)
+    assert list(said["kinetic"]) == list(broad_phases())
     assert said["steps"] == {"snapshots": {"sweep": [1e-1, 1e-2], "cells": [1e-1, 1e-2]}}
     assert section.findings
 
@@ -244,16 +255,30 @@ def test_the_chart_is_drawn_and_names_every_method() -> None:
     figure = draw_speed_error((*KINETIC, *CURVE, *engines, *both))
     said = {text.get_text() for axes in figure.axes for text in axes.texts}
     said |= {text.get_text() for text in figure.legends[0].get_texts()}
-    assert {look.name for look in speed_error._LOOKS.values()} <= said
+    assert {look.name for look in speed_error._LOOKS.values()} | {
+        "naive",
+        "sap-1d",
+        "cells",
+        "sap-2d",
+    } <= said
     assert {"slower", "faster", "dt = 1e-4"} <= said
     assert [axes.get_yscale() for axes in figure.axes] == ["log"] * 4
     assert figure.axes[2].get_xticklabels()[0].get_text() == "none"
 
 
-def test_every_phase_that_comes_with_kinetile_is_measured() -> None:
-    ours = [each for each in kt.registry() if each.plugin == "kinetile:builtin"]
-    built_in = {each.spec.name for each in ours if each.kind == "broad phase"}
-    assert set(KINETIC_NAMES) == built_in
+def test_every_phase_is_measured_those_of_plugins_too() -> None:
+    class Plugin:
+        @kt.hookimpl
+        def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
+            return [kt.BroadPhaseSpec("of-a-plugin", broken_phases.phase())]
+
+    plugin = Plugin()
+    kt.registry().add(plugin)
+    try:
+        assert {*broad_phases()} >= {*BUILT_IN, "of-a-plugin"}
+    finally:
+        kt.registry().remove(plugin)
+    assert "of-a-plugin" not in broad_phases()
 
 
 def committed() -> dict[str, Any]:
@@ -267,7 +292,7 @@ def test_the_chart_of_readme_has_the_methods_that_there_are() -> None:
     # It was of three phases, of which one had become ten times as fast, and nothing said so.
     effort, said = EFFORTS["normal"], committed()
     assert (said["bodies"], said["density"]) == (400, 0.25)
-    assert list(said["kinetic"]) == list(KINETIC_NAMES)
+    assert list(said["kinetic"]) == list(BUILT_IN)
     assert said["steps"] == {
         "snapshots": {finder: list(effort.steps) for finder in FINDERS},
         "engine": {peer: list(effort.engine_steps) for peer in ENGINES},

@@ -1,8 +1,7 @@
-"""The thesis's benchmark: its counts, its arithmetic, its files; no clock is judged here."""
+"""The thesis's benchmark: its counts, its rounds, its figures and its command; no clock is judged here."""
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 import os
@@ -13,13 +12,13 @@ from itertools import product
 import pytest
 
 import kinetile as kt
-from kinetile.errors import Refused, StudyError
-from kinetile_bench import Study
-from kinetile_bench import thesis as bench_thesis
+from kinetile.errors import Refused
+from kinetile_bench import thesis as bench_thesis_module
 from kinetile_bench.events import DENSITIES
-from kinetile_bench.thesis import ThesisBench, ThesisScene, read_bench, thesis_study
-from kinetile_bench.thesis import measures as bench_measures
-from studies import kinetile, run_here, status_here, stop_after
+from kinetile_bench.thesis import ThesisBench, ThesisScene, bench_thesis
+from kinetile_bench.thesis.figures import draw
+from made_up_benchmarks import as_the_thesis_says, bench_of
+from studies import kinetile
 
 NUMBERS = (25, 100, 400)
 BOUND_EVENTS = {
@@ -85,41 +84,48 @@ def test_bound_events_of_400_discs_are_those_of_another_implementation(density):
     assert_near(bound, density, 400)
 
 
+def bound_events_in_theory(phase: str, density: float, n: int) -> float:
+    """Return the bound events in a unit of time of n discs in equilibrium with mean square speed 1.
+
+    Two bounds on one axis pass 2n(n-1) sqrt(2/pi) / (1-2r) times, so sweep-and-prune has as many on one axis,
+    and twice as many on two. Sweep-tiling does the part 2l - 2l^2 (1 - exp(-1/l)) of it, with the length
+    l = (1-d) / (2rn) over which a bound is in sight.
+    """
+    r = math.sqrt(density / (n * math.pi))
+    swaps = 2.0 * n * (n - 1) * math.sqrt(2.0 / math.pi) / (1.0 - 2.0 * r)
+    sight = (1.0 - density) / (2.0 * r * n)
+    seen = 2.0 * sight - 2.0 * sight**2 * (1.0 - math.exp(-1.0 / sight))
+    return swaps * {"sap-1d": 1.0, "sap-2d": 2.0, "sweep-tiling": seen}[phase]
+
+
 @pytest.mark.compiled
 @pytest.mark.parametrize("phase", ["sap-1d", "sap-2d", "sweep-tiling"])
 def test_bound_events_of_few_small_discs_are_those_of_theory(phase):
-    expected = bench_measures.bound_events_in_theory(phase, 0.01, 400)
+    expected = bound_events_in_theory(phase, 0.01, 400)
     assert rates(phase, 0.01, 400, 1.0)[0] == pytest.approx(expected, rel=0.02)
 
 
 # Small runs
 
-
+PHASES = ["naive", ("sap-1d", {"axis": "y"}), "sweep-tiling"]
 PART = {"seeds": 2, "until": 0.5, "seconds": 1e-6, "repeats": 3}
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory) -> Study:
-    phases = ["naive", ("sap-1d", {"axis": "y"}), "sweep-tiling"]
-    return run_here(thesis_study(tmp_path_factory.mktemp("small"), phases, [4, 9], [0.5, 0.25], **PART))
-
-
-@pytest.fixture(scope="module")
-def small(study) -> ThesisBench:
-    return read_bench(study)
+def small() -> ThesisBench:
+    *_, found = bench_thesis(PHASES, [4, 9], [0.5, 0.25], **PART)
+    return found
 
 
 def test_every_cell_is_measured(small):
     assert len(small.rows) == 3 * 2 * 2 * 2
-    assert small.densities == (0.5, 0.25)
-    assert small.bodies == (4, 9)
     assert small.phases == ("naive", "sap-1d:axis=y", "sweep-tiling")
-    cells = small.of(ThesisScene(0.25, 9), "sweep-tiling")
-    assert [cell.seed for cell in cells] == [1, 2]
-    for cell in cells:
-        assert cell.cpu_seconds
-        assert cell.cost == pytest.approx(sorted(cell.cpu_seconds)[len(cell.cpu_seconds) // 2] / 0.5, rel=1.0)
-    assert small.conditions["seeds"] == 2
+    assert small.scenes() == [(0.5, 4), (0.5, 9), (0.25, 4), (0.25, 9)]
+    assert [*small.of(ThesisScene(0.25, 9), "sweep-tiling")] == [1, 2]
+    for cell in small.rows:
+        assert len(cell.cpu_seconds) == 3
+        assert cell.cost == sorted(cell.cpu_seconds)[1] / 0.5
+    assert small.identical
 
 
 def test_the_counts_are_those_of_the_simulation(small):
@@ -127,170 +133,98 @@ def test_the_counts_are_those_of_the_simulation(small):
         name, _, option = cell.phase.partition(":")
         scene = kt.make_scene("grid", bodies=cell.bodies, density=cell.density, seed=cell.seed)
         sim = kt.Simulation(scene, name, options={"axis": "y"} if option else None)
+        sim.build()
+        built = sim.readings
         sim.run(0.5)
-        found = sim.readings
+        found, counts = sim.readings, cell.counts
         assert cell.fingerprint == found.fingerprint
-        assert (cell.bound_events, cell.events) == (found.structural_events, found.events)
-        assert cell.queue_max == found.queue_max
+        assert (counts["structural_events"], counts["events"]) == (found.structural_events, found.events)
+        assert counts["partners_asked"] == found.partners_asked - built.partners_asked
+        assert 0 < counts["queue_max"] == found.queue_max <= cell.bodies
 
 
-def test_naive_sets_no_certificate_and_changes_no_pair(small):
+def test_naive_sets_no_certificate_and_has_all_pairs(small):
     for n in (4, 9):
-        for cell in small.of(ThesisScene(0.5, n), "naive"):
-            assert (cell.certificates_updated, cell.pair_changes) == (0, 0)
-            assert (cell.pairs_mean, cell.pairs_max) == (n * (n - 1) / 2, n * (n - 1) // 2)
-            assert cell.pairs_of_one_body == n - 1
-            assert cell.partners_asked >= n * cell.plan_changes
-        found = bench_measures.measures(small.of(ThesisScene(0.5, n), "naive"))
-        assert found["updates_per_event"] == found["updates_in_theory"] == 0.0
-        assert found["pairs_per_body"] == found["pairs_in_theory"]
-        assert found["bound_per_pair_change"] is None
+        for cell in small.of(ThesisScene(0.5, n), "naive").values():
+            counts = cell.counts
+            assert counts["certificates_updated"] == counts["structural_events"] == 0
+            assert counts["candidate_pairs"] == n * (n - 1) / 2
 
 
-def test_pair_changes_are_counted_one_by_one(small):
-    cell = small.of(ThesisScene(0.25, 9), "sap-1d:axis=y")[0]
-    sim = kt.Simulation(
-        kt.make_scene("grid", bodies=9, density=0.25, seed=1), "sap-1d", options={"axis": "y"}
-    )
-    changes, before = 0, {tuple(pair) for pair in sim.candidate_pairs().tolist()}
-    for event in sim.steps():
-        if event.time > 0.5:
-            break
-        after = {tuple(pair) for pair in sim.candidate_pairs().tolist()}
-        changes += len(before ^ after)
-        before = after
-    assert cell.pair_changes == changes
+def test_the_phases_take_turns_in_every_round(monkeypatch):
+    ran = []
+    monkeypatch.setattr(bench_thesis_module, "_time", lambda scene, choice, *_: ran.append(choice[0]) or 1.0)
+    list(bench_thesis(["naive", "sap-1d"], [4], [0.5], **PART | {"seeds": 1}))
+    assert ran == ["naive", "sap-1d", "sap-1d", "naive", "naive", "sap-1d"]
 
 
-def test_the_measures_keep_to_theory(small):
-    assert all(0 < cell.queue_max <= cell.bodies for cell in small.rows)
-    for phase in ("sap-1d:axis=y", "sweep-tiling"):
-        found = bench_measures.measures(small.of(ThesisScene(0.5, 9), phase))
-        assert 0.0 < found["updates_per_event"] <= found["updates_in_theory"]
-    assert found["pairs_per_body"] < found["pairs_in_theory"]
-
-
-def test_the_phases_take_turns_and_what_is_the_same_in_every_round_is_measured_in_the_first(study):
-    rows = study.rows().to_pylist()
-    first = [row for row in rows if (row["density"], row["bodies"], row["seed"]) == (0.5, 4, 1)]
-    there = ["naive", "sap-1d:axis=y", "sweep-tiling"]
-    assert [row["phase"] for row in first] == [*there, *there[::-1], *there]
-    assert [row["repeat"] for row in first] == [number for number in range(1, 4) for _ in there]
-    for row in rows:
-        assert (row["pairs_mean"] is None, row["construction_asked"] is None) == (row["repeat"] > 1,) * 2
-
-
-def test_a_part_of_a_scene_is_no_cell(small, tmp_path):
-    part = thesis_study(tmp_path, ["naive"], [4], [0.5], seeds=1, until=0.1, seconds=1e-6)
-
-    with pytest.raises(KeyboardInterrupt):
-        run_here(part, progress=stop_after(3))
-    assert part.rows().num_rows >= 3
-    assert read_bench(part).rows == ()
-
-
-# Arithmetic
-
-
-def test_exponents_are_fitted_over_all_sizes_and_the_largest_two():
-    assert bench_measures.ranges((25, 100, 400)) == [(25, 100, 400), (100, 400)]
-    assert bench_measures.ranges((25, 100)) == [(25, 100)]
-    assert bench_measures.ranges((25,)) == []
-
-
-def test_means_and_spreads():
-    assert bench_measures.mean([1.0, 3.0]) == {"mean": 2.0, "error": 1.0}
-    assert bench_measures.mean([4.0]) == {"mean": 4.0, "error": None}
-    assert bench_measures.spread([5.0, 1.0, 2.0]) == {"median": 2.0, "low": 1.0, "high": 5.0}
-
-
-def test_theory_has_its_limits():
-    # Many discs: c n^1.5; few and small ones: nearly all that sweep-and-prune does.
-    dense = bench_measures.bound_events_in_theory("sweep-tiling", 0.5, 10**8)
-    assert dense == pytest.approx(2.83 * 0.5 / math.sqrt(0.5) * 1e12, rel=0.01)
-    few = bench_measures.bound_events_in_theory("sweep-tiling", 1e-6, 25)
-    assert few == pytest.approx(bench_measures.bound_events_in_theory("sap-1d", 1e-6, 25), rel=0.01)
-    assert bench_measures.contacts_in_theory(0.5, 100) == pytest.approx(3125)
-    assert bench_measures.bound_events_in_theory("stripes", 0.5, 100) is None
-
-
-# Files
-
-
-@pytest.mark.slow
-def test_figures_are_drawn(study, tmp_path):
-    pytest.importorskip("matplotlib")
-    written = study.plot(tmp_path)
-    assert [path.name for path in written] == [
-        "figure-23.svg",
-        "figure-23.png",
-        "figure-24.svg",
-        "figure-24.png",
-    ]
-    assert all(path.stat().st_size > 10_000 for path in written)
-
-
-# The commands
+# The command
 
 
 @pytest.fixture
-def no_run(study, monkeypatch):
-    """The command finds all rows of the small study there."""
-    monkeypatch.setattr(bench_thesis, "thesis_study", lambda *_, **__: study)
+def no_run(small, monkeypatch):
+    """The command measures nothing: the results are there."""
+    monkeypatch.setattr(bench_thesis_module, "bench_thesis", lambda *_, **__: iter([small]))
 
 
-def test_thesis_prints_its_tables(no_run):
+def test_thesis_prints_its_table_and_its_verdicts(no_run, small):
     result = kinetile("bench", "thesis")
     assert result.exit_code == 0
-    for expected in ("figure 23", "figure 24", "Exponents", "measures of a kinetic data structure", "B11"):
+    for expected in ("CPU milliseconds", "sap-1d:axis=y", "updates", "B11", "not measured"):
         assert expected in result.stdout
-
-
-def test_thesis_gives_everything_as_json(no_run, small):
     found = json.loads(kinetile("bench", "thesis", "--json").stdout)
-    assert len(found["cells"]) == len(small.rows)
-    assert len(found["scenes"]) == 12
+    assert [row["cpu_seconds"] for row in found["rows"]] == [list(cell.cpu_seconds) for cell in small.rows]
     assert [each["name"] for each in found["statements"]] == [f"B{k}" for k in range(1, 12)]
-    assert found["exponents"][0]["cpu_seconds"][0]["last"] == 9
-    assert found["files"] == []
+    assert {*found["statements"][-1]["parts"][-1]} == {"text", "answer", "numbers"}
+    assert (found["files"], found["identical"]) == ([], True)
 
 
-def test_thesis_writes_what_it_can_without_matplotlib(no_run, tmp_path, monkeypatch):
+def test_thesis_with_one_round_printed_an_infinite_unrest(monkeypatch):
+    found = bench_of(as_the_thesis_says, rounds=1)
+    monkeypatch.setattr(bench_thesis_module, "bench_thesis", lambda *_, **__: iter([found]))
+    printed = kinetile("bench", "thesis").stdout
+    assert " inf " not in printed
+    assert "1 round of about" in printed
+
+
+@pytest.mark.slow
+def test_both_figures_are_drawn(small, tmp_path, no_run):
+    pytest.importorskip("matplotlib")
+    names = ["figure-23.svg", "figure-23.png", "figure-24.svg", "figure-24.png"]
+    assert [path.name for path in draw(bench_of(as_the_thesis_says), tmp_path)] == names
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in names)
+    found = json.loads(kinetile("bench", "thesis", "--out", tmp_path / "new", "--json").stdout)
+    assert found["files"] == [str(tmp_path / "new" / name) for name in names]
+
+
+def test_thesis_needs_matplotlib_for_its_figures_before_it_measures(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    result = kinetile("bench", "thesis", "--results", tmp_path / "new", "--json")
-    assert result.exit_code == 0
+    result = kinetile("bench", "thesis", "--out", tmp_path)
+    assert result.exit_code == 2
     assert "pip install 'kinetile[figures]'" in result.stderr
-    assert [path.name for path in (tmp_path / "new").iterdir()] == ["rows.csv"]
-    assert json.loads(result.stdout)["files"] == [str(tmp_path / "new" / "rows.csv")]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="sends a signal")
-def test_thesis_prints_what_there_is_when_interrupted(study, no_run, monkeypatch):
-    monkeypatch.setattr(Study, "run", lambda *_, **__: os.kill(os.getpid(), signal.SIGINT))
+def test_thesis_prints_what_there_is_when_interrupted(small, monkeypatch):
+    def interrupted(*_, **__):
+        yield small
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(bench_thesis_module, "bench_thesis", interrupted)
     result = kinetile("bench", "thesis")
     assert result.exit_code == 130
     assert "sweep-tiling" in result.stdout
     assert "interrupted" in result.stderr
 
 
-def test_thesis_says_what_is_refused(tmp_path, monkeypatch):
+def test_thesis_says_what_is_refused(monkeypatch):
     def refuse(self, scene, prepared=None):
         raise Refused("not today")
 
     monkeypatch.setattr("kinetile_plugins.naive.Naive.prepare", refuse)
-    part = thesis_study(tmp_path, ["naive", "sap-1d"], [4], [0.5], seeds=1, until=0.1, seconds=1e-6)
-    assert status_here(part).statuses == {"refused": 5, "done": 5}
-    assert {cell.phase for cell in read_bench(part).rows} == {"sap-1d"}
-    monkeypatch.setattr(bench_thesis, "thesis_study", lambda *_, **__: part)
-    result = kinetile("bench", "thesis")
-    assert "sap-1d" in result.stdout
-    assert result.stderr.count("kinetile: naive: refused: not today") == 1
-    assert result.exit_code == 0
-
-
-def test_a_phase_that_there_is_not_is_an_error_of_the_study(tmp_path):
-    with pytest.raises(StudyError, match="naiv"):
-        thesis_study(tmp_path, ["naiv"])
+    result = kinetile("bench", "thesis", "--phases", "naive")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "not today" in result.stderr
 
 
 @pytest.mark.parametrize(
@@ -301,25 +235,9 @@ def test_a_phase_that_there_is_not_is_an_error_of_the_study(tmp_path):
         ("--phases", ""),
         ("--phases", "sap-3d"),
         ("--seeds", "0"),
-        ("--results", __file__),
+        ("--out", __file__),
     ],
 )
 def test_what_thesis_cannot_do_is_exit_code_2(arguments):
     result = kinetile("bench", "thesis", *arguments)
     assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr.startswith("kinetile: --results ") or "--results" not in arguments
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_thesis_measures(tmp_path):
-    arguments = ("--phases", "sap-1d,sweep-tiling", "--seeds", "1", "--until", "0.01", "--seconds", "0.0001")
-    found, again = (
-        json.loads(kinetile("bench", "thesis", *arguments, "--results", tmp_path, "--json").stdout)
-        for _ in range(2)
-    )
-    assert len(found["cells"]) == 24
-    assert {each["verdict"] for each in found["statements"][6:8]} <= {"holds", "does not hold"}
-    assert again["cells"] == found["cells"]  # all rows were there
-    with (tmp_path / "rows.csv").open(newline="") as file:
-        assert len(list(csv.DictReader(file))) == 24 * 5

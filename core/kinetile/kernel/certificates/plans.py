@@ -1,0 +1,66 @@
+"""The flight plans of two bodies, as certificates take them: one value, with one part an axis.
+
+Numbers that travel together are one value. A named tuple costs nothing in a loop: its fields are registers,
+and a field that is a constant there is one after inlining, so what is not periodic has no code for images.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from kinetile.kernel.compiled import hook
+from kinetile.kernel.tables import Kernel, Records
+
+
+class Axis(NamedTuple):
+    """The plans of two bodies along an axis.
+
+    The first body was at ``x`` at its own anchor, the second is at ``x2`` at the later one, and is seen
+    ``turns`` periods further on: a whole number, below 2^32 in size; 0 and a period of 0 where no image is
+    meant.
+    """
+
+    x: float
+    v: float
+    x2: float
+    v2: float
+    turns: float
+    period: float
+
+
+class Plans(NamedTuple):
+    """The plans of two bodies: along both axes, how many ticks before the second one's anchor that of the
+    first is (0 to 2^62), the length of a tick, a power of two, and its inverse."""
+
+    x: Axis
+    y: Axis
+    elapsed: int
+    tick: float
+    per_time: float
+
+
+@hook
+def plans_of(k: Kernel, one: Records, two: Records) -> Plans:
+    """Return the plans of two bodies, by their records; that of the first is anchored earlier, or as late."""
+    clock = k.clock[0]
+    return Plans(
+        Axis(one.x, one.vx, two.x, two.vx, 0.0, 0.0),
+        Axis(one.y, one.vy, two.y, two.vy, 0.0, 0.0),
+        two.anchor - one.anchor,
+        clock.tick,
+        clock.per_time,
+    )
+
+
+@hook
+def plans_through(k: Kernel, one: Records, two: Records, right: float, up: float) -> Plans:
+    """Return the plans of two bodies, of the second's image that is so many periods to the right and up."""
+    plans = plans_of(k, one, two)
+    torus = k.clock[0].torus
+    return Plans(
+        Axis(one.x, one.vx, two.x, two.vx, right, torus.x),
+        Axis(one.y, one.vy, two.y, two.vy, up, torus.y),
+        plans.elapsed,
+        plans.tick,
+        plans.per_time,
+    )

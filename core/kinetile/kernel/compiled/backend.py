@@ -1,0 +1,209 @@
+"""Numba and LLVM: the only file that imports them, and what kinetile uses of them that is not public.
+
+Numba promises its public names for a year or two, and nothing of the others. So these stand here, with the
+versions that they are known in (pyproject.toml has the same), and are compared with what is installed when
+this file is imported: one that is not there, or lacks a member that kinetile overrides or reads, is named in
+one sentence, before anything is compiled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from inspect import Parameter, Signature
+from types import FunctionType
+from typing import Any, cast
+
+import llvmlite
+import numba as _numba
+from llvmlite import ir
+from llvmlite.binding import add_symbol
+from numba import extending as _extending
+from numba import types as _types
+from numba.extending import intrinsic, lower_builtin, models, overload, register_model
+
+VERSIONS = ">=0.60,<0.69"
+"""The versions of Numba whose private parts are known."""
+
+
+def misfit(what: str) -> str:
+    """Return the message for a part of Numba that is not as it was."""
+    return (
+        f"kinetile uses parts of Numba that are not public, and numba {_numba.__version__} has other ones: "
+        f"{what}; install numba{VERSIONS}"
+    )
+
+
+try:
+    from numba.core import cgutils as _cgutils
+    from numba.core.caching import FunctionCache, IndexDataCacheFile
+    from numba.core.ccallback import CFunc
+    from numba.core.codegen import JITCodeLibrary
+    from numba.core.compiler import Compiler
+    from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.errors import NumbaExperimentalFeatureWarning
+    from numba.core.registry import CPUDispatcher
+    from numba.core.types import Array, Type
+    from numba.np import arrayobj as _arrayobj
+except ImportError as error:
+    raise ImportError(misfit(str(error))) from error
+
+numba: Any = _numba
+types: Any = _types
+cgutils: Any = _cgutils
+arrayobj: Any = _arrayobj
+compiler_lock: Any = global_compiler_lock
+
+MEMBERS: dict[Any, str] = {
+    FunctionCache: "load_overload save_overload flush _impl _cache_path _cache_file _py_func",
+    IndexDataCacheFile: "load save _load_index _load_data _data_path _index_path _open_for_write",
+    CFunc: "compile address _cache",
+    JITCodeLibrary: "codegen _codegen _optimize_final_module _finalize_final_module _finalized",
+    Compiler: "compile_extra",
+    CPUDispatcher: "get_call_template get_overload py_func compile _cache",
+    _cgutils: "create_struct_proxy get_null_value get_or_insert_function unpack_tuple",
+    _arrayobj: "load_item store_item get_itemsize populate_array getitem_arraynd_intp setitem_array "
+    "getiter_array",
+    cast(Any, _extending)._Intrinsic: "_defn",
+    types.BaseTuple: "from_types",
+    types: "unliteral",
+}
+"""Members that are overridden, set, called or read."""
+
+
+def _mentions(part: Any, name: str) -> bool:
+    """Whether a class has a member, or its methods set or read an attribute of this name."""
+    functions = (each for base in getattr(part, "__mro__", ()) for each in vars(base).values())
+    return hasattr(part, name) or any(
+        name in each.__code__.co_names for each in functions if isinstance(each, FunctionType)
+    )
+
+
+def check() -> None:
+    """Compare what is installed with ``MEMBERS``; raises ImportError with what is missing."""
+    for part, names in MEMBERS.items():
+        for name in names.split():
+            if not _mentions(part, name):
+                raise ImportError(misfit(f"{part.__name__} has no {name}"))
+
+
+check()
+
+
+class _NoEnvironment:
+    """Numba's code generator, which has no machine code to tell where a function's environment is."""
+
+    def __init__(self, generator: Any) -> None:
+        self._generator = generator
+
+    def __getattr__(self, name: str) -> Any:
+        """Return what the generator has."""
+        return getattr(self._generator, name)
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Do nothing: an environment is read by code that has Python objects, and hooks have none."""
+
+
+class _LinkedCode(JITCodeLibrary):
+    """The code of a hook or a subroutine, which is only ever linked into that of its callers.
+
+    Numba optimises the code of each function, with that of all that it calls, and makes machine code of
+    it. Only the code of the outermost caller ever runs, and is optimised with all that was linked into
+    it. So neither is done for the rest, which saves a part of the time to compile a loop.
+    """
+
+    @property
+    def codegen(self) -> Any:
+        """Return the code generator."""
+        return _NoEnvironment(self._codegen)
+
+    def _optimize_final_module(self) -> None:
+        """Leave that to the callers."""
+
+    def _finalize_final_module(self) -> None:
+        """Note that the code is complete, and make no machine code of it."""
+        self._finalized = True
+
+
+class LinkingCompiler(Compiler):
+    """Numba's compiler, for what is only ever linked into its callers."""
+
+    def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
+        own = library or cast(Any, _LinkedCode)(target.codegen(), "hook")
+        cast(Any, super()).__init__(typing, target, own, *rest)
+
+
+def entry(function: Callable[..., Any], cache: Any, before: Callable[[Any, Any], Any]) -> Any:
+    """Return a function that Python calls; ``before(compile, signature)`` compiles it. ``cache`` makes its
+    cache on disk, or is None."""
+    made = numba.njit(error_model="numpy", nogil=True, no_cfunc_wrapper=True)(function)
+    if cache is not None:
+        made._cache = cache(function)
+    compiles = made.compile
+    made.compile = lambda signature: before(compiles, signature)
+    return made
+
+
+def alone(function: Callable[..., Any]) -> Any:
+    """Return a function that Python calls, compiled with all that such a call needs."""
+    return numba.njit(error_model="numpy", no_cfunc_wrapper=True)(function)
+
+
+def lowered(
+    name: str, parameters: Iterable[str], typed: Callable[..., Any], build: Callable[..., Any]
+) -> Any:
+    """Return a function for compiled code alone. ``typed`` returns its signature for types of arguments, or
+    None: not for these. ``build(context, builder, signature, arguments)`` makes the code of a call."""
+
+    def typing(context: Any, *given: Any) -> Any:
+        found = typed(*given)
+        return found if found is None else (found, build)
+
+    names = ("typing_context", *parameters)
+    known: Any = typing
+    known.__signature__ = Signature([Parameter(each, Parameter.POSITIONAL_OR_KEYWORD) for each in names])
+    known.__name__ = name
+    return intrinsic(known)
+
+
+def at_an_address(function: Callable[..., Any], signature: Any, cache: Any) -> Any:
+    """Return a compiled function with an ``address``; ``cache`` makes its cache on disk, or raises
+    RuntimeError: there is no folder for it."""
+    made = cast(Any, CFunc)(
+        function, (signature.args, signature.return_type), locals={}, options={"error_model": "numpy"}
+    )
+    with suppress(RuntimeError):
+        made._cache = cache(function)
+    made.compile()
+    return made
+
+
+__all__ = [
+    "VERSIONS",
+    "Array",
+    "CPUDispatcher",
+    "FunctionCache",
+    "IndexDataCacheFile",
+    "LinkingCompiler",
+    "NumbaExperimentalFeatureWarning",
+    "Type",
+    "add_symbol",
+    "alone",
+    "arrayobj",
+    "at_an_address",
+    "cgutils",
+    "check",
+    "compiler_lock",
+    "entry",
+    "intrinsic",
+    "ir",
+    "llvmlite",
+    "lower_builtin",
+    "lowered",
+    "misfit",
+    "models",
+    "numba",
+    "overload",
+    "register_model",
+    "types",
+]

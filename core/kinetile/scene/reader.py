@@ -1,0 +1,251 @@
+"""The reader of scenes: from arguments, or from what a file has in their places, to the fields of a scene.
+
+Each check runs here, once for each scene, and every mistake has the place at which its value stands, in the
+arguments or in the file. A value that a file has in the wrong form has been reported before it comes here,
+and is not reported again at its place.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kinetile.errors import Mistake, SceneError
+from kinetile.kernel.clock import Clock, time_unit
+from kinetile.scene.bodies import Bodies, Bools, check_bodies, read_arrays
+from kinetile.scene.checks import (
+    Extent,
+    abridged,
+    check_frame,
+    check_pace,
+    check_periodic,
+    check_turn,
+    check_unit,
+    shown,
+)
+from kinetile.scene.commands import (
+    Command,
+    Insert,
+    Turn,
+    check_command,
+    check_presence,
+    check_shaped,
+    numbered,
+    speeds,
+)
+from kinetile.scene.responses import SceneRules, read_rules
+from kinetile.scene.settings import Settings, check_end, check_settings
+from kinetile.scene.shapes import Obstacle, Table, are_given, beside, read_table
+
+
+class Given(NamedTuple):
+    """What a scene is made from: the arguments of ``Scene``, in any form, and obstacles after its bodies.
+
+    ``until`` is the end as a file has it, where the settings have it as a float.
+    """
+
+    position: Any
+    velocity: Any
+    radius: Any = None
+    mass: Any = 1.0
+    arena: Any = None
+    turns: Any = ()
+    start: Any = 0.0
+    settings: Any = None
+    origin: Any = None
+    commands: Any = ()
+    unit: Any = None
+    kind: Any = None
+    responses: Any = None
+    kinds: Any = None
+    periodic: Any = ""
+    shape: Any = None
+    shapes: Any = ()
+    obstacles: Sequence[Obstacle] = ()
+    until: Any = None
+
+
+class FilePlaces(NamedTuple):
+    """Where values stand in a file, and what has been found wrong there before they are read.
+
+    Attributes:
+        source: the file, as messages name it.
+        mistakes: those that were found before.
+        faults: places of values that are missing or of a wrong type, and have been reported.
+        unread: for the name of a column, (n,) the bodies that have no such value in the right form.
+        complete: whether all bodies, commands and kinds could be read.
+        turns: the place of each turn.
+        commands: the place of each command.
+    """
+
+    source: str | None = None
+    mistakes: Sequence[Mistake] = ()
+    faults: Collection[str] = ()
+    unread: Mapping[str, Bools] = {}
+    complete: bool = True
+    turns: Sequence[str] | None = None
+    commands: Sequence[str] | None = None
+
+
+NO_FILE = FilePlaces()
+"""The places of arguments that do not come from a file."""
+
+
+def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
+    """Returns the values of a scene's fields; raises SceneError with every mistake, those of the file too."""
+    mistakes: list[Mistake] = []
+    settings = _read_settings(given, mistakes)
+    bodies = _read_bodies(given, places.unread, mistakes)
+    framed = check_frame(given.arena, given.start, settings.until if given.until is None else given.until)
+    amiss = {mistake.where for mistake in framed}
+    wrong = check_periodic(given.periodic, given.arena is not None)
+    mistakes += framed + wrong
+    known_arena = given.arena is not None and "arena" not in amiss
+    sides = (float(given.arena[0]), float(given.arena[1])) if known_arena else None
+    extent = None if sides is None else Extent(sides, "" if wrong else given.periodic)
+    commands = _listed("commands", given.commands, "a sequence of commands", places.commands, mistakes)
+    rules = _read_rules(given, len(bodies), commands, places.complete, mistakes)
+    mistakes += check_bodies(bodies, extent, (rules.kind, rules.passing))
+    start = None if "start" in amiss else float(given.start)
+    right = "a sequence of turns: (body, time, (vx, vy))"
+    turns = _listed("turns", given.turns, right, places.turns, mistakes)
+    for where, turn in turns:
+        mistakes += check_turn(turn, where, len(bodies), start)
+    for where, command in commands:
+        mistakes += check_command(command, where, start, extent)
+    if bodies.table is not None:
+        mistakes += check_shaped("" if wrong else given.periodic, commands)
+    mistakes += check_unit(given.unit) + check_settings(settings)
+    _raise(mistakes, places)
+
+    # Each value is right by itself. What follows needs the clock, and so all of them.
+    start = float(given.start)
+    unit = None if given.unit is None else float(given.unit)
+    first = rules.kinds[0] if rules.kinds != (0,) else None
+    apart = ((where, Turn(*turn)) for where, turn in turns)
+    every = [*sorted(apart, key=lambda pair: (pair[1].time, pair[1].body)), *commands]
+    known = numbered([command for _, command in every], len(bodies), first)
+    clock = Clock(start, unit or _time_unit(bodies, sides, known))
+    order = _order(known, clock)
+    kept = tuple(known[k] for k in order)
+    mistakes = check_pace(start, clock.unit)
+    mistakes += check_presence(kept, [every[k][0] for k in order], len(bodies))
+    _raise(mistakes + check_end(settings, clock), places)
+    table = bodies.table or Table((), np.full(len(bodies), -1), np.zeros(len(bodies), dtype=np.bool_))
+    arrays = {name: getattr(bodies, name) for name in _COLUMNS} | {"shape": table.index}
+    for array in (*arrays.values(), rules.kind):
+        array.flags.writeable = False
+    return arrays | {
+        "arena": sides,
+        "commands": kept,
+        "start": start,
+        "unit": unit,
+        "time_unit": clock.unit,
+        "kind": tuple(rules.kinds[each] for each in rules.kind.tolist()),
+        "responses": rules.responses,
+        "settings": settings,
+        "origin": dict(given.origin or {}),
+        "periodic": given.periodic,
+        "shapes": table.shapes,
+        "kinds": rules.kinds,
+        "kind_numbers": rules.kind,
+    }
+
+
+_COLUMNS = ("position", "velocity", "radius", "mass")
+
+
+def _raise(mistakes: Sequence[Mistake], places: FilePlaces) -> None:
+    """Raises SceneError if there are mistakes, of the file or others."""
+    found = [*places.mistakes, *(each for each in mistakes if each.where not in places.faults)]
+    if found:
+        raise SceneError(abridged(found), places.source)
+
+
+def _read_settings(given: Given, mistakes: list[Mistake]) -> Settings:
+    if given.settings is not None and not isinstance(given.settings, Settings):
+        mistakes.append(Mistake("settings", shown(given.settings), "kinetile.Settings(...), or None"))
+    if given.origin is not None and not isinstance(given.origin, Mapping):
+        said = "a mapping that says where the scene is from"
+        mistakes.append(Mistake("origin", shown(given.origin), said))
+    return given.settings if isinstance(given.settings, Settings) else Settings()
+
+
+def _read_bodies(given: Given, unread: Mapping[str, Bools], mistakes: list[Mistake]) -> Bodies:
+    """Returns the bodies, and the obstacles after them; appends what makes their columns unreadable."""
+    shaped = are_given(given.shape, given.shapes)
+    if (given.radius is not None) == shaped:
+        both = ("radii beside shapes", "one of the two: a shape has its own radius")
+        mistakes.append(Mistake("radius", *(both if shaped else ("nothing", "radii, or shapes"))))
+    columns = {name: getattr(given, name) for name in _COLUMNS}
+    if shaped or given.radius is None:
+        columns["radius"] = 1.0
+    bodies = read_arrays(columns, unread, mistakes)
+    if shaped:
+        table = read_table(given.shape, given.shapes, len(bodies), mistakes, unread.get("shape"))
+        unknown = {**bodies.unknown, "radius": table.unknown}
+        bodies = replace(bodies, radius=table.radius, unknown=unknown, table=table)
+    if given.obstacles:
+        bodies = _with_obstacles(bodies, given.obstacles)
+    return replace(bodies, table=None) if bodies.table is not None and bodies.table.discs else bodies
+
+
+def _with_obstacles(bodies: Bodies, obstacles: Sequence[Obstacle]) -> Bodies:
+    table = beside(bodies.table, bodies.radius, bodies.unknown["radius"], obstacles)
+    known = np.zeros(len(obstacles), dtype=np.bool_)
+    return Bodies(
+        position=np.concatenate([bodies.position, [each.position for each in obstacles]]),
+        velocity=np.concatenate([bodies.velocity, [each.velocity for each in obstacles]]),
+        radius=np.append(bodies.radius, [each.shape.reach for each in obstacles]),
+        mass=np.append(bodies.mass, np.full(len(obstacles), math.inf)),
+        unknown={name: np.append(which, known) for name, which in bodies.unknown.items()},
+        table=table,
+    )
+
+
+def _listed(
+    name: str, given: Any, right: str, places: Sequence[str] | None, mistakes: list[Mistake]
+) -> list[tuple[str, Any]]:
+    """Returns the values of a sequence, each with its place; none, and a mistake, for anything else."""
+    try:
+        values = list(given)
+    except TypeError:
+        mistakes.append(Mistake(name, shown(given), right))
+        values = []
+    return [*zip(places or [f"{name}[{k}]" for k in range(len(values))], values, strict=True)]
+
+
+def _read_rules(
+    given: Given, bodies: int, commands: Sequence[tuple[str, Any]], complete: bool, mistakes: list[Mistake]
+) -> SceneRules:
+    kind, kinds = given.kind, given.kinds
+    if given.obstacles:
+        own = [each.kind for each in given.obstacles]
+        kind = [*kind, *own]
+        kinds = [*kinds, *own] if isinstance(kinds, list | tuple) else kinds
+    coming = [(f"{where}.kind", each.kind) for where, each in commands if isinstance(each, Insert)]
+    return read_rules(kind, given.responses, bodies, coming, mistakes, kinds, complete)
+
+
+def _time_unit(bodies: Bodies, arena: tuple[float, ...] | None, commands: Sequence[Command]) -> float:
+    """Returns the power of two, at most 1, in which the clock of a scene counts unless it says another."""
+    if len(bodies) == 0 and (arena is None or not commands):
+        return 1.0
+    extent = max(arena) if arena else float(np.abs(bodies.position).max() + bodies.radius.max())
+    squares = [float((bodies.velocity**2).sum(axis=1).max())] if len(bodies) else []
+    return time_unit(extent, math.sqrt(max([*squares, *speeds(commands)], default=0.0)))
+
+
+def _order(commands: Sequence[Command], clock: Clock) -> list[int]:
+    """Returns the places of commands in the order of the ticks at which they run."""
+
+    def when(k: int) -> Any:
+        time, at = commands[k].time, commands[k].at
+        return (clock.tick_of(time, at), at[2] if at else 0) if exact else time
+
+    exact = any(command.at is not None for command in commands)
+    return sorted(range(len(commands)), key=when)

@@ -1,1 +1,0 @@
-"""Times of contact of two discs: hard families of queries, and answers compared with the exact ticks."""

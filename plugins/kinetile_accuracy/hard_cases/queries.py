@@ -1,0 +1,277 @@
+"""The part ``queries`` of the report: when do two discs meet, in hard cases, and how right is the answer?
+
+The kernel's answer must be the exact tick, and anchoring two discs at their tick must not make them overlap
+by more than the proved bound. It is the answer of the hook that the narrow phase ``disc`` brings to the main
+loop, on the kernel's own tables; beside it stands the textbook's, which shows the difficulty. Families are
+never pooled: an average over easy and hard queries says nothing about either.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from decimal import Decimal, localcontext
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+
+import kinetile as kt
+from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.tables import allocate
+from kinetile.toolbox import NEVER, Kernel
+from kinetile_accuracy.drawing import LOOKS, is_narrow, legend_below, new_figure
+from kinetile_accuracy.hard_cases.families import FAMILIES, Family, Queries, Ticks
+from kinetile_accuracy.sections import (
+    Budget,
+    Claim,
+    Column,
+    ReportFigure,
+    ReportProgress,
+    Section,
+    Table,
+    number,
+)
+from kinetile_accuracy.specification.arithmetic import UNIT_TICKS, FlightPlan, PairQuadratic, pair_tick
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+COUNTS: dict[Budget, int] = {"quick": 4_000, "normal": 20_000, "full": 100_000}
+"""Queries of a family."""
+
+BATCH, BATCHES = 500, 200
+"""Queries that are timed together, and how many such batches."""
+
+KERNEL, TEXTBOOK = "kernel", "textbook"
+
+
+@dataclass(frozen=True)
+class QueryRow:
+    """The answers of one form to one family; R is the sum of the radii."""
+
+    family: Annotated[str, Column("the family's name", "family")]
+    about: Annotated[str, Column("what its queries are")]
+    form: Annotated[str, Column("the kernel's form, or the textbook's", "form")]
+    queries: Annotated[int, Column("how many", "queries")]
+    hits: Annotated[int, Column("how many of them meet", "hits")]
+    wrong: Annotated[int, Column("answers that are not the exact tick, or not the exact none", "wrong")]
+    missed: Annotated[int, Column("contacts that were not found", "missed")]
+    false: Annotated[int, Column("contacts that were found and are none", "false")]
+    depth: Annotated[float, Column("the deepest overlap once both are anchored at the tick", "depth / R")]
+    depth_rho: Annotated[float, Column("the same by rho, the bound of that rounding", "depth / rho")]
+    ns: Annotated[float | None, Column("CPU time of a query in compiled code, median of batches", "ns")]
+
+
+def measure(budget: Budget, progress: ReportProgress) -> Section:
+    """Puts every family to both forms."""
+    rows: list[QueryRow] = []
+    for done, family in enumerate(FAMILIES):
+        progress(f"queries: {family.name}", done, len(FAMILIES))
+        rows += measure_family(family, COUNTS[budget])
+    progress("queries", len(FAMILIES), len(FAMILIES))
+    return Section(
+        name="queries",
+        title="When two discs meet: hard cases",
+        about=(
+            f"{COUNTS[budget]:,} queries of each family, put to the kernel's form (narrow phase disc) and to "
+            "the textbook's, (-b - sqrt(b^2 - ac)) / a, in ticks of 2^-52, rounded down. Whether two discs "
+            "meet, and in which tick, is computed in exact integers. Depth is how far the discs overlap when "
+            "both are anchored at the tick, which rounds their places to doubles. ns are CPU time in a loop "
+            f"over {BATCH} independent queries, less an empty loop's; inside a run a query waits for memory "
+            "as well."
+        ),
+        findings=query_findings(rows),
+        tables=(Table("families", "Each family put to each form.", tuple(rows)),),
+        pictures=(
+            ReportFigure(
+                "depth",
+                "The deepest overlap of discs that are anchored at the answer, in units of rho, by family "
+                "and form; the dashed line is the bound that is proved for exact ticks. At the left edge: "
+                "less, or none.",
+                lambda: draw_rows(rows),
+            ),
+        ),
+        claims=query_claims(rows),
+        left_out=(
+            "Contacts 1,024 units of time or more after the later anchor: bodies are anchored anew before.",
+        ),
+    )
+
+
+def query_claims(rows: list[QueryRow]) -> tuple[Claim, ...]:
+    """Returns what must hold for the kernel's form in every family, and what was found."""
+    ours = [row for row in rows if row.form == KERNEL]
+    of_all = f"of {sum(row.queries for row in ours):,} queries"
+    wrong, missed, false = (sum(getattr(row, name) for row in ours) for name in ("wrong", "missed", "false"))
+    deepest = max(row.depth_rho for row in ours)
+    return (
+        Claim(
+            "Every answer is the exact tick, grazes, tangency and simultaneous contacts included",
+            f"{wrong:,} {of_all} differ from the integer one: {missed:,} contacts missed, {false:,} invented",
+            not wrong,
+        ),
+        Claim(
+            "Discs anchored at a contact overlap by no more than the rounding of their places, rho",
+            f"at most {number(deepest)} rho",
+            deepest <= 1.0,
+        ),
+    )
+
+
+def query_findings(rows: list[QueryRow]) -> tuple[str, ...]:
+    """Returns what the rows of all families show beside the claims, in sentences."""
+    others = [row for row in rows if row.form == TEXTBOOK]
+    worst = max(others, key=lambda row: row.depth)
+    shares = [row.wrong / row.queries for row in others]
+    missed, false = (sum(getattr(row, name) for row in others) for name in ("missed", "false"))
+    costs = [row.ns for row in rows if row.ns is not None]
+    return (
+        f"The textbook's form: {min(shares):.0%} to {max(shares):.0%} of the answers, by family, are not the "
+        f"exact ones; it misses {missed:,} contacts and finds {false:,} that are none; discs overlap by up "
+        f"to {number(worst.depth)} R ({worst.family}).",
+        f"A query costs {min(costs):,.0f} to {max(costs):,.0f} ns of CPU time, by family (medians).",
+    )
+
+
+def measure_family(family: Family, count: int) -> list[QueryRow]:
+    """Puts one family to both forms, and returns a row for each."""
+    queries = family.draw(count)
+    ns = nanoseconds(queries)
+    return [
+        query_row(family, KERNEL, queries, kernel_ticks(queries), ns),
+        query_row(family, TEXTBOOK, queries, textbook_ticks(queries)),
+    ]
+
+
+def query_row(family: Family, form: str, queries: Queries, ticks: Ticks, ns: float | None = None) -> QueryRow:
+    """Returns the row of the answers of a form to queries, compared with the exact ticks."""
+    plans = queries.plans()
+    exact = [pair_tick(*pair) for pair in plans]
+    answers = [None if tick == NEVER else tick for tick in ticks.tolist()]
+    pairs = list(zip(answers, exact, strict=True))
+    both = [found is not None and right is not None for found, right in pairs]
+    depths = [
+        depth_at(*each)
+        for each, right in zip(zip(plans, ticks.tolist(), strict=True), both, strict=True)
+        if right
+    ]
+    return QueryRow(
+        family=family.name,
+        about=family.about,
+        form=form,
+        queries=len(pairs),
+        hits=sum(right is not None for right in exact),
+        wrong=sum(found != right for found, right in pairs),
+        missed=sum(found is None and right is not None for found, right in pairs),
+        false=sum(found is not None and right is None for found, right in pairs),
+        depth=max((by_reach for by_reach, _ in depths), default=0.0),
+        depth_rho=max((by_rho for _, by_rho in depths), default=0.0),
+        ns=ns,
+    )
+
+
+def depth_at(plans: tuple[FlightPlan, FlightPlan], tick: int) -> tuple[float, float]:
+    """Returns how far two discs overlap once both are anchored at a tick, in R and in rho.
+
+    rho is 16 u X, X the largest coordinate of the flight and u = 2^-53. What the discs overlap at the later
+    of their anchors does not count.
+    """
+    pair = PairQuadratic(*plans)
+    places = [plan.rounded_place(tick, 1.0 / UNIT_TICKS) for plan in plans]
+    coordinates = [*places[0], *places[1], *(each for plan in plans for each in (plan.x, plan.y))]
+    with localcontext(prec=60):
+        reach, *start = (Decimal(whole) / (1 << pair.bits) for whole in (pair.reach, pair.dx, pair.dy))
+        end = [Decimal(far) - Decimal(near) for near, far in zip(*places, strict=True)]
+        before, after = ((x * x + y * y).sqrt() for x, y in (start, end))
+        depth = max(min(before, reach) - after, Decimal(0))
+        return float(depth / reach), float(depth) / (16.0 * 2.0**-53 * max(map(abs, coordinates)))
+
+
+# The forms
+
+
+def textbook_ticks(queries: Queries) -> Ticks:
+    """Returns (m,) the ticks by (-b - sqrt(b^2 - ac)) / a, from the later of two anchors on."""
+    since = queries.anchor.max(axis=1)
+    flown = (since[:, None] - queries.anchor) / UNIT_TICKS
+    place = queries.position + queries.velocity * flown[..., None]
+    d, v = place[:, 1] - place[:, 0], queries.velocity[:, 1] - queries.velocity[:, 0]
+    a, b = (v * v).sum(axis=1), (d * v).sum(axis=1)
+    root = b * b - a * ((d * d).sum(axis=1) - queries.radius.sum(axis=1) ** 2)
+    after = np.maximum((-b - np.sqrt(np.maximum(root, 0.0))) / a, 0.0)
+    met = (b < 0.0) & (root > 0.0) & (after < 1024.0)
+    return np.where(met, since + (np.where(met, after, 0.0) * UNIT_TICKS).astype(np.int64), NEVER)
+
+
+meet = to_be_filled_in
+
+
+def ticks_of_all(k: Kernel, answers: Any, first: int, last: int) -> None:
+    """Writes the ticks by ``meet`` of bodies 2i and 2i + 1, for every i from ``first`` to before ``last``."""
+    k = disowned(k)
+    for i in range(first, last):
+        answers[i] = meet(k, 2 * i, 2 * i + 1)
+
+
+def kernel_ticks(queries: Queries) -> Ticks:
+    """Returns (m,) the kernel's ticks for m queries; NEVER for no contact.
+
+    Raises RuntimeError where the kernel reports a fault of the bodies.
+    """
+    k, answers, loop = _prepared(queries)
+    loop(k, answers, 0, len(queries))
+    if k.clock[0].fault.code:
+        raise RuntimeError(f"fault {k.clock[0].fault.code} at the bodies of query {k.clock[0].fault.a // 2}")
+    return answers
+
+
+def nanoseconds(queries: Queries) -> float:
+    """Returns the CPU nanoseconds of a query in the kernel: the median of batches, each of queries that are
+    one after another in memory, less what an empty batch takes."""
+    k, answers, loop = _prepared(queries)
+    size = min(BATCH, len(queries))
+    taken: dict[int, list[int]] = {0: [], size: []}
+    for batch in range(BATCHES):
+        first = batch * size % (len(queries) - size + 1)
+        for many, times in taken.items():
+            began = time.thread_time_ns()
+            loop(k, answers, first, first + many)
+            times.append(time.thread_time_ns() - began)
+    empty, full = (float(np.median(times)) for times in taken.values())
+    return max(full - empty, 0.0) / size
+
+
+def _prepared(queries: Queries) -> tuple[Kernel, Ticks, Callable[..., None]]:
+    """Returns tables with the discs of query i as bodies 2i and 2i + 1, room for answers, and the loop."""
+    k = allocate(2 * len(queries), near=0, log_rows=0)
+    k.bodies.x, k.bodies.y = queries.position.reshape(-1, 2).T
+    k.bodies.vx, k.bodies.vy = queries.velocity.reshape(-1, 2).T
+    k.bodies.radius = queries.radius.ravel()
+    k.bodies.anchor = queries.anchor.ravel()
+    k.bodies.last = -1
+    clock = k.clock[0]
+    clock.tick, clock.per_time = 1.0 / UNIT_TICKS, float(UNIT_TICKS)
+    scene = kt.Scene([(0.0, 0.0), (3.0, 0.0)], [(0.0, 0.0), (0.0, 0.0)], 1.0, mass=[1.0, 2.0])
+    disc = kt.registry().narrow_phase("disc")().prepare(scene)
+    loop = compose(ticks_of_all, {"meet": disc.meet}, "ask", Kernel)
+    return k, np.zeros(len(queries), np.int64), loop
+
+
+def draw_rows(rows: list[QueryRow]) -> Figure:
+    """Draws the depth of each row, families one below the other."""
+    families = list(dict.fromkeys(row.family for row in rows))
+    figure, panel = new_figure(1, height=1.0 + 0.26 * len(families))
+    panel.set(xscale="log", ylim=(len(families) - 0.5, -0.5), xlabel="deepest overlap at the answer / rho")
+    panel.set_yticks(range(len(families)), families)
+    panel.tick_params(axis="y", length=0, labelsize=6.5 if is_narrow(figure) else 8.0)
+    panel.grid(True, axis="y")
+    for form, (colour, marker, _) in zip((KERNEL, TEXTBOOK), LOOKS, strict=False):
+        some = [row for row in rows if row.form == form]
+        places = [families.index(row.family) for row in some]
+        depths = [max(row.depth_rho, 0.02) for row in some]
+        panel.plot(depths, places, marker, color=colour, markersize=4, clip_on=False, label=form)
+    panel.axvline(1.0, color="black", linewidth=0.9, linestyle="--", zorder=1)
+    panel.set_xlim(left=0.015)
+    legend_below(figure, 2)
+    return figure

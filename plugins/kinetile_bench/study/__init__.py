@@ -1,0 +1,154 @@
+"""Studies: tables of scenes, phases and seeds, run task by task, stopped, continued and read."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import closing
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from kinetile.errors import BadOption, one_of
+from kinetile_bench.study.plan import read_plan, read_plan_file
+from kinetile_bench.study.rows import Agreement, RowFile
+from kinetile_bench.study.summary import summary_of
+from kinetile_bench.study.task import DONE, REFUSED, STATUSES, Row, Task, tasks_of
+from kinetile_bench.study.workers import rows_of
+
+
+class StudyStatus(NamedTuple):
+    """How a study stands.
+
+    Attributes:
+        total: how many tasks it has.
+        statuses: how many rows there are of each status.
+        open: how many tasks have no row yet.
+        ran: how many rows came in this run.
+        others: rows in the file that are of no task: of other versions, or of what the study had before.
+        disagreements: in a sentence each, rows that should have one list of contacts and have two.
+    """
+
+    total: int
+    statuses: Mapping[str, int]
+    open: int
+    ran: int
+    others: int
+    disagreements: tuple[str, ...]
+
+    @property
+    def well(self) -> bool:
+        """Whether no row failed, was lost, or disagrees with another."""
+        return not set(self.statuses) - {DONE, REFUSED}
+
+
+class Study:
+    """A study, from a file or from its tables.
+
+    Args:
+        source: a TOML file, or a mapping as in such a file.
+        results: the SQLite file of the rows; None: what the study says, or its file's name with ``.sqlite``.
+
+    Raises:
+        OSError: the file cannot be read.
+        StudyError: it is no study; all mistakes are listed.
+        BadOption: it is given by its tables, and neither they nor ``results`` name a file.
+    """
+
+    def __init__(
+        self,
+        source: str | os.PathLike[str] | Mapping[str, Any],
+        results: str | os.PathLike[str] | None = None,
+    ) -> None:
+        if isinstance(source, Mapping):
+            self.plan, usual = read_plan(source), None
+        else:
+            self.plan, usual = read_plan_file(source), Path(source).with_suffix(".sqlite")
+        found = (self.plan.results or usual) if results is None else Path(results)
+        if found is None:
+            raise BadOption("a study that is given by its tables needs results: the name of a file")
+        self.results = found
+        self.tasks: Mapping[str, Task] = {task.key: task for task in tasks_of(self.plan)}
+        """All tasks by their keys, in the order of the file."""
+
+    def run(
+        self,
+        executor: Executor | None = None,
+        *,
+        workers: int | None = None,
+        again: Sequence[str] = (),
+        progress: Callable[[int, int], None] | None = None,
+        disagreed: Callable[[str], None] | None = None,
+    ) -> StudyStatus:
+        """Runs all tasks that have no row yet; returns how the study stands then.
+
+        Args:
+            executor: any of ``concurrent.futures``, a Dask client's among them; it is not shut down. None:
+                processes of this machine.
+            workers: how many processes (None: one a processor), or how many tasks the executor is given at
+                one time (None: all).
+            again: statuses ("failed", "lost", ...) whose rows are forgotten and whose tasks run again.
+            progress: called after each row, and now and then, with the number of rows and that of tasks; what
+                it raises ends the run, and all rows that have come are in the file.
+            disagreed: called at once with a sentence where a row has other contacts than one of its scene.
+
+        Raises:
+            StudyStopped: the workers cannot go on, or have other versions; a later run can.
+            RecordError: rows cannot be written.
+            BadOption: a status that does not exist, or no workers.
+        """
+        if workers is not None and workers < 1:
+            raise BadOption(f"workers is {workers}; expected a number, at least 1")
+        for status in again:
+            if status not in STATUSES:
+                raise BadOption(f"again is {status!r}; expected {one_of(status, STATUSES)}")
+        file = RowFile(self.results)
+        # This writes in any case: a file that cannot be written is reported before a task runs in vain.
+        file.forget([row["key"] for row in self.rows() if row["status"] in again])
+        there = {row["key"]: row for row in file.read() if row["key"] in self.tasks}
+        todo = [task for key, task in self.tasks.items() if key not in there]
+        agreement, done = Agreement(there.values()), len(there)
+        with closing(rows_of(todo, executor, workers)) as rows:
+            for row in rows:
+                if row is not None:
+                    file.put(row)
+                    done += 1
+                    sentence = agreement.add(row)
+                    if sentence is not None and disagreed is not None:
+                        disagreed(sentence)
+                if progress is not None:
+                    progress(done, len(self.tasks))
+        return self.status()._replace(ran=done - len(there))
+
+    def status(self) -> StudyStatus:
+        """Returns how the study stands."""
+        every = RowFile(self.results).read()
+        rows = [row for row in every if row["key"] in self.tasks]
+        agreement = Agreement(rows)
+        return StudyStatus(
+            total=len(self.tasks),
+            statuses=dict(Counter(agreement.judged(row)["status"] for row in rows)),
+            open=len(self.tasks) - len(rows),
+            ran=0,
+            others=len(every) - len(rows),
+            disagreements=tuple(agreement.disagreements),
+        )
+
+    def rows(self) -> list[Row]:
+        """Returns the rows of all tasks that have one, as tables of their columns, in the order of the tasks.
+
+        A row's status is "disagrees" where another one of the same scene has other contacts.
+        """
+        there = {row["key"]: row for row in RowFile(self.results).read()}
+        rows = [
+            there[key] | {"recipe": task.scene.name, "phase": task.phase}  # both as the study has them today
+            for key, task in self.tasks.items()
+            if key in there
+        ]
+        return list(map(Agreement(rows).judged, rows))
+
+    def table(self, y: str | None = None) -> dict[str, Any]:
+        """Returns, for each scene and phase, the mean of a column over seeds, and its ratio to that of the
+        first phase; ``y`` is the column, by default CPU seconds. Raises BadOption for one without numbers."""
+        return summary_of(self.plan, self.rows(), y)

@@ -1,0 +1,343 @@
+"""Plan of a study: what its file says, checked in full before anything runs.
+
+A value of a parameter is that value in every scene; a list is each of its values in scenes of their own. So a
+parameter that takes several numbers itself, such as ``radii``, has lists in a list.
+
+All mistakes of a file are reported at once, each with its path. What cannot be used is left out of the
+checks that follow, so that one mistake is not reported twice.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from kinetile import Scene, make_scene, registry
+from kinetile.errors import Mistake, SceneError, StudyError, UnknownName, one_of
+from kinetile.plugin.choices import read_phase
+from kinetile.plugin.parameters import Parameter
+from kinetile.plugin.specs import Kind
+from kinetile.run.compose import check_options
+from kinetile.run.observing import check_observable
+from kinetile.scene.by_name import (
+    complete_parameters,
+    holds_several,
+    parameter_mistakes,
+    recipe_parameters,
+)
+from kinetile.scene.checks import abridged, is_finite, shown
+from kinetile.scene.files import loads_scene
+from kinetile.scene.schema import read_bytes, read_tables
+
+MOST_TASKS = 200_000
+"""All tasks of a study are in memory while it runs: some hundred megabytes."""
+
+Named = tuple[Kind, str]
+"""A kind of plugin, and a name of that kind."""
+
+
+class StudyScene(NamedTuple):
+    """A scene of a study, and the end of its runs.
+
+    Attributes:
+        name: the recipe, or the file as the study names it.
+        parameters: all parameters of the recipe, defaults among them; of a file, none.
+        until, contacts: the end of each run: a time, a number of contacts, or whichever comes first.
+        named: the recipe; of a file, all that it names beside a broad phase.
+        content: the text of the file; None for a recipe.
+    """
+
+    name: str
+    parameters: Mapping[str, Any]
+    until: float | None
+    contacts: int | None
+    named: tuple[Named, ...]
+    content: str | None = None
+
+    def make(self) -> Scene:
+        """Returns the scene: of the file's text, or as the recipe makes it."""
+        if self.content is None:
+            return make_scene(self.name, **self.parameters)
+        return loads_scene(self.content, self.name)
+
+
+class StudyPlan(NamedTuple):
+    """What a study runs: every phase on every scene, ``repeats`` times, with these observables.
+
+    ``results`` is the file of the rows, where the study names one.
+    """
+
+    scenes: tuple[StudyScene, ...]
+    phases: tuple[str, ...]
+    repeats: int
+    observe: tuple[str, ...]
+    results: Path | None
+
+
+Keys = Mapping[str, tuple[str, Callable[[Any], bool]]]
+"""Keys of a table: what is expected of each value, and whether a value is that."""
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str) and value.isprintable() and bool(value)
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_count(value: Any) -> bool:
+    return _is_whole(value) and 1 <= value < 2**63
+
+
+def _is_list(value: Any, check: Callable[[Any], bool] = _is_text) -> bool:
+    return isinstance(value, list | tuple | range) and len(value) > 0 and all(map(check, value))
+
+
+def _are_seeds(value: Any) -> bool:
+    if isinstance(value, int):
+        return _is_whole(value) and 1 <= value <= MOST_TASKS
+    return _is_list(value, _is_whole) and len({*value}) == len(value)
+
+
+_END: Keys = {
+    "until": ("a finite number", is_finite),
+    "contacts": ("a whole number, at least 1", _is_count),
+}
+STUDY_KEYS: Keys = {
+    "phases": ('a list of broad phases, such as ["naive", "sap-1d:axis=y"]', _is_list),
+    "scenes": ("[[scenes]] tables", lambda value: _is_list(value, lambda _: True)),
+    "seeds": ("how many seeds from 1 on, or a list of whole numbers, each once", _are_seeds),
+    "repeats": ("a whole number, at least 1", _is_count),
+    "observe": ('a list of observables, such as ["pressure", "msd:every=0.1"]', _is_list),
+    "results": ("the name of a file in the study's folder, or an absolute path", _is_text),
+    **_END,
+}
+SCENE_KEYS: Keys = {
+    "recipe": ("the name of a recipe", _is_text),
+    "file": ("the name of a scene file", _is_text),
+    "parameters": ("a table of the recipe's parameters", lambda value: isinstance(value, Mapping)),
+    **_END,
+}
+
+
+def read_plan_file(path: str | os.PathLike[str]) -> StudyPlan:
+    """Reads a study from a TOML file.
+
+    Raises OSError if the file cannot be read, and StudyError, with every mistake in it, if it is no study.
+    """
+    source = os.fspath(path)
+    try:
+        tables = read_tables(_read_text(path), source)
+    except SceneError as error:  # what reads TOML for scenes
+        raise StudyError(error.mistakes, source) from error
+    return read_plan(tables, source)
+
+
+def _read_text(path: str | os.PathLike[str]) -> str:
+    """Returns the text of a file. Raises OSError, and SceneError where it is not in UTF-8, or too large."""
+    try:
+        return read_bytes(path, None).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        mistake = Mistake(f"byte {error.start}", f"bytes that are not UTF-8 ({error.reason})", "UTF-8")
+        raise SceneError([mistake]) from error
+
+
+def read_plan(tables: Mapping[str, Any], source: str | None = None) -> StudyPlan:
+    """Reads a study from tables; ``source`` is the name of its file. Raises StudyError."""
+    reader = _Reader(tables, Path(source or "").parent)
+    plan = reader.plan()
+    if reader.mistakes:
+        raise StudyError(abridged(reader.mistakes), source)
+    return plan
+
+
+class _Reader:
+    """Reads the tables of a study, and collects mistakes; what a method returns after one is unusable."""
+
+    def __init__(self, tables: Mapping[str, Any], folder: Path) -> None:
+        self.mistakes: list[Mistake] = []
+        self.folder = folder
+        self.tables = tables
+        self.given = self.usable(tables, STUDY_KEYS, "")
+        self.seeds = self.given.get("seeds")
+        if isinstance(self.seeds, int):
+            self.seeds = range(1, self.seeds + 1)
+
+    def wrong(self, where: str, found: str, expected: str) -> None:
+        self.mistakes.append(Mistake(where, found, expected))
+
+    def usable(self, tables: Mapping[str, Any], keys: Keys, where: str) -> dict[str, Any]:
+        """Returns the values that are what their keys expect."""
+        found = {}
+        for key, value in tables.items():
+            if key not in keys:
+                self.wrong(f"{where}{key}", "a key that is not known here", one_of(str(key), keys))
+            elif keys[key][1](value):
+                found[key] = value
+            else:
+                self.wrong(f"{where}{key}", shown(value), keys[key][0])
+        return found
+
+    def plan(self) -> StudyPlan:
+        for key in ("phases", "scenes"):
+            if key not in self.tables:
+                self.wrong(key, "nothing", STUDY_KEYS[key][0])
+        phases = self.texts("phases", "broad phase", _check_phase)
+        observe = self.texts("observe", "observable", check_observable)
+        tables = self.given.get("scenes", ())
+        scenes = [scene for k, each in enumerate(tables) for scene in self.scenes(each, k)]
+        seeded = any("seed" in scene.parameters for scene in scenes)
+        if self.seeds is not None and not self.mistakes and not seeded:
+            self.wrong("seeds", "seeds", "a recipe with a parameter 'seed', or no seeds")
+        repeats = self.given.get("repeats", 1)
+        size = len(scenes) * len(phases) * repeats
+        if size > MOST_TASKS:
+            self.wrong("scenes", f"{size:,} tasks in all", f"at most {MOST_TASKS:,}")
+        results = self.results(self.given.get("results"))
+        return StudyPlan(tuple(scenes), phases, repeats, observe, results)
+
+    def texts(self, key: str, kind: Kind, check: Callable[[str], None]) -> tuple[str, ...]:
+        """Returns the texts of a key, each of which has the name of a plugin of this kind, with options."""
+        texts = self.given.get(key, ())
+        found: list[tuple[str, dict[str, Any]]] = []
+        for k, text in enumerate(texts):
+            try:
+                check(text)
+                name, options = read_phase(text)
+                found.append((registry().spec(kind, name).name, options))
+                if found[-1] in found[:-1]:
+                    self.wrong(f"{key}[{k}]", f"{shown(text)}, which is there already", "each once")
+            except Exception as error:  # it may be a plugin's
+                self.wrong(f"{key}[{k}]", shown(text), f"a registered {kind}: {_reason(error)}")
+        return tuple(texts)
+
+    def results(self, name: str | None) -> Path | None:
+        """Returns the file of the rows. A relative name that leaves the study's folder, by a link or without,
+        is refused: nobody expects a file to be written somewhere above it."""
+        if name is None:
+            return None
+        here, there = map(os.path.realpath, (self.folder, self.folder / name))
+        if not Path(name).is_absolute() and Path(here) not in Path(there).parents:
+            found = f"{shown(name)}, which is outside of the study's folder"
+            self.wrong("results", found, STUDY_KEYS["results"][0])
+        return self.folder / name
+
+    def scenes(self, given: Any, k: int) -> list[StudyScene]:
+        """Returns the scenes of one table, none where it has mistakes."""
+        where = f"scenes[{k}]"
+        if not isinstance(given, Mapping):
+            self.wrong(where, shown(given), "a table with a recipe, or with a file")
+            return []
+        table = self.usable(given, SCENE_KEYS, f"{where}.")
+        if ("recipe" in given) == ("file" in given):
+            found = "a recipe and a file" if "file" in given else "neither recipe nor file"
+            self.wrong(where, found, "one of the two")
+        elif "recipe" in table:
+            return self.recipe(table, given, where)
+        elif "file" in table:
+            return self.file(table, given, where)
+        return []
+
+    def recipe(self, table: Any, given: Any, where: str) -> list[StudyScene]:
+        """Returns the scenes of a recipe: one for each combination of the values of its parameters."""
+        known, name = len(self.mistakes), table["recipe"]
+        end = self.end(table, given, where, None)
+        try:
+            own = {each.name: each for each in recipe_parameters(name)}
+        except UnknownName as error:
+            self.wrong(f"{where}.recipe", shown(name), f"a recipe: {_reason(error)}")
+            return []
+        parameters = dict(table.get("parameters", {}))
+        if self.seeds is not None and "seed" in own:
+            if "seed" in parameters:
+                self.wrong(f"{where}.parameters.seed", "a seed beside seeds", "one of the two")
+            parameters["seed"] = list(self.seeds)
+        values = {
+            key: self.values(name, key, value, own.get(key), f"{where}.parameters.{key}")
+            for key, value in parameters.items()
+        }
+        for each in parameter_mistakes(name, {}):  # those without a default
+            if each.where.removeprefix("parameters.") not in parameters:
+                self.mistakes.append(each._replace(where=f"{where}.{each.where}"))
+        size = math.prod(map(len, values.values()))
+        if size > MOST_TASKS:
+            self.wrong(where, f"{size:,} scenes", f"at most {MOST_TASKS:,}")
+        if len(self.mistakes) > known:
+            return []
+        rows = (dict(zip(values, row, strict=True)) for row in product(*values.values()))
+        complete = (complete_parameters(name, row) for row in rows)
+        cells = ({key: _cell(value) for key, value in row.items()} for row in complete)
+        return [StudyScene(name, row, *end, (("scene", name),)) for row in cells]
+
+    def values(self, recipe: str, key: str, given: Any, own: Parameter | None, where: str) -> list[Any]:
+        """Returns the values of a parameter: each of a list, or the one that is given."""
+        values = given if isinstance(given, list | tuple | range) else [given]
+        if not values:
+            self.wrong(where, "an empty list", "a value, or a list of values")
+        if len({(type(each), repr(each)) for each in values}) < len(values):
+            self.wrong(where, "a value that is there twice", "each value once")
+        flat = values is given and not all(isinstance(each, list | tuple | str) for each in values)
+        if flat and own is not None and holds_several(own):
+            expected = "a list of lists, for each entry is the value of a scene of its own"
+            self.wrong(where, shown(given), f"{expected}: [{shown(given)}] is one scene with all of these")
+            return []
+        for each in values:
+            self.mistakes += [
+                mistake._replace(where=where)
+                for mistake in parameter_mistakes(recipe, {key: each})
+                if mistake.where == f"parameters.{key}"
+            ]
+        return list(values)
+
+    def file(self, table: Any, given: Any, where: str) -> list[StudyScene]:
+        """Returns the scene of a file, with its text: workers need not see the file."""
+        name, place = table["file"], f"{where}.file"
+        if "parameters" in given:
+            self.wrong(f"{where}.parameters", "parameters of a file", "those of a recipe")
+        try:
+            text = _read_text(self.folder / name)
+            scene = loads_scene(text, name)
+        except OSError as error:
+            found = f"{shown(name)}, which cannot be read ({error.strerror or error})"
+            self.wrong(place, found, SCENE_KEYS["file"][0])
+            return []
+        except SceneError as error:
+            self.mistakes += [each._replace(where=f"{place}: {each.where}") for each in error.mistakes]
+            return []
+        end = self.end(table, given, where, scene.settings.until)
+        named: list[Named] = [("response", each.name) for _, each in scene.responses]
+        named += [("narrow phase", each) for each in scene.settings.narrow_phases or ()]
+        named += [("scene", each) for key, each in scene.origin.items() if key == "recipe"]
+        return [StudyScene(name, {}, *end, tuple(dict.fromkeys(named)), text)]
+
+    def end(self, table: Any, given: Any, where: str, own: float | None) -> tuple[float | None, int | None]:
+        """Returns until and contacts: the table's, the study's, or, without both, the scene's own."""
+        until, contacts = (table.get(key, self.given.get(key)) for key in _END)
+        if until is None and contacts is None:
+            until = own
+        if until is None and contacts is None and not _END.keys() & {*given, *self.tables}:
+            self.wrong(f"{where}.until", "nothing", "until or contacts, here or for all scenes")
+        return None if until is None else float(until), contacts
+
+
+def _check_phase(text: str) -> None:
+    """Raises an error, of any kind, unless a broad phase has this name, and can use these options."""
+    name, options = read_phase(text)
+    phase = registry().broad_phase(name)
+    check_options("broad phase", name, phase, options)
+    phase(**options)
+
+
+def _reason(error: Exception) -> str:
+    """Returns the message of an error as one line."""
+    return " ".join(str(error).splitlines())
+
+
+def _cell(value: Any) -> Any:
+    """Returns a parameter's value as a row has it: several numbers are the text that means them."""
+    return ", ".join(map(repr, value)) if isinstance(value, tuple) else value

@@ -1,0 +1,72 @@
+"""What the rows of a study come to: means over seeds with standard errors, and ratios paired by seed."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from kinetile.errors import BadOption, one_of
+from kinetile_bench.study.plan import StudyPlan
+from kinetile_bench.study.task import DONE, Row
+
+
+def summary_of(plan: StudyPlan, rows: Sequence[Row], y: str | None) -> dict[str, Any]:
+    """Returns the results of a column, in plain types: a group for each scene and phase.
+
+    A value of a seed is the mean of its repeats. A ratio is that of the seeds, each on the same scene: the
+    geometric mean, with the standard error of its logarithm.
+    """
+    y = y or "cpu_seconds"
+    numbers = {key for row in rows for key, value in row.items() if isinstance(value, int | float)}
+    if rows and y not in numbers:
+        raise BadOption(f"no column {y!r} of numbers: expected {one_of(y, sorted(numbers))}")
+    scenes: dict[str, tuple[dict[str, Any], dict[str, list[Row]]]] = {}
+    for row in rows:
+        scene = {"recipe": row["recipe"], **row["parameters"]}
+        scene |= {"until": row["until"], "contacts_asked": row["contacts_asked"]}
+        scene.pop("seed", None)
+        _, of_phases = scenes.setdefault(repr(scene), (scene, {phase: [] for phase in plan.phases}))
+        of_phases[row["phase"]].append(row)
+    groups = [
+        {"scene": scene, **group} for scene, of_phases in scenes.values() for group in _groups(of_phases, y)
+    ]
+    names = dict.fromkeys(name for scene, _ in scenes.values() for name in scene)
+    varied = [name for name in names if len({repr(scene.get(name)) for scene, _ in scenes.values()}) > 1]
+    return {"y": y, "base": plan.phases[0], "varied": varied, "groups": groups}
+
+
+def _groups(of_phases: dict[str, list[Row]], y: str) -> Iterator[dict[str, Any]]:
+    """Yields the results of each phase on a scene; ratios are to the first of them."""
+    base: dict[int, float] | None = None
+    for phase, rows in of_phases.items():
+        by_seed: dict[int, list[float]] = {}
+        for row in rows:
+            if row["status"] == DONE and row.get(y) is not None:
+                by_seed.setdefault(row["parameters"].get("seed", 0), []).append(float(row[y]))
+        values = {seed: statistics.fmean(each) for seed, each in by_seed.items()}
+        pairs = [(value, base.get(seed, 0.0)) for seed, value in values.items()] if base else []
+        mean, error = _mean(list(values.values()))
+        ratio, ratio_error = _mean([math.log(one / other) for one, other in pairs if one > 0.0 < other])
+        odd = Counter(row["status"] for row in rows if row["status"] != DONE)
+        base = values if base is None else base
+        yield {
+            "phase": phase,
+            "rows": len(rows),
+            "odd": ", ".join(f"{count} {status}" for status, count in odd.items()),
+            "contacts": _mean([row["contacts"] for row in rows if row["status"] == DONE])[0],
+            "mean": mean,
+            "error": error,
+            "ratio": None if ratio is None else math.exp(ratio),
+            "ratio_error": None if ratio_error is None or ratio is None else math.exp(ratio) * ratio_error,
+        }
+
+
+def _mean(values: Sequence[float]) -> tuple[float | None, float | None]:
+    """Returns the mean and its standard error; None where there are too few values."""
+    if not values:
+        return None, None
+    error = statistics.stdev(values) / math.sqrt(len(values)) if len(values) > 1 else None
+    return statistics.fmean(values), error

@@ -1,0 +1,198 @@
+"""Tasks: one run each, with a key that is a hash of all that determines the result.
+
+Two tasks have one *course* where they must have one list of contacts: the same scene to the same end, by the
+same code, whatever the broad phase and the observables.
+
+A result depends on the versions of kinetile and of the plugins too. A package under development keeps its
+version while its code changes, so plugins go by their version and by a digest of their sources: no row of
+yesterday's code is taken for one of today's.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+import platform
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+from kinetile import ANSWER, Simulation, __version__, registry
+from kinetile.errors import KinetileError, Refused, UnknownName, printable
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.plugin.choices import read_phase
+from kinetile.plugin.specs import Kind
+from kinetile_accuracy.environment import environment
+from kinetile_bench.study.plan import Named, StudyPlan, StudyScene
+
+Row = dict[str, Any]
+"""A task that has ended: what it is, and its result."""
+
+DONE, REFUSED, FAILED, LOST, DISAGREES = "done", "refused", "failed", "lost", "disagrees"
+STATUSES = (DONE, REFUSED, FAILED, LOST, DISAGREES)
+"""The ends of a task, as its row has them. ``LOST``: its worker died."""
+
+Source = tuple[Kind | Literal["framework"], str, str]
+"""What a result depends on: its kind, its name, and the package and version that it comes from."""
+
+
+class StudyStopped(KinetileError, RuntimeError):
+    """A study cannot go on; the rows of all finished tasks are in its file."""
+
+
+class Task(NamedTuple):
+    """One run.
+
+    Attributes:
+        key: the hash of all that determines the result.
+        course: the hash of what determines the contacts.
+        scene: the scene and the end of the run.
+        phase: the broad phase with its options, as the study has it.
+        observe: the observables of the run.
+        repeat: which of several equal runs this is, from 1.
+        sources: where kinetile and all plugins that the run names come from; a worker must have the same.
+    """
+
+    key: str
+    course: str
+    scene: StudyScene
+    phase: str
+    observe: tuple[str, ...]
+    repeat: int
+    sources: tuple[Source, ...]
+
+
+def tasks_of(plan: StudyPlan) -> Iterator[Task]:
+    """Yields the tasks of a study, scene by scene. On a scene the phases take turns, once for each repeat,
+    forwards and backwards: so a machine that slows down slows all of them."""
+    observed = _sources(("observable", read_phase(each)[0]) for each in plan.observe)
+    phases = [(each, _sources([("broad phase", read_phase(each)[0])])) for each in plan.phases]
+    for scene in plan.scenes:
+        sources = (("framework", "kinetile", _source("framework", "kinetile")), *_sources(scene.named))
+        # The name of a scene file is in no key: what determines the result is its content.
+        course = _digest([scene.content, scene.parameters, scene.until, scene.contacts, sources])
+        for repeat in range(1, plan.repeats + 1):
+            for phase, source in phases if repeat % 2 else reversed(phases):
+                every = (*sources, *observed, *source)
+                key = _digest([course, read_phase(phase)[1], plan.observe, repeat, every])
+                yield Task(key, course, scene, phase, plan.observe, repeat, every)
+
+
+def run_task(task: Task) -> Row:
+    """Runs a task; returns its row in plain types. An error of the run is a result too: the row has its
+    sentence, and the readings up to there.
+
+    Raises StudyStopped where this process has other versions than the one that runs the study.
+    """
+    for kind, name, source in task.sources:
+        if (here := _source(kind, name)) != source:
+            raise StudyStopped(
+                f"the process on {platform.node()} has another {kind} {name} ({here}) than the study "
+                f"({source}). Rows of different code would be mixed up: install the same there"
+            )
+    began = time.perf_counter()
+    row: Row = {"status": DONE, "error": None}
+    simulation = None
+    try:
+        name, options = read_phase(task.phase)
+        simulation = Simulation(task.scene.make(), name, options=options, keep_contacts=False)
+        simulation.run(task.scene.until, max_contacts=task.scene.contacts, observe=task.observe)
+        row |= _readings(simulation)
+    except Refused as error:
+        row |= {"status": REFUSED, "error": printable(str(error))}
+    except Exception as error:  # a plugin may raise anything, and that is the task's result
+        row |= {"status": FAILED, "error": printable(f"{type(error).__name__}: {error}")}
+        if simulation is not None and isinstance(error, KinetileError):
+            row |= _readings(simulation)
+    return row_of(task, row | {"seconds": time.perf_counter() - began, "environment": _environment()})
+
+
+def row_of(task: Task, result: Mapping[str, Any]) -> Row:
+    """Returns the row of a task: what it is, and its result."""
+    scene = task.scene
+    return {
+        "key": task.key,
+        "course": task.course,
+        "recipe": scene.name,
+        "parameters": scene.parameters,
+        "phase": task.phase,
+        "until": scene.until,
+        "contacts_asked": scene.contacts,
+        "repeat": task.repeat,
+        "sources": [" ".join(each) for each in task.sources],
+        **result,
+    }
+
+
+def _readings(simulation: Simulation) -> Row:
+    """Returns the columns of readings and of estimates: a number with its error, or a curve as a table."""
+    row: Row = simulation.readings.as_dict()
+    row |= {"contacts": row["contacts_disc"] + row["contacts_wall"], "time": simulation.time}
+    row["compiled"] = not INTERPRETED
+    for name, quantities in simulation.observed.items():
+        for quantity, (mean, error, blocks, axis, at) in quantities.items():
+            column = f"observed.{name}.{quantity}"
+            if at is None:
+                row |= {column: float(mean), f"{column}.error": float(error), f"{column}.blocks": blocks}
+            else:
+                row[column] = {axis: at.tolist(), "mean": mean.tolist(), "error": error.tolist()}
+    return row
+
+
+@cache
+def _environment() -> dict[str, Any]:
+    return environment() | {"host": platform.node()}
+
+
+def _sources(named: Iterable[Named]) -> tuple[Source, ...]:
+    """Returns where plugins come from: their packages with their versions, foreign ones with a digest."""
+    return tuple((kind, name, _source(kind, name)) for kind, name in named)
+
+
+def _source(kind: Kind | Literal["framework"], name: str) -> str:
+    if kind == "framework":
+        return f"{__version__}, answer {ANSWER}"
+    try:
+        provided = registry().provided(kind, name)
+    except UnknownName:
+        return "not there"
+    package = provided.distribution or "added in this process"
+    version = provided.version or "of unknown version"
+    sources = "" if package == "kinetile" else f", sources {_digest_of(provided.spec.target)}"
+    return f"{package} {version}{sources}"
+
+
+@cache
+def _digest_of(target: Any) -> str:
+    """Returns a digest of the sources of the package, or of the file, that a target stands in."""
+    try:
+        if isinstance(target, str):
+            files = _files_of(target.partition(":")[0].partition(".")[0])
+        else:
+            files = [Path(inspect.getsourcefile(inspect.unwrap(target)) or "")]
+        sources = (file.name.encode() + b"\0" + file.read_bytes() + b"\0" for file in files)
+        return _hash(b"".join(sources))[:12]
+    except (OSError, TypeError, ValueError):  # it stands in no file
+        return "unknown"
+
+
+def _files_of(package: str) -> list[Path]:
+    """Returns the files of a package or module, which is not imported. Raises ValueError without any."""
+    spec = find_spec(package)
+    if spec is None:
+        raise ValueError(package)
+    folders = spec.submodule_search_locations or ()
+    files = [file for folder in folders for file in sorted(Path(folder).rglob("*.py"))]
+    return files or [Path(spec.origin or "")]
+
+
+def _hash(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _digest(value: Any) -> str:
+    return _hash(json.dumps(value, sort_keys=True, separators=(",", ":"), default=str).encode())[:32]

@@ -1,0 +1,36 @@
+"""The answer of a scene by its rules, for tests: ``kinetile_accuracy.specification``, in exact numbers."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import kinetile as kt
+from kinetile.kernel.log import WALLS
+from kinetile_accuracy.specification.arithmetic import FlightPlan
+from kinetile_accuracy.specification.course import Course
+
+Row = tuple[int, int, int]
+"""A contact: its tick since the start, and its bodies, or a body and a wall."""
+
+
+class Answer(NamedTuple):
+    """The first contacts of a scene, and the plans after them."""
+
+    contacts: list[Row]
+    plans: list[FlightPlan]
+
+
+def answer(scene: kt.Scene, contacts: int, until: int) -> Answer:
+    """Return so many contacts at most, up to and at a tick."""
+    course, rows = Course(scene), []
+    while len(rows) < contacts and (event := course.next(until)) is not None:
+        if event.b >= 0 or event.b in WALLS:
+            rows.append(tuple(event))
+        course.carry_out()
+    return Answer(rows, course.plans)
+
+
+def rows(sim: kt.Simulation) -> list[Row]:
+    """Return the contacts of a run in the same form."""
+    found = sim.contacts[["epoch", "tick", "a", "b"]].tolist()
+    return [((epoch << 52) + tick, a, b) for epoch, tick, a, b in found]

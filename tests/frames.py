@@ -1,0 +1,54 @@
+"""What a frame of an interactive program costs: the figures of README and docs/living-scenes.md.
+
+``python tests/frames.py [SPEED] [FRAMES]``: each frame turns some discs in one call, removes some, inserts as
+many where those were, runs on for a sixtieth of a unit of time, and reads all positions and the new contacts.
+Printed is the CPU time of this thread in these calls.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+
+import kinetile as kt
+from kinetile.kernel.compiled import compiling_seconds
+
+RATE, TURNED, EXCHANGED = 60, 50, 5
+
+
+def play(sim: kt.Simulation, frames: int, speed: float = 1.0) -> list[float]:
+    """Play frames on a live simulation; return the CPU milliseconds of each."""
+    rng, spread = np.random.default_rng(1), speed / np.sqrt(2.0)
+    radius, places, bodies, seen, spent = float(sim.scene.radius[0]), sim.positions(), sim.bodies, 0, []
+    for frame in range(frames):
+        drawn = rng.choice(len(bodies), TURNED + EXCHANGED, replace=False)
+        flies, come = (rng.normal(0.0, spread, (n, 2)) for n in (TURNED, EXCHANGED))
+        began = time.thread_time()
+        sim.set_velocities(bodies[drawn[:TURNED]], flies)
+        for body in bodies[drawn[TURNED:]].tolist():
+            sim.remove(body)
+        for place, velocity in zip(places[drawn[TURNED:]].tolist(), come.tolist(), strict=True):
+            sim.insert(place, velocity, radius)
+        sim.run(until=sim.scene.start + (frame + 1) / RATE)
+        bodies, places = sim.bodies, sim.positions()
+        seen += len(sim.contacts_since(seen))
+        spent.append(1e3 * (time.thread_time() - began))
+    return spent
+
+
+if __name__ == "__main__":
+    speed = float(sys.argv[1]) if len(sys.argv) > 1 else 1.0
+    frames = int(sys.argv[2]) if len(sys.argv) > 2 else 600
+    for phase in ("cells", "sweep-tiling", "sap-1d"):
+        scene = kt.make_scene("grid", bodies=1024, density=0.25, speed=speed)
+        sim = kt.Simulation(scene, phase, live=True)
+        sim.compile()
+        before = compiling_seconds()
+        spent = play(sim, frames, speed)[3:]
+        print(
+            f"{phase}: median {np.median(spent):.2f} ms, p99 {np.quantile(spent, 0.99):.2f}, "
+            f"worst {max(spent):.1f}; {len(sim.contacts) / frames:.0f} contacts a frame, "
+            f"{compiling_seconds() - before:.3g} s compiled"
+        )

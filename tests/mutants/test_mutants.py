@@ -1,0 +1,92 @@
+"""The conformance kit kills every mutant by the check that the table names, and spares what is right.
+
+All of them take hours; the default lane judges four, the second lane one in ten (``pytest -m slow``).
+"""
+
+from __future__ import annotations
+
+import ast
+import itertools
+from pathlib import Path
+
+import pytest
+
+import lanes
+import mutants
+from kinetile_conformance import CHECKS
+from kinetile_conformance.checks import check_named
+
+DEFAULT = (
+    "naive-crashes-with-three-bodies",
+    "naive-draws-into-its-tables",
+    "naive-prints-what-it-prepares",
+    "sap-1d-takes-the-other-end-of-the-right-body",
+)
+EVERY = 10
+LARGE = ("does-not-see-who-asks", "same-contacts-in-the-gallery", "skin-limit-holds-at-its-edge")
+SMALL = [
+    name
+    for name, each in mutants.ALL.items()
+    if each.killed_by and each.killed_by not in LARGE and not check_named(each.killed_by).living
+    if check_named(each.killed_by).scenes is None
+]
+"""Mutants that die on small scenes, so with plain hooks; for the others these take ten minutes."""
+
+REST = [
+    *(
+        pytest.param(name, marks=[pytest.mark.interpreted, pytest.mark.long if at else pytest.mark.slow])
+        for at, name in zip(itertools.cycle(range(EVERY)), SMALL)
+        if name not in DEFAULT
+    ),
+    *(pytest.param(name, marks=pytest.mark.long) for name in mutants.ALL if name not in SMALL),
+]
+CASES = [
+    *(pytest.param(name, marks=pytest.mark.interpreted) for name in DEFAULT),
+    *(REST if lanes.slow_ones else []),
+]
+
+THREE = (
+    "sap-1d-does-not-watch-the-middle-at-the-start",
+    "naive-loses-a-pair-that-has-collided",
+    "sap-1d-an-exchange-that-is-none",
+    "sap-2d-starts-without-its-pairs",
+)
+
+
+def test_every_mutant_can_be_made_of_the_present_source() -> None:
+    for mutant in mutants.ALL.values():
+        for file in {each.file for each in mutant.changes}:
+            text = (mutants.PLUGINS / file).read_text(encoding="utf-8")
+            changed = text
+            for change in mutant.changes:
+                changed = change.made(changed) if change.file == file else changed
+            assert changed != text, mutant.name
+            ast.parse(changed)
+
+
+def test_the_table_names_checks() -> None:
+    named = {mutant.killed_by for mutant in mutants.ALL.values() if mutant.killed_by}
+    assert named <= {check.name for check in CHECKS}
+
+
+def test_the_page_counts_them() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "conformance.md").read_text(encoding="utf-8")
+    killed = sum(bool(mutant.killed_by) for mutant in mutants.ALL.values())
+    assert f"has {killed} that give a wrong answer" in page
+    assert f"and {len(mutants.ALL) - killed} that are right" in page
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_mutant_is_killed_by_its_check_or_spared(name: str, tmp_path: Path) -> None:
+    found = mutants.judge(name, tmp_path, shrink=False)
+    assert mutants.as_expected(name, found), found
+
+
+@pytest.mark.interpreted
+@pytest.mark.slow
+@pytest.mark.parametrize("name", THREE)
+def test_a_failing_scene_has_three_bodies_at_most(name: str, tmp_path: Path) -> None:
+    found = mutants.judge(name, tmp_path)
+    assert found is not None
+    assert found.bodies is not None
+    assert found.bodies <= 3

@@ -1,0 +1,189 @@
+"""Hard cases: the kernel is exact, answers that are wrong are found out, and the report says so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from kinetile.toolbox import NEVER
+from kinetile_accuracy.drawing import house_style
+from kinetile_accuracy.hard_cases import queries as part
+from kinetile_accuracy.hard_cases.families import FAMILIES, UNIT, Family, Queries, Ticks
+from kinetile_accuracy.hard_cases.queries import (
+    KERNEL,
+    TEXTBOOK,
+    QueryRow,
+    depth_at,
+    kernel_ticks,
+    query_row,
+    textbook_ticks,
+)
+from kinetile_accuracy.report import measure_parts
+from kinetile_accuracy.specification.arithmetic import UNIT_TICKS, FlightPlan, pair_tick
+
+COUNT = 400
+
+
+def family(name: str) -> Family:
+    return next(family for family in FAMILIES if family.name == name)
+
+
+def measured(name: str, answers: Callable[[Queries], Ticks]) -> QueryRow:
+    """Return the row of answers to a family."""
+    queries = family(name).draw(COUNT)
+    return query_row(family(name), "some form", queries, answers(queries), 1.0)
+
+
+@pytest.mark.parametrize("name", [family.name for family in FAMILIES])
+def test_the_kernel_is_exact(name: str) -> None:
+    row = measured(name, kernel_ticks)
+    assert row.hits > 0
+    assert (row.wrong, row.missed, row.false) == (0, 0, 0)
+    assert row.depth_rho < 1.0
+
+
+def test_the_textbook_loses_the_square_of_the_distance_and_grazes() -> None:
+    assert measured("far apart", textbook_ticks).depth > 1e3 * measured("far apart", kernel_ticks).depth
+    row = measured("grazing, ulps", textbook_ticks)
+    assert row.missed > 0
+    assert row.false > 0
+    assert row.wrong > row.missed + row.false
+
+
+def one_side(queries: Queries) -> Ticks:
+    """Misses every disc that passes on one side."""
+    d, v = (each[:, 1] - each[:, 0] for each in (queries.position, queries.velocity))
+    return np.where(d[:, 0] * v[:, 1] > d[:, 1] * v[:, 0], textbook_ticks(queries), NEVER)
+
+
+def without_anchors(queries: Queries) -> Ticks:
+    """Takes both discs to be where they were at their anchors."""
+    since = np.repeat(queries.anchor.max(axis=1)[:, None], 2, axis=1)
+    return textbook_ticks(replace(queries, anchor=since))
+
+
+def everything(queries: Queries) -> Ticks:
+    """Finds a contact of every two discs, at once."""
+    return queries.anchor.max(axis=1)
+
+
+@pytest.mark.parametrize(
+    ("name", "answers", "missed", "invented"),
+    [
+        ("generic", one_side, (0.3, 0.7), (0.0, 0.0)),
+        ("generic", without_anchors, (0.0, 0.0), (0.0, 0.0)),
+        ("anchors apart", without_anchors, (0.1, 1.0), (0.1, 1.0)),
+        ("generic", everything, (0.0, 0.0), (1.0, 1.0)),
+    ],
+)
+def test_answers_that_are_wrong_are_found_out(
+    name: str,
+    answers: Callable[[Queries], Ticks],
+    missed: tuple[float, float],
+    invented: tuple[float, float],
+) -> None:
+    """By the share of contacts that they miss, and of the others of which they make contacts."""
+    row = measured(name, answers)
+    assert missed[0] <= row.missed / row.hits <= missed[1]
+    assert invented[0] <= row.false / (row.queries - row.hits) <= invented[1]
+    assert row.wrong >= row.missed + row.false
+
+
+def two(x: float, vx: float, y: float = 0.0) -> tuple[FlightPlan, FlightPlan]:
+    """Return discs of radius 1: one at rest at the origin, one that comes along x."""
+    return FlightPlan(0.0, 0.0, 0.0, 0.0, 0, 1.0, UNIT), FlightPlan(x, y, vx, 0.0, 0, 1.0, UNIT)
+
+
+def test_a_depth_is_that_of_places_in_doubles() -> None:
+    late = UNIT_TICKS >> 10
+    assert depth_at(two(4.0, -1.0), 2 * UNIT_TICKS) == (0.0, 0.0)
+    assert depth_at(two(4.0, -1.0), 2 * UNIT_TICKS - late) == (0.0, 0.0)
+    depth, by_rho = depth_at(two(4.0, -1.0), 2 * UNIT_TICKS + late)
+    assert depth == 2.0**-11
+    assert by_rho == 2.0**-10 / (16 * 2.0**-53 * 4.0)
+
+
+def test_what_discs_overlap_already_is_no_fault_of_an_answer() -> None:
+    assert depth_at(two(1.5, -1.0), 0) == (0.0, 0.0)
+    assert depth_at(two(1.5, -1.0), UNIT_TICKS // 4)[0] == 0.125
+
+
+def test_a_fault_that_the_kernel_reports_is_not_believed() -> None:
+    inside = Queries(
+        np.array([[[0.0, 0.0], [0.5, 0.0]]]),
+        np.array([[[0.0, 0.0], [-1.0, 0.0]]]),
+        np.ones((1, 2)),
+        np.zeros((1, 2), dtype=np.int64),
+    )
+    with pytest.raises(RuntimeError, match="query 0"):
+        kernel_ticks(inside)
+
+
+def test_claims_and_findings_say_what_the_rows_say() -> None:
+    good = replace(measured("generic", kernel_ticks), form=KERNEL)
+    poor = replace(good, form=TEXTBOOK, depth=1e-4, wrong=100, missed=1, false=2, ns=None)
+    assert all(claim.holds for claim in part.query_claims([good, poor]))
+    said, cost = part.query_findings([good, poor])
+    assert "25% to 25% of the answers" in said
+    assert "misses 1 contacts and finds 2 that are none; discs overlap by up to 1e-4 R (generic)" in said
+    assert "costs 1 to 1 ns" in cost
+    exact, depth = part.query_claims([replace(good, wrong=3, missed=1, false=1), poor])
+    assert exact.measured == "3 of 400 queries differ from the integer one: 1 contacts missed, 1 invented"
+    assert (exact.holds, depth.holds) == (False, True)
+    exact, depth = part.query_claims([replace(good, depth_rho=1.5), poor])
+    assert (exact.holds, depth.holds) == (True, False)
+
+
+def test_the_part_measures_every_family_and_can_be_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("matplotlib")
+    monkeypatch.setitem(part.COUNTS, "quick", 40)
+    monkeypatch.setattr(part, "BATCHES", 3)
+    told: list[tuple[str, int, int]] = []
+    (section,) = measure_parts("quick", ["queries"], progress=lambda *what: told.append(what))
+    (table,) = section.tables
+    assert [(row.family, row.form) for row in table.rows] == [
+        (family.name, form) for family in FAMILIES for form in (KERNEL, TEXTBOOK)
+    ]
+    assert told[-1][1] == told[-1][2] == len(FAMILIES)
+    assert all(claim.holds for claim in section.claims)
+    assert section.about.startswith("40 queries of each family")
+    with house_style():
+        figure = section.pictures[0].draw()
+        (panel,) = figure.axes
+        assert [each.get_text() for each in panel.get_yticklabels()] == [each.name for each in FAMILIES]
+        figure.draw_without_rendering()
+
+
+# Many more queries. ``tests/core/kernel/certificates/test_contacts.py`` has families of its own, grazes of
+# all depths among them.
+
+SLICE = 50_000
+ARRAYS = ("position", "velocity", "radius", "anchor")
+
+
+def differ(queries: Queries) -> int:
+    """Return how many answers are not the exact ticks, or not the same with the bodies in the other order."""
+    swapped = replace(queries, **{name: getattr(queries, name)[:, ::-1] for name in ARRAYS})
+    exact = [pair_tick(*plans) for plans in queries.plans()]
+    ticks = np.array([NEVER if tick is None else tick for tick in exact], dtype=np.int64)
+    return int(((kernel_ticks(queries) != ticks) | (kernel_ticks(swapped) != ticks)).sum())
+
+
+def test_a_tick_that_is_one_off_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert differ(FAMILIES[0].draw(100)) == 0
+    right = pair_tick
+    monkeypatch.setitem(globals(), "pair_tick", lambda *plans: (right(*plans) or 0) + 1)
+    assert differ(FAMILIES[0].draw(100)) == 100
+
+
+@pytest.mark.long
+@pytest.mark.compiled
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
+def test_a_million_queries_have_the_exact_tick_in_both_orders(family: Family) -> None:
+    queries = family.draw(1_000_000)
+    for first in range(0, len(queries), SLICE):
+        some = {name: getattr(queries, name)[first : first + SLICE] for name in ARRAYS}
+        assert differ(replace(queries, **some)) == 0, f"after {first:,} queries"
