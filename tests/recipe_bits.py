@@ -120,5 +120,8 @@ def fingerprints(in_one_loop: bool = False) -> dict[str, str]:
 
 if __name__ == "__main__":
     print(
-        json.dumps({"scenes": scene_hashes(), "runs": fingerprints() if "run" in sys.argv else {}}, indent=4)
+        json.dumps(
+            {"scenes": scene_hashes(grown=False), "runs": fingerprints() if "run" in sys.argv else {}},
+            indent=4,
+        )
     )
