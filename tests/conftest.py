@@ -37,18 +37,38 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
-IN_PLAIN_HOOKS = ("core/records", "core/run", "core/show", "plugins")
+IN_PLAIN_HOOKS = ("core/records/", "core/run/", "core/show/", "plugins/")
 """Folders whose tests are small unless they are marked ``compiled`` or ``own_loop``."""
 
-OF_INSTRUMENTS = ("plugins/accuracy", "plugins/bench", "plugins/conformance")
+OF_INSTRUMENTS = ("plugins/accuracy/", "plugins/bench/", "plugins/conformance/")
 """Folders within these whose tests are not, and may compile loops of their own: they judge foreign phases,
 start processes, and run loops of many events."""
+
+
+QUICK = (
+    "core/plugin/test_registry.py",
+    "core/run/test_audit.py",
+    "core/run/test_commands.py",
+    "core/run/engine/test_failures.py",
+    "core/run/test_kinds.py",
+    "core/scene/",
+    "plugins/cells/",
+    "plugins/sweep_tiling/test_audit.py",
+    "plugins/test_disc.py",
+    "plugins/test_one_answer.py",
+    "plugins/test_responses.py",
+    "plugins/test_specification.py",
+    "test_architecture.py",
+    "test_completeness.py",
+    "vectors/test_making.py",
+)
+"""Files and folders whose tests are quick, but for those that are slow or compiled."""
 
 
 def _is_below(item: pytest.Item, folders: tuple[str, ...]) -> bool:
     """Return whether a test is in one of some folders."""
     place = item.path.relative_to(Path(__file__).parent).as_posix()
-    return place.startswith(tuple(f"{each}/" for each in folders))
+    return place.startswith(folders)
 
 
 def _is_small(item: pytest.Item) -> bool:
@@ -193,6 +213,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.small)
         if item.get_closest_marker("long") or (small and _is_under_slow_phase(item)):
             item.add_marker(pytest.mark.slow)
+        if _is_below(item, QUICK) and not any(map(item.get_closest_marker, ("slow", "compiled"))):
+            item.add_marker(pytest.mark.quick)
     if INTERPRETED:
         too_slow = pytest.mark.skip(reason="too many events for interpreted hooks")
         for item in items:

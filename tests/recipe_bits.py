@@ -119,6 +119,5 @@ def fingerprints(in_one_loop: bool = False) -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    print(
-        json.dumps({"scenes": scene_hashes(), "runs": fingerprints() if "run" in sys.argv else {}}, indent=4)
-    )
+    runs = fingerprints() if "run" in sys.argv else {}
+    print(json.dumps({"scenes": scene_hashes(grown=False), "runs": runs}, indent=4))

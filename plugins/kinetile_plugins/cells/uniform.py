@@ -8,7 +8,15 @@ from typing import Any
 
 from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, prefetch, schedule, smaller, unchecked
 from kinetile.toolbox.ticks import FAR
-from kinetile_plugins.cells.layout import BLOCK, FULL, State, move_out, moves
+from kinetile_plugins.cells.layout import (
+    BLOCK,
+    FULL,
+    State,
+    list_around,
+    list_around_on_torus,
+    move_out,
+    moves,
+)
 
 
 @hook
@@ -21,7 +29,8 @@ def edge(grid: Records, side: float, cell: float, speed: float) -> float:
 def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     """Returns ``watch``, ``build``, ``near``, ``repair`` and ``enter``; where an axis is periodic homes are
     unwrapped, and nobody leaves the only column or row (``torus.py``)."""
-    list_around, list_ahead, come_home, go_over = moves(periodic)
+    list_ahead, come_home, go_over = moves(periodic)
+    around = list_around_on_torus if periodic else list_around
 
     @unchecked
     @hook
@@ -68,7 +77,7 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @hook
     def near(k: Kernel, s: State, body: int) -> int:
         """Name the bodies in the cell of a body and in those around it."""
-        return int(list_around(k, s, 0, s.homes[body].cell, 0))
+        return around(k, s, 0, s.homes[body].cell, 0)
 
     @unchecked
     @hook

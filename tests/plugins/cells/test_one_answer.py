@@ -127,6 +127,8 @@ def test_bodies_that_start_on_edges_and_corners(speed):
     assert sims[0].contacts.tobytes() == sims[1].contacts.tobytes()
 
 
+@pytest.mark.slow
+@pytest.mark.compiled
 def test_a_turn_that_asks_for_a_thicker_skin():
     scene = kt.make_scene("random", bodies=30, density=0.2, radius_ratio=100.0, seed=4)
     sims = [kt.Simulation(scene, phase) for phase in ("naive", "cells")]

@@ -10,7 +10,7 @@ import kinetile as kt
 from chromium import Browser, needs_chromium
 from kinetile.show.player import view_scene
 
-pytestmark = needs_chromium
+pytestmark = [needs_chromium, pytest.mark.compiled]
 
 HEIGHTS = """(() => {
     const { timeline } = kinetilePlayer;
