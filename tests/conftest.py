@@ -37,13 +37,35 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+IN_PLAIN_HOOKS = ("core/records", "core/run", "core/show", "plugins")
+"""Folders whose tests are small unless they are marked ``compiled`` or ``own_loop``."""
+
+OF_INSTRUMENTS = ("plugins/accuracy", "plugins/bench", "plugins/conformance")
+"""Folders within these whose tests are not, and may compile loops of their own: they judge foreign phases,
+start processes, and run loops of many events."""
+
+
+def _is_below(item: pytest.Item, folders: tuple[str, ...]) -> bool:
+    """Return whether a test is in one of some folders."""
+    place = item.path.relative_to(Path(__file__).parent).as_posix()
+    return place.startswith(tuple(f"{each}/" for each in folders))
+
+
+def _is_small(item: pytest.Item) -> bool:
+    """Return whether a test is small: by its mark, or by its folder."""
+    here = _is_below(item, IN_PLAIN_HOOKS) and not _is_below(item, OF_INSTRUMENTS)
+    other = any(item.get_closest_marker(name) for name in ("compiled", "own_loop", "interpreted"))
+    return item.get_closest_marker("small") is not None or (here and not other)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip a test where a program that it needs does not run."""
     for mark in item.iter_markers("needs"):
         program(*mark.args)
     global _shares_loops
-    _shares_loops = not any(item.get_closest_marker(name) for name in ("slow", "small", "own_loop"))
+    own = any(item.get_closest_marker(name) for name in ("slow", "small", "own_loop"))
+    _shares_loops = not own and not _is_below(item, OF_INSTRUMENTS)
 
 
 _shares_loops = False
@@ -158,27 +180,6 @@ def _is_under_slow_phase(item: pytest.Item) -> bool:
     cases = getattr(item, "callspec", None)
     given = cases.params.values() if cases is not None else ()
     return any(isinstance(each, str) and each in ("naive", "sap-2d") for each in given)
-
-
-IN_PLAIN_HOOKS = (
-    "core/records",
-    "core/run",
-    "core/show",
-    "plugins",
-)
-"""Folders whose tests are small unless they are marked ``compiled`` or ``own_loop``."""
-
-ALL_COMPILED = ("plugins/accuracy", "plugins/bench", "plugins/conformance")
-"""Folders within these whose tests are not: they start processes, and run loops of many events."""
-
-
-def _is_small(item: pytest.Item) -> bool:
-    """Return whether a test is small: by its mark, or by its folder."""
-    place = item.path.parent.relative_to(Path(__file__).parent).as_posix() + "/"
-    here = place.startswith(tuple(f"{each}/" for each in IN_PLAIN_HOOKS))
-    here = here and not place.startswith(tuple(f"{each}/" for each in ALL_COMPILED))
-    other = any(item.get_closest_marker(name) for name in ("compiled", "own_loop", "interpreted"))
-    return item.get_closest_marker("small") is not None or (here and not other)
 
 
 @pytest.hookimpl(tryfirst=True)

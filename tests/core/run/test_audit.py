@@ -93,7 +93,6 @@ def test_runs_with_turns_pass(phase):
         kt.Simulation(scene, phase, audit=1).run(until=4.0, max_contacts=100)
 
 
-@pytest.mark.compiled
 @pytest.mark.parametrize("phase", PHASES)
 @pytest.mark.parametrize("seed", lanes.first(1, range(4)))
 def test_between_any_two_events_everything_holds(seed, phase):

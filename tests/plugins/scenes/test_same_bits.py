@@ -48,6 +48,13 @@ def test_every_recipe_has_a_case() -> None:
 
 
 def test_scenes_have_the_bits_that_are_promised() -> None:
+    found = recipe_bits.scene_hashes(grown=False)
+    assert found == {name: SCENES[name] for name in found}
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_scenes_that_are_grown_have_the_bits_that_are_promised() -> None:
     assert recipe_bits.scene_hashes() == SCENES
 
 
@@ -66,13 +73,22 @@ def test_directions_had_other_bits_where_the_c_library_may_not_fuse_multiply_add
     assert bits(GLIBC_TUNABLES=without)["scenes"] == SCENES
 
 
+@pytest.mark.own_loop
 @pytest.mark.compiled
 def test_runs_have_the_fingerprints_that_are_promised() -> None:
-    assert recipe_bits.fingerprints() == RUNS
+    """In one loop, which has whatever a loop of discs and walls may have."""
+    found = recipe_bits.fingerprints(in_one_loop=True)
+    assert len(found) > 12
+    assert found == {name: RUNS[name] for name in found}
 
 
 @pytest.mark.slow
 @pytest.mark.compiled
+def test_runs_have_them_in_the_loops_of_their_scenes() -> None:
+    assert recipe_bits.fingerprints() == RUNS
+
+
+@pytest.mark.slow
 def test_runs_have_these_fingerprints_with_fewer_features_of_the_processor() -> None:
     assert bits("run", NPY_DISABLE_CPU_FEATURES=" ".join(dispatched()))["runs"] == RUNS
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import kinetile as kt
+from lanes import first
 
 EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "rollback.py"
 
@@ -23,10 +24,9 @@ def rollback():
     del sys.modules["rollback"]
 
 
-@pytest.mark.compiled
-@pytest.mark.parametrize("frames", [200, pytest.param(10_000, marks=pytest.mark.slow)])
-def test_late_orders_end_in_the_same_bits(rollback, frames, capsys):
-    assert rollback.main(["--frames", str(frames), "--bodies", "60"]) == 0
+@pytest.mark.parametrize(("frames", "bodies"), first(1, [(30, 9), (10_000, 60)]))
+def test_late_orders_end_in_the_same_bits(rollback, frames, bodies, capsys):
+    assert rollback.main(["--frames", str(frames), "--bodies", str(bodies)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == ["cells", "sap-1d", "sweep-tiling", "one"]
     assert int(lines[0].split()[3]) > frames // 4
