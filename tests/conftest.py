@@ -56,7 +56,6 @@ QUICK = (
     "plugins/test_disc.py",
     "plugins/test_one_answer.py",
     "plugins/test_responses.py",
-    "plugins/test_specification.py",
     "test_architecture.py",
     "test_completeness.py",
     "vectors/test_making.py",

@@ -401,7 +401,7 @@ def check_rays(bodies, origin, direction, within) -> None:
 @pytest.mark.parametrize("which", range(len(SHAPES)))
 def test_rays_from_all_sides(which):
     rng = np.random.default_rng(which)
-    for _ in range(40):
+    for _ in range(20):
         body = (SHAPES[which], on_lattice(rng, 1), on_lattice(rng, 1))
         origin, towards = [(on_lattice(rng, 4), on_lattice(rng, 4)) for _ in range(2)]
         direction = (float(towards[0] - origin[0]), float(towards[1] - origin[1]))
@@ -516,7 +516,7 @@ def test_a_run_of_shapes_is_asked_by_the_numbers_of_its_bodies():
     everybody = {i: (sim.scene.shapes[sim.scene.shape[i]], x, y) for i, (x, y) in there.items()}
     for kinds in (None, "odd"):
         table = {i: body for i, body in everybody.items() if kinds is None or i % 2}
-        for _ in range(20):
+        for _ in range(8):
             x, y, w, h = rng.uniform(0.0, 8.0, 4).tolist()
             box, point, way = (x, y, x + w, y + h), (x, y), (w - 4.0, h - 4.0)
             assert sim.bodies_in(box, kinds=kinds).tolist() == [i for i in table if in_box(table[i], box)]
