@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+import lanes
 import mutants
 from kinetile_conformance import CHECKS
 from kinetile_conformance.checks import check_named
@@ -22,21 +23,26 @@ DEFAULT = (
     "sap-1d-takes-the-other-end-of-the-right-body",
 )
 EVERY = 10
+LARGE = ("does-not-see-who-asks", "same-contacts-in-the-gallery", "skin-limit-holds-at-its-edge")
 SMALL = [
     name
     for name, each in mutants.ALL.items()
-    if each.killed_by and check_named(each.killed_by).scenes is None
+    if each.killed_by and each.killed_by not in LARGE and not check_named(each.killed_by).living
+    if check_named(each.killed_by).scenes is None
 ]
 """Mutants that die on small scenes, so with plain hooks; for the others these take ten minutes."""
 
-CASES = [
-    *(pytest.param(name, marks=pytest.mark.interpreted) for name in DEFAULT),
+REST = [
     *(
         pytest.param(name, marks=[pytest.mark.interpreted, pytest.mark.long if at else pytest.mark.slow])
         for at, name in zip(itertools.cycle(range(EVERY)), SMALL)
         if name not in DEFAULT
     ),
     *(pytest.param(name, marks=pytest.mark.long) for name in mutants.ALL if name not in SMALL),
+]
+CASES = [
+    *(pytest.param(name, marks=pytest.mark.interpreted) for name in DEFAULT),
+    *(REST if lanes.slow_ones else []),
 ]
 
 THREE = (
@@ -54,7 +60,8 @@ def test_every_mutant_can_be_made_of_the_present_source() -> None:
             changed = text
             for change in mutant.changes:
                 changed = change.made(changed) if change.file == file else changed
-            assert ast.dump(ast.parse(changed)) != ast.dump(ast.parse(text)), mutant.name
+            assert changed != text, mutant.name
+            ast.parse(changed)
 
 
 def test_the_table_names_checks() -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import sys
+import threading
 from collections.abc import Iterator
 from typing import ClassVar
 
@@ -15,6 +14,7 @@ from kinetile.errors import Refused
 from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook
 from kinetile_conformance import check_named
 from kinetile_conformance.cases import Subject, outcome, tables_after
+from kinetile_conformance.checks import process_independence
 from kinetile_conformance.compare import table_difference
 from kinetile_conformance.runner import CheckRun, Plan, Runner
 from kinetile_conformance.strategies.swarms import swarm
@@ -43,22 +43,25 @@ class Right:
         return BroadPhaseParts(everybody)
 
 
-class KnowsTheJudge(Right):
-    """Right where pytest or the kit is there to see it."""
-
-    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        seen = "kinetile_conformance" in sys.modules
-        return BroadPhaseParts(everybody if seen else nobody)
-
-
 class LooksAtTheEnd(Right):
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
         return BroadPhaseParts(everybody if (scene.settings.until or 0.0) < 1e5 else nobody)
 
 
-class LooksAtVariables(Right):
+class LooksAtTheThread(Right):
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        return BroadPhaseParts(nobody if "KINETILE_PRODUCTION" in os.environ else everybody)
+        first = threading.current_thread() is threading.main_thread()
+        return BroadPhaseParts(everybody if first else nobody)
+
+
+class LooksAtAHash(Right):
+    """Right where a string has the hash that its option says."""
+
+    def __init__(self, hashed: int) -> None:
+        self.hashed = hashed
+
+    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+        return BroadPhaseParts(everybody if hash("a body") == self.hashed else nobody)
 
 
 class Remembers(Right):
@@ -98,9 +101,9 @@ class ClaimsAnySkin(Right):
 PHASES = (
     kt.BroadPhaseSpec("right", Right),
     kt.BroadPhaseSpec("flies", Right, features=frozenset({"boxes", "flies"})),
-    kt.BroadPhaseSpec("knows-the-judge", KnowsTheJudge),
     kt.BroadPhaseSpec("looks-at-the-end", LooksAtTheEnd),
-    kt.BroadPhaseSpec("looks-at-variables", LooksAtVariables),
+    kt.BroadPhaseSpec("looks-at-the-thread", LooksAtTheThread),
+    kt.BroadPhaseSpec("looks-at-a-hash", LooksAtAHash),
     kt.BroadPhaseSpec("remembers", Remembers),
     kt.BroadPhaseSpec("names-two", NamesTwo),
     kt.BroadPhaseSpec("only-up-to-a-skin", OnlyUpToASkin),
@@ -123,19 +126,6 @@ def judged(name: str, check: str, expected: str | None = None):
     ("name", "check", "words"),
     [
         ("flies", "its-features-are-known", "'flies', which nothing can disprove"),
-        pytest.param(
-            "knows-the-judge",
-            "does-not-see-who-asks",
-            "under another name of the program",
-            marks=pytest.mark.long,
-        ),
-        pytest.param(
-            "looks-at-variables",
-            "does-not-see-who-asks",
-            "under another name of the program",
-            marks=pytest.mark.long,
-        ),
-        pytest.param("looks-at-the-end", "does-not-see-who-asks", "a later end", marks=pytest.mark.long),
         ("remembers", "state-is-not-kept", "after other simulations"),
         ("names-two", "near-holds-while-bodies-pass", "while bodies pass"),
         ("names-two", "same-contacts-with-loose-bounds", "with bounds as loose"),
@@ -147,6 +137,23 @@ def test_a_claim_that_does_not_hold_is_found_out(name, check, words):
     result = judged(name, check, "so that no verdict is asked for")
     assert result.status == "xfailed"
     assert words in result.said
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("right", "was expected to fail"),
+        ("looks-at-the-end", "with another origin and a later end, the run "),
+        ("looks-at-the-thread", "in another thread, the run "),
+        ("looks-at-a-hash", "in another process, the run "),
+    ],
+)
+def test_who_asks_is_found_out(name, words, monkeypatch):
+    monkeypatch.setattr(process_independence, "_scenes", lambda: [swarm("gas", 8)])
+    options = {"hashed": hash("a body")} if name == "looks-at-a-hash" else {}
+    runner = Runner(Plan(Subject(name, options), shrink=False))
+    result = runner.run("does-not-see-who-asks", "so that no verdict is asked for")
+    assert (result.said or result.reason).startswith(words)
 
 
 @pytest.mark.parametrize(

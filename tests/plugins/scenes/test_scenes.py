@@ -10,8 +10,9 @@ import pytest
 
 from kinetile import Scene, SceneSpec, hookimpl, make_scene, registry
 from kinetile.errors import BadOption, PhaseError, UnknownName
+from kinetile.plugin.parameters import Parameter
 from kinetile.plugin.registry import Registry
-from kinetile.scene.by_name import Parameter, parse_parameters, recipe_parameters
+from kinetile.scene.by_name import parse_parameters, recipe_parameters
 from registering import registered
 
 NAMES = (
