@@ -47,7 +47,6 @@ start processes, and run loops of many events."""
 
 QUICK = (
     "core/plugin/test_registry.py",
-    "core/run/test_audit.py",
     "core/run/test_commands.py",
     "core/run/engine/test_failures.py",
     "core/run/test_kinds.py",
@@ -57,7 +56,6 @@ QUICK = (
     "plugins/test_disc.py",
     "plugins/test_one_answer.py",
     "plugins/test_responses.py",
-    "plugins/test_specification.py",
     "test_architecture.py",
     "test_completeness.py",
     "vectors/test_making.py",
@@ -65,15 +63,21 @@ QUICK = (
 """Files and folders whose tests are quick, but for those that are slow or compiled."""
 
 
-def _is_below(item: pytest.Item, folders: tuple[str, ...]) -> bool:
-    """Return whether a test is in one of some folders."""
-    place = item.path.relative_to(Path(__file__).parent).as_posix()
-    return place.startswith(folders)
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Read the files of quick tests alone where these are asked for: to read all takes 10 CPU seconds."""
+    others = collection_path.suffix == ".py" and not _is_below(collection_path, QUICK)
+    return True if config.option.markexpr == "quick" and others else None
+
+
+def _is_below(path: Path, folders: tuple[str, ...]) -> bool:
+    """Return whether a file of the tests is in one of some folders."""
+    here = Path(__file__).parent
+    return path.is_relative_to(here) and path.relative_to(here).as_posix().startswith(folders)
 
 
 def _is_small(item: pytest.Item) -> bool:
     """Return whether a test is small: by its mark, or by its folder."""
-    here = _is_below(item, IN_PLAIN_HOOKS) and not _is_below(item, OF_INSTRUMENTS)
+    here = _is_below(item.path, IN_PLAIN_HOOKS) and not _is_below(item.path, OF_INSTRUMENTS)
     other = any(item.get_closest_marker(name) for name in ("compiled", "own_loop", "interpreted"))
     return item.get_closest_marker("small") is not None or (here and not other)
 
@@ -85,7 +89,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
         program(*mark.args)
     global _shares_loops
     own = any(item.get_closest_marker(name) for name in ("slow", "small", "own_loop"))
-    _shares_loops = not own and not _is_below(item, OF_INSTRUMENTS)
+    _shares_loops = not own and not _is_below(item.path, OF_INSTRUMENTS)
 
 
 _shares_loops = False
@@ -213,7 +217,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.small)
         if item.get_closest_marker("long") or (small and _is_under_slow_phase(item)):
             item.add_marker(pytest.mark.slow)
-        if _is_below(item, QUICK) and not any(map(item.get_closest_marker, ("slow", "compiled"))):
+        if _is_below(item.path, QUICK) and not any(map(item.get_closest_marker, ("slow", "compiled"))):
             item.add_marker(pytest.mark.quick)
     if INTERPRETED:
         too_slow = pytest.mark.skip(reason="too many events for interpreted hooks")

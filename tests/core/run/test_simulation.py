@@ -23,15 +23,6 @@ def grid(bodies: int = 25, seed: int = 1, **more) -> kt.Scene:
     return kt.Scene(scene.position, scene.velocity, scene.radius, scene.mass, scene.arena, **more)
 
 
-@pytest.mark.quick
-@pytest.mark.compiled
-def test_two_phases_compile_and_have_one_answer():
-    sims = [kt.Simulation(grid(), phase) for phase in ("cells", "naive")]
-    for sim in sims:
-        sim.run(until=1.0)
-    assert sims[0].fingerprint == sims[1].fingerprint
-
-
 @pytest.mark.compiled
 @pytest.mark.parametrize(("phase", "options"), PHASES)
 def test_running_on_is_the_same_as_running_through(phase, options):
