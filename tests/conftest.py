@@ -37,13 +37,59 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+IN_PLAIN_HOOKS = ("core/records/", "core/run/", "core/show/", "plugins/")
+"""Folders whose tests are small unless they are marked ``compiled`` or ``own_loop``."""
+
+OF_INSTRUMENTS = ("plugins/accuracy/", "plugins/bench/", "plugins/conformance/")
+"""Folders within these whose tests are not, and may compile loops of their own: they judge foreign phases,
+start processes, and run loops of many events."""
+
+
+QUICK = (
+    "core/plugin/test_registry.py",
+    "core/run/test_commands.py",
+    "core/run/engine/test_failures.py",
+    "core/run/test_kinds.py",
+    "core/scene/",
+    "plugins/cells/",
+    "plugins/sweep_tiling/test_audit.py",
+    "plugins/test_disc.py",
+    "plugins/test_one_answer.py",
+    "plugins/test_responses.py",
+    "test_architecture.py",
+    "test_completeness.py",
+    "vectors/test_making.py",
+)
+"""Files and folders whose tests are quick, but for those that are slow or compiled."""
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Read the files of quick tests alone where these are asked for: to read all takes 10 CPU seconds."""
+    others = collection_path.suffix == ".py" and not _is_below(collection_path, QUICK)
+    return True if config.option.markexpr == "quick" and others else None
+
+
+def _is_below(path: Path, folders: tuple[str, ...]) -> bool:
+    """Return whether a file of the tests is in one of some folders."""
+    here = Path(__file__).parent
+    return path.is_relative_to(here) and path.relative_to(here).as_posix().startswith(folders)
+
+
+def _is_small(item: pytest.Item) -> bool:
+    """Return whether a test is small: by its mark, or by its folder."""
+    here = _is_below(item.path, IN_PLAIN_HOOKS) and not _is_below(item.path, OF_INSTRUMENTS)
+    other = any(item.get_closest_marker(name) for name in ("compiled", "own_loop", "interpreted"))
+    return item.get_closest_marker("small") is not None or (here and not other)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip a test where a program that it needs does not run."""
     for mark in item.iter_markers("needs"):
         program(*mark.args)
     global _shares_loops
-    _shares_loops = not any(item.get_closest_marker(name) for name in ("slow", "small", "own_loop"))
+    own = any(item.get_closest_marker(name) for name in ("slow", "small", "own_loop"))
+    _shares_loops = not own and not _is_below(item.path, OF_INSTRUMENTS)
 
 
 _shares_loops = False
@@ -160,27 +206,6 @@ def _is_under_slow_phase(item: pytest.Item) -> bool:
     return any(isinstance(each, str) and each in ("naive", "sap-2d") for each in given)
 
 
-IN_PLAIN_HOOKS = (
-    "core/records",
-    "core/run",
-    "core/show",
-    "plugins",
-)
-"""Folders whose tests are small unless they are marked ``compiled`` or ``own_loop``."""
-
-ALL_COMPILED = ("plugins/accuracy", "plugins/bench", "plugins/conformance")
-"""Folders within these whose tests are not: they start processes, and run loops of many events."""
-
-
-def _is_small(item: pytest.Item) -> bool:
-    """Return whether a test is small: by its mark, or by its folder."""
-    place = item.path.parent.relative_to(Path(__file__).parent).as_posix() + "/"
-    here = place.startswith(tuple(f"{each}/" for each in IN_PLAIN_HOOKS))
-    here = here and not place.startswith(tuple(f"{each}/" for each in ALL_COMPILED))
-    other = any(item.get_closest_marker(name) for name in ("compiled", "own_loop", "interpreted"))
-    return item.get_closest_marker("small") is not None or (here and not other)
-
-
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What is long is slow as well, and so are small tests under ``naive`` and ``sap-2d``, which take longest
@@ -192,6 +217,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.small)
         if item.get_closest_marker("long") or (small and _is_under_slow_phase(item)):
             item.add_marker(pytest.mark.slow)
+        if _is_below(item.path, QUICK) and not any(map(item.get_closest_marker, ("slow", "compiled"))):
+            item.add_marker(pytest.mark.quick)
     if INTERPRETED:
         too_slow = pytest.mark.skip(reason="too many events for interpreted hooks")
         for item in items:

@@ -14,8 +14,8 @@ from kinetile.kernel.certificates.convex import enters
 from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import pointer
 from kinetile.kernel.tables import NEVER
-from kinetile.scene.differences import difference_row
 from kinetile.toolbox import hook
+from kinetile.toolbox.differences import difference_row
 from kinetile_accuracy.specification.shapes import Difference, entry
 
 

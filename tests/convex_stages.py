@@ -27,7 +27,7 @@ from kinetile.kernel.certificates.convex_integers import (
 from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import compose, pointer
 from kinetile.kernel.loop.idle import NoState
-from kinetile.scene.differences import difference_row
+from kinetile.toolbox.differences import difference_row
 
 KINDS = ("disc", "capsule", "segment", "box", "polygon")
 PAIRS = [pair for pair in itertools.combinations_with_replacement(KINDS, 2) if pair != ("segment", "segment")]

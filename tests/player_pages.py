@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import math
 import subprocess
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -139,3 +141,15 @@ def ask_node(tmp_path: Path, page: Page, body: str, **given: Any) -> Any:
     done = subprocess.run([node, str(asking)], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
+
+
+def decode(coded: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Return the columns of a text of ``encode``."""
+    content = zlib.decompress(base64.b64decode(coded["text"]))
+    columns, at = {}, 0
+    for name, kind, length in coded["columns"]:
+        size = int(kind[1:])
+        planes = np.frombuffer(content, np.uint8, size * length, at).reshape(size, length)
+        columns[name] = np.ascontiguousarray(planes.T).reshape(-1).view(f"<{kind}")
+        at += size * length
+    return columns

@@ -78,15 +78,26 @@ def read_blocks(page: Path) -> Iterator[Block]:
 
 
 PHASES_OF_THEIR_OWN = {
+    "checkpoints.md",
     "conformance.md",
     "kernel.md",
+    "living-scenes.md",
     "responses.md",
+    "scenes.md",
+    "simulation.md",
     "writing-a-broad-phase.md",
 }
-"""Pages whose Python has a dozen loops for few events: slow."""
+"""Pages whose Python has loops of its own: slow, and so are those of the cookbook."""
 
-MANY_COMMANDS = {"accuracy.md", "command-line.md", "studies.md"}
-"""Pages whose commands take seconds: slow."""
+MANY_COMMANDS = {
+    "accuracy.md",
+    "command-line.md",
+    "living-scenes.md",
+    "one-answer.md",
+    "studies.md",
+    "which-broad-phase.md",
+}
+"""Pages whose commands take seconds, or have loops of their own: slow."""
 
 
 def pages_with(language: str) -> list[Any]:
@@ -97,7 +108,9 @@ def pages_with(language: str) -> list[Any]:
         marks = {block.mark for block in read_blocks(page) if block.language == language}
         many = page.name in (PHASES_OF_THEIR_OWN if language == "python" else MANY_COMMANDS)
         if "" in marks:
+            many = many or page.parent.name == "cookbook"
             lane = [pytest.mark.compiled, *([pytest.mark.slow] if many else [])]
+            lane += [pytest.mark.own_loop] if page.name == "README.md" else []
             found.append(pytest.param(page, ("",), id=page.name, marks=lane))
         if "slow" in marks:
             found.append(

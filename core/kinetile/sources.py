@@ -1,4 +1,4 @@
-"""Files that are read: regular ones, of a bounded size.
+"""Files that are read: regular ones.
 
 A pipe may never have a writer, and a device may never end. So every file that a user names, or that another
 process may have put in a place, is opened here.
@@ -29,17 +29,6 @@ def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
         file.close()
         raise
     return file
-
-
-def read_regular(path: str | os.PathLike[str], most: int) -> bytes:
-    """Returns the content of a regular file; raises OSError for anything else, and for more than ``most``
-    bytes."""
-    with open_regular(path) as file:
-        data = file.read(most + 1)
-    if len(data) > most:
-        said = f"it has more than {most:,} bytes, so it is not read"
-        raise OSError(errno.EFBIG, said, os.fspath(path))
-    return data
 
 
 def _check(mode: int, path: str | os.PathLike[str]) -> None:

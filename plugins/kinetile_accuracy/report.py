@@ -18,7 +18,7 @@ from typing import Any
 
 from kinetile.cli.output import as_csv, as_json
 from kinetile.errors import BadOption, MissingExtra
-from kinetile.show.html import facts, figure, grid, paragraph
+from kinetile.show.html import figure, grid, paragraph
 from kinetile_accuracy.drawing import NARROW, as_svg, house_style, save_figure
 from kinetile_accuracy.sections import (
     Budget,
@@ -233,7 +233,9 @@ def _list(sentences: Sequence[str]) -> Iterator[str]:
 def _table(section: Section, table: Table) -> Iterator[str]:
     """Yields a table, folded, and what its columns are."""
     rows = table.cells
-    heads = {name: column.head or f"{name} (in the file)" for name, column in table.columns.items()}
+    meanings = [
+        (column.head or f"{name} (in the file)", column.meaning) for name, column in table.columns.items()
+    ]
     yield f"<details>\n<summary>{escape(table.caption)}</summary>"
     yield grid(
         f"All columns: {section.name}-{table.name}.csv",
@@ -241,7 +243,7 @@ def _table(section: Section, table: Table) -> Iterator[str]:
         [[text for text, _ in row] for row in rows],
         [number for _, number in rows[0]],
     )
-    yield facts("The columns", [(heads[name], column.meaning) for name, column in table.columns.items()])
+    yield grid("The columns", ("column", "what it is"), meanings, (False, False))
     yield "</details>"
 
 

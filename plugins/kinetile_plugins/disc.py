@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 from kinetile.scene import Scene
 from kinetile.toolbox import (
@@ -80,38 +81,6 @@ def meet(k: Kernel, a: int, b: int) -> int:
 def meet_among_shapes(k: Kernel, a: int, b: int) -> int:
     """As ``meet``; two immovable bodies never do (rule 7s)."""
     return NEVER if math.isinf(k.mass[a]) and math.isinf(k.mass[b]) else meet(k, a, b)
-
-
-@unchecked
-@hook
-def meet_images(k: Kernel, a: int, b: int) -> int:
-    """As ``meet``, through any image but the barred one (``kinetile.kernel.images``)."""
-    return first_image(k, a, b)
-
-
-def _part(periodic: bool) -> Callable[..., int]:
-    """Returns the hook ``part``."""
-
-    @unchecked
-    @hook
-    def part(k: Kernel, a: int, b: int) -> int:
-        """Return the tick at which two discs part that pass through each other, or ``NEVER``; through the
-        image that is on the clock."""
-        early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-        late = a + b - early
-        one = k.bodies[early]
-        two = k.bodies[late]
-        plans = plans_of(k, one, two)
-        if periodic:
-            right, up = turns_between(k, early, late, a)
-            plans = plans_through(k, one, two, right, up)
-        delay = last_touch(plans, one.radius, two.radius)
-        return int(two.anchor + delay) if delay != NEVER else NEVER
-
-    return part
-
-
-part, part_images = _part(False), _part(True)
 
 
 @hook
@@ -263,73 +232,70 @@ def exchange(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
     two.vy -= two_share * ny
 
 
-@hook
-def _exchange(k: Kernel, a: int, b: int, dx: float, dy: float) -> float:
-    """Exchange momentum along the line of centres, elastically; return the overlap."""
-    distance = math.sqrt(dx * dx + dy * dy)
-    exchange(k, a, b, dx / distance, dy / distance)
-    return overlap(k.bodies[a], k.bodies[b], distance)
+def _hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
+    """Returns ``collide``, ``touch`` and ``part``, of two discs or of the image through which they meet."""
+
+    @hook
+    def apart(k: Kernel, a: int, b: int) -> tuple[float, float]:
+        one = k.bodies[a]
+        two = k.bodies[b]
+        if periodic:
+            torus = k.clock[0].torus
+            return (two.x - one.x) + torus.right, (two.y - one.y) + torus.up
+        return two.x - one.x, two.y - one.y
+
+    @unchecked
+    @hook
+    def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
+        """Return the line of centres and the overlap."""
+        dx, dy = apart(k, a, b)
+        distance = math.sqrt(dx * dx + dy * dy)
+        return dx / distance, dy / distance, overlap(k.bodies[a], k.bodies[b], distance)
+
+    @unchecked
+    @hook
+    def collide(k: Kernel, a: int, b: int) -> float:
+        """Exchange momentum along the line of centres, elastically; return the overlap."""
+        nx, ny, depth = touch(k, a, b)
+        exchange(k, a, b, nx, ny)
+        return float(depth)
+
+    @unchecked
+    @hook
+    def part(k: Kernel, a: int, b: int) -> int:
+        """Return the tick at which two discs part that pass through each other, or ``NEVER``; through the
+        image that is on the clock."""
+        early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+        late = a + b - early
+        one = k.bodies[early]
+        two = k.bodies[late]
+        plans = plans_of(k, one, two)
+        if periodic:
+            right, up = turns_between(k, early, late, a)
+            plans = plans_through(k, one, two, right, up)
+        delay = last_touch(plans, one.radius, two.radius)
+        return int(two.anchor + delay) if delay != NEVER else NEVER
+
+    return collide, touch, part
 
 
-@unchecked
-@hook
-def collide(k: Kernel, a: int, b: int) -> float:
-    """Exchange momentum along the line of centres, elastically; return the overlap."""
-    one = k.bodies[a]
-    two = k.bodies[b]
-    return _exchange(k, a, b, two.x - one.x, two.y - one.y)
-
-
-@unchecked
-@hook
-def collide_images(k: Kernel, a: int, b: int) -> float:
-    """As ``collide``, with the image of b through which they meet."""
-    torus = k.clock[0].torus
-    one = k.bodies[a]
-    two = k.bodies[b]
-    return _exchange(k, a, b, (two.x - one.x) + torus.right, (two.y - one.y) + torus.up)
+collide, touch, part = _hooks(False)
+collide_images, touch_images, part_images = _hooks(True)
 
 
 @unchecked
 @hook
 def collide_equals(k: Kernel, a: int, b: int) -> float:
     """As ``collide``, for bodies of one mass: they exchange their velocities along the line of centres."""
+    nx, ny, depth = touch(k, a, b)
     one = k.bodies[a]
     two = k.bodies[b]
-    dx = two.x - one.x
-    dy = two.y - one.y
-    distance = math.sqrt(dx * dx + dy * dy)
-    nx = dx / distance
-    ny = dy / distance
     speed = closing_speed(one, two, nx, ny)
     one.vx += speed * nx
     one.vy += speed * ny
     two.vx -= speed * nx
     two.vy -= speed * ny
-    return overlap(one, two, distance)
-
-
-def _touch(periodic: bool) -> Callable[..., tuple[float, float, float]]:
-    """Returns the hook ``touch``."""
-
-    @unchecked
-    @hook
-    def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
-        """Return the line of centres and the overlap."""
-        one = k.bodies[a]
-        two = k.bodies[b]
-        dx = two.x - one.x
-        dy = two.y - one.y
-        if periodic:
-            dx += k.clock[0].torus.right
-            dy += k.clock[0].torus.up
-        distance = math.sqrt(dx * dx + dy * dy)
-        return dx / distance, dy / distance, overlap(one, two, distance)
-
-    return touch
-
-
-touch, touch_images = _touch(False), _touch(True)
+    return float(depth)
 
 
 class Disc:
@@ -351,7 +317,7 @@ class Disc:
         """
         if scene.periodic:
             return PairParts(
-                meet=meet_images,
+                meet=first_image,
                 collide=collide_images,
                 soonest=soonest_of_images,
                 touch=touch_images,

@@ -52,6 +52,7 @@ def test_the_engine_in_c_conforms(tmp_path):
 
 
 @needs_cc
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_the_engine_in_c_conforms_where_there_are_many(tmp_path):
     checks = ["same-contacts-on-lattices", "same-contacts-in-a-scaled-swarm"]
@@ -253,6 +254,7 @@ def test_a_child_in_a_session_of_its_own_that_kept_the_pipe_hung_the_judge(then,
         os.kill(int(file.read_text()), signal.SIGKILL)
 
 
+@pytest.mark.small
 def test_control_characters_of_an_engine_reached_the_terminal(tmp_path):
     command = in_python(tmp_path, r"""'{"refused": "no\\u001b[31m \\u202etime"}'""")
     result = kinetile("conform --examples 1 --check same-contacts --command", command)

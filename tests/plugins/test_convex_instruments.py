@@ -35,6 +35,7 @@ def observed(scene: kt.Scene, until: float, *observe: str):
     return sim.observed
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_the_virial_of_boxes_is_the_pressure_on_the_walls():
     """In a square, where both are the mean of both axes: between boxes alone no energy goes from the one to
@@ -44,6 +45,7 @@ def test_the_virial_of_boxes_is_the_pressure_on_the_walls():
     assert pressure["Z"].mean > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_pairs_are_compared_with_places_that_middles_of_boxes_can_have():
     """Three flat boxes fly almost freely: their middles have 2 of 4 along x, and all but 0.02 along y."""

@@ -18,6 +18,15 @@ from lanes import first
 THESIS = [(n, density) for n in (25, 100, 400) for density in (0.5, 0.25, 0.125, 0.01)]
 
 
+@pytest.mark.quick
+@pytest.mark.compiled
+def test_two_phases_compile_and_have_one_answer():
+    sims = [kt.Simulation(kt.make_scene("grid", bodies=25), phase) for phase in ("cells", "naive")]
+    for sim in sims:
+        sim.run(until=1.0)
+    assert sims[0].fingerprint == sims[1].fingerprint
+
+
 @pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize(("bodies", "density"), THESIS)

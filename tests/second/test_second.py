@@ -384,6 +384,7 @@ def test_who_comes_without_a_kind_where_nobody_was_is_of_one_kind_in_both(
     assert found
 
 
+@pytest.mark.small
 def test_events_without_end_end_the_list(tmp_path: Path) -> None:
     """A paddle of infinite mass presses a ball against a wall: they meet twice a tick, from then on."""
     scene = kt.Scene(

@@ -22,7 +22,7 @@ from kinetile.cli.output import as_json, printed, table_of
 from kinetile.cli.output import show as show_tables
 from kinetile.cli.terminal import FAULT, echo, exit_codes, notice
 
-app = typer.Typer(no_args_is_help=True, help="Show, clean or verify the cache of compiled loops.")
+app = typer.Typer(no_args_is_help=True, help="Show or clean the cache of compiled loops.")
 
 _FOLDER = re.compile(r"numba-(?P<numba>[\w.+]+)-llvmlite-(?P<llvmlite>[\w.+]+)")
 _FILE = re.compile(r"(?P<entry>.+?)(\.\d+\.nbc|\.nbi)(?P<cut_off>\.tmp\.\w+)?")
@@ -156,28 +156,6 @@ def _why_useless(file: CacheFile, days: float) -> str | None:
     if unused >= days * _DAY:
         return f"not used for {days:g} days"
     return "damaged" if _damage(file.path) else None
-
-
-@app.command()
-def verify(json: Json = False) -> None:
-    """Compare each file with its checksum; exit code 1, and their names, where files are damaged."""
-    with exit_codes():
-        root, _, kept = _kept()
-        files = [file for each in kept.values() for file in each if not file.cut_off]
-        found = {str(file.path): _damage(file.path) for file in files}
-    damaged = {path: said for path, said in found.items() if said}
-    total = sum(file.bytes for file in files)
-    if json:
-        rows = [{"file": path, "damage": said} for path, said in damaged.items()]
-        echo(as_json({"folder": str(root), "files": len(files), "bytes": total, "damaged": rows}))
-    else:
-        for path, said in damaged.items():
-            echo(f"{path}: {said}")
-        state = f"{len(damaged)} damaged" if damaged else "all whole"
-        echo(f"{root}: {len(files):,} files, {_megabytes(total)} MB: {state}")
-    if damaged:
-        notice("kinetile: a run compiles anew what is damaged; `kinetile cache clean` removes it")
-        raise typer.Exit(FAULT)
 
 
 def _damage(path: Path) -> str:

@@ -26,7 +26,7 @@ import math
 
 from kinetile.kernel.certificates.contact import first_touch_apart
 from kinetile.kernel.certificates.plans import plans_through
-from kinetile.kernel.compiled import hook, larger, smaller, template
+from kinetile.kernel.compiled import hook, larger, smaller, template, unchecked
 from kinetile.kernel.flight import anchor_at
 from kinetile.kernel.passings import is_passing, passes
 from kinetile.kernel.tables import NEVER, NOBODY, TOO_DEEP, Kernel, blame
@@ -104,6 +104,7 @@ def anchor(k: Kernel, body: int, tick: int) -> None:
         wrap(k, body)
 
 
+@unchecked
 @hook
 def first_image(k: Kernel, a: int, b: int) -> int:
     """Return the tick of the first contact of two discs, ``a`` the elder, through any image but the one that

@@ -20,6 +20,7 @@ from kinetile.errors import RecordError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import INSERTED, LOG, REMOVED
 from kinetile.records.reading import EventFile, read_with_scene
+from kinetile.run.flights import Flights
 from kinetile.scene.bodies import in_box, nearest_image
 
 if TYPE_CHECKING:
@@ -39,13 +40,12 @@ class Trajectory:
         self.rows = np.asarray(rows, dtype=LOG)
         self.scene = scene
         self._clock = Clock(scene.start, scene.time_unit)
-        # Every row twice, as seen by a and by b; sorted by body, those of one body in the order of events.
-        self._span = 2 * len(self.rows) + 1
-        bodies = np.stack([self.rows["a"], self.rows["b"]], axis=1).ravel().astype(np.int64)
-        self._numbers = max(len(scene), int(bodies.max(initial=-1)) + 1)
-        planned = np.repeat(~np.isnan(self.rows["ax"]), 2)  # who passes another flies on
-        seen = np.flatnonzero((bodies >= 0) & planned)
-        self._keys = np.sort(bodies[seen] * self._span + seen)
+        # To find the flights that have begun by a row: sorted by body, and those of one body by their rows.
+        self._flights = flights = Flights.of(self.rows)
+        self._span = len(self.rows) + 1
+        last = max(int(self.rows[name].max(initial=-1)) for name in ("a", "b"))
+        self._numbers = max(len(scene), last + 1)
+        self._keys = (flights.body * self._span + flights.row)[flights.by_body]
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Trajectory:
@@ -79,35 +79,30 @@ class Trajectory:
 
     def _check_continuity(self, path: Path) -> None:
         """Raises RecordError unless each body flies, from row to row, to where the next row says it is."""
-        body, seen = np.divmod(self._keys, self._span)
-        rows, place, velocity = self._plans(seen)
-        unit, first = self._clock.unit, np.append(True, body[1:] != body[:-1])[: len(body)]
+        flights = self._flights
+        body, rows, first = flights.body, self.rows[flights.row], flights.before < 0
+        place, velocity = flights.value("x", "y"), flights.value("vx", "vy")
+        unit = self._clock.unit
         time = (rows["epoch"] + rows["tick"] * 2.0**-52) * unit
-        since = np.where(first, 0.0, np.roll(time, 1))
+        since = np.where(first, 0.0, time[flights.before])
         came = rows["b"] == INSERTED  # it does not exist before
         begins, flies = place.copy(), np.zeros_like(place)
         starts = ~came & first & (body < len(self.scene))
         begins[starts], flies[starts] = self.scene.position[body[starts]], self.scene.velocity[body[starts]]
-        before = np.where(first[:, None], begins, np.roll(place, 1, axis=0))
-        flown = np.where(first[:, None], flies, np.roll(velocity, 1, axis=0))
+        before = np.where(first[:, None], begins, place[flights.before])
+        flown = np.where(first[:, None], flies, velocity[flights.before])
         astray = before + flown * (time - since)[:, None] - place
         astray = np.abs(nearest_image(astray, self.scene.periods))
         size = np.abs(before) + np.abs(place) + np.abs(flown) * (np.abs(time) + unit)[:, None]
         wrong = np.flatnonzero((astray > 1e-9 * size).any(axis=1))
         if len(wrong):
-            at = int(wrong[np.argmin(seen[wrong])])
+            at = int(wrong[0])
             time_there = float(rows["time"][at])
             raise RecordError(
-                f"{path} is no whole trajectory: at time {time_there!r}, in row {seen[at] // 2}, body "
+                f"{path} is no whole trajectory: at time {time_there!r}, in row {flights.row[at]}, body "
                 f"{body[at]} is not where the scene and the rows before have sent it; expected every event "
                 "from the scene's start on, as the recorder gets them if it is there in each run"
             )
-
-    def _plans(self, seen: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-        """Returns rows, 2 k as its a sees row k and 2 k + 1 as its b, with position and velocity of that."""
-        rows, is_b = self.rows[seen // 2], (seen % 2).astype(bool)[:, None]
-        place = np.where(is_b, _columns(rows, "bx", "by"), _columns(rows, "ax", "ay"))
-        return rows, place, np.where(is_b, _columns(rows, "bvx", "bvy"), _columns(rows, "avx", "avy"))
 
     def _flight_plans(
         self, time: float
@@ -124,13 +119,16 @@ class Trajectory:
         first, last = np.searchsorted(self.rows["epoch"], [epoch, epoch + 1])
         done = int(first + np.searchsorted(self.rows["tick"][first:last], tick, side="right"))
         bodies, n = np.arange(self._numbers, dtype=np.int64), len(self.scene)
-        index = np.searchsorted(self._keys, bodies * self._span + 2 * done) - 1
+        index = np.searchsorted(self._keys, bodies * self._span + done) - 1
         moved = bodies[index >= 0]
         moved = moved[self._keys[index[moved]] // self._span == moved]
         anchor, velocity = np.zeros((2, self._numbers, 2))
         anchor[:n] = nearest_image(self.scene.position, self.scene.periods)
         velocity[:n] = self.scene.velocity
-        rows, anchor[moved], velocity[moved] = self._plans(self._keys[index[moved]] % self._span)
+        flights, which = self._flights, self._flights.by_body[index[moved]]
+        anchor[moved] = flights.value("x", "y", which=which)
+        velocity[moved] = flights.value("vx", "vy", which=which)
+        rows = self.rows[flights.row[which]]
         ticks = np.full(self._numbers, now, dtype=object)
         ticks[moved] -= rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object)
         there = bodies < n
@@ -165,7 +163,3 @@ def _whole(path: Path) -> tuple[EventFile, Scene]:
             "which has to be there from the start of the first run and in every run after it"
         )
     return found, scene
-
-
-def _columns(rows: NDArray[Any], x: str, y: str) -> NDArray[np.float64]:
-    return np.stack([rows[x], rows[y]], axis=1)

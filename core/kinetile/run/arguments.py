@@ -26,9 +26,9 @@ from kinetile.run.questions.places import Box, Point
 from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import LARGEST, WALL, Extent, is_finite, shown
 from kinetile.scene.commands import check_command
-from kinetile.scene.differences import DISC, Outline
 from kinetile.scene.responses import Kind, no_kind
 from kinetile.scene.shapes import Shape
+from kinetile.toolbox.differences import DISC, Outline
 
 _SIZE = "at most 2**200 in size"
 

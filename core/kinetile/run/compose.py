@@ -35,8 +35,8 @@ from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
 from kinetile.run.pair_phases import pair_parts, spec_of, who_takes
 from kinetile.scene import Response, Scene, Turn
-from kinetile.scene.reach import skin_at_start
 from kinetile.scene.responses import ELASTIC, PASS
+from kinetile.toolbox.reach import skin_at_start
 
 BUILT_IN = (ELASTIC, PASS)
 

@@ -28,6 +28,7 @@ from kinetile.run.advance import End, Event
 from kinetile.run.compose import check_options
 from kinetile.run.engine.engine import UNLIMITED, Engine
 from kinetile.run.engine.ledger import RowFunction
+from kinetile.run.flights import Flights
 from kinetile.run.moment import Moment
 from kinetile.scene.checks import shown
 
@@ -386,23 +387,19 @@ class _Plans:
         """Returns the contacts among the rows of a chunk, and keeps the last velocity of each body."""
         if (rows["b"] == INSERTED).any():
             self._take_in(rows["a"])
-        # Entry 2 k is row k as its a sees it, 2 k + 1 as its b does. Sorted by body, and those of one body in
-        # their order, each follows the one before it.
-        bodies = np.stack([rows["a"], rows["b"]], axis=1).astype(np.int64).ravel()
-        after = np.stack([rows[name] for name in ("avx", "avy", "bvx", "bvy")], axis=1).reshape(-1, 2)
-        entries = np.flatnonzero((bodies >= 0) & ~np.isnan(after[:, 0]))  # a passing has no velocities
-        bits = len(bodies).bit_length()
-        keys = np.sort(bodies[entries] << bits | entries)
-        whose, entries = keys >> bits, keys & ((1 << bits) - 1)
-        first = np.ones(len(keys) + 1, dtype=bool)
-        first[1:-1] = whose[1:] != whose[:-1]
-        before = np.full_like(after, math.nan)
-        before[entries[1:]] = after[entries[:-1]]
-        before[entries[first[:-1]]] = self._velocity[whose[first[:-1]]]
-        self._velocity[whose[first[1:]]] = after[entries[first[1:]]]
-        kept = rows["b"] > TURNED
-        mass = self._mass[np.maximum(bodies, 0)].reshape(-1, 2, 1)[kept]
+        flights, kept = Flights.of(rows), rows["b"] > TURNED
+        order = flights.by_body  # so that each follows the one before it
+        whose, flies = flights.body[order], flights.value("vx", "vy", which=order)
+        first = np.append(True, whose[1:] != whose[:-1])[: len(whose)]
+        last, flew = np.roll(first, -1), np.roll(flies, 1, axis=0)
+        flew[first] = self._velocity[whose[first]]
+        self._velocity[whose[last]] = flies[last]
+        before, after = (np.full((2 * len(rows), 2), math.nan) for _ in range(2))
+        at = (2 * flights.row + flights.is_b)[order]
+        before[at], after[at] = flew, flies
         before, after = before.reshape(-1, 2, 2)[kept], after.reshape(-1, 2, 2)[kept]
+        bodies = np.stack([rows["a"], rows["b"]], axis=1)[kept]
+        mass = self._mass[np.maximum(bodies, 0)][:, :, None]
         with np.errstate(invalid="ignore"):
             gained = mass * (after - before)  # of b it is of no use at a wall, which has no velocity
         impulse = np.where(np.isfinite(mass[:, 0]), -gained[:, 0], gained[:, 1])

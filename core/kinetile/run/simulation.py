@@ -13,7 +13,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from typing import Any, NamedTuple, cast, overload
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -346,22 +346,6 @@ class Simulation(Moment):
         with self._alone("turn a body"):
             self._engine.carry_out(TURNED, arguments.read_turns(self._engine, bodies, velocities))
 
-    @overload
-    def insert(
-        self, position: Numbers, velocity: Numbers, radius: float, mass: float = 1.0, kind: Kind | None = None
-    ) -> int: ...
-
-    @overload
-    def insert(
-        self,
-        position: Numbers,
-        velocity: Numbers = (0.0, 0.0),
-        *,
-        radius: float,
-        mass: float = 1.0,
-        kind: Kind | None = None,
-    ) -> int: ...
-
     def insert(
         self,
         position: Numbers,
@@ -574,8 +558,7 @@ class Simulation(Moment):
     ) -> Integers:
         """Returns the bodies in a box now, (m,), ascending.
 
-        A body has its outline, and is about its position in ``positions()``; that, its radius or shape and
-        the box are taken as exact numbers, and compared without any rounding.
+        A body has its outline, and is about its position in ``positions()``. All is computed in doubles.
 
         Args:
             box: (left, bottom, right, top), edges included; a box may be a line or a point.
@@ -599,8 +582,7 @@ class Simulation(Moment):
 
         A body's distance is that of its outline, below 0 where the point is within. For a disc it is that to
         its place in ``positions()`` less its radius; for another shape that to its core, or within the core
-        that to the outline of the core, negated, less its radius. Distances are compared without any
-        rounding.
+        that to the outline of the core, negated, less its radius. All is computed in doubles.
 
         Args:
             point: (x, y).
@@ -629,11 +611,10 @@ class Simulation(Moment):
         """Returns the bodies that a ray meets now, the nearest first and equally near ones by number.
 
         A body has its outline, and is about its position in ``positions()``: a grazing ray meets it, and
-        one that begins in it or at its outline meets it at once. Hits and their order are decided
-        without any rounding.
+        one that begins in it or at its outline meets it at once. All is computed in doubles.
 
-        Along a periodic axis a body has an image at every whole number of periods from that position,
-        exactly. It is reported once, where the ray first enters one of them.
+        Along a periodic axis a body has an image at every whole number of periods from that position. It is
+        reported once, where the ray first enters one of them.
 
         Args:
             origin: (x, y), where the ray begins.

@@ -48,6 +48,7 @@ class Scene:
     ``Insert``, ``Remove``) hold absolute times, and are kept sorted by time, those of one tick as they are
     given; ``turns`` may be given apart, then those of one time are sorted by body and come before other
     commands. ``unit`` is the power of two in which the clock counts; None: it follows from the speeds.
+    ``time_unit`` is the one in which it does (``kinetile.kernel.clock``).
     ``start`` is the time of the given positions. ``kind`` is the kind of each body, or one for all, and
     ``responses`` are the responses of pairs of kinds (``kinetile.scene.responses``). ``kinds`` are all kinds
     of bodies, present or inserted later; by default they follow from the bodies and from the insertions.

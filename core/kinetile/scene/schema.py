@@ -202,17 +202,22 @@ def _wrong_value(kind: str, place: Place, value: Any) -> tuple[str, str]:
     return shown(value), expected(place)
 
 
+_TABLES: dict[tuple[str, ...], type[_FileTable]] = {
+    (): _File,
+    ("bodies",): _Body,
+    ("bodies", "turns"): _Turn,
+    ("commands",): _Command,
+    ("commands", "insert"): _Insertion,
+    ("responses",): _Response,
+    ("shapes",): _Shape,
+    ("obstacles",): _Polyline,
+}
+"""The model of each table, by the keys that lead to it."""
+
+
 def _keys(place: Place) -> dict[str, str]:
     """Returns the keys of the table in which the last step of ``place`` stands, and what each is to have."""
-    model: type[_FileTable] = _File
-    if len(place) > 1:
-        model = _Turn if "turns" in place[:-1] else _Body
-    if place[0] == "commands" and len(place) > 1:
-        model = _Insertion if "insert" in place[:-1] else _Command
-    if len(place) > 1:
-        models: dict[Any, type[_FileTable]]
-        models = {"responses": _Response, "shapes": _Shape, "obstacles": _Polyline}
-        model = models.get(place[0], model)
+    model = _TABLES[tuple(step for step in place[:-1] if isinstance(step, str))]
     return {field.alias or name: field.description or "" for name, field in model.model_fields.items()}
 
 

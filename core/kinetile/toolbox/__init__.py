@@ -41,7 +41,7 @@ from kinetile.plugin.protocols import (
     ResponseParts,
     WallParts,
 )
-from kinetile.scene.reach import reach_of
+from kinetile.toolbox.reach import reach_of
 
 __all__ = [
     "BOTTOM",

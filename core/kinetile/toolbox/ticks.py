@@ -30,7 +30,7 @@ from kinetile.kernel.certificates.structural import FAR
 from kinetile.kernel.certificates.wall import reaches
 from kinetile.kernel.compiled import Numbers, pointer, with_shapes
 from kinetile.kernel.images import HALVES, first_image, near_zero, nearest_whole, turns_between
-from kinetile.scene.differences import difference_table
+from kinetile.toolbox.differences import difference_table
 
 __all__ = [
     "COUNT",

@@ -11,13 +11,14 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from kinetile_accuracy.specification.arithmetic import SPAN, UNIT_TICKS, FlightPlan, Frame
 
-Floats = npt.NDArray[np.float64]
+Floats = npt.NDArray[np.floating[Any]]
 Ticks = npt.NDArray[np.int64]
 Draws = np.random.Generator
 

@@ -304,7 +304,7 @@ class Attempt:
             raise Undecided(what, float(ball), (a, b) if b >= 0 else (a,))
         speed = arb(velocity[0] * velocity[0] + velocity[1] * velocity[1]).sqrt()
         tied, self._crowd = self._crowd > 0, self._crowd + 1
-        return BallContact(ball, a, b, tied, float(abs(part) / speed), float(speed))
+        return BallContact(ball, a, b, tied, float(abs(arb(part)) / speed), float(speed))
 
     def _look_for_a_jam(self) -> None:
         """Ends the run where very many contacts took hardly any time."""

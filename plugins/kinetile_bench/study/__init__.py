@@ -65,7 +65,7 @@ class Study:
             self.plan, usual = read_plan(source), None
         else:
             self.plan, usual = read_plan_file(source), Path(source).with_suffix(".sqlite")
-        found = self.plan.results or usual if results is None else Path(results)
+        found = (self.plan.results or usual) if results is None else Path(results)
         if found is None:
             raise BadOption("a study that is given by its tables needs results: the name of a file")
         self.results = found

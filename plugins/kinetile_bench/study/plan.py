@@ -36,7 +36,6 @@ from kinetile.scene.schema import read_bytes, read_tables
 MOST_TASKS = 200_000
 """All tasks of a study are in memory while it runs: some hundred megabytes."""
 
-
 Named = tuple[Kind, str]
 """A kind of plugin, and a name of that kind."""
 

@@ -17,6 +17,8 @@ from queue import Empty, SimpleQueue
 from kinetile.errors import KinetileError
 from kinetile_bench.study.task import LOST, Row, StudyStopped, Task, row_of, run_task
 
+_ANOTHER = "the study goes on with another one"
+
 
 def rows_of(tasks: Iterable[Task], executor: Executor | None, workers: int | None) -> Generator[Row | None]:
     """Runs tasks; yields their rows as they come, and None now and then.
@@ -27,7 +29,7 @@ def rows_of(tasks: Iterable[Task], executor: Executor | None, workers: int | Non
     if executor is not None:
         broken, _ = yield from _through(executor, tasks, workers)
         if broken:
-            raise StudyStopped("the executor has broken or was shut down; the study goes on with another one")
+            raise StudyStopped(f"the executor has broken; {_ANOTHER}")
         return
     left, count = list(tasks), workers or _processors()
     while left:
@@ -45,7 +47,7 @@ def _through(
 ) -> Generator[Row | None, None, tuple[list[Task], list[Task]]]:
     """Runs tasks, at most so many at one time. Returns, if the executor has broken, the tasks that it had
     then, and those that it never had."""
-    waiting, broken = deque(tasks), list[Task]()
+    waiting, broken, tried = deque(tasks), list[Task](), list[Task]()
     under_way: dict[Future[Row], Task] = {}
     finished = SimpleQueue[Future[Row]]()
     try:
@@ -55,8 +57,11 @@ def _through(
                 task = waiting.popleft()
                 try:
                     future = executor.submit(run_task, task)
-                except RuntimeError:  # it is broken or was shut down
+                except BrokenExecutor:
                     broken.append(task)
+                except Exception as error:  # it was shut down, or a client of Dask is closed
+                    reason = f"{type(error).__name__}: {error}"
+                    raise StudyStopped(f"the executor takes no task ({reason}); {_ANOTHER}") from error
                 else:
                     under_way[future] = task
                     future.add_done_callback(finished.put)
@@ -75,9 +80,14 @@ def _through(
                 raise
             except Exception as error:
                 reason = f"{type(error).__name__}: {error}"
-                if type(error).__name__ != "KilledWorker":  # Dask's, which has tried it several times
+                if type(error).__name__ == "KilledWorker":  # Dask's, which has tried it several times
+                    row = _lost(task, reason)
+                elif task in tried:
                     raise StudyStopped(f"a task cannot run on its worker: {reason}") from error
-                row = _lost(task, reason)
+                else:  # Dask's ClientExecutor has a ValueError for a row that its worker took with it
+                    tried.append(task)
+                    waiting.append(task)
+                    continue
             yield row
         return broken, list(waiting)
     finally:

@@ -57,32 +57,21 @@ class Cells:
             )
         sides = sides_for(scene, self.side)
         if scene.periodic:
-            return BroadPhaseParts(
-                near=torus.near,
-                state=empty(scene, sides[-1:], torus.size),
-                enter=torus.enter,
-                leave=uniform.leave,
-                room=scene.capacity,
-                build=torus.build,
-                repair=torus.repair,
-                replan=torus.watch,
-                arrange=torus.arrange,
-                audit=torus.audit,
-                draw=torus.draw,
-                periodic=True,
-            )
-        hooks = uniform if len(sides) == 1 else hierarchy
+            state, hooks = empty(scene, sides[-1:], torus.size), torus
+        else:
+            state, hooks = empty(scene, sides), uniform if len(sides) == 1 else hierarchy
         return BroadPhaseParts(
             near=hooks.near,
-            state=empty(scene, sides),
+            state=state,
             enter=hooks.enter,
-            leave=hooks.leave,
+            leave=hierarchy.leave if hooks is hierarchy else uniform.leave,
             room=scene.capacity,
-            build=uniform.build,
+            build=torus.build if hooks is torus else uniform.build,
             repair=hooks.repair,
-            replan=uniform.watch,
+            replan=torus.watch if hooks is torus else uniform.watch,
             soon=uniform.soon if hooks is uniform else None,
-            arrange=arrange,
+            arrange=torus.arrange if hooks is torus else arrange,
             audit=audit,
-            draw=draw,
+            draw=torus.draw if hooks is torus else draw,
+            periodic=hooks is torus,
         )

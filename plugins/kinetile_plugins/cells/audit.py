@@ -13,14 +13,14 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from kinetile.toolbox import NEVER, NOBODY, Box, Item, Kernel, pair_links, positions_now, reaches_of
 from kinetile.toolbox.ticks import FAR
-from kinetile_plugins.cells.layout import BLOCK, FULL, LISTED, State, cells_of, least_side
+from kinetile_plugins.cells.layout import BLOCK, FULL, LISTED, State, cells_of, cells_on_torus, least_side
 
 Whole = npt.NDArray[np.intp]
 
@@ -28,18 +28,23 @@ Whole = npt.NDArray[np.intp]
 def audit(k: Kernel, s: State) -> Iterator[str]:
     """Yields a sentence for everything that does not hold."""
     there = np.flatnonzero(k.queue.number >= 0)
-    homes = s.homes[there]
-    level = homes.level
-    wide = reaches_of(k)[there].max(axis=1) > s.levels.widest[level] + k.clock[0].limits.skin
+    homes, skin = s.homes[there], k.clock[0].limits.skin
+    level, grid = homes.level, s.levels[homes.level]
+    wide = reaches_of(k)[there].max(axis=1) > grid.widest + skin
     for body, of in zip(there[wide], level[wide], strict=True):
         yield f"body {body} is too wide for the cells of level {of}"
-    room = 0.5 * (s.levels.side - least_side(s.levels.widest, k.clock[0].limits.skin))
-    for of in np.flatnonzero((s.levels.slack > room) | (room < 0.0)):
-        side, slack = s.levels.side[of], s.levels.slack[of]
-        yield f"level {of} has cells of side {side}: too narrow for a slack of {slack}"
-    yield from _places(k, s, there)
-    yield from _certificates(k, s, there)
-    for body in np.flatnonzero(homes.cell != cells_of(s.levels[level], homes.x, homes.y)):
+    levels = s.levels
+    narrow = np.minimum(
+        np.where(levels.columns > 1, levels.side, np.inf), np.where(levels.rows > 1, levels.height, np.inf)
+    )
+    room = 0.5 * (narrow - least_side(levels.widest, skin))
+    for of in np.flatnonzero((levels.slack > room) | (room < 0.0)):
+        yield f"level {of} has cells of side {narrow[of]}: too narrow for a slack of {levels.slack[of]}"
+    axes = _axes(k, s, there)
+    yield from _places(k, there, axes)
+    yield from _certificates(k, s, there, axes)
+    cells = (cells_on_torus if len(k.images) > 0 else cells_of)(grid, homes.x, homes.y)
+    for body in np.flatnonzero(homes.cell != cells):
         cell = f"cell ({homes.x[body]:.0f}, {homes.y[body]:.0f}) of the plane"
         yield f"body {there[body]} is at home in cell {homes.cell[body]} of the table, where {cell} is not"
     yield from of_table(s, there)
@@ -47,28 +52,51 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
         yield from _guests(s, at, there)
 
 
-def _places(k: Kernel, s: State, there: Whole) -> Iterator[str]:
+class _Axis(NamedTuple):
+    """Bodies along an axis: their columns in the plans' frame, how wide these are and their slack, the plans'
+    places and speeds, and whether there are several columns: nobody leaves the only one."""
+
+    name: str
+    cell: Any
+    side: Any
+    slack: Any
+    place: Any
+    speed: Any
+    several: Any
+
+
+def _axes(k: Kernel, s: State, there: Whole) -> list[_Axis]:
+    bodies, homes = k.bodies[there], s.homes[there]
+    grid = s.levels[homes.level]
+    x, y = homes.x, homes.y
+    if len(k.images) > 0:
+        x, y = x - k.images[there].kx * grid.columns, y - k.images[there].ky * grid.rows
+    return [
+        _Axis("x", x, grid.side, grid.slack, bodies.x, bodies.vx, grid.columns > 1),
+        _Axis("y", y, grid.height, grid.slack, bodies.y, bodies.vy, grid.rows > 1),
+    ]
+
+
+def _places(k: Kernel, there: Whole, axes: list[_Axis]) -> Iterator[str]:
     """Every body is within its cell, by its plan, but for less than two skins."""
-    homes = s.homes[there]
-    side, slack = s.levels.side[homes.level], s.levels.slack[homes.level] + 2.0 * k.clock[0].limits.skin
     waiting = np.asarray(k.queue.own[there]) > k.clock[0].now
-    for name, cell, place in zip("xy", (homes.x, homes.y), positions_now(k)[there].T, strict=True):
-        outside = (place < cell * side - slack) | (place > (cell + 1.0) * side + slack)
-        for body in np.flatnonzero(outside & waiting):
-            home = f"cell {cell[body]:.0f} of side {side[body]}"
-            yield f"body {there[body]} is at {name} = {place[body]}, outside {home}"
+    for axis, place in zip(axes, positions_now(k)[there].T, strict=True):
+        slack = axis.slack + 2.0 * k.clock[0].limits.skin
+        outside = (place < axis.cell * axis.side - slack) | (place > (axis.cell + 1.0) * axis.side + slack)
+        for body in np.flatnonzero(outside & waiting & axis.several):
+            home = f"cell {axis.cell[body]:.0f} of side {axis.side[body]}"
+            yield f"body {there[body]} is at {axis.name} = {place[body]}, outside {home}"
 
 
-def _certificates(k: Kernel, s: State, there: Whole) -> Iterator[str]:
+def _certificates(k: Kernel, s: State, there: Whole, axes: list[_Axis]) -> Iterator[str]:
     """Every certificate fails when the body reaches the first of the edges ahead of it, and that edge is
     noted."""
     bodies, homes, clock, own = k.bodies[there], s.homes[there], k.clock[0], k.queue.own[there]
-    side, slack = s.levels.side[homes.level], s.levels.slack[homes.level]
     delays = []
-    for cell, at, speed in ((homes.x, bodies.x, bodies.vx), (homes.y, bodies.y, bodies.vy)):
+    for _, cell, side, slack, place, speed, several in axes:
         with np.errstate(all="ignore"):
-            delay = ((cell + (speed > 0.0)) * side + np.where(speed > 0.0, slack, -slack) - at) / speed
-        delays.append(np.where(speed != 0.0, delay, np.inf))
+            delay = ((cell + (speed > 0.0)) * side + np.where(speed > 0.0, slack, -slack) - place) / speed
+        delays.append(np.where((speed != 0.0) & several, delay, np.inf))
     across, along = delays
     with np.errstate(over="ignore"):
         ticks = np.maximum(np.minimum(across, along), 0.0) * clock.per_time

@@ -16,9 +16,9 @@ from kinetile_plugins.cells.layout import (
     State,
     cell_of,
     come_home,
+    go_over,
     list_ahead,
     list_around,
-    move_in,
     move_out,
     wrapped,
 )
@@ -95,14 +95,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
     level = int(home.level)
     grid = s.levels[level]
     coarser = len(s.levels) - 1
-    step = 2 * (home.way & 1) - 1
-    right = step * (1 - (home.way >> 1))
-    up = step * (home.way >> 1)
-    move_out(s, body, home.cell)
-    home.x += right
-    home.y += up
-    home.cell = wrapped(grid, home.cell + right + up * grid.columns)
-    move_in(s, body, home.cell)
+    right, up = go_over(s, body)
     watch(k, s, body)
     count = 0
     ahead = wrapped(grid, home.cell + right + up * grid.columns)

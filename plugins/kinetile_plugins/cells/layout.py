@@ -62,7 +62,7 @@ LEVEL = np.dtype(
         ("widest", "f8"),  # the farthest that a body at home in it reaches to a side, now or later
         ("columns", "i8"),  # of its part of the table
         ("cells", "i8"),  # in all its rows
-        ("height", "f8"),  # of a cell, and rows: these two where an axis is periodic (``torus.py``)
+        ("height", "f8"),  # of a cell: another one than its side where an axis is periodic (``torus.py``)
         ("rows", "i8"),
         ("first", "i8"),  # the number of its first cell
     ]
@@ -110,21 +110,6 @@ def move_in(s: State, body: int, cell: int) -> None:
         s.homes[body].next = s.lists[cell]
         s.lists[cell] = body
         s.blocks[at + FULL] = FULL | LISTED
-
-
-@hook
-def come_home(k: Kernel, s: State, body: int, level: int) -> None:
-    """Put a body that comes into the cell of a level in which it stands, by its rounded coordinates: a cell
-    is history, and its begins here."""
-    plan = k.bodies[body]
-    home = s.homes[body]
-    grid = s.levels[level]
-    home.x = math.floor(plan.x / grid.side)
-    home.y = math.floor(plan.y / grid.side)
-    home.cell = cell_of(grid, home.x, home.y)
-    home.level = level
-    home.next = NOBODY
-    move_in(s, body, home.cell)
 
 
 @hook
@@ -180,9 +165,33 @@ def append_row(k: Kernel, s: State, left: int, count: int, found: int) -> int:
 
 
 @hook
+def wound(at: int, cells: int) -> int:
+    """Return the place of a column or row less than a round off either end."""
+    if at < 0:
+        return int(at + cells)
+    return int(at - cells if at >= cells else at)
+
+
+@hook
+def cell_on_torus(grid: Records, x: float, y: float) -> int:
+    """Return the number of the cell in an unwrapped column and row, where an axis is periodic."""
+    column = x - math.floor(x / grid.columns) * grid.columns
+    row = y - math.floor(y / grid.rows) * grid.rows
+    return int(int(column) + int(row) * grid.columns)
+
+
+@hook
+def beside_on_torus(grid: Records, cell: int, right: int, up: int) -> int:
+    """Return the number of a cell that is up to one to the right, and one up, where an axis is periodic."""
+    row = cell // grid.columns
+    column = wound(cell - row * grid.columns + right, grid.columns)
+    return int(column + wound(row + up, grid.rows) * grid.columns)
+
+
+@hook
 def list_around(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
     """Write the bodies at home in a cell and in the eight around it behind ``k.near[:count]``; return the new
-    count."""
+    count. (One function for this and a torus would cost 14 instructions a contact.)"""
     grid = s.levels[level]
     columns = grid.columns
     found = 0
@@ -204,23 +213,101 @@ def list_around(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
 
 
 @hook
-def list_ahead(k: Kernel, s: State, level: int, cell: int, right: int, up: int, count: int) -> int:
-    """Write the bodies at home in the three cells on one side of a cell behind ``k.near[:count]``; return the
-    new count. The side is (right, up): (-1, 0), (1, 0), (0, -1) or (0, 1)."""
+def list_around_on_torus(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
+    """Do so where an axis is periodic; along one with one column or row there is nobody else."""
     grid = s.levels[level]
-    aside = up + right * grid.columns
-    middle = wrapped(grid, cell + right + up * grid.columns)
-    low = wrapped(grid, middle - aside)
-    high = wrapped(grid, middle + aside)
-    found = append_block(k, s, low, count, 0)
-    found = append_block(k, s, middle, count, found)
-    found = append_block(k, s, high, count, found)
+    columns = grid.columns
+    left = 0 if columns == 1 else -1
+    down = 0 if grid.rows == 1 else -1
+    row = cell // columns
+    column = cell - row * columns
+    found = 0
+    if column > 0 and column < columns - 1 and row > 0 and row < grid.rows - 1:
+        found = append_row(k, s, cell - columns - 1, count, found)
+        found = append_row(k, s, cell - 1, count, found)
+        found = append_row(k, s, cell + columns - 1, count, found)
+    else:
+        for up in range(down, 1 - down):
+            for right in range(left, 1 - left):
+                found = append_block(k, s, beside_on_torus(grid, cell, right, up), count, found)
     count += found & INSIDE
     if found >= LISTED:
-        count = append_list(k, s, low, count)
-        count = append_list(k, s, middle, count)
-        count = append_list(k, s, high, count)
+        for up in range(down, 1 - down):
+            for right in range(left, 1 - left):
+                count = append_list(k, s, beside_on_torus(grid, cell, right, up), count)
     return count
+
+
+def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
+    """Returns the hooks that find their way in the table, on a helix or a torus: ``list_ahead``,
+    ``come_home`` and ``go_over``."""
+
+    @hook
+    def beside(grid: Records, cell: int, right: int, up: int) -> int:
+        """Return the number of a cell that is up to one to the right, and one up."""
+        if periodic:
+            return beside_on_torus(grid, cell, right, up)
+        return wrapped(grid, cell + right + up * grid.columns)
+
+    @hook
+    def list_ahead(k: Kernel, s: State, level: int, cell: int, right: int, up: int, count: int) -> int:
+        """Write the bodies at home in the three cells on one side of a cell behind ``k.near[:count]``; return
+        the new count. The side is (right, up): (-1, 0), (1, 0), (0, -1) or (0, 1)."""
+        grid = s.levels[level]
+        middle = beside(grid, cell, right, up)
+        low = beside(grid, middle, -up, -right)
+        high = beside(grid, middle, up, right)
+        alone = periodic and (grid.rows if right != 0 else grid.columns) == 1
+        found = append_block(k, s, middle, count, 0)
+        if not alone:
+            found = append_block(k, s, low, count, found)
+            found = append_block(k, s, high, count, found)
+        count += found & INSIDE
+        if found >= LISTED:
+            count = append_list(k, s, middle, count)
+            if not alone:
+                count = append_list(k, s, low, count)
+                count = append_list(k, s, high, count)
+        return count
+
+    @hook
+    def come_home(k: Kernel, s: State, body: int, level: int) -> None:
+        """Put a body that comes into the cell of a level in which it stands, by its rounded coordinates: a
+        cell is history, and its begins here."""
+        plan = k.bodies[body]
+        home = s.homes[body]
+        grid = s.levels[level]
+        home.x = math.floor(plan.x / grid.side)
+        home.y = math.floor(plan.y / (grid.height if periodic else grid.side))
+        if periodic:
+            home.x += float(k.images[body].kx * grid.columns)
+            home.y += float(k.images[body].ky * grid.rows)
+            home.cell = cell_on_torus(grid, home.x, home.y)
+        else:
+            home.cell = cell_of(grid, home.x, home.y)
+        home.level = level
+        home.next = NOBODY
+        move_in(s, body, home.cell)
+
+    @hook
+    def go_over(s: State, body: int) -> tuple[int, int]:
+        """Move a body over the edge of its cell that it has reached; return the way, as ``list_ahead`` takes
+        it."""
+        home = s.homes[body]
+        step = 2 * (home.way & 1) - 1
+        right = step * (1 - (home.way >> 1))
+        up = step * (home.way >> 1)
+        move_out(s, body, home.cell)
+        home.x += right
+        home.y += up
+        home.cell = beside(s.levels[home.level], home.cell, right, up)
+        move_in(s, body, home.cell)
+        return right, up
+
+    return list_ahead, come_home, go_over
+
+
+list_ahead, come_home, go_over = moves(False)
 
 
 SPACING = 1.25, 1.65
@@ -334,7 +421,7 @@ def empty(scene: Scene, sides: list[float], size: Size = table_size) -> State:
     cells = 0
     for level, side in zip(levels, sides, strict=True):
         columns, rows = size(scene, side)
-        level.side, level.height, level.rows = side, side, rows
+        level.height, level.rows = side, rows
         level.side, level.columns, level.cells, level.first = side, columns, columns * rows, cells
         cells += columns * rows
     homes = _aligned(HOME, n)
@@ -368,6 +455,7 @@ def arrange(k: Kernel, s: State) -> None:
     level = homes.level
     least = least_side(levels.widest, k.clock[0].limits.skin)
     levels.side *= max(float((least / levels.side).max()) * ABOVE, 1.0)
+    levels.height = levels.side
     levels.slack = 0.5 * (levels.side - least)
     homes.x, homes.y = np.floor(positions_now(k) / levels.side[level][:, None]).T
     s.hosts[:] = NOBODY
@@ -394,6 +482,11 @@ def stand(s: State, homes: Records) -> None:
 def cells_of(grid: Records, x: Any, y: Any) -> Any:
     """Returns what ``cell_of`` does, for many at once."""
     return grid.first + np.mod(x + y * grid.columns, grid.cells).astype(np.int64)
+
+
+def cells_on_torus(grid: Records, x: Any, y: Any) -> Any:
+    """Returns what ``cell_on_torus`` does, for many at once."""
+    return (np.mod(x, grid.columns) + np.mod(y, grid.rows) * grid.columns).astype(np.int64)
 
 
 def _invite(s: State, at: int, homes: Records) -> None:

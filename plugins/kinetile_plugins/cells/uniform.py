@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, prefetch, schedule, smaller, unchecked
 from kinetile.toolbox.ticks import FAR
@@ -10,61 +12,93 @@ from kinetile_plugins.cells.layout import (
     BLOCK,
     FULL,
     State,
-    come_home,
-    list_ahead,
     list_around,
-    move_in,
+    list_around_on_torus,
     move_out,
-    wrapped,
+    moves,
 )
 
 
 @hook
-def edge(grid: Records, cell: float, speed: float) -> float:
-    """Return where a body leaves a cell: beyond the edge ahead of it, by the slack."""
+def edge(grid: Records, side: float, cell: float, speed: float) -> float:
+    """Return where a body leaves a column or row: beyond the edge ahead of it, by the slack."""
     slack = grid.slack
-    return float((cell + (1.0 if speed > 0.0 else 0.0)) * grid.side + (slack if speed > 0.0 else -slack))
+    return float((cell + (1.0 if speed > 0.0 else 0.0)) * side + (slack if speed > 0.0 else -slack))
 
 
-@unchecked
-@hook
-def watch(k: Kernel, s: State, body: int) -> None:
-    """Schedule when a body reaches an edge of its cell, and note which; never before now.
+def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
+    """Returns ``watch``, ``build``, ``near``, ``repair`` and ``enter``; where an axis is periodic homes are
+    unwrapped, and nobody leaves the only column or row (``torus.py``)."""
+    list_ahead, come_home, go_over = moves(periodic)
+    around = list_around_on_torus if periodic else list_around
 
-    Where its plan has it beyond the edge by a rounding already, that is now. An edge that it flies away from,
-    or along, is no concern, whatever its coordinates are. Directions are as good as random, and a branch that
-    depends on one is predicted wrongly half of the time: all of it is computed, and then chosen.
-    """
-    plan = k.bodies[body]
-    home = s.homes[body]
-    clock = k.clock[0]
-    grid = s.levels[home.level]
-    right = 1 if plan.vx > 0.0 else 0
-    up = 3 if plan.vy > 0.0 else 2
-    across = edge(grid, home.x, plan.vx) - plan.x
-    along = edge(grid, home.y, plan.vy) - plan.y
-    across = across / plan.vx if plan.vx != 0.0 else math.inf
-    along = along / plan.vy if plan.vy != 0.0 else math.inf
-    home.way = right if across <= along else up
-    ticks = larger(smaller(across, along), 0.0) * clock.per_time
-    soon = ticks < FAR
-    tick = larger(plan.anchor + int(ticks if soon else 0.0), clock.now)
-    schedule(k, body, tick if soon else NEVER)
+    @unchecked
+    @hook
+    def watch(k: Kernel, s: State, body: int) -> None:
+        """Schedule when a body reaches an edge of its cell, and note which; never before now.
 
+        Where its plan has it beyond the edge by a rounding already, that is now. An edge that it flies away
+        from, or along, is no concern, whatever its coordinates are. Directions are as good as random, and a
+        branch that depends on one is predicted wrongly half of the time: all of it is computed, and then
+        chosen.
+        """
+        plan = k.bodies[body]
+        home = s.homes[body]
+        clock = k.clock[0]
+        grid = s.levels[home.level]
+        x = home.x
+        y = home.y
+        if periodic:
+            x -= float(k.images[body].kx * grid.columns)
+            y -= float(k.images[body].ky * grid.rows)
+        right = 1 if plan.vx > 0.0 else 0
+        up = 3 if plan.vy > 0.0 else 2
+        across = edge(grid, grid.side, x, plan.vx) - plan.x
+        along = edge(grid, grid.height if periodic else grid.side, y, plan.vy) - plan.y
+        across = across / plan.vx if plan.vx != 0.0 else math.inf
+        along = along / plan.vy if plan.vy != 0.0 else math.inf
+        if periodic:
+            across = across if grid.columns > 1 else math.inf
+            along = along if grid.rows > 1 else math.inf
+        home.way = right if across <= along else up
+        ticks = larger(smaller(across, along), 0.0) * clock.per_time
+        soon = ticks < FAR
+        tick = larger(plan.anchor + int(ticks if soon else 0.0), clock.now)
+        schedule(k, body, tick if soon else NEVER)
 
-@unchecked
-@hook
-def build(k: Kernel, s: State) -> None:
-    """Watch every body; ``arrange`` has put them into their cells."""
-    for body in range(k.clock[0].bodies):
+    @unchecked
+    @hook
+    def build(k: Kernel, s: State) -> None:
+        """Watch every body; ``arrange`` has put them into their cells."""
+        for body in range(k.clock[0].bodies):
+            watch(k, s, body)
+
+    @unchecked
+    @hook
+    def near(k: Kernel, s: State, body: int) -> int:
+        """Name the bodies in the cell of a body and in those around it."""
+        return around(k, s, 0, s.homes[body].cell, 0)
+
+    @unchecked
+    @hook
+    def repair(k: Kernel, s: State, body: int) -> int:
+        """A body reaches an edge of its cell: it is in the next one now, and those in the cells beyond are
+        newcomers."""
+        right, up = go_over(s, body)
+        watch(k, s, body)
+        return int(list_ahead(k, s, 0, s.homes[body].cell, right, up, 0))
+
+    @unchecked
+    @hook
+    def enter(k: Kernel, s: State, body: int) -> None:
+        """A body comes: it is at home in the cell where it stands."""
+        come_home(k, s, body, 0)
         watch(k, s, body)
 
+    return watch, build, near, repair, enter
 
-@unchecked
-@hook
-def near(k: Kernel, s: State, body: int) -> int:
-    """Name the bodies in the cell of a body and in the eight around it."""
-    return list_around(k, s, 0, s.homes[body].cell, 0)
+
+watch, build, near, repair, enter = hooks(False)
 
 
 @unchecked
@@ -87,33 +121,6 @@ def soon(k: Kernel, s: State, body: int, stage: int) -> None:
                 for block in range(left * BLOCK, (left + 3) * BLOCK, BLOCK):
                     for place in range(block, block + (s.blocks[block + FULL] & FULL)):
                         prefetch(k.places, s.blocks[place])
-
-
-@unchecked
-@hook
-def repair(k: Kernel, s: State, body: int) -> int:
-    """A body reaches an edge of its cell: it is in the next one now, and those in the three cells beyond are
-    newcomers."""
-    home = s.homes[body]
-    grid = s.levels[0]
-    step = 2 * (home.way & 1) - 1
-    right = step * (1 - (home.way >> 1))
-    up = step * (home.way >> 1)
-    move_out(s, body, home.cell)
-    home.x += right
-    home.y += up
-    home.cell = wrapped(grid, home.cell + right + up * grid.columns)
-    move_in(s, body, home.cell)
-    watch(k, s, body)
-    return list_ahead(k, s, 0, home.cell, right, up, 0)
-
-
-@unchecked
-@hook
-def enter(k: Kernel, s: State, body: int) -> None:
-    """A body comes: it is at home in the cell where it stands."""
-    come_home(k, s, body, 0)
-    watch(k, s, body)
 
 
 @unchecked

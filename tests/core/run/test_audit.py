@@ -93,13 +93,12 @@ def test_runs_with_turns_pass(phase):
         kt.Simulation(scene, phase, audit=1).run(until=4.0, max_contacts=100)
 
 
-@pytest.mark.compiled
 @pytest.mark.parametrize("phase", PHASES)
 @pytest.mark.parametrize("seed", lanes.first(1, range(4)))
 def test_between_any_two_events_everything_holds(seed, phase):
     """Structural failures of the very tick included, and guesses that ran ahead of the clock."""
     sim = kt.Simulation(kt.make_scene("lattice", bodies=9, seed=seed, turns=6), phase)
-    for number, _ in enumerate(sim.steps(until=1.5)):
+    for number, _ in enumerate(sim.steps(until=0.75)):
         sim.audit()
         if number % 5 == 0:
             assert sim.next_event is not None

@@ -370,6 +370,7 @@ def test_a_turn_too_fast_for_the_clock_is_refused_in_a_sentence():
         sim.set_velocity(0, (1e15, 0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_many_bodies_at_rest_do_not_slow_the_clock_down():
     n = 10_000

@@ -194,6 +194,7 @@ def test_an_event_file_of_another_scene_is_refused(events):
 
 
 @pytest.mark.parametrize("answer", [None, 0, 2])
+@pytest.mark.small
 def test_an_event_file_of_another_answer_is_refused(tmp_path, monkeypatch, answer):
     monkeypatch.setattr(kt.Scene, "answer", answer)
     if answer is None:  # as files were before there was a specification
@@ -214,6 +215,7 @@ def test_an_event_file_of_another_answer_is_refused(tmp_path, monkeypatch, answe
     assert f"is of answer {answer or 0}, and what is checked here is answer 1" in found.stderr
 
 
+@pytest.mark.small
 def test_an_answer_is_a_number(tmp_path, monkeypatch):
     monkeypatch.setattr(kt.Scene, "answer", "one")
     path = tmp_path / "events.parquet"
@@ -246,6 +248,7 @@ def python(code, names, *words):
     return subprocess.run([sys.executable, "-c", source, *map(str, words)], capture_output=True, text=True)
 
 
+@pytest.mark.small
 def test_the_certifier_needs_numpy_alone():
     scene = kt.Scene(
         [[0.25, 0.5], [0.75, 0.5]],

@@ -116,9 +116,9 @@ def test_the_page_has_contents_a_viewport_captions_and_says_what_its_columns_are
     assert '<section id="queries">' in page
     assert "All columns: queries-rows.csv" in page
     columns = page[page.index("The columns") :]
-    assert ">error / R</th>" in columns
+    assert ">error / R</td>" in columns
     assert ">of the time, in &lt;R&gt;</td>" in columns
-    assert ">fine (in the file)</th>" in columns
+    assert ">fine (in the file)</td>" in columns
 
 
 def test_tables_are_folded_and_figures_are_not(page):

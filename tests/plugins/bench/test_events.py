@@ -87,7 +87,8 @@ def test_the_command_prints_what_is_refused_and_phases_that_differ_are_exit_code
     printed = kinetile(*arguments)
     assert printed.exit_code == 0
     assert "naive refuses 4 discs: not today" in printed.stdout
-    assert json.loads(kinetile(*arguments, "--json").stdout)["rows"][0]["refused"] == "not today"
+    refused = json.loads(kinetile(*arguments, "--json").stdout)["rows"][0]["refused"]
+    assert refused.startswith("not today")
     one, other = bench.rows[:2]
     rows = one, events_module.replace(other, counts={**other.counts, "fingerprint": "another"})
     differing = EventsBench(rows, bench.conditions)

@@ -160,18 +160,31 @@ def test_an_executor_that_breaks_or_was_shut_down_ends_the_run_and_another_one_g
     assert studies.run_here(study).statuses == {"done": 1}
 
 
+class AtOnce(Executor):
+    """Has the row of a task at once, which is the task, after so many errors."""
+
+    def __init__(self, errors=0):
+        self.submitted, self.errors = 0, errors
+
+    def submit(self, run, task):
+        self.submitted += 1
+        future = Future()
+        if self.submitted <= self.errors:
+            future.set_exception(ValueError("too many values to unpack (expected 3)"))
+        else:
+            future.set_result(task)
+        return future
+
+
+def test_a_row_that_its_worker_took_with_it_stopped_the_study():
+    """Dask's executor has that error where a worker is killed after a task and before its row is fetched."""
+    assert [row for row in rows_of([1, 2], AtOnce(errors=1), None) if row is not None] == [2, 1]
+    with pytest.raises(StudyStopped, match="a task cannot run on its worker: ValueError: too many"):
+        list(rows_of([1], AtOnce(errors=2), None))
+
+
 def test_rows_waited_until_all_tasks_had_been_submitted():
     """A kill at that time lost all of them. And each row was waited for at the cost of all open tasks."""
-
-    class AtOnce(Executor):
-        submitted = 0
-
-        def submit(self, run, task):
-            self.submitted += 1
-            future = Future()
-            future.set_result(task)
-            return future
-
     executor, found = AtOnce(), []
     for row in rows_of(range(100), executor, None):
         assert executor.submitted - len(found) <= 1

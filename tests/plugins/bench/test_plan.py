@@ -10,7 +10,8 @@ from hypothesis import given, settings
 
 from kinetile import make_scene
 from kinetile.errors import BadOption, KinetileError, StudyError
-from kinetile.scene.by_name import Parameter, holds_several
+from kinetile.plugin.parameters import Parameter
+from kinetile.scene.by_name import holds_several
 from kinetile_bench import Study
 from kinetile_bench.study.plan import SCENE_KEYS, STUDY_KEYS, read_plan
 from kinetile_bench.study.task import tasks_of

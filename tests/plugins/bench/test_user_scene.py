@@ -35,6 +35,7 @@ def trace(tmp_path):
     return path, sim
 
 
+@pytest.mark.small
 def test_a_recording_runs_under_all_phases_to_the_contacts_of_the_program(trace):
     path, sim = trace
     found = bench_scene(kt.load_scene(path), ["cells", ("sap-1d", {"axis": "y"})], repeats=2)
@@ -71,6 +72,7 @@ def test_a_phase_that_refuses_is_named_and_a_fault_too():
     assert row.ended_by.startswith("Refused: at time 0.125 there is no room for body 2")
 
 
+@pytest.mark.small
 def test_bench_of_a_file_needs_no_name_of_a_benchmark(trace):
     path, sim = trace
     arguments = (path, "--phases", "cells,sweep-tiling", "--repeats", "1")
@@ -88,6 +90,7 @@ def test_bench_of_a_file_needs_no_name_of_a_benchmark(trace):
     assert f"identical: {len(sim.contacts):,} contacts" in compared.stdout
 
 
+@pytest.mark.small
 def test_phases_that_differ_are_exit_code_1(trace, monkeypatch):
     rows = [SceneRow(name, None, 1.0, 1.0, 1.0, 5.0, 1.0, 0.0, 5, 0, name) for name in ("one", "other")]
     differing = SceneBench(tuple(rows), {"processor": "none", "repeats": 1})
@@ -136,6 +139,7 @@ def test_a_phase_that_misses_contacts_was_recommended_because_it_was_the_fastest
     assert "one of them gives wrong contacts" in reason
 
 
+@pytest.mark.small
 def test_a_scene_without_walls_is_left_when_all_have_flown_apart():
     plane = kt.Scene([[0.0, 0.0], [2.0, 0.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25)
     found = choose(plane, ["naive", "cells", "sweep-tiling"])
@@ -146,6 +150,7 @@ def test_a_scene_without_walls_is_left_when_all_have_flown_apart():
     assert "arena" in found.candidates[-1].ended_by
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("position", [[], [[0.0, 0.0], [4.0, 0.0]]])
 def test_where_nothing_collides_any_phase_will_do(position):
     found = choose(kt.Scene(position, [[0.0, 0.0]] * len(position), 0.5), ["naive", "cells"])

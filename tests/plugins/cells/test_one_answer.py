@@ -69,6 +69,7 @@ def test_cells_that_the_skin_had_widened_were_narrower_than_a_body_by_a_rounding
     assert sim.state.levels.slack[0] >= 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("path", sorted(SCENES.glob("H*.toml")), ids=lambda path: path.stem)
 def test_hard_scenes(path):
@@ -126,6 +127,7 @@ def test_bodies_that_start_on_edges_and_corners(speed):
     assert sims[0].contacts.tobytes() == sims[1].contacts.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_turn_that_asks_for_a_thicker_skin():
     scene = kt.make_scene("random", bodies=30, density=0.2, radius_ratio=100.0, seed=4)

@@ -52,6 +52,7 @@ def test_immovable_bodies_do_not_count_in_a_displacement():
     assert vacf.mean == pytest.approx(np.full(5, 25.0))
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_mixture_of_masses_shares_its_energy_equally():
     scene = kt.make_scene("mixture", bodies=32, radii=(0.5, 0.7), masses=(1.0, 4.0), density=0.4, seed=2)

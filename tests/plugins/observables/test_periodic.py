@@ -8,7 +8,7 @@ import pytest
 
 import kinetile as kt
 
-pytestmark = pytest.mark.compiled
+pytestmark = [pytest.mark.slow, pytest.mark.compiled]
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,10 @@ def narrowest_gap(scene: Scene) -> float:
     return float(between[~np.eye(len(scene), dtype=bool)].min())
 
 
+pytestmark = [pytest.mark.slow, pytest.mark.compiled]
+"""Growing is a run, with loops of its own; a small one is in ``test_same_bits.py``."""
+
+
 @pytest.mark.parametrize(
     ("periodic", "density", "radii"),
     [("", 0.7, (0.5, 0.7)), ("x", 0.75, (0.5, 0.7)), ("xy", 0.8, (0.5,)), ("xy", 0.2, (0.5,))],

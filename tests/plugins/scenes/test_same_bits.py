@@ -19,6 +19,7 @@ import kinetile_plugins
 import recipe_bits
 
 SCENES = {name: case.scene for name, case in recipe_bits.CASES.items()}
+NOT_GROWN = {name: SCENES[name] for name, case in recipe_bits.CASES.items() if case.recipe != "grown"}
 RUNS = {name: case.run for name, case in recipe_bits.CASES.items()} | {"kinetile run": recipe_bits.README_RUN}
 
 
@@ -48,6 +49,12 @@ def test_every_recipe_has_a_case() -> None:
 
 
 def test_scenes_have_the_bits_that_are_promised() -> None:
+    assert recipe_bits.scene_hashes(grown=False) == NOT_GROWN
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_scenes_that_are_grown_have_the_bits_that_are_promised() -> None:
     assert recipe_bits.scene_hashes() == SCENES
 
 
@@ -57,22 +64,31 @@ def test_ratios_gave_other_bits_on_a_processor_with_fewer_features() -> None:
     if not features:
         pytest.skip("NumPy uses no processor feature here that could be turned off")
     for first in range(len(features)):
-        assert bits(NPY_DISABLE_CPU_FEATURES=" ".join(features[first:]))["scenes"] == SCENES
+        assert bits(NPY_DISABLE_CPU_FEATURES=" ".join(features[first:]))["scenes"] == NOT_GROWN
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the setting is of the GNU C library")
 def test_directions_had_other_bits_where_the_c_library_may_not_fuse_multiply_adds() -> None:
     without = "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-FMA_Usable,-AVX2_Usable"
-    assert bits(GLIBC_TUNABLES=without)["scenes"] == SCENES
+    assert bits(GLIBC_TUNABLES=without)["scenes"] == NOT_GROWN
 
 
+@pytest.mark.own_loop
 @pytest.mark.compiled
 def test_runs_have_the_fingerprints_that_are_promised() -> None:
-    assert recipe_bits.fingerprints() == RUNS
+    """In one loop, which has whatever a loop of discs and walls may have."""
+    found = recipe_bits.fingerprints(in_one_loop=True)
+    assert len(found) > 12
+    assert found == {name: RUNS[name] for name in found}
 
 
 @pytest.mark.slow
 @pytest.mark.compiled
+def test_runs_have_them_in_the_loops_of_their_scenes() -> None:
+    assert recipe_bits.fingerprints() == RUNS
+
+
+@pytest.mark.slow
 def test_runs_have_these_fingerprints_with_fewer_features_of_the_processor() -> None:
     assert bits("run", NPY_DISABLE_CPU_FEATURES=" ".join(dispatched()))["runs"] == RUNS
 

@@ -10,8 +10,9 @@ import pytest
 
 from kinetile import Scene, SceneSpec, hookimpl, make_scene, registry
 from kinetile.errors import BadOption, PhaseError, UnknownName
+from kinetile.plugin.parameters import Parameter
 from kinetile.plugin.registry import Registry
-from kinetile.scene.by_name import Parameter, parse_parameters, recipe_parameters
+from kinetile.scene.by_name import parse_parameters, recipe_parameters
 from registering import registered
 
 NAMES = (
@@ -45,7 +46,11 @@ def test_all_are_registered_and_described() -> None:
         assert all(each.type in readable for each in recipe_parameters(name))
 
 
-@pytest.mark.parametrize("name", NAMES)
+IN_A_RUN = {"grown": [pytest.mark.slow, pytest.mark.compiled]}
+"""Recipes that are runs of many events."""
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=IN_A_RUN.get(name, [])) for name in NAMES])
 def test_defaults_give_a_scene_that_is_the_same_each_time(name: str) -> None:
     scene = make_scene(name)
     assert scene == make_scene(name)

@@ -27,8 +27,9 @@ def test_the_answer_is_that_of_the_rules(seed):
     assert by_the_rules.rows(sim) == by_the_rules.answer(scene, 20, 10 << 52).contacts
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
-@pytest.mark.parametrize("seed", first(3, range(200)))
+@pytest.mark.parametrize("seed", range(200))
 def test_naive_gives_the_same_on_larger_scenes(seed):
     scene = torus_scenes.drawn(seed, (8, 13, 21, 34), ("x",))
     sims = kt.Simulation(scene, "naive"), tiling(scene, every=10)

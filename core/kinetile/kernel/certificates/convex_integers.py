@@ -5,7 +5,7 @@ corners of M on both sides, or passes one at less than R. And floor(T) is the gr
 outside, or touches, and comes nearer: bisection finds that, since both cease for good. All of it are signs of
 sums of products, in rows of digits as in ``integers``.
 
-A difference is a row of doubles in a table that a narrow phase makes (``kinetile.scene.differences``):
+A difference is a row of doubles in a table that a narrow phase makes (``kinetile.toolbox.differences``):
 its corners and the ways of its faces are exact, as sums of two doubles each.
 """
 

@@ -17,7 +17,7 @@ import numpy as np
 from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import Kernel
 from kinetile.scene import Insert, Scene
-from kinetile.scene.reach import speed_bound
+from kinetile.toolbox.reach import speed_bound
 
 MOST_FLOWN = 2.0**-20
 """The greatest flight in one tick, in smallest radii; beyond it a tick is too coarse for contacts."""

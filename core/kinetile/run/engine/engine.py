@@ -69,7 +69,7 @@ from kinetile.run.engine.fields import Tables
 from kinetile.run.engine.ledger import Entries, Ledger
 from kinetile.run.interrupts import Interruptible, Unbroken
 from kinetile.scene import Insert, Scene
-from kinetile.scene.reach import SPANS, extent_of
+from kinetile.toolbox.reach import SPANS, extent_of
 
 UNLIMITED = 2**62
 MOST_UNITS = 2**62

@@ -4,13 +4,10 @@ Every answer is a function of the flight plans and of the present tick alone: no
 the structure of a broad phase or the results in the queue. So answers are the same under every phase,
 and a question changes nothing.
 
-They are exact, in one of two senses. *When* two bodies meet is computed by the narrow phase, as in the loop:
-the answer is the tick that the contact will have in the log (``meetings``). *Where* bodies are now is
-known in doubles, those of ``Simulation.positions``. These are taken as exact numbers, with the radii and the
-numbers of the question: then a body touches a box or it does not (``places``). A filter in floating point
-decides nearly all cases, and leaves those within its rounding to whole numbers of any size, or rationals
-(``exact``).
+*When* two bodies meet is computed by the narrow phase, as in the loop: the answer is the tick that the
+contact will have in the log (``meetings``). *Where* bodies are now is known in doubles, those of
+``Simulation.positions``, and so are the answers about places (``places``).
 
-All functions take a ``Moment``, which names the slots of the bodies in question: all present ones, or those
+All functions take a ``Query``, which names the slots of the bodies in question: all present ones, or those
 that are known to be enough. They return slots; ``Simulation`` turns these into the numbers of bodies.
 """

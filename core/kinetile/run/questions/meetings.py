@@ -29,7 +29,7 @@ from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.passings import is_passing
 from kinetile.kernel.tables import BODY, IMAGE, NEVER, NOBODY, Kernel, Records, elder, record_table
 from kinetile.run.questions.places import Point, Query
-from kinetile.scene.differences import DISC, Outline, difference_row
+from kinetile.toolbox.differences import DISC, Outline, difference_row
 
 Integers = npt.NDArray[np.int64]
 Planned = Mapping[int, int]

@@ -234,15 +234,3 @@ def encode(columns: Mapping[str, npt.NDArray[Any]]) -> dict[str, Any]:
         plain = np.ascontiguousarray(column, f"<{kind}")
         parts.append(plain.view(np.uint8).reshape(len(column), int(kind[1:])).T.tobytes())
     return {"columns": table, "text": base64.b64encode(zlib.compress(b"".join(parts), 9)).decode()}
-
-
-def decode(coded: Mapping[str, Any]) -> dict[str, npt.NDArray[Any]]:
-    """Returns the columns of a text of ``encode``."""
-    content = zlib.decompress(base64.b64decode(coded["text"]))
-    columns, at = {}, 0
-    for name, kind, length in coded["columns"]:
-        size = int(kind[1:])
-        planes = np.frombuffer(content, np.uint8, size * length, at).reshape(size, length)
-        columns[name] = np.ascontiguousarray(planes.T).reshape(-1).view(f"<{kind}")
-        at += size * length
-    return columns

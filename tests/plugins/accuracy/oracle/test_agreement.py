@@ -55,6 +55,7 @@ def test_runs_agree_for_as_long_as_is_asked(density: float, bodies: int, pace: f
     assert np.median(np.abs(found.ticks[half:])) > 100.0 * np.median(np.abs(found.ticks[:half]))
 
 
+@pytest.mark.small
 def test_several_masses_radii_turns_and_a_late_clock() -> None:
     drawn = kt.make_scene("lattice", bodies=7, kind="non-dyadic", touching=0.0, jitter=1e-3, turns=6, seed=5)
     turns = [(turn.body, 2.0**20 + turn.time, turn.velocity) for turn in drawn.turns]
@@ -199,6 +200,7 @@ def test_a_shift_of_every_contact_by_a_million_ticks_passed() -> None:
     assert moved > 8, moved
 
 
+@pytest.mark.small
 def test_an_exact_time_near_0_was_an_overflow() -> None:
     """The last place of a time of 0 is 5e-324, and a tick has more of them than a double can say."""
     scene = kt.Scene([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [-1.0, 0.0]], 0.5)
@@ -231,6 +233,7 @@ def test_a_missing_and_a_made_up_contact_are_noticed(run: tuple[kt.Simulation, A
     assert "the oracle nothing more" in str(extra)
 
 
+@pytest.mark.small
 def test_what_the_oracle_cannot_know_is_refused() -> None:
     scene = kt.make_scene("grid", bodies=9, seed=3)
     sim = kt.Simulation(scene, "naive", turning=True)
@@ -375,6 +378,7 @@ def test_every_hard_scene_is_told_of() -> None:
 
 
 @pytest.mark.parametrize("name", AGREE)
+@pytest.mark.small
 def test_hard_scenes_agree(name: str) -> None:
     scene = scene_of(name)
     found = certify(kt.Simulation(scene, "naive"), until=scene.settings.until)
@@ -383,11 +387,12 @@ def test_hard_scenes_agree(name: str) -> None:
     assert found.worst_ticks < 8.0 or name == "H08a"  # a graze
 
 
+@pytest.mark.parametrize("most", [80, pytest.param(500, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", AGREE_FOR)
-@pytest.mark.compiled
-def test_hard_scenes_agree_for_long(name: str) -> None:
-    found = certify(kt.Simulation(scene_of(name), "naive"), max_contacts=500)
-    assert found.contacts >= AGREE_FOR[name], str(found)
+@pytest.mark.small
+def test_hard_scenes_agree_for_long(name: str, most: int) -> None:
+    found = certify(kt.Simulation(scene_of(name), "naive"), max_contacts=most)
+    assert found.contacts >= min(AGREE_FOR[name], most), str(found)
     assert found.oracle.ended == "going on"
 
 
@@ -415,14 +420,15 @@ def test_a_jam_agrees_until_nobody_goes_on() -> None:
 # Lattices: exact ties in rows
 
 
+@pytest.mark.parametrize("seeds", [6, pytest.param(25, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("turns", [0, 12])
 @pytest.mark.parametrize("kind", ["dyadic", "non-dyadic"])
-@pytest.mark.compiled
-def test_where_lattices_part_from_the_oracle_there_is_a_reason(kind: str, turns: int) -> None:
+@pytest.mark.small
+def test_where_lattices_part_from_the_oracle_there_is_a_reason(kind: str, turns: int, seeds: int) -> None:
     """Rounding takes a tie apart, a graze is lost to it, or chaos has begun; few are undecidable."""
     agree = undecided = 0
     strange = []
-    for seed in range(25):
+    for seed in range(seeds):
         scene = kt.make_scene("lattice", bodies=9, kind=kind, turns=turns, seed=seed)
         found = certify(kt.Simulation(scene, "naive"), until=4.0, max_contacts=100)
         differs = found.disagreement
@@ -437,5 +443,5 @@ def test_where_lattices_part_from_the_oracle_there_is_a_reason(kind: str, turns:
             continue  # a contact at the very time of a turn, that rounding puts on its other side
         strange.append((seed, str(found)))
     assert strange == []
-    assert undecided <= 4
-    assert agree >= (12 if kind == "dyadic" else 3)
+    assert undecided <= max(seeds // 6, 1)
+    assert agree >= (seeds // 2 if kind == "dyadic" else seeds // 8)

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 import kinetile as kt
 from kinetile.run.compose import compose_phases
 from kinetile.run.engine.engine import Engine
-from kinetile.scene.reach import skin_at_start
 from kinetile.toolbox import Kernel, hook, reach_of, reach_to, reaches_of
+from kinetile.toolbox.reach import skin_at_start
 from kinetile_conformance.strategies import scenes
 
 
@@ -32,7 +32,14 @@ def assert_known(scene: kt.Scene) -> None:
     assert reach_of(scene).tobytes() == np.asarray(reach).tobytes()
 
 
-@pytest.mark.parametrize("name", [name for name in kt.registry().names("scene") if name != "frame"])
+RECIPES = [
+    pytest.param(name, marks=[pytest.mark.small] if name == "grown" else [])  # a run makes it
+    for name in kt.registry().names("scene")
+    if name != "frame"
+]
+
+
+@pytest.mark.parametrize("name", RECIPES)
 def test_it_is_that_of_the_tables_for_every_recipe(name):
     scene = kt.make_scene(name)
     assert_known(scene)

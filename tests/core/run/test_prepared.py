@@ -1,0 +1,37 @@
+"""Prepared scenes: what a run computes of a scene for its phases stays a value of the run."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+import kinetile as kt
+from kinetile.run.prepared import LEAST, Prepared, standing
+
+SCENE = kt.Scene([(1, 1), (3, 1)], [(600, 0), (0, 0)], 0.25, mass=[1.0, math.inf], arena=(4, 4))
+
+
+def test_the_room_of_a_run_was_a_hidden_attribute_of_its_scene() -> None:
+    room = Prepared.of(SCENE)
+    assert (SCENE.capacity, room.capacity, Prepared.of(SCENE, 5).capacity) == (2, LEAST, 5)
+    assert room == SCENE
+    assert vars(room).keys() - vars(SCENE).keys() == {"capacity", "ruled"}
+    other = room.replace(start=1.0)
+    assert type(other) is kt.Scene
+    assert other.capacity == 2
+    alike = kt.make_scene("grid", bodies=4)
+    assert alike.alike
+    assert not Prepared.of(alike).alike, "a body of another size may come"
+
+
+def test_in_the_middle_of_a_run_a_scene_keeps_its_clock_and_its_rules() -> None:
+    columns = {"position": [(2.0, 2.0)], "velocity": [(0.0, 0.0)], "radius": [0.25], "mass": [1.0]}
+    arrays = {name: np.array(column) for name, column in columns.items()}
+    left = standing(SCENE, {**arrays, "kind_numbers": np.zeros(1, np.int64)}, 3)
+    assert not kt.Scene(**columns, arena=(4, 4)).ruled, "the immovable body has gone"
+    assert left.ruled
+    assert (len(left), left.capacity) == (1, 3)
+    assert left.time_unit == SCENE.time_unit < 1.0
+    assert left.commands == ()
+    assert standing(left, {**arrays, "kind_numbers": np.zeros(1, np.int64)}, 3).ruled
