@@ -41,7 +41,7 @@ def export(
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --to.")] = False,
 ) -> None:
-    """Write frames of a run for OVITO and others: extended XYZ, or GSD (needs kinetile[export])."""
+    """Write frames of a run for OVITO and others: extended XYZ, or GSD (needs the extra `export`)."""
     with exit_codes():
         from kinetile.records.frames import check_form, frames_of, write_frames
         from kinetile.records.trajectory import Trajectory

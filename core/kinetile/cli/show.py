@@ -163,7 +163,7 @@ def view(
         typer.Option(metavar="FILE", help="A new .html file; view.html, or no page beside --gif or --mp4."),
     ] = None,
     gif: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="A new .gif file: a film (needs kinetile[figures]).")
+        Path | None, typer.Option(metavar="FILE", help="A new .gif file: a film (needs the extra `figures`).")
     ] = None,
     mp4: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A new .mp4 file: a film (needs ffmpeg as well).")

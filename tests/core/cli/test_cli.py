@@ -613,6 +613,18 @@ def test_the_options_of_benchmarks_are_those_that_the_documentation_lists():
     assert {row[1].strip(" `"): set(re.findall("`(.*?)`", row[3])) for row in rows} == found
 
 
+def test_help_named_an_extra_in_brackets_which_were_taken_for_markup():
+    def texts(command):
+        yield command.help or ""
+        yield from (each.help or "" for each in command.params if hasattr(each, "help"))
+        for name in command.list_commands(None) if hasattr(command, "commands") else []:
+            yield from texts(command.get_command(None, name))
+
+    found = list(texts(typer.main.get_command(app)))
+    assert len(found) > 100
+    assert not [text for text in found if re.search(r"\w\[\w", text)]
+
+
 def test_compare_runs_the_default_phase_unless_others_are_named():
     default = kt.Simulation(kt.make_scene("cradle")).broad_phase
     phases = printed("compare cradle --until 1")["phases"]

@@ -61,6 +61,7 @@ def test_masses_count_and_slow_pairs_bounce_as_well(
     np.testing.assert_allclose(run.velocity[:, 0], after, atol=2e-3 * speed)
 
 
+@pytest.mark.small
 def test_walls_reflect_and_are_named(peer: EngineName) -> None:
     scene = kt.Scene([(0.3, 0.3)], [(1.0, -0.9)], 0.1, arena=(1.0, 1.2))
     simulation = kt.Simulation(scene)

@@ -113,6 +113,7 @@ def test_a_contact_is_seen_at_the_next_snapshot() -> None:
     np.testing.assert_allclose(run.position, [(1.2, 1.0), (3.8, 1.0)], atol=1e-15)
 
 
+@pytest.mark.small
 def test_walls_are_exact() -> None:
     scene = kt.Scene([(0.3, 0.6)], [(1.3, -0.7)], 0.1, arena=(1.0, 2.0))
     simulation = kt.Simulation(scene)
