@@ -25,9 +25,8 @@ EVERYWHERE = {
 }
 settings.register_profile("many", **EVERYWHERE)
 settings.register_profile("few", max_examples=20, **EVERYWHERE)
-settings.load_profile(
-    "few"
-)  # ``--hypothesis-profile=many`` has a hundred, where a test does not say otherwise
+# ``--hypothesis-profile=many`` has a hundred, where a test does not say otherwise.
+settings.load_profile("few")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -40,8 +39,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 IN_PLAIN_HOOKS = ("core/records/", "core/run/", "core/show/", "plugins/")
 """Folders whose tests are small unless they are marked ``compiled`` or ``own_loop``."""
 
-OF_INSTRUMENTS = ("plugins/accuracy/", "plugins/bench/", "plugins/conformance/")
-"""Folders within these whose tests are not, and may compile loops of their own: they judge foreign phases,
+OF_INSTRUMENTS = ("foreign/", "plugins/accuracy/", "plugins/bench/", "plugins/conformance/")
+"""Folders whose tests are not, and may compile loops of their own: they judge foreign phases,
 start processes, and run loops of many events."""
 
 
