@@ -35,9 +35,8 @@ def examples(count: int) -> int:
 
 
 def is_shared(loop: Callable[..., Any]) -> bool:
-    """Return whether a loop is one of the five that tests share: a built-in phase with walls and discs of
-    one mass and one radius, and nothing else that a scene may have."""
+    """Return whether a loop is one of the ten that tests share: a built-in phase with walls and discs, alike
+    or not, and nothing else that a scene may have."""
     named = any(loop.__qualname__.startswith(f"advance_{phase}_disc_wall_") for phase in PHASES)
     beyond = ("COMMANDS", "LIVING", "RULES", "PASSING", "PERIODIC", "AHEAD")
-    alike = getattr(loop.__globals__["collide"], "__name__", "") == "collide_equals"
-    return named and alike and not any(loop.__globals__[each] for each in beyond)
+    return named and not any(loop.__globals__[each] for each in beyond)

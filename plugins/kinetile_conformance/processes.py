@@ -133,7 +133,9 @@ class Child:
                 **how,
             )
         there.close()
-        self._messages = _read(self._link)
+        self._messages: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
 
     def begin(self, phases: Phases, made: Callable[[Subject, Send], Any]) -> None:
         """Send it the phases, and what makes of them that on which it calls functions.
@@ -177,8 +179,7 @@ class Child:
         while True:
             ended = self.ended
             with contextlib.suppress(queue.Empty):
-                message: Message | None = self._messages.get(timeout=PATROL)
-                return message
+                return self._messages.get(timeout=PATROL)
             if ended:
                 return None  # what it has started may hold its end
             now = self._used()  # for each message it would take longer than most scenes
@@ -233,20 +234,15 @@ class Child:
             with contextlib.suppress(OSError):
                 os.killpg(self._process.pid, signal.SIGKILL)
         self.exit_code()
+        self._reader.join(GRACE)  # longer only where somebody else holds the connection
 
-
-def _read(link: Connection) -> queue.SimpleQueue[Any]:
-    """Return a queue of what comes through a connection, and None when no more comes; then it is closed."""
-    messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
-
-    def read() -> None:
-        with contextlib.suppress(Exception), link:  # a phase may have written there
+    def _read(self) -> None:
+        """Put what comes through the connection into the queue, and None when no more comes; then close
+        it."""
+        with contextlib.suppress(Exception), self._link:  # a phase may have written there
             while True:
-                messages.put(dict(link.recv()))
-        messages.put(None)
-
-    threading.Thread(target=read, daemon=True).start()
-    return messages
+                self._messages.put(dict(self._link.recv()))
+        self._messages.put(None)
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
 """Mutants: built-in broad phases with one thing wrong each, to see whether the conformance kit notices.
 
 ``mutants.toml`` is the table: texts of the built-in phases, the texts in their place, and the check that
-kills the mutant. Some are spared: variations that are right, which no check may condemn. A mutant is loaded
-as a package of its own, a copy of ``kinetile_plugins`` with the changes, and registered under its own name.
+kills the mutant. Some are spared: variations that are right, which no check may condemn. A few are wrong and
+unseen by the kit with its default budget. A mutant is loaded as a package of its own, a copy of
+``kinetile_plugins`` with the changes, and registered under its own name.
 
 Run as a program, it judges the mutants whose names contain one of its arguments, or all, as ``kinetile
 conform`` would with the default budget; it prints a line for each, and ends with 1 where a mutant lives that
@@ -30,7 +31,7 @@ from registering import registered
 
 TABLE = Path(__file__).with_name("mutants.toml")
 PLUGINS = Path(str(kinetile_plugins.__file__)).parent
-HEAD = {"killed_by", "spared", "features"}
+HEAD = {"killed_by", "spared", "unseen", "features"}
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,8 @@ class Mutant:
         base: the phase from which it is made.
         name: the name under which it is registered.
         changes: what is changed.
-        killed_by: the check that fails; "" where none may.
+        killed_by: the check that fails; "" where none does.
+        right: whether it is right, so that no check may fail.
         features: the features that it declares.
     """
 
@@ -64,6 +66,7 @@ class Mutant:
     name: str
     changes: Sequence[Change]
     killed_by: str
+    right: bool
     features: frozenset[str]
 
     @classmethod
@@ -71,9 +74,8 @@ class Mutant:
         """Return the mutant of a row of the table."""
         files = {key: value for key, value in row.items() if key not in HEAD}
         changes = [Change(file, old, new) for file, texts in files.items() for old, new in texts]
-        return cls(
-            base, f"{base}-{name}", changes, row.get("killed_by", ""), frozenset(row.get("features", ()))
-        )
+        features = frozenset(row.get("features", ()))
+        return cls(base, f"{base}-{name}", changes, row.get("killed_by", ""), "spared" in row, features)
 
     def spec(self, folder: Path) -> kt.BroadPhaseSpec:
         """Write its package into a folder from which it can be imported; return its spec."""

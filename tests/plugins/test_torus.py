@@ -275,6 +275,7 @@ def test_three_thousand_drawn_scenes_have_one_answer():
     assert contacts > 40_000
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_long_thin_torus_cost_an_event_for_each_round_of_its_short_axis():
     """Of up to three rows each is near all: crossing them, ten thousand times a contact, was an event."""

@@ -78,7 +78,7 @@ class Agreement:
         bodies: how many discs there are.
         contacts: how many contacts agree, from the first on, in order.
         compared: how many contacts of the run were compared.
-        a, b: the bodies of each contact that agrees, (contacts,).
+        b: the second body of each contact that agrees, or the wall, (contacts,).
         ticks: how much later than the oracle the run has each of them, in ticks, (contacts,).
         disagreement: the first contact that differs; None: there is none as far as could be compared.
         oracle: the certified run.
@@ -88,7 +88,6 @@ class Agreement:
     bodies: int
     contacts: int
     compared: int
-    a: npt.NDArray[np.int64]
     b: npt.NDArray[np.int64]
     ticks: Floats
     disagreement: FirstDifference | None
@@ -273,7 +272,6 @@ def agreement(
         bodies=len(scene),
         contacts=agree,
         compared=len(rows),
-        a=contacts["a"][:agree].astype(np.int64),
         b=contacts["b"][:agree].astype(np.int64),
         ticks=np.array([float(error / tick) for error in errors]),
         disagreement=first,

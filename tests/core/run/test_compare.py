@@ -64,6 +64,7 @@ def test_the_first_divergence_is_the_earliest_of_all(blind):
     assert [each.phase for each in result.divergences] == [blind]
 
 
+@pytest.mark.compiled
 def test_a_fault_is_part_of_the_answer():
     jammed = kt.Scene(
         [[x, y] for x in (0.25, 0.75) for y in (0.25, 0.75)],

@@ -107,7 +107,7 @@ INSERTIONS = {
 """Place (or where body 3 is), velocity, radius, mass, and what is said."""
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(
     st.sampled_from(PHASES),
     st.booleans(),

@@ -58,6 +58,7 @@ def test_contacts_are_in_canonical_form():
     assert readings.events == len(contacts) + readings.structural_events
 
 
+@pytest.mark.compiled
 def test_the_fingerprint_does_not_see_the_start_of_the_clock():
     zero = kt.Simulation(grid(), "sap-1d")
     zero.run(until=2.0)

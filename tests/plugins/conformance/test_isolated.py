@@ -140,6 +140,7 @@ def test_offers_without_end_cost_time_and_no_contact() -> None:
     assert runs[0].contacts.tobytes() == runs[1].contacts.tobytes()
 
 
+@pytest.mark.own_loop
 @pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
 def test_a_hook_that_does_not_compile_is_named_with_its_distribution() -> None:
     sim = kt.Simulation(scene(), "has-no-such-field")

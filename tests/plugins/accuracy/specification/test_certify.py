@@ -532,7 +532,7 @@ def living(seed):
 
 
 @pytest.mark.parametrize("seed", first(10, range(60)))
-@pytest.mark.compiled
+@pytest.mark.small
 def test_bodies_come_and_go_and_turn(seed):
     scene, until = living(seed)
     sim, some = kt.Simulation(scene, "naive"), [np.zeros(0, LOG)]
@@ -551,7 +551,7 @@ def test_bodies_come_and_go_and_turn(seed):
 
 
 @pytest.mark.parametrize("seed", first(6, range(60)))
-@pytest.mark.compiled
+@pytest.mark.small
 def test_what_was_done_by_hand_is_followed(seed):
     """Commands by hand come after so many contacts of their tick."""
     random = np.random.default_rng(seed)
@@ -601,6 +601,7 @@ def test_who_is_not_there_meets_nobody():
         ((float.fromhex("0x1.c000000000465p-1"), 0.5), "", True),
     ],
 )
+@pytest.mark.small
 def test_who_has_no_room_ends_the_answer(place, periodic, room):
     """The first body is at (0.4375, 0.5) when the other comes, and at (-0.5625, 0.5)."""
     commands = [kt.Insert(0.5, place, (0.0, 0.0), 0.125)]
@@ -614,6 +615,7 @@ def test_who_has_no_room_ends_the_answer(place, periodic, room):
     assert (Course(scene).next(2**51) is not None) == room
 
 
+@pytest.mark.small
 def test_a_command_waits_for_so_many_contacts_of_its_tick():
     """Three pairs meet at one time, after another contact; body 2 turns away after so many of them."""
     places = [(x, y) for y in (0.5, 1.0, 1.5) for x in (0.25, 0.75)] + [(1.5, 0.25)]
@@ -628,6 +630,7 @@ def test_a_command_waits_for_so_many_contacts_of_its_tick():
 
 
 @pytest.mark.parametrize("bodies", [0, 1])
+@pytest.mark.small
 def test_the_unit_is_that_of_who_comes_as_well(bodies):
     commands = [kt.Insert(0.5, (0.5, 0.75), (20.0, 3.0), 0.125), kt.Remove(bodies, 1.0)]
     places, velocities = np.full((bodies, 2), 0.25), np.full((bodies, 2), 0.5)
