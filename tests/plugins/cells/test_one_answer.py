@@ -104,7 +104,6 @@ def test_few_wide_bodies_among_many_small_ones(ratio, seed):
     assert_naives(in_the_open(scene, (-0.5, -0.5)), contacts=100, until=3.0)
 
 
-@pytest.mark.slow
 @pytest.mark.compiled
 def test_four_thousand_bodies_of_all_sizes():
     scene = kt.make_scene("random", bodies=4000, density=0.25, radius_ratio=1000.0, seed=1)
