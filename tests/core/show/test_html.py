@@ -219,7 +219,7 @@ def test_a_run_that_has_ended_with_an_error_displays_and_says_so():
     assert circles(found.pictures[0]) == 3
 
 
-@pytest.mark.compiled
+@pytest.mark.small
 def test_a_jam_displays_until_it_is_left():
     jam = kt.Scene([[0.5, 0.25]], [[0.0, 1.0]], 0.25, arena=(1.0, 0.5))
     sim = kt.Simulation(jam)

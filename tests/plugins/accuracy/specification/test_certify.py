@@ -532,7 +532,7 @@ def living(seed):
 
 
 @pytest.mark.parametrize("seed", first(10, range(60)))
-@pytest.mark.compiled
+@pytest.mark.small
 def test_bodies_come_and_go_and_turn(seed):
     scene, until = living(seed)
     sim, some = kt.Simulation(scene, "naive"), [np.zeros(0, LOG)]
@@ -551,7 +551,7 @@ def test_bodies_come_and_go_and_turn(seed):
 
 
 @pytest.mark.parametrize("seed", first(6, range(60)))
-@pytest.mark.compiled
+@pytest.mark.small
 def test_what_was_done_by_hand_is_followed(seed):
     """Commands by hand come after so many contacts of their tick."""
     random = np.random.default_rng(seed)
