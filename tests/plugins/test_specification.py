@@ -22,6 +22,8 @@ from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import anchor_at
 from kinetile.kernel.tables import NEVER, Kernel, allocate
+from kinetile.scene.bodies import Bodies
+from kinetile.scene.reader import unit_of
 from kinetile_accuracy import certify_log
 from kinetile_plugins.disc import Disc
 from kinetile_plugins.wall import Wall
@@ -178,20 +180,15 @@ def test_bodies_leave_a_contact_with_the_velocities_of_the_rule(equal: bool) -> 
 
 
 def test_a_scene_has_the_unit_of_the_rule() -> None:
-    for family, arena, bodies, turned, e in rows("units"):
+    for family, arena, bodies, turned, e in rows("units"):  # of any size: nothing is refused
         numbers = [doubles(body) for body in bodies]
-        scene = kt.Scene.__new__(kt.Scene)  # of any size: nothing is refused
-        given = {
-            "position": np.array([each[:2] for each in numbers]).reshape(-1, 2),
-            "velocity": np.array([each[2:4] for each in numbers]).reshape(-1, 2),
-            "radius": np.array([each[4] for each in numbers]),
-            "arena": None if arena is None else doubles(arena),
-            "unit": None,
-            "commands": tuple(kt.Turn(0, 0.0, doubles(velocity)) for velocity in turned),
-        }
-        for name, value in given.items():
-            object.__setattr__(scene, name, value)
-        assert scene.time_unit == 2.0**-e, family
+        table = np.array(numbers).reshape(-1, 5)
+        given = Bodies(table[:, :2], table[:, 2:4], table[:, 4], np.ones(len(table)), {})
+        turns = [kt.Turn(0, 0.0, doubles(velocity)) for velocity in turned]
+        unit = unit_of(
+            given, None if arena is None else doubles(arena), turns
+        )  # of any size: none is refused
+        assert unit == 2.0**-e, family
 
 
 def test_a_time_has_the_tick_of_the_rule() -> None:

@@ -129,7 +129,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     apart = ((where, Turn(*turn)) for where, turn in turns)
     every = [*sorted(apart, key=lambda pair: (pair[1].time, pair[1].body)), *commands]
     known = numbered([command for _, command in every], len(bodies), first)
-    clock = Clock(start, unit or _time_unit(bodies, sides, known))
+    clock = Clock(start, unit or unit_of(bodies, sides, known))
     order = _order(known, clock)
     kept = tuple(known[k] for k in order)
     mistakes = check_pace(start, clock.unit)
@@ -231,7 +231,7 @@ def _read_rules(
     return read_rules(kind, given.responses, bodies, coming, mistakes, kinds, complete)
 
 
-def _time_unit(bodies: Bodies, arena: tuple[float, ...] | None, commands: Sequence[Command]) -> float:
+def unit_of(bodies: Bodies, arena: tuple[float, ...] | None, commands: Sequence[Command]) -> float:
     """Returns the power of two, at most 1, in which the clock of a scene counts unless it says another."""
     if len(bodies) == 0 and (arena is None or not commands):
         return 1.0

@@ -33,7 +33,7 @@ def assert_known(scene: kt.Scene) -> None:
 
 
 RECIPES = [
-    pytest.param(name, marks=[pytest.mark.small] if name == "grown" else [])  # a run makes it
+    pytest.param(name, marks=[pytest.mark.slow] if name == "grown" else [])  # a run makes it
     for name in kt.registry().names("scene")
     if name != "frame"
 ]

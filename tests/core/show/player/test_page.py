@@ -61,6 +61,7 @@ def test_the_page_asks_nobody_for_anything():
     assert "@@" not in text
 
 
+@pytest.mark.compiled
 def test_pages_are_small():
     few = kt.make_scene("random", bodies=24, density=0.3, radius_ratio=4, seed=4)
     many = kt.make_scene("grid", bodies=1024, density=0.5)
