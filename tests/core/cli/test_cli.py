@@ -459,7 +459,7 @@ def test_bench_events_measures_and_prints():
     assert [(row["bodies"], row["density"]) for row in data["rows"]] == [(4, 0.5), (4, 0.25)]
     table = kinetile(line).stdout
     assert "naive" in table
-    assert "medians of 1 runs" in table
+    assert "medians of 1 run of" in table
     assert kinetile("bench events --bodies 4,x").exit_code == 2
 
 
