@@ -59,11 +59,12 @@ maximum_signature_line_length = 88
 nitpick_ignore_regex = [
     ("py:.*", r"(PIL|collections|concurrent|numpy|pathlib|os|pluggy|hypothesis|np|npt|typing)\..*"),
     ("py:.*", r"ArrayLike.*|NDArray|Floats|Image|Path|PluginManager.*"),
-    ("py:.*", r"float64|int64|int32|void|Hook|Kind|Spec|StudyStopped"),
-    ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Entries|F|Held|History|Parts|SavedPhases)"),
+    ("py:.*", r"float64|int64|int32|void|Hook|Kind|Source|Spec|StudyStopped"),
+    ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Engine|Entries|F|Held|History)"),
+    ("py:.*", r"kinetile\.(run|kernel)\..*\.(Parts|SavedPhases)"),
     ("py:.*", "Numbers"),
     ("py:.*", r"kinetile[\w.]*\.(Disagreement|DrawnFrom|Enclosure|FirstDifference)"),
-    ("py:.*", r"kinetile[\w.]*\.(Oracle|Page|Reference|Section|Subject)"),
+    ("py:.*", r"kinetile[\w.]*\.(Oracle|Page|Reference|Section|StudyScene|Subject)"),
 ]
 
 # Notebooks are kept without what they print: they are run here, and what they raise is an error.

@@ -52,6 +52,8 @@ def turn(app: Sphinx, docname: str, source: list[str]) -> None:
         if path == home / "README.md":
             return f"{found[1]}{os.path.relpath(Path(app.srcdir, README), page.parent)}.md"
         if path.is_relative_to(app.srcdir):
+            if docname != README:
+                return found[0]
             return f"{found[1]}{os.path.relpath(path, page.parent)}"
         if not path.is_relative_to(home) or not path.exists():
             return found[0]  # which is told as a link that leads nowhere
