@@ -174,6 +174,7 @@ def test_h25_all_pairs_are_candidates_where_the_bounds_meet() -> None:
     assert sim.candidate_pairs().tolist() == [[0, 1], [0, 2], [1, 2]]
 
 
+@pytest.mark.filterwarnings("error")
 def test_h27_nothing_happens_for_a_million_time_units() -> None:
     sim = assert_one_answer(scene_of("H27"))
     assert sim.time == 1e6

@@ -104,7 +104,8 @@ def quiet_spans(
         """Returns in how many spans a gap can be closed."""
         return (gap - 4.0 * rounding) * (1.0 - 1e-9) / (closing * span + drift)
 
-    with np.errstate(divide="ignore", invalid="ignore"):
+    # Bodies that hardly move have spans without number: an infinite chord leaves the bound by the gap.
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         for axis, wall in enumerate(walls):
             there, flies = place[:, axis], velocity[:, axis]
             ahead = np.where(flies < 0.0, there - reach[:, 2 * axis], wall - there - reach[:, 2 * axis + 1])
