@@ -41,5 +41,7 @@ class BoundedRows:
 
     @property
     def rows(self) -> npt.NDArray[Any]:
-        """The rows so far (dtype LOG)."""
-        return np.concatenate(self._parts)
+        """The rows so far (dtype LOG); they are joined once, not at each reading."""
+        if len(self._parts) > 1:
+            self._parts = [np.concatenate(self._parts)]
+        return self._parts[0]
