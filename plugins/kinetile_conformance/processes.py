@@ -6,7 +6,7 @@ file. When the calling process is gone, so is its end of the connection, and the
 
 No limit is one of time by the clock, which would judge the machine. A child that computes is limited in CPU
 seconds, and one that uses none for minutes waits for something that does not come. What the child has started
-may outlive it, and hold its end of the connection: so a thread reads, and nobody waits for that thread.
+may outlive it, and hold its end of the connection: so a thread reads, and the judge does not wait for it.
 """
 
 from __future__ import annotations

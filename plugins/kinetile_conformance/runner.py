@@ -103,7 +103,7 @@ class Options(TypedDict, total=False):
 
 
 def _ignore(*told: object) -> None:
-    """Nobody is told."""
+    """Reports nothing."""
 
 
 @dataclass(frozen=True)

@@ -262,7 +262,7 @@ class Simulation(Moment):
                         observers.advance(end, lambda to: advance(engine, to, self._audit, after_chunk))
                     )
             except BaseException:
-                with suppress(PhaseError):  # what ended the run is told, not what comes of it
+                with suppress(PhaseError):  # the error that ended the run is raised, not this one
                     self._observe(observers)
                 raise
             finally:

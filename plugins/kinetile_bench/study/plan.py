@@ -218,7 +218,7 @@ class _Reader:
 
     def results(self, name: str | None) -> Path | None:
         """Returns the file of the rows. A relative name that leaves the study's folder, by a link or without,
-        is refused: nobody expects a file to be written somewhere above it."""
+        is refused: a file above it would surprise its user."""
         if name is None:
             return None
         here, there = map(os.path.realpath, (self.folder, self.folder / name))

@@ -114,7 +114,7 @@ def _below(text: str, found: Mapping[Any, Ratio]) -> Iterator[Part]:
 
 
 def _counted(text: str, count: int, of: int, least: int) -> Part:
-    """Returns the part that at least so many of the cases are as it says."""
+    """Returns the part that at least ``least`` of the cases are as it says."""
     return Part(text, HOLDS if count >= least else FAILS, f"in {count} of {of} cases")
 
 

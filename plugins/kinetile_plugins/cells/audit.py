@@ -54,7 +54,7 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
 
 class _Axis(NamedTuple):
     """Bodies along an axis: their columns in the plans' frame, how wide these are and their slack, the plans'
-    places and speeds, and whether there are several columns: nobody leaves the only one."""
+    places and speeds, and whether there are several columns: no body leaves the only one."""
 
     name: str
     cell: Any

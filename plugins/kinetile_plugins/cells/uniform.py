@@ -28,7 +28,7 @@ def edge(grid: Records, side: float, cell: float, speed: float) -> float:
 
 def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     """Returns ``watch``, ``build``, ``near``, ``repair`` and ``enter``; where an axis is periodic homes are
-    unwrapped, and nobody leaves the only column or row (``torus.py``)."""
+    unwrapped, and no body leaves the only column or row (``torus.py``)."""
     list_ahead, come_home, go_over = moves(periodic)
     around = list_around_on_torus if periodic else list_around
 

@@ -54,7 +54,7 @@ def plans_of(k: Kernel, one: Records, two: Records) -> Plans:
 
 @hook
 def plans_through(k: Kernel, one: Records, two: Records, right: float, up: float) -> Plans:
-    """Return the plans of two bodies, of the second's image that is so many periods to the right and up."""
+    """Return the plans of two bodies, the second as its image ``right`` and ``up`` periods away."""
     plans = plans_of(k, one, two)
     torus = k.clock[0].torus
     return Plans(
