@@ -69,7 +69,7 @@ def ran(sim: kt.Simulation, most: int = MOST) -> str:
     return sim.fingerprint
 
 
-@pytest.mark.parametrize("seed", first(6, range(200)))
+@pytest.mark.parametrize("seed", first(6, range(40)))
 def test_one_answer_under_commands_and_responses(seed):
     scene = commanded(seed)
     audit = 1 if seed % 5 == 0 else None
@@ -106,7 +106,7 @@ def by_hand(seed: int, phase: str, folder: Path) -> tuple[str, kt.Simulation]:
     return sim.fingerprint, sim
 
 
-@pytest.mark.parametrize("seed", first(3, range(1000, 1100)))
+@pytest.mark.parametrize("seed", first(3, range(1000, 1020)))
 def test_one_answer_under_commands_by_hand(seed, tmp_path):
     found = {phase: by_hand(seed, phase, tmp_path) for phase in PHASES}
     assert len({ending for ending, _ in found.values()}) == 1
