@@ -1,0 +1,73 @@
+"""Loops of what a scene may have, compiled as users run them: their contacts are those of the rules.
+
+Most tests run these features with plain hooks, because each choice of phases and features has a loop of its
+own. Here each feature is compiled under each phase that takes it, so that what does not compile is found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import by_the_rules
+import kinetile as kt
+from kinetile.errors import Refused
+
+PHASES = ("naive", "sap-1d", "sap-2d", "cells", "sweep-tiling")
+PLACES = [(0.5 + i % 4, 0.5 + i // 4) for i in range(12)]
+VELOCITIES = [((7 * i % 5 - 2) / 2, (3 * i % 7 - 3) / 4) for i in range(12)]
+KINDS = [("ball", "wisp", "clay")[i % 3] for i in range(12)]
+TURNS = [kt.Turn(0, 0.5, (1.0, -0.5)), kt.Turn(5, 0.75, (0.0, 1.0))]
+LIVING = [kt.Remove(3, 0.25), kt.Insert(0.5, (3.5, 0.5), (-1.0, 0.25), 0.0625), kt.Remove(7, 1.0)]
+RESPONSES = {
+    ("clay", "*"): "stop",
+    ("ball", "ball"): kt.Response("restitution", e=0.5, contact_time=0.015625),
+    ("ball", "wall"): kt.Response("restitution", e=0.75, contact_time=0.015625),
+}
+PASSING = {("wisp", "ball"): "pass", ("wisp", "wisp"): "pass"}
+
+
+def discs(**more: Any) -> kt.Scene:
+    return kt.Scene(PLACES, radius=0.25, **({"velocity": VELOCITIES, "arena": (4.0, 3.0)} | more))
+
+
+def boxes(**more: Any) -> kt.Scene:
+    outlines = [kt.box(0.5, 0.25), kt.disc(0.25), kt.polygon([(-0.25, -0.25), (0.25, -0.25), (0.0, 0.25)])]
+    numbers = [i % 3 for i in range(12)]
+    return kt.Scene(PLACES, VELOCITIES, shape=numbers, shapes=outlines, **({"arena": (4.0, 3.0)} | more))
+
+
+SCENES = {
+    "walls": discs(),
+    "open": discs(arena=None, velocity=[(2.0 - x, 1.0 - y) for x, y in PLACES]),
+    "turns": discs(commands=TURNS),
+    "living": discs(commands=[*TURNS, *LIVING]),
+    "responses": discs(kind=KINDS, responses=RESPONSES),
+    "passing": discs(kind=KINDS, responses=RESPONSES | PASSING, commands=TURNS),
+    "periodic along x": discs(periodic="x"),
+    "periodic": discs(periodic="xy"),
+    "periodic, passing and living": discs(
+        periodic="xy", kind=KINDS, responses=RESPONSES | PASSING, commands=LIVING
+    ),
+    "boxes": boxes(),
+    "boxes with responses and turns": boxes(kind=KINDS, responses=RESPONSES, commands=TURNS),
+}
+FOR_TILING = ("walls", "turns", "living", "responses", "periodic along x")
+"""What sweep-tiling takes."""
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("name", SCENES)
+def test_a_compiled_loop_follows_the_rules(name: str, phase: str) -> None:
+    scene = SCENES[name]
+    if phase == "sweep-tiling" and name not in FOR_TILING:
+        with pytest.raises(Refused):
+            kt.Simulation(scene, phase)
+        return
+    wanted = by_the_rules.answer(scene, 40, int(4.0 / scene.time_unit * 2**52)).contacts
+    sim = kt.Simulation(scene, phase)
+    sim.run(until=4.0, max_contacts=40)
+    assert by_the_rules.rows(sim) == wanted
+    assert len(wanted) > 10
