@@ -29,15 +29,11 @@ settings.register_profile("few", max_examples=20, **EVERYWHERE)
 settings.load_profile("few")
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add --compiled."""
-    parser.addoption(
-        "--compiled", action="store_true", help="compile the loops of tests marked small, as users do"
-    )
-
-
 IN_PLAIN_HOOKS = ("core/records/", "core/run/", "core/show/", "plugins/")
 """Folders whose tests are small unless they are marked ``compiled`` or ``own_loop``."""
+
+OF_PAGES = ("core/show/player/",)
+"""Folders whose tests open pages in a browser, or run their script under node: lane ``page``."""
 
 OF_INSTRUMENTS = ("foreign/", "plugins/accuracy/", "plugins/bench/", "plugins/conformance/")
 """Folders whose tests are not, and may compile loops of their own: they judge foreign phases,
@@ -216,6 +212,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.small)
         if item.get_closest_marker("long") or (small and _is_under_slow_phase(item)):
             item.add_marker(pytest.mark.slow)
+        if _is_below(item.path, OF_PAGES):
+            item.add_marker(pytest.mark.page)
         if _is_below(item.path, QUICK) and not any(map(item.get_closest_marker, ("slow", "compiled"))):
             item.add_marker(pytest.mark.quick)
     if INTERPRETED:

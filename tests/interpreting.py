@@ -4,8 +4,8 @@ Each choice of phases, commands and responses has a loop of its own, which takes
 compile: too much for a test of some milliseconds. So the child has NUMBA_DISABLE_JIT=1. It runs
 
 - ``interpreted``: phases that are written to be wrong, which can end a process when they are compiled;
-- ``small``: few events, with a loop that hardly any other test needs. ``pytest -m small --compiled`` runs
-  them compiled, as users do; CI's second lane does, too.
+- ``small``: few events, with a loop that hardly any other test needs. That such loops compile, and give the
+  contacts of the rules, is tested in ``tests/plugins/test_compiled_loops.py``.
 
 Where hooks are interpreted already, all of them run as any other test.
 """
@@ -53,8 +53,7 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
 
 def _is_marked(item: pytest.Item) -> bool:
     """Return whether a test is to run in the child."""
-    small = item.get_closest_marker("small") is not None and not item.config.getoption("--compiled")
-    return small or item.get_closest_marker("interpreted") is not None
+    return any(item.get_closest_marker(name) is not None for name in ("small", "interpreted"))
 
 
 def _shares(one: pytest.Item, other: pytest.Item) -> bool:

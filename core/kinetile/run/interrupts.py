@@ -22,6 +22,7 @@ from __future__ import annotations
 import _signal  # type: ignore[import-not-found]
 import _thread
 import signal
+import sys
 import threading
 from types import FrameType, TracebackType
 from typing import Any, ClassVar, Self
@@ -38,12 +39,20 @@ def comes_later(number: int, frame: FrameType | None) -> bool:
     there an error may become another one, or be lost. The signal then comes again in a moment."""
     while frame is not None:
         if str(frame.f_globals.get("__name__")).startswith(_LOADING):
-            again = threading.Timer(0.02, _thread.interrupt_main, [number])
+            again = threading.Timer(0.02, _signal_main_thread, [number])
             again.daemon = True
             again.start()
             return True
         frame = frame.f_back
     return False
+
+
+def _signal_main_thread(number: int) -> None:
+    """Sends a signal again: one that only sets a flag, as ``interrupt_main`` does, ends no system call."""
+    if sys.platform == "win32":
+        _thread.interrupt_main(number)
+    else:
+        signal.pthread_kill(threading.main_thread().ident or 0, number)
 
 
 class Unbroken:

@@ -54,13 +54,13 @@ def test_a_phase_that_conforms(how, tmp_path):
 
 def test_as_json():
     result = kinetile_(
-        "conform", "sweep-and-prune:axis=y", "--in-process", "--check", "rejects-unknown-options", "--json"
+        "conform", "sweep-and-prune:axis=x", "--in-process", "--check", "rejects-unknown-options", "--json"
     )
     told, report = result.stdout.splitlines()
     assert json.loads(told)["result"]["status"] == "passed"
     found = json.loads(report)
     assert (found["status"], found["conforms"], found["reference_in_doubt"]) == ("complete", True, False)
-    assert (found["broad_phase"], found["options"]) == ("sap-1d", {"axis": "y"})
+    assert (found["broad_phase"], found["options"]) == ("sap-1d", {"axis": "x"})
     assert [check["status"] for check in found["checks"]] == ["passed"]
     assert found["versions"]["kinetile"] == kt.__version__
 

@@ -115,14 +115,16 @@ def test_what_is_drawn():
     assert len(squares) > 15
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_convex_bodies_have_one_answer_under_cells():
     (result,) = check_broad_phase("cells", checks=[OF_SHAPES], examples=100, in_process=True).results
     assert (result.status, result.scenes) == ("passed", 50), result.said
 
 
+@pytest.mark.slow
 @pytest.mark.interpreted
-@pytest.mark.parametrize("shrink", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("shrink", [False, True])
 def test_a_reach_that_is_too_small_for_shapes_is_found(shrink):
     """And by scenes of discs it is not."""
     chosen = {"checks": ["same-contacts", OF_SHAPES], "examples": 20, "in_process": True, "shrink": shrink}

@@ -478,10 +478,11 @@ def test_responses_are_followed(name, seed):
     assert (passings & (sim.contacts["b"] >= 0)).any() == ("pass" in name)
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("name", RESPONSES)
 def test_a_wrong_line_of_a_scene_with_responses_is_found(name):
     sim = ruled(name, 0)
-    rows = sim.contacts[:60]
+    rows = sim.contacts[:40]
     ends = np.flatnonzero((rows["a"] > rows["b"]) & (rows["b"] >= 0))
     assert certify_log(sim.scene, rows).right
     for at in (int(ends[len(ends) // 2]) if len(ends) else 10, len(rows) // 2):
@@ -495,7 +496,8 @@ def test_a_wrong_line_of_a_scene_with_responses_is_found(name):
             assert at <= found.wrong.index <= at + 1
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(1, range(3)))
 def test_a_wrong_line_of_a_scene_with_shapes_is_found(seed):
     scene = convex_scenes.drawn(seed, (8,))
     sim = kt.Simulation(scene, "naive")
