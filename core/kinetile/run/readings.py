@@ -20,6 +20,9 @@ from kinetile.scene.commands import counted
 class Readings:
     """The instruments after a run; counts are totals since the start of the simulation.
 
+    After ``resume`` or ``restore`` the structure of the broad phase is built again: structural events, and
+    other counts of its work, may then differ from those of a run that was not interrupted. Contacts do not.
+
     Attributes:
         contacts_disc: contacts of two discs, beginnings and ends of passings among them.
         contacts_wall: contacts of a body with a wall.
