@@ -71,9 +71,9 @@ def of_calendar(k: Kernel) -> Iterator[str]:
                 yield f"the list of slice {at} of the calendar cannot be read backwards at body {body}"
                 return
             if days[body] % slices != at or keys[body] == NEVER:
-                yield f"body {body} stands in slice {at} of the calendar, where it does not belong"
+                yield f"body {body} is in slice {at} of the calendar, where it does not belong"
             if previous < bodies and ranks[body] < ranks[previous]:
-                yield f"slice {at} of the calendar is out of order: body {previous} stands before body {body}"
+                yield f"slice {at} of the calendar is out of order: body {previous} is before body {body}"
             previous, body, found = body, after[body], found + 1
         if body != bodies + at or before[body] != previous:
             yield f"the list of slice {at} of the calendar does not come back to where it began"
@@ -81,7 +81,7 @@ def of_calendar(k: Kernel) -> Iterator[str]:
     waiting = [body for body, key in enumerate(keys) if key != NEVER]
     await_something, counted = len(waiting), k.counts[0].queued
     if not found == await_something == counted:
-        said = f"{found} bodies stand in the calendar, and {await_something} await something"
+        said = f"{found} bodies are in the calendar, and {await_something} await something"
         yield f"{said}; {counted} are counted"
     if waiting and min(days[body] for body in waiting) < clock.calendar.slice:
         yield "a body is filed before the slice in which the head is sought"
@@ -140,7 +140,7 @@ def of_lookup(k: Kernel) -> Iterator[str]:
     a, b, mask = k.pairs.a[live], k.pairs.b[live], len(lookup) - 1
     ranks = np.sort(a * np.int64(len(k.bodies)) + b)  # np.unique takes a minute for 20 million
     if (a >= b).any() or (ranks[1:] == ranks[:-1]).any():
-        yield "a pair stands in the pair set twice, or in no order"
+        yield "a pair is in the pair set twice, or in no order"
     empty = int(np.flatnonzero(lookup < 0)[-1]) - len(lookup) if len(lookup) else 0
     for first in range(0, len(lookup), BLOCK):
         some = lookup[first : first + BLOCK]
@@ -272,17 +272,17 @@ class Complaint(NamedTuple):
 def check_all(k: Kernel, composition: Composition, delta: float, time: float, events: int) -> None:
     """Raises AuditError for the first violation now, at a time and after a number of events; an
     UnawaitedContactError if a contact would be missed. ``delta`` is the skin."""
-    who = f"at time {time!r}, after {events} events under broad phase {composition.broad_phase!r}"
+    when = f"at time {time!r}, after {events} events under broad phase {composition.broad_phase!r}"
     try:
         for said, bodies in complaints(k, composition, delta):
             if bodies:
-                raise UnawaitedContactError(f"{who}: {said}", time=time, bodies=bodies)
-            raise AuditError(f"{who}: {said}")
+                raise UnawaitedContactError(f"{when}: {said}", time=time, bodies=bodies)
+            raise AuditError(f"{when}: {said}")
     except (KinetileError, KeyboardInterrupt):
         raise
     except (Exception, SystemExit) as error:  # corrupt tables, or the phase's own audit
         said = f"the audit cannot be finished: {sentence(error)}{place_of(error)}"
-        raise AuditError(f"{who}: {said}") from error
+        raise AuditError(f"{when}: {said}") from error
 
 
 def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Complaint]:

@@ -50,7 +50,7 @@ from kinetile.scene.shapes import Shape
 
 Integers = npt.NDArray[np.int64]
 
-_RUNS = ("run", "step", "be built", "be built anew")
+_RUNS = ("run", "step", "be built", "be built again")
 
 
 class Progress(NamedTuple):
@@ -79,7 +79,7 @@ class Simulation(Moment):
         audit: check everything that must hold at intervals of this many contacts, and at the end of each run
             (slow: O(n^2) an audit); None: never.
         turning: True to compile turns into the loop though the scene has none, so that ``set_velocity`` need
-            not compile it anew.
+            not compile it again.
         live: True for a program that gives all kinds of commands: they are compiled into the loop though the
             scene has none, and slots are free for inserted bodies, so that the first need not do either.
         room: with ``live`` or a scene whose bodies come and go, how many bodies can be present before slots
@@ -190,7 +190,7 @@ class Simulation(Moment):
 
     def rebuild(self) -> None:
         """Builds the broad phase's structure again at the present moment; no contact can change by it."""
-        with self._alone("be built anew"):
+        with self._alone("be built again"):
             self._engine.lay_out(self._engine.speed)
             self._engine.build()
 
@@ -304,7 +304,7 @@ class Simulation(Moment):
     def next_event(self) -> Event | None:
         """The event that ``step`` would run, as scheduled now; None if nothing is scheduled.
 
-        A body that flies for more than a thousand time units without an event is anchored anew
+        A body that flies for more than a thousand time units without an event is anchored again
         meanwhile, which can move later events by its rounding.
 
         Raises BusyError during a chunk of a run: to look ahead, the loop computes the first contact.

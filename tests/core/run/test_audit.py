@@ -187,9 +187,9 @@ BROKEN = [
     (lambda e: e.k.marks.fill(0), rf"the mark of slice \d+ {CALENDAR} is not true"),
     (
         lambda e: put(e.k.counts[0], queued=3),
-        "4 bodies stand in the calendar, and 4 await something; 3 are count",
+        "4 bodies are in the calendar, and 4 await something; 3 are count",
     ),
-    (file_in_another_slice, rf"body \d stands in slice \d+ {CALENDAR}, where it does not"),
+    (file_in_another_slice, rf"body \d is in slice \d+ {CALENDAR}, where it does not"),
     (
         lambda e: put(e.k.links[first(e)], prev=3),
         rf"slice \d+ {CALENDAR} cannot be read backwards at body \d",
@@ -198,7 +198,7 @@ BROKEN = [
         lambda e: put(e.k.links[4 + filed(e.k)], prev=e.k.links[4 + filed(e.k)].prev + 1),
         rf"slice \d+ {CALENDAR} does not come back to where it began",
     ),
-    (lambda e: unfile(e.k, filed(e.k)), r"\d bodies stand in the calendar, and 4 await something"),
+    (lambda e: unfile(e.k, filed(e.k)), r"\d bodies are in the calendar, and 4 await something"),
     (
         lambda e: put(e.k.clock[0].calendar, slice=e.k.clock[0].calendar.slice + (1 << 9)),
         "a body is filed before the slice in which the head is sought",
@@ -243,7 +243,7 @@ def test_a_ring_out_of_order():
     links[ring].next, links[two].next, links[one].next = two, one, three
     links[two].prev, links[one].prev, links[three].prev = ring, two, one
     at = ring - 4
-    said = rf"slice {at} of the calendar is out of order: body {two} stands before body {one}"
+    said = rf"slice {at} of the calendar is out of order: body {two} is before body {one}"
     with pytest.raises(AuditError, match=said):
         found.audit()
 

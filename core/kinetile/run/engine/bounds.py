@@ -3,7 +3,7 @@
 A broad phase compares bodies that are enlarged by a skin. The skin has to cover rounding, which
 grows with the greatest speed and with the distance from the origin. No body can exceed the speed that
 the lightest one would have with all the energy of the scene. If that bound would be exceeded (a command adds
-energy, a response makes a body faster, bodies without walls fly far), the engine lays its tables out anew
+energy, a response makes a body faster, bodies without walls fly far), the engine lays its tables out again
 for a larger one.
 """
 

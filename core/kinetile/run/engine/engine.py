@@ -150,7 +150,7 @@ class Engine(Tables):
 
     @property
     def time(self) -> float:
-        """The present time, in the scene's time: the requested one, while the run stands there."""
+        """The present time, in the scene's time: the requested one, if the run has ended at it."""
         return self._asked if self._asked is not None else self.clock.time(self.now)
 
     @property
@@ -374,7 +374,7 @@ class Engine(Tables):
         return extent_of(self.scene, self.walled, speed, far, spans)
 
     def _grow_pairs(self) -> None:
-        """Makes room for more candidate pairs, and builds the structure anew."""
+        """Makes room for more candidate pairs, and builds the structure again."""
         self.bounds_for(self.speed)  # a refusal must come before the tables change
         lists = self.k.clock[0].lists
         room = max(2 * len(self.k.pairs), int(1.25 * (int(lists.pairs) + int(lists.wanted))))
@@ -412,7 +412,7 @@ class Engine(Tables):
         compose(begin_at_start, parts, f"begin_{self.composition.label}", Kernel)(self.k, now)
         self.k.clock[0].stops.due = 0  # ``advance`` looks among them for a watched one
 
-    # Phases prepared anew
+    # Phases prepared again
 
     def renew(self) -> None:
         """Prepares the phases for the present bodies, and lays the tables out for them."""
@@ -431,7 +431,7 @@ class Engine(Tables):
         self.commands, self.loop = commands, loop
 
     def _make_slot(self) -> bool:
-        """Prepares the phases anew for an insertion or removal; returns whether the command has still to
+        """Prepares the phases again for an insertion or removal; returns whether the command has still to
         run."""
         k, composition = self.k, self.composition
         if composition.living:
@@ -465,7 +465,7 @@ class Engine(Tables):
     # and after the contacts that have happened at it. Contacts that are still pending at it stay pending: a
     # command may avert one of them. A game may issue sixty commands a frame, so the cost of one
     # must depend as little as possible on the number of bodies: ``bounds.squares`` bounds the energy from
-    # above, and only when it would exceed the speed in force is the energy summed up anew.
+    # above, and only when it would exceed the speed in force is the energy summed up again.
 
     def command_rows(self, code: int, many: int = 1) -> Rows:
         """Returns a number of commands of the present tick; the caller fills in their bodies and effects,
@@ -495,7 +495,7 @@ class Engine(Tables):
         others_first = due(self.k, self.fields, self.met_now) > 0  # of the scene, which stopped before them
         if inserts and not others_first:
             demand_room(self.k, self.composition, self.walled, self.clock, rows)
-        # From here on a command is refused only if tables are laid out anew, or other commands come first:
+        # From here on a command is refused only if tables are laid out again, or other commands come first:
         # in these cases a copy of the tables is kept, to go back to.
         plain = not faster and not others_first and self._has_place_for(code, rows, wanted)
         with Unbroken(), nullcontext() if plain else self.unchanged_if(Refused):
@@ -553,7 +553,7 @@ class Engine(Tables):
                     return  # all commands have run; the next run reports the jam
 
     def _has_place_for(self, code: int, rows: Rows, wanted: Commands) -> bool:
-        """Whether commands can run without preparing the phases anew: they are compiled into the loop, the
+        """Whether commands can run without preparing the phases again: they are compiled into the loop, the
         phase inserts and removes bodies, and an inserted body has a slot. The last is
         ``has_vacancy`` of the kernel, read without a call into compiled code."""
         if self.commands < wanted or (code != TURNED and not self.composition.living):
@@ -567,7 +567,7 @@ class Engine(Tables):
     # Spans of the clock
 
     def move_base(self, end: int | None) -> None:
-        """Moves the clock's base by a span and anchors anew plans that are two spans old, under every phase.
+        """Moves the clock's base by a span, and anchors plans that are two spans old, under every phase.
 
         Without bodies it moves at once to the span of ``end``, in ticks since the start.
         """

@@ -152,7 +152,7 @@ class Ledger:
 
     @property
     def records(self) -> bool:
-        """Whether all rows of present events are kept, those of plans that the clock anchors anew too."""
+        """Whether all rows of present events are kept, those of plans that the clock anchors again too."""
         return self._puts_aside or self._recorder is not None
 
     @contextmanager

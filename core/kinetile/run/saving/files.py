@@ -210,7 +210,7 @@ _OF_STATE: dict[str, Any] = {
     **dict.fromkeys(("cpu_seconds", "compile_seconds"), int | float),
     **{"bounds": Bounds, "asked": float | int | None, "overlapping": np.ndarray},
 }
-"""Fields of a run's state that stand in the head under their names, with their types."""
+"""Fields of a run's state that are in the head under their names, with their types."""
 
 _KINDS: dict[str, Any] = {
     **_OF_STATE,

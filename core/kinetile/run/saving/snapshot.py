@@ -106,8 +106,8 @@ def gone_on(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engin
             f"{', '.join(mine)}, or other options of them: they make the contacts, so they have to be the "
             "same"
         )
-    stands = standing(snapshot.state.contents, scene, composition.prepared.capacity)
-    return Engine(scene, composition.prepared_for(stands), state=snapshot.state)
+    present = standing(snapshot.state.contents, scene, composition.prepared.capacity)
+    return Engine(scene, composition.prepared_for(present), state=snapshot.state)
 
 
 def check_state(state: RunState, scene: Scene) -> None:
