@@ -88,7 +88,8 @@ class Moment:
         """Returns the kinds of bodies by their numbers, as an array of objects of the same shape.
 
         They may be present, removed, or still to be inserted by the scene. "wall" is the kind of a number
-        below 0, as in column ``b`` of ``contacts``. Raises IndexError for a number that no body has been given.
+        below 0, as in column ``b`` of ``contacts``. Raises IndexError for a number that no body has been
+        given.
         """
         numbers = np.asarray(bodies)
         if numbers.dtype.kind not in "iu" and numbers.size:
