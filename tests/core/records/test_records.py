@@ -285,16 +285,3 @@ def test_without_pyarrow_the_extra_is_named(tmp_path, monkeypatch):
         EventRecorder(tmp_path / "e.parquet", scene())
     with pytest.raises(MissingExtra, match="pyarrow"):
         read_events(tmp_path / "e.parquet")
-
-
-def test_what_is_no_event_file_is_refused(tmp_path):
-    with pytest.raises(RecordError, match="cannot be read"):
-        read_events(tmp_path / "nothing.parquet")
-    (tmp_path / "text.parquet").write_text("not Parquet at all")
-    with pytest.raises(RecordError, match="cannot be read"):
-        read_events(tmp_path / "text.parquet")
-    import pyarrow as pa
-
-    pq.write_table(pa.table({"x": [1]}), tmp_path / "other.parquet")
-    with pytest.raises(RecordError, match="not an event file of kinetile"):
-        read_events(tmp_path / "other.parquet")
