@@ -121,7 +121,6 @@ def outcome(sim: kt.Simulation, plan: Plan) -> dict[str, Any]:
         "commands": hashlib.sha256(repr(sim._engine.history.content).encode()).hexdigest(),
         "counts": [read.contacts_disc, read.contacts_wall, read.turns, read.inserted, read.removed],
         "energy": [read.energy_drift.hex(), read.deepest_overlap.hex()],
-        "structural": read.structural_events,
     }
 
 

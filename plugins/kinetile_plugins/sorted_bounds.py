@@ -75,10 +75,8 @@ def audit_lists(lists: Whole, firsts: Sequence[int], step: int) -> Iterator[str]
             yield "a list has other numbers than an end, bounds, and ends"
 
 
-def audit_bounds(
-    k: Kernel, order: Whole, place: Whole, due: Whole, axes: tuple[int, ...], pairs: bool
-) -> Iterator[str]:
-    """Yields a sentence for everything that does not hold.
+def audit_bounds(k: Kernel, order: Whole, place: Whole, due: Whole, axes: tuple[int, ...]) -> Iterator[str]:
+    """Yields a sentence for everything that does not hold; O(n^2).
 
     Args:
         k: the kernel's tables.
@@ -86,7 +84,6 @@ def audit_bounds(
         place: (axes, 2n), where each bound of n slots stands, from 0.
         due: (axes, 2n), the tick at which each bound passes the one right of it.
         axes: 0 for x, 1 for y.
-        pairs: whether the candidate pairs are compared with the intervals, which is O(n^2).
     """
     there = np.flatnonzero(k.queue.number >= 0)
     bounds = np.sort(np.concatenate([2 * there, 2 * there + 1]))
@@ -107,8 +104,7 @@ def audit_bounds(
     first = due.min(axis=0).reshape(-1, 2).min(axis=1)
     for body in there[k.queue.own[there] != first[there]]:
         yield f"body {body} is scheduled {_tick(k.queue.own[body])}, but its bounds pass {_tick(first[body])}"
-    if pairs:
-        yield from _pairs(k, place, there)
+    yield from _pairs(k, place, there)
 
 
 def _period(k: Kernel, axis: int) -> float:

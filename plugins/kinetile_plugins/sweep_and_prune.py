@@ -49,7 +49,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import cache, partial
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -397,11 +397,11 @@ def _unpacked(k: Kernel, s: State) -> tuple[tuple[int, ...], Whole, Whole, Whole
     return axes, order >> 3 << 1 | order & 1, due, (away & (TURN - 1)) + (away >> BITS) * order.shape[1]
 
 
-def audit(k: Kernel, s: State, pairs: bool = True) -> Iterator[str]:
-    """Yields what does not hold of the sorted bounds and the pairs; without ``pairs`` in O(n log n)."""
+def audit(k: Kernel, s: State) -> Iterator[str]:
+    """Yields what does not hold of the sorted bounds and the pairs."""
     axes, order, due, place = _unpacked(k, s)
     yield from audit_lists(s.order.reshape(len(axes), -1), [2 * axis for axis in axes], 8)
-    yield from audit_bounds(k, order, place, due, axes, pairs)
+    yield from audit_bounds(k, order, place, due, axes)
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
@@ -455,7 +455,6 @@ def _parts(scene: Scene, axis: int, count: int, drawn_as: str, circular: bool) -
         **_hooks(first, end, circular),
         room=n,
         audit=audit,
-        sound=partial(audit, pairs=False),
         draw=draw,
         drawn_as="" if circular else drawn_as,
         pairs=4 * n + 64,

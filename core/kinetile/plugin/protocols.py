@@ -93,9 +93,6 @@ class BroadPhaseParts:
     ``audit(k, s)`` (plain Python; may be None) yields a sentence for each invariant of the state that does
     not hold between two events; it may be slow.
 
-    ``sound(k, s)`` (plain Python; None: ``audit``) does the same of a state that a file has, in O(n log n):
-    at least of each index that is out of its range or leads in a circle, which would end the process.
-
     ``draw(k, s)`` (plain Python; may be None) returns the present structure as shapes of
     ``kinetile.plugin.drawing``: bounds, tiles, cells, pairs, certificates with their failure times. It may
     read all, must change nothing, and may be slow. Shapes move with bodies, so they are valid until the next
@@ -142,7 +139,6 @@ class BroadPhaseParts:
     replan: Hook = idle.replan
     arrange: Callable[[Any, Any], None] | None = None
     audit: Callable[[Any, Any], Iterator[str]] | None = None
-    sound: Callable[[Any, Any], Iterator[str]] | None = None
     draw: Callable[[Any, Any], Iterable[Item]] | None = None
     drawn_as: str = ""
     pairs: int = 0
@@ -298,7 +294,7 @@ class NarrowPhase(Protocol):
 MOST = 2**31 - 1
 """Pairs and bodies are numbered in 32 bits."""
 
-PLAIN = ("arrange", "audit", "sound", "draw")
+PLAIN = ("arrange", "audit", "draw")
 
 DRAWN_AS = ("", "tiling", "bounds x", "bounds y", "boxes")
 """Structures that a page can compute."""

@@ -1,7 +1,7 @@
 """Rows of a run in memory, up to a number.
 
-A limit of contacts does not bound the rows of a run: the clock anchors plans anew, and each is a row, so that
-a slow scene has any number of them without a contact.
+A limit of contacts does not bound the rows of a run: the clock anchors plans again, and each is a row, so
+that a slow scene has any number of them without a contact.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class BoundedRows:
             time = float(self.rows["time"][-1]) if self.limit else 0.0
             self._count = self.limit
             raise TooManyRows(
-                f"the run has more than {self.limit:,} events and plans that the clock anchors anew, which "
+                f"the run has more than {self.limit:,} events and plans that the clock anchors again, which "
                 f"is the limit here; the first of them go up to time {time!r}: end there"
             )
 

@@ -34,7 +34,7 @@ from kinetile.errors import RecordError
 from kinetile.kernel.log import INSERTED, LOG
 from kinetile.records.finishing import PARTIAL, event_target, finish, pyarrow_modules, reason
 from kinetile.records.locks import open_alone
-from kinetile.records.log import Beginning, LogReader, LogWriter, ReservedFile, Seal, holds_nothing
+from kinetile.records.log import Beginning, LogFile, LogReader, LogWriter, Seal, holds_nothing
 from kinetile.records.reading import KindsByHand
 from kinetile.run.interrupts import Unbroken
 from kinetile.versions import versions
@@ -112,7 +112,7 @@ class EventRecorder:
         self._waiting = 0
         self._flushed = monotonic()
         self._full: RecordError | None = None
-        self._file: ReservedFile | None = None
+        self._file: LogFile | None = None
 
     def __enter__(self) -> Self:
         if self._file is not None:
@@ -139,7 +139,7 @@ class EventRecorder:
         self._file = file
         return self
 
-    def _begin(self, file: ReservedFile, left: bool) -> ReservedFile:
+    def _begin(self, file: LogFile, left: bool) -> LogFile:
         """Begins the log, in FILE.partial or in its replacement, with the rows that are recorded already.
 
         A head or a copy of rows is first written under another name, which becomes FILE.partial when it is
@@ -173,7 +173,7 @@ class EventRecorder:
         self._taken = self.rows
         return new
 
-    def _found(self, file: ReservedFile) -> tuple[tuple[int, int], NDArray[Any]]:
+    def _found(self, file: LogFile) -> tuple[tuple[int, int], NDArray[Any]]:
         """Returns where the batches of this run end in a log, and its rows behind that, within a batch."""
         assert self._behind is not None
         with file.reader() as content:
@@ -270,7 +270,7 @@ class EventRecorder:
             return error
         return RecordError(f"{self.path} cannot be written: {reason(error)}")
 
-    def _open_file(self) -> ReservedFile:
+    def _open_file(self) -> LogFile:
         """Returns the file if it is open; raises RecordError if not."""
         if self._file is None or self._file.closed:
             when = "before its `with` began" if self._file is None else "after it was closed"
@@ -297,7 +297,7 @@ class EventRecorder:
                 rows = rows[step:]
             except OSError as error:
                 step = min(step, len(rows)) // 2
-                if step < _FEWEST or file.torn:
+                if step < _FEWEST:
                     self._full = RecordError(
                         f"{self.path}: {reason(error)}; it holds the first {self.rows} events and no later "
                         "ones"
@@ -319,31 +319,31 @@ class EventRecorder:
         own["kinds"] = self._kinds.runs
         return json.dumps(own | self.meta | own, default=str)
 
-    def _finish(self, file: ReservedFile) -> None:
+    def _finish(self, file: LogFile) -> None:
         """Makes the file from the log; RecordError, with the place of the events, if that fails."""
         try:
             if file.gone:
                 raise self._lost()
-            with suppress(OSError):
-                self._log.end(self._metadata(self._last, behind=self._full is not None))
-            file.trim()
+            last = self._metadata(self._last, behind=self._full is not None)
+            with suppress(OSError):  # of a full disk: the event file has it, if there is room for that
+                self._log.write(last, np.zeros(0, LOG))
             if not file.is_at(self.partial):
                 raise RecordError(
                     f"{self.path} cannot be written: {self.partial} has been moved meanwhile, by itself or "
                     "with its folder; the events are in it, wherever it is, and `kinetile recover` makes an "
                     "event file of it"
                 )
-            self._make(file)
+            self._make(file, last)
         except RecordError as error:
             self.status = f"{'lost' if file.gone else 'unfinished'}: {error}"
             raise
         finally:
             file.close()
 
-    def _make(self, file: ReservedFile) -> None:
+    def _make(self, file: LogFile, last: str) -> None:
         with file.reader() as log:
             try:
-                finish(log, str(self.partial), self._target, self._overwrite)
+                finish(log, str(self.partial), self._target, self._overwrite, last)
             except Exception as error:  # pyarrow may raise anything
                 with suppress(OSError):
                     file.sync()
@@ -364,13 +364,13 @@ class EventRecorder:
         )
 
 
-def _copy(file: ReservedFile, size: int, to: ReservedFile) -> None:
+def _copy(file: LogFile, size: int, to: LogFile) -> None:
     """Copies the beginning of a file."""
     with file.reader() as content:
         while to.position < size:
             to.write(content.read(min(_BYTES_AT_ONCE, size - to.position)))
 
 
-def _is_empty(file: ReservedFile) -> bool:
+def _is_empty(file: LogFile) -> bool:
     with file.reader() as content:
         return holds_nothing(content)

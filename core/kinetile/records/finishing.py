@@ -105,8 +105,9 @@ def recover(
     return made._replace(path=name, kept=not remove)
 
 
-def finish(log: BinaryIO, its_name: str, target: Path, overwrite: bool) -> Recovered:
-    """Makes an event file of an open log, and gives it its name.
+def finish(log: BinaryIO, its_name: str, target: Path, overwrite: bool, last: str = "") -> Recovered:
+    """Makes an event file of an open log, and gives it its name; ``last`` is the metadata of its end, if
+    that is known.
 
     Raises RecordError if there is no batch in the log or ``target`` has been made meanwhile; the error of
     the system or of pyarrow if the file cannot be written. Then there is no new file, and an old one is
@@ -116,7 +117,7 @@ def finish(log: BinaryIO, its_name: str, target: Path, overwrite: bool) -> Recov
     unfinished = target.with_name(target.name + ".unfinished")
     file = open_alone(unfinished, overwrite=True)
     try:
-        metadata = _write(reader, its_name, file)
+        metadata = _write(reader, its_name, file, last)
         file.sync()
         if not overwrite and target.exists():
             raise RecordError(f"{target} has come to be there meanwhile")
@@ -133,7 +134,7 @@ def finish(log: BinaryIO, its_name: str, target: Path, overwrite: bool) -> Recov
     return Recovered(target, rows, status, time, reader.rest, True)
 
 
-def _write(reader: LogReader, its_name: str, file: Any) -> dict[str, Any]:
+def _write(reader: LogReader, its_name: str, file: Any, last: str) -> dict[str, Any]:
     """Writes the event file of a log; returns its metadata."""
     pa, pq = pyarrow_modules()
     schema = pa.schema([(name, pa.from_numpy_dtype(LOG[name])) for name in _COLUMNS])
@@ -153,7 +154,7 @@ def _write(reader: LogReader, its_name: str, file: Any) -> dict[str, Any]:
             count += len(rows)
         if not reader.text:
             raise RecordError(f"{its_name} is of a run that was killed before it began: no event is in it")
-        metadata: dict[str, Any] = json.loads(reader.text)
+        metadata: dict[str, Any] = json.loads(last or reader.text)
         if metadata["status"] == "running":
             metadata["status"] = "killed"
         metadata |= {"rows": count, "fingerprint": seal.fingerprint}

@@ -25,7 +25,7 @@ except ImportError:  # Windows
     flock = None  # type: ignore[assignment]
 
 from kinetile.errors import RecordError
-from kinetile.records.log import SIGNATURE, ReservedFile, holds_nothing
+from kinetile.records.log import SIGNATURE, LogFile, holds_nothing
 from kinetile.sources import open_regular
 
 _RECOVER = "`kinetile recover"
@@ -34,7 +34,7 @@ _BINARY = getattr(os, "O_BINARY", 0)
 _FLAGS = os.O_RDWR | _BINARY | getattr(os, "O_NOFOLLOW", 0)
 
 
-def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False) -> ReservedFile:
+def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False) -> LogFile:
     """Opens FILE.partial, empty and exclusively; or ``as_it_is``.
 
     Raises RecordError if another process is writing it, or if it holds events of a killed run,
@@ -42,7 +42,7 @@ def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False) -> Res
     """
     while True:
         descriptor, new = _open(partial)
-        file = ReservedFile(descriptor)
+        file = LogFile(descriptor)
         try:
             if not stat.S_ISREG(os.fstat(descriptor).st_mode):
                 raise OSError(errno.EINVAL, f"{partial} is there and is no regular file")
@@ -66,7 +66,7 @@ def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False) -> Res
         file.close()
 
 
-def _check_contents(file: ReservedFile, partial: Path) -> None:
+def _check_contents(file: LogFile, partial: Path) -> None:
     """Raises RecordError if overwriting a file would lose data."""
     with file.reader() as content:
         if holds_nothing(content):

@@ -15,9 +15,7 @@ old bytes of the disk cannot pass for one.
 
 One rule decides which batches count: a batch counts if its lengths fit into the file and its checksum is
 right, and nothing counts after one that does not. No byte is used before its checksum is verified.
-An interrupted write, by a kill or a full disk, leaves a prefix of the rows. Zeros at the end are
-space that was reserved (``ReservedFile``): room for one more text is kept at all times, so that even on a
-full disk a run can write its status.
+A write that is interrupted by a kill leaves a prefix of the rows; one that fails, on a full disk, is undone.
 
 An Arrow IPC stream would be the well-known format for this, and was tried. It is readable when truncated,
 like this one, but has no checksums: of 400 flipped bits, 298 gave other rows and no error, and a stream
@@ -27,7 +25,6 @@ metadata it would be two formats at once, and writing takes a third longer (317 
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import json
 import os
@@ -52,8 +49,6 @@ _ROW = LOG.newbyteorder("<")
 _COLUMNS = [[name, _ROW[name].str] for name in _ROW.names or ()]
 _LENGTHS = struct.Struct("<QQ")
 _CHECKSUM = struct.Struct("<I")
-_LAST_TEXT = 1 << 16  # bytes for the last text, beside what the one before took
-_AT_ONCE = 1 << 20
 
 
 class Beginning(NamedTuple):
@@ -86,22 +81,21 @@ def _without_comment(scene: str) -> str:
 class LogWriter:
     """Writer of a log, into an empty file; OSError where the disk has no room, with nothing written."""
 
-    def __init__(self, file: ReservedFile, checksum: int) -> None:
+    def __init__(self, file: LogFile, checksum: int) -> None:
         self._file = file
         self._checksum = checksum
 
     @classmethod
-    def begin(cls, file: ReservedFile, scene: str) -> LogWriter:
+    def begin(cls, file: LogFile, scene: str) -> LogWriter:
         """Returns the writer of a new log, with a scene in its head."""
         writer = cls(file, zlib.crc32(SIGNATURE))
         head = json.dumps({"columns": _COLUMNS, "scene": scene, "log": secrets.token_hex(8)})
-        file.reserve(len(SIGNATURE) + _size(head) + _LAST_TEXT)
         file.write(SIGNATURE)
-        writer._put(head, np.zeros(0, _ROW))
+        writer.write(head, np.zeros(0, _ROW))
         return writer
 
     @classmethod
-    def behind(cls, file: ReservedFile, at: tuple[int, int]) -> LogWriter:
+    def behind(cls, file: LogFile, at: tuple[int, int]) -> LogWriter:
         """Returns a writer that continues at a place in a log (``LogReader.at``); the rest is discarded."""
         position, checksum = at
         file.go_to(position)
@@ -109,14 +103,6 @@ class LogWriter:
 
     def write(self, text: str, rows: NDArray[Any]) -> None:
         """Writes a batch, and passes it to the system: it survives the process."""
-        self._file.reserve(_size(text) + rows.nbytes + _size(text) + _LAST_TEXT)
-        self._put(text, rows)
-
-    def end(self, text: str) -> None:
-        """Writes the last batch, which has no rows, into the room reserved for it."""
-        self._put(text, np.zeros(0, _ROW))
-
-    def _put(self, text: str, rows: NDArray[Any]) -> None:
         content = np.ascontiguousarray(rows, _ROW).view(np.uint8).data
         said = _LENGTHS.pack(len(text.encode()), len(content)) + text.encode()
         checksum = zlib.crc32(content, zlib.crc32(said, self._checksum))
@@ -128,8 +114,8 @@ class LogReader:
     """Reader of a log: yields its rows batch by batch (dtype LOG), from front to back, once.
 
     ``scene`` is the scene as TOML; ``text`` the metadata after the last yielded rows,
-    "" before the first batch; ``rest``, at the end, the number of bytes after the last batch that counts,
-    without the zeros at the end. RecordError, in which the file is called ``name``, for a file that is no
+    "" before the first batch; ``rest``, at the end, the number of bytes after the last batch that counts.
+    RecordError, in which the file is called ``name``, for a file that is no
     log, has no head, or has other columns.
     """
 
@@ -185,7 +171,7 @@ class LogReader:
         while (found := self._next()) is not None:
             self.text, content, first = found[0].decode(errors="replace"), found[1], len(found[0])
             yield np.frombuffer(content, _ROW, offset=first).astype(LOG, copy=False)
-        self.rest = _without_zeros(self._file)
+        self.rest = self._size - self._file.tell()
 
     def _next(self) -> tuple[bytes, bytes] | None:
         """Returns text, and text and rows, of the next batch if it counts; else None, and stay before it."""
@@ -208,9 +194,8 @@ class LogReader:
 
 
 def holds_nothing(file: BinaryIO) -> bool:
-    """Whether a file can be overwritten without loss: it has only zeros, or a log without any rows."""
-    file.seek(0)
-    if not _without_zeros(file):
+    """Whether a file can be overwritten without loss: it is empty, or a log without any rows."""
+    if not os.fstat(file.fileno()).st_size:
         return True
     try:
         log = LogReader(file, "")
@@ -219,24 +204,10 @@ def holds_nothing(file: BinaryIO) -> bool:
         return False
 
 
-def _size(text: str) -> int:
-    return _LENGTHS.size + len(text.encode()) + _CHECKSUM.size
-
-
-def _without_zeros(file: BinaryIO) -> int:
-    """Returns the number of bytes from here on, without the zeros at the end."""
-    size = here = 0
-    while some := file.read(_AT_ONCE):
-        used = len(some.rstrip(b"\0"))
-        size = here + used if used else size
-        here += len(some)
-    return size
-
-
 class Seal:
     """Digest of an event file's rows, scene and metadata, in the order in which they were written.
 
-    It shows damage and mistakes, not malice: a changed file can be sealed anew.
+    It shows damage and mistakes, not malice: a changed file can be sealed again.
     """
 
     def __init__(self) -> None:
@@ -261,75 +232,31 @@ class Seal:
         return whole.hexdigest()
 
 
-_NOT_SUPPORTED = {errno.EINVAL, errno.ENOSYS, errno.EOPNOTSUPP}
-_ZEROS = bytes(1 << 20)
-
-
-class ReservedFile:
-    """An empty file, written from front to back, that owns its space before anything is written there.
-
-    The end of a file must have its room while the rest is written. So the space for a batch of rows *and* for
-    the last text after it is taken from the disk first, by ``posix_fallocate`` (which guarantees that writes
-    inside the range will not fail for want of space) or, without it, by writing zeros. If that fails,
-    nothing has been written yet, and the last text still fits into the reserved space.
+class LogFile:
+    """An empty file, written from front to back; a write that fails leaves it as it was before.
 
     pyarrow can write to it: it has write, flush, tell and closed.
     """
 
     def __init__(self, descriptor: int) -> None:
         self._file = open(descriptor, "wb", buffering=0)  # noqa: SIM115 - `close` does
-        self._owned = 0
         self.position = 0
-        self.torn = False
 
     @property
     def closed(self) -> bool:
         """Whether the file is closed."""
         return self._file.closed
 
-    def reserve(self, size: int) -> None:
-        """Reserves the next ``size`` bytes; OSError if the disk is full, with nothing written."""
-        missing = self.position + size - self._owned
-        if missing <= 0:
-            return
-        try:
-            self._extend(missing)
-        except OSError:
-            os.ftruncate(self._file.fileno(), self._owned)
-            raise
-        self._owned += missing
-
-    def _extend(self, size: int) -> None:
-        if hasattr(os, "posix_fallocate"):
-            try:
-                os.posix_fallocate(self._file.fileno(), self._owned, size)
-            except OSError as error:
-                if error.errno not in _NOT_SUPPORTED:
-                    raise
-            else:
-                return
-        self._file.seek(self._owned)
-        while size > 0:
-            size -= self._put(_ZEROS[:size])
-        self._file.seek(self.position)
-
-    def _put(self, data: bytes | memoryview) -> int:
-        written = self._file.write(data)
-        if not written:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        return written
-
     def write(self, *parts: bytes | memoryview) -> int:
-        """Writes all of these bytes and returns their number; ``torn`` records permanently a failure."""
+        """Writes all of these bytes and returns their number."""
         try:
             for part in parts:
                 rest = memoryview(part)
                 while rest:
-                    rest = rest[self._put(rest) :]
+                    rest = rest[self._file.write(rest) :]
         except BaseException:
-            self.torn = True
             with suppress(OSError):
-                self._file.seek(self.position)
+                self.go_to(self.position)
             raise
         size = sum(map(len, parts))
         self.position += size
@@ -350,12 +277,7 @@ class ReservedFile:
         """Continues from a position in the file; the rest is discarded."""
         os.ftruncate(self._file.fileno(), position)
         self._file.seek(position)
-        self.position = self._owned = position
-
-    def trim(self) -> None:
-        """Releases reserved space that was not used."""
-        os.ftruncate(self._file.fileno(), self.position)
-        self._owned = self.position
+        self.position = position
 
     def sync(self) -> None:
         """Brings everything to the disk."""

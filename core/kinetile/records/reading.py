@@ -40,7 +40,7 @@ class EventFile(NamedTuple):
     def kinds_of(self, bodies: npt.ArrayLike) -> NDArray[Any]:
         """Returns the kinds of bodies by their numbers, such as a column of ``rows``, as an array of objects.
 
-        "wall" stands for a number below 0, None for a number that no body of the file has.
+        "wall" is for a number below 0, None for a number that no body of the file has.
         """
         return kinds_in(self.metadata["kinds"], bodies)
 
@@ -71,7 +71,7 @@ def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
     try:
         metadata, scene = json.loads(text), loads_scene(scene_text, look_up=False)
         kinds = all_runs(scene, metadata["kinds"])
-    except Exception as error:  # by somebody who knows the digest: it can be anything
+    except Exception as error:  # sealed with the right digest, it can be anything
         raise RecordError(f"{path} has metadata or a scene that no run writes: {error}") from error
     return EventFile(rows, metadata | {"scene": scene_text, "kinds": kinds}), scene
 

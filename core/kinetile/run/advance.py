@@ -133,7 +133,7 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
 
 def _demand_feasible(engine: Engine, end: End) -> None:
     """Raises Refused for a run to a time that is too many units of the clock away, or to one that needs more
-    rows of plans that the clock anchors anew than a recording can have."""
+    rows of plans that the clock anchors again than a recording can have."""
     bodies, unit = len(engine.taken), engine.clock.unit
     if end.ticks is None or not bodies or min(end.contacts, end.events) < UNLIMITED:
         return
@@ -236,7 +236,7 @@ def next_event(engine: Engine) -> Event | None:
     command, fault, beat = int(lists.command), fields.fault.code[0], fields.torus.beat[0]
     fields.fault.code[0] = 0 if fault == JAMMED else fault
     fields.torus.beat[0] = NEVER
-    try:  # anchoring a plan anew is no event: the next one is returned
+    try:  # anchoring a plan again is no event: the next one is returned
         while lists.command < lists.commands and int(_next_command(engine).code) == REANCHORED:
             lists.command += 1
         head = _look(engine, int(clock.now) + 2 * SPAN)
@@ -303,7 +303,7 @@ def _next_command(engine: Engine) -> Any:
 
 
 def _event_of(engine: Engine, head: _Head) -> Event | None:
-    """Returns the next event; None for one that users do not see, a plan that is anchored anew without
+    """Returns the next event; None for one that users do not see, a plan that is anchored again without
     a change."""
     k = engine.k
     what: dict[str, Any]

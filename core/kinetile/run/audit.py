@@ -1,7 +1,7 @@
 """Audit of a run: a slow check, between two events, of everything that must hold.
 
 Every structure of the kernel is compared with its definition, every contact of two bodies that are near
-is computed anew and compared with its entry in the queue, every two bodies that touch must be a candidate
+is computed again and compared with its entry in the queue, every two bodies that touch must be a candidate
 pair, and the broad phase checks its own invariants. The first violation ends the run with an ``AuditError``,
 close to the event that caused it; if a contact would be missed it is a ``MissedContactError`` as well.
 
@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import product
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -54,9 +53,9 @@ BLOCK = 1 << 18
 """Places of the lookup at a time."""
 
 
-def of_calendar(k: Any) -> Iterator[str]:
+def of_calendar(k: Kernel) -> Iterator[str]:
     """Every body with an event is once in the list of its slice, in order, and no other is."""
-    clock = k.clock
+    clock = k.clock[0]
     keys, days = k.queue.key.tolist(), (k.queue.key >> clock.calendar.shift).tolist()
     after, before, marks = k.links.next.tolist(), k.links.prev.tolist(), k.marks.tolist()
     bodies = len(k.bodies)
@@ -72,23 +71,23 @@ def of_calendar(k: Any) -> Iterator[str]:
                 yield f"the list of slice {at} of the calendar cannot be read backwards at body {body}"
                 return
             if days[body] % slices != at or keys[body] == NEVER:
-                yield f"body {body} stands in slice {at} of the calendar, where it does not belong"
+                yield f"body {body} is in slice {at} of the calendar, where it does not belong"
             if previous < bodies and ranks[body] < ranks[previous]:
-                yield f"slice {at} of the calendar is out of order: body {previous} stands before body {body}"
+                yield f"slice {at} of the calendar is out of order: body {previous} is before body {body}"
             previous, body, found = body, after[body], found + 1
         if body != bodies + at or before[body] != previous:
             yield f"the list of slice {at} of the calendar does not come back to where it began"
             return
     waiting = [body for body, key in enumerate(keys) if key != NEVER]
-    await_something, counted = len(waiting), k.counts.queued
+    await_something, counted = len(waiting), k.counts[0].queued
     if not found == await_something == counted:
-        said = f"{found} bodies stand in the calendar, and {await_something} await something"
+        said = f"{found} bodies are in the calendar, and {await_something} await something"
         yield f"{said}; {counted} are counted"
     if waiting and min(days[body] for body in waiting) < clock.calendar.slice:
         yield "a body is filed before the slice in which the head is sought"
 
 
-def of_entries(k: Any) -> Iterator[str]:
+def of_entries(k: Kernel) -> Iterator[str]:
     """Each body is filed under the first of the events that its entry has."""
     queue = k.queue
     contact = np.where(queue.exact == 1, PAIR, GUESS)
@@ -109,9 +108,9 @@ def of_entries(k: Any) -> Iterator[str]:
         yield f"body {body} has a contact before its first one"
 
 
-def of_places(k: Any) -> Iterator[str]:
+def of_places(k: Kernel) -> Iterator[str]:
     """The rows of positions at the common clock are those of the plans."""
-    clock = k.clock
+    clock = k.clock[0]
     back = (clock.origin - k.bodies.anchor) * clock.tick
     bodies, places = k.bodies, k.places
     for at, speed, there, flies in (
@@ -123,13 +122,14 @@ def of_places(k: Any) -> Iterator[str]:
             yield f"the place of body {body} at the common clock is not that of its plan"
 
 
-def of_pair_set(k: Any) -> Iterator[str]:
+def of_pair_set(k: Kernel) -> Iterator[str]:
     """Every pair of the pair set can be found, and is in the lists of its bodies."""
     yield from of_lookup(k)
-    yield from of_lists(k.pairs, k.firsts, "the pair set", k.clock.lists.pairs, k.clock.lists.free)
+    lists = k.clock[0].lists
+    yield from of_lists(k.pairs, k.firsts, "the pair set", lists.pairs, lists.free)
 
 
-def of_lookup(k: Any) -> Iterator[str]:
+def of_lookup(k: Kernel) -> Iterator[str]:
     """Every pair is there once, and where a search for it leads: no place from its home on is empty."""
     lookup, live = k.lookup, k.pairs.a >= 0
     held = np.zeros(len(live), dtype=np.bool_)
@@ -140,7 +140,7 @@ def of_lookup(k: Any) -> Iterator[str]:
     a, b, mask = k.pairs.a[live], k.pairs.b[live], len(lookup) - 1
     ranks = np.sort(a * np.int64(len(k.bodies)) + b)  # np.unique takes a minute for 20 million
     if (a >= b).any() or (ranks[1:] == ranks[:-1]).any():
-        yield "a pair stands in the pair set twice, or in no order"
+        yield "a pair is in the pair set twice, or in no order"
     empty = int(np.flatnonzero(lookup < 0)[-1]) - len(lookup) if len(lookup) else 0
     for first in range(0, len(lookup), BLOCK):
         some = lookup[first : first + BLOCK]
@@ -215,18 +215,18 @@ def ask_when_they_part(k: Kernel, pairs: Records, parting: Any) -> None:
         parting[at] = part(k, pairs[at].a, pairs[at].b)
 
 
-def of_passings(k: Kernel, columns: Any, composition: Composition, place: Any) -> Iterator[str]:
+def of_passings(k: Kernel, composition: Composition, place: Any) -> Iterator[str]:
     """The pairs that pass are those that overlap and may; each parts when its plans say so."""
     if composition.pair is None or not composition.passing:
         return
-    table, clock = columns.passings, columns.clock
-    yield from of_lists(table, k.passers, "the passings", clock.lists.passings, clock.lists.passable)
+    table, lists = k.passings, k.clock[0].lists
+    yield from of_lists(table, k.passers, "the passings", lists.passings, lists.passable)
     live = np.flatnonzero(table.a >= 0)
-    asked, parting = k.passings[live], np.full(len(live), NEVER)
+    asked, parting = table[live], np.full(len(live), NEVER)
     parts = {"part": composition.pair.part, "PERIODIC": bool(len(k.images))}
     compose(ask_when_they_part, parts, "parting", Kernel)(k, asked, parting)
     due = np.maximum(parting, table.begun[live] + 1)
-    number, traits = columns.queue.number, columns.traits
+    number, traits = k.queue.number, k.traits
     for at in np.flatnonzero(table.tick[live] != due).tolist():
         a, b = int(number[asked.a[at]]), int(number[asked.b[at]])
         said = f"bodies {a} and {b} part {said_tick(table.tick[live][at])} as noted"
@@ -241,13 +241,13 @@ def of_passings(k: Kernel, columns: Any, composition: Composition, place: Any) -
     for body in np.flatnonzero((inside != traits.inside) & (number != NOBODY)).tolist():
         said = f"body {number[body]} is counted to pass {traits.inside[body]} others"
         yield f"{said}, and passes {inside[body]}"
-    yield from _overlapping(columns, place, set(asked[["a", "b", "m", "n"]].tolist()))
+    yield from _overlapping(k, place, set(asked[["a", "b", "m", "n"]].tolist()))
 
 
-def _overlapping(k: Any, place: Any, passing: set[tuple[int, int, int, int]]) -> Iterator[str]:
+def _overlapping(k: Kernel, place: Any, passing: set[tuple[int, int, int, int]]) -> Iterator[str]:
     """Two bodies that overlap by more than rounding, through an image, and may pass, pass through it."""
-    kinds, kind, radius = k.clock.kinds, k.traits.kind, k.bodies.radius
-    periods = np.array([k.clock.torus.x, k.clock.torus.y])
+    kinds, kind, radius = k.clock[0].kinds, k.traits.kind, k.bodies.radius
+    periods = np.array([k.clock[0].torus.x, k.clock[0].torus.y])
     turns = np.column_stack([k.images.kx, k.images.ky]) if len(k.images) else np.zeros((len(place), 2), "i8")
     steps = list(product(*(range(-1, 2) if period else range(1) for period in periods)))
     for a in np.flatnonzero(k.queue.number >= 0).tolist():
@@ -272,79 +272,39 @@ class Complaint(NamedTuple):
 def check_all(k: Kernel, composition: Composition, delta: float, time: float, events: int) -> None:
     """Raises AuditError for the first violation now, at a time and after a number of events; an
     UnawaitedContactError if a contact would be missed. ``delta`` is the skin."""
-    who = f"at time {time!r}, after {events} events under broad phase {composition.broad_phase!r}"
+    when = f"at time {time!r}, after {events} events under broad phase {composition.broad_phase!r}"
     try:
         for said, bodies in complaints(k, composition, delta):
             if bodies:
-                raise UnawaitedContactError(f"{who}: {said}", time=time, bodies=bodies)
-            raise AuditError(f"{who}: {said}")
+                raise UnawaitedContactError(f"{when}: {said}", time=time, bodies=bodies)
+            raise AuditError(f"{when}: {said}")
     except (KinetileError, KeyboardInterrupt):
         raise
     except (Exception, SystemExit) as error:  # corrupt tables, or the phase's own audit
         said = f"the audit cannot be finished: {sentence(error)}{place_of(error)}"
-        raise AuditError(f"{who}: {said}") from error
+        raise AuditError(f"{when}: {said}") from error
 
 
 def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Complaint]:
     """Yields all present violations; ``delta`` is the skin."""
-    broad, columns = composition.broad, columns_of(k)
-    yield from map(Complaint, of_calendar(columns))
-    yield from map(Complaint, of_entries(columns))
-    yield from map(Complaint, of_places(columns))
-    yield from map(Complaint, of_pair_set(columns))
+    broad = composition.broad
+    for check in (of_calendar, of_entries, of_places, of_pair_set):
+        yield from map(Complaint, check(k))
     near = np.zeros((0, 2), dtype=np.int32)
     if composition.pair is not None:
         named = named_near(k, composition)
-        yield from map(Complaint, _near(columns, named))
+        yield from map(Complaint, _near(k, named))
         near = pairs_of_named(named)
-    yield from _contact_times(k, columns, composition, near)
-    repaired = bool((columns.queue.own > columns.clock.now).all())  # no certificate fails at this very tick
+    yield from _contact_times(k, composition, near)
+    repaired = bool((k.queue.own > k.clock[0].now).all())  # no certificate fails at this very tick
     if composition.pair is not None and repaired:
         yield from _touching(k, near, delta, composition.prepared.periods)
-    yield from map(Complaint, of_passings(k, columns, composition, positions_now(k)))
+    yield from map(Complaint, of_passings(k, composition, positions_now(k)))
     if broad.audit is not None:
         yield from map(Complaint, broad.audit(k, broad.state))
 
 
-class _Columns:
-    """A table's columns, at once: a record array looks a column up by name each time, which is slow."""
-
-    def __init__(self, table: Records) -> None:
-        self._length = len(table)
-        plain = table.view(np.ndarray)
-        for name in plain.dtype.names or ():
-            setattr(self, name, plain[name])
-
-    def __len__(self) -> int:
-        return self._length
-
-    def __getattr__(self, name: str) -> Any:
-        raise AttributeError(name)  # for type checkers: the columns are set in the constructor
-
-
-def columns_of(k: Kernel) -> Any:
-    """Returns the tables with columns as attributes; those of one record with their numbers."""
-    tables: dict[str, Any] = {}
-    for name, table in zip(k._fields, k, strict=True):
-        names = table.dtype.names
-        if names is None:
-            tables[name] = table
-        elif name in ("clock", "counts"):
-            tables[name] = _numbers(table.view(np.ndarray)[0])
-        else:
-            tables[name] = _Columns(table)
-    return SimpleNamespace(**tables)
-
-
-def _numbers(record: Any) -> SimpleNamespace:
-    """Returns a record with its numbers, and the records in it, as attributes."""
-    values = {name: record[name] for name in record.dtype.names}
-    return SimpleNamespace(
-        **{name: _numbers(value) if value.dtype.names else value.item() for name, value in values.items()}
-    )
-
-
-def _near(k: Any, named: Pairs) -> Iterator[str]:
+def _near(k: Kernel, named: Pairs) -> Iterator[str]:
     """``near`` names present bodies, each of two names the other, and there is room for the output."""
     n, room = len(k.bodies), len(k.near) - SPARE
     wrong = (named[:, 1] < 0) | (named[:, 1] >= n)
@@ -360,20 +320,20 @@ def _near(k: Any, named: Pairs) -> Iterator[str]:
         yield f"body {other} is near body {body}, but body {body} is not near body {other}"
 
 
-def _contact_times(k: Kernel, columns: Any, composition: Composition, near: Pairs) -> Iterator[Complaint]:
-    """The predictions of the entries are true: all contacts are computed anew, and exactly."""
-    queue, bodies = columns.queue, columns.bodies
+def _contact_times(k: Kernel, composition: Composition, near: Pairs) -> Iterator[Complaint]:
+    """The predictions of the entries are true: all contacts are computed again, and exactly."""
+    queue, bodies = k.queue, k.bodies
     partner = queue.partner
     known = np.flatnonzero(partner >= 0)
     known = known[queue.seen[known] == bodies.stamp[partner[known]]]
     expected = np.sort(np.column_stack([known, partner[known]]).astype(np.int32), axis=1)
-    meetings, walls = _asked_anew(k, composition, np.concatenate([near, expected]))
-    yield from _of_walls(columns, walls)
-    yield from _of_partners(columns, known, meetings[len(near) :])
-    yield from _of_near(columns, near, meetings[: len(near)])
+    meetings, walls = _asked_again(k, composition, np.concatenate([near, expected]))
+    yield from _of_walls(k, walls)
+    yield from _of_partners(k, known, meetings[len(near) :])
+    yield from _of_near(k, near, meetings[: len(near)])
 
 
-def _asked_anew(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Integers, Integers]:
+def _asked_again(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Integers, Integers]:
     """Returns when each pair, and each body and a wall, meet by their plans; NEVER for barred pairs."""
     pair, wall = composition.pair, composition.wall
     parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None}
@@ -388,7 +348,7 @@ def _asked_anew(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Inte
     return meetings, walls
 
 
-def _of_walls(k: Any, walls: Integers) -> Iterator[Complaint]:
+def _of_walls(k: Kernel, walls: Integers) -> Iterator[Complaint]:
     """No body is at a wall before its wall is computed, and computed wall ticks are right."""
     key, kind, known = k.queue.key, k.queue.kind, k.queue.wall
     for body in np.flatnonzero((walls < key) | ((walls == key) & (kind == PAIR) & (key != NEVER))).tolist():
@@ -399,7 +359,7 @@ def _of_walls(k: Any, walls: Integers) -> Iterator[Complaint]:
         yield Complaint(f"{said}, but by its plan they meet {said_tick(walls[body])}", (body,))
 
 
-def _of_partners(k: Any, known: Integers, meetings: Integers) -> Iterator[Complaint]:
+def _of_partners(k: Kernel, known: Integers, meetings: Integers) -> Iterator[Complaint]:
     """A body meets its partner at the tick of its entry, or not before if that is a guess."""
     tick, exact = k.queue.tick[known], k.queue.exact[known] == 1
     for at in np.flatnonzero(np.where(exact, meetings != tick, meetings < tick)).tolist():
@@ -409,7 +369,7 @@ def _of_partners(k: Any, known: Integers, meetings: Integers) -> Iterator[Compla
         yield Complaint(f"{said}, but by their plans they meet {said_tick(meetings[at])}", (a, b))
 
 
-def _of_near(k: Any, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
+def _of_near(k: Kernel, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
     """Coverage: of every near pair one body has a bound below the time of their contact, and comes to the
     head by then.
 

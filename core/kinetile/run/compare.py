@@ -27,7 +27,7 @@ from kinetile.scene import Scene
 Choice = str | tuple[str, Mapping[str, Any]]
 
 JUDGES_GROUP = "kinetile.judges"
-"""Entry points by which plugins say whose contacts are right: each is a function of a scene, lists of
+"""Entry points by which plugins say which contacts are right: each is a function of a scene, lists of
 contacts by the name of their source, the index of the contact in which they differ, and the narrow phases; it
 returns a sentence, or "" where it cannot say."""
 
@@ -78,7 +78,7 @@ class Divergence:
 
     ``what`` is "contact" (``index`` counts contacts from 0), "end" or "body" (``index`` is the body, at the
     end); ``expected`` and ``found`` are rows with exact ticks, or None where there is no such contact;
-    ``before`` is the last contact on which both agree; ``judged`` says whose contact is right, where a plugin
+    ``before`` is the last contact on which both agree; ``judged`` says which contact is right, where a plugin
     can say that (``JUDGES_GROUP``).
     """
 

@@ -120,22 +120,22 @@ def _parts(response: Response, scene: Scene) -> ResponseParts:
     """Returns the parts of a response for a scene."""
     parts = _prepare("response", response.name, response.options, scene, ResponseParts)
     if parts.respond is None and response.name not in BUILT_IN:
-        who = described("response", response.name)
-        raise PhaseError(f"{who}: its parts have no respond; expected a function marked with toolbox.hook")
+        label = described("response", response.name)
+        raise PhaseError(f"{label}: its parts have no respond; expected a function marked with toolbox.hook")
     return parts
 
 
 def _check_narrow(narrow: dict[str, PairParts | WallParts], passing: bool, hooks: bool) -> None:
     """Refuses narrow phases that do not support rules."""
     for name, parts in narrow.items():
-        who = described("narrow phase", name)
+        label = described("narrow phase", name)
         if passing and isinstance(parts, PairParts) and parts.part is None:
             raise Refused(
-                f"{who} does not say when two bodies part that pass through each other: it has no part"
+                f"{label} does not say when two bodies part that pass through each other: it has no part"
             )
         if hooks and parts.touch is None:
             raise Refused(
-                f"{who} does not say along which line bodies touch: it has no touch, as responses need"
+                f"{label} does not say along which line bodies touch: it has no touch, as responses need"
             )
 
 
@@ -184,7 +184,7 @@ class Composition:
 
     @property
     def living(self) -> bool:
-        """Whether the broad phase inserts and removes bodies; if not, it is built anew for each."""
+        """Whether the broad phase inserts and removes bodies; if not, it is built again for each."""
         return self.broad.enter is not None
 
     @property
@@ -419,10 +419,10 @@ def _prepare(
             if kind != "broad phase":
                 raise
             raise _BroadPhaseRefuses(*error.args) from error
-    who = described(kind, name)
+    label = described(kind, name)
     if not isinstance(parts, wanted):
-        raise PhaseError(f"{who}: prepare returned {type(parts).__name__}, not {wanted.__name__}{why}")
-    check_parts(who, parts)
+        raise PhaseError(f"{label}: prepare returned {type(parts).__name__}, not {wanted.__name__}{why}")
+    check_parts(label, parts)
     return parts
 
 

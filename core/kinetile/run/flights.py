@@ -36,7 +36,7 @@ class Flights:
         """Returns the flights of rows."""
         bodies = np.empty(2 * len(rows), dtype=np.int64)
         bodies[0::2], bodies[1::2] = rows["a"], rows["b"]
-        has_plans = np.repeat(~np.isnan(rows["ax"]), 2)  # who begins to pass another flies on
+        has_plans = np.repeat(~np.isnan(rows["ax"]), 2)  # a body that begins to pass another flies on
         at = np.flatnonzero((bodies >= 0) & has_plans)
         return cls(rows, at // 2, at % 2 == 1, bodies[at])
 

@@ -85,7 +85,7 @@ class Unbroken:
                 raise
         else:
             self._within = outer, outer._waiting, outer._depth
-            outer._depth = outer._depth + 1 if outer._waiting else 0  # a step of user code begins anew
+            outer._depth = outer._depth + 1 if outer._waiting else 0  # a step of user code begins a new count
             outer._waiting = True
         return self
 

@@ -87,8 +87,9 @@ class Moment:
     def kinds_of(self, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
         """Returns the kinds of bodies by their numbers, as an array of objects of the same shape.
 
-        They may be present, removed, or still to be inserted by the scene. "wall" stands for a number below
-        0, as in column ``b`` of ``contacts``. Raises IndexError for a number that no body has been given.
+        They may be present, removed, or still to be inserted by the scene. "wall" is the kind of a number
+        below 0, as in column ``b`` of ``contacts``. Raises IndexError for a number that no body has been
+        given.
         """
         numbers = np.asarray(bodies)
         if numbers.dtype.kind not in "iu" and numbers.size:

@@ -2,8 +2,8 @@
 
 An observable is a class. It is made with its options as keyword arguments; ``prepare(scene)`` is called once;
 then ``sample`` at equal intervals of time, and ``collect`` with the contacts between two samples, if it
-``needs`` them. A run is stopped at the times of its samples, which changes no contact. Where nobody observes,
-nothing of this runs; where nobody needs velocities, the loop writes no row that it would not write anyway.
+``needs`` them. A run is stopped at the times of its samples, which changes no contact. Without observables
+nothing of this runs; where none needs velocities, the loop writes no row that it would not write anyway.
 
 Two options belong to every observable and are read here: ``every``, the interval of samples, by default a
 hundredth of what is observed; and ``after``, the time from which on it is observed.
@@ -389,11 +389,11 @@ class _Plans:
             self._take_in(rows["a"])
         flights, kept = Flights.of(rows), rows["b"] > TURNED
         order = flights.by_body  # so that each follows the one before it
-        whose, flies = flights.body[order], flights.value("vx", "vy", which=order)
-        first = np.append(True, whose[1:] != whose[:-1])[: len(whose)]
+        body, flies = flights.body[order], flights.value("vx", "vy", which=order)
+        first = np.append(True, body[1:] != body[:-1])[: len(body)]
         last, flew = np.roll(first, -1), np.roll(flies, 1, axis=0)
-        flew[first] = self._velocity[whose[first]]
-        self._velocity[whose[last]] = flies[last]
+        flew[first] = self._velocity[body[first]]
+        self._velocity[body[last]] = flies[last]
         before, after = (np.full((2 * len(rows), 2), math.nan) for _ in range(2))
         at = (2 * flights.row + flights.is_b)[order]
         before[at], after[at] = flew, flies

@@ -45,10 +45,10 @@ def who_takes(scene: Scene, names: Sequence[str]) -> dict[str, list[tuple[int, i
     there = np.unique(scene.shape).tolist() if scene.shapes else [0]
     decides: dict[str, list[tuple[int, int]]] = {}
     for one, other in itertools.product(there, there) if names else ():
-        who = next((name for name in names if {kinds[one], kinds[other]} <= taken[name]), None)
-        if who is None:
+        first = next((name for name in names if {kinds[one], kinds[other]} <= taken[name]), None)
+        if first is None:
             raise Refused(_not_taken(kinds[one], kinds[other], names))
-        decides.setdefault(who, []).append((one, other))
+        decides.setdefault(first, []).append((one, other))
     return {name: decides[name] for name in names if name in decides}
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.kernel.clock import TICKS
 from kinetile.scene import Scene
+
+if TYPE_CHECKING:
+    from kinetile.run.engine.contents import Contents
 
 LEAST = 64
 """The least number of slots in a scene with insertions."""
@@ -38,16 +40,35 @@ class Prepared(Scene):
         return copy
 
 
-def standing(scene: Scene, columns: Mapping[str, npt.NDArray[Any]], capacity: int) -> Prepared:
-    """Returns a scene on its clock, with other bodies and no commands: as it stands in the middle of a run.
-
-    ``columns`` are position, velocity, radius, mass and kind of the bodies, and their shape where the scene
-    has shapes. Nothing is checked: the values come from a run.
-    """
-    if not scene.shapes:
-        columns = {**columns, "shape": np.full(len(columns["radius"]), -1)}
+def standing(contents: Contents, scene: Scene, capacity: int, coming: Any = None) -> Prepared:
+    """Returns a scene as it is in the middle of a run, on its clock: with the bodies of these contents, and
+    perhaps one more that a command inserts, and without commands. Nothing is checked."""
+    plans = contents.plans
+    elapsed = (contents.clock["now"] - plans["anchor"]) * (scene.time_unit / TICKS)
+    x, y = plans["x"] + plans["vx"] * elapsed, plans["y"] + plans["vy"] * elapsed
+    columns = {
+        "position": np.column_stack([x, y]),
+        "velocity": np.column_stack([plans["vx"], plans["vy"]]),
+        "radius": plans["radius"],
+        "mass": plans["mass"],
+        "kind_numbers": plans["kind"].astype(np.int64),
+    }
+    if coming is not None:
+        new = {
+            "position": (coming.x, coming.y),
+            "velocity": (coming.vx, coming.vy),
+            "radius": coming.radius,
+            "mass": coming.mass,
+            "kind_numbers": coming.kind,
+        }
+        columns = {name: np.concatenate([column, [new[name]]]) for name, column in columns.items()}
+    columns = {name: np.ascontiguousarray(column) for name, column in columns.items()}
+    if scene.shapes:  # no body is inserted into such a scene: numbers are those of the start
+        columns["shape"] = scene.shape[plans["number"]]
+    else:
+        columns["shape"] = np.full(len(columns["radius"]), -1)
     for column in columns.values():
         column.flags.writeable = False
-    copy = Prepared.of(scene, capacity)
+    copy = Prepared.of(scene, max(capacity, len(columns["radius"])))
     copy.__dict__.update(columns, commands=(), unit=scene.time_unit)
     return copy

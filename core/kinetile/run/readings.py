@@ -20,6 +20,9 @@ from kinetile.scene.commands import counted
 class Readings:
     """The instruments after a run; counts are totals since the start of the simulation.
 
+    After ``resume`` or ``restore`` the structure of the broad phase is built again: structural events, and
+    other counts of its work, may then differ from those of a run that was not interrupted. Contacts do not.
+
     Attributes:
         contacts_disc: contacts of two discs, beginnings and ends of passings among them.
         contacts_wall: contacts of a body with a wall.
@@ -29,7 +32,7 @@ class Readings:
         removed: removed bodies.
         structural_events: failures of the broad phase's own certificates.
         events: all of the above together.
-        certificates_updated: number of times that the broad phase scheduled a body's certificate anew.
+        certificates_updated: number of times that the broad phase scheduled a body's certificate.
         newcomers: pairs that the broad phase reported as newly near, without the static construction.
         partners_asked: candidate checks: bodies that the broad phase named for another, by a bound if the
             narrow phase has one.
@@ -125,7 +128,7 @@ def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "passings", f"{found['passings']:,} begun; begin and end count as contacts of discs"
     turns = f", {found['turns']:,} turns" if found["turns"] else ""
     yield "events", f"{found['events']:,} ({found['structural_events']:,} structural{turns})"
-    yield "certificates", f"{found['certificates_updated']:,} times set anew"
+    yield "certificates", f"{found['certificates_updated']:,} times set"
     yield "queue", f"at most {found['queue_max']:,} long"
     yield "candidate pairs", f"{found['newcomers']:,} new during the run"
     yield (
@@ -223,7 +226,7 @@ def _of_walls(scene: Scene, composition: Composition) -> Sentences:
         periods = " and ".join(
             f"{period!r} along {axis}" for axis, period in zip("xy", scene.periods, strict=True) if period
         )
-        yield True, f"images: the scene is periodic, {periods}; plans two units old are anchored anew"
+        yield True, f"images: the scene is periodic, {periods}; plans two units old are anchored again"
     if scene.arena is None:
         yield False, "walls: the scene has no arena"
     elif scene.periodic == "xy":
@@ -242,7 +245,7 @@ def _of_commands(scene: Scene, composition: Composition, commands: Commands) -> 
         return
     yield True, f"commands: {counted(scene.commands)} in the scene, and those given by hand"
     if commands == Commands.ALL and not composition.living:
-        yield False, "taking bodies in and letting them go: for each the broad phase is built anew"
+        yield False, "inserting and removing bodies: for each the broad phase is built again"
 
 
 def explanation_lines(found: Mapping[str, Any]) -> list[str]:

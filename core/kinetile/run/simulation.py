@@ -40,7 +40,7 @@ from kinetile.run.questions.meetings import CastHit, NextContact
 from kinetile.run.questions.places import Query, RayHit
 from kinetile.run.readings import Readings, energy, explanation, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
-from kinetile.run.saving.snapshot import Snapshot, put_back, take
+from kinetile.run.saving.snapshot import Snapshot, gone_on, take
 from kinetile.run.structure import by_number, candidates, drawn, named_near
 from kinetile.scene import Scene, Turn, relabelled
 from kinetile.scene.bodies import Numbers
@@ -50,7 +50,7 @@ from kinetile.scene.shapes import Shape
 
 Integers = npt.NDArray[np.int64]
 
-_RUNS = ("run", "step", "be built", "be built anew")
+_RUNS = ("run", "step", "be built", "be built again")
 
 
 class Progress(NamedTuple):
@@ -79,7 +79,7 @@ class Simulation(Moment):
         audit: check everything that must hold at intervals of this many contacts, and at the end of each run
             (slow: O(n^2) an audit); None: never.
         turning: True to compile turns into the loop though the scene has none, so that ``set_velocity`` need
-            not compile it anew.
+            not compile it again.
         live: True for a program that gives all kinds of commands: they are compiled into the loop though the
             scene has none, and slots are free for inserted bodies, so that the first need not do either.
         room: with ``live`` or a scene whose bodies come and go, how many bodies can be present before slots
@@ -189,8 +189,8 @@ class Simulation(Moment):
                 self._engine.build()
 
     def rebuild(self) -> None:
-        """Builds the broad phase's structure anew at the present moment; no contact can change by it."""
-        with self._alone("be built anew"):
+        """Builds the broad phase's structure again at the present moment; no contact can change by it."""
+        with self._alone("be built again"):
             self._engine.lay_out(self._engine.speed)
             self._engine.build()
 
@@ -304,7 +304,7 @@ class Simulation(Moment):
     def next_event(self) -> Event | None:
         """The event that ``step`` would run, as scheduled now; None if nothing is scheduled.
 
-        A body that flies for more than a thousand time units without an event is anchored anew
+        A body that flies for more than a thousand time units without an event is anchored again
         meanwhile, which can move later events by its rounding.
 
         Raises BusyError during a chunk of a run: to look ahead, the loop computes the first contact.
@@ -646,8 +646,8 @@ class Simulation(Moment):
     def restore(self, snapshot: Snapshot) -> None:
         """Continues from a snapshot of this simulation, or of another one of the same scene.
 
-        Under the same phases everything is the same, to the last bit. Under another broad phase, or with
-        other options, the structure is built anew, and the contacts are the same.
+        The structure of the broad phase is built for that moment. Contacts are the same, to the last bit;
+        the number of structural events may differ from that of a run that was not restored.
 
         Raises RecordError for a snapshot of another scene or of other narrow phases, Refused if the broad
         phase does not accept it, BusyError while it runs; then nothing has changed.
@@ -685,10 +685,9 @@ class Simulation(Moment):
 
     # Within
 
-    def _go_on_from(self, snapshot: Snapshot, anew: bool = False) -> None:
-        """Continues from a snapshot, with a structure that is built ``anew`` or restored; unchanged if that
-        is refused."""
-        put_back(self._engine, self.scene, snapshot, anew)
+    def _go_on_from(self, snapshot: Snapshot) -> None:
+        """Continues from a snapshot; unchanged if that is refused."""
+        self._engine = gone_on(snapshot, self.scene, self.composition)
         self._audit, self._start_energy = snapshot.audit, snapshot.start_energy
 
     @contextmanager
@@ -769,14 +768,13 @@ def resume(
 ) -> Simulation:
     """Returns the simulation that ``Simulation.save`` has written to a file.
 
-    Without ``broad_phase`` it continues as if it had never stopped: to the same contacts, structural events
-    and readings, bit for bit. That needs the same phases of the same version, on the same kinetile. With
-    ``broad_phase`` (and ``options`` for it) that phase continues from the plans, the clock, the commands
-    still to come and the contacts so far; it builds its structure now, and has the same contacts.
+    It continues from the plans, the clock, the commands still to come and the contacts so far, under the
+    same broad phase, or under ``broad_phase`` (with ``options`` for it). The structure is built for the
+    present moment: the contacts are the same, bit for bit, and the number of structural events may differ
+    from that of a run that was not interrupted.
 
     Raises:
-        RecordError: the file cannot be read, is damaged, or is of another kinetile or another version of a
-            phase; the message says which, and what can be done.
+        RecordError: the file cannot be read, is damaged, or is of another kinetile; the message says which.
         UnknownName, BadOption: as ``Simulation``.
         Refused: the broad phase does not accept this scene.
     """
@@ -795,13 +793,12 @@ def simulation_of(
 ) -> Simulation:
     """Returns a new simulation that goes on from a snapshot, under its own phases or another broad phase."""
     phases = snapshot.phases
-    anew = broad_phase is not None
     simulation = Simulation(
         snapshot.scene,
-        broad_phase if anew else phases.broad_phase,
+        phases.broad_phase if broad_phase is None else broad_phase,
         narrow_phases=phases.narrow_phases,
-        options=options if anew else phases.options,
-        keep_contacts=snapshot.parts.entries.contacts is not None,
+        options=phases.options if broad_phase is None else options,
+        live=snapshot.state.commands == Commands.ALL,
     )
-    simulation._go_on_from(snapshot, anew)
+    simulation._go_on_from(snapshot)
     return simulation

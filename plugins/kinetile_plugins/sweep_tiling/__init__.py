@@ -20,7 +20,6 @@ This file has the hooks that the kernel calls, and the drawing.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -140,7 +139,6 @@ class SweepTiling:
             leave=leave,
             soon=soon,
             audit=audit,
-            sound=partial(audit, lines=False),
             draw=draw,
             drawn_as="tiling",
             ticks=(state.due,),

@@ -87,19 +87,18 @@ def around(web: Sequence[int], body: int, side: int) -> Iterator[int]:
         p = (q & ~7) + 3 - side if q & 8 == 0 else (q & ~7) + OUTER
 
 
-def audit(k: Kernel, s: State, lines: bool = True) -> Iterator[str]:
-    """Yields a sentence for each invariant that does not hold; with ``lines`` also of what each vertical line
-    crosses, which is O(n^2)."""
+def audit(k: Kernel, s: State) -> Iterator[str]:
+    """Yields a sentence for each invariant that does not hold; O(n^2)."""
     if int(k.clock[0].present) == len(s.level):
-        yield from _audit(k, s, lines)
+        yield from _audit(k, s)
         return
     there = np.flatnonzero(k.queue.number >= 0)
     slots = ", ".join(map(str, there.tolist()[:20]))
-    for said in _audit(*closed_up(k, s, there), lines):
+    for said in _audit(*closed_up(k, s, there)):
         yield f"{said} (bodies are counted here from 0 without empty slots: they are in {slots}, ...)"
 
 
-def _audit(k: Kernel, s: State, lines: bool) -> Iterator[str]:
+def _audit(k: Kernel, s: State) -> Iterator[str]:
     tiles = tiles_of(k, s)
     broken = False
     for complaint in _links(s, tiles):
@@ -115,7 +114,7 @@ def _audit(k: Kernel, s: State, lines: bool) -> Iterator[str]:
     if not len(s.turns):
         yield from _sweep(s, tiles)
     yield from _certificates(k, s, tiles)
-    yield from _geometry(k, s, tiles, lines)
+    yield from _geometry(k, s, tiles)
 
 
 def _links(s: State, tiles: AllTiles) -> Iterator[str]:
@@ -286,7 +285,7 @@ def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, npt.NDArr
     return np.minimum(due, level), level < due
 
 
-def _geometry(k: Kernel, s: State, tiles: AllTiles, lines: bool) -> Iterator[str]:
+def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     """AllTiles lie where they say they lie, with nothing between top and bottom."""
     n = len(s.level)
     if n == 0:
@@ -329,8 +328,7 @@ def _geometry(k: Kernel, s: State, tiles: AllTiles, lines: bool) -> Iterator[str
     )
     for tile in np.flatnonzero(short & (right - left > thin)):
         yield f"{tiles.name(tile)} is wider than body {top[tile]} or body {bottom[tile]}, which bound it"
-    if lines:
-        yield from _lines(tiles, left, right, west[:n], east[:n], level[:n], thin, period)
+    yield from _lines(tiles, left, right, west[:n], east[:n], level[:n], thin, period)
 
 
 def _lines(

@@ -31,7 +31,7 @@ def scene() -> kt.Scene:
     )
 
 
-def full(self, size):
+def full(self, *parts):
     raise OSError(28, "No space left on device")
 
 
@@ -117,7 +117,7 @@ def test_a_run_that_is_cut_short_leaves_what_was_done(tmp_path, error, status):
 
 
 def test_ctrl_c_within_a_write_waits_until_the_write_is_done(tmp_path, monkeypatch):
-    write = records.ReservedFile.write
+    write = records.LogFile.write
 
     def interrupted_write(self, *parts):
         signal.raise_signal(signal.SIGINT)
@@ -126,7 +126,7 @@ def test_ctrl_c_within_a_write_waits_until_the_write_is_done(tmp_path, monkeypat
     monkeypatch.setattr(records, "_ROWS_A_BATCH", 10)
     path = tmp_path / "e.parquet"
     recorder = EventRecorder(path, scene()).__enter__()
-    monkeypatch.setattr(records.ReservedFile, "write", interrupted_write)
+    monkeypatch.setattr(records.LogFile, "write", interrupted_write)
     for step in (lambda: recorder(rows(50)), lambda: recorder.close("interrupted")):
         with pytest.raises(KeyboardInterrupt):
             step()
@@ -176,7 +176,7 @@ def test_after_the_disk_was_full_nothing_more_is_taken(tmp_path, monkeypatch):
 
     with EventRecorder(path, scene()) as recorder:
         recorder(rows(1000))
-        monkeypatch.setattr(records.ReservedFile, "reserve", full)
+        monkeypatch.setattr(recorder._log, "write", full)
         with pytest.raises(RecordError, match="No space left on device; it holds the first 1000 events"):
             recorder(rows(1000, 1))
         with pytest.raises(RecordError, match="first 1000 events"):
@@ -187,17 +187,10 @@ def test_after_the_disk_was_full_nothing_more_is_taken(tmp_path, monkeypatch):
 def test_a_disk_that_fills_at_the_very_end_is_told_by_close(tmp_path, monkeypatch):
     with EventRecorder(tmp_path / "e.parquet", scene()) as recorder:
         recorder(rows(10))
-        monkeypatch.setattr(records.ReservedFile, "reserve", full)
+        monkeypatch.setattr(recorder._log, "write", full)
         with pytest.raises(RecordError, match="holds the first 0 events"):
             recorder.close()
     assert read_events(tmp_path / "e.parquet").metadata["status"].startswith("disk: ")
-
-
-def test_without_fallocate_zeros_are_written_ahead(tmp_path, monkeypatch):
-    monkeypatch.delattr(os, "posix_fallocate", raising=False)
-    with EventRecorder(tmp_path / "e.parquet", scene()) as recorder:
-        recorder(rows(1000))
-    assert read_events(tmp_path / "e.parquet").rows.tobytes() == rows(1000).tobytes()
 
 
 @pytest.mark.parametrize(
@@ -222,7 +215,7 @@ def test_a_name_that_is_taken_meanwhile_loses_nothing(tmp_path):
 
 
 def test_no_room_for_even_an_empty_file_leaves_nothing(tmp_path, monkeypatch):
-    monkeypatch.setattr(records.ReservedFile, "reserve", full)
+    monkeypatch.setattr(records.LogFile, "write", full)
     with (
         pytest.raises(RecordError, match="cannot be written: No space left"),
         EventRecorder(tmp_path / "e", scene()),
@@ -292,16 +285,3 @@ def test_without_pyarrow_the_extra_is_named(tmp_path, monkeypatch):
         EventRecorder(tmp_path / "e.parquet", scene())
     with pytest.raises(MissingExtra, match="pyarrow"):
         read_events(tmp_path / "e.parquet")
-
-
-def test_what_is_no_event_file_is_refused(tmp_path):
-    with pytest.raises(RecordError, match="cannot be read"):
-        read_events(tmp_path / "nothing.parquet")
-    (tmp_path / "text.parquet").write_text("not Parquet at all")
-    with pytest.raises(RecordError, match="cannot be read"):
-        read_events(tmp_path / "text.parquet")
-    import pyarrow as pa
-
-    pq.write_table(pa.table({"x": [1]}), tmp_path / "other.parquet")
-    with pytest.raises(RecordError, match="not an event file of kinetile"):
-        read_events(tmp_path / "other.parquet")

@@ -19,7 +19,7 @@ import kinetile as kt
 from command_line import kinetile, printed, refused
 from kinetile.errors import RecordError
 from kinetile.records import EventRecorder, Trajectory, events, finishing, read_events, recover
-from kinetile.records.log import LogReader, ReservedFile
+from kinetile.records.log import LogReader
 
 pytest.importorskip("pyarrow")
 
@@ -62,6 +62,20 @@ def full(self, *_):
     raise OSError(errno.ENOSPC, "No space left on device")
 
 
+class Limited:
+    """A file on a disk with room for so many bytes of it."""
+
+    def __init__(self, file, size: int) -> None:
+        self.file, self.size = file, size
+
+    def write(self, data) -> int:
+        room = self.size - self.file.tell()
+        return self.file.write(data[:room]) if room else full(self)
+
+    def __getattr__(self, name: str):
+        return getattr(self.file, name)
+
+
 def test_what_a_killed_run_has_left_becomes_an_event_file(partial, tmp_path, whole):
     made = recover(partial)
     path = tmp_path / "e.parquet"
@@ -84,7 +98,7 @@ def test_with_another_name_for_the_event_file_the_log_stays(partial, tmp_path, w
 @settings(max_examples=60)
 @given(data=st.data())
 def test_each_byte_at_which_a_log_is_cut_leaves_a_true_prefix(left, tmp_path, whole, data):
-    content = left.read_bytes().rstrip(b"\0")
+    content = left.read_bytes()
     cut = data.draw(st.integers(_first(left), len(content)))
     partial = tmp_path / "cut.partial"
     partial.write_bytes(content[:cut])
@@ -104,7 +118,7 @@ def _first(left) -> int:
 
 def test_damage_ends_the_event_file_and_keeps_the_log(partial, tmp_path, whole):
     content = bytearray(partial.read_bytes())
-    content[len(content.rstrip(b"\0")) // 2] ^= 4
+    content[len(content) // 2] ^= 4
     partial.write_bytes(content)
     result = kinetile("recover", partial)
     assert result.exit_code == 0
@@ -195,45 +209,39 @@ def test_a_disk_without_room_for_the_event_file_keeps_the_log_of_a_whole_run(tmp
 
 
 @pytest.mark.parametrize("batches", [0, 1, 3])
-def test_a_full_disk_has_room_for_how_the_run_has_ended(tmp_path, monkeypatch, whole, batches):
-    """All space is what has been reserved, and none is left for the event file."""
+@pytest.mark.parametrize("room", [0, 2000])
+def test_a_full_disk_keeps_the_batches_before_it_and_says_so(tmp_path, monkeypatch, whole, batches, room):
+    """Nothing fits after them, or a part of a batch and the last text."""
     monkeypatch.setattr(events, "_ROWS_A_BATCH", 20)
     path = tmp_path / "e.parquet"
     recorder = EventRecorder(path, SCENE).__enter__()
     for first in range(0, batches * 20, 20):
         recorder(whole[first : first + 20])
     size = recorder.partial.stat().st_size
-    monkeypatch.setattr(ReservedFile, "reserve", full)
+    recorder._file._file = Limited(recorder._file._file, size + room)
     recorder.end(2.0)
     with pytest.raises(RecordError, match=f"it holds the first {batches * 20} events and no later ones"):
         recorder(whole[batches * 20 :])
+    assert recorder.partial.stat().st_size == size
     monkeypatch.setattr(finishing, "_write", full)
     with pytest.raises(RecordError, match=f"No space left on device; the first {batches * 20} events are in"):
         recorder.close()
-    assert recorder.partial.stat().st_size <= size
     monkeypatch.undo()
     made = recover(recorder.partial)
-    assert (made.rows, made.status[:6]) == (batches * 20, "disk: ")
+    assert (made.rows, made.status[:6]) == (batches * 20, "disk: " if room else "killed")
     assert made.time == (whole["time"][batches * 20 - 1] if batches else SCENE.start)
 
 
-def test_a_batch_that_was_torn_by_its_disk_makes_room_for_the_last_word(tmp_path, monkeypatch, whole):
-    monkeypatch.setattr(events, "_ROWS_A_BATCH", 20)
+def test_on_a_full_disk_the_event_file_says_how_the_run_has_ended(tmp_path, monkeypatch, whole):
+    """Though its log has no room for it."""
     path = tmp_path / "e.parquet"
     recorder = EventRecorder(path, SCENE).__enter__()
     recorder(whole[:20])
-    put = ReservedFile._put
-
-    def torn(self, data):
-        if len(data) < 1000:
-            full(self)
-        return put(self, data[:1000])
-
-    monkeypatch.setattr(ReservedFile, "_put", torn)
+    recorder.flush()
+    monkeypatch.setattr(recorder._log, "write", full)
+    recorder(whole[20:40])
     with pytest.raises(RecordError, match="it holds the first 20 events"):
-        recorder(whole[20:40])
-    monkeypatch.undo()
-    recorder.close()
+        recorder.close()
     found, metadata = read_events(path)
     assert found.tobytes() == whole[:20].tobytes()
     assert metadata["status"].startswith("disk: ")
@@ -278,7 +286,7 @@ GOES_ON = """
     from pathlib import Path
     import kinetile as kt
     from kinetile.records import events
-    from kinetile.records.log import ReservedFile
+    from kinetile.records.log import LogFile
 
     checkpoint, path, steps = sys.argv[1], sys.argv[2], int(sys.argv[3])
 
@@ -293,7 +301,7 @@ GOES_ON = """
 
     sim = kt.resume(checkpoint)
     events._ROWS_A_BATCH = 60
-    for kind, names in (ReservedFile, ("reserve", "write", "go_to", "sync", "close")), (Path, ("replace",)):
+    for kind, names in (LogFile, ("write", "go_to", "sync", "close")), (Path, ("replace",)):
         for name in names:
             setattr(kind, name, last(getattr(kind, name)))
     with kt.EventRecorder(path, sim.scene, behind=sim):

@@ -271,17 +271,6 @@ def test_max_events_stops_after_so_many(phase, options):
     assert pieces.readings.events == before
 
 
-def test_built_anew_a_run_goes_on_as_before():
-    sim, other = kt.Simulation(grid()), kt.Simulation(grid())
-    for _ in islice(sim.steps(), 40):
-        sim.rebuild()
-        sim.audit()
-    sim.run(until=1.0)
-    other.run(until=1.0)
-    assert sim.fingerprint == other.fingerprint
-    assert np.array_equal(sim.contacts_since(5), other.contacts[5:])
-
-
 def test_a_body_that_was_turned_after_a_look_ahead_was_placed_too_far_from_the_common_clock():
     """Bounds are good within a span of the common clock's origin, and that had gone on to what comes next."""
     position, velocity = [[0.25, 0.5], [0.75, 0.25]], [[0.001, 0.0], [0.0, 0.0]]

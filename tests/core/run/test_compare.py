@@ -168,21 +168,3 @@ def test_what_cannot_be_compared():
         compare(three_in_a_row(), ["naive"], 1.0)
     with pytest.raises(UnknownName, match="did you mean 'naive'"):
         compare(three_in_a_row(), ["naive", "nave"], 1.0)
-
-
-@pytest.mark.slow
-def test_a_recording_is_compared_to_its_end(tmp_path):
-    sim = kt.Simulation(kt.make_scene("grid", bodies=16, density=0.3, seed=1), "cells", live=True)
-    for frame in range(1, 13):
-        sim.set_velocities(sim.bodies[:3], (0.5, -0.25 * frame))
-        place = sim.positions()[3]
-        sim.remove(int(sim.bodies[3]))
-        sim.insert(place, (1.0, 0.0), 1e-3)
-        sim.run(until=frame / 8)
-    kt.save_scene(sim.recorded(), tmp_path / "trace.toml")
-    trace = kt.load_scene(tmp_path / "trace.toml")
-    assert trace == sim.recorded()
-    found = compare(trace, ["naive", "cells", "sap-1d", "sweep-tiling"])
-    assert found.identical
-    assert {each.fingerprint for each in found.outcomes} == {sim.fingerprint}
-    assert {each.time for each in found.outcomes} == {1.5}

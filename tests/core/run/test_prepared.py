@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 import kinetile as kt
+from kinetile.run.engine.contents import contents_at_start
 from kinetile.run.prepared import LEAST, Prepared, standing
 
 SCENE = kt.Scene([(1, 1), (3, 1)], [(600, 0), (0, 0)], 0.25, mass=[1.0, math.inf], arena=(4, 4))
@@ -26,12 +25,12 @@ def test_the_room_of_a_run_was_a_hidden_attribute_of_its_scene() -> None:
 
 
 def test_in_the_middle_of_a_run_a_scene_keeps_its_clock_and_its_rules() -> None:
-    columns = {"position": [(2.0, 2.0)], "velocity": [(0.0, 0.0)], "radius": [0.25], "mass": [1.0]}
-    arrays = {name: np.array(column) for name, column in columns.items()}
-    left = standing(SCENE, {**arrays, "kind_numbers": np.zeros(1, np.int64)}, 3)
-    assert not kt.Scene(**columns, arena=(4, 4)).ruled, "the immovable body has gone"
+    contents = contents_at_start(SCENE)
+    contents = contents._replace(plans=contents.plans[:1])
+    left = standing(contents, SCENE, 3)
+    assert not kt.Scene([(1, 1)], [(600, 0)], 0.25, arena=(4, 4)).ruled, "the immovable body has gone"
     assert left.ruled
     assert (len(left), left.capacity) == (1, 3)
     assert left.time_unit == SCENE.time_unit < 1.0
     assert left.commands == ()
-    assert standing(left, {**arrays, "kind_numbers": np.zeros(1, np.int64)}, 3).ruled
+    assert standing(contents, left, 3).ruled

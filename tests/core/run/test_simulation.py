@@ -155,20 +155,6 @@ def test_tables_grow_without_the_user_noticing():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
-def test_tables_grow_in_the_middle_of_a_run():
-    # A row of discs, each over all others on x only once the columns have closed up.
-    n = 60
-    position = np.column_stack([np.arange(n) * 3.0 + 1.0, np.arange(n) * 3.0 + 1.0])
-    velocity = np.column_stack([-(np.arange(n) * 3.0), np.zeros(n)])
-    scene = kt.Scene(position, velocity, 1.0)
-    sim = kt.Simulation(scene, "sap-1d")
-    assert len(sim.candidate_pairs()) == 0
-    sim.run(until=0.99)
-    assert len(sim.candidate_pairs()) == n * (n - 1) // 2
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "phase", ["sap-1d", *(pytest.param(each, marks=pytest.mark.slow) for each in ("naive", "sap-2d"))]
 )
@@ -288,15 +274,6 @@ def test_what_is_not_there_is_refused_in_a_sentence():
         sim.set_velocity(2, (0.0, float("inf")))
 
 
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_a_run_without_end_in_time_ends_when_nothing_can_happen():
-    scene = kt.Scene([[0.0, 0.0], [5.0, 0.0]], [[-1.0, 0.0], [1.0, 0.0]], 0.5)
-    sim = kt.Simulation(scene)
-    sim.run(max_contacts=1)
-    assert len(sim.contacts) == 0
-
-
 def test_explain_names_what_is_left_out():
     told = kt.Simulation(grid()).explain()
     assert any("four walls" in line for line in told["modelled"])
@@ -356,30 +333,6 @@ def test_the_time_of_the_last_contact_is_now_however_it_is_rounded():
     now = sim.time
     sim.run(max_contacts=0)
     assert sim.time == now
-
-
-def test_the_contacts_that_are_handed_out_cannot_be_changed():
-    sim = kt.Simulation(grid(9), "sap-1d")
-    sim.run(until=0.5)
-    with pytest.raises(ValueError, match="read-only"):
-        sim.contacts["time"] += 1.0
-
-
-def test_a_turn_too_fast_for_the_clock_is_refused_in_a_sentence():
-    sim = kt.Simulation(grid(9), "sap-1d")
-    with pytest.raises(ValueError, match="schedule the command in the scene"):
-        sim.set_velocity(0, (1e15, 0.0))
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_many_bodies_at_rest_do_not_slow_the_clock_down():
-    n = 10_000
-    place = np.column_stack([np.arange(n) % 100 * 3.0 + 1.5, np.arange(n) // 100 * 3.0 + 1.5])
-    scene = kt.Scene(place, np.zeros((n, 2)), 0.5, arena=(300.0, 300.0))
-    sim = kt.Simulation(scene, "sap-2d")
-    sim.run(until=1100.0)
-    assert len(sim.contacts) == 0
 
 
 def test_where_the_skin_would_be_too_thick_for_sweep_tiling_the_default_is_right():

@@ -144,14 +144,14 @@ class Agenda:
         end = clock.base * TICKS + SPAN
         due = [command for command in self._later if command.ticks < end]
         del self._later[: len(due)]
-        return _with_rows(k, np.concatenate([_waiting(k), _rows_of(due, clock)]), FRONT)
+        return _with_rows(k, np.concatenate([waiting(k), _rows_of(due, clock)]), FRONT)
 
     def cancel(self, k: Kernel, fields: Fields, body: int) -> None:
         """Forgets all commands for a removed body."""
         if self._later:
             self._later = [command for command in self._later if command.body != body]
         if fields.lists.command[0] < fields.lists.commands[0]:
-            rows = _waiting(k)
+            rows = waiting(k)
             stay = rows[rows["body"] != body]
             rows[len(rows) - len(stay) :] = stay
             fields.lists.command[0] += len(rows) - len(stay)
@@ -177,14 +177,14 @@ class Agenda:
     def squares(self, k: Kernel) -> float:
         """Returns the sum of mass * speed^2 over all commands: twice the energy that they can add."""
         later = math.fsum(each.squares for each in self._later)
-        return later + squares_of(_waiting(k))
+        return later + squares_of(waiting(k))
 
     def _to_come(self, k: Kernel, clock: Clock) -> Iterator[Command]:
-        commands = chain((command_of(row, clock.base) for row in _waiting(k)), self._later)
+        commands = chain((command_of(row, clock.base) for row in waiting(k)), self._later)
         return (command for command in commands if command.code != REANCHORED)
 
 
-def _waiting(k: Kernel) -> Rows:
+def waiting(k: Kernel) -> Rows:
     """Returns the rows of the kernel's commands that have not run yet, not a copy."""
     lists = k.clock[0].lists
     rows: Rows = k.commands.view(COMMAND, np.ndarray)[int(lists.command) : int(lists.commands)]
@@ -216,7 +216,7 @@ def to_the_front(k: Kernel, fields: Fields, rows: Rows) -> Kernel:
     """Puts commands of the present moment before all that wait; returns the tables."""
     many = len(rows)
     if many > fields.lists.command[0]:
-        k = _with_rows(k, _waiting(k), max(FRONT, 2 * many))
+        k = _with_rows(k, waiting(k), max(FRONT, 2 * many))
     command = fields.lists.command[0]
     np.asarray(k.commands)[command - many : command] = rows
     fields.lists.command[0] = command - many

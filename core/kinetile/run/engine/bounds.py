@@ -3,7 +3,7 @@
 A broad phase compares bodies that are enlarged by a skin. The skin has to cover rounding, which
 grows with the greatest speed and with the distance from the origin. No body can exceed the speed that
 the lightest one would have with all the energy of the scene. If that bound would be exceeded (a command adds
-energy, a response makes a body faster, bodies without walls fly far), the engine lays its tables out anew
+energy, a response makes a body faster, bodies without walls fly far), the engine lays its tables out again
 for a larger one.
 """
 
@@ -21,6 +21,8 @@ from kinetile.toolbox.reach import speed_bound
 
 MOST_FLOWN = 2.0**-20
 """The greatest flight in one tick, in smallest radii; beyond it a tick is too coarse for contacts."""
+
+NO_SKIN = Skin(*[0.0] * len(Skin._fields))
 
 
 class Bounds(NamedTuple):
@@ -46,12 +48,12 @@ class Bounds(NamedTuple):
 
     @classmethod
     def at_start(cls, scene: Scene) -> Bounds:
-        """Returns the bounds of a scene; extent and skin are set when its tables are laid out."""
+        """Returns the bounds of a scene; extent and skin follow when its tables are laid out."""
         coming = [command for command in scene.commands if isinstance(command, Insert)]
         masses = [*scene.mass.tolist(), *(command.mass for command in coming)]
         radii = [*scene.radius.tolist(), *(command.radius for command in coming)]
-        speed, no_skin = speed_bound(scene), Skin(*[0.0] * len(Skin._fields))
-        return cls(min(masses, default=math.inf), min(radii, default=math.inf), math.inf, speed, 0.0, no_skin)
+        lightest, smallest = min(masses, default=math.inf), min(radii, default=math.inf)
+        return cls(lightest, smallest, math.inf, speed_bound(scene), 0.0, NO_SKIN)
 
     def including(self, rows: Any) -> Bounds:
         """Returns the bounds with the masses and radii of bodies that commands insert."""

@@ -5,21 +5,20 @@ loop its commands a span at a time, runs interactive commands, moves the clock's
 Inside a chunk none of that costs anything.
 
 It alone assigns its attributes. Modules that compute tables or bounds for it return them (``layout``,
-``bounds``, ``spans``); ``parts`` returns everything that is saved of it, and ``adopt`` restores it.
+``bounds``, ``spans``).
 
-There is one way to change the structure from outside: build it anew at the present moment (``lay_out``).
-Pairs may outgrow their table, a command may add more energy than the skin allows for, bodies without
-walls may fly far, a body may be inserted without a slot: in each case the static construction of the start
-is repeated. That cannot change an answer, only take time (docs/one-answer.md).
+There is one way to make a structure: build it at the present moment (``lay_out``). A run may begin or go on
+from a saved state (``RunState``), pairs may outgrow their table, a command may add more energy than the skin
+allows for, bodies without walls may fly far, a body may be inserted without a slot: in each case the static
+construction of the start is repeated. That cannot change an answer, only take time (docs/one-answer.md).
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,7 +29,7 @@ from kinetile.kernel.certificates.wall import inside_arena
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.compiled import INTERPRETED, NotCompiled, compose, make_ready
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.log import INSERTED, MET, REANCHORED, REMOVED, TURNED
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
 from kinetile.kernel.loop import (
     BLOCKED,
     BUDGET_SPENT,
@@ -62,13 +61,14 @@ from kinetile.plugin.registry import sentence
 from kinetile.run.audit import check_all
 from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine import layout, spans
-from kinetile.run.engine.agenda import Agenda, Command, History, Rows, due, planned, squares_of, to_the_front
-from kinetile.run.engine.bounds import MOST_FLOWN, Bounds, fastest, squares_of_bodies
+from kinetile.run.engine.agenda import Agenda, Command, Rows, due, squares_of, to_the_front
+from kinetile.run.engine.bounds import MOST_FLOWN, NO_SKIN, Bounds, fastest, squares_of_bodies
+from kinetile.run.engine.contents import RunState, contents_of, numbers_of
 from kinetile.run.engine.failures import blocked, demand_room, failure
 from kinetile.run.engine.fields import Tables
-from kinetile.run.engine.ledger import Entries, Ledger
+from kinetile.run.engine.ledger import Ledger
 from kinetile.run.interrupts import Interruptible, Unbroken
-from kinetile.scene import Insert, Scene
+from kinetile.scene import Scene
 from kinetile.toolbox.reach import SPANS, extent_of
 
 UNLIMITED = 2**62
@@ -79,10 +79,6 @@ CHUNK_SECONDS = 0.2
 FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
 
 
-LOGS = ("met", "log")
-"""Tables that are empty between two chunks."""
-
-
 class WatchedContacts(NamedTuple):
     """Contacts at which the loop stops: ``flags`` for each number of a body, ``pairs`` of numbers, and
     whether it stops ``before`` the contact happens."""
@@ -90,46 +86,6 @@ class WatchedContacts(NamedTuple):
     flags: npt.NDArray[np.uint8]
     pairs: Any
     before: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Parts:
-    """The state of an engine between two chunks: ``Engine.parts`` returns it, ``Engine.adopt`` restores it.
-
-    All else follows from the scene and the composition, or belongs to this process alone (whether the
-    loop is compiled, how long a chunk is).
-
-    Attributes:
-        composition: the phases; None if the parts come from another process.
-        tables: copies of the kernel's tables, without the logs.
-        state: copies of the arrays of the broad phase's state.
-        base: that of the clock.
-        later: the commands of later spans of the clock.
-        history: the interactive commands so far.
-        entries: the contents of the ledger.
-        asked: the requested time, while the run stands there.
-        log_rows: how many rows the log has room for.
-        overlapping: the pairs that overlap at the start and have not begun to pass yet.
-
-    The others are attributes of the engine.
-    """
-
-    composition: Composition | None
-    tables: Mapping[str, npt.NDArray[Any]]
-    state: Mapping[str, npt.NDArray[Any]]
-    base: int
-    bounds: Bounds
-    commands: Commands
-    later: tuple[Command, ...]
-    history: History
-    entries: Entries
-    numbers: int
-    audits: int
-    asked: float | None
-    log_rows: int
-    overlapping: npt.NDArray[np.int64]
-    cpu_seconds: float
-    compile_seconds: float
 
 
 class Engine(Tables):
@@ -156,40 +112,45 @@ class Engine(Tables):
         self,
         scene: Scene,
         composition: Composition,
-        keep_contacts: bool,
+        keep_contacts: bool = True,
         commands: Commands = Commands.NONE,
+        state: RunState | None = None,
     ) -> None:
+        """An engine of a scene, at its start or in a ``state`` of its run; the phases of the composition are
+        prepared for the bodies of that moment."""
         self.scene = scene
         self.composition = composition
         self.state = composition.broad.state
         self.clock = Clock(scene.start, scene.time_unit)
-        self.ledger = Ledger(self.clock, keep_contacts)
-        self.agenda = Agenda(planned(scene, self.clock))
-        self.history = History()
-        self.bounds = Bounds.at_start(scene)
-        self.commands = max(commands, Commands.of(scene))
+        if state is None:
+            state = RunState.at_start(scene, self.clock, keep_contacts)
+        self.clock.base = state.base
+        self.ledger = Ledger(self.clock, state.entries)
+        self.agenda = Agenda(state.later)
+        self.history = state.history
+        self.bounds = state.bounds
+        self.commands = max(commands, state.commands)
         self.loop = composition.loop(self.commands)
-        self.cpu_seconds = 0.0
-        self.compile_seconds = 0.0
-        self.audits = 0
+        self.cpu_seconds = state.cpu_seconds
+        self.compile_seconds = state.compile_seconds
+        self.audits = state.audits
         self.busy = False
         self.broken: Exception | None = None
         self.walled = scene.arena is not None and composition.wall is not None
         self.bounded = self.walled or scene.periodic == "xy"
-        coming = [command.body for command in scene.commands if isinstance(command, Insert)]
-        self.numbers = max([len(scene) - 1, *coming]) + 1
-        self._asked: float | None = None
+        self.numbers = numbers_of(scene, self.history)
+        self._asked = state.asked
         self._ready = False
         self._budget = FIRST_BUDGET
-        self._overlapping = layout.overlapping(scene)
-        self.k = self.agenda.load(layout.tables_of(scene, composition, self.clock.unit), self.clock)
+        self._overlapping = state.overlapping
+        tables = layout.tables_of(state.contents, self.numbers, composition, self.clock.unit)
+        self.k = self.agenda.load(tables, self.clock)
         self._long_log = self._no_log = self.k.log
-        self._number(self.numbers)
         self.lay_out(self.speed)
 
     @property
     def time(self) -> float:
-        """The present time, in the scene's time: the requested one, while the run stands there."""
+        """The present time, in the scene's time: the requested one, if the run has ended at it."""
         return self._asked if self._asked is not None else self.clock.time(self.now)
 
     @property
@@ -413,7 +374,7 @@ class Engine(Tables):
         return extent_of(self.scene, self.walled, speed, far, spans)
 
     def _grow_pairs(self) -> None:
-        """Makes room for more candidate pairs, and builds the structure anew."""
+        """Makes room for more candidate pairs, and builds the structure again."""
         self.bounds_for(self.speed)  # a refusal must come before the tables change
         lists = self.k.clock[0].lists
         room = max(2 * len(self.k.pairs), int(1.25 * (int(lists.pairs) + int(lists.wanted))))
@@ -451,7 +412,7 @@ class Engine(Tables):
         compose(begin_at_start, parts, f"begin_{self.composition.label}", Kernel)(self.k, now)
         self.k.clock[0].stops.due = 0  # ``advance`` looks among them for a watched one
 
-    # Phases prepared anew
+    # Phases prepared again
 
     def renew(self) -> None:
         """Prepares the phases for the present bodies, and lays the tables out for them."""
@@ -470,7 +431,7 @@ class Engine(Tables):
         self.commands, self.loop = commands, loop
 
     def _make_slot(self) -> bool:
-        """Prepares the phases anew for an insertion or removal; returns whether the command has still to
+        """Prepares the phases again for an insertion or removal; returns whether the command has still to
         run."""
         k, composition = self.k, self.composition
         if composition.living:
@@ -504,7 +465,7 @@ class Engine(Tables):
     # and after the contacts that have happened at it. Contacts that are still pending at it stay pending: a
     # command may avert one of them. A game may issue sixty commands a frame, so the cost of one
     # must depend as little as possible on the number of bodies: ``bounds.squares`` bounds the energy from
-    # above, and only when it would exceed the speed in force is the energy summed up anew.
+    # above, and only when it would exceed the speed in force is the energy summed up again.
 
     def command_rows(self, code: int, many: int = 1) -> Rows:
         """Returns a number of commands of the present tick; the caller fills in their bodies and effects,
@@ -534,7 +495,7 @@ class Engine(Tables):
         others_first = due(self.k, self.fields, self.met_now) > 0  # of the scene, which stopped before them
         if inserts and not others_first:
             demand_room(self.k, self.composition, self.walled, self.clock, rows)
-        # From here on a command is refused only if tables are laid out anew, or other commands come first:
+        # From here on a command is refused only if tables are laid out again, or other commands come first:
         # in these cases a copy of the tables is kept, to go back to.
         plain = not faster and not others_first and self._has_place_for(code, rows, wanted)
         with Unbroken(), nullcontext() if plain else self.unchanged_if(Refused):
@@ -592,7 +553,7 @@ class Engine(Tables):
                     return  # all commands have run; the next run reports the jam
 
     def _has_place_for(self, code: int, rows: Rows, wanted: Commands) -> bool:
-        """Whether commands can run without preparing the phases anew: they are compiled into the loop, the
+        """Whether commands can run without preparing the phases again: they are compiled into the loop, the
         phase inserts and removes bodies, and an inserted body has a slot. The last is
         ``has_vacancy`` of the kernel, read without a call into compiled code."""
         if self.commands < wanted or (code != TURNED and not self.composition.living):
@@ -606,7 +567,7 @@ class Engine(Tables):
     # Spans of the clock
 
     def move_base(self, end: int | None) -> None:
-        """Moves the clock's base by a span and anchors anew plans that are two spans old, under every phase.
+        """Moves the clock's base by a span, and anchors plans that are two spans old, under every phase.
 
         Without bodies it moves at once to the span of ``end``, in ticks since the start.
         """
@@ -662,71 +623,37 @@ class Engine(Tables):
             return 0
         return quiet
 
-    # Saving and restoring
+    # Saving
 
-    def parts(self) -> Parts:
-        """Returns the state of this engine as copies, between two chunks."""
-        return Parts(
-            composition=self.composition,
-            tables={name: layout.copied(table) for name, table in _named(self.k) if name not in LOGS},
-            state={name: layout.copied(array) for name, array in _named(self.state)},
+    def run_state(self) -> RunState:
+        """Returns the state of the run, between two chunks."""
+        return RunState(
+            contents=contents_of(self.k),
             base=self.clock.base,
-            bounds=self.bounds,
+            bounds=self.bounds._replace(extent=0.0, skin=NO_SKIN),
             commands=self.commands,
             later=self.agenda.later,
             history=self.history,
             entries=self.ledger.entries,
-            numbers=self.numbers,
-            audits=self.audits,
             asked=self._asked,
-            log_rows=len(self.k.met),
             overlapping=self._overlapping,
+            audits=self.audits,
             cpu_seconds=self.cpu_seconds,
             compile_seconds=self.compile_seconds,
         )
 
-    def adopt(self, parts: Parts, composition: Composition | None) -> None:
-        """Continues from the parts of an engine of this scene, to the same bits, under the same phases,
-        prepared in the same way.
-
-        Without a composition the present phases stay, and have to be prepared for the present bodies
-        (``renew``).
-        """
-        same_loop = (composition is None or composition is self.composition) and (
-            parts.commands == self.commands
-        )
-        if composition is not None:
-            self.composition, self.state = composition, composition.broad.state
-            for name, array in _named(self.state):
-                layout.fill(array, parts.state[name])
-        rows = self.k.met if len(self.k.met) == parts.log_rows else record_table(MET, parts.log_rows)
-        self._long_log = self._no_log
-        self.k = layout.refilled(self.k, parts.tables, self.composition.alike)._replace(
-            met=rows, log=self._no_log
-        )
-        self._taken = None
-        self.clock.base = parts.base
-        self.bounds = parts.bounds
-        self.agenda, self.history = Agenda(parts.later), parts.history
-        self.ledger.entries = parts.entries
-        self.numbers, self.audits = parts.numbers, parts.audits
-        self._asked, self._overlapping = parts.asked, parts.overlapping
-        self.cpu_seconds, self.compile_seconds = parts.cpu_seconds, parts.compile_seconds
-        self.broken = None
-        if not same_loop:
-            self._take_loop(parts.commands)
-
     @contextmanager
     def unchanged_if(self, errors: type[BaseException]) -> Iterator[None]:
         """Within this context such an error leaves the engine unchanged. Costs a copy of all tables."""
-        parts = self.parts()
+        before, entries, later = dict(vars(self)), self.ledger.entries, self.agenda.later
+        base, tables = self.clock.base, [*self.k._replace(met=self._no_log, log=self._no_log), *self.state]
+        contents = [layout.copied(table) for table in tables]
         try:
             yield
         except errors:
-            self.adopt(parts, parts.composition)
+            vars(self).update(before)
+            for table, content in zip(tables, contents, strict=True):
+                layout.fill(table, content)
+            self.clock.base, self.ledger.entries, self.agenda = base, entries, Agenda(later)
+            self._taken = None
             raise
-
-
-def _named(tables: Any) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-    """Yields the arrays of a NamedTuple, each with its name."""
-    return zip(tables._fields, map(np.asarray, tables), strict=True)

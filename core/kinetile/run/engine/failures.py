@@ -43,27 +43,29 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
     if fault in _OF_SLOTS:
         a, b = (int(k.queue[slot].number) if slot >= 0 else slot for slot in slots)
     bodies = tuple(body for body in (a, b) if body >= 0)
-    who = (
+    named = (
         f"bodies {a} and {b}" if b >= 0 else f"body {a}" + (f" and the {WALLS[b]} wall" if b in WALLS else "")
     )
     at, phase = f"at time {time!r}", described("broad phase", composition.broad_phase)
     if fault == tables.TOO_DEEP and b >= 0 and _pass_through(k, composition, *slots):
         narrow = _narrow_phases(composition)
         return PhaseError(
-            f"{at} {who} overlap more than rounding explains, and no contact of theirs has been "
+            f"{at} {named} overlap more than rounding explains, and no contact of theirs has been "
             f"missed: {narrow} lets them go on towards each other at a contact, so that bodies pass through "
             "each other; a collide has to part them (without a narrow phase for pairs all bodies pass)"
         )
     if fault in (tables.TOO_DEEP, tables.LATE_CONTACT):
-        return MissedContactError(f"{at} {_missed(composition, fault, b, who)}", time=time, bodies=bodies)
+        return MissedContactError(f"{at} {_missed(composition, fault, b, named)}", time=time, bodies=bodies)
     if fault == tables.JAMMED:
         said = (
             f"{at} the bodies are jammed: {int(clock.jam.window_size)} contacts took next to no "
-            f"time, the last of them between {who}; nothing can move on from here"
+            f"time, the last of them between {named}; nothing can move on from here"
         )
         return ZenoError(said, time=time, bodies=bodies)
     if fault == tables.NOT_FINITE:
-        return PhaseError(f"{at} a contact of {who} has no outcome in finite numbers, as where centres meet")
+        return PhaseError(
+            f"{at} a contact of {named} has no outcome in finite numbers, as where centres meet"
+        )
     if fault == tables.STALLED:
         return StalledError(
             f"{at} {phase} does not get on: its certificates, the last of them that of body {a}, "
@@ -87,35 +89,35 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
     return PhaseError(f"{at} {phase} {broken.get(fault, f'left fault {fault} ({a}, {b})')}")
 
 
-def _missed(composition: Composition, fault: int, other: int, who: str) -> str:
+def _missed(composition: Composition, fault: int, other: int, named: str) -> str:
     """Returns the error of a contact that was late or missing, and the responsible phase:
     the broad phase for missing pairs, the narrow ones for walls and times."""
     phase, narrow = described("broad phase", composition.broad_phase), _narrow_phases(composition)
     if fault == tables.LATE_CONTACT:
         late = f"{phase} reported the pair too late" if other >= 0 else f"{narrow} foresaw it too late"
-        return f"a contact of {who} came up that lies in the past: {late}"
+        return f"a contact of {named} came up that lies in the past: {late}"
     missed = phase if other >= 0 else narrow
-    return f"{who} overlap more than rounding explains: {missed} has missed their contact"
+    return f"{named} overlap more than rounding explains: {missed} has missed their contact"
 
 
 def _narrow_phases(composition: Composition) -> str:
     return " and ".join(described("narrow phase", name) for name in composition.narrow_phases)
 
 
-def blocked(k: Kernel, clock: Clock, command: Any, who: int) -> Refused:
+def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
     """Returns the error for an inserted body without room: the body or wall that it would
-    reach into (``who``, a slot or a wall's code), and how deep."""
+    reach into (``blocker``, a slot or a wall's code), and how deep."""
     row, number = k.clock.view(np.ndarray)[0], int(command["body"])
     tick, x, y, radius = (command[name].item() for name in ("tick", "x", "y", "radius"))
-    if who < 0:
-        said = f"it reaches beyond the {WALLS[who]} wall"
+    if blocker < 0:
+        said = f"it reaches beyond the {WALLS[blocker]} wall"
     else:
-        other = k.bodies.view(np.ndarray)[who]
+        other = k.bodies.view(np.ndarray)[blocker]
         elapsed = (tick - int(other["anchor"])) * row["tick"].item()
         apart = np.array([[other["x"] + other["vx"] * elapsed - x, other["y"] + other["vy"] * elapsed - y]])
         (apart,) = nearest_image(apart, (row["torus"]["x"].item(), row["torus"]["y"].item()))
         deep = radius + other["radius"].item() - math.hypot(*apart.tolist())
-        said = f"it reaches {deep:.6g} into body {int(k.queue.view(np.ndarray)[who]['number'])}"
+        said = f"it reaches {deep:.6g} into body {int(k.queue.view(np.ndarray)[blocker]['number'])}"
     place, when = f"at ({x!r}, {y!r}) with radius {radius!r}", f"at time {clock.time(tick)!r}"
     return Refused(f"{when} there is no room for body {number} {place}: {said}; nothing has changed")
 
@@ -135,9 +137,9 @@ def demand_room(k: Kernel, composition: Composition, walls: bool, clock: Clock, 
     beyond a wall. The loop would find the same, but only after a copy of all tables."""
     periodic = bool(composition.prepared.periodic)
     parts = {"WALLS": walls, "PASSING": composition.passing, "PERIODIC": periodic}
-    who = compose(find_blocker, parts, "room", Kernel)(k, rows.view(np.recarray))
-    if who != FREE:
-        raise blocked(k, clock, rows[0], int(who))
+    blocker = compose(find_blocker, parts, "room", Kernel)(k, rows.view(np.recarray))
+    if blocker != FREE:
+        raise blocked(k, clock, rows[0], int(blocker))
 
 
 def find_blocker(k: Kernel, commands: Records) -> int:

@@ -1,5 +1,5 @@
-"""Tables of the kernel, made and filled: for a scene at its start, for the bodies of a run whose phases are
-prepared anew, and for the contents of a snapshot.
+"""Tables of the kernel, made of their contents: at the start, where a saved run goes on, and for the bodies
+of a run whose phases are prepared again.
 
 All of them are new objects, which the engine adopts: if a phase refuses, the old ones stay in use.
 """
@@ -7,7 +7,6 @@ All of them are new objects, which the engine adopts: if a phase refuses, the ol
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,8 +15,6 @@ import numpy.typing as npt
 from kinetile.errors import PhaseError
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.compiled import python_of
-from kinetile.kernel.flight import positions_now
-from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import INSERTED
 from kinetile.kernel.loop.commands import LONG_AGO, window_of
 from kinetile.kernel.passings import MOST_IMAGES
@@ -31,114 +28,74 @@ from kinetile.kernel.tables import (
     Records,
     allocate,
     column,
-    equal,
     pair_set,
     record_table,
-    slots_taken,
 )
 from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition, Rules
 from kinetile.run.engine.bounds import Bounds
+from kinetile.run.engine.contents import (
+    OF_BODIES,
+    OF_IMAGES,
+    OF_PASSINGS,
+    OF_TRAITS,
+    Contents,
+    contents_of,
+)
 from kinetile.run.engine.fields import Fields
-from kinetile.run.prepared import LEAST, Prepared, standing
+from kinetile.run.prepared import LEAST, standing
 from kinetile.scene import Scene
-from kinetile.scene.bodies import nearest_image, overlapping_images
-from kinetile.scene.checks import TOLERANCE
 
 LOG_ROWS = 1 << 14
 """Contacts of a chunk: few enough that the log stays in the processor's cache until it is hashed."""
 
-OF_SLOTS = ("bodies", "present", "lists.vacant", "jam.spin_limit", "jam.window_size")
-"""Fields of the clock that depend on how many slots there are, and who stands in them."""
 
-
-def tables_of(scene: Scene, composition: Composition, unit: float) -> Kernel:
-    """Returns tables for a scene under its phases; ``unit`` is that of the clock.
+def tables_of(contents: Contents, numbers: int, composition: Composition, unit: float) -> Kernel:
+    """Returns tables with these contents, in which so many numbers of bodies can have slots, for phases that
+    are prepared for these bodies, or for one more that is to be inserted; ``unit`` is that of the clock.
 
     Raises PhaseError if there is no memory for the requests of the broad phase.
     """
-    n = len(scene)
-    k = _allocated(n, scene, composition)
+    plans, n, prepared = contents.plans, len(contents.plans), composition.prepared
+    k = _allocated(n, composition)
+    slots = np.full(numbers, NOBODY, dtype=np.int32)
+    slots[plans["number"]] = np.arange(n)
+    k.queue.number[:n] = plans["number"]
     bodies = k.bodies[:n]
-    bodies.x, bodies.y = scene.position.T
-    bodies.vx, bodies.vy = scene.velocity.T
-    bodies.radius = k.radii[:n] = scene.radius
-    bodies.last = NOBODY
-    if scene.shapes:
-        bodies.form = scene.shape
-        reaches = np.array([each.reaches for each in scene.shapes])[scene.shape]
+    for name in OF_BODIES:
+        bodies[name] = plans[name]
+    bodies.last = np.append(slots, np.int32(NOBODY))[plans["last"]]
+    k.radii[:n], k.mass[:n] = plans["radius"], plans["mass"]
+    if prepared.shapes:
+        shape = prepared.shape[:n]
+        bodies.form = shape
+        reaches = np.array([each.reaches for each in prepared.shapes])[shape]
         for side, column_of_side in zip(("left", "right", "down", "up"), reaches.T, strict=True):
             bodies[side] = k.sides[side][:n] = column_of_side
-    k.mass[:n] = scene.mass
-    if len(k.rules):
-        k.traits.kind[:n] = scene.kind_numbers
+    for table, names in ((k.traits, OF_TRAITS), (k.images, OF_IMAGES)):
+        for name in names if len(table) else ():
+            table[name][:n] = plans[name]
+    k = k._replace(slots=slots, commands=contents.commands.view(np.recarray))
+    if len(contents.passings):
+        k = _with_passings(k, contents.passings)
+    k.counts[0] = contents.counts[0]
     clock = k.clock[0]
-    clock.tick = unit / TICKS
-    clock.per_time = TICKS / unit
-    if scene.arena is not None:
-        clock.limits.width, clock.limits.height = scene.arena
-    if scene.periodic:
-        _wind_up(k, scene)
-    clock.jam.window_tick = clock.met_tick = clock.stops.tick = LONG_AGO
+    clock.tick, clock.per_time = unit / TICKS, TICKS / unit
+    if prepared.arena is not None:
+        clock.limits.width, clock.limits.height = prepared.arena
+    clock.torus.x, clock.torus.y = prepared.periods
+    clock.torus.per_x, clock.torus.per_y = (1.0 / each if each else 0.0 for each in prepared.periods)
+    clock.torus.half_x, clock.torus.half_y = (0.5 * each if each else math.inf for each in prepared.periods)
+    clock.lists.commands = len(contents.commands)
+    for name, value in contents.clock.items():
+        column(k.clock, name)[0] = value
     return k
 
 
-def _wind_up(k: Kernel, scene: Scene) -> None:
-    """Writes the periods of a scene, and takes them off the places of its bodies."""
-    torus, n = k.clock[0].torus, len(scene)
-    torus.x, torus.y = scene.periods
-    torus.per_x, torus.per_y = (1.0 / period if period else 0.0 for period in scene.periods)
-    torus.half_x, torus.half_y = (0.5 * period if period else math.inf for period in scene.periods)
-    torus.beat = BEAT
-    k.bodies.x[:n], k.bodies.y[:n] = nearest_image(scene.position, scene.periods).T
-    for name, at, place, period in zip(
-        ("kx", "ky"), (k.bodies.x, k.bodies.y), scene.position.T, scene.periods, strict=True
-    ):
-        if period:
-            k.images[name][:n] = np.rint((place - at[:n]) / period)
-
-
-def moved(old: Kernel, taken: Any, scene: Scene, composition: Composition) -> Kernel:
-    """Returns tables for the bodies in some slots of others, in this order and without a gap between them;
-    clock, counts, commands and log are kept. ``scene`` has these bodies, or one more to be inserted.
-
-    Raises PhaseError as ``tables_of`` does.
-    """
-    n = len(taken)
-    k = _allocated(n, scene, composition)
-    k = k._replace(
-        slots=np.full_like(old.slots, NOBODY),
-        commands=old.commands,
-        met=with_room(old.met, len(k.met)),
-        log=old.log,
-        watch=old.watch,
-        watched=old.watched,
-    )
-    new_slot = np.full(len(old.bodies) + 1, NOBODY)  # with one more, for NOBODY
-    new_slot[taken] = np.arange(n)
-    k.bodies[:n] = old.bodies[taken]
-    k.bodies[:n].last = new_slot[old.bodies.last[taken]]
-    k.radii[:n], k.mass[:n] = old.radii[taken], old.mass[taken]
-    if len(k.sides):
-        k.sides[:n] = old.sides[taken]
-    if len(k.images):
-        k.images[:n] = old.images[taken]
-    if len(k.rules):
-        k.traits[:n] = old.traits[taken]
-        k = _with_passings(k, old, new_slot)
-    k.queue.number[:n] = old.queue.number[taken]
-    k.slots[old.queue.number[taken]] = np.arange(n)
-    k.counts[0] = old.counts[0]
-    own = k.clock.copy()
-    k.clock[0] = old.clock[0]
-    for name in OF_SLOTS:
-        column(k.clock, name)[0] = column(own, name)[0]
-    return k
-
-
-def _allocated(bodies: int, scene: Scene, composition: Composition) -> Kernel:
+def _allocated(bodies: int, composition: Composition) -> Kernel:
     """Returns tables for a number of bodies in the first slots, and the free slots that the phases allow
     for."""
+    scene = composition.prepared
     slots = scene.capacity if composition.living else len(scene)
     pairs, room = int(composition.broad.pairs), max(int(composition.broad.room), slots)
     rows = LOG_ROWS
@@ -202,28 +159,25 @@ def more_passings(k: Kernel, room: int) -> Kernel:
     return k._replace(passings=new)
 
 
-def overlapping(scene: Scene) -> npt.NDArray[np.int64]:
-    """Returns (m, 2) the bodies that overlap at the start, the elder first, in their order; where an axis is
-    periodic those that may: ``responses.begin_through_images`` decides that for each image."""
-    if not scene.responses or scene.shapes:  # no narrow phase for shapes lets bodies pass, so none overlap
-        return np.zeros((0, 2), dtype=np.int64)
-    tolerance = 0.0 if scene.periodic else TOLERANCE
-    overlaps = overlapping_images(scene.position, scene.radius, scene.periods, tolerance)
-    found = [*overlaps, np.zeros((0, 2), dtype=np.int64)]
-    pairs = np.concatenate(found)
-    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
-
-
-def _with_passings(k: Kernel, old: Kernel, new_slot: Any) -> Kernel:
-    """Returns tables with the passing pairs of other tables, by their new slots."""
-    passings = record_table(PASSING, len(old.passings))
-    passings[:] = old.passings
-    live = passings.a >= 0
-    passings.a[live], passings.b[live] = new_slot[old.passings.a[live]], new_slot[old.passings.b[live]]
-    k.passers[: len(new_slot)] = -1
-    heads = new_slot[:-1]
-    k.passers[heads[heads >= 0]] = old.passers[heads >= 0]
-    return k._replace(passings=passings)
+def _with_passings(k: Kernel, passings: npt.NDArray[Any]) -> Kernel:
+    """Returns tables with these passings, in the lists of their bodies, and what follows for the bodies."""
+    count, traits = len(passings), k.traits
+    table = record_table(PASSING, count)
+    for name in OF_PASSINGS:
+        table[name] = k.slots[passings[name]] if name in ("a", "b") else passings[name]
+    np.minimum.at(traits.leave, table.a, table.tick)
+    body, pair = np.concatenate([table.a, table.b]), np.tile(np.arange(count, dtype=np.int32), 2)
+    np.add.at(traits.inside, body, 1)
+    order = np.argsort(body, kind="stable")
+    body, pair, of_a = body[order], pair[order], order < count
+    first = np.append(True, body[1:] != body[:-1])
+    before = np.where(first, NOBODY, np.roll(pair, 1))
+    after = np.where(np.roll(first, -1), NOBODY, np.roll(pair, -1))
+    for side, which in (("a", of_a), ("b", ~of_a)):
+        table[f"prev_{side}"][pair[which]], table[f"next_{side}"][pair[which]] = before[which], after[which]
+    k.passers[body[first]] = pair[first]
+    k.clock[0].lists.passings = count
+    return k._replace(passings=table)
 
 
 def set_limits(k: Kernel, bounds: Bounds, prepared: Scene) -> None:
@@ -260,12 +214,10 @@ def renewed(
 
     Raises Refused if a phase does not accept that.
     """
-    taken, slots = slots_taken(k), len(k.bodies)
-    full = coming is not None and len(taken) == slots
+    contents, slots = contents_of(k), len(k.bodies)
+    full = coming is not None and len(contents.plans) == slots
     capacity = max(2 * slots, LEAST) if roomy or full else slots
-    stands = _standing(k, scene, taken, capacity, coming)
-    composition = composition.prepared_for(stands)
-    return Renewed(composition, moved(k, taken, stands, composition))
+    return _renewed(k, contents, scene, composition.prepared_for(standing(contents, scene, capacity, coming)))
 
 
 def carried_out(k: Kernel, scene: Scene, composition: Composition) -> Renewed:
@@ -275,46 +227,27 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition) -> Renewed:
     Raises Refused if a phase does not accept that.
     """
     command = k.commands[int(k.clock[0].lists.command)]
-    taken = slots_taken(k)
     if int(command.code) == INSERTED:
-        stands = _standing(k, scene, taken, 0, command)
-        composition = composition.prepared_for(stands)
-        new = moved(k, taken, stands, composition)  # with an empty slot
-        composition.obeying()(new, composition.broad.state)
-        return Renewed(composition, new)
-    obeying, state = composition.obeying(), composition.broad.state
-    stays = taken[taken != int(k.slots[command.body])]
-    stands = _standing(k, scene, stays, 0, None)
-    composition = composition.prepared_for(stands)
+        contents = contents_of(k)
+        composition = composition.prepared_for(standing(contents, scene, 0, command))
+        new = _renewed(k, contents, scene, composition)  # with an empty slot
+        composition.obeying()(new.k, composition.broad.state)
+        return new
     aside = Kernel(*(table.copy() for table in k))._replace(met=k.met, log=k.log)
-    obeying(aside, state)
-    return Renewed(composition, moved(aside, stays, stands, composition))
+    composition.obeying()(aside, composition.broad.state)
+    contents = contents_of(aside)
+    composition = composition.prepared_for(standing(contents, scene, 0))
+    return _renewed(aside, contents, scene, composition)
 
 
-def _standing(k: Kernel, scene: Scene, taken: Any, capacity: int, coming: Records | None) -> Prepared:
-    """Returns the present scene, with the bodies in these slots and perhaps one more."""
-    bodies = k.bodies[taken]
-    columns = {
-        "position": positions_now(k, taken),
-        "velocity": np.column_stack([bodies.vx, bodies.vy]),
-        "radius": k.radii[taken],
-        "mass": k.mass[taken],
-        "kind_numbers": k.traits.kind[taken].astype(np.int64)
-        if len(k.rules)
-        else np.zeros(len(taken), np.int64),
-    }
-    if scene.shapes:  # nobody comes into such a scene: numbers are those of the start
-        columns["shape"] = scene.shape[k.queue.number[taken]]
-    if coming is not None:
-        new = {
-            "position": (coming.x, coming.y),
-            "velocity": (coming.vx, coming.vy),
-            "radius": coming.radius,
-            "mass": coming.mass,
-            "kind_numbers": coming.kind,
-        }
-        columns = {name: np.concatenate([column, [new[name]]]) for name, column in columns.items()}
-    return standing(scene, columns, max(capacity, len(columns["radius"])))
+def _renewed(k: Kernel, contents: Contents, scene: Scene, composition: Composition) -> Renewed:
+    """Returns tables with the contents of others for the phases of a composition; logs and watches are
+    kept."""
+    new = tables_of(contents, len(k.slots), composition, scene.time_unit)
+    new = new._replace(met=with_room(k.met, len(new.met)), log=k.log, watch=k.watch, watched=k.watched)
+    for name in ("epoch", "lists.logged", "lists.written", "stops.before"):
+        column(new.clock, name)[0] = column(k.clock, name)[0]
+    return Renewed(composition, more_passings(new, len(k.passings)))
 
 
 FEW = 256
@@ -350,48 +283,24 @@ def _shift(k: Kernel, ticks: float) -> int:
 
 
 def copied(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Returns a plain copy of an array, in C order; TypeError for one of Python objects, which a copy of
-    bytes cannot restore."""
-    if table.dtype.hasobject:
-        raise TypeError(f"arrays of Python objects ({table.dtype}) cannot be held: their bytes mean nothing")
-    if table.dtype.names is None or not table.flags.c_contiguous:
-        return np.array(table, order="C")
-    # As bytes: numpy copies records field by field, which takes ten times as long.
-    return as_bytes(table).copy().view(table.dtype).reshape(table.shape)
+    """Returns the contents of a table, for ``fill``: records as bytes, which takes a tenth of the time."""
+    plain = np.asarray(table)
+    return _as_bytes(plain).copy() if _is_packed(plain) else plain.copy()
 
 
-def as_bytes(array: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-    """Returns the bytes of an array in C order, padding included."""
-    return array.reshape(-1).view(np.uint8)
+def fill(table: npt.NDArray[Any], content: npt.NDArray[Any]) -> None:
+    """Restores the copied contents of a table, bit for bit. Read-only arrays have not changed."""
+    plain = np.asarray(table)
+    if plain.flags.writeable:
+        if _is_packed(plain):
+            plain = _as_bytes(plain)
+        plain[...] = content
 
 
-def fill(array: npt.NDArray[Any], content: npt.NDArray[Any]) -> None:
-    """Restores the contents of an array, bit for bit. Read-only arrays have not changed."""
-    flags = array.flags
-    if not flags.writeable or not array.size:
-        return
-    if flags.c_contiguous:
-        as_bytes(array)[:] = as_bytes(content)
-    else:
-        array[...] = content.view(array.dtype).reshape(array.shape)
+def _is_packed(table: npt.NDArray[Any]) -> bool:
+    return table.dtype.names is not None and table.flags.c_contiguous
 
 
-def refilled(k: Kernel, content: Mapping[str, npt.NDArray[Any]], alike: bool) -> Kernel:
-    """Returns tables with the copied contents of some of them: in place if the length is the same. Equal
-    masses and radii are one number each if the phases are prepared for bodies that are ``alike``."""
-    found = {}
-    for name, saved in content.items():
-        table = getattr(k, name)
-        plain = np.asarray(table)  # the attributes of a record array are slow
-        if alike and name in ("mass", "radii") and len(saved) and bool((saved == saved[0]).all()):
-            if plain.strides != (0,) or plain.shape != saved.shape:
-                table = plain = equal(saved[0], len(saved))
-        elif plain.shape != saved.shape or plain.strides == (0,):
-            if isinstance(table, np.recarray):
-                table = record_table(np.dtype(plain.dtype), saved.shape[0])
-            else:
-                table = np.zeros(saved.shape, plain.dtype)
-            plain = np.asarray(table)
-        fill(plain, saved)
-        found[name] = table
-    return k._replace(**found)
+def _as_bytes(table: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """Returns the bytes of records, padding included, not a copy."""
+    return table.reshape(-1).view(np.uint8)

@@ -73,23 +73,15 @@ class Ledger:
     ``latest`` is the number of contacts that were taken over last: still the first rows of ``k.met``.
     """
 
-    def __init__(self, clock: Clock, keep: bool) -> None:
+    def __init__(self, clock: Clock, entries: Entries) -> None:
         self._recorder: RowFunction | None = None
         self._counter: RowFunction | None = None
         self._observer: RowFunction | None = None
         self._puts_aside = False
-        self.rows = 0
         self._clock = clock
-        self.keeps = keep
-        self._unrecorded: list[npt.NDArray[np.void]] = []  # rows that wait, before those that are put aside
-        self._aside: list[tuple[Any, int]] = []  # rows, with the clock's base that their ticks count from
-        self._waiting: list[tuple[int, Any]] = []  # for each chunk its first epoch, and what is kept
-        self._kept = np.zeros(0, CONTACT)
-        self._count = 0  # of those kept in one array; the others are added when they are read
-        self._total = 0
-        self._digest = Fingerprint()
         self.unstepped: list[ContactRow] | None = []
         self.latest = 0
+        self.entries = entries
 
     @property
     def entries(self) -> Entries:
@@ -100,15 +92,18 @@ class Ledger:
 
     @entries.setter
     def entries(self, entries: Entries) -> None:
-        self.rows, contacts, digest, unrecorded, unstepped = entries
+        self.rows = entries.rows
+        self.keeps = entries.contacts is not None
         if self.unstepped is not None:
-            self.unstepped = list(unstepped)
-        self._unrecorded, self._aside = list(unrecorded), []
-        self._digest = digest.copy()
-        self._waiting = []
-        self.keeps = contacts is not None
-        self._kept = np.zeros(0, CONTACT) if contacts is None else contacts
-        self._count = self._total = len(self._kept)
+            self.unstepped = list(entries.unstepped)
+        self._unrecorded = list(entries.unrecorded)  # rows that wait, before those that are put aside
+        self._aside: list[tuple[Any, int]] = []  # rows, with the clock's base that their ticks count from
+        self._waiting: list[tuple[int, Any]] = []  # for each chunk its first epoch, and what is kept
+        self._kept = np.zeros(0, CONTACT) if entries.contacts is None else entries.contacts
+        self._count = self._total = len(
+            self._kept
+        )  # the former: of those in one array; others are added when read
+        self._digest = entries.digest.copy()
 
     @property
     def contacts(self) -> npt.NDArray[np.void]:
@@ -157,7 +152,7 @@ class Ledger:
 
     @property
     def records(self) -> bool:
-        """Whether all rows of present events are kept, those of plans that the clock anchors anew too."""
+        """Whether all rows of present events are kept, those of plans that the clock anchors again too."""
         return self._puts_aside or self._recorder is not None
 
     @contextmanager

@@ -2,7 +2,7 @@
 
 A span costs about a tenth of a millisecond of Python. In a scene that is slow for its clock (for its size, or
 because a faster body is planned) millions of spans pass between two contacts, so those in which provably
-nothing happens pass in one step (``Engine.skip``). What has to be done in them is to anchor plans anew, every
+nothing happens pass in one step (``Engine.skip``). What has to be done in them is to anchor plans, every
 second span for each body, or every second beat on a torus, because the rounding of that is part of the answer
 (docs/specification.md, rule 8). All of a body's anchorings in a step are a few operations (``flown``).
 """
@@ -27,7 +27,7 @@ from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel
 PERIODIC = False
 
 FEWEST_SPANS, FEWEST_TURNS = 64, 4
-"""The fewest spans that are skipped in one step, after which the structure is built anew; and on a torus,
+"""The fewest spans that are skipped in one step, after which the structure is built again; and on a torus,
 where a span anchors each body 128 times."""
 
 MOST_SPANS = 1 << 50

@@ -4,7 +4,7 @@ The narrow phase computes them as in the loop, one pair after the other in compi
 miss, which its first step sees for less than a filter over whole arrays would cost. So each tick is the one
 that the contact has in the log, if it happens.
 
-It happens if no plan of the two changes before. Interference by other bodies is another question, whose
+It happens if no plan of the two changes before. Interference by other bodies is another question; its
 answer is a function of the plans as well: a contact is *scheduled* if it is the first of either of
 its bodies with any body or wall, and none of them is to change its plan by then.
 
@@ -148,8 +148,8 @@ def _ask_with_shape(query: Query, centre: Point, outline: Outline, velocity: Poi
 
 def _with_disc(query: Query, centre: Point, radius: float, velocity: Point) -> Kernel:
     """Returns what ``first_image`` reads of the tables, with a disc in a last row: anchored now, younger than
-    all, with nobody met, and of no kind, so that there are no rules. The clock is a copy, because an overlap
-    is reported to it as a fault."""
+    all, without a contact so far, and of no kind, so that there are no rules. The clock is a copy, because an
+    overlap is reported to it as a fault."""
     k, n, periods = query.k, len(query.k.bodies), query.periods
     bodies, images, clock = record_table(BODY, n + 1), record_table(IMAGE, n + 1), k.clock.copy()
     bodies[:n], images[:n] = k.bodies, k.images

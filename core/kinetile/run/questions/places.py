@@ -132,7 +132,7 @@ def bodies_in(query: Query, box: Box, inside: bool = False) -> Integers:
 
 def _shifts(box: Box, periods: tuple[float, float], reach: float) -> Iterator[Floats]:
     """Yields the periods, (2,), to be added to places from 0 to a period so that all images come that a box
-    may touch: of one that is longer than some periods, as many as show everybody."""
+    may touch: of one that is longer than some periods, as many as show every body."""
     ranges = []
     for low, high, period in zip(box[:2], box[2:], periods, strict=True):
         if not period:

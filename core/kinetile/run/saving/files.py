@@ -3,8 +3,7 @@
 ::
 
     kinetile_saved_run.npy    the head: JSON as bytes; what is said in words, and which array is what
-    tables.bodies.npy, ...    the kernel's tables
-    state.*.npy               the arrays of the broad phase's state
+    plans.npy, ...            flight plans, pairs that pass, waiting commands, counts
     contacts.npy, ...         contacts so far, interactive commands, waiting rows, arrays of the head
     the archive's comment     SHA-256 of the file with 64 zero bytes in the place of this, in hexadecimal
 
@@ -20,12 +19,14 @@ import copyreg
 import glob
 import hashlib
 import json
+import operator
 import os
 import time
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import fields, is_dataclass
+from functools import cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -37,14 +38,13 @@ from kinetile.errors import KinetileError, RecordError
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER, CONTACT, LOG, MET, Fingerprint, digestible
 from kinetile.kernel.skin import Skin
-from kinetile.kernel.tables import COMMAND
+from kinetile.kernel.tables import COMMAND, COUNTS
 from kinetile.run.compose import Commands
 from kinetile.run.engine.agenda import Command, History
 from kinetile.run.engine.bounds import Bounds
-from kinetile.run.engine.engine import Parts
+from kinetile.run.engine.contents import CARRIED, PASSED, PLAN, Contents, RunState, numbers_of
 from kinetile.run.engine.ledger import Entries
-from kinetile.run.prepared import Prepared, standing
-from kinetile.run.saving.snapshot import SavedPhases, Snapshot, elements, layout, versions_of
+from kinetile.run.saving.snapshot import SavedPhases, Snapshot, check_state
 from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn
 from kinetile.scene.checks import shown
 from kinetile.scene.shapes import Shape
@@ -132,7 +132,7 @@ def unpack(content: bytes, name: str = "this") -> Snapshot:
         )
     if head["layout"] != layout():
         raise RecordError(
-            f"{name} was saved by another version of kinetile, whose tables are laid out in another way: "
+            f"{name} was saved by another version of kinetile, whose files are laid out in another way: "
             "only that version can go on from it"
         )
     with no_simulation(name):
@@ -202,75 +202,78 @@ def _check_begin(content: bytes, name: str) -> None:
 # The head
 
 
+_ROWS = {"plans": PLAN, "passings": PASSED, "commands": COMMAND, "counts": COUNTS}
+"""Contents of tables, each an array of rows."""
+
+_OF_STATE: dict[str, Any] = {
+    **dict.fromkeys(("base", "audits"), int),
+    **dict.fromkeys(("cpu_seconds", "compile_seconds"), int | float),
+    **{"bounds": Bounds, "asked": float | int | None, "overlapping": np.ndarray},
+}
+"""Fields of a run's state that are in the head under their names, with their types."""
+
+_KINDS: dict[str, Any] = {
+    **_OF_STATE,
+    "clock": dict,
+    "commands": int,
+    "audit": int | None,
+    "start_energy": float,
+}
+
+
+@cache
+def layout() -> str:
+    """Returns a digest of how all that is saved is laid out."""
+    said = [f"{name} {elements(dtype)}" for name, dtype in _ROWS.items()]
+    said += [elements(CONTACT), elements(LOG), *CARRIED, *Command._fields, *Bounds._fields, *Skin._fields]
+    said += [*(field.name for field in fields(RunState)), *Entries._fields]
+    return hashlib.sha256("\n".join(said).encode()).hexdigest()
+
+
+@cache
+def elements(dtype: np.dtype[Any]) -> str:
+    """Returns in words what an element is: names, kinds, order of bytes, places in the record."""
+    return f"{dtype.descr} in {dtype.itemsize}"
+
+
 def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
     """Returns the contents of a snapshot, in values for ``to_plain``; adds the arrays of tables."""
-    parts = snapshot.parts
-    versions = versions_of(parts.composition) if parts.composition is not None else snapshot.versions
-    arrays |= {f"tables.{name}": table for name, table in parts.tables.items()}
-    arrays |= {f"state.{name}": array for name, array in parts.state.items()}
-    rows, bases = parts.history.content
+    state = snapshot.state
+    rows, bases = state.history.content
+    arrays |= {name: getattr(state.contents, name) for name in _ROWS}
     arrays["history"] = np.frombuffer(rows, COMMAND)
     return {
         "scene": _scene(snapshot.scene),
         "phases": [snapshot.phases.broad_phase, snapshot.phases.options, snapshot.phases.narrow_phases],
-        "versions": versions,
-        "at_start": snapshot.at_start,
-        "capacity": snapshot.prepared.capacity,
-        "prepared": None if snapshot.at_start else _columns(snapshot.prepared, snapshot.scene),
-        "tables": list(parts.tables),
-        "state": list(parts.state),
-        **{name: getattr(parts, name) for name in _OF_PARTS},
-        "commands": int(parts.commands),
-        "later": list(parts.later),
-        "entries": _entries(parts.entries, arrays),
+        "clock": state.contents.clock,
+        **{name: getattr(state, name) for name in _OF_STATE},
+        "commands": int(state.commands),
+        "later": list(state.later),
+        "entries": _entries(state.entries, arrays),
         "history": [list(base) for base in bases],
         "audit": snapshot.audit,
         "start_energy": snapshot.start_energy,
     }
 
 
-_OF_PARTS: dict[str, Any] = {
-    **dict.fromkeys(("base", "numbers", "audits", "log_rows"), int),
-    **dict.fromkeys(("cpu_seconds", "compile_seconds"), int | float),
-    **{"bounds": Bounds, "asked": float | int | None, "overlapping": np.ndarray},
-}
-"""Fields of an engine's parts that stand in the head under their names, with their types."""
-
-_KINDS: dict[str, Any] = {
-    **_OF_PARTS,
-    **{"capacity": int, "commands": int, "at_start": bool, "audit": int | None, "start_energy": float},
-}
-
-
 def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
     _check_kinds(said)
     scene = Scene(*said["scene"])
-    prepared = Prepared.of(scene, said["capacity"])
-    if not said["at_start"]:
-        prepared = standing(scene, said["prepared"], said["capacity"])
-    parts = Parts(
-        composition=None,
-        tables={name: arrays[f"tables.{name}"] for name in said["tables"]},
-        state={name: arrays[f"state.{name}"] for name in said["state"]},
+    contents = {name: _rows(arrays, name, dtype) for name, dtype in _ROWS.items()}
+    history = History.of(
+        _rows(arrays, "history", COMMAND).tobytes(),
+        tuple((int(first), int(base)) for first, base in said["history"]),
+    )
+    state = RunState(
+        contents=Contents(**contents, clock={name: operator.index(said["clock"][name]) for name in CARRIED}),
         commands=Commands(said["commands"]),
         later=tuple(said["later"]),
-        history=History.of(
-            _rows(arrays, "history", COMMAND).tobytes(),
-            tuple((int(first), int(base)) for first, base in said["history"]),
-        ),
-        entries=_read_entries(said["entries"], arrays, scene, said["numbers"]),
-        **{name: said[name] for name in _OF_PARTS},
+        history=history,
+        entries=_read_entries(said["entries"], arrays, scene, numbers_of(scene, history)),
+        **{name: said[name] for name in _OF_STATE},
     )
-    return Snapshot(
-        scene=scene,
-        phases=SavedPhases(*said["phases"]),
-        prepared=prepared,
-        at_start=said["at_start"],
-        versions=said["versions"],
-        parts=parts,
-        audit=said["audit"],
-        start_energy=said["start_energy"],
-    )
+    check_state(state, scene)
+    return Snapshot(scene, SavedPhases(*said["phases"]), state, said["audit"], said["start_energy"])
 
 
 def _check_kinds(said: Mapping[str, Any]) -> None:
@@ -291,8 +294,6 @@ def _check_kinds(said: Mapping[str, Any]) -> None:
         raise TypeError("a command is none")
     if said["overlapping"].dtype != np.int64 or said["overlapping"].shape[1:] != (2,):
         raise TypeError("overlapping has no pairs of bodies")
-    if said["capacity"] < 0 or not 0 < said["log_rows"] < 1 << 40:
-        raise ValueError(f"capacity is {said['capacity']}, log_rows is {said['log_rows']}")
 
 
 def _scene(scene: Scene) -> list[Any]:
@@ -308,16 +309,6 @@ def _sayable(origin: Mapping[str, Any]) -> dict[str, Any]:
             to_plain(value, {}, "")
             found[name] = value
     return found
-
-
-def _columns(prepared: Scene, scene: Scene) -> Arrays:
-    """Returns the arrays in which a scene in the middle of a run differs from that at the start."""
-    there = vars(scene)
-    return {
-        name: value
-        for name, value in vars(prepared).items()
-        if isinstance(value, np.ndarray) and value is not there[name] and (name != "shape" or scene.shapes)
-    }
 
 
 def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:

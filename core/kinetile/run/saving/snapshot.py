@@ -1,43 +1,30 @@
-"""A snapshot: the complete state of a simulation at one moment, and how an engine continues from it.
+"""A snapshot: a simulation at one moment, and how a run goes on from it.
 
-It holds the parts of the engine (``Engine.parts``) and the further state of the simulation. A restored
-run continues with the same bits, structure included, under the same phases of the same version. Any
-other broad phase takes over only plans, clock, commands and contacts so far, and builds its
-structure at the present moment, as the engine itself does: that cannot change an
-answer, only take time.
+It holds the state of the run (``RunState``) and what the simulation adds. To go on, the phases are prepared
+for the bodies of that moment, and their structure is built: in the same program, in another process and under
+another broad phase alike. That cannot change an answer, only take time.
 """
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from functools import cache
-from importlib.metadata import version
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile.errors import RecordError
-from kinetile.kernel.compiled import python_of
-from kinetile.kernel.compiled.fingerprint import fingerprint
-from kinetile.kernel.log import CONTACT, LOG
-from kinetile.kernel.loop.idle import NoState
-from kinetile.kernel.skin import Skin
-from kinetile.kernel.tables import JAMMED, allocate
-from kinetile.plugin.calling import described
-from kinetile.plugin.registry import registry
-from kinetile.plugin.specs import Kind
-from kinetile.run.compose import Composition, Rules
-from kinetile.run.engine.agenda import Command
-from kinetile.run.engine.bounds import Bounds
-from kinetile.run.engine.engine import LOGS, Engine, Parts
-from kinetile.run.engine.layout import as_bytes
-from kinetile.run.engine.ledger import Entries
-from kinetile.run.prepared import Prepared
-from kinetile.run.saving.soundness import check_tables
+from kinetile.kernel.clock import SPAN, TICKS
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
+from kinetile.kernel.tables import COUNTS, JAMMED, NOBODY
+from kinetile.run.compose import Composition
+from kinetile.run.engine.agenda import command_of
+from kinetile.run.engine.contents import CARRIED, COSTS, RunState, numbers_of
+from kinetile.run.engine.engine import Engine
+from kinetile.run.prepared import standing
 from kinetile.scene import Scene
+from kinetile.scene.checks import LARGEST
 
 
 @dataclass(frozen=True)
@@ -59,30 +46,19 @@ class SavedPhases:
 class Snapshot:
     """A simulation at one moment, as ``Simulation.snapshot`` returns it: to restore, to compare.
 
-    Two snapshots are equal if they hold the same bits: the same scene under the same phases, the same
-    plans, structure, queue and contacts. CPU times are not compared. The contents of a snapshot are private,
-    and may change in the next version.
+    Two snapshots are equal if they hold the same bits: the same scene under the same phases, the same plans,
+    commands and contacts. CPU times are not compared, nor counts that depend on the structure. The contents
+    of a snapshot are private, and may change in the next version.
     """
 
     scene: Scene
     phases: SavedPhases
-    prepared: Scene  # for which the phases were prepared,
-    at_start: bool  # and whether with the bodies of the start
-    versions: Mapping[str, str] | None  # its versions, if it comes from another process
-    parts: Parts
+    state: RunState
     audit: int | None
     start_energy: float
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Snapshot):
-            return NotImplemented
-        return self._values() == other._values() and all(
-            mine.keys() == theirs.keys() and all(_same_bits(mine[name], theirs[name]) for name in mine)
-            for mine, theirs in (
-                (self.parts.tables, other.parts.tables),
-                (self.parts.state, other.parts.state),
-            )
-        )
+        return self._values() == other._values() if isinstance(other, Snapshot) else NotImplemented
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -90,13 +66,13 @@ class Snapshot:
         return f"<Snapshot: {len(self.scene)} bodies at first, under {self.phases.broad_phase}>"
 
     def _values(self) -> tuple[Any, ...]:
-        parts, entries = self.parts, self.parts.entries
-        unrecorded = [rows.tobytes() for rows in entries.unrecorded]
-        ledger = entries.rows, entries.digest.hexdigest(), unrecorded, entries.unstepped
-        stands = self.at_start or self.prepared, self.prepared.capacity
-        mine = (self.scene, self.phases, stands, self.parts.history.content, self.audit, self.start_energy)
-        numbers = (parts.base, parts.bounds, parts.commands, parts.later, parts.numbers, parts.audits)
-        return *mine, *numbers, parts.asked, parts.log_rows, parts.overlapping.tolist(), ledger
+        state, contents, entries = self.state, self.state.contents, self.state.entries
+        tables = contents.plans, contents.passings, contents.commands, state.overlapping, *entries.unrecorded
+        counts = [contents.counts[name].tobytes() for name in COUNTS.names or () if name not in COSTS]
+        ledger = entries.rows, entries.digest.hexdigest(), entries.unstepped
+        mine = self.scene, self.phases, self.audit, self.start_energy, state.history.content, ledger
+        rows = [table.tobytes() for table in tables], counts, contents.clock
+        return *mine, *rows, state.base, state.bounds, state.commands, state.later, state.asked, state.audits
 
 
 def take(engine: Engine, scene: Scene, audit: int | None, energy: float) -> Snapshot:
@@ -105,192 +81,115 @@ def take(engine: Engine, scene: Scene, audit: int | None, energy: float) -> Snap
 
     Raises RecordError if it has ended with a fault, so that no run can continue from it.
     """
-    prepared = engine.composition.prepared
     if engine.broken is not None or engine.fields.fault.code[0] not in (0, JAMMED):
         raise RecordError(
             "this simulation has ended with a fault and cannot go on, so it is not saved: what was saved "
             "before it can be taken up"
         )
-    return Snapshot(
-        scene=scene,
-        phases=SavedPhases.of(engine.composition),
-        prepared=prepared,
-        at_start=prepared.position is engine.scene.position,
-        versions=None,
-        parts=engine.parts(),
-        audit=audit,
-        start_energy=energy,
-    )
+    return Snapshot(scene, SavedPhases.of(engine.composition), engine.run_state(), audit, energy)
 
 
-def put_back(engine: Engine, scene: Scene, snapshot: Snapshot, anew: bool = False) -> None:
-    """Makes an engine continue from a snapshot of its ``scene``: with the old structure, if it has the same
-    phases and ``anew`` is not set.
+def gone_on(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engine:
+    """Returns an engine that goes on from a snapshot of a scene, under the phases of a composition.
 
-    Raises RecordError for an unusable snapshot, Refused if the broad phase does not accept
-    it: then the engine is unchanged.
+    Raises RecordError for a snapshot of another scene or of other narrow phases, Refused if the broad phase
+    does not accept the bodies.
     """
     if scene is not snapshot.scene and scene != snapshot.scene:
         raise RecordError(
             "this snapshot is of another scene: only a simulation of that one can go on from it"
         )
-    mine, parts = SavedPhases.of(engine.composition), snapshot.parts
-    if mine.narrow_phases != snapshot.phases.narrow_phases:
+    saved, mine = snapshot.phases.narrow_phases, SavedPhases.of(composition).narrow_phases
+    if mine != saved:
         raise RecordError(
-            f"this snapshot is of a run with the narrow phases {', '.join(snapshot.phases.narrow_phases)}, "
-            f"and this simulation has {', '.join(mine.narrow_phases)}, or other options of them: they make "
-            "the contacts, so they have to be the same"
+            f"this snapshot is of a run with the narrow phases {', '.join(saved)}, and this simulation has "
+            f"{', '.join(mine)}, or other options of them: they make the contacts, so they have to be the "
+            "same"
         )
-    if {*parts.tables, *LOGS} != set(engine.k._fields):
-        raise RecordError("this snapshot is of another version of kinetile, which has other tables")
-    if parts.composition is None:  # it comes from another process
-        try:
-            check_tables(parts, engine.k, scene, snapshot.prepared)
-        except (ValueError, LookupError, ArithmeticError, TypeError, AttributeError, MemoryError) as error:
-            raise RecordError(f"no engine has the tables of this snapshot: {error}") from error
-    if anew or mine != snapshot.phases:
-        with engine.unchanged_if(BaseException):
-            engine.adopt(parts, None)
-            engine.renew()
-    else:
-        if parts.composition is None:
-            odd = differences(snapshot.versions or {}, versions_of(engine.composition))
-            if odd:
-                raise RecordError(
-                    f"what goes on here is not what was saved: {odd}; {_anew(engine.composition)}"
-                )
-        composition = _prepared(engine, snapshot)
-        if composition is parts.composition:
-            engine.adopt(parts, composition)
+    present = standing(snapshot.state.contents, scene, composition.prepared.capacity)
+    return Engine(scene, composition.prepared_for(present), state=snapshot.state)
+
+
+def check_state(state: RunState, scene: Scene) -> None:
+    """Raises ValueError for a state that no run of a scene has.
+
+    The compiled loop reads indices without looking at them, and a checksum detects damage only: so of a state
+    from a file each value that becomes an index is compared with its table, and the others with the range of
+    their kind. What is left describes some run. O(n).
+    """
+    with np.errstate(all="ignore"):
+        for said in (*_of_plans(state, scene), *_of_numbers(state, scene), *_of_commands(state, scene)):
+            raise ValueError(said)
+
+
+def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
+    """Bodies are where they can be, no faster than the bound, of a mass and a size; pairs are of two."""
+    plans, passings, now = state.contents.plans, state.contents.passings, state.contents.clock["now"]
+    number, numbers = plans["number"].astype(np.int64), numbers_of(scene, state.history)
+    in_order = (np.diff(number, prepend=-1) > 0).all() and (number < numbers).all()
+    met = (plans["last"] >= NOBODY) & (plans["last"] < numbers)
+    kinds = (plans["kind"] >= 0) & (plans["kind"] < len(scene.kinds))
+    if not in_order or not met.all() or not kinds.all():
+        yield "a body has a number, a partner or a kind that there is not"
+    if not np.isin([passings["a"], passings["b"]], number).all() or not (passings["a"] < passings["b"]).all():
+        yield "a pair that passes is not of two bodies"
+    if ((plans["anchor"] > max(now, 0)) | (plans["anchor"] < -(1 << 62) - SPAN)).any():
+        yield "a plan begins after the present, or too long ago"
+    speed = np.hypot(plans["vx"], plans["vy"])
+    if not (speed <= state.bounds.speed * (1.0 + 2.0**-20)).all() or not state.bounds.speed < math.inf:
+        yield "a body is faster than the run allows for"
+    elapsed = (now - plans["anchor"]) * (scene.time_unit / TICKS)
+    for at, flies in (("x", "vx"), ("y", "vy")):
+        if not (np.abs(plans[at]) + np.abs(plans[flies] * elapsed) <= 2.0**16 * LARGEST).all():
+            yield "a body is farther away than any body can be"
+    radius = plans["radius"]
+    if not ((radius > 0.0) & (radius <= LARGEST) & (plans["mass"] > 0.0)).all():
+        yield "a body has no radius or no mass"
+    if scene.shapes and not np.array_equal(radius, scene.radius[number]):
+        yield "a body has not the radius of its shape"
+    pairs = state.overlapping
+    whole = np.array_equal(number, np.arange(len(scene)))  # their slots are their numbers
+    if len(pairs) and not (whole and ((pairs >= 0) & (pairs < len(scene))).all()):
+        yield "a pair that overlaps at the start is not of two bodies"
+
+
+def _of_numbers(state: RunState, scene: Scene) -> Iterator[str]:
+    """Numbers of the clock, and counts, are in their ranges."""
+    clock, counts = state.contents.clock, state.contents.counts
+    in_range = dict.fromkeys(("met_there", "jam.window"), (0, 1 << 62))
+    in_range |= {"now": (-1, SPAN + 1), "torus.number": (0, numbers_of(scene, state.history) + 1)}
+    for name in CARRIED:
+        least, end = in_range.get(name, (-(1 << 63), 1 << 63))
+        if not least <= clock[name] < end:
+            yield f"{name} is {clock[name]}"
+    if clock["fault.code"] not in (0, JAMMED):
+        yield f"the run had ended with fault {clock['fault.code']}"
+    numbers = counts[0].item() if len(counts) == 1 else (math.nan,)
+    if not all(0 <= each < 1 << 61 if isinstance(each, int) else math.isfinite(each) for each in numbers):
+        yield "a count is none"
+    if not 0 <= state.base < 1 << 200:
+        yield f"base is {state.base}"
+
+
+def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:
+    """Each command is for a body that is there by then, or inserts one that is not, in the order of time."""
+    contents, numbers = state.contents, numbers_of(scene, state.history)
+    present = set(contents.plans["number"].tolist())
+    waiting = [command_of(row, state.base) for row in contents.commands]
+    last = contents.clock["now"] + state.base * TICKS
+    for each in (*waiting, *state.later):
+        new = each.code == INSERTED
+        known = 0 <= each.body < numbers and (each.body in present) != new
+        if each.code not in (TURNED, REANCHORED, INSERTED, REMOVED) or not known or each.ticks < last:
+            yield f"a command for body {each.body} is none, or too late"
             return
-        _check_state(composition, parts.state)
-        with engine.unchanged_if(BaseException):
-            engine.adopt(parts, composition)
-            _judge_state(engine)
-
-
-def _prepared(engine: Engine, snapshot: Snapshot) -> Composition:
-    """Returns the phases, prepared for what those of the snapshot had been prepared for."""
-    mine = engine.composition
-    if mine is snapshot.parts.composition:
-        return mine
-    if not snapshot.at_start:
-        return mine.prepared_for(snapshot.prepared)
-    capacity = snapshot.prepared.capacity
-    if mine.prepared.position is engine.scene.position and mine.prepared.capacity == capacity:
-        return mine
-    return mine.prepared_for(Prepared.of(engine.scene, capacity))
-
-
-def _anew(composition: Composition) -> str:
-    return (
-        f"broad_phase={composition.broad_phase!r} (--broad-phase {composition.broad_phase}) goes on from it "
-        "with a structure that is built anew, and has the same contacts"
-    )
-
-
-def _check_state(composition: Composition, state: Mapping[str, npt.NDArray[Any]]) -> None:
-    """Raises RecordError unless the broad phase's state has its old layout."""
-    now = composition.broad.state
-    who = described("broad phase", composition.broad_phase)
-    if tuple(now._fields) != tuple(state):
-        raise RecordError(
-            f"the state of {who} was saved with the fields {', '.join(state)}, and has the fields "
-            f"{', '.join(now._fields)} now; {_anew(composition)}"
-        )
-    for name, array in zip(now._fields, map(np.asarray, now), strict=True):
-        saved = state[name]
-        if saved.shape != array.shape or elements(saved.dtype) != elements(array.dtype):
-            raise RecordError(
-                f"the state of {who} was saved with {name} of shape {saved.shape}, "
-                f"{elements(saved.dtype)}, and prepare makes it of shape {array.shape}, {array.dtype} now; "
-                f"{_anew(composition)}"
-            )
-
-
-def _judge_state(engine: Engine) -> None:
-    """Raises RecordError for a state of the broad phase, from another process, that cannot be. One that has
-    no audit is built anew: that may change structural events, and no contact."""
-    composition = engine.composition
-    audit, state = composition.broad.sound or composition.broad.audit, engine.state
-    if not engine.fields.built[0]:
-        engine.lay_out(engine.speed)  # it is only arranged so far
-    elif audit is None and not isinstance(state, NoState):
-        engine.renew()
-    elif audit is not None:
-        who = described("broad phase", composition.broad_phase)
-        try:
-            with np.errstate(all="ignore"):
-                said = next(iter(audit(engine.k, state)), None)
-        except Exception as error:  # a hostile state may make a foreign audit raise anything
-            said = f"its audit raised {type(error).__name__}: {error}"
-        if said is not None:
-            raise RecordError(f"the state of {who} in this snapshot cannot be: {said}; {_anew(composition)}")
-
-
-@cache
-def elements(dtype: np.dtype[Any]) -> str:
-    """Returns in words what an element is: names, kinds, order of bytes, places in the record."""
-    return f"{dtype.descr} in {dtype.itemsize}"
-
-
-def _same_bits(mine: npt.NDArray[Any], theirs: npt.NDArray[Any]) -> bool:
-    """Whether two arrays hold the same bits: elements, shape, bytes."""
-    alike = mine.shape == theirs.shape and elements(mine.dtype) == elements(theirs.dtype)
-    return alike and bool(np.array_equal(as_bytes(mine), as_bytes(theirs)))
-
-
-@cache
-def layout() -> str:
-    """Returns a digest of how all that is saved is laid out: the kernel's tables, field by field."""
-    tables = allocate(1, 1, 1)
-    said = [f"{name} {elements(table.dtype)}" for name, table in zip(tables._fields, tables, strict=True)]
-    said += [elements(CONTACT), elements(LOG), *Command._fields, *Bounds._fields, *Skin._fields]
-    said += [*(field.name for field in fields(Parts)), *Entries._fields]
-    return hashlib.sha256("\n".join(said).encode()).hexdigest()
-
-
-def versions_of(composition: Composition) -> dict[str, str]:
-    """Returns the versions of kinetile and of the phases; a phase without one, added in this
-    process, is identified by its code."""
-    found = {"kinetile": version("kinetile")}
-    found |= _version("broad phase", composition.broad_phase, composition.broad)
-    parts = [composition.pair, composition.wall]
-    for name in composition.narrow_phases:
-        found |= _version("narrow phase", name, parts)
-    for name in composition.rules.names if composition.rules is not None else ():
-        found |= _version("response", name, composition.rules)
-    return found
-
-
-def differences(saved: Mapping[str, str], now: Mapping[str, str]) -> str:
-    """Returns the changed versions, in words; "" if there are none."""
-    names = [*saved, *(name for name in now if name not in saved)]
-    odd = [name for name in names if saved.get(name) != now.get(name)]
-    return "; ".join(
-        f"{name} was {saved.get(name, 'not there')}, is {now.get(name, 'not there')}" for name in odd
-    )
-
-
-def _version(kind: Kind, name: str, parts: Any) -> dict[str, str]:
-    provided = registry().provided(kind, name)
-    if provided.distribution is not None and provided.version is not None:
-        said = f"{provided.distribution} {provided.version}"
-    else:
-        said = f"of the code {_code(parts)}"
-    return {f"{kind} {provided.spec.name}": said}
-
-
-def _hooks_of(part: Any) -> list[Any]:
-    """Returns the hooks of a part; of rules, those that respond."""
-    return (
-        [*part.hooks] if isinstance(part, Rules) else [hook for hook in vars(part).values() if callable(hook)]
-    )
-
-
-def _code(parts: Any) -> str:
-    """Returns a digest of the hooks among the parts of a phase."""
-    each = parts if isinstance(parts, list) else [parts]
-    hooks = [hook for part in each if part is not None for hook in _hooks_of(part)]
-    found = [fingerprint(python_of(hook), type(parts))[0] for hook in hooks]
-    return hashlib.sha256("".join(found).encode()).hexdigest()[:16]
+        last = each.ticks
+        if new:
+            present.add(each.body)
+        elif each.code == REMOVED:
+            present.remove(each.body)
+        right = not new or (0.0 < each.radius <= LARGEST and each.mass > 0.0)
+        flies = all(abs(each[at]) <= LARGEST for at in range(3, 7))
+        if not right or not flies or not 0 <= each.kind < len(scene.kinds):
+            yield f"a command for body {each.body} has values that no body has"
+            return

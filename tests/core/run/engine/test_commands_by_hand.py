@@ -14,11 +14,10 @@ from hypothesis import strategies as st
 import kinetile as kt
 from kinetile import StopAt
 from kinetile.errors import Refused, ZenoError
-from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.log import TURNED
 from kinetile.kernel.tables import COMMAND, allocate
 from kinetile.run.engine import engine as engines
-from kinetile.run.engine.agenda import Agenda, to_the_front
+from kinetile.run.engine.agenda import to_the_front
 from kinetile.run.engine.fields import fields_of
 from kinetile.scene.files import dumps_scene, loads_scene
 from lanes import examples
@@ -67,31 +66,6 @@ def test_commands_by_hand_stand_before_all_that_wait(planned, steps):
         fields.lists.command[0] += done
         expected = expected[done:]
         given_so_far += many
-
-
-@pytest.mark.slow
-def test_hundreds_by_hand_among_those_of_the_scene():
-    """More than there are free rows in front, one by one and in one call, beside what is scheduled."""
-    scene = kt.make_scene("grid", bodies=25, density=0.2, seed=2)
-    planned = [kt.Turn(body, 0.25 * (body + 1), (0.5, -0.5)) for body in range(5)]
-    planned.append(kt.Remove(20, 700.0))  # in a later span of the clock
-    scene = kt.Scene(scene.position, scene.velocity, scene.radius, 1.0, scene.arena, commands=planned)
-    sim = kt.Simulation(scene, "cells", live=True)
-    random = np.random.default_rng(5)
-    frames = 1 if INTERPRETED else 6
-    for frame in range(frames):
-        for body in random.integers(5, 20, 90).tolist():
-            sim.set_velocity(body, tuple(random.normal(size=2)))
-        sim.set_velocities(np.arange(300) % 25, random.normal(size=(300, 2)))
-        sim.run(until=0.2 * (frame + 1))
-    sim.remove(4)  # and with it, what was scheduled for it
-    sim.run(until=1.5)
-    assert sim.readings.turns == frames * 390 + 4
-    for phase in ("naive", "sap-1d"):
-        again = kt.Simulation(sim.recorded(), phase)
-        again.run(until=1.5)
-        assert again.fingerprint == sim.fingerprint
-        assert (again.positions() == sim.positions()).all()
 
 
 def test_who_is_refused_leaves_what_is_scheduled_for_this_very_tick():
@@ -171,21 +145,6 @@ def test_who_is_there_is_looked_up_when_somebody_comes_or_goes():
         assert sim.bodies.tolist() == [*range(3), *range(4, 17 + at)]
     with pytest.raises(ValueError, match="read-only"):
         engine.taken[0] = 1
-
-
-def test_an_agenda_of_later_spans_hands_over_span_by_span():
-    scene = kt.Scene(
-        [[0.5, 0.5]],
-        [[0.0, 0.0]],
-        0.25,
-        1.0,
-        (1.0, 1.0),
-        commands=[kt.Turn(0, time, (0.0, 0.0)) for time in (1.0, 600.0, 1300.0)],
-    )
-    sim = kt.Simulation(scene, "naive")
-    assert isinstance(sim._engine.agenda, Agenda)
-    assert [event.time for event in sim.steps(until=1500.0)] == [1.0, 600.0, 1300.0]
-    assert sim.next_event is None
 
 
 @pytest.mark.parametrize("mixed", [False, True])

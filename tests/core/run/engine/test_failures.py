@@ -11,7 +11,6 @@ import pytest
 import broken_phases
 import kinetile as kt
 from kinetile.errors import AuditError, MissedContactError, PhaseError
-from kinetile.kernel import tables
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import MY_FAULT, NEVER, BroadPhaseParts, Kernel, Records, blame, hook, schedule
 from registering import registered
@@ -189,24 +188,6 @@ def test_a_fault_of_its_own_is_told_in_its_own_words(which, said):
     who = "at time 0.125 broad phase 'gives-up' of gives-up (added in this process)"
     with pytest.raises(PhaseError, match=f"^{re.escape(f'{who} {said}')}$"):
         sim.run(until=1.0)
-
-
-def test_its_faults_are_not_the_kernels():
-    kernels = (
-        tables.BAD_PAIR,
-        tables.UNKNOWN_PAIR,
-        tables.LATE_CONTACT,
-        tables.TOO_DEEP,
-        tables.JAMMED,
-        tables.STALLED,
-        tables.NOT_FINITE,
-        tables.BAD_CERTIFICATE,
-        tables.BAD_COUNT,
-        tables.BAD_NAME,
-        tables.BAD_PARTNER,
-    )
-    assert sorted(kernels) == [*range(1, len(kernels) + 1)]
-    assert max(kernels) < MY_FAULT
 
 
 @pytest.mark.interpreted

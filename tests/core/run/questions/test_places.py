@@ -366,25 +366,3 @@ def test_a_run_of_shapes_is_asked_by_the_numbers_of_its_bodies():
             assert sim.bodies_in(box, kinds=kinds).tolist() == held
             near = sorted(table, key=lambda i: far[i])[:5]
             assert sim.bodies_near((x, y), k=5, kinds=kinds).tolist() == near
-
-
-def test_a_scene_of_discs_beside_a_shape_has_the_answers_of_one_without():
-    table = kt.make_scene("grid", bodies=49, density=0.5, seed=2)
-    radii = sorted(set(table.radius.tolist()))
-    where = ([*table.position, (-50.0, 3.0)], [*table.velocity, (0.0, 0.0)])
-    shape = [*map(radii.index, table.radius.tolist()), len(radii)]
-    beside = kt.Scene(*where, shape=shape, shapes=[*map(kt.disc, radii), kt.box(1, 1)], unit=1.0)
-    alone = kt.Scene(table.position, table.velocity, table.radius, unit=1.0)
-    one, other = kt.Simulation(beside, "naive"), kt.Simulation(alone, "naive")
-    rng = np.random.default_rng(5)
-    for sim in (one, other):
-        sim.run(until=0.25)
-    assert one.positions()[:49].tolist() == other.positions().tolist()
-    size = float(np.abs(table.position).max())
-    for x, y, w, h in (size * rng.uniform(0.0, 1.0, (40, 4))).tolist():
-        for whole in (False, True):
-            box = (x, y, x + w, y + h)
-            assert one.bodies_in(box, whole=whole).tolist() == other.bodies_in(box, whole=whole).tolist()
-        assert one.bodies_near((x, y), k=7).tolist() == other.bodies_near((x, y), k=7).tolist()
-        assert one.bodies_near((x, y), radius=w).tolist() == other.bodies_near((x, y), radius=w).tolist()
-        assert one.ray((x, y), (w, h), within=size) == other.ray((x, y), (w, h), within=size)

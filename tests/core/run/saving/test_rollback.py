@@ -1,4 +1,4 @@
-"""A game that goes back for orders that come late ends in the bits of one whose orders are all in time."""
+"""A game that goes back for orders that come late has the contacts of one in which all orders are in time."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_commands_so_far_are_shared_between_snapshots():
         sim.set_velocity(frame % 16, (1.0, 0.5))
         if frame == 20:
             there = sim.snapshot()
-    assert sim.snapshot().parts.history is sim.snapshot().parts.history
+    assert sim.snapshot().state.history is sim.snapshot().state.history
     scene = sim.recorded()
     assert len(scene.commands) == 40
     sim.restore(there)
