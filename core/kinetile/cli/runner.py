@@ -41,24 +41,24 @@ class RunEnd(NamedTuple):
 
 def run_to_end(
     simulation: Simulation,
-    asked: Mapping[str, Any],
+    requested: Mapping[str, Any],
     max_contacts: int | None,
     *,
     recorder: EventRecorder | None,
     checkpoint: Checkpoint | None,
-    contacts: Path | None,
     json: bool,
+    contacts: Path | None = None,
     observe: Sequence[str] = (),
 ) -> RunEnd:
     """Runs, writes the contacts if requested, prints the result, and returns how all of it ended.
 
-    ``asked`` is the requested end, its contacts counted from the start of the run; ``max_contacts`` is the
-    number of further contacts in this process.
+    ``requested`` is the end, its contacts counted from the start of the run; ``max_contacts`` is the number
+    of further contacts in this process.
     """
-    ending = _carry_out(simulation, recorder, asked["until"], max_contacts, checkpoint, observe)
+    ending = _carry_out(simulation, recorder, requested["until"], max_contacts, checkpoint, observe)
     if contacts is not None:
         ending = _write_contacts(simulation, contacts, ending)
-    found = _result(simulation, recorder, asked, ending.status)
+    found = _result(simulation, recorder, requested, ending.status)
     if json:
         echo(as_json(found))
     else:
@@ -253,7 +253,7 @@ def phases_of(simulation: Simulation) -> dict[str, Any]:
 
 
 def _result(
-    simulation: Simulation, recorder: EventRecorder | None, asked: Mapping[str, Any], status: str
+    simulation: Simulation, recorder: EventRecorder | None, requested: Mapping[str, Any], status: str
 ) -> dict[str, Any]:
     """Returns the whole result of a run, in plain types."""
     from kinetile.versions import versions
@@ -264,7 +264,7 @@ def _result(
         "answer": simulation.scene.answer,
         "scene": scene_summary(simulation.scene),
         **phases_of(simulation),
-        "run": {**asked, **reached},
+        "run": {**requested, **reached},
         "readings": simulation.readings.as_dict(),
         "observed": [row._asdict() for row in simulation.observed.rows()],
         "events_file": recorder

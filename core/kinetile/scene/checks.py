@@ -27,7 +27,7 @@ TOLERANCE = 1e-12
 LIMIT = 20
 """Mistakes of one kind that are spelled out; of the others only the number is given."""
 
-MOST_TOLD = 100
+MOST_REPORTED = 100
 """Mistakes of all kinds that are reported."""
 
 SMALLEST: float = np.float64(2.0**-200)  # not of Python: a float32 would be compared in its own width
@@ -46,7 +46,7 @@ FARTHEST = 2.0**31
 PERIODIC_BODY = "a disc narrower than the period, within 2**31 periods of 0"
 
 WALL, ANY = "wall", "*"
-"""Names that no kind of body has: they stand for the walls of an arena, and for any kind."""
+"""Names that no kind of body has: they mean the walls of an arena, and for any kind."""
 
 FARTHEST_START: float = np.float64(2.0**52)
 """The latest start of a clock, in time units from 0: there it still resolves one."""
@@ -63,7 +63,7 @@ def is_number(value: object) -> bool:
 
 
 def abridged(mistakes: Iterable[Mistake]) -> list[Mistake]:
-    """Keeps the first LIMIT mistakes of each kind of place, MOST_TOLD in all, and tells how many more."""
+    """Keeps the first LIMIT mistakes of each kind of place, MOST_REPORTED in all, and counts the others."""
     kept: list[Mistake] = []
     seen: Counter[str] = Counter()
     last: dict[str, Mistake] = {}
@@ -76,9 +76,9 @@ def abridged(mistakes: Iterable[Mistake]) -> list[Mistake]:
     for kind, count in seen.items():
         if count > LIMIT:
             kept.append(Mistake(kind, f"{count - LIMIT:,} more mistakes like these", last[kind].expected))
-    if len(kept) > MOST_TOLD:
-        more = Mistake("the scene", f"{len(kept) - MOST_TOLD:,} more mistakes of other kinds", "none")
-        kept = [*kept[:MOST_TOLD], more]
+    if len(kept) > MOST_REPORTED:
+        more = Mistake("the scene", f"{len(kept) - MOST_REPORTED:,} more mistakes of other kinds", "none")
+        kept = [*kept[:MOST_REPORTED], more]
     return kept
 
 
@@ -180,7 +180,7 @@ def check_periodic(periodic: object, arena: bool) -> list[Mistake]:
     if not isinstance(periodic, str) or periodic not in ("", "x", "y", "xy"):
         return [Mistake("periodic", shown(periodic), '"x", "y" or "xy", or nothing')]
     if periodic and not arena:
-        return [Mistake("periodic", shown(periodic), "an arena, whose sides are the periods")]
+        return [Mistake("periodic", shown(periodic), "an arena: its sides are the periods")]
     return []
 
 

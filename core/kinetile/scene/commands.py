@@ -185,7 +185,7 @@ def check_presence(commands: Sequence[Command], places: Sequence[str], bodies: i
         if isinstance(command, Insert):
             if body in there or body in gone:
                 found = f"{body}, the number of {'another body' if body in there else 'one that has gone'}"
-                mistakes.append(Mistake(f"{where}.body", found, "a number that nobody had before"))
+                mistakes.append(Mistake(f"{where}.body", found, "a number that is not used before"))
             there.add(body)
         elif body not in there:
             found = f"{body}, which {'has gone by then' if body in gone else 'is not there then'}"
@@ -197,7 +197,7 @@ def check_presence(commands: Sequence[Command], places: Sequence[str], bodies: i
 
 
 def check_shaped(periodic: str, commands: Iterable[tuple[str, Any]]) -> list[Mistake]:
-    """Refuses what scenes with shapes cannot have yet; the commands come with their places."""
+    """Refuses what scenes with shapes cannot have yet; the commands are given with their places."""
     mistakes = []
     if periodic:
         right = "walls, or no arena: bodies of other shapes than discs have no images yet"

@@ -2,7 +2,7 @@
 
 Each body is of a *kind*, a name or a small whole number; a body without one is of the first kind that
 the scene declares, or else of kind 0. A table gives a response by name for two kinds, and for a
-kind and a wall (``"wall"``); ``"*"`` stands for every kind. A rule for exactly the two kinds comes
+kind and a wall (``"wall"``); ``"*"`` means every kind. A rule for exactly the two kinds comes
 first, then a rule for one and ``"*"``, then ``("*", "*")``; contacts without a rule are elastic. A rule
 for walls has ``"wall"``: ``("*", "*")`` is about bodies.
 

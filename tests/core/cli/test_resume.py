@@ -61,14 +61,6 @@ def test_contacts_are_counted_from_the_start(tmp_path):
     assert said["run"]["max_contacts"] == 8
 
 
-def test_contacts_are_written_where_they_were_kept(saved, tmp_path):
-    assert "keeps no contacts" in refused("resume --contacts", tmp_path / "x", saved)
-    path = tmp_path / "k.kt"
-    printed(RUN, "--until", "0.2", "--checkpoint", path, "--contacts", tmp_path / "a")
-    printed("resume --until 0.5 --contacts", tmp_path / "b", path)
-    assert len((tmp_path / "b").read_text().splitlines()) >= len(whole(0.5).contacts)
-
-
 def test_the_events_file_goes_on(tmp_path):
     pytest.importorskip("pyarrow")
     path, events = tmp_path / "c.kt", tmp_path / "e.parquet"
