@@ -129,20 +129,29 @@ def jammed(tmp_path):
     return tmp_path / "jammed.toml"
 
 
-def test_after_a_fault_what_was_done_is_printed_and_kept(tmp_path):
+def audited(simulation, *arguments, of=kt.Simulation.run, **options):
+    of(simulation, *arguments, **options)
+    raise AuditError("at time 1.0 the queue is out of order")
+
+
+@pytest.mark.parametrize("fault", ["ZenoError", "AuditError"])
+def test_after_a_fault_what_was_done_is_printed_and_kept(fault, tmp_path, monkeypatch):
     pytest.importorskip("pyarrow")
     from kinetile.records import read_events
 
-    events = tmp_path / "e.parquet"
-    result = kinetile("run --broad-phase naive --json", jammed(tmp_path), "--events", events)
+    events, scene = tmp_path / "e.parquet", jammed(tmp_path)
+    if fault == "AuditError":
+        monkeypatch.setattr(kt.Simulation, "run", audited)
+        kt.save_scene(kt.make_scene("grid", bodies=4), scene)
+    result = kinetile("run --broad-phase naive --json", scene, "--events", events)
     assert result.exit_code == 1
-    assert "jammed" in result.stderr
+    assert ("jammed" if fault == "ZenoError" else "the queue is out of order") in result.stderr
     printed = json.loads(result.stdout)
-    assert printed["run"]["status"] == "fault: ZenoError"
+    assert printed["run"]["status"] == f"fault: {fault}"
     contacts = printed["readings"]["contacts_disc"] + printed["readings"]["contacts_wall"]
     rows, metadata = read_events(events)
     assert len(rows) == contacts > 0
-    assert metadata["status"].startswith("fault: ZenoError: ")
+    assert metadata["status"].startswith(f"fault: {fault}: ")
 
 
 @pytest.mark.parametrize(
@@ -212,29 +221,6 @@ def test_two_results_in_one_file_are_refused_before_anything_is_written(tmp_path
     assert "--events and the scene are one file" in refused("run", scene, "--events", link)
     assert scene.read_bytes() == before
     assert sorted(each.name for each in tmp_path.iterdir()) == ["link", "scene.toml"]
-
-
-def test_an_audit_that_fails_is_a_fault_with_its_table_and_its_events(tmp_path, monkeypatch):
-    pytest.importorskip("pyarrow")
-    from kinetile.records import read_events
-
-    run = kt.Simulation.run
-
-    def failing(simulation, *arguments, **options):
-        run(simulation, *arguments, **options)
-        raise AuditError("at time 1.0 the queue is out of order")
-
-    monkeypatch.setattr(kt.Simulation, "run", failing)
-    path = tmp_path / "e.parquet"
-    result = kinetile(FOUR, "--json", "--events", path)
-    assert result.exit_code == 1
-    assert "the queue is out of order" in result.stderr
-    printed = json.loads(result.stdout)
-    assert printed["run"]["status"] == "fault: AuditError"
-    assert len(read_events(path).rows) == printed["events_file"]["rows"] > 0
-    result = kinetile("compare -s bodies=4 --phases naive,sap-1d")
-    assert result.exit_code == 1
-    assert "AuditError" in result.stdout
 
 
 def test_an_events_file_that_is_there_was_overwritten_unasked(tmp_path):
@@ -374,26 +360,6 @@ def test_scenes_are_listed_with_their_parameters():
     assert kinetile("scenes grd").exit_code == 2
 
 
-class OddRecipes:
-    """Brings a recipe that does not import, and one with a parameter that must be given."""
-
-    @kt.hookimpl
-    def kinetile_scenes(self):
-        return [
-            kt.SceneSpec("gone", "no_such_module:recipe", "is not there"),
-            kt.SceneSpec("picky", lambda width: kt.make_scene("grid", bodies=4), "wants to know"),
-        ]
-
-
-def test_a_recipe_that_does_not_import_spoils_no_listing():
-    with registered(OddRecipes()):
-        listing = {recipe["name"]: recipe for recipe in printed("scenes")}
-        assert "no_such_module" in listing["gone"]["error"]
-        assert listing["picky"]["parameters"][0]["required"] is True
-        assert "does not import" in " ".join(kinetile("scenes").stdout.split())
-        assert "must be given" in kinetile("scenes picky").stdout
-
-
 class Takes:
     """Something with options, of whatever kind: nothing beside its signature says them."""
 
@@ -427,13 +393,16 @@ class Everything:
 
     @kt.hookimpl
     def kinetile_scenes(self):
-        return [kt.SceneSpec("springy", Takes)]
+        return [kt.SceneSpec("springy", Takes), kt.SceneSpec("gone", "no_such_module:recipe", "is not there")]
 
 
 def test_options_were_listed_nowhere_but_in_the_source_of_a_plugin():
     with registered(Everything()):
         rows = {(row["kind"], row["name"]): row for row in printed("plugins")["provided"]}
         table = kinetile("plugins").stdout
+        recipes = {recipe["name"]: recipe for recipe in printed("scenes")}
+        assert "does not import" in " ".join(kinetile("scenes").stdout.split())
+        assert "must be given" in kinetile("scenes springy").stdout
     options = [
         {"name": "tightness", "type": "float", "required": True},
         {"name": "mode", "type": "str", "required": False, "default": "fast"},
@@ -444,23 +413,14 @@ def test_options_were_listed_nowhere_but_in_the_source_of_a_plugin():
         assert re.search(
             rf"{kind} +springy +tightness +float +\(none: must be given\)\n +mode +str +fast", table
         )
-    assert rows["scene", "springy"]["options"][:3] == options
-    assert rows["scene", "springy"]["options"][3]["name"] == "periodic"
+    assert rows["scene", "springy"]["options"] == recipes["springy"]["parameters"]
+    assert recipes["springy"]["parameters"][:3] == options
+    assert recipes["springy"]["parameters"][3]["name"] == "periodic"
+    assert "no_such_module" in recipes["gone"]["error"]
     assert rows["broad phase", "plain"]["options"] == []
     assert not re.search(r"broad phase +plain +\S+ +\S+ +\S+$", table, re.MULTILINE)
     assert "no_such_module" in rows["broad phase", "absent"]["error"]
     assert "'no_such_module:Phase' does not import" in table
-
-
-@pytest.mark.slow
-def test_bench_events_measures_and_prints():
-    line = "bench events --bodies 4 --densities 0.5,0.25 --phases naive --seconds 0.001 --repeats 1"
-    data = printed(line)
-    assert [(row["bodies"], row["density"]) for row in data["rows"]] == [(4, 0.5), (4, 0.25)]
-    table = kinetile(line).stdout
-    assert "naive" in table
-    assert "medians of 1 run of" in table
-    assert kinetile("bench events --bodies 4,x").exit_code == 2
 
 
 def test_help_and_version():
@@ -741,18 +701,6 @@ def test_compiling_is_reported_on_stderr_and_stdout_stays_clean(monkeypatch):
     assert lines[0].startswith("compiling the loop for naive, disc, wall (once for this choice of phases")
     assert re.fullmatch(r"compiled in \d+\.\d CPU s", lines[1])
     assert json.loads(result.stdout)["run"]["status"] == "complete"
-
-
-@pytest.mark.slow
-def test_the_first_run_says_that_it_compiles_and_stdout_stays_clean(tmp_path):
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"}
-    arguments = [*COMMAND, *FOUR.split(), "--json"]
-    first = subprocess.run(arguments, env=environment, capture_output=True, text=True, check=True)
-    assert first.stderr.startswith("compiling the loop for naive, disc, wall (once for this choice of phases")
-    second = subprocess.run(arguments, env=environment, capture_output=True, text=True, check=True)
-    assert second.stderr == ""
-    fingerprints = {json.loads(each.stdout)["readings"]["fingerprint"] for each in (first, second)}
-    assert len(fingerprints) == 1
 
 
 @pytest.mark.slow
