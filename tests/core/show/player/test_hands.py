@@ -5,8 +5,6 @@ Skipped where there is no chromium.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 import kinetile as kt
@@ -20,12 +18,6 @@ SAID = "document.getElementById('said').textContent"
 PACE = "document.getElementById('pace').textContent"
 SCALE = "kinetilePlayer.camera.scale"
 CTRL = 2
-
-
-@pytest.fixture(scope="module")
-def saved(tmp_path_factory) -> Path:
-    view = view_scene(SCENES["grid"], [("sweep-tiling", {})], until=0.5)
-    return view.save(tmp_path_factory.mktemp("page") / "page.html")
 
 
 @pytest.fixture(scope="module")
