@@ -25,7 +25,7 @@ import pytest
 
 import kinetile as kt
 from command_line import kinetile
-from kinetile.errors import KinetileError
+from kinetile.errors import KinetileError, SceneError
 from kinetile.records.log import SIGNATURE
 from kinetile.run.saving import files
 from kinetile_bench.study.plan import read_plan_file
@@ -265,7 +265,10 @@ class Malformed:
         return path
 
     def of_scenes(self, rng: random.Random) -> None:
-        path = self.written("s.toml", changed_text(rng, rng.choice([SCENE, RECIPE])))
+        for _ in range(20):
+            path = self.written("s.toml", changed_text(rng, rng.choice([SCENE, RECIPE])))
+            with suppress(SceneError):
+                kt.load_scene(path)
         said("run --explain", path)
 
     def of_cases(self, rng: random.Random) -> None:

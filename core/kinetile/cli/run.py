@@ -32,7 +32,7 @@ from kinetile.plugin.choices import read_phase
 if TYPE_CHECKING:
     from kinetile.records.events import EventRecorder
     from kinetile.run.simulation import Simulation
-    from kinetile.scene import Scene, Settings
+    from kinetile.scene import Settings
 
 Every = Annotated[
     float | None,
@@ -103,10 +103,17 @@ def run(
         if events is not None and not explain:
             recorder = _recorder(simulation, events, requested, overwrite=overwrite)
         if save_scene is not None:
+            from kinetile.scene import relabelled
+            from kinetile.scene.files import save_scene as save
+
             settings = _settings(simulation, bool(name or options), bool(narrow_phase), until)
-            _save(this_scene, save_scene, settings)
+            with file_errors(f"--save-scene {save_scene}"):
+                save(relabelled(this_scene, settings=settings), save_scene)
         if explain:
-            _explain(simulation, json)
+            from kinetile.run.readings import explanation_lines
+
+            found = simulation.explain()
+            echo(as_json(found) if json else "\n".join(explanation_lines(found)))
             return
         saves = None
         if checkpoint is not None:
@@ -214,22 +221,6 @@ def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | 
         {name: given for name, given in options.items() if given},
         settings.until if until is None else until,
     )
-
-
-def _save(scene: Scene, path: Path, settings: Settings) -> None:
-    """Saves a scene with other settings."""
-    from kinetile.scene import relabelled
-    from kinetile.scene.files import save_scene
-
-    with file_errors(f"--save-scene {path}"):
-        save_scene(relabelled(scene, settings=settings), path)
-
-
-def _explain(simulation: Simulation, json: bool) -> None:
-    from kinetile.run.readings import explanation_lines
-
-    found = simulation.explain()
-    echo(as_json(found) if json else "\n".join(explanation_lines(found)))
 
 
 def _recorder(

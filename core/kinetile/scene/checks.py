@@ -7,7 +7,6 @@ file (``bodies[3].radius``). ``kinetile.scene.reader`` runs all of them, once fo
 from __future__ import annotations
 
 import math
-import operator
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -205,24 +204,6 @@ def _too_late(start: Any, unit: float) -> Mistake:
     )
 
 
-def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[Mistake]:
-    """Checks one turn, (body, time, (vx, vy)); ``start`` is None where it is not known."""
-    try:
-        body, time, velocity = turn[:3]
-        pair = list(velocity)
-    except (TypeError, ValueError):
-        return [Mistake(where, shown(turn), "a turn: (body, time, (vx, vy))")]
-    mistakes = []
-    try:
-        known = not isinstance(body, bool) and 0 <= operator.index(body) < bodies
-    except TypeError:
-        known = False
-    if not known:
-        there = f"the number of a body, 0 to {bodies - 1}" if bodies else "no turns in a scene without bodies"
-        mistakes.append(Mistake(f"{where}.body", shown(body), there))
-    return mistakes + check_time(time, where, start) + check_pair(pair, f"{where}.velocity", "[vx, vy]")
-
-
 def check_time(time: Any, where: str, start: float | None) -> list[Mistake]:
     """Checks the time of a command; ``start`` is None where it is not known."""
     if not is_finite(time):
@@ -236,7 +217,8 @@ def check_pair(given: Any, where: str, axes: str) -> list[Mistake]:
     """Checks a position or a velocity, whose two numbers messages call ``axes``."""
     pair: list[Any] = list(given) if hasattr(given, "__iter__") else []
     if len(pair) != 2 or not all(map(is_finite, pair)):
-        return [Mistake(where, shown(given), f"{axes}, two finite numbers")]
+        found = shown(pair if isinstance(given, tuple) else given)  # as files write it
+        return [Mistake(where, found, f"{axes}, two finite numbers")]
     if max(map(abs, pair)) > LARGEST:
         return [Mistake(where, shown(pair), f"{axes}, each {REACH} in size")]
     return []

@@ -124,6 +124,19 @@ def check_command(command: Any, where: str, start: float | None, extent: Extent 
     return mistakes + _check_body(command, where, extent)
 
 
+def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[Mistake]:
+    """Checks one turn, (body, time, (vx, vy)), of one of the bodies that are present at the start."""
+    try:
+        command = Turn(*turn)
+    except TypeError:
+        return [Mistake(where, shown(turn), "a turn: (body, time, (vx, vy))")]
+    mistakes = check_command(command, where, start, None)
+    if _is_number_of_body(command.body, False) and command.body >= bodies:
+        there = f"the number of a body, 0 to {bodies - 1}" if bodies else "no turns in a scene without bodies"
+        mistakes.insert(0, Mistake(f"{where}.body", shown(command.body), there))
+    return mistakes
+
+
 def _check_body(command: Any, where: str, extent: Extent | None) -> list[Mistake]:
     mistakes = []
     for name, axes in _PAIRS.items():

@@ -23,7 +23,6 @@ from kinetile.scene.checks import (
     check_frame,
     check_pace,
     check_periodic,
-    check_turn,
     check_unit,
     shown,
 )
@@ -34,6 +33,7 @@ from kinetile.scene.commands import (
     check_command,
     check_presence,
     check_shaped,
+    check_turn,
     numbered,
     speeds,
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -10,13 +9,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
 
-from kinetile import Scene, load_scene
+from kinetile import load_scene
 from kinetile.errors import SceneError
 from kinetile.scene.files import loads_scene
 
@@ -43,14 +39,6 @@ def check_message(error: Exception) -> None:
     assert all(line.isprintable() for line in lines)
     assert len(lines) <= 130
     assert max(map(len, lines)) <= 3100
-
-
-def outcome(path: Path) -> Scene | SceneError:
-    """Return the scene of a file, or why it is none."""
-    try:
-        return load_scene(path)
-    except SceneError as error:
-        return error
 
 
 @pytest.mark.parametrize("number", ["9" * 5000, "0x" + "f" * 5000, "-" + "1" * 4301, "0b1" + "0" * 9000])
@@ -212,85 +200,3 @@ def test_control_characters_of_a_file_reached_the_terminal(text: str, tmp_path: 
         load_scene(path)
     check_message(caught.value)
     assert "\\x1b[31mred.toml: " in str(caught.value)
-
-
-KEYS = st.sampled_from(
-    [
-        "arena", "start", "until", "broad-phase", "narrow-phases", "options", "recipe", "parameters",
-        "bodies", "position", "velocity", "radius", "mass", "turns", "time", "density", "seed", "speed",
-        "aim", "kind", "touching", "jitter", "radius_ratio", "mass_ratio", "moving", "sap-1d", "axis",
-        "disc", "restitution",
-    ]
-)  # fmt: skip
-NUMBERS = (
-    st.integers(-50, 50)
-    | st.integers(10**12)
-    | st.floats()
-    | st.sampled_from([5e-324, 1e308, 2.0**200, 0.5, 0.1, 10**400, 10**3000])
-)
-WORDS = st.sampled_from(
-    [
-        "grid", "random", "lattice", "figure-10", "figure-11", "figure-16", "cradle", "break",
-        "two-discs", "sap-1d", "sap-2d", "naive", "sweep-tiling", "disc", "wall", "x", "y", "dyadic",
-    ]
-)  # fmt: skip
-VALUES: st.SearchStrategy[Any] = st.recursive(
-    NUMBERS | st.text(max_size=9) | WORDS | st.booleans(),
-    lambda inner: (
-        st.lists(inner, max_size=4) | st.dictionaries(KEYS | st.text(max_size=9), inner, max_size=5)
-    ),
-    max_leaves=20,
-)
-
-
-def toml(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{json.dumps(key)} = {toml(each)}" for key, each in value.items()) + "}"
-    if isinstance(value, list):
-        return f"[{', '.join(map(toml, value))}]"
-    if isinstance(value, int) and not isinstance(value, bool):
-        return hex(value) if value >= 0 else f"-{-value % 10**12}"
-    return json.dumps(value).replace("NaN", "nan").replace("Infinity", "inf")
-
-
-TABLES = st.dictionaries(KEYS | st.text(max_size=9), VALUES, max_size=6)
-SCENES = st.builds(
-    lambda recipe, parameters, rest: {**rest, "recipe": recipe, "parameters": parameters},
-    WORDS, st.dictionaries(KEYS, NUMBERS | WORDS, max_size=4), TABLES,
-)  # fmt: skip
-BODIES = st.builds(
-    lambda bodies, rest: {**rest, "bodies": bodies},
-    st.lists(
-        st.dictionaries(KEYS, st.lists(NUMBERS, min_size=2, max_size=2) | NUMBERS | VALUES, max_size=6),
-        max_size=4,
-    ),
-    TABLES,
-)
-TEXTS = (TABLES | SCENES | BODIES).map(
-    lambda tables: "".join(f"{json.dumps(key)} = {toml(each)}\n" for key, each in tables.items())
-)
-
-
-@st.composite
-def damaged(draw: st.DrawFn) -> bytes:
-    """A scene file with a piece cut out, doubled, or replaced by anything."""
-    data = draw(TEXTS.map(lambda text: text.encode("utf-8", "surrogatepass")) | st.just(BODY.encode()))
-    first, last = sorted((draw(st.integers(0, len(data))), draw(st.integers(0, len(data)))))
-    middle = draw(st.binary(max_size=20) | st.just(data[first:last] * 2) | st.just(b""))
-    return data[:first] + middle + data[last:]
-
-
-@settings(max_examples=300, deadline=None)
-@given(st.binary() | damaged() | TEXTS.map(lambda text: text.encode("utf-8", "surrogatepass")))
-@example(b"\xef\xbb\xbf" + BODY.encode())
-@example(b"\x00")
-def test_any_bytes_are_a_scene_or_are_refused_in_a_sentence(
-    tmp_path_factory: pytest.TempPathFactory, data: bytes
-) -> None:
-    path = tmp_path_factory.getbasetemp() / "any.toml"
-    path.write_bytes(data)
-    with within(10.0):
-        found = outcome(path)
-    if isinstance(found, SceneError):
-        assert found.mistakes
-        check_message(found)
