@@ -126,7 +126,7 @@ def read_rules(
                 mistakes.append(Mistake(where, said, one_of(str(name), map(str, kinds))))
                 known[name] = None
     if complete:
-        mistakes += _of_nobody(rules, places, known)
+        mistakes += _unused(rules, places, known)
     rows = table(kinds, rules, mistakes)
     numbers = {name: number for number, name in enumerate(kinds)}
     number = np.array([numbers.get(name, 0) for name in each], dtype=np.int64)
@@ -163,7 +163,7 @@ def _unregistered(where: str, response: Response) -> list[Mistake]:
     return wrong
 
 
-def _of_nobody(
+def _unused(
     rules: Iterable[tuple[Pair, Response]], places: Mapping[Pair, str], known: Mapping[Kind, Any]
 ) -> list[Mistake]:
     """Returns the rules that would never apply: no body and no insertion is of their kind."""

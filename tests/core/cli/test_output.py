@@ -69,7 +69,7 @@ def test_a_terminal_is_as_wide_as_it_says_but_for_tables_of_numbers(monkeypatch,
 @pytest.mark.parametrize(
     ("columns", "lines"), [(None, ["one    a b c d", "three"]), (10, ["one    a b", "       c d", "three"])]
 )
-def test_labels_stand_beside_their_texts_which_a_narrow_terminal_wraps(monkeypatch, columns, lines):
+def test_labels_are_beside_their_texts_which_a_narrow_terminal_wraps(monkeypatch, columns, lines):
     monkeypatch.setattr("sys.stdout", stdout := io.StringIO())
     if columns is not None:
         monkeypatch.setenv("COLUMNS", str(columns))

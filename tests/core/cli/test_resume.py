@@ -122,7 +122,7 @@ def test_what_is_there_is_not_lost(saved, tmp_path):
 
 
 @pytest.mark.parametrize("moment", [0.1, 0.4])
-def test_a_full_disk_is_told_of_and_the_old_checkpoint_stands(saved, monkeypatch, moment):
+def test_a_full_disk_is_reported_and_the_old_checkpoint_stays(saved, monkeypatch, moment):
     """At the end of a run that was otherwise done, and in its course."""
     write, times = os.fsync, []
 
@@ -223,7 +223,7 @@ def test_two_processes_ran_on_one_checkpoint(tmp_path):
 
 
 def test_another_signal_gives_up_the_saving(saved, monkeypatch):
-    """It comes in the middle of the save that the first one has asked for."""
+    """It is sent in the middle of the save that the first one causes."""
     replace = os.fsync
 
     def slow(descriptor):

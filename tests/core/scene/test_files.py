@@ -1,4 +1,4 @@
-"""Scenes as files: every bit comes back, and every mistake is told at once."""
+"""Scenes as files: every bit comes back, and every mistake is sentence at once."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ BODY = "[[bodies]]\nposition = [0.5, 0.5]\nradius = 0.1\n"
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "sentence"),
     [
         ("", "bodies: found nothing; expected [[bodies]] tables, or a recipe by name"),
         ("[[body]]", "body: found a key that is not known here; expected one of arena"),
@@ -175,10 +175,10 @@ BODY = "[[bodies]]\nposition = [0.5, 0.5]\nradius = 0.1\n"
         ("a = " + "[" * 100_000, "tables or lists in each other, more than 32 deep"),
     ],
 )
-def test_each_mistake_says_where_what_and_what_would_be_right(text: str, told: str) -> None:
+def test_each_mistake_says_where_what_and_what_would_be_right(text: str, sentence: str) -> None:
     found = mistakes_in(text)
     assert len(found) == 1
-    assert told in found[0]
+    assert sentence in found[0]
 
 
 def test_what_is_wrong_in_one_body_does_not_hide_what_is_wrong_in_others() -> None:
@@ -191,7 +191,7 @@ def test_what_is_wrong_in_one_body_does_not_hide_what_is_wrong_in_others() -> No
     ]
 
 
-def test_a_bad_time_of_a_turn_is_told_beside_its_bad_velocity_and_the_other_way_round() -> None:
+def test_a_bad_time_of_a_turn_is_reported_beside_its_bad_velocity_and_the_other_way_round() -> None:
     turn = "[[bodies.turns]]\n"
     assert mistakes_in(f"{BODY}{turn}time = -1\nvelocity = 'x'\n{turn}time = 'x'\nvelocity = [nan, 0]") == [
         "bodies[0].turns[0].velocity: found 'x'; expected [vx, vy], two finite numbers",
@@ -220,8 +220,8 @@ def test_options_of_all_phases_are_checked_beside_the_bodies_and_not_the_chosen_
     assert two == "options.sap-2d.axis: found no option of this name; expected nothing here"
     assert three == "options.sap-2d.skin: found no option of this name; expected nothing here"
     assert four.startswith("bodies[0].radius")
-    told = "options.sap-1d.axs: found no option of this name; expected axis; did you mean 'axis'?"
-    assert mistakes_in(f"options.sap-1d.axs = 'y'\n{BODY}") == [told]
+    sentence = "options.sap-1d.axs: found no option of this name; expected axis; did you mean 'axis'?"
+    assert mistakes_in(f"options.sap-1d.axs = 'y'\n{BODY}") == [sentence]
 
 
 def test_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:
@@ -329,7 +329,7 @@ def test_each_check_ran_twice_a_file_and_three_times_with_obstacles(text, scenes
     assert len(counts) == 4
 
 
-def test_mistakes_of_commands_and_responses_were_told_after_those_of_bodies_and_at_other_places() -> None:
+def test_mistakes_of_commands_and_responses_were_reported_after_those_of_bodies_and_at_other_places() -> None:
     command = "[[commands]]\ntime = 2\n"
     text = (
         f"unit = 0.3\n{BODY}mass = -1\n{command}\n"

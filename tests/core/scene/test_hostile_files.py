@@ -47,8 +47,13 @@ def check_message(error: Exception) -> None:
     ["until = {}\n" + BODY, BODY + "mass = {}", "recipe = 'grid'\n[parameters]\nseed = {}", "{} = 1"],
 )
 def test_whole_numbers_of_5000_digits_gave_a_traceback(text: str, number: str) -> None:
-    told = message(text.format(number))
-    assert "a whole number of" in told or "not known" in told or "Expected '='" in told or "TOML" in told
+    sentence = message(text.format(number))
+    assert (
+        "a whole number of" in sentence
+        or "not known" in sentence
+        or "Expected '='" in sentence
+        or "TOML" in sentence
+    )
 
 
 @pytest.mark.parametrize("number", [2**63, -(2**63) - 1, 2**62 + 1])
@@ -72,8 +77,8 @@ def test_whole_numbers_beyond_64_bits_gave_a_traceback(line: str, number: int) -
 @pytest.mark.parametrize("part", ["a", '"a.b"', "'é'"])
 def test_keys_of_thousands_of_parts_gave_a_traceback_or_never_ended(text: str, part: str, parts: int) -> None:
     with within(2.0):
-        told = message(text.format(" . ".join([part] * parts)))
-    assert "a key of more than 32 parts; expected the keys of a scene" in told
+        sentence = message(text.format(" . ".join([part] * parts)))
+    assert "a key of more than 32 parts; expected the keys of a scene" in sentence
 
 
 def test_keys_of_a_scene_and_dots_elsewhere_are_no_deep_keys() -> None:
@@ -85,16 +90,16 @@ def test_keys_of_a_scene_and_dots_elsewhere_are_no_deep_keys() -> None:
 @pytest.mark.parametrize("depth", [40, 200, 5000, 100_000])
 @pytest.mark.parametrize(("begin", "end"), [("[", "]"), ("{a = ", "}")])
 def test_tables_and_lists_in_each_other_gave_a_traceback(begin: str, end: str, depth: int) -> None:
-    told = message(f"bodies = []\n[options.naive]\na = {begin * depth}1{end * depth}")
-    assert "tables or lists in each other, more than 32 deep" in told
+    sentence = message(f"bodies = []\n[options.naive]\na = {begin * depth}1{end * depth}")
+    assert "tables or lists in each other, more than 32 deep" in sentence
 
 
 @pytest.mark.parametrize("recipe", ["grid", "random"])
 @pytest.mark.parametrize("density", [5e-324, 1e-200])
 def test_a_density_of_next_to_nothing_gave_a_traceback(recipe: str, density: float) -> None:
-    told = message(f"recipe = '{recipe}'\n[parameters]\ndensity = {density!r}")
-    assert f"density is {density!r}, for which a radius would be " in told
-    assert "radii are at least 2**-200" in told
+    sentence = message(f"recipe = '{recipe}'\n[parameters]\ndensity = {density!r}")
+    assert f"density is {density!r}, for which a radius would be " in sentence
+    assert "radii are at least 2**-200" in sentence
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
@@ -136,12 +141,12 @@ def test_a_file_of_any_size_was_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_twenty_thousand_mistakes_were_all_told() -> None:
+def test_twenty_thousand_mistakes_were_all_reported() -> None:
     keys = "\n".join(f"k{i} = 1" for i in range(20_000))
     body_keys = "".join(f"{BODY.replace('0.25', str(i))}k{i} = 1\n" for i in range(2000))
     names = ", ".join(f"'p{i}'" for i in range(20_000))
     tables = "\n".join(f"[options.p{i}]" for i in range(20_000))
-    for text, told in (
+    for text, sentence in (
         (f"{keys}\n{BODY}", "the file: found 19,980 more keys that are not known here"),
         (f"{BODY}{keys}\n", "bodies: found 19,980 more keys that are not known here"),
         (body_keys, "bodies: found 1,980 more keys that are not known here"),
@@ -155,18 +160,18 @@ def test_twenty_thousand_mistakes_were_all_told() -> None:
     ):
         with within(6.0), pytest.raises(SceneError) as caught:
             loads_scene(text)
-        assert told in str(caught.value)
+        assert sentence in str(caught.value)
         check_message(caught.value)
 
 
-def test_mistakes_of_many_kinds_are_told_up_to_a_hundred() -> None:
+def test_mistakes_of_many_kinds_are_reported_up_to_a_hundred() -> None:
     tables = "\n".join(f"[options.p{i}]" for i in range(90))
     names = ", ".join(f"'q{i}'" for i in range(90))
-    told = message(f"narrow-phases = [{names}]\n{BODY}{tables}")
-    assert "the scene: found 11 more mistakes of other kinds; expected none" in told
+    sentence = message(f"narrow-phases = [{names}]\n{BODY}{tables}")
+    assert "the scene: found 11 more mistakes of other kinds; expected none" in sentence
 
 
-def test_names_without_end_are_neither_told_nor_compared_in_full() -> None:
+def test_names_without_end_are_neither_reported_nor_compared_in_full() -> None:
     name = "sap" * 300_000
     for text in (f"broad-phase = '{name}'\n{BODY}", f"{name} = 1\n{BODY}", f"{BODY}[options.{name}]",
                  f"recipe = '{name}'", f"recipe = 'grid'\n[parameters]\n{name} = 1", f"x = {name}",

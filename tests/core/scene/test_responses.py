@@ -1,4 +1,4 @@
-"""Kinds and responses of a scene: what is said of whom, what is refused, and files."""
+"""Kinds and responses of a scene: what is accepted, what is refused, and files."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_the_most_specific_rule_counts():
     ]
 
 
-def test_who_passes_may_overlap_and_nobody_else():
+def test_bodies_that_pass_may_overlap_and_no_others():
     place = [[1.0, 1.0], [1.25, 1.0], [3.0, 3.0]]
     with pytest.raises(SceneError, match=r"bodies\[0\] and bodies\[1\]: found an overlap of 0.75"):
         scene(position=place, kind=["a", "b", "a"], responses={("a", "a"): "pass"})
@@ -107,7 +107,7 @@ def test_a_recipe_takes_responses_for_all():
     assert names(loads_scene(text)) == [["stop", "elastic"]]
 
 
-def test_a_rule_for_a_kind_that_nobody_is_of_is_refused_with_the_nearest_name():
+def test_a_rule_for_a_kind_of_no_body_is_refused_with_the_nearest_name():
     said = r"responses\[\('ball', 'sensr'\)\]: found 'sensr', a kind that no body has; expected one of ball, "
     with pytest.raises(SceneError, match=said + r"sensor; did you mean 'sensor'\? \(kinds=\[...\] declares"):
         scene(kind=["ball", "sensor", "ball"], responses=MISSPELT)

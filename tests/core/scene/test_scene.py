@@ -108,7 +108,7 @@ def test_relabelled_shares_the_bodies_and_checks_the_settings() -> None:
         relabelled(scene, settings=Settings(until=0.5))
 
 
-def test_all_mistakes_are_told_at_once() -> None:
+def test_all_mistakes_are_reported_at_once() -> None:
     error = refused(
         position=[[0.1, 0.5], [0.5, np.nan], [0.9, 0.9], [0.12, 0.5]],
         velocity=[[0.0, 0.0], [0.0, 0.0], [np.inf, 0.0], [0.0, 0.0]],
@@ -137,7 +137,7 @@ def test_all_mistakes_are_told_at_once() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fields", "told"),
+    ("fields", "sentence"),
     [
         ({"position": [0.0, 0.0], **STILL}, "position: found an array of shape (2,); expected an array of"),
         ({"position": [[0.0], [1.0, 2.0]], **STILL}, "position: found [[0.0], [1.0, 2.0]]; expected an"),
@@ -163,10 +163,12 @@ def test_all_mistakes_are_told_at_once() -> None:
         ({"position": [[0, 0]], **STILL, "settings": Settings(options={"a": 1})}, "options: found {'a': 1}"),
     ],
 )
-def test_each_mistake_says_where_what_and_what_would_be_right(fields: dict[str, object], told: str) -> None:
+def test_each_mistake_says_where_what_and_what_would_be_right(
+    fields: dict[str, object], sentence: str
+) -> None:
     error = refused(**fields)
     assert len(error.mistakes) == 1
-    assert told in str(error)
+    assert sentence in str(error)
 
 
 def test_touching_is_allowed_and_more_is_not() -> None:
@@ -209,7 +211,7 @@ def test_overlaps_are_found_even_at_the_ends_of_the_number_range() -> None:
 
 
 @pytest.mark.parametrize("exponent", [-560, -300, 300, 520])
-def test_a_scene_whose_squares_over_or_underflow_is_refused_with_all_its_lengths(exponent: int) -> None:
+def test_a_scene_with_squares_that_over_or_underflow_is_refused_with_all_its_lengths(exponent: int) -> None:
     scene = make_scene("grid", bodies=4)
     scale = 2.0**exponent
     error = refused(
@@ -324,7 +326,7 @@ def test_turns_are_replaced_alone_and_commands_as_a_whole():
     assert scene.replace(commands=[come], turns=[turn]) == scene
 
 
-def test_kinds_follow_anew_unless_they_were_declared():
+def test_kinds_follow_again_unless_they_were_declared():
     scene = Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.5, kind="a")
     assert scene.replace(kind="b").kinds == ("b",)
     declared = scene.replace(kinds=["a", "b"])

@@ -89,7 +89,7 @@ def test_it_repeats_the_run_so_far_and_leaves_the_simulation_as_it_is():
     film = kt.film(sim, **SMALL)
     frame = list(film.frames())[-1]
     assert (film.times[0], film.times[-1], sim.time) == (0.0, 0.2, 0.2)
-    assert frame.getpixel((12 + 34, 12 + 50)) == DISC  # it stands at 0.4
+    assert frame.getpixel((12 + 34, 12 + 50)) == DISC  # it rests at 0.4
     assert frame.getpixel((12 + 54, 12 + 50)) == PAPER
 
 

@@ -20,7 +20,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 
 class Read(HTMLParser):
-    """What stands in a display: lines of its tables, its pictures, its sentences."""
+    """What a display has: lines of its tables, its pictures, its sentences."""
 
     def __init__(self, page: str) -> None:
         super().__init__()
@@ -153,7 +153,7 @@ def test_to_be_shown_changes_nothing():
     assert one.snapshot() == two.snapshot()
 
 
-def test_who_came_is_in_the_picture_and_who_went_is_not():
+def test_inserted_bodies_are_in_the_picture_and_removed_ones_are_not():
     sim = kt.Simulation(
         kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[0.0, 0.0]] * 2, 0.5, arena=(6.0, 2.0)), live=True
     )

@@ -46,7 +46,7 @@ COMPARED = """(() => {
     });
     let [total, most, covered] = [0, 0, 0];
     exact.forEach((value, at) => {
-        if (at % 4) return; // red stands for all
+        if (at % 4) return; // red is enough
         const apart = Math.abs(value - quick[at]);
         total += apart;
         covered += value < 255;
@@ -58,7 +58,7 @@ COMPARED = """(() => {
 
 @pytest.fixture(scope="module")
 def large(tmp_path_factory):
-    """The page of 1,024 discs, whose structure is computed, and its number of contacts."""
+    """The page of 1,024 discs with a computed structure, and its number of contacts."""
     scene = kt.make_scene("grid", bodies=1024, density=0.5)
     view = view_scene(scene, [("sweep-tiling", {})], until=0.03, steps=False)
     return view.save(tmp_path_factory.mktemp("large") / "page.html"), len(view.page.recordings[0].rows)

@@ -49,7 +49,7 @@ def test_counts_are_those_of_runs_and_contacts_are_the_same(width, height, tmp_p
 
 
 @needs_chromium
-def test_a_list_that_differs_is_told(tmp_path, browser):
+def test_a_list_that_differs_is_reported(tmp_path, browser):
     path = view_scene(scene(), [("naive", {}), ("cells", {})], until=0.3).save(tmp_path / "race.html")
     forge = """(() => {
         const { playback: { runs: [, { events }] }, race } = kinetilePlayer;

@@ -65,7 +65,7 @@ def test_what_is_drawn_is_what_the_phase_draws(phase, name, tmp_path):
         assert in_order(shapes) == in_order(drawn), time
 
 
-def test_a_shape_that_stands_is_written_once():
+def test_a_shape_that_stays_is_written_once():
     log = recording.StructureLog()
     link, other = Link("pair", 0, 1), Link("pair", 0, 2)
     for done, items in enumerate([[link], [link], [link, other], [other], [link]]):
@@ -105,7 +105,7 @@ def test_the_matrix_of_two_axes_has_the_pairs_where_both_overlap():
                 assert (entries[a, b].label if (a, b) in entries else None) == label
 
 
-def test_what_is_only_scheduled_anew_is_not_fresh():
+def test_what_is_only_scheduled_again_is_not_fresh():
     log = recording.StructureLog()
     tile, later = Box("tile", (0.0, 0.0), (1.0, 1.0), 5), Box("tile", (0.0, 0.0), (1.0, 1.0), 9)
     log.see(0, [tile, Entry("bound", 0, 1, label="x")])
