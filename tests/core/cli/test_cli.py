@@ -756,8 +756,7 @@ def test_ctrl_c_while_modules_are_imported_or_code_is_loaded_became_another_erro
     try:
         assert importlib.import_module("pressed").loaded
         with pytest.raises(KeyboardInterrupt):
-            for _ in range(200):  # one long sleep would go on to its end
-                time.sleep(0.05)
+            [time.sleep(0.05) for _ in range(200)]  # one long sleep would go on to its end
     finally:
         signal.signal(signal.SIGINT, before)
     assert later == [True, False]
