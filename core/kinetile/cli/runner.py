@@ -26,6 +26,7 @@ from kinetile.plugin.choices import called
 if TYPE_CHECKING:
     from kinetile.records.events import EventRecorder
     from kinetile.run.simulation import Progress, Simulation
+    from kinetile.scene import Scene
 
 EVERY = 60.0
 """Seconds between two checkpoints, unless ``--every`` says otherwise."""
@@ -62,7 +63,7 @@ def run_to_end(
     if json:
         echo(as_json(found))
     else:
-        show_labels(_lines(found))
+        show_labels(_lines(found, simulation.scene))
         if observe:
             show(observed_table(simulation.observed))
     return ending
@@ -272,20 +273,19 @@ def _result(
     }
 
 
-def _lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
+def _lines(result: Mapping[str, Any], scene: Scene) -> Iterable[tuple[str, str]]:
     """Yields the result of a run in words: the scene, the phases, counts, accuracy and cost, with units."""
     from kinetile.run.readings import reading_lines
+    from kinetile.scene.scene import around, source_of
 
-    scene, run = result["scene"], result["run"]
-    walls = f"in {scene['arena'][0]:g} x {scene['arena'][1]:g}" if scene["arena"] else "without walls"
-    walls += f", periodic along {' and '.join(scene['periodic'])}" if scene["periodic"] else ""
+    run = result["run"]
     narrow = ", ".join(called(*each) for each in result["narrow_phases"].items())
-    kinds = ", ".join(f"{kind} ({count:,})" for kind, count in scene["shapes"].items())
+    kinds = ", ".join(f"{kind} ({count:,})" for kind, count in result["scene"]["shapes"].items())
     what = f"bodies: {kinds}," if kinds else "discs"
-    yield "scene", f"{_origin(scene)}: {scene['bodies']:,} {what} {walls}"
+    yield "scene", f"{source_of(scene) or 'arrays'}: {len(scene):,} {what} {around(scene)}"
     broad = called(result["broad_phase"], result["options"])
     yield "phases", f"{broad}; {narrow or 'no narrow phase'}"
-    yield "time", f"{scene['start']:g} to {run['time']:.10g}: {run['status']}"
+    yield "time", f"{scene.start:g} to {run['time']:.10g}: {run['status']}"
     yield from reading_lines(result["readings"])
     if result["events_file"]:
         written = result["events_file"]
@@ -293,9 +293,3 @@ def _lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
             "events file",
             f"{written['path']}: {written['rows']:,} events ({written['status'].partition(':')[0]})",
         )
-
-
-def _origin(scene: Mapping[str, Any]) -> str:
-    if scene["file"]:
-        return str(scene["file"])
-    return called(scene["recipe"], scene["parameters"]) if scene["recipe"] else "arrays"

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from kinetile.errors import Mistake, SceneError, one_of
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER
+from kinetile.plugin.choices import called
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import Extent, check_frame, shown
 from kinetile.scene.commands import Command, Insert, Turn
@@ -268,6 +269,20 @@ def relabelled(
     if origin is not None:
         copy.__dict__["origin"] = dict(origin)
     return copy
+
+
+def source_of(scene: Scene) -> str:
+    """Returns where a scene is from, in words: its file, its recipe with parameters, or nothing."""
+    origin = scene.origin
+    if "file" in origin:
+        return str(origin["file"])
+    return called(str(origin["recipe"]), origin.get("parameters", {})) if "recipe" in origin else ""
+
+
+def around(scene: Scene) -> str:
+    """Returns what is around the bodies of a scene, in words."""
+    walls = "without walls" if scene.arena is None else f"in {scene.arena[0]:g} x {scene.arena[1]:g}"
+    return walls + (f", periodic along {' and '.join(scene.periodic)}" if scene.periodic else "")
 
 
 def with_obstacles(scene: Scene, obstacles: Iterable[Obstacle]) -> Scene:

@@ -22,6 +22,7 @@ from kinetile.run.readings import Readings, reading_lines
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 from kinetile.scene.commands import counted
+from kinetile.scene.scene import around, source_of
 from kinetile.show.picture import Picture, escape, picture_of_scene, take_picture
 from kinetile.show.svg import as_svg as picture_as_svg
 
@@ -99,7 +100,7 @@ def _picture(thing: Scene | Simulation) -> tuple[Picture | None, str]:
 
 def _simulation_lines(sim: Simulation) -> Iterator[tuple[str, str]]:
     """Yields what a simulation has, each with the word in front of it."""
-    yield "scene", " ".join(filter(None, (_name(sim.scene), _around(sim.scene))))
+    yield "scene", " ".join(filter(None, (source_of(sim.scene), around(sim.scene))))
     yield "bodies", f"{len(sim.bodies):,} now"
     yield "broad phase", called(sim.broad_phase, sim.options)
     yield (
@@ -116,9 +117,9 @@ def _simulation_lines(sim: Simulation) -> Iterator[tuple[str, str]]:
 
 def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
     """Yields what a scene has, each with the word in front of it."""
-    if _name(scene):
-        yield "from", _name(scene)
-    yield "walls", _around(scene)
+    if source_of(scene):
+        yield "from", source_of(scene)
+    yield "walls", around(scene)
     if len(scene):
         if scene.shapes:
             counts = Counter(scene.shapes[each].kind for each in scene.shape.tolist())
@@ -143,17 +144,6 @@ def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
     yield "time", f"from {scene.start:.6g}" + ("" if settings.until is None else f" to {settings.until:.6g}")
     if settings.broad_phase is not None:
         yield "broad phase", called(settings.broad_phase, settings.options.get(settings.broad_phase, {}))
-
-
-def _name(scene: Scene) -> str:
-    origin = scene.origin
-    if "recipe" in origin:
-        return called(str(origin["recipe"]), origin.get("parameters", {}))
-    return str(origin.get("file", ""))
-
-
-def _around(scene: Scene) -> str:
-    return "without walls" if scene.arena is None else f"in {scene.arena[0]:g} x {scene.arena[1]:g}"
 
 
 def _bodies(count: int) -> str:

@@ -122,6 +122,12 @@ def test_a_scene_says_what_it_is_and_shows_its_bodies():
     assert kt.as_svg(scene).encode() == picture
 
 
+def test_the_display_of_a_periodic_scene_did_not_say_so():
+    scene = kt.Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.25, arena=(8.0, 2.0), periodic="xy")
+    assert shown(scene)["walls"] == "in 8 x 2, periodic along x and y"
+    assert shown(kt.Simulation(scene))["scene"] == "in 8 x 2, periodic along x and y"
+
+
 @pytest.mark.parametrize("scene", [kt.Scene([], [], []), kt.Scene([[0.0, 0.0]], [[0.0, 0.0]], 1.0)])
 def test_next_to_nothing_displays_too(scene):
     assert circles(shown(scene).pictures[0]) == len(scene)
