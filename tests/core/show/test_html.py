@@ -10,11 +10,13 @@ from xml.etree import ElementTree
 
 import pytest
 
+import broken_phases
 import kinetile as kt
-from kinetile.errors import ZenoError
+from kinetile.errors import MissedContactError
 from kinetile.plugin.drawing import ROLES
 from kinetile.show import html
 from kinetile.show.html import facts, grid, paragraph
+from registering import registered
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -207,15 +209,22 @@ def test_a_structure_of_many_shapes_is_left_out():
     assert shapes(found.pictures[0]) == 0
 
 
-@pytest.mark.small
-def test_a_jam_displays_until_it_is_left():
-    jam = kt.Scene([[0.5, 0.25]], [[0.0, 1.0]], 0.25, arena=(1.0, 0.5))
-    sim = kt.Simulation(jam)
-    start = sim.snapshot()
-    with pytest.raises(ZenoError) as caught:
-        sim.run(until=1.0)
-    assert shown(sim)["ended by"] == sim.fault == f"ZenoError: {caught.value}"
-    sim.restore(start)
+def test_a_fault_displays_until_it_is_left():
+    head_on = kt.Scene(
+        [[1.0, 1.0], [2.0, 1.0], [1.25, 1.8125]],
+        [[1.0, 0.0], [-1.0, 0.0], [0.0, -1.0]],
+        0.25,
+        arena=(4.0, 4.0),
+    )
+    with registered(broken_phases.Plugin()):
+        sim = kt.Simulation(head_on, "adds-when-deep")
+        start = sim.snapshot()
+        with pytest.raises(MissedContactError) as caught:
+            sim.run(until=4.0)
+        found = shown(sim)
+        assert found["ended by"] == sim.fault == f"MissedContactError: {caught.value}"
+        assert circles(found.pictures[0]) == 3
+        sim.restore(start)
     assert sim.fault is None
     assert "ended by" not in dict(line for line in shown(sim).lines)
 
