@@ -10,8 +10,8 @@ In docs/*.md, docs/cookbook/*.md and README.md:
   ``NAME=value`` before a command goes into its environment;
 * a comment before a block says otherwise: ``<!-- not run: the reason -->``; ``<!-- slow: the reason -->`` for
   a block that runs only with ``pytest -m slow``, with all others of its page; ``<!-- part of some/file -->``
-  for a quotation, which must stand in that file, word for word; ``<!-- file: some/file -->`` for what is to
-  be written into a file, the first block of a page in place of what stands there, the next ones after it;
+  for a quotation, which must be in that file, word for word; ``<!-- file: some/file -->`` for what is to
+  be written into a file, the first block of a page in place of what is there, the next ones after it;
   outside a folder that a command has made it may be a new one.
 
 A page beside a folder ``scenes`` has a copy of it in the folder in which its blocks run.
@@ -162,7 +162,7 @@ def commands(block: Block) -> Iterator[tuple[str, int, list[str]]]:
 
 
 def assert_shown(shown: list[str], output: str, where: str) -> None:
-    """Assert that the lines that a page shows stand in the output, in their order."""
+    """Assert that the lines that a page shows are in the output, in their order."""
     pattern = r"\n".join(
         r"(?:.*\n)*?.*" if line.strip() == "..." else r".*?".join(map(re.escape, line.split("...")))
         for line in shown
@@ -172,7 +172,7 @@ def assert_shown(shown: list[str], output: str, where: str) -> None:
 
 
 def write(block: Block, folder: Path, begun: set[Path]) -> None:
-    """Write a block into its file: the first one of a page anew, the others at the end, two lines apart."""
+    """Write a block into its file: the first one of a page makes it, the others go to its end."""
     path = folder / block.detail
     made = path.exists() or path.parent == folder
     assert made, f"line {block.line}: no command before it has made {block.detail}"
@@ -243,7 +243,7 @@ def test_the_commands_run(page, marks, tmp_path, monkeypatch, kinetile_alone):
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_quotations_stand_in_their_files(page):
+def test_quotations_are_in_their_files(page):
     for block in read_blocks(page):
         if block.mark == "part of":
             source = (ROOT / block.detail).read_text(encoding="utf-8")

@@ -1,6 +1,6 @@
 """README's limits, and the counts that docs show of runs: the same wherever they are run.
 
-Times are not judged: of lines and tables that have them, what stands around them is, and what follows from
+Times are not judged: of lines and tables that have them, their surroundings are, and what follows from
 counts.
 """
 

@@ -1,4 +1,4 @@
-"""The site of the documents is built without a warning, has everything, and asks no network for anything.
+"""The site of the documents is built without a warning, has everything, and loads nothing from a network.
 
 The build runs notebooks and makes players, so it has a marker of its own: ``pytest -m site``.
 """
@@ -33,7 +33,7 @@ ELSEWHERE = {"__version__", "kinetile_conformance", "errors"}
 
 
 UNREAD = {"_live", "source"}
-"""Folders of the site whose pages are looked at elsewhere, or are all of one make."""
+"""Folders of the site whose pages are tested elsewhere, or are all made alike."""
 
 LONG = 150
 """Lines of a page that should have a picture."""
@@ -111,21 +111,21 @@ def test_it_is_built_without_a_warning_and_has_every_page(site):
 
 
 @pytest.mark.site
-def test_no_page_asks_the_network_for_anything(site):
-    asked = [
+def test_no_page_loads_from_the_network(site):
+    loaded = [
         f"{page.relative_to(site)}: {place}"
         for page in site.rglob("*.html")
         for place in places(page).loaded
         if "://" in place or place.startswith("/")
     ]
     sheets = [*site.rglob("*.css")]
-    asked += [
+    loaded += [
         f"{sheet.name}: {place}"
         for sheet in sheets
         for place in re.findall(r"(?:url\(|@import )[\"']?([^\"')]+)", sheet.read_text(encoding="utf-8"))
         if place.startswith(("http", "//"))
     ]
-    assert not asked
+    assert not loaded
 
 
 @pytest.mark.site
@@ -301,7 +301,7 @@ class Places(HTMLParser):
 
 
 def places(page: Path) -> Places:
-    """Return what stands in a page."""
+    """Return what a page has."""
     found = Places()
     found.feed(page.read_text(encoding="utf-8"))
     return found

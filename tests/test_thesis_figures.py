@@ -160,7 +160,7 @@ def test_7_intervals_that_overlap_are_a_pair(moments):
     assert pairs(moments("figure-07")[0]) == {(0, 1)}
 
 
-def test_8_only_who_overlaps_on_both_axes_is_a_pair(moments):
+def test_8_only_what_overlaps_on_both_axes_is_a_pair(moments):
     start, after = moments("figure-08")[:2]
     assert pairs(start) == {(0, 1)}
     assert pairs(moments("figure-08:sap-1d")[0]) == {(0, 1), (0, 2)}
@@ -168,7 +168,7 @@ def test_8_only_who_overlaps_on_both_axes_is_a_pair(moments):
     assert (round(after["time"], 3), pairs(after)) == (2.0, set())
 
 
-def test_9_intervals_meet_pass_and_part_and_nobody_touches(moments):
+def test_9_intervals_meet_pass_and_part_and_none_touch(moments):
     found = moments("figure-09")
     assert events(found) == [("structural", time) for time in (2.0, 4.0, 4.0, 6.0)]
     assert [len(moment["pairs"]) for moment in found] == [0, 1, 1, 1, 0]

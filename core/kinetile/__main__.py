@@ -1,7 +1,7 @@
 """``kinetile``, and ``python -m kinetile`` where that command is not on the path: the command line.
 
-The modules of the command line are imported inside ``main``: that takes most of a second, and Ctrl-C may come
-in it as well. It waits while modules are imported or machine code is loaded.
+The modules of the command line are imported inside ``main``: that takes most of a second, and Ctrl-C may be
+pressed then. It waits while modules are imported or machine code is loaded.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ class KinetileError(Exception):
     """
 
     def __init__(self, *args: object) -> None:
-        super().__init__(*(_legible(each) if isinstance(each, str) else each for each in args))
+        super().__init__(*(legible(each, _LONGEST_LINE) if isinstance(each, str) else each for each in args))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _as_raised, (type(self), self.args, self.__dict__)
@@ -194,7 +194,7 @@ class UnawaitedContactError(MissedContactError, AuditError):
 
 
 FAULTS = (ZenoError, MissedContactError, PhaseError, AuditError)
-"""Errors with which a run ends whose scene and phases were accepted."""
+"""Errors that end a run of an accepted scene under accepted phases."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
@@ -212,10 +212,10 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     return folded[close[0]] if close else None
 
 
-def legible(text: str) -> str:
+def legible(text: str, longest: int | None = None) -> str:
     """Returns a text of one line or several, safe for a terminal or a page: control characters and marks of
-    direction are escaped. Text of files and of other programs goes into results."""
-    return "\n".join(printable(line, len(line)) for line in text.split("\n"))
+    direction are escaped, and longer lines are cut. Text of files and of other programs goes into results."""
+    return "\n".join(printable(line, longest or len(line)) for line in text.split("\n"))
 
 
 def printable(text: str, most: int = 1000) -> str:
@@ -226,11 +226,6 @@ def printable(text: str, most: int = 1000) -> str:
     if len(text) > most:
         text = f"{text[: most - 3]}..."
     return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
-
-
-def _legible(text: str) -> str:
-    """Returns a message of one line or several, each of which is fit for a terminal."""
-    return "\n".join(printable(line, _LONGEST_LINE) for line in text.split("\n"))
 
 
 def one_of(name: str, known: Iterable[str]) -> str:
@@ -261,7 +256,7 @@ def _as_raised(
 
 
 def _portable(value: Any) -> Any:
-    """Returns a value if it comes through a pickle, or else its text."""
+    """Returns a value if it survives a pickle, or else its text."""
     try:
         pickle.loads(pickle.dumps(value))
     except Exception:  # a foreign class may raise anything here

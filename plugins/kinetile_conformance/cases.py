@@ -315,7 +315,7 @@ def load_case(path: Path) -> SavedCase:
     """Read a case; any other scene file is a case that names nothing."""
     scene = load_scene(path)  # and so the file is one, in UTF-8
     head: dict[str, str] = {}
-    for line in read_bytes(path, None).decode("utf-8", errors="replace").splitlines():
+    for line in read_bytes(path).decode("utf-8", errors="replace").splitlines():
         if not line.startswith("# "):
             break
         key, _, value = line[2:].partition(":")

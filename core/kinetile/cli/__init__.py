@@ -7,8 +7,8 @@ for a command that cannot be carried out as given; 3 where the conformance kit's
 result has been printed.
 
 The commands of the framework are imported here. Further commands come from plugins: an entry point of the
-group ``kinetile.commands`` names a ``typer.Typer``, whose commands join these. Plugins are imported only for
-a name that the framework does not have and for ``--help``, because a run should spend its time running.
+group ``kinetile.commands`` names a ``typer.Typer``; its commands join these. Plugins are imported only for a
+name that the framework does not have and for ``--help``, because a run should spend its time running.
 """
 
 from __future__ import annotations
@@ -93,11 +93,11 @@ _PANELS: dict[str, tuple[Callable[..., None], ...]] = {
     "Run": (run.run, run.resume, run.recover, compare.compare),
     "Show": (show.draw, show.view, export.export),
     "Plugins and scenes": (plugins.scenes, plugins.plugins, plugins.new_plugin),
+    "Compiled loops": (cache.cache,),
 }
 for _panel, _commands in _PANELS.items():
     for _command in _commands:
         app.command(rich_help_panel=_panel)(_command)
-app.add_typer(cache.app, name="cache", rich_help_panel="Compiled loops")
 
 
 def main() -> None:

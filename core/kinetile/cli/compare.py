@@ -78,7 +78,7 @@ def compare(
     if not comparison.identical:
         raise typer.Exit(DIFFERENT)
     if comparison.fault is not None:
-        notice("kinetile: the phases agree, but none of them came to the end that was asked for")
+        notice("kinetile: the phases agree, but none of them reached the requested end")
         raise typer.Exit(FAULT)
 
 

@@ -1,7 +1,7 @@
 """Files and folders that a command will write, checked before anything is computed.
 
 A run of an hour must not end with the message that its result cannot be written, and no file of the user's is
-replaced unless that was asked for.
+replaced unless the user says so.
 """
 
 from __future__ import annotations

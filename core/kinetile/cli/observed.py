@@ -11,7 +11,7 @@ import typer
 
 from kinetile.cli.files import check_new, file_errors
 from kinetile.cli.output import as_csv, table_of
-from kinetile.errors import BadOption, MissingExtra
+from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phases
 
 if TYPE_CHECKING:
@@ -27,12 +27,11 @@ ObserveTo = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="Write what --observe measures to a file: .csv, .parquet, or a figure: .svg, .png, .pdf.",
+        help="Write what --observe measures to a file: .csv, or a figure: .svg, .png, .pdf.",
     ),
 ]
 
-_FIGURE = ("matplotlib", "figures")
-_NEEDS = {".csv": None, ".parquet": ("pyarrow", "records"), ".svg": _FIGURE, ".png": _FIGURE, ".pdf": _FIGURE}
+_FORMS = (".csv", ".svg", ".png", ".pdf")
 
 
 def read_observables(observe: str | None, out: Path | None, overwrite: bool) -> list[str]:
@@ -42,14 +41,12 @@ def read_observables(observe: str | None, out: Path | None, overwrite: bool) -> 
         form = out.suffix.lower()
         if observe is None:
             raise BadOption("--observe-to is where observables go, and there are none: expected --observe")
-        if form not in _NEEDS:
-            raise BadOption(f"--observe-to is {str(out)!r}; expected a name that ends in {', '.join(_NEEDS)}")
-        needed = _NEEDS[form]
-        if needed is not None:
-            try:
-                import_module(needed[0])
-            except ImportError as error:
-                raise MissingExtra(f"Writing observables as {form}", *needed) from error
+        if form not in _FORMS:
+            raise BadOption(f"--observe-to is {str(out)!r}; expected a name that ends in {', '.join(_FORMS)}")
+        if form != ".csv":
+            from kinetile.show.printed import check_printing
+
+            check_printing("Drawing observables")
         check_new("--observe-to", out, overwrite)
     return read_phases(observe or "")
 
@@ -76,23 +73,9 @@ def _mean(estimate: Any) -> str:
 def write_observed(observed: Observed, path: Path) -> None:
     """Writes estimates to a file in the form that its name says."""
     form = path.suffix.lower()
-    if form == ".csv":
-        content = as_csv(observed.rows()).encode()
-    elif form == ".parquet":
-        content = _parquet(observed)
-    else:
-        content = _figure(observed, form[1:])
+    content = as_csv(observed.rows()).encode() if form == ".csv" else _figure(observed, form[1:])
     with file_errors(f"--observe-to {path}"):
         path.write_bytes(content)
-
-
-def _parquet(observed: Observed) -> bytes:
-    pa, written = import_module("pyarrow"), BytesIO()
-    types = dict.fromkeys(("observable", "quantity", "axis"), pa.string())
-    types |= dict.fromkeys(("at", "mean", "error"), pa.float64()) | {"blocks": pa.int64()}
-    table = pa.Table.from_pylist([row._asdict() for row in observed.rows()], schema=pa.schema(types))
-    import_module("pyarrow.parquet").write_table(table, written)
-    return written.getvalue()
 
 
 def _figure(observed: Observed, form: str) -> bytes:

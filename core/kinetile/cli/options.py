@@ -40,11 +40,11 @@ Until = Annotated[
 MaxContacts = Annotated[int | None, typer.Option(min=0, help="Stop after this number of contacts.")]
 
 
-def _one_form(context: typer.Context, asked: bool) -> bool:
+def _one_form(context: typer.Context, chosen: bool) -> bool:
     """Refuses ``--json`` beside ``--csv``: whichever is read second finds the other."""
-    if asked and (context.params.get("json") or context.params.get("csv")):
+    if chosen and (context.params.get("json") or context.params.get("csv")):
         raise typer.BadParameter("--json beside --csv; expected one of the two")
-    return asked
+    return chosen
 
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.", callback=_one_form)]
@@ -88,7 +88,7 @@ def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:
 def until_or_default(scene: Scene, until: float | None, max_contacts: int | None) -> float | None:
     """Returns the time to run to: the requested one, the scene's own, or one unit; None: for contacts alone.
 
-    With ``max_contacts`` the scene's own end applies as well: whichever comes first.
+    With ``max_contacts`` the scene's own end applies as well: whichever is first.
     """
     if until is not None:
         if not scene.start <= until < float("inf"):

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -31,16 +32,16 @@ def plugins(json: Json = False, csv: Csv = False) -> None:
             row |= _options(row["kind"], row["name"], "options")
         failures = [f"not loaded: {failure}" for failure in registry().failures]
     if not printed(listing, listing["provided"], json=json, csv=csv):
-        tables = plugins_table(listing), options_table(listing), shapes_table(listing)
-        show(*tables, *failures)
+        show(plugins_table(listing), options_table(listing), *failures)
 
 
 def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
-    """Returns every phase and recipe that can be chosen by name, and the package that it comes from."""
+    """Returns every phase and recipe that can be chosen by name, and its package."""
     rows = []
     for row in sorted(listing["provided"], key=lambda row: str(row["kind"]).split()[::-1]):
         notes = [f"also called {', '.join(row['aliases'])}"] if row["aliases"] else []
         notes += [f"features: {', '.join(row['features'])}"] if row["features"] else []
+        notes += [f"shapes: {', '.join(row['shapes'])}"] if "shapes" in row else []
         summary = " ".join([row["summary"], *(f"({note})" for note in notes)])
         source = f"{row['distribution']} {row['version'] or ''}" if row["distribution"] else "this process"
         rows.append((row["kind"], row["name"], summary, source))
@@ -55,17 +56,6 @@ def options_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
         said += [(row["error"], "", "")] if "error" in row else []
         rows += [(row["kind"], row["name"], *each) for each in said]
     return rows_table(("| kind", "| name", "option", "| type", "default"), rows, shared=2)
-
-
-def shapes_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
-    """Returns which narrow phases take which pairs of shapes."""
-    takes = {row["name"]: row["shapes"] for row in listing["provided"] if "shapes" in row}
-    kinds = list(dict.fromkeys(kind for shapes in takes.values() for kind in shapes))
-    rows = [
-        (one, *(", ".join(name for name, all_ in takes.items() if {one, two} <= {*all_}) for two in kinds))
-        for one in kinds
-    ]
-    return rows_table(("| shapes that meet", *(f"| {kind}" for kind in kinds)), rows)
 
 
 def scenes(
@@ -83,19 +73,28 @@ def scenes(
         else:
             recipe_parameters(name)  # raises for a recipe that is unknown or cannot be imported
             recipes = [_recipe(registry().spec("scene", name).name)]
-    result, rows = (recipes, recipes) if name is None else (recipes[0], recipes[0]["parameters"])
+    recipe, parameters = recipes[0], recipes[0]["parameters"]
+    result, rows = (recipes, recipes) if name is None else (recipe, parameters)
     if printed(result, rows, json=json, csv=csv):
         return
+    columns: dict[str, Callable[[Any], str]]
     if name is None:
-        show(
-            _recipes_table(recipes), "`kinetile scenes NAME` shows a recipe's parameters: types and defaults."
-        )
-        return
-    (recipe,) = recipes
-    parameters = recipe["parameters"]
-    show(f"{recipe['name']}: {recipe['summary']}", _parameters_table(parameters))
-    settings = "".join(f" -s {each['name']}={each.get('default', '...')}" for each in parameters[:2])
-    show(f"for example: kinetile run {recipe['name']}{settings}")
+        columns = {
+            "| recipe": itemgetter("name"),
+            "what it makes": itemgetter("summary"),
+            "parameters": _names,
+        }
+        further = "`kinetile scenes NAME` shows a recipe's parameters: types and defaults."
+        show(table_of(recipes, columns), further)
+    else:
+        columns = {"| parameter": itemgetter("name"), "| type": itemgetter("type"), "default": _default}
+        show(f"{recipe['name']}: {recipe['summary']}", table_of(parameters, columns))
+        settings = "".join(f" -s {each['name']}={each.get('default', '...')}" for each in parameters[:2])
+        show(f"for example: kinetile run {recipe['name']}{settings}")
+
+
+def _names(recipe: Mapping[str, Any]) -> str:
+    return str(recipe.get("error", ", ".join(each["name"] for each in recipe["parameters"])))
 
 
 def _recipe(name: str) -> dict[str, Any]:
@@ -127,25 +126,6 @@ def _options(kind: Kind, name: str, key: str) -> dict[str, Any]:
 
 def _default(parameter: Mapping[str, Any]) -> str:
     return str(parameter.get("default", "(none: must be given)")) or "(empty)"
-
-
-def _recipes_table(recipes: Sequence[Mapping[str, Any]]) -> Table:
-    def parameters(recipe: Mapping[str, Any]) -> str:
-        return str(recipe.get("error", ", ".join(each["name"] for each in recipe["parameters"])))
-
-    columns = {"| recipe": lambda each: each["name"], "what it makes": lambda each: each["summary"]}
-    return table_of(recipes, {**columns, "parameters": parameters})
-
-
-def _parameters_table(parameters: Sequence[Mapping[str, Any]]) -> Table:
-    return table_of(
-        parameters,
-        {
-            "| parameter": lambda each: each["name"],
-            "| type": lambda each: each["type"],
-            "default": _default,
-        },
-    )
 
 
 def new_plugin(

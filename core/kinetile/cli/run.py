@@ -32,7 +32,7 @@ from kinetile.plugin.choices import read_phase
 if TYPE_CHECKING:
     from kinetile.records.events import EventRecorder
     from kinetile.run.simulation import Simulation
-    from kinetile.scene import Scene, Settings
+    from kinetile.scene import Settings
 
 Every = Annotated[
     float | None,
@@ -98,22 +98,29 @@ def run(
             audit=audit,
         )
         end = until_or_default(this_scene, until, max_contacts)
-        asked = {"until": end, "max_contacts": max_contacts}
+        requested = {"until": end, "max_contacts": max_contacts}
         recorder = None
         if events is not None and not explain:
-            recorder = _recorder(simulation, events, asked, overwrite=overwrite)
+            recorder = _recorder(simulation, events, requested, overwrite=overwrite)
         if save_scene is not None:
+            from kinetile.scene import relabelled
+            from kinetile.scene.files import save_scene as save
+
             settings = _settings(simulation, bool(name or options), bool(narrow_phase), until)
-            _save(this_scene, save_scene, settings)
+            with file_errors(f"--save-scene {save_scene}"):
+                save(relabelled(this_scene, settings=settings), save_scene)
         if explain:
-            _explain(simulation, json)
+            from kinetile.run.readings import explanation_lines
+
+            found = simulation.explain()
+            echo(as_json(found) if json else "\n".join(explanation_lines(found)))
             return
         saves = None
         if checkpoint is not None:
-            saves = runner.Checkpoint(simulation, recorder, checkpoint, every, asked)
+            saves = runner.Checkpoint(simulation, recorder, checkpoint, every, requested)
         ending = runner.run_to_end(
             simulation,
-            asked,
+            requested,
             max_contacts,
             recorder=recorder,
             checkpoint=saves,
@@ -129,7 +136,7 @@ def run(
 def resume(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The file of `run --checkpoint FILE`.")],
     until: Annotated[
-        float | None, typer.Option(help="Run until this time, instead of the end asked for before.")
+        float | None, typer.Option(help="Run until this time, instead of the original end.")
     ] = None,
     max_contacts: Annotated[
         int | None,
@@ -137,50 +144,31 @@ def resume(
     ] = None,
     broad_phase: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Go on under this broad phase, with a structure built anew."),
+        typer.Option(metavar="NAME", help="Go on under this broad phase, with a new structure."),
     ] = None,
     events: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Write every event to this file, instead of the one before."),
     ] = None,
-    contacts: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write all contacts to a new text file, if the run kept them."),
-    ] = None,
-    checkpoint: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Save to another file from here on.")
-    ] = None,
     every: Every = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --contacts.")] = False,
     json: Json = False,
 ) -> None:
     """Continue a run from its checkpoint, and go on saving it there."""
-    with exit_codes(), runner.only_writer(checkpoint or file):
+    with exit_codes(), runner.only_writer(file):
         with file_errors():
             simulation, note = _load(file, broad_phase)
-        if contacts is not None and not simulation.keeps_contacts:
-            raise BadOption(
-                "--contacts: this run keeps no contacts: expected `kinetile run --contacts` before"
-            )
         if events is None and isinstance(note.get("events"), str):
             events = Path(note["events"])
-        check_files(
-            {"--events": events, "--contacts": contacts, "--checkpoint": checkpoint or file}, overwrite
-        )
+        check_files({"--events": events, "--checkpoint": file}, overwrite=False)
         read = simulation.readings
         done = read.contacts_disc + read.contacts_wall
-        asked = _asked(simulation, note, done, until, max_contacts)
-        recorder = None if events is None else _resumed_recorder(simulation, events, asked)
-        saves = runner.Checkpoint(simulation, recorder, checkpoint or file, every or note.get("every"), asked)
-        most = asked["max_contacts"]
+        requested = _requested_end(simulation, note, done, until, max_contacts)
+        recorder = None if events is None else _resumed_recorder(simulation, events, requested)
+        saves = runner.Checkpoint(simulation, recorder, file, every or note.get("every"), requested)
+        most = requested["max_contacts"]
+        further = None if most is None else max(most - done, 0)
         ending = runner.run_to_end(
-            simulation,
-            asked,
-            None if most is None else max(most - done, 0),
-            recorder=recorder,
-            checkpoint=saves,
-            contacts=contacts,
-            json=json,
+            simulation, requested, further, recorder=recorder, checkpoint=saves, json=json
         )
     runner.leave(ending)
 
@@ -235,33 +223,19 @@ def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | 
     )
 
 
-def _save(scene: Scene, path: Path, settings: Settings) -> None:
-    """Saves a scene with other settings."""
-    from kinetile.scene import relabelled
-    from kinetile.scene.files import save_scene
-
-    with file_errors(f"--save-scene {path}"):
-        save_scene(relabelled(scene, settings=settings), path)
-
-
-def _explain(simulation: Simulation, json: bool) -> None:
-    from kinetile.run.readings import explanation_lines
-
-    found = simulation.explain()
-    echo(as_json(found) if json else "\n".join(explanation_lines(found)))
-
-
-def _recorder(simulation: Simulation, events: Path, asked: dict[str, Any], **options: Any) -> EventRecorder:
-    """Returns a recorder of a run, whose file names the phases and the requested end."""
+def _recorder(
+    simulation: Simulation, events: Path, requested: dict[str, Any], **options: Any
+) -> EventRecorder:
+    """Returns a recorder of a run: its file names the phases and the requested end."""
     from kinetile.records.events import EventRecorder
 
     with file_errors("--events"):
-        return EventRecorder(events, simulation.scene, runner.phases_of(simulation) | asked, **options)
+        return EventRecorder(events, simulation.scene, runner.phases_of(simulation) | requested, **options)
 
 
-def _resumed_recorder(simulation: Simulation, events: Path, asked: dict[str, Any]) -> EventRecorder:
+def _resumed_recorder(simulation: Simulation, events: Path, requested: dict[str, Any]) -> EventRecorder:
     """Returns a recorder that continues the file of the run so far, where that file exists."""
-    recorder = _recorder(simulation, events, asked, behind=simulation)
+    recorder = _recorder(simulation, events, requested, behind=simulation)
     if simulation.rows and not recorder.goes_on:
         notice(
             f"kinetile: nothing of this run is in {events} yet: it will hold the events from time "
@@ -279,12 +253,12 @@ def _load(file: Path, broad_phase: str | None) -> tuple[Simulation, dict[str, An
     return resume(file, name, options=options), note(read_whole(file), str(file))
 
 
-def _asked(
+def _requested_end(
     simulation: Simulation, note: dict[str, Any], done: int, until: float | None, max_contacts: int | None
 ) -> dict[str, Any]:
     """Returns the end of a resumed run: the new one, else the one before, else the scene's.
 
-    ``max_contacts`` is counted from the start of the run, which has had ``done`` contacts.
+    ``max_contacts`` is counted from the start of the run, with ``done`` contacts so far.
     """
     if until is not None and until < simulation.time:
         raise BadOption(f"--until is {until!r}, and the checkpoint is of time {simulation.time!r}")

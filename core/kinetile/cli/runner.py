@@ -26,6 +26,7 @@ from kinetile.plugin.choices import called
 if TYPE_CHECKING:
     from kinetile.records.events import EventRecorder
     from kinetile.run.simulation import Progress, Simulation
+    from kinetile.scene import Scene
 
 EVERY = 60.0
 """Seconds between two checkpoints, unless ``--every`` says otherwise."""
@@ -41,28 +42,28 @@ class RunEnd(NamedTuple):
 
 def run_to_end(
     simulation: Simulation,
-    asked: Mapping[str, Any],
+    requested: Mapping[str, Any],
     max_contacts: int | None,
     *,
     recorder: EventRecorder | None,
     checkpoint: Checkpoint | None,
-    contacts: Path | None,
     json: bool,
+    contacts: Path | None = None,
     observe: Sequence[str] = (),
 ) -> RunEnd:
     """Runs, writes the contacts if requested, prints the result, and returns how all of it ended.
 
-    ``asked`` is the requested end, its contacts counted from the start of the run; ``max_contacts`` is the
-    number of further contacts in this process.
+    ``requested`` is the end, its contacts counted from the start of the run; ``max_contacts`` is the number
+    of further contacts in this process.
     """
-    ending = _carry_out(simulation, recorder, asked["until"], max_contacts, checkpoint, observe)
+    ending = _carry_out(simulation, recorder, requested["until"], max_contacts, checkpoint, observe)
     if contacts is not None:
         ending = _write_contacts(simulation, contacts, ending)
-    found = _result(simulation, recorder, asked, ending.status)
+    found = _result(simulation, recorder, requested, ending.status)
     if json:
         echo(as_json(found))
     else:
-        show_labels(_lines(found))
+        show_labels(_lines(found, simulation.scene))
         if observe:
             show(observed_table(simulation.observed))
     return ending
@@ -253,7 +254,7 @@ def phases_of(simulation: Simulation) -> dict[str, Any]:
 
 
 def _result(
-    simulation: Simulation, recorder: EventRecorder | None, asked: Mapping[str, Any], status: str
+    simulation: Simulation, recorder: EventRecorder | None, requested: Mapping[str, Any], status: str
 ) -> dict[str, Any]:
     """Returns the whole result of a run, in plain types."""
     from kinetile.versions import versions
@@ -264,7 +265,7 @@ def _result(
         "answer": simulation.scene.answer,
         "scene": scene_summary(simulation.scene),
         **phases_of(simulation),
-        "run": {**asked, **reached},
+        "run": {**requested, **reached},
         "readings": simulation.readings.as_dict(),
         "observed": [row._asdict() for row in simulation.observed.rows()],
         "events_file": recorder
@@ -272,20 +273,19 @@ def _result(
     }
 
 
-def _lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
+def _lines(result: Mapping[str, Any], scene: Scene) -> Iterable[tuple[str, str]]:
     """Yields the result of a run in words: the scene, the phases, counts, accuracy and cost, with units."""
     from kinetile.run.readings import reading_lines
+    from kinetile.scene.scene import around, source_of
 
-    scene, run = result["scene"], result["run"]
-    walls = f"in {scene['arena'][0]:g} x {scene['arena'][1]:g}" if scene["arena"] else "without walls"
-    walls += f", periodic along {' and '.join(scene['periodic'])}" if scene["periodic"] else ""
+    run = result["run"]
     narrow = ", ".join(called(*each) for each in result["narrow_phases"].items())
-    kinds = ", ".join(f"{kind} ({count:,})" for kind, count in scene["shapes"].items())
+    kinds = ", ".join(f"{kind} ({count:,})" for kind, count in result["scene"]["shapes"].items())
     what = f"bodies: {kinds}," if kinds else "discs"
-    yield "scene", f"{_origin(scene)}: {scene['bodies']:,} {what} {walls}"
+    yield "scene", f"{source_of(scene) or 'arrays'}: {len(scene):,} {what} {around(scene)}"
     broad = called(result["broad_phase"], result["options"])
     yield "phases", f"{broad}; {narrow or 'no narrow phase'}"
-    yield "time", f"{scene['start']:g} to {run['time']:.10g}: {run['status']}"
+    yield "time", f"{scene.start:g} to {run['time']:.10g}: {run['status']}"
     yield from reading_lines(result["readings"])
     if result["events_file"]:
         written = result["events_file"]
@@ -293,9 +293,3 @@ def _lines(result: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
             "events file",
             f"{written['path']}: {written['rows']:,} events ({written['status'].partition(':')[0]})",
         )
-
-
-def _origin(scene: Mapping[str, Any]) -> str:
-    if scene["file"]:
-        return str(scene["file"])
-    return called(scene["recipe"], scene["parameters"]) if scene["recipe"] else "arrays"

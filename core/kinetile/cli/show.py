@@ -159,98 +159,71 @@ def view(
         typer.Option("--steps/--no-steps", help="Include every step of the broad phase between contacts."),
     ] = True,
     out: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="A new .html file; view.html, or no page beside --gif or --mp4."),
-    ] = None,
-    gif: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="A new .gif file: a film (needs the extra `figures`).")
-    ] = None,
-    mp4: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="A new .mp4 file: a film (needs ffmpeg as well).")
-    ] = None,
+        Path,
+        typer.Option(metavar="FILE", help="A new file: .html, a page, or .gif, a film (extra `figures`)."),
+    ] = Path("view.html"),
     seconds: Annotated[
         float | None, typer.Option(help="Duration of the film in seconds; 8 by default.")
     ] = None,
     width: Annotated[int | None, typer.Option(help="Width of the film in pixels; 640.")] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that are there.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a file that is there.")] = False,
     show: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
 ) -> None:
     """Write an interactive page in which a run plays: one file, exact at any moment, event by event.
 
-    With --gif or --mp4, a film of the run.
+    With --out FILE.gif, a film of the run.
     """
     with exit_codes():
-        films = {name: path for name, path in (("--gif", gif), ("--mp4", mp4)) if path is not None}
-        if out is None and not films:
-            out = Path("view.html")
-        if out is not None:
-            if out.suffix.lower() not in (".html", ".htm"):
-                raise BadOption(f"--out is {str(out)!r}; expected a name that ends in .html")
-            check_new("--out", out, overwrite)
-        given = (("seconds", seconds), ("width", width))
-        asked: dict[str, Any] = {name: value for name, value in given if value is not None}
-        if not films and asked:
-            raise BadOption(f"--{next(iter(asked))} is for a film: add --gif FILE or --mp4 FILE")
-        if films and (beside is not None or scene.lower().endswith(".parquet")):
-            raise BadOption("a film shows a scene under one broad phase: no --beside, no event file")
-        if out is None and (show or at is not None):
-            raise BadOption("--open and --at are for the page, which --out names beside a film")
-        if films:
-            _check_films(films, overwrite)
-        page = (
-            None if out is None else _view(scene, parameters, broad_phase, beside, (begin, until, at), steps)
-        )
-        if films:
+        form = out.suffix.lower()
+        if form not in (".html", ".gif"):
+            raise BadOption(f"--out is {str(out)!r}; expected a name that ends in .html or .gif")
+        check_new("--out", out, overwrite)
+        of_film = {"seconds": seconds, "width": width}
+        options: dict[str, Any] = {name: value for name, value in of_film.items() if value is not None}
+        if form == ".html":
+            if options:
+                raise BadOption(f"--{next(iter(options))} is for a film: expected --out FILE.gif")
+            page = _view(scene, parameters, broad_phase, beside, (begin, until, at), steps)
+            for note in page.notes:
+                notice(f"kinetile: {note}")
+            page.save(out, overwrite=overwrite)
+        else:
+            if beside is not None or at is not None or scene.lower().endswith(".parquet"):
+                raise BadOption("a film shows a scene under one broad phase: no --beside, --at, event file")
             phase = (None, {}) if broad_phase is None else read_phase(broad_phase)
-            asked["structure"] = steps
-            _write_films(find_scene(scene, parameters), phase, films, (begin, until), overwrite, asked)
-        if page is None or out is None:
-            return
-        for note in page.notes:
-            notice(f"kinetile: {note}")
-        path = page.save(out, overwrite=overwrite)
-    echo(f"{path}: {path.stat().st_size / 1e6:.2f} MB")
+            options |= {"structure": steps}
+            _write_film(find_scene(scene, parameters), phase, out, (begin, until), overwrite, options)
+    echo(f"{out}: {out.stat().st_size / 1e6:.2f} MB")
     if show:
-        typer.launch(path.resolve().as_uri())
+        typer.launch(out.resolve().as_uri())
 
 
-def _check_films(films: Mapping[str, Path], overwrite: bool) -> None:
-    """Raises BadOption or MissingExtra, before anything runs, where a film could not be written."""
-    from kinetile.show.film import check_film
-
-    for option, path in films.items():
-        if path.suffix.lower() != f".{option.lstrip('-')}":
-            raise BadOption(f"{option} is {str(path)!r}; expected a name that ends in .{option.lstrip('-')}")
-        check_new(option, path, overwrite)
-        check_film(path)
-
-
-def _write_films(
+def _write_film(
     scene: Scene,
     phase: tuple[str | None, dict[str, Any]],
-    films: Mapping[str, Path],
+    path: Path,
     times: tuple[float | None, float | None],
     overwrite: bool,
     options: Mapping[str, Any],
 ) -> None:
-    """Writes films of a scene under a broad phase, with options of ``film``, and prints their sizes."""
+    """Writes a film of a scene under a broad phase, with options of ``film``."""
     from kinetile.run.simulation import Simulation
     from kinetile.show.film import film
     from kinetile.show.player.view import window
+    from kinetile.show.printed import check_printing
 
+    check_printing("Drawing a film")
     begin, until = window(scene, *times)
     simulation = Simulation(scene, phase[0], options=phase[1] or None)
     shown = film(simulation, until, begin=begin, **options)
     make_ready(simulation)
-    for path in films.values():
-        with FirstSignal() as signals, Bar("drawing") as bar:
+    with FirstSignal() as signals, Bar("drawing") as bar:
 
-            def progress(done: int, total: int, signals: FirstSignal = signals, bar: Bar = bar) -> None:
-                signals.check()
-                bar.show(done / total, f"{done} of {total} frames")
+        def progress(done: int, total: int) -> None:
+            signals.check()
+            bar.show(done / total, f"{done} of {total} frames")
 
-            shown.save(path, overwrite=overwrite, progress=progress)
-        echo(f"{path}: {len(shown.times)} frames, {path.stat().st_size / 1e6:.2f} MB")
+        shown.save(path, overwrite=overwrite, progress=progress)
 
 
 def _view(
@@ -270,12 +243,13 @@ def _view(
     if scene.lower().endswith(".parquet"):
         from kinetile.show.player import view_file
 
-        if phases or parameters or at is not None:
+        if phases or parameters or times != (None, None, None):
             raise BadOption(
-                f"{scene} is shown as it was recorded: --broad-phase, --beside, --set and --at are for scenes"
+                f"{scene} is shown as it was recorded: --broad-phase, --beside, --set, --from, --until and "
+                "--at are for scenes"
             )
         with file_errors():
-            return view_file(scene, begin=begin, until=until)
+            return view_file(scene)
     path = Path(scene)
     if scene.lower().endswith(".toml") and path.is_file() and not beside:
         from kinetile.plugin.registry import installed

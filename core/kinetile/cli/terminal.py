@@ -25,7 +25,7 @@ DIFFERENT = 1
 USAGE = 2
 INTERRUPTED = 128 + signal.SIGINT
 FAULTS = (*FAULTS_OF_RUNS, RecordError)
-"""Errors of a run whose command was correct."""
+"""Errors of a run after a correct command."""
 
 BAR_DELAY = 2.0
 """Seconds a run may take before its progress is shown."""

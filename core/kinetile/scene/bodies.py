@@ -4,7 +4,7 @@ Overlaps are found in time proportional to the discs and the overlaps. Discs are
 power of two above their radius; a level's cells are twice that power wide, so a disc can only overlap discs
 of its own or a lower level that lie in its own cell or in one of the eight around it. Cells are kept as a
 sorted array of hashed cell numbers, and whole arrays of discs are looked up at once. Where discs do not
-overlap, a cell holds few of them and the search is linear; where they do, pairs come out in chunks of bounded
+overlap, a cell holds few of them and the search is linear; where they do, chunks of pairs have a bounded
 size, and the caller stops when it has enough.
 
 The cell width is a power of two, so the division that finds the cell is exact: no rounding can put two
@@ -152,17 +152,17 @@ def check_bodies(bodies: Bodies, extent: Extent | None, passing: Passing) -> lis
     for name, vectors in (("position", bodies.position), ("velocity", bodies.velocity)):
         finite = np.asarray(np.isfinite(vectors).all(axis=1))
         right[name] = np.asarray((np.abs(vectors) <= LARGEST).all(axis=1))
-        told = bodies.known(name)
-        mistakes += _spell_out(~finite & told, name, vectors, "[x, y], two finite numbers")
-        mistakes += _spell_out(finite & ~right[name] & told, name, vectors, f"[x, y], each {REACH} in size")
+        known = bodies.known(name)
+        mistakes += _spell_out(~finite & known, name, vectors, "[x, y], two finite numbers")
+        mistakes += _spell_out(finite & ~right[name] & known, name, vectors, f"[x, y], each {REACH} in size")
     for name, numbers in (("radius", bodies.radius), ("mass", bodies.mass)):
         still = np.asarray(np.isinf(numbers) & (name == "mass"))
         positive = np.asarray((np.isfinite(numbers) | still) & (numbers > 0.0))
         right[name] = np.asarray((numbers >= SMALLEST) & ((numbers <= LARGEST) | still))
-        told = bodies.known(name)
+        known = bodies.known(name)
         what = "a number greater than 0, or inf" if name == "mass" else "a finite number greater than 0"
-        mistakes += _spell_out(~positive & told, name, numbers, what)
-        mistakes += _spell_out(positive & ~right[name] & told, name, numbers, f"a number {RANGE}")
+        mistakes += _spell_out(~positive & known, name, numbers, what)
+        mistakes += _spell_out(positive & ~right[name] & known, name, numbers, f"a number {RANGE}")
     movable = np.asarray(right["mass"] & np.isfinite(bodies.mass))
     mistakes += _check_masses(bodies.mass, np.flatnonzero(movable & bodies.known("mass")))
     if bodies.table is not None:
@@ -348,7 +348,7 @@ def overlapping_images(
 ) -> Iterator[Ints]:
     """Yields what ``overlapping_pairs`` does, where axes are periodic, for the images of the discs as well.
 
-    Discs near a border are repeated beyond it. Each pair comes once, if only its nearest images overlap.
+    Discs near a border are repeated beyond it. Each pair is yielded once, if only its nearest images overlap.
     """
     if not any(periods) or not len(radius):
         yield from overlapping_pairs(position, radius, tolerance)
@@ -374,7 +374,7 @@ def overlapping_pairs(position: Floats, radius: Floats, tolerance: float = 0.0) 
     """Yields the pairs of discs whose distance is less than (1 - tolerance) times the sum of their radii.
 
     ``position`` is (n, 2) and ``radius`` (n,), all finite, radii > 0. Each yield is a (k, 2) array with
-    a < b in each row, possibly empty, for at most about CHUNK + n compared pairs; each pair comes once, in no
+    a < b in each row, possibly empty, for at most about CHUNK + n compared pairs; each pair once, in no
     particular order.
     """
     exponent = np.maximum(np.frexp(radius)[1].astype(np.int64), _SMALLEST)
@@ -402,18 +402,18 @@ def _sorted_into_cells(position: Floats, radius: Floats, disc: Ints, width: floa
     return _Cells(disc, position[disc], radius[disc], cell[order], key[order])
 
 
-def _look_up(asking: _Cells, asked: _Cells, step: tuple[int, int], tolerance: float) -> Iterator[Ints]:
-    """Compares each disc of ``asking`` with the discs of ``asked`` that are ``step`` cells away."""
-    there = asking.key + (np.array(step).view(np.uint64) * _STRIDES).sum(dtype=np.uint64)
-    begin = np.searchsorted(asked.key, there, side="left")
-    end = np.searchsorted(asked.key, there, side="right")
-    yield from _compare(asking, asked, begin, end, step, tolerance)
+def _look_up(discs: _Cells, others: _Cells, step: tuple[int, int], tolerance: float) -> Iterator[Ints]:
+    """Compares each disc of ``discs`` with the discs of ``others`` that are ``step`` cells away."""
+    there = discs.key + (np.array(step).view(np.uint64) * _STRIDES).sum(dtype=np.uint64)
+    begin = np.searchsorted(others.key, there, side="left")
+    end = np.searchsorted(others.key, there, side="right")
+    yield from _compare(discs, others, begin, end, step, tolerance)
 
 
 def _compare(
-    asking: _Cells, asked: _Cells, begin: Ints, end: Ints, step: tuple[int, int], tolerance: float
+    discs: _Cells, others: _Cells, begin: Ints, end: Ints, step: tuple[int, int], tolerance: float
 ) -> Iterator[Ints]:
-    """Compares the i-th disc of ``asking`` with begin[i] to end[i] of ``asked``, a chunk at a time."""
+    """Compares the i-th disc of ``discs`` with begin[i] to end[i] of ``others``, a chunk at a time."""
     rows = np.flatnonzero(end > begin)
     count = (end - begin)[rows]
     total = np.cumsum(count)
@@ -425,10 +425,10 @@ def _compare(
         one = np.repeat(part, size)
         other = np.arange(len(one)) + np.repeat(begin[part] - (total[first:last] - size - before), size)
         with np.errstate(over="ignore"):
-            apart = asking.position[one] - asked.position[other]
-            reach = (asking.radius[one] + asked.radius[other]) * (1.0 - tolerance)
+            apart = discs.position[one] - others.position[other]
+            reach = (discs.radius[one] + others.radius[other]) * (1.0 - tolerance)
             close = np.flatnonzero(distance(apart) < reach)
         one, other = one[close], other[close]
-        really = (asked.cell[other] - asking.cell[one] == step).all(axis=1)  # and not by a chance hash
-        yield np.sort(np.stack([asking.disc[one[really]], asked.disc[other[really]]], axis=1), axis=1)
+        really = (others.cell[other] - discs.cell[one] == step).all(axis=1)  # and not by a chance hash
+        yield np.sort(np.stack([discs.disc[one[really]], others.disc[other[really]]], axis=1), axis=1)
         first = last

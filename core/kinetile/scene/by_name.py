@@ -14,6 +14,7 @@ from typing import Any
 
 from kinetile.errors import BadOption, KinetileError, Mistake, PhaseError, one_of
 from kinetile.plugin.calling import calling
+from kinetile.plugin.choices import read_value
 from kinetile.plugin.parameters import REQUIRED, Parameter, parameters_of
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
@@ -31,7 +32,6 @@ _NEEDED = {
     "tuple[int, ...]": "whole numbers, such as [30, 70], or the text '30, 70'",
     "tuple[float, ...]": "numbers, such as [0.5, 0.7], or the text '0.5, 0.7'",
 }
-_WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
 
 
 def holds_several(parameter: Parameter) -> bool:
@@ -117,7 +117,7 @@ def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:
         elif key in parameters:
             sentences.append(f"the parameter {key!r} is given twice; expected one value")
         else:
-            parameters[key] = _parse(known[key], value.strip())
+            parameters[key] = _convert(known[key], _read(known[key], value))
             if parameters[key] is REQUIRED:  # here it means "cannot be read"
                 sentences.append(_as_sentence(_misfit(known[key], value.strip())))
     if sentences:
@@ -157,50 +157,29 @@ def _misfit(parameter: Parameter, value: object) -> Mistake:
 def _convert(parameter: Parameter, value: Any) -> Any:
     """Returns ``value`` as the parameter's type, or REQUIRED if it is not of that type."""
     if parameter.type in _SEVERAL:
-        if isinstance(value, str):
-            return _parse(parameter, value)
         each = parameter._replace(type=_SEVERAL[parameter.type])
-        numbers = value if isinstance(value, (list, tuple)) else (value,)
-        several = tuple(_convert(each, number) for number in numbers)
+        if isinstance(value, str):
+            value = [_read(each, text) for text in value.strip("()[] ").split(",") if text.strip()]
+        several = tuple(
+            _convert(each, one) for one in (value if isinstance(value, list | tuple) else [value])
+        )
         return REQUIRED if REQUIRED in several else several
-    if parameter.type == "int" and not isinstance(value, bool):
-        try:
+    try:
+        if parameter.type == "int" and not isinstance(value, bool):
             return operator.index(value)
-        except TypeError:
-            return REQUIRED
-    if parameter.type == "float" and is_number(value):
-        try:
+        if parameter.type == "float" and is_number(value):
             return float(value)
-        except OverflowError:
-            return REQUIRED
+    except (TypeError, OverflowError):
+        return REQUIRED
     fits = {"int": False, "float": False, "str": isinstance(value, str), "bool": isinstance(value, bool)}
     return value if fits.get(parameter.type, True) else REQUIRED
 
 
-def _parse(parameter: Parameter, text: str) -> Any:
-    """Returns the value that ``text`` stands for, or REQUIRED if it cannot be read."""
-    if parameter.type in _SEVERAL:
-        each = parameter._replace(type=_SEVERAL[parameter.type])
-        numbers = text.strip().strip("()[]").removesuffix(",")
-        several = tuple(_parse(each, number.strip()) for number in numbers.split(",")) if numbers else ()
-        return REQUIRED if REQUIRED in several else several
-    try:
-        if parameter.type == "int":
-            return int(text) if text.lstrip("+-").isdigit() else _whole(float(text))
-        if parameter.type == "float":
-            return float(text)
-    except (ValueError, OverflowError):
-        return REQUIRED
-    if parameter.type == "bool":
-        return _WORDS.get(text.casefold(), REQUIRED)
-    return text
-
-
-def _whole(number: float) -> int:
-    """Returns the integer that 1e4 is; raises ValueError for 1.5."""
-    if not number.is_integer():
-        raise ValueError(number)
-    return int(number)
+def _read(parameter: Parameter, text: str) -> Any:
+    """Returns the value of a text for a parameter: 1e4 is a whole number where that is wanted."""
+    value = read_value(text.strip()) if parameter.type in ("int", "float", "bool") else text.strip()
+    is_whole = parameter.type == "int" and isinstance(value, float) and value.is_integer()
+    return int(value) if is_whole else value
 
 
 def option_mistakes(name: str, options: Mapping[str, Any], where: str) -> list[Mistake]:

@@ -7,7 +7,6 @@ file (``bodies[3].radius``). ``kinetile.scene.reader`` runs all of them, once fo
 from __future__ import annotations
 
 import math
-import operator
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -27,7 +26,7 @@ TOLERANCE = 1e-12
 LIMIT = 20
 """Mistakes of one kind that are spelled out; of the others only the number is given."""
 
-MOST_TOLD = 100
+MOST_REPORTED = 100
 """Mistakes of all kinds that are reported."""
 
 SMALLEST: float = np.float64(2.0**-200)  # not of Python: a float32 would be compared in its own width
@@ -46,7 +45,7 @@ FARTHEST = 2.0**31
 PERIODIC_BODY = "a disc narrower than the period, within 2**31 periods of 0"
 
 WALL, ANY = "wall", "*"
-"""Names that no kind of body has: they stand for the walls of an arena, and for any kind."""
+"""Names that no kind of body has: they mean the walls of an arena, and for any kind."""
 
 FARTHEST_START: float = np.float64(2.0**52)
 """The latest start of a clock, in time units from 0: there it still resolves one."""
@@ -63,7 +62,7 @@ def is_number(value: object) -> bool:
 
 
 def abridged(mistakes: Iterable[Mistake]) -> list[Mistake]:
-    """Keeps the first LIMIT mistakes of each kind of place, MOST_TOLD in all, and tells how many more."""
+    """Keeps the first LIMIT mistakes of each kind of place, MOST_REPORTED in all, and counts the others."""
     kept: list[Mistake] = []
     seen: Counter[str] = Counter()
     last: dict[str, Mistake] = {}
@@ -76,9 +75,9 @@ def abridged(mistakes: Iterable[Mistake]) -> list[Mistake]:
     for kind, count in seen.items():
         if count > LIMIT:
             kept.append(Mistake(kind, f"{count - LIMIT:,} more mistakes like these", last[kind].expected))
-    if len(kept) > MOST_TOLD:
-        more = Mistake("the scene", f"{len(kept) - MOST_TOLD:,} more mistakes of other kinds", "none")
-        kept = [*kept[:MOST_TOLD], more]
+    if len(kept) > MOST_REPORTED:
+        more = Mistake("the scene", f"{len(kept) - MOST_REPORTED:,} more mistakes of other kinds", "none")
+        kept = [*kept[:MOST_REPORTED], more]
     return kept
 
 
@@ -180,7 +179,7 @@ def check_periodic(periodic: object, arena: bool) -> list[Mistake]:
     if not isinstance(periodic, str) or periodic not in ("", "x", "y", "xy"):
         return [Mistake("periodic", shown(periodic), '"x", "y" or "xy", or nothing')]
     if periodic and not arena:
-        return [Mistake("periodic", shown(periodic), "an arena, whose sides are the periods")]
+        return [Mistake("periodic", shown(periodic), "an arena: its sides are the periods")]
     return []
 
 
@@ -205,24 +204,6 @@ def _too_late(start: Any, unit: float) -> Mistake:
     )
 
 
-def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[Mistake]:
-    """Checks one turn, (body, time, (vx, vy)); ``start`` is None where it is not known."""
-    try:
-        body, time, velocity = turn[:3]
-        pair = list(velocity)
-    except (TypeError, ValueError):
-        return [Mistake(where, shown(turn), "a turn: (body, time, (vx, vy))")]
-    mistakes = []
-    try:
-        known = not isinstance(body, bool) and 0 <= operator.index(body) < bodies
-    except TypeError:
-        known = False
-    if not known:
-        there = f"the number of a body, 0 to {bodies - 1}" if bodies else "no turns in a scene without bodies"
-        mistakes.append(Mistake(f"{where}.body", shown(body), there))
-    return mistakes + check_time(time, where, start) + check_pair(pair, f"{where}.velocity", "[vx, vy]")
-
-
 def check_time(time: Any, where: str, start: float | None) -> list[Mistake]:
     """Checks the time of a command; ``start`` is None where it is not known."""
     if not is_finite(time):
@@ -236,7 +217,8 @@ def check_pair(given: Any, where: str, axes: str) -> list[Mistake]:
     """Checks a position or a velocity, whose two numbers messages call ``axes``."""
     pair: list[Any] = list(given) if hasattr(given, "__iter__") else []
     if len(pair) != 2 or not all(map(is_finite, pair)):
-        return [Mistake(where, shown(given), f"{axes}, two finite numbers")]
+        found = shown(pair if isinstance(given, tuple) else given)  # as files write it
+        return [Mistake(where, found, f"{axes}, two finite numbers")]
     if max(map(abs, pair)) > LARGEST:
         return [Mistake(where, shown(pair), f"{axes}, each {REACH} in size")]
     return []

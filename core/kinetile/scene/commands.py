@@ -124,6 +124,19 @@ def check_command(command: Any, where: str, start: float | None, extent: Extent 
     return mistakes + _check_body(command, where, extent)
 
 
+def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[Mistake]:
+    """Checks one turn, (body, time, (vx, vy)), of one of the bodies that are present at the start."""
+    try:
+        command = Turn(*turn)
+    except TypeError:
+        return [Mistake(where, shown(turn), "a turn: (body, time, (vx, vy))")]
+    mistakes = check_command(command, where, start, None)
+    if _is_number_of_body(command.body, False) and command.body >= bodies:
+        there = f"the number of a body, 0 to {bodies - 1}" if bodies else "no turns in a scene without bodies"
+        mistakes.insert(0, Mistake(f"{where}.body", shown(command.body), there))
+    return mistakes
+
+
 def _check_body(command: Any, where: str, extent: Extent | None) -> list[Mistake]:
     mistakes = []
     for name, axes in _PAIRS.items():
@@ -185,7 +198,7 @@ def check_presence(commands: Sequence[Command], places: Sequence[str], bodies: i
         if isinstance(command, Insert):
             if body in there or body in gone:
                 found = f"{body}, the number of {'another body' if body in there else 'one that has gone'}"
-                mistakes.append(Mistake(f"{where}.body", found, "a number that nobody had before"))
+                mistakes.append(Mistake(f"{where}.body", found, "a number that is not used before"))
             there.add(body)
         elif body not in there:
             found = f"{body}, which {'has gone by then' if body in gone else 'is not there then'}"
@@ -197,7 +210,7 @@ def check_presence(commands: Sequence[Command], places: Sequence[str], bodies: i
 
 
 def check_shaped(periodic: str, commands: Iterable[tuple[str, Any]]) -> list[Mistake]:
-    """Refuses what scenes with shapes cannot have yet; the commands come with their places."""
+    """Refuses what scenes with shapes cannot have yet; the commands are given with their places."""
     mistakes = []
     if periodic:
         right = "walls, or no arena: bodies of other shapes than discs have no images yet"

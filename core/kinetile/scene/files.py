@@ -33,7 +33,7 @@ from kinetile.scene.commands import Command, Insert, Remove, Turn
 from kinetile.scene.reader import FilePlaces, Given
 from kinetile.scene.responses import Response, Rule
 from kinetile.scene.scene import Scene, arguments_of, relabelled, scene_of
-from kinetile.scene.schema import Place, expected, find_faults, read_bytes, read_tables, written
+from kinetile.scene.schema import MOST_BYTES, Place, expected, find_faults, read_bytes, read_tables, written
 from kinetile.scene.settings import Settings, check_end
 from kinetile.scene.shapes import Ints, Obstacle, Shape, polyline, read_shape, shape_row
 from kinetile.scene.targets import replacing, writable_target
@@ -41,10 +41,9 @@ from kinetile.scene.targets import replacing, writable_target
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def load_scene(path: str | os.PathLike[str], *, max_bytes: int | None = None) -> Scene:
-    """Reads a scene from a TOML file, a regular one of at most ``max_bytes``.
+def load_scene(path: str | os.PathLike[str], *, max_bytes: int = MOST_BYTES) -> Scene:
+    """Reads a scene from a TOML file, a regular one of at most ``max_bytes`` (64 MiB).
 
-    The default of ``max_bytes`` is the environment variable KINETILE_MAX_SCENE_BYTES, or 64 MiB.
     Raises OSError if the file cannot be read, and SceneError, with every mistake in it, if it is no scene.
     """
     data = read_bytes(path, max_bytes)
@@ -369,7 +368,7 @@ class _File:
                 self.mistakes.append(Mistake(where, said, f"one of {', '.join(_KINDS)}"))
             elif ("velocity" in row) != (given == ["turn"]):
                 there = "velocity" in row
-                wanted = "none beside this: that of a new body stands in insert" if there else "[vx, vy]"
+                wanted = "none beside this: that of a new body is in insert" if there else "[vx, vy]"
                 wrong = Mistake(f"{where}.velocity", "a velocity" if there else "nothing", wanted)
                 self.mistakes.append(wrong)
             else:

@@ -1,8 +1,8 @@
 """The reader of scenes: from arguments, or from what a file has in their places, to the fields of a scene.
 
-Each check runs here, once for each scene, and every mistake has the place at which its value stands, in the
-arguments or in the file. A value that a file has in the wrong form has been reported before it comes here,
-and is not reported again at its place.
+Each check runs here, once for each scene, and every mistake has the place of its value, in the arguments
+or in the file. A value that a file has in the wrong form has been reported before, and is not reported
+again at its place.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from kinetile.scene.checks import (
     check_frame,
     check_pace,
     check_periodic,
-    check_turn,
     check_unit,
     shown,
 )
@@ -34,6 +33,7 @@ from kinetile.scene.commands import (
     check_command,
     check_presence,
     check_shaped,
+    check_turn,
     numbered,
     speeds,
 )
@@ -70,7 +70,7 @@ class Given(NamedTuple):
 
 
 class FilePlaces(NamedTuple):
-    """Where values stand in a file, and what has been found wrong there before they are read.
+    """Where values are in a file, and what has been found wrong there before they are read.
 
     Attributes:
         source: the file, as messages name it.
@@ -92,7 +92,7 @@ class FilePlaces(NamedTuple):
 
 
 NO_FILE = FilePlaces()
-"""The places of arguments that do not come from a file."""
+"""The places of arguments that are not from a file."""
 
 
 def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:

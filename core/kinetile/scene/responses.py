@@ -2,7 +2,7 @@
 
 Each body is of a *kind*, a name or a small whole number; a body without one is of the first kind that
 the scene declares, or else of kind 0. A table gives a response by name for two kinds, and for a
-kind and a wall (``"wall"``); ``"*"`` stands for every kind. A rule for exactly the two kinds comes
+kind and a wall (``"wall"``); ``"*"`` means every kind. A rule for exactly the two kinds comes
 first, then a rule for one and ``"*"``, then ``("*", "*")``; contacts without a rule are elastic. A rule
 for walls has ``"wall"``: ``("*", "*")`` is about bodies.
 
@@ -126,7 +126,7 @@ def read_rules(
                 mistakes.append(Mistake(where, said, one_of(str(name), map(str, kinds))))
                 known[name] = None
     if complete:
-        mistakes += _of_nobody(rules, places, known)
+        mistakes += _unused(rules, places, known)
     rows = table(kinds, rules, mistakes)
     numbers = {name: number for number, name in enumerate(kinds)}
     number = np.array([numbers.get(name, 0) for name in each], dtype=np.int64)
@@ -163,7 +163,7 @@ def _unregistered(where: str, response: Response) -> list[Mistake]:
     return wrong
 
 
-def _of_nobody(
+def _unused(
     rules: Iterable[tuple[Pair, Response]], places: Mapping[Pair, str], known: Mapping[Kind, Any]
 ) -> list[Mistake]:
     """Returns the rules that would never apply: no body and no insertion is of their kind."""

@@ -1,8 +1,8 @@
 """Scene: bodies with positions and velocities, the arena around them, and the commands of the run.
 
 A scene is a value. Its arrays are its own read-only copies, it is checked in full when it is made (all
-mistakes are reported at once), and two scenes are equal when they hold the same bits. Scenes come from arrays
-(here), from a recipe by name (``make_scene``) or from a file (``load_scene``).
+mistakes are reported at once), and two scenes are equal when they hold the same bits. A scene is made from
+arrays (here), from a recipe by name (``make_scene``) or from a file (``load_scene``).
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import numpy.typing as npt
 from kinetile.errors import Mistake, SceneError, one_of
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER
+from kinetile.plugin.choices import called
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import Extent, check_frame, shown
 from kinetile.scene.commands import Command, Insert, Turn
@@ -134,7 +135,7 @@ class Scene:
 
         ``turns`` take the place of the turns alone, ``commands`` that of all commands, and ``shape`` or
         ``shapes`` that of radii; radii take that of shapes only beside ``shape=None, shapes=()``. Kinds that
-        followed from bodies and commands follow anew, those that were declared stay, unless ``kinds`` are
+        followed from bodies and commands follow again, those that were declared stay, unless ``kinds`` are
         given. The new scene has no ``origin``, since no recipe and no file makes it.
 
         Raises SceneError as the constructor does, and TypeError for an argument that it does not have.
@@ -232,7 +233,7 @@ class Scene:
 
 
 def arguments_of(scene: Scene) -> Given:
-    """Returns arguments that make the same scene; kinds that follow from bodies and commands follow anew."""
+    """Returns arguments that make the same scene; kinds that follow from bodies and commands follow again."""
     values = {each.name: getattr(scene, each.name) for each in fields(Scene)}
     if scene.shapes:
         values["radius"] = None
@@ -268,6 +269,20 @@ def relabelled(
     if origin is not None:
         copy.__dict__["origin"] = dict(origin)
     return copy
+
+
+def source_of(scene: Scene) -> str:
+    """Returns where a scene is from, in words: its file, its recipe with parameters, or nothing."""
+    origin = scene.origin
+    if "file" in origin:
+        return str(origin["file"])
+    return called(str(origin["recipe"]), origin.get("parameters", {})) if "recipe" in origin else ""
+
+
+def around(scene: Scene) -> str:
+    """Returns what is around the bodies of a scene, in words."""
+    walls = "without walls" if scene.arena is None else f"in {scene.arena[0]:g} x {scene.arena[1]:g}"
+    return walls + (f", periodic along {' and '.join(scene.periodic)}" if scene.periodic else "")
 
 
 def with_obstacles(scene: Scene, obstacles: Iterable[Obstacle]) -> Scene:

@@ -21,7 +21,7 @@ from typing import Annotated, Any, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from kinetile.errors import BadOption, Mistake, SceneError, nearest, one_of
+from kinetile.errors import Mistake, SceneError, nearest, one_of
 from kinetile.scene.checks import LIMIT, abridged, shown
 from kinetile.sources import open_regular
 
@@ -216,7 +216,7 @@ _TABLES: dict[tuple[str, ...], type[_FileTable]] = {
 
 
 def _keys(place: Place) -> dict[str, str]:
-    """Returns the keys of the table in which the last step of ``place`` stands, and what each is to have."""
+    """Returns the keys of the table that has the last step of ``place``, and what is expected of each."""
     model = _TABLES[tuple(step for step in place[:-1] if isinstance(step, str))]
     return {field.alias or name: field.description or "" for name, field in model.model_fields.items()}
 
@@ -243,32 +243,23 @@ DEEPEST = 32
 MOST_BITS = 8192
 """The bits of the largest whole number: Python still writes it out."""
 
-_LIMIT = "KINETILE_MAX_SCENE_BYTES"
 _PART = r"""(?:[A-Za-z0-9_-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
 _DEEP_KEY = re.compile(rf"(?:^|[\[{{,])[ \t]*+(?:{_PART}[ \t]*+\.[ \t]*+){{{DEEPEST}}}", re.MULTILINE)
 _WHERE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re.DOTALL)
 
 
-def read_bytes(path: str | os.PathLike[str], max_bytes: int | None) -> bytes:
-    """Returns the content of a regular file; ``max_bytes`` is None for the default limit.
+def read_bytes(path: str | os.PathLike[str], max_bytes: int = MOST_BYTES) -> bytes:
+    """Returns the content of a regular file.
 
-    Raises OSError if it is no regular file (a pipe or a device may never end) or cannot be read, SceneError
-    if it is larger, and BadOption if the environment's limit is no number.
+    Raises OSError if it is no regular file (a pipe or a device may never end) or cannot be read, and
+    SceneError if it is larger.
     """
-    most = _most_bytes() if max_bytes is None else max_bytes
     with open_regular(path) as file:
-        data = file.read(most + 1)
-    if len(data) > most:
-        more = f"at most so many; max_bytes of load_scene, or the environment variable {_LIMIT}, allows more"
-        raise SceneError([Mistake("the file", f"more than {most:,} bytes", more)], os.fspath(path))
+        data = file.read(max_bytes + 1)
+    if len(data) > max_bytes:
+        more = "at most so many; max_bytes of kinetile.load_scene allows more"
+        raise SceneError([Mistake("the file", f"more than {max_bytes:,} bytes", more)], os.fspath(path))
     return data
-
-
-def _most_bytes() -> int:
-    text = os.environ.get(_LIMIT, "").strip()
-    if text and not (text.isascii() and text.isdigit() and len(text) < 19):
-        raise BadOption(f"the environment variable {_LIMIT} is {shown(text)}; expected a number of bytes")
-    return int(text or MOST_BYTES)
 
 
 def read_tables(text: str, source: str | None) -> dict[str, Any]:

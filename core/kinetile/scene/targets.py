@@ -11,6 +11,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from kinetile.errors import BadOption
+
 
 def writable_target(path: str | os.PathLike[str]) -> Path:
     """Returns the file that a path means, links followed, for writing or replacing it as a whole.
@@ -27,6 +29,25 @@ def writable_target(path: str | os.PathLike[str]) -> Path:
     if not stat.S_ISREG(mode):
         raise OSError(errno.EINVAL, "it is there and is no regular file, so it is not replaced")
     return target
+
+
+@contextmanager
+def writing_new(path: str | os.PathLike[str], overwrite: bool) -> Iterator[BinaryIO]:
+    """Yields a file that is at ``path``, complete, when the context is left.
+
+    Raises BadOption where something is there already (unless ``overwrite``), or where it cannot be written.
+    """
+    try:
+        target = writable_target(path)
+        if target.exists() and not overwrite:
+            raise BadOption(
+                f"{path} is there already: choose another name, or have it overwritten (overwrite=True, or "
+                "--overwrite)"
+            )
+        with replacing(target) as file:
+            yield file
+    except OSError as error:
+        raise BadOption(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 @contextmanager

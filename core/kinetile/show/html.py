@@ -5,7 +5,7 @@ is one of more than ``MOST_SHAPES`` shapes; of more than ``MOST_BODIES`` there i
 changes nothing and compiles nothing: a structure that is not built yet is left out, too. The HTML
 says what is left out and which errors happened; it raises nothing.
 
-All text is escaped, and there is no script and no style sheet. Styles stand in the tags and name no colour,
+All text is escaped, and there is no script and no style sheet. Styles are in the tags and name no colour,
 so a table is as readable on a dark page as on a light one.
 """
 
@@ -15,7 +15,6 @@ import math
 from base64 import b64encode
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple
 
 from kinetile.errors import BusyError
 from kinetile.plugin.choices import called
@@ -23,6 +22,7 @@ from kinetile.run.readings import Readings, reading_lines
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 from kinetile.scene.commands import counted
+from kinetile.scene.scene import around, source_of
 from kinetile.show.picture import Picture, escape, picture_of_scene, take_picture
 from kinetile.show.svg import as_svg as picture_as_svg
 
@@ -38,34 +38,21 @@ MOST_SHAPES = 2000
 Thing = Scene | Simulation | Readings
 
 
-class _Seen(NamedTuple):
-    """A picture, if there is one, what is left out of it, and whether velocities are drawn."""
-
-    picture: Picture | None
-    left_out: str = ""
-    velocities: bool = False
-
-    @property
-    def svg(self) -> bytes | None:
-        """The picture as SVG."""
-        return None if self.picture is None else picture_as_svg(self.picture, self.velocities)
-
-
 def as_html(thing: Thing) -> str:
     """Returns the notebook display of a scene, a simulation or readings: a table, and the picture of the
     moment. Raises nothing: errors are shown in it."""
     try:
         if isinstance(thing, Readings):
             return facts("Readings", reading_lines(thing.as_dict()))
-        seen = _seen(thing)
+        picture, left_out = _picture(thing)
         if isinstance(thing, Scene):
             parts = [facts(f"Scene of {_bodies(len(thing))}", _scene_lines(thing))]
         else:
             parts = [facts("Simulation", _simulation_lines(thing))]
-        if seen.picture is not None:
-            parts.append(figure(seen.svg or b"", f"Picture: {seen.picture.caption}"))
-        if seen.left_out:
-            parts.append(paragraph(seen.left_out[0].upper() + seen.left_out[1:] + "."))
+        if picture is not None:
+            parts.append(figure(_svg(thing, picture), f"Picture: {picture.caption}"))
+        if left_out:
+            parts.append(paragraph(f"{left_out}."))
         return "\n".join(parts)
     except Exception as error:  # a display must not break a notebook's cell
         return paragraph(f"{type(thing).__name__}: cannot be shown: {type(error).__name__}: {error}")
@@ -75,41 +62,45 @@ def as_svg(thing: Scene | Simulation) -> str | None:
     """Returns the picture of a scene at its start, or of a simulation now, as SVG; None if there is none,
     for one of the reasons that ``as_html`` gives. Raises nothing."""
     try:
-        svg = _seen(thing).svg
-        return None if svg is None else svg.decode()
+        picture, _ = _picture(thing)
+        return None if picture is None else _svg(thing, picture).decode()
     except Exception:  # as_html says what it is
         return None
 
 
-def _seen(thing: Scene | Simulation) -> _Seen:
-    """Returns the picture of a thing now."""
+def _svg(thing: Scene | Simulation, picture: Picture) -> bytes:
+    return picture_as_svg(picture, isinstance(thing, Scene) and len(thing) <= MOST_STRUCTURE)
+
+
+def _picture(thing: Scene | Simulation) -> tuple[Picture | None, str]:
+    """Returns the picture of a thing now, if there is one, and what is left out of it."""
     count = len(thing if isinstance(thing, Scene) else thing.bodies)
     if count > MOST_BODIES:
-        return _Seen(None, f"no picture: of more than {MOST_BODIES:,} bodies none is drawn here")
+        return None, f"No picture: of more than {MOST_BODIES:,} bodies none is drawn here"
     if isinstance(thing, Scene):
-        return _Seen(picture_of_scene(thing), velocities=count <= MOST_STRUCTURE)
+        return picture_of_scene(thing), ""
     bodies = take_picture(thing, structure=False)
     if not all(math.isfinite(x) for disc in bodies.discs for x in disc.at):
-        return _Seen(None, "no picture: a body is at no finite place")
+        return None, "No picture: a body is at no finite place"
     if count > MOST_STRUCTURE:
-        return _Seen(bodies, f"without the structure: it is drawn here of up to {MOST_STRUCTURE} bodies")
+        return bodies, f"Without the structure: it is drawn here of up to {MOST_STRUCTURE} bodies"
     if not thing.built:
-        return _Seen(bodies, "without the structure: it is not built yet; run() or build() does that")
+        return bodies, "Without the structure: it is not built yet; run() or build() does that"
     try:
         whole = take_picture(thing)
     except BusyError as busy:
-        return _Seen(None, f"no picture: {busy}")
+        return None, f"No picture: {busy}"
     except Exception as error:  # the phase's draw, say
-        return _Seen(bodies, f"without the structure: {type(error).__name__}: {error}")
+        return bodies, f"Without the structure: {type(error).__name__}: {error}"
     if len(whole.shapes) > MOST_SHAPES:
         said = f"it has {len(whole.shapes):,} shapes, and up to {MOST_SHAPES:,} are drawn here"
-        return _Seen(bodies, f"without the structure: {said}")
-    return _Seen(whole)
+        return bodies, f"Without the structure: {said}"
+    return whole, ""
 
 
 def _simulation_lines(sim: Simulation) -> Iterator[tuple[str, str]]:
     """Yields what a simulation has, each with the word in front of it."""
-    yield "scene", " ".join(filter(None, (_name(sim.scene), _around(sim.scene))))
+    yield "scene", " ".join(filter(None, (source_of(sim.scene), around(sim.scene))))
     yield "bodies", f"{len(sim.bodies):,} now"
     yield "broad phase", called(sim.broad_phase, sim.options)
     yield (
@@ -126,9 +117,9 @@ def _simulation_lines(sim: Simulation) -> Iterator[tuple[str, str]]:
 
 def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
     """Yields what a scene has, each with the word in front of it."""
-    if _name(scene):
-        yield "from", _name(scene)
-    yield "walls", _around(scene)
+    if source_of(scene):
+        yield "from", source_of(scene)
+    yield "walls", around(scene)
     if len(scene):
         if scene.shapes:
             counts = Counter(scene.shapes[each].kind for each in scene.shape.tolist())
@@ -153,17 +144,6 @@ def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
     yield "time", f"from {scene.start:.6g}" + ("" if settings.until is None else f" to {settings.until:.6g}")
     if settings.broad_phase is not None:
         yield "broad phase", called(settings.broad_phase, settings.options.get(settings.broad_phase, {}))
-
-
-def _name(scene: Scene) -> str:
-    origin = scene.origin
-    if "recipe" in origin:
-        return called(str(origin["recipe"]), origin.get("parameters", {}))
-    return str(origin.get("file", ""))
-
-
-def _around(scene: Scene) -> str:
-    return "without walls" if scene.arena is None else f"in {scene.arena[0]:g} x {scene.arena[1]:g}"
 
 
 def _bodies(count: int) -> str:
@@ -192,7 +172,7 @@ def facts(caption: str, rows: Iterable[tuple[str, str]]) -> str:
 
 
 def grid(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[bool]) -> str:
-    """Returns a table with a head for each column; those of numbers stand at the right. It scrolls sideways
+    """Returns a table with a head for each column; those of numbers are at the right. It scrolls sideways
     where it is too wide, by keyboard too."""
     sides = ["right;white-space:nowrap" if number else "left" for number in numbers]
 

@@ -33,7 +33,7 @@ Array = npt.NDArray[Any]
 
 def escape(text: str) -> str:
     """Returns a text for HTML and SVG: a control character would make the file invalid, and a mark of
-    direction would reverse the sentence that the text stands in."""
+    direction would reverse the sentence around the text."""
     return html.escape(legible(text))
 
 
@@ -103,7 +103,7 @@ class Picture:
         """Whether a shape has the certificate that fails first."""
         return shape.fails is not None and shape.fails == self.next
 
-    def told(self, shape: Item) -> str:
+    def described(self, shape: Item) -> str:
         """Returns what a shape is, in words: its role, its label, when it fails."""
         words = [": ".join(filter(None, (shape.role, printable(shape.label))))]
         if shape.fails is not None:
@@ -197,7 +197,7 @@ def counted(scene: Scene, count: int) -> str:
 
 
 def corners_of(shape: Item) -> list[Place]:
-    """Returns the corners of a shape whose coordinates are numbers, in their order; none of a link's."""
+    """Returns the corners of a shape with plain numbers, in their order; none of a link's."""
     if isinstance(shape, Segment):
         points: tuple[Point, ...] = (shape.a, shape.b)
     elif isinstance(shape, Box):

@@ -1,10 +1,14 @@
-"""A picture as PNG or PDF, by matplotlib: the same shapes in the same looks, on white."""
+"""A picture by matplotlib: the same shapes in the same looks, on white; as PNG or PDF, or as pixels."""
 
 from __future__ import annotations
 
+import math
 from importlib import import_module
 from io import BytesIO
 from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from kinetile.errors import MissingExtra
 from kinetile.plugin.drawing import Item, Segment
@@ -16,13 +20,15 @@ INCHES = 6.9
 _READABLE = 0.09
 """The least radius in inches of bodies that show their number."""
 
+_MARGIN, _LINE, _FONT = 12, 20, 11  # of an image, in pixels
 
-def check_printing() -> None:
+
+def check_printing(purpose: str = "Drawing a picture as PNG or PDF") -> None:
     """Raises MissingExtra where pictures cannot be printed."""
     try:
         import_module("matplotlib")
     except ImportError as error:
-        raise MissingExtra("Drawing a picture as PNG or PDF", "matplotlib", "figures") from error
+        raise MissingExtra(purpose, "matplotlib", "figures") from error
 
 
 def as_printed(picture: Picture, form: str, velocities: bool = False) -> bytes:
@@ -37,13 +43,9 @@ def as_printed(picture: Picture, form: str, velocities: bool = False) -> bytes:
         ((right - left) * scale, (top - bottom) * scale + 0.5), layout="constrained"
     )
     axes = figure.add_subplot(aspect="equal", xlim=(left, right), ylim=(bottom, top))
-    axes.set(xticks=[], yticks=[], title="")
     axes.set_xlabel(picture.caption, fontsize=8)
-    for spine in axes.spines.values():
-        spine.set_visible(picture.arena)
-    for shape in picture.shapes:
-        _add(axes, picture, shape)
-    _discs(axes, picture, scale)
+    _draw(axes, picture)
+    _numbers(axes, picture, scale)
     if velocities:
         _arrows(axes, picture)
     _legend(figure, picture)
@@ -51,6 +53,44 @@ def as_printed(picture: Picture, form: str, velocities: bool = False) -> bytes:
     undated = {"png": None, "pdf": {"CreationDate": None}}[form]
     figure.savefig(written, format=form, dpi=200, metadata=undated)
     return written.getvalue()
+
+
+def as_pixels(picture: Picture, width: int, caption: str) -> npt.NDArray[np.uint8]:
+    """Returns a picture as an array of pixels, (height, width, 4), with a text below it.
+
+    A picture taller than twice its width is drawn smaller. Raises MissingExtra without matplotlib.
+    """
+    check_printing("Drawing a film")
+    (left, bottom), (right, top) = picture.low, picture.high
+    inner = width - 2 * _MARGIN
+    scale = min(inner / (right - left), 2 * inner / (top - bottom))
+    wide, tall = (right - left) * scale, (top - bottom) * scale
+    # The canvas has whole pixels: those of its size, rounded down.
+    size = width + 0.25, math.ceil(tall) + 2 * _MARGIN + _LINE + 0.25
+    figure = import_module("matplotlib.figure").Figure((size[0] / 72, size[1] / 72), dpi=72)
+    place = (size[0] - wide) / 2 / size[0], 1 - (_MARGIN + tall) / size[1], wide / size[0], tall / size[1]
+    axes = figure.add_axes(place, xlim=(left, right), ylim=(bottom, top))
+    _draw(axes, picture)
+    figure.text(_MARGIN / size[0], _MARGIN / size[1], caption, fontsize=_FONT)
+    canvas = import_module("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())
+
+
+def _draw(axes: Any, picture: Picture) -> None:
+    """Draws the shapes, the bodies and the frame of an arena."""
+    axes.set(xticks=[], yticks=[])
+    for spine in axes.spines.values():
+        spine.set_visible(picture.arena)
+    for shape in picture.shapes:
+        _add(axes, picture, shape)
+    patches = import_module("matplotlib.patches")
+    look = {"fc": LIGHT.disc, "ec": LIGHT.edge, "lw": 0.8, "zorder": 8}
+    for disc in picture.discs:
+        circle = disc.shape is None
+        axes.add_patch(
+            patches.Circle(disc.at, disc.radius, **look) if circle else patches.Polygon(disc.outline, **look)
+        )
 
 
 def _add(axes: Any, picture: Picture, shape: Item) -> None:
@@ -71,26 +111,13 @@ def _add(axes: Any, picture: Picture, shape: Item) -> None:
     axes.add_patch(patches.Polygon(corners_of(shape), fc=(look.colour, look.filled), **drawn))
 
 
-def _discs(axes: Any, picture: Picture, scale: float) -> None:
-    patches = import_module("matplotlib.patches")
+def _numbers(axes: Any, picture: Picture, scale: float) -> None:
+    """Writes the numbers of the bodies in which there is room."""
     halo = [import_module("matplotlib.patheffects").withStroke(linewidth=2, foreground=LIGHT.disc)]
+    look = {"fontsize": 7, "ha": "center", "va": "center", "zorder": 20, "clip_on": True}
     for disc in picture.discs:
-        look = {"fc": LIGHT.disc, "ec": LIGHT.edge, "lw": 0.8, "zorder": 8}
-        circle = disc.shape is None
-        axes.add_patch(
-            patches.Circle(disc.at, disc.radius, **look) if circle else patches.Polygon(disc.outline, **look)
-        )
         if disc.room * scale >= _READABLE:
-            axes.text(
-                *disc.at,
-                str(disc.number),
-                fontsize=7,
-                ha="center",
-                va="center",
-                zorder=20,
-                path_effects=halo,
-                clip_on=True,
-            )
+            axes.text(*disc.at, str(disc.number), path_effects=halo, **look)
 
 
 def _arrows(axes: Any, picture: Picture) -> None:

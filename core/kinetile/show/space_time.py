@@ -20,7 +20,7 @@ from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
 from kinetile.show.picture import LOOKS, counted, escape
-from kinetile.show.svg import LINE, MARGIN, SIZE, number, paper_rules
+from kinetile.show.svg import LINE, MARGIN, SIZE, document, number, paper_rules
 
 MOST_PIECES = 20_000
 """The limit of pieces of bands: about 3 MB of SVG."""
@@ -133,7 +133,7 @@ def _mark(
 
 
 def _reaches(scene: Scene, which: int, count: int) -> tuple[tuple[float, float], ...]:
-    """Returns how far bodies reach along an axis, those that come among them."""
+    """Returns how far bodies reach along an axis, inserted ones too."""
     found = {each.body: (each.radius, each.radius) for each in scene.commands if isinstance(each, Insert)}
     for body, radius in enumerate(scene.radius.tolist()):
         if scene.shapes:
@@ -182,11 +182,6 @@ def space_time_svg(run: SpaceTime) -> bytes:
     frame = f'x="{number(MARGIN)}" y="{number(MARGIN)}" width="{number(SIZE)}" height="{number(HEIGHT)}"'
     down = HEIGHT + 2 * MARGIN + 0.6 * LINE
     body = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(wide)} {number(tall)}" '
-        f'width="{number(wide)}" height="{number(tall)}" role="img" aria-labelledby="title">',
-        f'<title id="title">{escape(run.caption)}</title>',
-        f"<style>{_style()}</style>",
-        f'<rect class="back" width="{number(wide)}" height="{number(tall)}"/>',
         f'<clipPath id="frame"><rect {frame}/></clipPath>',
         '<g clip-path="url(#frame)">',
         *(f'<path class="band" d="{band}"/>' for band in bands.values()),
@@ -196,10 +191,8 @@ def space_time_svg(run: SpaceTime) -> bytes:
         f'<rect class="arena" {frame}/>',
         f'<text x="{number(MARGIN)}" y="{number(down)}">{escape(run.caption)}</text>',
         *_legend(down + LINE),
-        "</svg>",
-        "",
     ]
-    return "\n".join(body).encode()
+    return document(wide, tall, run.caption, _style(), body)
 
 
 def _turns(run: SpaceTime, piece: Piece) -> Iterator[float]:

@@ -27,7 +27,7 @@ _READABLE = 8.0
 
 
 def as_svg(picture: Picture, velocities: bool = False) -> bytes:
-    """Returns a picture as an SVG file, with an arrow for each velocity if they are asked for."""
+    """Returns a picture as an SVG file, with an arrow for each velocity if they are wanted."""
     sheet = _Sheet(picture)
     roles = picture.roles
     under = [role for role in roles if not LOOKS[role].over]
@@ -36,13 +36,8 @@ def as_svg(picture: Picture, velocities: bool = False) -> bytes:
     tall = sheet.tall + 2 * MARGIN + LINE * (1 + lines)
     wide = sheet.wide + 2 * MARGIN
     body = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(wide)} {number(tall)}" '
-        f'width="{number(wide)}" height="{number(tall)}" role="img" aria-labelledby="title">',
-        f'<title id="title">{escape(picture.caption)}</title>',
-        f"<style>{_style(roles)}</style>",
-        f'<rect class="back" width="{number(wide)}" height="{number(tall)}"/>',
         f'<clipPath id="frame"><rect x="{number(MARGIN - 2)}" y="{number(MARGIN - 2)}" '
-        f'width="{number(sheet.wide + 4)}" height="{number(sheet.tall + 4)}"/></clipPath>',
+        f"{_size(sheet.wide + 4, sheet.tall + 4)}/></clipPath>",
         '<g clip-path="url(#frame)">',
         *_layers(sheet, under),
         *_discs(sheet),
@@ -58,10 +53,23 @@ def as_svg(picture: Picture, velocities: bool = False) -> bytes:
     body += [
         f'<text x="{number(MARGIN)}" y="{number(down)}">{escape(picture.caption)}</text>',
         *legend,
+    ]
+    return document(wide, tall, picture.caption, _style(roles), body)
+
+
+def document(wide: float, tall: float, title: str, style: str, body: Iterable[str]) -> bytes:
+    """Returns an SVG file: its title, its style sheet, the paper and what is on it."""
+    lines = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(wide)} {number(tall)}" '
+        f'{_size(wide, tall)} role="img" aria-labelledby="title">',
+        f'<title id="title">{escape(title)}</title>',
+        f"<style>{style}</style>",
+        f'<rect class="back" {_size(wide, tall)}/>',
+        *body,
         "</svg>",
         "",
     ]
-    return "\n".join(body).encode()
+    return "\n".join(lines).encode()
 
 
 class _Sheet:
@@ -117,7 +125,7 @@ def _shape(sheet: _Sheet, shape: Item) -> str:
         tag, drawn = "polygon", f'points="{" ".join(",".join(point) for point in points)}"'
     if not shape.label and shape.fails is None:
         return f"<{tag}{look} {drawn}/>"
-    return f"<{tag}{look} {drawn}><title>{escape(picture.told(shape))}</title></{tag}>"
+    return f"<{tag}{look} {drawn}><title>{escape(picture.described(shape))}</title></{tag}>"
 
 
 def _discs(sheet: _Sheet) -> Iterator[str]:

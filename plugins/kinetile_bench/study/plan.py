@@ -141,7 +141,7 @@ def read_plan_file(path: str | os.PathLike[str]) -> StudyPlan:
 def _read_text(path: str | os.PathLike[str]) -> str:
     """Returns the text of a file. Raises OSError, and SceneError where it is not in UTF-8, or too large."""
     try:
-        return read_bytes(path, None).decode("utf-8-sig")
+        return read_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         mistake = Mistake(f"byte {error.start}", f"bytes that are not UTF-8 ({error.reason})", "UTF-8")
         raise SceneError([mistake]) from error

@@ -61,14 +61,6 @@ def test_contacts_are_counted_from_the_start(tmp_path):
     assert said["run"]["max_contacts"] == 8
 
 
-def test_contacts_are_written_where_they_were_kept(saved, tmp_path):
-    assert "keeps no contacts" in refused("resume --contacts", tmp_path / "x", saved)
-    path = tmp_path / "k.kt"
-    printed(RUN, "--until", "0.2", "--checkpoint", path, "--contacts", tmp_path / "a")
-    printed("resume --until 0.5 --contacts", tmp_path / "b", path)
-    assert len((tmp_path / "b").read_text().splitlines()) >= len(whole(0.5).contacts)
-
-
 def test_the_events_file_goes_on(tmp_path):
     pytest.importorskip("pyarrow")
     path, events = tmp_path / "c.kt", tmp_path / "e.parquet"
@@ -130,7 +122,7 @@ def test_what_is_there_is_not_lost(saved, tmp_path):
 
 
 @pytest.mark.parametrize("moment", [0.1, 0.4])
-def test_a_full_disk_is_told_of_and_the_old_checkpoint_stands(saved, monkeypatch, moment):
+def test_a_full_disk_is_reported_and_the_old_checkpoint_stays(saved, monkeypatch, moment):
     """At the end of a run that was otherwise done, and in its course."""
     write, times = os.fsync, []
 
@@ -231,7 +223,7 @@ def test_two_processes_ran_on_one_checkpoint(tmp_path):
 
 
 def test_another_signal_gives_up_the_saving(saved, monkeypatch):
-    """It comes in the middle of the save that the first one has asked for."""
+    """It is sent in the middle of the save that the first one causes."""
     replace = os.fsync
 
     def slow(descriptor):

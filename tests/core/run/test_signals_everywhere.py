@@ -39,7 +39,7 @@ def _turn_in_progress(sim: kt.Simulation, path: Path) -> None:
 
 
 def _film(sim: kt.Simulation, path: Path) -> None:
-    film = kt.film(sim, 0.12, seconds=0.1, fps=20.0)
+    film = kt.film(sim, 0.12, seconds=0.1)
     for _ in film._pictures(True):
         pass
 

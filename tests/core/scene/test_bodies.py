@@ -16,7 +16,7 @@ APART = [[0.0, 0.0], [5.0, 0.0]]
 WIDE = np.dtype(np.longdouble).itemsize > 8
 
 
-def told(**fields: object) -> str:
+def message_of(**fields: object) -> str:
     with pytest.raises(SceneError) as caught:
         Scene(**{"position": APART, "velocity": REST, "radius": 1.0, **fields})
     return str(caught.value)
@@ -34,7 +34,7 @@ def told(**fields: object) -> str:
 )
 def test_masked_arrays_lost_their_mask(fields: dict[str, object]) -> None:
     (name,) = fields
-    assert f"{name}: found a masked array, some of whose numbers are not to be used" in told(**fields)
+    assert f"{name}: found a masked array, some of whose numbers are not to be used" in message_of(**fields)
 
 
 def test_a_masked_array_that_masks_nothing_is_an_array() -> None:
@@ -60,13 +60,13 @@ def test_a_masked_array_that_masks_nothing_is_an_array() -> None:
     ids=lambda radius: str(np.asarray(radius).dtype),
 )
 def test_what_is_no_real_number_is_refused(radius: object) -> None:
-    assert "radius: found " in told(radius=radius)
-    assert "expected an array of numbers" in told(radius=radius)
+    assert "radius: found " in message_of(radius=radius)
+    assert "expected an array of numbers" in message_of(radius=radius)
 
 
 @pytest.mark.parametrize("number", [2**53 + 1, -(2**53) - 1, 2**63 - 1])
 def test_whole_numbers_were_rounded_without_a_word(number: int) -> None:
-    assert f"position: found {number}, of the type int64; expected numbers that float64 holds" in told(
+    assert f"position: found {number}, of the type int64; expected numbers that float64 holds" in message_of(
         position=np.array([[0, 0], [number, 0]])
     )
 
@@ -81,12 +81,12 @@ def test_whole_numbers_that_are_floats_are_taken() -> None:
 @pytest.mark.skipif(not WIDE, reason="the long double of this platform is a double")
 def test_wider_floats_were_rounded_without_a_word() -> None:
     third = np.longdouble(1) / 3
-    assert "of the type longdouble" in told(radius=np.array([third, 1])).replace(
+    assert "of the type longdouble" in message_of(radius=np.array([third, 1])).replace(
         str(np.dtype(np.longdouble)), "longdouble"
     )
-    assert "radius: found " in told(radius=np.array([np.longdouble(2) ** 2000, 1]))
+    assert "radius: found " in message_of(radius=np.array([np.longdouble(2) ** 2000, 1]))
     assert Scene(APART, REST, np.array([0.5, 1], dtype=np.longdouble)).radius.tolist() == [0.5, 1.0]
-    assert "two finite numbers" in told(position=np.array([[0, 0], [math.nan, 0]], dtype=np.longdouble))
+    assert "two finite numbers" in message_of(position=np.array([[0, 0], [math.nan, 0]], dtype=np.longdouble))
 
 
 def test_narrower_floats_are_taken_as_they_are() -> None:

@@ -1,12 +1,10 @@
-"""Scenes as files: every bit comes back, and every mistake is told at once."""
+"""Scenes as files: every bit comes back, and every mistake is sentence at once."""
 
 from __future__ import annotations
 
 import errno
-import math
 import os
 import stat
-import time
 from collections import Counter
 from functools import partial
 from pathlib import Path
@@ -120,84 +118,39 @@ BODY = "[[bodies]]\nposition = [0.5, 0.5]\nradius = 0.1\n"
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "sentence"),
     [
         ("", "bodies: found nothing; expected [[bodies]] tables, or a recipe by name"),
         ("[[body]]", "body: found a key that is not known here; expected one of arena"),
         ("bodies = 3", "bodies: found 3; expected [[bodies]] tables"),
         ("bodies = [3]", "bodies[0]: found 3; expected a table"),
-        (
-            "[[bodies]]\nradius = 1.0",
-            "bodies[0].position: found nothing; expected [x, y], two finite numbers",
-        ),
-        (
-            "[[bodies]]\nposition = [0, 0]",
-            "bodies[0].radius: found nothing; expected a finite number greater",
-        ),
-        (
-            "[[bodies]]\nposition = [0]\nradius = 1",
-            "bodies[0].position: found [0]; expected [x, y], two finite",
-        ),
-        (
-            "[[bodies]]\nposition = [0, 0]\nradius = true",
-            "bodies[0].radius: found True; expected a finite number",
-        ),
-        (
-            "[[bodies]]\nposition = [0, 0]\nradius = '1'",
-            "bodies[0].radius: found '1'; expected a finite number",
-        ),
+        ("[[bodies]]\nradius = 1.0", "bodies[0].position: found nothing; expected [x, y], two finite"),
+        ("[[bodies]]\nposition = [0, 0]", "bodies[0].radius: found nothing; expected a finite number"),
+        ("[[bodies]]\nposition = [0]\nradius = 1", "bodies[0].position: found [0]; expected [x, y], two"),
+        ("[[bodies]]\nposition = [0, 0]\nradius = true", "bodies[0].radius: found True; expected a finite"),
+        ("[[bodies]]\nposition = [0, 0]\nradius = '1'", "bodies[0].radius: found '1'; expected a finite"),
         ("[[bodies]]\nposition = [0, 0]\nradius = 1" + "0" * 400, "bodies[0].radius: found 1"),
-        (
-            f"arena = [1, true]\n{BODY}",
-            "arena: found [1, True]; expected [width, height], two finite numbers",
-        ),
+        (f"arena = [1, true]\n{BODY}", "arena: found [1, True]; expected [width, height], two finite"),
         (f"arena = [1, 0]\n{BODY}", "arena: found [1, 0]; expected [width, height], two finite numbers"),
-        (
-            f"arena = [1, 1, 1]\n{BODY}",
-            "arena: found [1, 1, 1]; expected [width, height], two finite numbers",
-        ),
+        (f"arena = [1, 1, 1]\n{BODY}", "arena: found [1, 1, 1]; expected [width, height], two finite"),
         (f"start = inf\n{BODY}", "start: found inf; expected a finite number"),
         (f"start = 2\nuntil = 1\n{BODY}", "until: found 1; expected a time not before the start, 2"),
         (f"until = 2024-01-01\n{BODY}", "until: found datetime.date(2024, 1, 1); expected a finite number"),
         (f"broad_phase = 'naive'\n{BODY}", "did you mean 'broad-phase'?"),
         (f"broad-phase = 1\n{BODY}", "broad-phase: found 1; expected the name of a broad phase"),
-        (
-            f"narrow-phases = ['disc', 'wal']\n{BODY}",
-            "narrow-phases[1]: found 'wal', which is the name of no narrow",
-        ),
-        (
-            f"narrow-phases = ['disc', 1]\n{BODY}",
-            "narrow-phases: found ['disc', 1]; expected a list of names",
-        ),
-        (
-            f"[options.sap-3d]\naxis = 'y'\n{BODY}",
-            "options.sap-3d: found 'sap-3d', which is the name of no broad phase",
-        ),
+        (f"narrow-phases = ['disc', 'wal']\n{BODY}", "narrow-phases[1]: found 'wal', which is the name of"),
+        (f"narrow-phases = ['disc', 1]\n{BODY}", "narrow-phases: found ['disc', 1]; expected a list of"),
+        (f"[options.sap-3d]\naxis = 'y'\n{BODY}", "options.sap-3d: found 'sap-3d', which is the name of no"),
         (f"options.sap-1d = 3\n{BODY}", "options.sap-1d: found 3; expected a table"),
-        (
-            f"{BODY}[[bodies.turns]]\ntime = -1\nvelocity = [0, 0]",
-            "bodies[0].turns[0].time: found -1; expected a time",
-        ),
-        (
-            f"{BODY}[[bodies.turns]]\ntime = 1",
-            "bodies[0].turns[0].velocity: found nothing; expected [vx, vy], two",
-        ),
+        (f"{BODY}[[bodies.turns]]\ntime = -1\nvelocity = [0, 0]", "bodies[0].turns[0].time: found -1"),
+        (f"{BODY}[[bodies.turns]]\ntime = 1", "bodies[0].turns[0].velocity: found nothing; expected [vx,"),
         (f"{BODY}turns = 3", "bodies[0].turns: found 3; expected [[bodies.turns]] tables"),
         (f"{BODY}turns = [3]", "bodies[0].turns[0]: found 3; expected a table"),
-        (
-            f"parameters.bodies = 3\n{BODY}",
-            "parameters: found parameters without a recipe; expected a recipe",
-        ),
+        (f"parameters.bodies = 3\n{BODY}", "parameters: found parameters without a recipe; expected a"),
         ("recipe = 'grit'", "recipe: found 'grit', which is the name of no scene; expected one of grid,"),
         ("recipe = 'grid'\narena = [1, 1]", "arena: found arena beside a recipe; expected one of the two"),
-        (
-            "recipe = 'grid'\nbodies = 100",
-            "bodies: found bodies beside a recipe; expected it in the table [parameters]: it is a",
-        ),
-        (
-            "recipe = 'grid'\ndensity = 0.5",
-            "density: found density beside a recipe; expected it in the table [parameters]: it is",
-        ),
+        ("recipe = 'grid'\nbodies = 100", "bodies: found bodies beside a recipe; expected it in the table"),
+        ("recipe = 'grid'\ndensity = 0.5", "density: found density beside a recipe; expected it in the"),
         (
             f"{BODY}[[responses]]\nbetween = ['*', '*']\nresponse = 'restitution'\noptions = {{ E = 0.5 }}",
             "responses[0].options.E: found no option of this name; expected one of e, contact_time",
@@ -211,33 +164,21 @@ BODY = "[[bodies]]\nposition = [0.5, 0.5]\nradius = 0.1\n"
             "[[bodies]]\nposition = [0, 0]\nshape = 0",
             "shapes[0].size: found a key that is not known here; expected one of kind, radius",
         ),
-        (
-            "recipe = 'grid'\n[parameters]\nbodys = 4",
-            "parameters.bodys: found no parameter of this name; expected",
-        ),
-        (
-            "recipe = 'grid'\n[parameters]\nbodies = 4.5",
-            "parameters.bodies: found 4.5; expected a whole number",
-        ),
-        (
-            "recipe = 'grid'\n[parameters]\nbodies = 5",
-            "where 5 discs would touch",
-        ),
+        ("recipe = 'grid'\n[parameters]\nbodys = 4", "parameters.bodys: found no parameter of this name"),
+        ("recipe = 'grid'\n[parameters]\nbodies = 4.5", "parameters.bodies: found 4.5; expected a whole"),
+        ("recipe = 'grid'\n[parameters]\nbodies = 5", "where 5 discs would touch"),
         ("recipe = 'grid'\nuntil = -1", "until: found -1; expected a time not before the start, 0.0"),
         ("recipe = 3", "recipe: found 3; expected the name of a recipe"),
-        (
-            "arena = [1, 1]\nstart = = 2",
-            "line 2, column 9: found 'start = = 2'; expected TOML (Invalid value)",
-        ),
+        ("arena = [1, 1]\nstart = = 2", "line 2, column 9: found 'start = = 2'; expected TOML (Invalid"),
         ("arena = ", "line 1: found 'arena = '; expected TOML (Invalid value)"),
         ("a = 1\na = 2", "found 'a = 2'; expected TOML (Cannot overwrite a value)"),
         ("a = " + "[" * 100_000, "tables or lists in each other, more than 32 deep"),
     ],
 )
-def test_each_mistake_says_where_what_and_what_would_be_right(text: str, told: str) -> None:
+def test_each_mistake_says_where_what_and_what_would_be_right(text: str, sentence: str) -> None:
     found = mistakes_in(text)
     assert len(found) == 1
-    assert told in found[0]
+    assert sentence in found[0]
 
 
 def test_what_is_wrong_in_one_body_does_not_hide_what_is_wrong_in_others() -> None:
@@ -250,7 +191,7 @@ def test_what_is_wrong_in_one_body_does_not_hide_what_is_wrong_in_others() -> No
     ]
 
 
-def test_a_bad_time_of_a_turn_is_told_beside_its_bad_velocity_and_the_other_way_round() -> None:
+def test_a_bad_time_of_a_turn_is_reported_beside_its_bad_velocity_and_the_other_way_round() -> None:
     turn = "[[bodies.turns]]\n"
     assert mistakes_in(f"{BODY}{turn}time = -1\nvelocity = 'x'\n{turn}time = 'x'\nvelocity = [nan, 0]") == [
         "bodies[0].turns[0].velocity: found 'x'; expected [vx, vy], two finite numbers",
@@ -279,8 +220,8 @@ def test_options_of_all_phases_are_checked_beside_the_bodies_and_not_the_chosen_
     assert two == "options.sap-2d.axis: found no option of this name; expected nothing here"
     assert three == "options.sap-2d.skin: found no option of this name; expected nothing here"
     assert four.startswith("bodies[0].radius")
-    told = "options.sap-1d.axs: found no option of this name; expected axis; did you mean 'axis'?"
-    assert mistakes_in(f"options.sap-1d.axs = 'y'\n{BODY}") == [told]
+    sentence = "options.sap-1d.axs: found no option of this name; expected axis; did you mean 'axis'?"
+    assert mistakes_in(f"options.sap-1d.axs = 'y'\n{BODY}") == [sentence]
 
 
 def test_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:
@@ -312,21 +253,6 @@ def test_a_recipe_may_have_parameters_settings_and_an_end() -> None:
     assert scene.origin == made.origin
 
 
-def test_many_mistakes_of_one_kind_are_counted() -> None:
-    found = mistakes_in("[[bodies]]\nposition = [0, 0]\nradius = 'a'\n" * 100)
-    assert len(found) == 21
-    assert found[-1].startswith(
-        "bodies[...].radius: found 80 more mistakes like these; expected a finite number"
-    )
-
-
-def read_with_any_options(text: str) -> Scene:
-    """Read a scene as if every phase had every option."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("kinetile.scene.files.option_mistakes", lambda *given: [])
-        return loads_scene(text)
-
-
 @pytest.mark.parametrize("name", ["grid", "random", "lattice", "figure-11", "cradle", "break", "two-discs"])
 def test_recipes_come_back_from_a_file(name: str, tmp_path: Path) -> None:
     scene = make_scene(name)
@@ -336,21 +262,10 @@ def test_recipes_come_back_from_a_file(name: str, tmp_path: Path) -> None:
     assert again.origin == {"file": str(tmp_path / "scene.toml")}
 
 
-def test_options_of_every_kind_come_back() -> None:
-    options = {
-        "naive": {
-            "a b": [1, [2.5, "x"]],
-            "table": {"deep": {"er": True}},
-            "none": math.inf,
-            "n": np.float64(3.5),
-        }
-    }
-    scene = Scene([], [], [], settings=Settings(options=options))
-    assert read_with_any_options(dumps_scene(scene)) == scene
-    with pytest.raises(
-        BadOption, match=r"options\.naive\.bad is None; expected a number, text, a list or a table"
-    ):
-        dumps_scene(Scene([], [], [], settings=Settings(options={"naive": {"bad": None}})))
+def test_an_option_that_toml_has_no_form_for_is_refused() -> None:
+    scene = Scene([], [], [], settings=Settings(options={"naive": {"bad": None}}))
+    with pytest.raises(BadOption, match=r"options\.naive\.bad is None; expected a number, text, a list or a"):
+        dumps_scene(scene)
 
 
 def test_a_failed_save_leaves_the_old_file_and_nothing_else(
@@ -390,16 +305,6 @@ def test_files_that_are_not_there_or_not_text(tmp_path: Path) -> None:
         load_scene(tmp_path / "latin.toml")
 
 
-@pytest.mark.slow
-def test_ten_thousand_bodies_load_in_about_a_second(tmp_path: Path) -> None:
-    scene = make_scene("grid", bodies=10_000)
-    save_scene(scene, tmp_path / "scene.toml")
-    begun = time.process_time()
-    again = load_scene(tmp_path / "scene.toml")
-    assert time.process_time() - begun < 5.0
-    assert again == scene
-
-
 @pytest.mark.parametrize(
     ("text", "scenes"),
     [
@@ -424,7 +329,7 @@ def test_each_check_ran_twice_a_file_and_three_times_with_obstacles(text, scenes
     assert len(counts) == 4
 
 
-def test_mistakes_of_commands_and_responses_were_told_after_those_of_bodies_and_at_other_places() -> None:
+def test_mistakes_of_commands_and_responses_were_reported_after_those_of_bodies_and_at_other_places() -> None:
     command = "[[commands]]\ntime = 2\n"
     text = (
         f"unit = 0.3\n{BODY}mass = -1\n{command}\n"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -10,14 +9,11 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
 
-from kinetile import Scene, load_scene
-from kinetile.errors import BadOption, SceneError
+from kinetile import load_scene
+from kinetile.errors import SceneError
 from kinetile.scene.files import loads_scene
 
 BODY = "[[bodies]]\nposition = [0.25, 0.5]\nradius = 0.125\n"
@@ -45,22 +41,19 @@ def check_message(error: Exception) -> None:
     assert max(map(len, lines)) <= 3100
 
 
-def outcome(path: Path) -> Scene | SceneError:
-    """Return the scene of a file, or why it is none."""
-    try:
-        return load_scene(path)
-    except SceneError as error:
-        return error
-
-
 @pytest.mark.parametrize("number", ["9" * 5000, "0x" + "f" * 5000, "-" + "1" * 4301, "0b1" + "0" * 9000])
 @pytest.mark.parametrize(
     "text",
     ["until = {}\n" + BODY, BODY + "mass = {}", "recipe = 'grid'\n[parameters]\nseed = {}", "{} = 1"],
 )
 def test_whole_numbers_of_5000_digits_gave_a_traceback(text: str, number: str) -> None:
-    told = message(text.format(number))
-    assert "a whole number of" in told or "not known" in told or "Expected '='" in told or "TOML" in told
+    sentence = message(text.format(number))
+    assert (
+        "a whole number of" in sentence
+        or "not known" in sentence
+        or "Expected '='" in sentence
+        or "TOML" in sentence
+    )
 
 
 @pytest.mark.parametrize("number", [2**63, -(2**63) - 1, 2**62 + 1])
@@ -84,8 +77,8 @@ def test_whole_numbers_beyond_64_bits_gave_a_traceback(line: str, number: int) -
 @pytest.mark.parametrize("part", ["a", '"a.b"', "'é'"])
 def test_keys_of_thousands_of_parts_gave_a_traceback_or_never_ended(text: str, part: str, parts: int) -> None:
     with within(2.0):
-        told = message(text.format(" . ".join([part] * parts)))
-    assert "a key of more than 32 parts; expected the keys of a scene" in told
+        sentence = message(text.format(" . ".join([part] * parts)))
+    assert "a key of more than 32 parts; expected the keys of a scene" in sentence
 
 
 def test_keys_of_a_scene_and_dots_elsewhere_are_no_deep_keys() -> None:
@@ -97,16 +90,16 @@ def test_keys_of_a_scene_and_dots_elsewhere_are_no_deep_keys() -> None:
 @pytest.mark.parametrize("depth", [40, 200, 5000, 100_000])
 @pytest.mark.parametrize(("begin", "end"), [("[", "]"), ("{a = ", "}")])
 def test_tables_and_lists_in_each_other_gave_a_traceback(begin: str, end: str, depth: int) -> None:
-    told = message(f"bodies = []\n[options.naive]\na = {begin * depth}1{end * depth}")
-    assert "tables or lists in each other, more than 32 deep" in told
+    sentence = message(f"bodies = []\n[options.naive]\na = {begin * depth}1{end * depth}")
+    assert "tables or lists in each other, more than 32 deep" in sentence
 
 
 @pytest.mark.parametrize("recipe", ["grid", "random"])
 @pytest.mark.parametrize("density", [5e-324, 1e-200])
 def test_a_density_of_next_to_nothing_gave_a_traceback(recipe: str, density: float) -> None:
-    told = message(f"recipe = '{recipe}'\n[parameters]\ndensity = {density!r}")
-    assert f"density is {density!r}, for which a radius would be " in told
-    assert "radii are at least 2**-200" in told
+    sentence = message(f"recipe = '{recipe}'\n[parameters]\ndensity = {density!r}")
+    assert f"density is {density!r}, for which a radius would be " in sentence
+    assert "radii are at least 2**-200" in sentence
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
@@ -131,7 +124,7 @@ def test_devices_and_folders_are_not_read(tmp_path: Path) -> None:
             load_scene("/dev/zero")
 
 
-def test_a_file_of_any_size_was_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_of_any_size_was_read(tmp_path: Path) -> None:
     path = tmp_path / "large.toml"
     path.write_text(BODY, encoding="utf-8")
     with path.open("r+b") as file:
@@ -143,24 +136,17 @@ def test_a_file_of_any_size_was_read(tmp_path: Path, monkeypatch: pytest.MonkeyP
         load_scene(path)
     path.write_text(BODY, encoding="utf-8")
     assert len(load_scene(path, max_bytes=len(BODY))) == 1
-    with pytest.raises(SceneError, match="max_bytes of load_scene, or the environment variable KINETILE_MAX"):
+    with pytest.raises(SceneError, match="at most so many; max_bytes of kinetile"):
         load_scene(path, max_bytes=len(BODY) - 1)
-    monkeypatch.setenv("KINETILE_MAX_SCENE_BYTES", "10")
-    with pytest.raises(SceneError, match="found more than 10 bytes"):
-        load_scene(path)
-    assert len(load_scene(path, max_bytes=len(BODY))) == 1
-    monkeypatch.setenv("KINETILE_MAX_SCENE_BYTES", "lots")
-    with pytest.raises(BadOption, match="KINETILE_MAX_SCENE_BYTES is 'lots'; expected a number of bytes"):
-        load_scene(path)
 
 
 @pytest.mark.slow
-def test_twenty_thousand_mistakes_were_all_told() -> None:
+def test_twenty_thousand_mistakes_were_all_reported() -> None:
     keys = "\n".join(f"k{i} = 1" for i in range(20_000))
     body_keys = "".join(f"{BODY.replace('0.25', str(i))}k{i} = 1\n" for i in range(2000))
     names = ", ".join(f"'p{i}'" for i in range(20_000))
     tables = "\n".join(f"[options.p{i}]" for i in range(20_000))
-    for text, told in (
+    for text, sentence in (
         (f"{keys}\n{BODY}", "the file: found 19,980 more keys that are not known here"),
         (f"{BODY}{keys}\n", "bodies: found 19,980 more keys that are not known here"),
         (body_keys, "bodies: found 1,980 more keys that are not known here"),
@@ -174,18 +160,18 @@ def test_twenty_thousand_mistakes_were_all_told() -> None:
     ):
         with within(6.0), pytest.raises(SceneError) as caught:
             loads_scene(text)
-        assert told in str(caught.value)
+        assert sentence in str(caught.value)
         check_message(caught.value)
 
 
-def test_mistakes_of_many_kinds_are_told_up_to_a_hundred() -> None:
+def test_mistakes_of_many_kinds_are_reported_up_to_a_hundred() -> None:
     tables = "\n".join(f"[options.p{i}]" for i in range(90))
     names = ", ".join(f"'q{i}'" for i in range(90))
-    told = message(f"narrow-phases = [{names}]\n{BODY}{tables}")
-    assert "the scene: found 11 more mistakes of other kinds; expected none" in told
+    sentence = message(f"narrow-phases = [{names}]\n{BODY}{tables}")
+    assert "the scene: found 11 more mistakes of other kinds; expected none" in sentence
 
 
-def test_names_without_end_are_neither_told_nor_compared_in_full() -> None:
+def test_names_without_end_are_neither_reported_nor_compared_in_full() -> None:
     name = "sap" * 300_000
     for text in (f"broad-phase = '{name}'\n{BODY}", f"{name} = 1\n{BODY}", f"{BODY}[options.{name}]",
                  f"recipe = '{name}'", f"recipe = 'grid'\n[parameters]\n{name} = 1", f"x = {name}",
@@ -219,85 +205,3 @@ def test_control_characters_of_a_file_reached_the_terminal(text: str, tmp_path: 
         load_scene(path)
     check_message(caught.value)
     assert "\\x1b[31mred.toml: " in str(caught.value)
-
-
-KEYS = st.sampled_from(
-    [
-        "arena", "start", "until", "broad-phase", "narrow-phases", "options", "recipe", "parameters",
-        "bodies", "position", "velocity", "radius", "mass", "turns", "time", "density", "seed", "speed",
-        "aim", "kind", "touching", "jitter", "radius_ratio", "mass_ratio", "moving", "sap-1d", "axis",
-        "disc", "restitution",
-    ]
-)  # fmt: skip
-NUMBERS = (
-    st.integers(-50, 50)
-    | st.integers(10**12)
-    | st.floats()
-    | st.sampled_from([5e-324, 1e308, 2.0**200, 0.5, 0.1, 10**400, 10**3000])
-)
-WORDS = st.sampled_from(
-    [
-        "grid", "random", "lattice", "figure-10", "figure-11", "figure-16", "cradle", "break",
-        "two-discs", "sap-1d", "sap-2d", "naive", "sweep-tiling", "disc", "wall", "x", "y", "dyadic",
-    ]
-)  # fmt: skip
-VALUES: st.SearchStrategy[Any] = st.recursive(
-    NUMBERS | st.text(max_size=9) | WORDS | st.booleans(),
-    lambda inner: (
-        st.lists(inner, max_size=4) | st.dictionaries(KEYS | st.text(max_size=9), inner, max_size=5)
-    ),
-    max_leaves=20,
-)
-
-
-def toml(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{json.dumps(key)} = {toml(each)}" for key, each in value.items()) + "}"
-    if isinstance(value, list):
-        return f"[{', '.join(map(toml, value))}]"
-    if isinstance(value, int) and not isinstance(value, bool):
-        return hex(value) if value >= 0 else f"-{-value % 10**12}"
-    return json.dumps(value).replace("NaN", "nan").replace("Infinity", "inf")
-
-
-TABLES = st.dictionaries(KEYS | st.text(max_size=9), VALUES, max_size=6)
-SCENES = st.builds(
-    lambda recipe, parameters, rest: {**rest, "recipe": recipe, "parameters": parameters},
-    WORDS, st.dictionaries(KEYS, NUMBERS | WORDS, max_size=4), TABLES,
-)  # fmt: skip
-BODIES = st.builds(
-    lambda bodies, rest: {**rest, "bodies": bodies},
-    st.lists(
-        st.dictionaries(KEYS, st.lists(NUMBERS, min_size=2, max_size=2) | NUMBERS | VALUES, max_size=6),
-        max_size=4,
-    ),
-    TABLES,
-)
-TEXTS = (TABLES | SCENES | BODIES).map(
-    lambda tables: "".join(f"{json.dumps(key)} = {toml(each)}\n" for key, each in tables.items())
-)
-
-
-@st.composite
-def damaged(draw: st.DrawFn) -> bytes:
-    """A scene file with a piece cut out, doubled, or replaced by anything."""
-    data = draw(TEXTS.map(lambda text: text.encode("utf-8", "surrogatepass")) | st.just(BODY.encode()))
-    first, last = sorted((draw(st.integers(0, len(data))), draw(st.integers(0, len(data)))))
-    middle = draw(st.binary(max_size=20) | st.just(data[first:last] * 2) | st.just(b""))
-    return data[:first] + middle + data[last:]
-
-
-@settings(max_examples=300, deadline=None)
-@given(st.binary() | damaged() | TEXTS.map(lambda text: text.encode("utf-8", "surrogatepass")))
-@example(b"\xef\xbb\xbf" + BODY.encode())
-@example(b"\x00")
-def test_any_bytes_are_a_scene_or_are_refused_in_a_sentence(
-    tmp_path_factory: pytest.TempPathFactory, data: bytes
-) -> None:
-    path = tmp_path_factory.getbasetemp() / "any.toml"
-    path.write_bytes(data)
-    with within(10.0):
-        found = outcome(path)
-    if isinstance(found, SceneError):
-        assert found.mistakes
-        check_message(found)

@@ -1,4 +1,4 @@
-"""Kinds and responses of a scene: what is said of whom, what is refused, and files."""
+"""Kinds and responses of a scene: what is accepted, what is refused, and files."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from registering import registered
 
 BALLS = {"position": [[1.0, 1.0], [3.0, 1.0], [1.0, 3.0]], "velocity": [[0.0, 0.0]] * 3, "radius": 0.5}
 LOSSY = kt.Response("restitution", e=0.5, contact_time=1e-6)
+KINDS = ["ball", "sensor"]
+MISSPELT = {("ball", "sensr"): "pass"}
 
 
 def scene(**more) -> kt.Scene:
@@ -43,7 +45,7 @@ def test_the_most_specific_rule_counts():
     ]
 
 
-def test_who_passes_may_overlap_and_nobody_else():
+def test_bodies_that_pass_may_overlap_and_no_others():
     place = [[1.0, 1.0], [1.25, 1.0], [3.0, 3.0]]
     with pytest.raises(SceneError, match=r"bodies\[0\] and bodies\[1\]: found an overlap of 0.75"):
         scene(position=place, kind=["a", "b", "a"], responses={("a", "a"): "pass"})
@@ -66,6 +68,21 @@ def test_who_passes_may_overlap_and_nobody_else():
             "nothing, Response.* by their kinds; expected a response for these two",
         ),
         ({"mass": [1.0, -math.inf, 1.0]}, "expected a number greater than 0, or inf"),
+        (
+            {"kinds": KINDS, "kind": ["ball", "bal", "ball"]},
+            r"bodies\[1\].kind: found 'bal', which is none of",
+        ),
+        (
+            {"kinds": KINDS, "commands": [kt.Insert(1.0, (3.0, 3.0), (0.0, 0.0), 0.25, kind="sensr")]},
+            r"commands\[0\].kind: found 'sensr'.* expected one of ball, sensor; did you mean 'sensor'",
+        ),
+        ({"kinds": KINDS, "responses": MISSPELT}, "found 'sensr', a kind that no body has"),
+        (
+            {"kinds": "ball"},
+            r"kinds: found 'ball'; expected all kinds of bodies, such as \['ball', 'sensor'\]",
+        ),
+        ({"kinds": 3}, "kinds: found 3; expected all kinds"),
+        ({"kinds": ["ball", "wall", 1.5]}, r"kinds\[1\]: found 'wall'.*\n.*kinds\[2\]: found 1.5"),
     ],
 )
 def test_mistakes_say_where_and_what(more, said):
@@ -90,29 +107,7 @@ def test_a_recipe_takes_responses_for_all():
     assert names(loads_scene(text)) == [["stop", "elastic"]]
 
 
-@pytest.mark.parametrize(
-    ("rule", "said"),
-    [
-        (
-            'between = ["*", "*"]\nresponse = "stopp"',
-            "which is the name of no response; .* did you mean 'stop'",
-        ),
-        ('between = ["*", "*"]\nresponse = "restitution"\noptions = { e = 0.5 }', "there is no contact_time"),
-        ('between = ["*", "*"]\nresponse = "stop"\noptions = { e = 0.5 }', r"responses\[0\].options.e"),
-        ('between = ["*"]\nresponse = "stop"', r"responses\[0\].between"),
-        ('between = ["*", "*"]', r"responses\[0\].response: found nothing"),
-        ('between = ["*", "*"]\nrespons = "stop"', "did you mean 'response'"),
-    ],
-)
-def test_files_are_told_what_is_wrong(rule, said):
-    with pytest.raises(SceneError, match=said):
-        loads_scene(f'recipe = "grid"\n[[responses]]\n{rule}\n')
-
-
-MISSPELT = {("ball", "sensr"): "pass"}
-
-
-def test_a_rule_for_a_kind_that_nobody_is_of_is_refused_with_the_nearest_name():
+def test_a_rule_for_a_kind_of_no_body_is_refused_with_the_nearest_name():
     said = r"responses\[\('ball', 'sensr'\)\]: found 'sensr', a kind that no body has; expected one of ball, "
     with pytest.raises(SceneError, match=said + r"sensor; did you mean 'sensor'\? \(kinds=\[...\] declares"):
         scene(kind=["ball", "sensor", "ball"], responses=MISSPELT)
@@ -143,31 +138,6 @@ def test_kinds_that_are_declared_may_come_by_hand():
     with pytest.raises(ValueError, match=r"'bulet' is no kind of this scene.*'ball', 'bullet'"):
         sim.insert((1.25, 1.0), (0.0, 0.0), 0.125, kind="bulet")
     assert sim.recorded().kinds == world.kinds
-
-
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        (
-            {"kind": ["ball", "bal", "ball"]},
-            r"bodies\[1\].kind: found 'bal', which is none of the kinds that the",
-        ),
-        (
-            {"commands": [kt.Insert(1.0, (3.0, 3.0), (0.0, 0.0), 0.25, kind="sensr")]},
-            r"commands\[0\].kind: found 'sensr'.* expected one of ball, sensor; did you mean 'sensor'",
-        ),
-        ({"responses": MISSPELT}, "found 'sensr', a kind that no body has"),
-        (
-            {"kinds": "ball"},
-            r"kinds: found 'ball'; expected all kinds of bodies, such as \['ball', 'sensor'\]",
-        ),
-        ({"kinds": 3}, "kinds: found 3; expected all kinds"),
-        ({"kinds": ["ball", "wall", 1.5]}, r"kinds\[1\]: found 'wall'.*\n.*kinds\[2\]: found 1.5"),
-    ],
-)
-def test_where_kinds_are_declared_there_are_no_others(more, said):
-    with pytest.raises(SceneError, match=said):
-        scene(**{"kinds": ["ball", "sensor"], **more})
 
 
 def test_bodies_that_are_given_no_kind_are_of_the_first_in_python_as_in_a_file():
@@ -201,27 +171,36 @@ response = "pass"
 """
 
 
+RULE = 'recipe = "grid"\n[[responses]]\n'
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
+        (f'{RULE}between = ["*", "*"]\nresponse = "stopp"', "name of no response; .* did you mean 'stop'"),
         (
-            SENSOR,
-            "found 'sensr', a kind that no body has; expected one of ball, sensor; did you mean 'sensor'",
+            f'{RULE}between = ["*", "*"]\nresponse = "restitution"\noptions = {{ e = 0.5 }}',
+            "there is no contact_time",
         ),
+        (
+            f'{RULE}between = ["*", "*"]\nresponse = "stop"\noptions = {{ e = 0.5 }}',
+            r"responses\[0\].options.e",
+        ),
+        (f'{RULE}between = ["*"]\nresponse = "stop"', r"responses\[0\].between"),
+        (f'{RULE}between = ["*", "*"]', r"responses\[0\].response: found nothing"),
+        (f'{RULE}between = ["*", "*"]\nrespons = "stop"', "did you mean 'response'"),
+        (f'{RULE}between = ["a", "a"]\nresponse = "stop"', "found 'a', a kind that no"),
+        (SENSOR, "found 'sensr', a kind that no body has; expected one of ball, sensor; did you mean 'sen"),
         (
             f"kinds = [[1],'ball','sensor','sensr']\n{SENSOR}[[bodies]]\nposition = [2, 2]\nradius = 0.1\n",
             r"1 mistake\n  kinds\[0\]: found \[1\]; expected the name of a kind",
         ),
         (f"kinds = 3\n{SENSOR}", "1 mistake\n  kinds: found 3; expected a list of all kinds of bodies"),
         (SENSOR.replace("time = 1.0", ""), r"1 mistake\n  commands\[0\].time: found nothing"),
-        (
-            'recipe = "grid"\n[[responses]]\nbetween = ["a", "a"]\nresponse = "stop"',
-            "found 'a', a kind that no",
-        ),
         (f"kind = ['ball', 'sensr']\n{SENSOR}", "did you mean 'kinds'"),
     ],
 )
-def test_files_are_told_of_kinds_that_nobody_is_of(text, said):
+def test_mistakes_of_files_say_where_and_what(text, said):
     with pytest.raises(SceneError, match=said):
         loads_scene(text)
 

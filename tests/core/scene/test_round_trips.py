@@ -115,7 +115,7 @@ def contacts_of(scene: kt.Scene) -> tuple[int, str]:
 @pytest.mark.small
 def test_one_kind_for_all_has_the_same_contacts_after_saving_recording_and_in_an_event_file(tmp_path):
     expected = contacts_of(ONE_KIND)
-    assert expected[0] == 1, "they stop, and then nobody meets anybody"
+    assert expected[0] == 1, "they stop, and then none meet"
     kt.save_scene(ONE_KIND, tmp_path / "scene.toml")
     assert contacts_of(kt.load_scene(tmp_path / "scene.toml")) == expected
     sim = kt.Simulation(ONE_KIND, "naive", live=True)

@@ -6,7 +6,6 @@ import copy
 import itertools
 import pickle
 import re
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +15,7 @@ from hypothesis import strategies as st
 
 from kinetile import Insert, Scene, Settings, Turn, make_scene
 from kinetile.errors import SceneError
-from kinetile.scene import relabelled
+from kinetile.scene import bodies, relabelled
 from kinetile.scene.bodies import overlapping_pairs
 
 STILL = {"velocity": [[0.0, 0.0]], "radius": 0.1}
@@ -109,7 +108,7 @@ def test_relabelled_shares_the_bodies_and_checks_the_settings() -> None:
         relabelled(scene, settings=Settings(until=0.5))
 
 
-def test_all_mistakes_are_told_at_once() -> None:
+def test_all_mistakes_are_reported_at_once() -> None:
     error = refused(
         position=[[0.1, 0.5], [0.5, np.nan], [0.9, 0.9], [0.12, 0.5]],
         velocity=[[0.0, 0.0], [0.0, 0.0], [np.inf, 0.0], [0.0, 0.0]],
@@ -138,16 +137,10 @@ def test_all_mistakes_are_told_at_once() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fields", "told"),
+    ("fields", "sentence"),
     [
-        (
-            {"position": [0.0, 0.0], **STILL},
-            "position: found an array of shape (2,); expected an array of shape (n, 2)",
-        ),
-        (
-            {"position": [[0.0], [1.0, 2.0]], **STILL},
-            "position: found [[0.0], [1.0, 2.0]]; expected an array of num",
-        ),
+        ({"position": [0.0, 0.0], **STILL}, "position: found an array of shape (2,); expected an array of"),
+        ({"position": [[0.0], [1.0, 2.0]], **STILL}, "position: found [[0.0], [1.0, 2.0]]; expected an"),
         ({"position": [["a", "b"]], **STILL}, "expected an array of numbers"),
         ({"position": [[0, 0]], "velocity": [[True, False]], "radius": 1}, "velocity: found [[True, False]]"),
         (
@@ -155,19 +148,13 @@ def test_all_mistakes_are_told_at_once() -> None:
             "velocity: found 2 rows; expected one for",
         ),
         ({"position": [[0, 0]], **STILL, "mass": [[1]]}, "(n,), or one number for all"),
-        (
-            {"position": [[0, 0]], **STILL, "arena": (1, 0)},
-            "arena: found [1, 0]; expected [width, height], two",
-        ),
+        ({"position": [[0, 0]], **STILL, "arena": (1, 0)}, "arena: found [1, 0]; expected [width, height],"),
         ({"position": [[0, 0]], **STILL, "arena": "ab"}, "arena: found ['a', 'b']"),
         ({"position": [[0, 0]], **STILL, "start": np.inf}, "start: found inf; expected a finite number"),
         ({"position": [[0, 0]], **STILL, "turns": [(0, 1.0)]}, "turns[0]: found (0, 1.0); expected a turn"),
         ({"position": [[0, 0]], **STILL, "turns": [(True, 1, (0, 0))]}, "turns[0].body: found True"),
         ({"position": [[0, 0]], **STILL, "turns": [(0, 1, (0, 0, 0))]}, "turns[0].velocity: found [0, 0, 0]"),
-        (
-            {"position": [[0, 0]], **STILL, "settings": Settings(until="2")},
-            "until: found '2'; expected a finite num",
-        ),
+        ({"position": [[0, 0]], **STILL, "settings": Settings(until="2")}, "until: found '2'; expected a"),
         ({"position": [[0, 0]], **STILL, "settings": Settings(broad_phase=3)}, "broad-phase: found 3"),
         (
             {"position": [[0, 0]], **STILL, "settings": Settings(narrow_phases="disc")},
@@ -176,10 +163,12 @@ def test_all_mistakes_are_told_at_once() -> None:
         ({"position": [[0, 0]], **STILL, "settings": Settings(options={"a": 1})}, "options: found {'a': 1}"),
     ],
 )
-def test_each_mistake_says_where_what_and_what_would_be_right(fields: dict[str, object], told: str) -> None:
+def test_each_mistake_says_where_what_and_what_would_be_right(
+    fields: dict[str, object], sentence: str
+) -> None:
     error = refused(**fields)
     assert len(error.mistakes) == 1
-    assert told in str(error)
+    assert sentence in str(error)
 
 
 def test_touching_is_allowed_and_more_is_not() -> None:
@@ -222,7 +211,7 @@ def test_overlaps_are_found_even_at_the_ends_of_the_number_range() -> None:
 
 
 @pytest.mark.parametrize("exponent", [-560, -300, 300, 520])
-def test_a_scene_whose_squares_over_or_underflow_is_refused_with_all_its_lengths(exponent: int) -> None:
+def test_a_scene_with_squares_that_over_or_underflow_is_refused_with_all_its_lengths(exponent: int) -> None:
     scene = make_scene("grid", bodies=4)
     scale = 2.0**exponent
     error = refused(
@@ -296,18 +285,19 @@ def test_the_overlap_search_finds_each_pair_once(discs: list[tuple[float, float,
     assert sorted(found) == expected
 
 
-@pytest.mark.slow
-def test_a_hundred_thousand_discs_are_checked_quickly() -> None:
-    side = 316
-    cell = np.arange(side * side)
-    position = (np.stack([cell % side, cell // side], axis=1) + 0.5) / side
+def test_each_disc_of_ten_thousand_is_compared_with_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    compared = []
+    measure = bodies.distance
+    monkeypatch.setattr(bodies, "distance", lambda apart: compared.append(len(apart)) or measure(apart))
+    monkeypatch.setattr(bodies, "CHUNK", 10_000)
+    cell = np.arange(100 * 100)
+    position = (np.stack([cell % 100, cell // 100], axis=1) + 0.5) / 100
     still = np.zeros_like(position)
-    begun = time.process_time()
-    Scene(position, still, 0.4 / side, arena=(1.0, 1.0))
-    assert time.process_time() - begun < 5.0
-    begun = time.process_time()
-    refused(position=position * 1e-3, velocity=still, radius=0.4 / side)
-    assert time.process_time() - begun < 20.0
+    Scene(position, still, 0.004, arena=(1.0, 1.0))
+    assert 0 < sum(compared) < 10 * len(cell)
+    compared.clear()
+    refused(position=position * 1e-3, velocity=still, radius=0.004)  # all of them overlap
+    assert sum(compared) < 20 * len(cell)
 
 
 def test_a_scene_with_other_values_is_checked_and_keeps_the_rest():
@@ -336,7 +326,7 @@ def test_turns_are_replaced_alone_and_commands_as_a_whole():
     assert scene.replace(commands=[come], turns=[turn]) == scene
 
 
-def test_kinds_follow_anew_unless_they_were_declared():
+def test_kinds_follow_again_unless_they_were_declared():
     scene = Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.5, kind="a")
     assert scene.replace(kind="b").kinds == ("b",)
     declared = scene.replace(kinds=["a", "b"])

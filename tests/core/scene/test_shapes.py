@@ -18,15 +18,12 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import kinetile as kt
-from kinetile.errors import Mistake, Refused, SceneError
-from kinetile.plugin.protocols import PairParts
+from kinetile.errors import Mistake, SceneError
 from kinetile.scene.differences import core_difference, is_closer
 from kinetile.scene.files import dumps_scene, loads_scene
 from kinetile.scene.shapes import overlap
 from kinetile.show.picture import picture_of_scene
 from kinetile_conformance.strategies.changes import without
-from kinetile_plugins.disc import Disc
-from registering import registered
 
 TRIANGLE = kt.polygon([(-0.5, -0.5), (0.5, -0.5), (0.0, 0.5)], 0.125)
 SHAPES = (
@@ -376,44 +373,6 @@ def test_a_scene_without_a_body_keeps_the_shapes_of_the_others() -> None:
     fewer = without(scene(), 1)
     assert fewer.shapes == SHAPES
     assert fewer.shape.tolist() == [0, 2, 3]
-
-
-class Circles:
-    """A narrow phase that takes shapes, and lets them meet by the circles around them."""
-
-    def prepare(self, prepared: kt.Scene) -> PairParts:
-        return replace(Disc().prepare(prepared), shapes=True, alike=False, contact_distance="closer")
-
-
-def test_running_is_refused_where_no_phase_takes_shapes() -> None:
-    with pytest.raises(Refused, match="is for discs"):
-        kt.Simulation(scene(), broad_phase="sweep-tiling")
-    with pytest.raises(Refused, match="does not take box against box, which this scene has: choose convex"):
-        kt.Simulation(scene(), narrow_phases=["disc"])
-
-
-@pytest.mark.small
-def test_a_run_with_a_phase_that_takes_shapes_keeps_them(tmp_path: Path) -> None:
-    plugin = {
-        "circles": kt.NarrowPhaseSpec(
-            "circles", Circles, role="pair", shapes=("disc", "capsule", "box", "polygon")
-        )
-    }
-    with registered(*plugin.values()):
-        given_scene = scene(arena=None)
-        sim = kt.Simulation(given_scene, broad_phase="naive", narrow_phases=["circles"])
-        with pytest.raises(Refused):
-            kt.Simulation(given_scene, broad_phase="sweep-tiling", narrow_phases=["circles"])
-        sim.remove(1)
-        sim.run(until=1.0)
-        assert sim.composition.prepared.shapes == SHAPES
-        with pytest.raises(ValueError, match="no disc is inserted"):
-            sim.insert((50.0, 0.0), radius=0.5)
-        sim.save(tmp_path / "run.save")
-        again = kt.resume(tmp_path / "run.save")
-        assert again.scene == given_scene
-        assert again.composition.prepared.shape.tolist() == sim.composition.prepared.shape.tolist()
-        assert "polygon" in (kt.as_svg(sim) or "")
 
 
 def test_pictures_show_shapes() -> None:

@@ -67,7 +67,7 @@ def test_titles_say_when_a_certificate_fails():
     assert first[0].text == f"tile, fails at {event.time:.6g}"
 
 
-def test_it_stands_for_itself_in_light_and_dark():
+def test_it_is_complete_in_light_and_dark():
     text = as_svg(take_picture(simulation())).decode()
     assert "prefers-color-scheme:dark" in text
     assert not re.search(r"href|src=|url\((?!#)|@import|<script", text)

@@ -333,7 +333,7 @@ def test_recipes_of_others_are_held_to_their_signature(monkeypatch: pytest.Monke
         "flag": True,
         "other": [1],
     }
-    assert parse_parameters("needs", ["flag=Yes", "count=2"]) == {"flag": True, "count": 2}
+    assert parse_parameters("needs", ["flag=True", "count=2"]) == {"flag": True, "count": 2}
     with pytest.raises(BadOption, match="parameter 'flag': found 'maybe'; expected true or false"):
         parse_parameters("needs", ["flag=maybe"])
     with pytest.raises(

@@ -176,7 +176,7 @@ def _box(scene: Scene, plans: Plans) -> Sequence[float]:
         return (-1.0, -1.0, 1.0, 1.0)
     x, y = plans.x[there], plans.y[there]
     left, right, down, up = [np.nan_to_num(plans.radius[there])] * 4
-    if scene.shapes:  # nobody can be inserted: the bodies are those of the scene
+    if scene.shapes:  # no body can be inserted: the bodies are those of the scene
         left, right, down, up = np.array([shape.reaches for shape in scene.shapes])[scene.shape[there]].T
     box = (float((x - left).min()), float((y - down).min()), float((x + right).max()), float((y + up).max()))
     wide, high = box[2] - box[0], box[3] - box[1]

@@ -101,30 +101,17 @@ def record(
                 plans = plans.of_run(simulation)
         simulation.run(until, max_contacts=max_contacts, recorder=rows)
     except TooManyRows:
-        notes.append(shortened(begin, float(rows.rows["time"][-1]), until))
+        shown = float(rows.rows["time"][-1])
+        notes.append(
+            f"Shown up to {shown!r} of {begin!r} to {until!r}: {MOST_ROWS:,} events are as many as a page "
+            f"takes. The next window: --from {shown!r}"
+        )
     except KinetileError as error:
         notes.append(f"The run ended with a fault, {type(error).__name__}: {error}")
     last = max(_ticks(rows.rows[-1:]).max(initial=first), _now(simulation, clock) if not notes else first)
     recording = Recording(label, plans, rows.rows, first, int(last), None, tuple(notes))
     recording = replace(recording, drawn_as=simulation.composition.broad.drawn_as)
     return recording if again is None else _with_steps(recording, again, clock, begin)
-
-
-def shortened(begin: float, shown: float, until: float) -> str:
-    """Returns the sentence that a page has not all of a window."""
-    return (
-        f"Shown up to {shown!r} of {begin!r} to {until!r}: {MOST_ROWS:,} events are as many as a page takes. "
-        f"The next window: --from {shown!r}"
-    )
-
-
-def window_of(
-    scene: Scene, rows: npt.NDArray[Any], label: str, begin: int, end: int, notes: tuple[str, ...] = ()
-) -> Recording:
-    """Returns the window from tick ``begin`` to ``end`` of a run whose rows are all there."""
-    done = int((_ticks(rows) <= begin).sum()) if len(rows) and begin > 0 else 0
-    plans = Plans.of(scene, rows).after(rows[:done])
-    return Recording(label, plans, rows[done:], begin, end, None, notes)
 
 
 def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: float) -> Recording:
@@ -184,7 +171,7 @@ def _now(simulation: Simulation, clock: Clock) -> int:
 Floats = npt.NDArray[np.float64]
 KINDS = ("structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor")
 """Kinds of events by the number that a page has for them; "anchor" is a plan that the clock has written down
-anew."""
+again."""
 
 
 @dataclass(frozen=True)
@@ -231,17 +218,6 @@ class Plans:
         _, columns["epoch"][numbers], columns["tick"][numbers] = clock.split(bodies["anchor"])
         for name in ("x", "y", "vx", "vy", "radius"):
             columns[name][numbers] = bodies[name]
-        return Plans(**columns)
-
-    def after(self, rows: npt.NDArray[Any]) -> Plans:
-        """Returns the plans after the events of rows (dtype LOG), in their order."""
-        flights = Flights.of(rows)
-        columns = {name: array.copy() for name, array in vars(self).items()}
-        body, row = flights.body, flights.row
-        columns["there"][body] = rows["b"][row] != REMOVED  # of one body's flights the last one stays
-        columns["epoch"][body], columns["tick"][body] = rows["epoch"][row], rows["tick"][row]
-        for name in SIDES:
-            columns[name][body] = flights.value(name)
         return Plans(**columns)
 
 
@@ -315,25 +291,25 @@ class StructureLog:
     def see(self, done: int, items: Iterable[Item]) -> None:
         """Adds the present shapes after this many events."""
         self.seen = done
-        before, now, come = self._open, {}, []
+        before, now, new = self._open, {}, []
         for item in items:
             first = before.pop(item, None)
             if first is not None:
                 now[item] = first
             elif item not in now:  # said twice, it is there once
                 now[item] = done
-                come.append(item)
+                new.append(item)
         self._looks += len(now)
         self.full = self._looks > MOST_LOOKS
         self._closed += [(first, done, item) for item, first in before.items()]
-        stood = set(map(_without_certificate, before))
-        self._again.update((done, item) for item in come if _without_certificate(item) in stood)
+        existing = set(map(_without_certificate, before))
+        self._again.update((done, item) for item in new if _without_certificate(item) in existing)
         self._open = now
 
     def columns(self) -> dict[str, npt.NDArray[Any]] | None:
         """Returns the log: of each shape its number in ``SHAPES``, role, label (a place in ``labels``), first
         number of events at which it is there and first at which it is not, (epoch, tick) at which its
-        certificate fails (NaN: it does not), whether it is ``fresh`` then (1), or stood before with another
+        certificate fails (NaN: it does not), whether it is ``fresh`` then (1), or existed before with another
         certificate (0), and its coordinates, x before y, ``size`` of all the columns
         ``body`` (-1: fixed) and ``offset``. None where there is nothing to see."""
         spans = [*self._closed, *((first, self.seen + 1, item) for item, first in self._open.items())]

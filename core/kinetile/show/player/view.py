@@ -15,14 +15,14 @@ import numpy.typing as npt
 from kinetile.errors import BadOption
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.plugin.choices import write_phase
-from kinetile.records.reading import read_events
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.compare import describe_row, first_difference
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
+from kinetile.scene.targets import writing_new
 from kinetile.show.picture import escape
 from kinetile.show.player.page import Page
-from kinetile.show.player.recording import MOST_ROWS, Recording, record, shortened, window_of
+from kinetile.show.player.recording import MOST_ROWS, Plans, Recording, record
 
 _NO_STRUCTURE = (
     "An event file has no structural events and no structure: it says what the bodies do, whatever the broad "
@@ -52,19 +52,10 @@ class View:
 
         Raises BadOption where the file is there already (unless ``overwrite``) or cannot be written.
         """
-        target = Path(path)
-        text = str(self)
-        try:
-            with open(target, "w" if overwrite else "x", encoding="utf-8", newline="\n") as file:
-                file.write(text)
-        except FileExistsError as error:
-            raise BadOption(
-                f"{target} is there already: choose another name, or have it overwritten (overwrite=True, or "
-                "--overwrite)"
-            ) from error
-        except OSError as error:
-            raise BadOption(f"{target} cannot be written: {error.strerror or error}") from error
-        return target
+        content = str(self).encode()
+        with writing_new(path, overwrite) as file:
+            file.write(content)
+        return Path(path)
 
     def _repr_html_(self) -> str:
         page, title = html.escape(str(self)), escape(self.page.title)
@@ -173,30 +164,17 @@ def window(scene: Scene, begin: float | None, until: float | None) -> tuple[floa
     return begin, until
 
 
-def view_file(
-    path: str | os.PathLike[str], *, begin: float | None = None, until: float | None = None
-) -> View:
-    """Returns a view of an event file, or of a window of it. Raises RecordError as ``Trajectory.read``, and
-    BadOption for a window that is not in it."""
-    path = Path(path)
+def view_file(path: str | os.PathLike[str]) -> View:
+    """Returns a view of an event file, up to as many events as a page takes. Raises RecordError as
+    ``Trajectory.read``."""
     trajectory = Trajectory.read(path)
-    scene, rows = trajectory.scene, trajectory.rows
-    clock = Clock(scene.start, scene.time_unit)
-    recorded = read_events(path).metadata["time"]
-    end = clock.ticks(recorded if until is None else min(until, recorded))
-    first = clock.ticks(scene.start if begin is None else begin)
-    if not 0 <= first <= end:
-        raise BadOption(
-            f"the window of {path} is from {begin!r} to {until!r}; expected times in it, in order"
-        )
-    ticks = rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object)
-    before, upto = int((ticks <= first).sum()) if first else 0, int((ticks <= end).sum())
-    notes: tuple[str, ...] = (_NO_STRUCTURE,)
-    if upto - before > MOST_ROWS:
-        upto, wanted = before + MOST_ROWS, clock.moment(end)[0]
-        end = int(ticks[upto - 1])
-        notes += (shortened(clock.moment(first)[0], clock.moment(end)[0], wanted),)
-    recording = window_of(scene, rows[:upto], "as recorded", first, end, notes)
+    scene, rows = trajectory.scene, trajectory.rows[:MOST_ROWS]
+    end, notes = trajectory.end, [_NO_STRUCTURE]
+    if len(rows) < len(trajectory.rows):
+        end = float(rows["time"][-1])
+        notes.append(f"Shown up to {end!r}: {MOST_ROWS:,} events are as many as a page takes.")
+    plans, last = Plans.of(scene, rows), Clock(scene.start, scene.time_unit).ticks(end)
+    recording = Recording("as recorded", plans, rows, 0, last, None, tuple(notes))
     return View(Page(scene, [recording], f"{Path(path).name}: {_name(scene)}"))
 
 

@@ -14,18 +14,9 @@ from accessibility import install_axe, violations
 from chromium import SHIFT, Browser, needs_chromium
 from kinetile.show.player import view_scene
 from lanes import first
-from player_pages import PLACES_OF, SCENES, case_of
+from player_pages import SCENES
 
 pytestmark = needs_chromium
-
-PLACES = """(() => {
-    const places = (time) => {
-        kinetilePlayer.goTo(String(time));
-        const { runs: [run], moment } = kinetilePlayer.playback;
-        return (PLACES_OF)(run.motion, moment).flat();
-    };
-    return JSON.stringify(TIMES.map(places));
-})()"""
 
 FOCUS = """(() => {
     const here = document.activeElement;
@@ -44,12 +35,6 @@ FOCUS = """(() => {
 
 FOCUSABLE = """[...document.querySelectorAll("button, select, input, canvas[tabindex]")]
     .filter((each) => each.checkVisibility()).length"""
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with Browser() as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module")
@@ -74,22 +59,8 @@ def test_it_plays_without_a_message_or_a_request(width, height, tmp_path):
         assert browser.asked_for() == {path.as_uri()}
 
 
-@pytest.mark.parametrize("name", ["late start and turns", "come and go", "H21"])
-def test_places_are_those_of_the_trajectory(name, browser, tmp_path):
-    _, trajectory, page, times = case_of(name)
-    path = tmp_path / "page.html"
-    path.write_text(page.html(), encoding="utf-8")
-    browser.open(path)
-    found = json.loads(
-        browser.value(PLACES.replace("TIMES", json.dumps(times)).replace("PLACES_OF", PLACES_OF))
-    )
-    for time, places in zip(times, found, strict=True):
-        assert places == trajectory.positions(time).ravel().tolist(), time
-    assert browser.said() == []
-
-
-def test_the_keyboard_reaches_everything_and_shows_where_it_is(browser, tmp_path):
-    browser.open(view_scene(SCENES["grid"], [("sweep-tiling", {})], until=0.5).save(tmp_path / "page.html"))
+def test_the_keyboard_reaches_everything_and_shows_where_it_is(browser, saved):
+    browser.open(saved)
     browser.press("n", "ArrowRight")
     browser.settle()
     count = browser.value(FOCUSABLE)
@@ -103,8 +74,8 @@ def test_the_keyboard_reaches_everything_and_shows_where_it_is(browser, tmp_path
         assert (has_outline, in_window, uncovered) == (True, True, True), element
 
 
-def test_keys_do_what_they_say(browser, tmp_path):
-    browser.open(view_scene(SCENES["grid"], [("sweep-tiling", {})], until=0.5).save(tmp_path / "page.html"))
+def test_keys_do_what_they_say(browser, saved):
+    browser.open(saved)
 
     def state(*names: str) -> list[object]:
         return [browser.value(f"kinetilePlayer.{name}") for name in names]

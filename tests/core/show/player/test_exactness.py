@@ -55,8 +55,8 @@ def test_a_time_is_the_same_tick_as_the_clocks(start, unit, tmp_path):
     times += [math.nextafter(time, way) for time in times for way in (math.inf, -math.inf)]
     page = view_scene(SCENES["no walls"], steps=False).page
     body = """
-        const asked = (time) => clock.momentAt(time, given.start, given.unit);
-        return given.times.map((time) => asked(time).map((part) => String(BigInt(part))));
+        const momentOf = (time) => clock.momentAt(time, given.start, given.unit);
+        return given.times.map((time) => momentOf(time).map((part) => String(BigInt(part))));
     """
     found = ask_node(tmp_path, page, body, times=times, start=start, unit=unit)
     clock = Clock(start, unit)

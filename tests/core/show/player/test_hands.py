@@ -5,8 +5,6 @@ Skipped where there is no chromium.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 import kinetile as kt
@@ -20,12 +18,6 @@ SAID = "document.getElementById('said').textContent"
 PACE = "document.getElementById('pace').textContent"
 SCALE = "kinetilePlayer.camera.scale"
 CTRL = 2
-
-
-@pytest.fixture(scope="module")
-def saved(tmp_path_factory) -> Path:
-    view = view_scene(SCENES["grid"], [("sweep-tiling", {})], until=0.5)
-    return view.save(tmp_path_factory.mktemp("page") / "page.html")
 
 
 @pytest.fixture(scope="module")
@@ -161,7 +153,7 @@ def test_a_swipe_that_scrolled_the_page_left_the_scene_as_it_was_when_the_phone_
         assert phone.value(SCALE) == turned
 
 
-def test_what_is_now_is_told_as_in_the_list_of_events(browser, saved):
+def test_what_is_now_is_reported_as_in_the_list_of_events(browser, saved):
     browser.open(saved)
     browser.press("3", *["ArrowRight"] * 3)
     browser.settle()
@@ -227,7 +219,7 @@ def test_speed_has_bounds(browser, saved):
     assert browser.value(PACE).endswith(" time units a second, the slowest")
 
 
-def test_a_time_stands_as_it_was_typed(browser, saved):
+def test_a_time_stays_as_it_was_typed(browser, saved):
     browser.open(saved)
     browser.value("document.getElementById('goto').focus()")
     browser.press("0", ".", "2", "Enter")

@@ -46,7 +46,7 @@ COMPARED = """(() => {
     });
     let [total, most, covered] = [0, 0, 0];
     exact.forEach((value, at) => {
-        if (at % 4) return; // red stands for all
+        if (at % 4) return; // red is enough
         const apart = Math.abs(value - quick[at]);
         total += apart;
         covered += value < 255;
@@ -58,7 +58,7 @@ COMPARED = """(() => {
 
 @pytest.fixture(scope="module")
 def large(tmp_path_factory):
-    """The page of 1,024 discs, whose structure is computed, and its number of contacts."""
+    """The page of 1,024 discs with a computed structure, and its number of contacts."""
     scene = kt.make_scene("grid", bodies=1024, density=0.5)
     view = view_scene(scene, [("sweep-tiling", {})], until=0.03, steps=False)
     return view.save(tmp_path_factory.mktemp("large") / "page.html"), len(view.page.recordings[0].rows)
@@ -76,28 +76,25 @@ def test_more_than_a_thousand_events_are_a_density(width, height, large):
         assert browser.value("document.documentElement.scrollWidth <= innerWidth")
 
 
-def test_of_a_crowded_structure_only_what_is_around_a_selected_body_is_drawn(large):
-    with Browser() as browser:
-        browser.open(large[0])
-        counted = """(() => {
-            const pen = kinetilePlayer.panes[0].getContext("2d");
-            const own = pen.lineTo;
-            let lines = 0;
-            pen.lineTo = function (...at) { lines += 1; return own.apply(this, at); };
-            kinetilePlayer.drawPane(kinetilePlayer.panes[0], 0);
-            delete pen.lineTo;
-            return lines;
-        })()"""
-        whole = browser.value(counted)
-        browser.value("kinetilePlayer.select(500)")
-        browser.settle()
-        around = browser.value(counted)
-        assert whole > 2000
-        assert 4 < around < 100
-        assert (
-            browser.value("kinetilePlayer.structureOf(kinetilePlayer.playback.runs[0]).at(0).length") > 6000
-        )
-        assert browser.said() == []
+def test_of_a_crowded_structure_only_what_is_around_a_selected_body_is_drawn(large, browser):
+    browser.open(large[0])
+    counted = """(() => {
+        const pen = kinetilePlayer.panes[0].getContext("2d");
+        const own = pen.lineTo;
+        let lines = 0;
+        pen.lineTo = function (...at) { lines += 1; return own.apply(this, at); };
+        kinetilePlayer.drawPane(kinetilePlayer.panes[0], 0);
+        delete pen.lineTo;
+        return lines;
+    })()"""
+    whole = browser.value(counted)
+    browser.value("kinetilePlayer.select(500)")
+    browser.settle()
+    around = browser.value(counted)
+    assert whole > 2000
+    assert 4 < around < 100
+    assert browser.value("kinetilePlayer.structureOf(kinetilePlayer.playback.runs[0]).at(0).length") > 6000
+    assert browser.said() == []
 
 
 @pytest.mark.parametrize("ratio", first(1, [1, 2]))
@@ -113,36 +110,34 @@ def test_small_discs_that_are_filled_by_rectangles_look_as_those_of_a_path(radiu
         assert most < 24
 
 
-def test_a_crowd_is_saved_as_whole_circles(large):
-    with Browser() as browser:
-        browser.open(large[0])
-        browser.press("t")
-        browser.value("void (kinetilePlayer.camera.scale = 3 / kinetilePlayer.bodies.radius[0])")
-        browser.value("void (URL.createObjectURL = (blob) => { globalThis.saved = blob; return '#'; })")
-        browser.press("v")
-        text = browser.value("saved.text()")
-        assert text.count("a3 3 0 1 1 -6 0") == 2048  # their areas, and their edges
-        assert text.count("<path") < 10
+def test_a_crowd_is_saved_as_whole_circles(large, browser):
+    browser.open(large[0])
+    browser.press("t")
+    browser.value("void (kinetilePlayer.camera.scale = 3 / kinetilePlayer.bodies.radius[0])")
+    browser.value("void (URL.createObjectURL = (blob) => { globalThis.saved = blob; return '#'; })")
+    browser.press("v")
+    text = browser.value("saved.text()")
+    assert text.count("a3 3 0 1 1 -6 0") == 2048  # their areas, and their edges
+    assert text.count("<path") < 10
 
 
-def test_a_hidden_structure_is_not_computed_while_time_runs(large):
-    with Browser() as browser:
-        browser.open(large[0])
-        browser.value("""(() => {
-            const { present } = kinetilePlayer.playback.runs[0];
-            const own = present.draw;
-            globalThis.computed = 0;
-            present.draw = (...scene) => { computed += 1; own(...scene); };
-        })()""")
-        readings = "document.getElementById('readings').textContent"
-        browser.press("t", "e", " ")
-        browser.value("globalThis.computed = 0")
-        browser.value("new Promise((done) => setTimeout(done, 400))")
-        assert browser.value("[kinetilePlayer.playing > 0, computed]") == [True, 0]
-        browser.press(" ")
-        browser.settle()
-        assert "tiles drawn3073" in browser.value(readings)
-        browser.press(" ", "n")
-        browser.settle()
-        assert browser.value("computed") > 1  # the table of a selected body names its pairs
-        assert browser.said() == []
+def test_a_hidden_structure_is_not_computed_while_time_runs(large, browser):
+    browser.open(large[0])
+    browser.value("""(() => {
+        const { present } = kinetilePlayer.playback.runs[0];
+        const own = present.draw;
+        globalThis.computed = 0;
+        present.draw = (...scene) => { computed += 1; own(...scene); };
+    })()""")
+    readings = "document.getElementById('readings').textContent"
+    browser.press("t", "e", " ")
+    browser.value("globalThis.computed = 0")
+    browser.value("new Promise((done) => setTimeout(done, 400))")
+    assert browser.value("[kinetilePlayer.playing > 0, computed]") == [True, 0]
+    browser.press(" ")
+    browser.settle()
+    assert "tiles drawn3073" in browser.value(readings)
+    browser.press(" ", "n")
+    browser.settle()
+    assert browser.value("computed") > 1  # the table of a selected body names its pairs
+    assert browser.said() == []

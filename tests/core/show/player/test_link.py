@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
@@ -19,18 +18,6 @@ pytestmark = needs_chromium
 SAID = "document.getElementById('said').textContent"
 STATE = "[...kinetilePlayer.playback.moment, kinetilePlayer.playback.runs[0].done, kinetilePlayer.selected]"
 SVG = "{http://www.w3.org/2000/svg}"
-
-
-@pytest.fixture(scope="module")
-def saved(tmp_path_factory) -> Path:
-    view = view_scene(SCENES["grid"], [("sweep-tiling", {})], until=0.5)
-    return view.save(tmp_path_factory.mktemp("page") / "page.html")
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with Browser() as opened:
-        yield opened
 
 
 def test_a_link_opens_the_moment_and_the_body(browser, saved):

@@ -5,11 +5,9 @@ from __future__ import annotations
 import json
 
 import pytest
-from typer.testing import CliRunner
 
 import kinetile as kt
 from chromium import Browser, needs_chromium
-from kinetile.cli import app
 from kinetile.show.player import view_scene
 from player_pages import FILES
 
@@ -51,7 +49,7 @@ def test_counts_are_those_of_runs_and_contacts_are_the_same(width, height, tmp_p
 
 
 @needs_chromium
-def test_a_list_that_differs_is_told(tmp_path):
+def test_a_list_that_differs_is_reported(tmp_path, browser):
     path = view_scene(scene(), [("naive", {}), ("cells", {})], until=0.3).save(tmp_path / "race.html")
     forge = """(() => {
         const { playback: { runs: [, { events }] }, race } = kinetilePlayer;
@@ -63,43 +61,28 @@ def test_a_list_that_differs_is_told(tmp_path):
     shown = "window.digests = digests;\nbegin();\n</script>"
     text = path.read_text(encoding="utf-8").replace("begin();\n</script>", shown)
     path.write_text(text, encoding="utf-8")
-    with Browser() as browser:
-        browser.open(path)
-        browser.value(forge)
-        browser.settle()
-        rows, said = json.loads(browser.value(TOLD))
-        naive, cells = said.split(". Under ")[1:]
-        assert said.startswith("Contact ")
-        assert naive.startswith("naive: bod")
-        assert cells.startswith("cells: bod")
-        assert naive.removeprefix("naive") != cells.removeprefix("cells").rstrip(".")
-        assert rows[0][4] != rows[1][4]
+    browser.open(path)
+    browser.value(forge)
+    browser.settle()
+    rows, said = json.loads(browser.value(TOLD))
+    naive, cells = said.split(". Under ")[1:]
+    assert said.startswith("Contact ")
+    assert naive.startswith("naive: bod")
+    assert cells.startswith("cells: bod")
+    assert naive.removeprefix("naive") != cells.removeprefix("cells").rstrip(".")
+    assert rows[0][4] != rows[1][4]
 
 
 @needs_chromium
-def test_events_of_one_tick_are_stepped_without_a_difference(tmp_path):
+def test_events_of_one_tick_are_stepped_without_a_difference(tmp_path, browser):
     ties = kt.load_scene(FILES / "H14.toml")
     path = view_scene(ties, [("naive", {}), ("sap-1d", {})], until=2.0).save(tmp_path / "race.html")
-    with Browser() as browser:
-        browser.open(path)
-        sentences = set()
-        for _ in range(12):
-            browser.press("ArrowRight")
-            browser.settle()
-            sentences.add(json.loads(browser.value(TOLD))[1].split(".")[0].split(":")[0])
-        assert any(each.startswith("Events of one tick") for each in sentences)
-        assert not any("differs" in each for each in sentences)
-        assert browser.said() == []
-
-
-def test_the_command_takes_several_phases_with_their_options(tmp_path):
-    out = tmp_path / "race.html"
-    words = ["view", "grid", "-s", "bodies=9", "--until", "0.1", "--out", str(out)]
-    done = CliRunner().invoke(app, [*words, "--broad-phase", "naive", "--beside", "sap-1d:axis=y,cells"])
-    assert done.exit_code == 0, done.stderr
-    text = out.read_text(encoding="utf-8")
-    for label in ("naive", "sap-1d:axis=y", "cells"):
-        assert f"<figcaption>{label}" in text
-    alone = CliRunner().invoke(app, [*words, "--overwrite", "--beside", "cells"])
-    assert alone.exit_code == 2
-    assert "name the first with --broad-phase" in alone.stderr
+    browser.open(path)
+    sentences = set()
+    for _ in range(12):
+        browser.press("ArrowRight")
+        browser.settle()
+        sentences.add(json.loads(browser.value(TOLD))[1].split(".")[0].split(":")[0])
+    assert any(each.startswith("Events of one tick") for each in sentences)
+    assert not any("differs" in each for each in sentences)
+    assert browser.said() == []

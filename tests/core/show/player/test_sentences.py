@@ -12,8 +12,8 @@ from kinetile.show.player import view_scene
 from player_pages import SCENES, ask_node, needs_node
 
 SENTENCES = """
-    const told = new sentences.Sentences(runs[0], play.runs[0].events, bodies, held);
-    return [...play.runs[0].events.kind].map((_, event) => told.of(event));
+    const texts = new sentences.Sentences(runs[0], play.runs[0].events, bodies, held);
+    return [...play.runs[0].events.kind].map((_, event) => texts.of(event));
 """
 
 RANDOM = kt.make_scene("random", bodies=24, density=0.3, radius_ratio=4.0, seed=4)
@@ -22,14 +22,14 @@ RANDOM = kt.make_scene("random", bodies=24, density=0.3, radius_ratio=4.0, seed=
 @needs_node
 @pytest.mark.parametrize("phase", ["sweep-tiling", "sap-2d", "cells"])
 def test_pairs_begin_and_end_as_they_are_drawn(phase, tmp_path):
-    told = ask_node(tmp_path, view_scene(RANDOM, [(phase, {})], until=0.12).page, SENTENCES)
+    texts = ask_node(tmp_path, view_scene(RANDOM, [(phase, {})], until=0.12).page, SENTENCES)
     sim = kt.Simulation(RANDOM, phase)
 
     def pairs() -> set[tuple[int, int]]:
         return {(item.a, item.b) for item in sim.drawing() if isinstance(item, Link)}
 
     before, changed = pairs(), 0
-    for sentence, _ in zip(told, sim.steps(until=0.12), strict=True):
+    for sentence, _ in zip(texts, sim.steps(until=0.12), strict=True):
         after = pairs()
         for verb, there in (("ends?", before - after), ("begins?", after - before)):
             named = re.search(rf"pairs? ([\d, -]+) {verb}", sentence)
@@ -44,9 +44,9 @@ def test_pairs_begin_and_end_as_they_are_drawn(phase, tmp_path):
 @needs_node
 @pytest.mark.parametrize("phase", ["sweep-tiling", "sap-1d"])
 def test_bounds_pass_each_other_by_the_names_that_the_phase_gives_them(phase, tmp_path):
-    told = ask_node(tmp_path, view_scene(RANDOM, [(phase, {})], until=0.12).page, SENTENCES)
+    texts = ask_node(tmp_path, view_scene(RANDOM, [(phase, {})], until=0.12).page, SENTENCES)
     sim, found = kt.Simulation(RANDOM, phase), 0
-    for sentence, event in zip(told, sim.steps(until=0.12), strict=True):
+    for sentence, event in zip(texts, sim.steps(until=0.12), strict=True):
         if event.kind != "structural":
             continue
         passes = re.match(r"([LR]) of (\d+) passes ([LR]) of (\d+)", sentence)
@@ -62,9 +62,9 @@ def test_bounds_pass_each_other_by_the_names_that_the_phase_gives_them(phase, tm
     assert found > 10
     if phase == "sweep-tiling":
         changes = "three tiles replaced; two bounds replaced; pair 8-9 ends; pair 4-16 begins"
-        assert told[1] == f"L of 9 passes R of 8: {changes}"
+        assert texts[1] == f"L of 9 passes R of 8: {changes}"
     else:
-        assert told[0] == "R of 9 passes L of 5 (meet): two certificates rescheduled"
+        assert texts[0] == "R of 9 passes L of 5 (meet): two certificates rescheduled"
 
 
 @needs_node
@@ -78,12 +78,12 @@ def test_a_phase_without_words_of_its_own_has_sentences(tmp_path, monkeypatch):
         )
 
     monkeypatch.setattr(kt.Simulation, "drawing", bare)
-    told = ask_node(tmp_path, view_scene(RANDOM, [("sap-1d", {})], until=0.12).page, SENTENCES)
-    assert told[0] == "right side of 9 passes left side of 5"
-    assert "bodies 0 and 18 meet" in told
+    texts = ask_node(tmp_path, view_scene(RANDOM, [("sap-1d", {})], until=0.12).page, SENTENCES)
+    assert texts[0] == "right side of 9 passes left side of 5"
+    assert "bodies 0 and 18 meet" in texts
     monkeypatch.setattr(kt.Simulation, "drawing", lambda sim: ())
-    told = ask_node(tmp_path, view_scene(RANDOM, [("sap-1d", {})], until=0.12).page, SENTENCES)
-    assert re.fullmatch(r"a certificate of body (5|9) fails", told[0])
+    texts = ask_node(tmp_path, view_scene(RANDOM, [("sap-1d", {})], until=0.12).page, SENTENCES)
+    assert re.fullmatch(r"a certificate of body (5|9) fails", texts[0])
 
 
 @needs_node
@@ -97,8 +97,8 @@ def test_kinds_and_responses_are_named(tmp_path):
         kind=["ball", "sensor", "post"],
         responses={("ball", "sensor"): "pass", ("ball", "post"): "stop"},
     )
-    told = ask_node(tmp_path, view_scene(scene, [("cells", {})], until=4.0).page, SENTENCES)
-    said = [sentence.split(":")[0] for sentence in told]
+    texts = ask_node(tmp_path, view_scene(scene, [("cells", {})], until=4.0).page, SENTENCES)
+    said = [sentence.split(":")[0] for sentence in texts]
     assert "ball 0 and sensor 1 begin to pass through each other" in said
     assert "ball 0 and sensor 1 end to pass through each other" in said
     assert "ball 0 and post 2 meet (stop)" in said
@@ -106,7 +106,7 @@ def test_kinds_and_responses_are_named(tmp_path):
 
 @needs_node
 def test_who_comes_and_goes_changes_the_structure(tmp_path):
-    told = ask_node(tmp_path, view_scene(SCENES["come and go"], [("sap-1d", {})], until=1.5).page, SENTENCES)
-    assert any(re.match(r"body \d+ comes: two bounds new", sentence) for sentence in told)
-    assert any(re.match(r"body \d+ goes: two bounds gone", sentence) for sentence in told)
-    assert any(re.match(r"body \d+ turns", sentence) for sentence in told)
+    texts = ask_node(tmp_path, view_scene(SCENES["come and go"], [("sap-1d", {})], until=1.5).page, SENTENCES)
+    assert any(re.match(r"body \d+ comes: two bounds new", sentence) for sentence in texts)
+    assert any(re.match(r"body \d+ goes: two bounds gone", sentence) for sentence in texts)
+    assert any(re.match(r"body \d+ turns", sentence) for sentence in texts)

@@ -71,21 +71,20 @@ def test_bands_are_those_of_the_run_and_a_click_goes_to_its_time(axis, width, he
         assert browser.said() == []
 
 
-def test_a_long_run_is_drawn_a_sheet_at_a_time(tmp_path):
+def test_a_long_run_is_drawn_a_sheet_at_a_time(tmp_path, browser):
     gas = kt.make_scene("grid", bodies=64, density=0.3, seed=1)
     path = view_scene(gas, [("cells", {})], until=3.0, steps=False).save(tmp_path / "view.html")
-    with Browser() as browser:
-        browser.open(path)
-        browser.value(CHOOSE.replace("AXIS", '"x"'))
-        rows = browser.value("kinetilePlayer.runs[0].rows.count")
-        assert rows > 1500
-        browser.value("kinetilePlayer.seekFraction(1)")
-        browser.settle()
-        sheet = json.loads(browser.value("JSON.stringify(kinetilePlayer.spaceTime.sheet())"))
-        assert sheet["first"] == 1500 * ((rows - 1) // 1500)
-        assert sheet["last"] == rows
-        times = "[0, 0.5, 1].map((part) => kinetilePlayer.spaceTime.timeAt(part))"
-        end, middle, begin = json.loads(browser.value(f"JSON.stringify({times})"))
-        assert end == 1.0
-        assert 0.0 < begin < middle < end
-        assert browser.said() == []
+    browser.open(path)
+    browser.value(CHOOSE.replace("AXIS", '"x"'))
+    rows = browser.value("kinetilePlayer.runs[0].rows.count")
+    assert rows > 1500
+    browser.value("kinetilePlayer.seekFraction(1)")
+    browser.settle()
+    sheet = json.loads(browser.value("JSON.stringify(kinetilePlayer.spaceTime.sheet())"))
+    assert sheet["first"] == 1500 * ((rows - 1) // 1500)
+    assert sheet["last"] == rows
+    times = "[0, 0.5, 1].map((part) => kinetilePlayer.spaceTime.timeAt(part))"
+    end, middle, begin = json.loads(browser.value(f"JSON.stringify({times})"))
+    assert end == 1.0
+    assert 0.0 < begin < middle < end
+    assert browser.said() == []

@@ -205,7 +205,7 @@ def test_a_second_finger_and_a_cancelled_one_throw_nothing(page):
         assert phone.value("[kinetilePlayer.trial.recorded, kinetilePlayer.trial.pulled]") == [None, None]
 
 
-def test_a_jam_is_computed_up_to_a_number_of_events(tmp_path):
+def test_a_jam_is_computed_up_to_a_number_of_events(tmp_path, browser):
     jammed = kt.Scene(
         [[1.0, 0.5], [0.4, 0.5], [0.5, 1.5]],
         [[0.0, 0.0], [0.0, 0.0], [0.3, 0.1]],
@@ -214,19 +214,18 @@ def test_a_jam_is_computed_up_to_a_number_of_events(tmp_path):
         arena=(2, 2),
     )
     path = view_scene(jammed, [("naive", {})], until=2.0).save(tmp_path / "page.html")
-    with Browser() as browser:
-        browser.open(path)
-        browser.value("kinetilePlayer.trial.fork((run) => run.turn(0, [-1, 0]))")
-        browser.press("End")  # what is not computed yet is not shown
-        assert browser.value("kinetilePlayer.time()") < 0.61
-        while not browser.value("kinetilePlayer.trial.run.isCut"):
-            browser.settle()
+    browser.open(path)
+    browser.value("kinetilePlayer.trial.fork((run) => run.turn(0, [-1, 0]))")
+    browser.press("End")  # what is not computed yet is not shown
+    assert browser.value("kinetilePlayer.time()") < 0.61
+    while not browser.value("kinetilePlayer.trial.run.isCut"):
         browser.settle()
-        assert browser.value(SAID).startswith("after 20000 events nothing more is computed here: ")
-        browser.press("End")
-        now = "(kinetilePlayer.playback.runs[0].motion, kinetilePlayer.playback.moment)"
-        assert all(0.0 < x < 2.0 for place in browser.value(f"({PLACES_OF}){now}") for x in place)
-        assert browser.said() == []
+    browser.settle()
+    assert browser.value(SAID).startswith("after 20000 events nothing more is computed here: ")
+    browser.press("End")
+    now = "(kinetilePlayer.playback.runs[0].motion, kinetilePlayer.playback.moment)"
+    assert all(0.0 < x < 2.0 for place in browser.value(f"({PLACES_OF}){now}") for x in place)
+    assert browser.said() == []
 
 
 CHOOSE = """(() => {
