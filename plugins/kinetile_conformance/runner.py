@@ -180,7 +180,7 @@ def _subject(name: str, chosen: Options) -> Subject:
     option that a narrow phase does not have. The smoke test checks the options of the broad phase."""
     narrow: dict[str, Mapping[str, Any]] = {}
     for each, options in read_narrow_phases(chosen.get("narrow_phases") or ()).items():
-        check_options("narrow phase", each, registry().narrow_phase(each), options)
+        check_options("narrow phase", each, registry().target("narrow phase", each), options)
         narrow[registry().spec("narrow phase", each).name] = dict(options)
     subject = Subject(name, dict(chosen.get("options") or {}), narrow)
     provided(subject)

@@ -35,6 +35,7 @@ from kinetile.kernel.certificates.contact import (
     after,
     are_whole,
     filtered,
+    floor_of,
     kept,
     look_closer,
     plus,
@@ -150,15 +151,13 @@ def tick_at_face(
         step *= per_time
         bound += 2.0**-49 * abs(step) + 2.0**-50
         if bound < 0.5:
+            found = floor_of(ticks, step, bound)
+            if found != OPEN:
+                return found
             base = int(ticks)
-            part = (ticks - float(base)) + step
-            down = math.floor(part)
-            over = part - float(down)
-            if over > bound and over < 1.0 - bound:
-                found = base + int(down)
-                return larger(found, 0) if found < LIMIT else NEVER
-            near = math.floor(part + 0.5)
-            away = (near - (ticks - float(base))) / per_time
+            flown = ticks - float(base)
+            near = math.floor(flown + step + 0.5)
+            away = (near - flown) / per_time
             there = left - rate * away
             error += abs(away) * unsure + 2.0**-51 * (abs(left) + abs(there))
             found = base + int(near)

@@ -7,7 +7,7 @@ does not hold again, so bisection finds it, from wherever it starts. The floor o
 the greatest K with q(K) <= 0 or B(K) < 0. Some microseconds, more where the guess is bad.
 
 A whole number is a row of digits in base 2^26: the digit in cell i counts 2^(26 (i - z)), z being the row's
-zero. Digits are signed, and after ``carry`` at most 2^25 in size, so all that stands below a digit is less
+zero. Digits are signed, and after ``carry`` at most 2^25 in size, so all that is below a digit is less
 than one unit of it, and the sign of a number is that of its highest digit that is not zero. A product of two
 such digits is at most 2^50: a cell holds 4,096 of them, more than any sum here has.
 

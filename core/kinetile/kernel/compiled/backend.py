@@ -1,6 +1,6 @@
 """Numba and LLVM: the only file that imports them, and what kinetile uses of them that is not public.
 
-Numba promises its public names for a year or two, and nothing of the others. So these stand here, with the
+Numba promises its public names for a year or two, and nothing of the others. So these are here, with the
 versions that they are known in (pyproject.toml has the same), and are compared with what is installed when
 this file is imported: one that is not there, or lacks a member that kinetile overrides or reads, is named in
 one sentence, before anything is compiled.
@@ -20,10 +20,10 @@ from llvmlite import ir
 from llvmlite.binding import add_symbol
 from numba import extending as _extending
 from numba import types as _types
-from numba.extending import intrinsic, lower_builtin, models, overload, register_model
+from numba.extending import infer_getattr, intrinsic, lower_builtin, models, overload, register_model
 
 VERSIONS = ">=0.60,<0.69"
-"""The versions of Numba whose private parts are known."""
+"""The versions of Numba with private parts that are known."""
 
 
 def misfit(what: str) -> str:
@@ -44,12 +44,14 @@ try:
     from numba.core.errors import NumbaExperimentalFeatureWarning
     from numba.core.registry import CPUDispatcher
     from numba.core.types import Array, Type
+    from numba.core.typing.templates import AttributeTemplate
     from numba.np import arrayobj as _arrayobj
 except ImportError as error:
     raise ImportError(misfit(str(error))) from error
 
 numba: Any = _numba
 types: Any = _types
+TypingError: Any = _numba.TypingError
 cgutils: Any = _cgutils
 arrayobj: Any = _arrayobj
 compiler_lock: Any = global_compiler_lock
@@ -61,10 +63,11 @@ MEMBERS: dict[Any, str] = {
     JITCodeLibrary: "codegen _codegen _optimize_final_module _finalize_final_module _finalized",
     Compiler: "compile_extra",
     CPUDispatcher: "get_call_template get_overload py_func compile _cache",
-    _cgutils: "create_struct_proxy get_null_value get_or_insert_function unpack_tuple",
+    _cgutils: "create_struct_proxy get_null_value get_or_insert_function",
     _arrayobj: "load_item store_item get_itemsize populate_array getitem_arraynd_intp setitem_array "
     "getiter_array",
     cast(Any, _extending)._Intrinsic: "_defn",
+    AttributeTemplate: "key resolve generic_resolve",
     types.BaseTuple: "from_types",
     types: "unliteral",
 }
@@ -181,12 +184,14 @@ def at_an_address(function: Callable[..., Any], signature: Any, cache: Any) -> A
 __all__ = [
     "VERSIONS",
     "Array",
+    "AttributeTemplate",
     "CPUDispatcher",
     "FunctionCache",
     "IndexDataCacheFile",
     "LinkingCompiler",
     "NumbaExperimentalFeatureWarning",
     "Type",
+    "TypingError",
     "add_symbol",
     "alone",
     "arrayobj",
@@ -195,6 +200,7 @@ __all__ = [
     "check",
     "compiler_lock",
     "entry",
+    "infer_getattr",
     "intrinsic",
     "ir",
     "llvmlite",

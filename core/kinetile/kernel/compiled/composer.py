@@ -151,7 +151,7 @@ def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
         return
     asked = (function, tuple(_kind(argument) for argument in arguments))
     if asked in _ready:
-        return  # Numba would work out anew what each argument is, for milliseconds
+        return  # Numba would derive the type of each argument again, for milliseconds
     typeof = backend.numba.typeof
     with uncollected():
         try:
@@ -200,7 +200,7 @@ def complaint(error: Exception) -> str:
 
 
 def _place(error: Exception) -> str:
-    """Return the file and line at which the compiler was: the innermost that it had in hand."""
+    """Return the file and line at which the compiler was: the innermost of its frames."""
     found, trace = "", error.__traceback__
     while trace is not None:
         for value in list(trace.tb_frame.f_locals.values()):

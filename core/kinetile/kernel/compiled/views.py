@@ -44,8 +44,11 @@ else:
 
     from kinetile.kernel.compiled.backend import (
         Array,
+        AttributeTemplate,
+        TypingError,
         arrayobj,
         cgutils,
+        infer_getattr,
         intrinsic,
         lower_builtin,
         models,
@@ -75,6 +78,20 @@ else:
         def copy(self, *given: Any, **fields: Any) -> Any:
             """Return a type made from this one, of a slice say: NumPy's."""
             return self.of.copy(*given, **fields)
+
+    @infer_getattr
+    class _ViewAttributes(AttributeTemplate):
+        """The attributes of a view: none. Code for those of NumPy's arrays, methods and columns among them,
+        reads fields that a view has not."""
+
+        key = _View
+
+        def generic_resolve(self, view: Any, name: str) -> Any:
+            """Refuse the attribute."""
+            raise TypingError(
+                f"an array in an unchecked hook has no {name!r}, only indices from 0, slices, len and "
+                "iteration: leave out the mark toolbox.unchecked"
+            )
 
     @register_model(_View)
     class _ViewModel(models.StructModel):
@@ -209,29 +226,16 @@ else:
 
     @intrinsic
     def numbers_from(typing_context: Any, tables: Any, first: Any) -> Any:
-        """Return the tables with numbers that begin at one of them."""
+        """Return the tables with numbers, a view, that begin at one of them."""
         at = tables.instance_class._fields.index("numbers")
         kind = tables[at]
 
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             whole, start = arguments
             old = builder.extract_value(whole, at)
-            if isinstance(kind, _View):
-                given = cgutils.create_struct_proxy(kind)(context, builder, value=old)
-                given.data = builder.gep(given.data, [start])
-                given.count = builder.sub(given.count, start)
-            else:
-                given = context.make_array(kind)(context, builder, value=old)
-                count = builder.sub(given.nitems, start)
-                data, strides = builder.gep(given.data, [start]), cgutils.unpack_tuple(builder, given.strides)
-                arrayobj.populate_array(
-                    given,
-                    data=data,
-                    shape=[count],
-                    strides=strides,
-                    itemsize=given.itemsize,
-                    meminfo=given.meminfo,
-                )
+            given = cgutils.create_struct_proxy(kind)(context, builder, value=old)
+            given.data = builder.gep(given.data, [start])
+            given.count = builder.sub(given.count, start)
             made = builder.insert_value(whole, given._getvalue(), at)
             context.nrt.incref(builder, tables, made)
             return made

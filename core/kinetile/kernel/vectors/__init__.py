@@ -23,8 +23,6 @@ import numpy as np
 from kinetile.kernel.compiled import INTERPRETED
 
 LANES = 8
-SPLIT = 2.0**27 + 1.0
-TINY, HUGE = 2.0**-960, 2.0**990
 COLUMNS = ("x", "y", "vx", "vy", "anchor", "reach")
 
 Floats: TypeAlias = Any
@@ -100,17 +98,11 @@ def prefetch(table: Any, row: int) -> None:
 
 
 def product_error(a: float, b: float, product: float) -> float:
-    """Return a * b - product exactly, for the rounded product (Dekker 1971); by rationals, and rounded as
-    a fused multiply-add does it, where a part of a product would be subnormal or infinite."""
-    if not (TINY < abs(product) < HUGE and abs(a) < HUGE and abs(b) < HUGE) and math.isfinite(product):
-        return float(Fraction(float(a)) * Fraction(float(b)) - Fraction(float(product)))
-    t = SPLIT * a
-    a_high = t - (t - a)
-    a_low = a - a_high
-    t = SPLIT * b
-    b_high = t - (t - b)
-    b_low = b - b_high
-    return ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+    """Return a * b - product, for the rounded product, rounded once, as a fused multiply-add does it: exact
+    unless a part of the product would be subnormal."""
+    if not math.isfinite(product):
+        return math.nan
+    return float(Fraction(float(a)) * Fraction(float(b)) - Fraction(float(product)))
 
 
 def lowest_bit(word: int) -> int:
@@ -147,7 +139,7 @@ def places(table: Any, names: Any, first: int) -> tuple[Floats, Floats, Floats, 
 
 
 def put_place(table: Any, number: int, x: float, y: float, vx: float, vy: float) -> None:
-    """Write a row of a table of places in one piece: who reads it so need not wait for the parts."""
+    """Write a row of a table of places in one piece, so that a load of it need not wait for the parts."""
     table[number] = (x, y, vx, vy)
 
 
