@@ -101,12 +101,12 @@ def true_answer(
     x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, m=0, n=0, *sides
 ) -> list[int]:
     """Return what ``answers`` must of a row: rules 5 and 11p of the specification."""
-    elapsed, frame = int(elapsed), Frame(None, 1 - math.frexp(tick)[1] - UNIT_BITS, sides or (0.0, 0.0))
+    frame = Frame(sides or None, 1 - math.frexp(tick)[1] - UNIT_BITS, sides or (0.0, 0.0))
     one = FlightPlan(x, y, vx, vy, 0, radius, frame)
-    two = FlightPlan(x2, y2, vx2, vy2, elapsed, radius2, frame)
+    two = FlightPlan(x2, y2, vx2, vy2, int(elapsed), radius2, frame)
     image = int(m), int(n)
     met, parted = PairQuadratic(one, two, frame, image).tick(), parting_tick(one, two, frame, image)
-    touch, part = (NEVER if found is None else found - elapsed for found in (met, parted))
+    touch, part = (NEVER if found is None else found - int(elapsed) for found in (met, parted))
     return [touch, touch, part]
 
 
@@ -122,7 +122,7 @@ def true_reach(far: float, near: float, radius: float, speed: float, tick: float
     return NEVER if found is None else found[0]
 
 
-def rows(n: int, **columns) -> Rows:
+def rows(n: int, /, **columns) -> Rows:
     made = np.zeros(n, dtype=ENCOUNTER)
     made["tick"] = TICK
     for name, values in columns.items():

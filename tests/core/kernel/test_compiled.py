@@ -114,7 +114,7 @@ def test_what_a_hook_reaches_counts_wherever_it_is(made):
 
 
 def test_a_docstring_does_not_count():
-    source = 'def hook():\n    """{}"""\n    return "a"\n'
+    source = 'def hook():\n    """{}"""\n    return "word"\n'
     assert prints(hook_of(source.format("a"))) == prints(hook_of(source.format("b")))
 
 
@@ -342,7 +342,7 @@ def test_a_cache_that_cannot_be_written_is_done_without(folder, monkeypatch):
     """The disk is full; then there is no folder at all."""
     from numba.core.caching import IndexDataCacheFile
 
-    def full(*arguments):
+    def full(*arguments, **named):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(IndexDataCacheFile, "_save_data", full)

@@ -67,7 +67,7 @@ MEMBERS: dict[Any, str] = {
     _arrayobj: "load_item store_item get_itemsize populate_array getitem_arraynd_intp setitem_array "
     "getiter_array",
     cast(Any, _extending)._Intrinsic: "_defn",
-    AttributeTemplate: "key resolve generic_resolve",
+    AttributeTemplate: "resolve generic_resolve",
     types.BaseTuple: "from_types",
     types: "unliteral",
 }
