@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from inspect import Parameter, Signature
+from pathlib import Path
 from types import FunctionType
 from typing import Any, cast
 
@@ -20,10 +21,14 @@ from llvmlite import ir
 from llvmlite.binding import add_symbol
 from numba import extending as _extending
 from numba import types as _types
-from numba.extending import infer_getattr, intrinsic, lower_builtin, models, overload, register_model
+from numba.extending import intrinsic, lower_builtin, models, overload, register_model
 
 VERSIONS = ">=0.60,<0.69"
 """The versions of Numba with private parts that are known."""
+
+
+FOLDER = str(Path(_numba.__file__).parent)
+"""Numba's own code."""
 
 
 def misfit(what: str) -> str:
@@ -44,14 +49,12 @@ try:
     from numba.core.errors import NumbaExperimentalFeatureWarning
     from numba.core.registry import CPUDispatcher
     from numba.core.types import Array, Type
-    from numba.core.typing.templates import AttributeTemplate
     from numba.np import arrayobj as _arrayobj
 except ImportError as error:
     raise ImportError(misfit(str(error))) from error
 
 numba: Any = _numba
 types: Any = _types
-TypingError: Any = _numba.TypingError
 cgutils: Any = _cgutils
 arrayobj: Any = _arrayobj
 compiler_lock: Any = global_compiler_lock
@@ -67,7 +70,6 @@ MEMBERS: dict[Any, str] = {
     _arrayobj: "load_item store_item get_itemsize populate_array getitem_arraynd_intp setitem_array "
     "getiter_array",
     cast(Any, _extending)._Intrinsic: "_defn",
-    AttributeTemplate: "resolve generic_resolve",
     types.BaseTuple: "from_types",
     types: "unliteral",
 }
@@ -182,16 +184,15 @@ def at_an_address(function: Callable[..., Any], signature: Any, cache: Any) -> A
 
 
 __all__ = [
+    "FOLDER",
     "VERSIONS",
     "Array",
-    "AttributeTemplate",
     "CPUDispatcher",
     "FunctionCache",
     "IndexDataCacheFile",
     "LinkingCompiler",
     "NumbaExperimentalFeatureWarning",
     "Type",
-    "TypingError",
     "add_symbol",
     "alone",
     "arrayobj",
@@ -200,7 +201,6 @@ __all__ = [
     "check",
     "compiler_lock",
     "entry",
-    "infer_getattr",
     "intrinsic",
     "ir",
     "llvmlite",

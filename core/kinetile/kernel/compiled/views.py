@@ -44,11 +44,8 @@ else:
 
     from kinetile.kernel.compiled.backend import (
         Array,
-        AttributeTemplate,
-        TypingError,
         arrayobj,
         cgutils,
-        infer_getattr,
         intrinsic,
         lower_builtin,
         models,
@@ -79,22 +76,8 @@ else:
             """Return a type made from this one, of a slice say: NumPy's."""
             return self.of.copy(*given, **fields)
 
-    @infer_getattr
-    class _ViewAttributes(AttributeTemplate):
-        """The attributes of a view: none. Code for those of NumPy's arrays, methods and columns among them,
-        reads fields that a view has not."""
-
-        key = _View
-
-        def generic_resolve(self, view: Any, name: str) -> Any:
-            """Refuse the attribute."""
-            raise TypingError(
-                f"an array in an unchecked hook has no {name!r}, only indices from 0, slices, len and "
-                "iteration: leave out the mark toolbox.unchecked"
-            )
-
     @register_model(_View)
-    class _ViewModel(models.StructModel):
+    class ViewModel(models.StructModel):
         """Where the elements begin, and how many there are."""
 
         def __init__(self, manager: Any, kind: Any) -> None:
