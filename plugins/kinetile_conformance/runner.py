@@ -216,7 +216,7 @@ def applicable(subject: Subject, each: Check) -> str | None:
         return "for a broad phase alone: judge it without a narrow phase named"
     if each.judges == "pair" and subject.pair is None:
         return "for a narrow phase for pairs that is named"
-    features: frozenset[str] = getattr(registry().spec("broad phase", subject.name), "features", frozenset())
+    features = registry().spec("broad phase", subject.name).features
     if each.feature is not None and each.feature not in features:
         return f"for phases that declare the feature {each.feature!r}"
     return None

@@ -150,7 +150,7 @@ class Registry:
                 "kind": kind,
                 "name": spec.name,
                 "summary": spec.summary,
-                "features": [] if isinstance(spec, SceneSpec) else sorted(spec.features),
+                "features": sorted(spec.features),
                 "aliases": list(spec.aliases),
                 "api": spec.api,
                 "plugin": plugin,

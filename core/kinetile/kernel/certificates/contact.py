@@ -42,12 +42,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from kinetile.kernel.certificates.integers import (
-    LIMIT,
-    as_count,
-    first_touch_of_integers,
-    last_touch_of_integers,
-)
+from kinetile.kernel.certificates.integers import LIMIT, as_count, touch_of_integers
 from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.certificates.structural import FAR
 from kinetile.kernel.compiled import apart, hook, larger, python_of, smaller
@@ -301,7 +296,7 @@ def look_closer(plans: Plans, radius: float, radius2: float) -> int:
             if down == 0.0:
                 break
             guess = int(smaller(larger(guess + int(down), 0), LIMIT))
-    return first_touch_of_integers(plans, radius, radius2, guess)
+    return touch_of_integers(plans, radius, radius2, guess, False)
 
 
 @hook
@@ -358,4 +353,4 @@ def last_touch(plans: Plans, radius: float, radius2: float) -> int:
         cross = x.d * y.u - y.d * x.u
         inside = larger(reach * reach * speed2 - cross * cross, 0.0)
         guess = as_count((math.sqrt(inside) - (x.d * x.u + y.d * y.u)) / speed2 * plans.per_time)
-    return last_touch_of_integers(plans, radius, radius2, guess)
+    return touch_of_integers(plans, radius, radius2, guess, True)

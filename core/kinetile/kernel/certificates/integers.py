@@ -267,34 +267,24 @@ def read_in(m: Cells, plans: Plans, radius: float, radius2: float) -> tuple[int,
 
 
 @subroutine
-def first_touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int) -> int:
-    """Return what ``first_touch`` does, for finite numbers of any size; for others ``NEVER``."""
+def touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int, parting: bool) -> int:
+    """Return what ``first_touch`` does, or ``last_touch`` for a parting, for finite numbers of any size; for
+    others ``NEVER``, or 0."""
     m = np.zeros(MEMORY, dtype=np.int64)
     first, end = read_in(m, plans, radius, radius2)
     if end > CELLS:
-        return NEVER
+        return 0 if parting else NEVER
     bend, gap = signs_at(m, first, end, 0)
-    if bend >= 0:
+    if parting:
+        if gap > 0 and (bend >= 0 or sign_of_inside(m, first, end) <= 0):
+            return 0
+        if plans.x.v == plans.x.v2 and plans.y.v == plans.y.v2:
+            return NEVER
+    elif bend >= 0:
         return NEVER
-    if gap <= 0:
+    elif gap <= 0:
         return 0
-    if sign_of_inside(m, first, end) <= 0:
+    elif sign_of_inside(m, first, end) <= 0:
         return NEVER
-    found = last_before(m, first, end, guess, False)
-    return found if found < LIMIT else NEVER
-
-
-@subroutine
-def last_touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int) -> int:
-    """Return what ``last_touch`` does, for finite numbers of any size; for others 0."""
-    m = np.zeros(MEMORY, dtype=np.int64)
-    first, end = read_in(m, plans, radius, radius2)
-    if end > CELLS:
-        return 0
-    bend, gap = signs_at(m, first, end, 0)
-    if gap > 0 and (bend >= 0 or sign_of_inside(m, first, end) <= 0):
-        return 0
-    if plans.x.v == plans.x.v2 and plans.y.v == plans.y.v2:
-        return NEVER
-    found = last_before(m, first, end, guess, True)
+    found = last_before(m, first, end, guess, parting)
     return found if found < LIMIT else NEVER

@@ -121,13 +121,6 @@ def stop_there(k: Kernel, tick: int, a: int, b: int) -> None:
 
 
 @hook
-def _note_watched(k: Kernel, tick: int, a: int, b: int) -> None:
-    """A contact has happened: stop after it where it is watched."""
-    if len(k.watch) > 0 and k.clock[0].stops.before == 0 and is_watched(k, a, b):
-        stop_there(k, tick, a, b)
-
-
-@hook
 def _ticks_of_a_jam(k: Kernel) -> float:
     """Return in how many ticks a window of contacts shows a jam: less than 1e-13 of the smallest radius of
     flight each, at the speed of the fastest body.
@@ -155,7 +148,8 @@ def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
     """Count what has happened at a tick, see whether it is watched, and look for jams."""
     clock = k.clock[0]
     jam = clock.jam
-    _note_watched(k, tick, a, b)
+    if len(k.watch) > 0 and clock.stops.before == 0 and is_watched(k, a, b):
+        stop_there(k, tick, a, b)
     clock.met_there = clock.met_there + 1 if clock.met_tick == tick else 1
     clock.met_tick = tick
     jam.spins = 0

@@ -23,7 +23,7 @@ import numpy as np
 from kinetile.kernel.compiled import INTERPRETED
 
 LANES = 8
-COLUMNS = ("x", "y", "vx", "vy", "anchor", "reach")
+COLUMNS: tuple[str, ...] = ("x", "y", "vx", "vy", "anchor", "reach")
 
 Floats: TypeAlias = Any
 Wholes: TypeAlias = Any
