@@ -187,7 +187,7 @@ class NaiveLive:
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Return the parts; refuses as many bodies as ``naive``."""
-        parts: BroadPhaseParts = registry().broad_phase(REFERENCE)().prepare(scene)
+        parts: BroadPhaseParts = registry().target("broad phase", REFERENCE)().prepare(scene)
         return replace(parts, near=_near_live, enter=_idle, leave=_idle, room=scene.capacity)
 
 

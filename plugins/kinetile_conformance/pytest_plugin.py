@@ -37,7 +37,7 @@ def checks_of(name: str, **options: Unpack[Options]) -> dict[str, Callable[[], N
     from kinetile_conformance.runner import Plan
 
     plan = Plan.of(name, options)
-    phase = registry().broad_phase(name)
+    phase = registry().target("broad phase", name)
     check_options("broad phase", name, phase, plan.subject.options)
     phase(**plan.subject.options)
     begun: list[Any] = []

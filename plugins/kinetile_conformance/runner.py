@@ -180,7 +180,7 @@ def _subject(name: str, chosen: Options) -> Subject:
     option that a narrow phase does not have. The smoke test checks the options of the broad phase."""
     narrow: dict[str, Mapping[str, Any]] = {}
     for each, options in read_narrow_phases(chosen.get("narrow_phases") or ()).items():
-        check_options("narrow phase", each, registry().narrow_phase(each), options)
+        check_options("narrow phase", each, registry().target("narrow phase", each), options)
         narrow[registry().spec("narrow phase", each).name] = dict(options)
     subject = Subject(name, dict(chosen.get("options") or {}), narrow)
     provided(subject)
@@ -216,7 +216,7 @@ def applicable(subject: Subject, each: Check) -> str | None:
         return "for a broad phase alone: judge it without a narrow phase named"
     if each.judges == "pair" and subject.pair is None:
         return "for a narrow phase for pairs that is named"
-    features: frozenset[str] = getattr(registry().spec("broad phase", subject.name), "features", frozenset())
+    features = registry().spec("broad phase", subject.name).features
     if each.feature is not None and each.feature not in features:
         return f"for phases that declare the feature {each.feature!r}"
     return None

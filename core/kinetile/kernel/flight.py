@@ -1,7 +1,7 @@
 """Flight plans, and what a contact changes in them.
 
 A body is where it was at its anchor, plus its velocity times the time since. The time since an anchor is a
-difference of integer ticks, hence exact however late the clock is. A plan is anchored anew by a contact or a
+difference of integer ticks, hence exact however late the clock is. A plan is anchored again by a contact or a
 turn, never by a structural event, so that a trajectory is a function of the scene alone.
 
 At a contact two bodies exchange momentum along a normal. That is computed to half an ulp: what is lost there
@@ -27,11 +27,16 @@ def since_anchor(k: Kernel, body: Records, tick: int) -> float:
 
 
 @hook
+def position_at(k: Kernel, body: Records, tick: int) -> tuple[float, float]:
+    """Return where a body's plan has it at a tick."""
+    elapsed = since_anchor(k, body, tick)
+    return body.x + body.vx * elapsed, body.y + body.vy * elapsed
+
+
+@hook
 def anchor_at(k: Kernel, body: Records, tick: int) -> None:
     """Anchor a body's plan at a tick, without changing its velocity."""
-    elapsed = since_anchor(k, body, tick)
-    body.x += body.vx * elapsed
-    body.y += body.vy * elapsed
+    body.x, body.y = position_at(k, body, tick)
     body.anchor = tick
 
 
@@ -49,8 +54,8 @@ def note_place(k: Kernel, number: int) -> None:
     Rounded once more than its plan, hence only good for bounds.
     """
     body = k.bodies[number]
-    back = since_anchor(k, body, k.clock[0].origin)
-    put_place(k.places, number, body.x + body.vx * back, body.y + body.vy * back, body.vx, body.vy)
+    x, y = position_at(k, body, k.clock[0].origin)
+    put_place(k.places, number, x, y, body.vx, body.vy)
 
 
 @hook

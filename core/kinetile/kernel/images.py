@@ -3,8 +3,8 @@
 A border that bodies cross could be an event. Here it is none: the law does not know where the box is cut.
 The *image* (m, n) of a body is the body m periods further right and n further up, and a contact of two bodies
 is through an image: the certificate of two discs, with m and n periods added to their separation. So two
-bodies may meet through several images, even at one tick, and nothing is rounded, logged or planned anew
-because somebody crosses a line.
+bodies may meet through several images, even at one tick, and nothing is rounded or logged, and no
+plan changes, where a body crosses a line.
 
 A plan's place stays near 0, so that rounding does not grow: whenever a plan is anchored, its place becomes
 the remainder of IEEE 754, from -1/2 to 1/2 period, which is a double always: wrapping adds no rounding.
@@ -13,7 +13,7 @@ counted between unwrapped places, from the elder of two bodies to the younger: w
 numbers.
 
 On the same grounds no plan grows old. At every *beat*, 2^53 ticks or two units of the clock, all plans that
-are a beat old are anchored anew, body by body. Then a body is at most four units away from its anchor, and
+are a beat old are anchored again, body by body. Then a body is at most four units away from its anchor, and
 a search for the first image that another one meets has an end.
 
 Two bodies that have met through an image are barred from that image, not from each other: two discs alone in
@@ -27,7 +27,7 @@ import math
 from kinetile.kernel.certificates.contact import first_touch_apart
 from kinetile.kernel.certificates.plans import plans_through
 from kinetile.kernel.compiled import hook, larger, smaller, template, unchecked
-from kinetile.kernel.flight import anchor_at
+from kinetile.kernel.flight import anchor_at, position_at
 from kinetile.kernel.passings import is_passing, passes
 from kinetile.kernel.tables import NEVER, NOBODY, TOO_DEEP, Kernel, blame
 from kinetile.kernel.vectors import product_error
@@ -74,7 +74,7 @@ def turns_of(place: float, period: float) -> float:
 
 @hook
 def near_zero(place: float, period: float) -> float:
-    """Return a place, along an axis, without its periods; 0 stands for the period of one with walls."""
+    """Return a place, along an axis, without its periods; 0 is the period of one with walls."""
     return remainder(place, period, turns_of(place, period))
 
 
@@ -128,9 +128,9 @@ def first_image(k: Kernel, a: int, b: int) -> int:
     ky = k.images[late].ky - k.images[early].ky
     barred = k.bodies[a].last == b and k.bodies[b].last == a
     passing = len(k.rules) > 0 and passes(k, a, b)
-    time = float(since - one.anchor) * clock.tick
-    dx = two.x - (one.x + one.vx * time)
-    dy = two.y - (one.y + one.vy * time)
+    x, y = position_at(k, one, since)
+    dx = two.x - x
+    dy = two.y - y
     ux = two.vx - one.vx
     uy = two.vy - one.vy
     reach = one.radius + two.radius

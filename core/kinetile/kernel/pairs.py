@@ -11,7 +11,7 @@ with the pairs there are, not with the pairs there could be. A pair is held once
 leaves with the last ``remove_pair``, so a broad phase that finds a pair for several reasons need not count
 them itself.
 
-Every pair stands in the list of both its bodies. A record has the fields a and b (its bodies, by slot),
+Every pair is in the list of both its bodies. A record has the fields a and b (its bodies, by slot),
 next_a and prev_a (its neighbours in a's list), next_b and prev_b; ``firsts[body]`` is the head of a body's
 list, -1 where there is none. To put a pair in and to take it out costs O(1).
 """
@@ -112,7 +112,7 @@ def _home(k: Kernel, a: int, b: int) -> int:
 
 @hook
 def _find(k: Kernel, a: int, b: int) -> int:
-    """Return the slot of the lookup that holds a pair a < b, or the empty one where it would stand."""
+    """Return the slot of the lookup that holds a pair a < b, or the empty one where it would be."""
     table = k.pairs
     lookup = k.lookup
     mask = len(lookup) - 1

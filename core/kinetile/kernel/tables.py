@@ -5,12 +5,12 @@ work done on them. Counts and lengths that change live in the one-record tables 
 because a named tuple cannot be changed in place. The clock has records within it, one for each of its
 purposes: ``k.clock[0].limits.width``.
 
-The queue has one entry a body, and stands in the body's record ``queue[body]``: the first of what awaits it.
+The queue has one entry a body, the record ``queue[body]``: the first of what awaits it.
 That is the structural certificate which the broad phase has given it, its first contact with another body (a
-*guess*, a lower bound, until it has come to the head of the queue and been asked for exactly), or its contact
+*guess*, a lower bound, until it is at the head of the queue and is computed exactly), or its contact
 with a wall. docs/kernel.md has the rules by which the entries cover every contact that there can be.
 
-Bodies come and go. A body stands in a *slot*, its place in every table of bodies, and has a *number*, by
+Bodies come and go. A body is in a *slot*, its place in every table of bodies, and has a *number*, by
 which it is known outside: in the log, in the order of events of one tick, and to the user. A slot that a
 body has left is taken by a later one; a number is never used twice. Hooks use slots only.
 """
@@ -206,7 +206,7 @@ CALENDAR = np.dtype(
     [
         ("shift", "i8"),  # a slice is 2^shift ticks long
         ("slice", "i8"),  # the slice in which the head is sought: nothing is filed before it
-        ("filed", "i8"),  # whether the calendar stands
+        ("filed", "i8"),  # whether the bodies are filed
     ],
     align=True,
 )
@@ -267,7 +267,7 @@ COUNTS = np.dtype(
         ("asked", "i8"),  # partners looked at
         ("newcomers", "i8"),  # bodies that a hook said have become near another
         ("exact", "i8"),  # contact times worked out exactly
-        ("updated", "i8"),  # structural certificates set anew
+        ("updated", "i8"),  # structural certificates set again
         ("queued", "i8"),
         ("queue_max", "i8"),
         ("pairs_max", "i8"),

@@ -22,7 +22,7 @@ Role: TypeAlias = str
 """One of ``ROLES``."""
 
 ROLES = {
-    "bound": "a bound of a body: a line that stands for where it begins or ends",
+    "bound": "a bound of a body: a line where it begins or ends",
     "tile": "a piece of the free space",
     "cell": "a cell of a grid",
     "pair": "two bodies that are near each other",

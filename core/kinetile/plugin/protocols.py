@@ -73,17 +73,17 @@ class BroadPhaseParts:
     of others that depended on it, and ``offer`` pairs of others that become near. From then on the phase
     must not name it.
 
-    Both or neither. A phase without them is prepared and built anew at each insertion or removal. One that
+    Both or neither. A phase without them is prepared and built again at each insertion or removal. One that
     has them allocates room for ``scene.capacity`` bodies in ``prepare``, whose scene has fewer: bodies are
     identified by their slots, 0 to capacity - 1, and a slot may be empty (``toolbox.is_there``). When
     ``arrange`` and ``build`` are called, the bodies are in the first slots without a gap,
     ``k.clock[0].bodies`` of them, and ``arrange`` receives tables of that length. Radii are within those that
-    ``prepare`` saw; a body with another radius, or without a slot, makes the kernel prepare anew.
+    ``prepare`` saw; a body with another radius, or without a slot, makes the kernel prepare again.
 
-    ``soon(k, s, body, stage)``: an event of a body is likely to come soon, and the scene is large: ask the
-    memory (``toolbox.prefetch``) for what ``near`` and ``repair`` will read of it. Stages 0, 1 and 2 come in
-    this order, some events apart, so each may read what the one before has asked for. It must change nothing;
-    the body may have another plan by then. None: nothing is asked for ahead.
+    ``soon(k, s, body, stage)``: an event of a body is likely to come soon, and the scene is large: prefetch
+    (``toolbox.prefetch``) what ``near`` and ``repair`` will read of it. Stages 0, 1 and 2 come in this order,
+    some events apart, so each may read what the one before has prefetched. It must change nothing; the body
+    may have another plan by then. None: nothing is prefetched.
 
     ``periodic``: in a scene with a periodic axis (``scene.periodic``) this phase names a body if any of its
     images may touch. A plan's place is within half a period of 0 when it is anchored, ``k.images`` counts the
@@ -119,7 +119,7 @@ class BroadPhaseParts:
     sum of their radii.
 
     ``faults`` are sentences for faults of the phase's own: ``blame(k, MY_FAULT, a, b)`` ends the run with the
-    first of them, ``MY_FAULT + 1`` with the second. ``{a}`` and ``{b}`` in them stand for the two numbers.
+    first of them, ``MY_FAULT + 1`` with the second. ``{a}`` and ``{b}`` in them are the two numbers.
 
     A hook may also read ``k.places``, position and velocity of every body at the tick
     ``k.clock[0].origin``, one row of four doubles each, written before ``replan``.
@@ -361,7 +361,7 @@ def _broad_mistakes(parts: BroadPhaseParts) -> Iterator[str]:
         if not isinstance(ticks, np.ndarray) or ticks.dtype != np.int64:
             yield f"ticks has {_shown(ticks)} in it; expected arrays of int64"
     faults: Any = parts.faults
-    wanted = "expected a tuple of sentences, in which {a} and {b} stand for what blame was given"
+    wanted = "expected a tuple of sentences, in which {a} and {b} are the numbers given to blame"
     if not isinstance(faults, tuple | list):
         yield f"faults is {_shown(faults)}; {wanted}"
         return

@@ -10,27 +10,21 @@ pluggy manager of its own: a failure needs no rollback, and its plugin is always
 
 kinetile's own distribution goes first, the rest follow in alphabetical order. So no plugin can take a
 built-in name, and which of two rivals gets a name does not depend on the order of ``sys.path``.
-
-The environment variable KINETILE_STRICT_PLUGINS turns failures into exceptions. It is on for "1", "true",
-"yes" and "on"; it is off for "0", "false", "no", "off", the empty text, and where there is no such variable.
-Case and surrounding blanks do not matter; any other text is an error.
 """
 
 from __future__ import annotations
 
-import os
 import pkgutil
 import re
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from importlib import metadata
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard, cast
+from typing import Any, NamedTuple, TypeGuard, cast
 
 import pluggy
 
 from kinetile.errors import (
-    BadOption,
     BadPlugin,
     DuplicateName,
     PhaseError,
@@ -40,12 +34,6 @@ from kinetile.errors import (
 )
 from kinetile.plugin import specs
 from kinetile.plugin.specs import Kind, NarrowPhaseSpec, SceneSpec, Spec
-
-if TYPE_CHECKING:
-    from kinetile.scene import Scene
-
-
-_STRICT = "KINETILE_STRICT_PLUGINS"
 
 
 class Provided(NamedTuple):
@@ -100,43 +88,29 @@ class Registry:
     def __repr__(self) -> str:
         return f"<Registry: {len(self._provided)} names, {len(self.failures)} failures>"
 
-    def broad_phase(self, name: str) -> type[Any]:
-        """Imports and returns the class of a broad phase.
-
-        Raises UnknownName, and PhaseError where the target does not import or is no class.
-        """
-        return cast("type[Any]", _load(self._find("broad phase", name)))
-
-    def narrow_phase(self, name: str) -> type[Any]:
-        """Imports and returns the class of a narrow phase. Raises as ``broad_phase`` does."""
-        return cast("type[Any]", _load(self._find("narrow phase", name)))
-
-    def response(self, name: str) -> type[Any]:
-        """Imports and returns the class of a response. Raises as ``broad_phase`` does."""
-        return cast("type[Any]", _load(self._find("response", name)))
-
-    def observable(self, name: str) -> type[Any]:
-        """Imports and returns the class of an observable. Raises as ``broad_phase`` does."""
-        return cast("type[Any]", _load(self._find("observable", name)))
-
-    def scene(self, name: str) -> Callable[..., Scene]:
-        """Imports and returns the recipe of a scene.
-
-        Raises UnknownName, and PhaseError where the target does not import or cannot be called.
-        """
-        return cast("Callable[..., Scene]", _load(self._find("scene", name)))
-
     def target(self, kind: Kind, name: str) -> Callable[..., Any]:
-        """Imports and returns the class or the function of a name of any kind. Raises as the others do."""
-        return cast("Callable[..., Any]", _load(self._find(kind, name)))
+        """Imports and returns the class of a phase, response or observable, or the recipe of a scene.
+
+        Raises UnknownName, and PhaseError where the target does not import, or is no class or function.
+        """
+        return cast("Callable[..., Any]", _load(self.provided(kind, name)))
 
     def spec(self, kind: Kind, name: str) -> Spec:
         """Returns the spec of a name or alias, importing nothing. Raises UnknownName."""
-        return self._find(kind, name).spec
+        return self.provided(kind, name).spec
 
     def provided(self, kind: Kind, name: str) -> Provided:
-        """Returns the entry of a name or alias, with its plugin. Raises UnknownName."""
-        return self._find(kind, name)
+        """Returns the entry of a name or alias, to the letter, with its plugin. Raises UnknownName."""
+        known: dict[str, Provided] = {}
+        for provided in self._provided:
+            if provided.kind == kind:
+                known.update(dict.fromkeys(_all_names(provided.spec), provided))
+        if name in known:
+            return known[name]
+        meant = nearest(str(name), [each for each in known if not each.startswith("_")])
+        other = next((each.kind for each in self._provided if name in _all_names(each.spec)), None)
+        there = self.names(kind)
+        raise UnknownName(kind, name, suggestion=meant, available=there, failures=self.failures, other=other)
 
     def names(self, kind: Kind) -> tuple[str, ...]:
         """Returns the names of one kind: the built-in ones first, without aliases, and without those that
@@ -176,7 +150,7 @@ class Registry:
                 "kind": kind,
                 "name": spec.name,
                 "summary": spec.summary,
-                "features": [] if isinstance(spec, SceneSpec) else sorted(spec.features),
+                "features": sorted(spec.features),
                 "aliases": list(spec.aliases),
                 "api": spec.api,
                 "plugin": plugin,
@@ -193,18 +167,14 @@ class Registry:
         return {"provided": provided, "failures": failures}
 
     def _discover(self) -> None:
-        """Adds installed plugins; stores failures, or raises them in strict mode."""
-        strict = _is_strict()
+        """Adds installed plugins, and stores failures."""
         for found in installed():
             try:
                 self._take_in(found.load(), found.plugin, found.distribution, found.version)
             except KeyboardInterrupt:
                 raise
             except BaseException as error:  # SystemExit too, and what compiled modules throw beside Exception
-                failure = Failure(found.plugin, found.distribution, error, found.version)
-                if strict:
-                    raise BadPlugin(f"{failure} (raised because {_STRICT} is set)") from error
-                self.failures += (failure,)
+                self.failures += (Failure(found.plugin, found.distribution, error, found.version),)
 
     def _take_in(
         self, plugin: object, label: str, distribution: str | None = None, version: str | None = None
@@ -229,19 +199,6 @@ class Registry:
             fresh.append(provided)
         self._provided += fresh
 
-    def _find(self, kind: Kind, name: str) -> Provided:
-        """Returns what has this name or alias, to the letter; raises UnknownName otherwise."""
-        known: dict[str, Provided] = {}
-        for provided in self._provided:
-            if provided.kind == kind:
-                known.update(dict.fromkeys(_all_names(provided.spec), provided))
-        if name in known:
-            return known[name]
-        meant = nearest(str(name), [each for each in known if not each.startswith("_")])
-        other = next((each.kind for each in self._provided if name in _all_names(each.spec)), None)
-        there = self.names(kind)
-        raise UnknownName(kind, name, suggestion=meant, available=there, failures=self.failures, other=other)
-
 
 _shared: Registry | None = None
 _lock = threading.RLock()
@@ -250,9 +207,8 @@ _lock = threading.RLock()
 def registry() -> Registry:
     """Returns this process's registry; installed plugins are searched once, at the first call.
 
-    No plugin can make this raise, unless KINETILE_STRICT_PLUGINS is set: then BadPlugin, for the first that
-    fails; BadOption if that variable is neither yes nor no. A plugin that calls this while it is itself
-    being loaded sees the plugins loaded before it.
+    No plugin can make this raise. One that calls this while it is itself being loaded sees the plugins loaded
+    before it.
     """
     global _shared
     with _lock:
@@ -283,19 +239,6 @@ def _load(provided: Provided) -> object:
     if kind != "scene" and not isinstance(found, type):
         raise PhaseError(f"{where} is {found!r}; expected a class")
     return found
-
-
-def _is_strict() -> bool:
-    """Reads KINETILE_STRICT_PLUGINS; raises BadOption for a value that is neither yes nor no."""
-    value = os.environ.get(_STRICT, "")
-    word = value.strip().casefold()
-    if word in ("1", "true", "yes", "on"):
-        return True
-    if word in ("", "0", "false", "no", "off"):
-        return False
-    raise BadOption(
-        f"the environment variable {_STRICT} is {value!r}; expected 1, true, yes, on or 0, false, no, off"
-    )
 
 
 def _all_names(spec: Spec) -> tuple[str, ...]:

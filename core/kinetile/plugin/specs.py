@@ -16,15 +16,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import pluggy
 
 from kinetile.errors import BadPlugin
-
-if TYPE_CHECKING:
-    from kinetile.scene import Scene
-
 
 API_VERSION = 2
 """The version of the plugin API: of the specs, and of the protocol that phases follow."""
@@ -37,22 +33,41 @@ _TARGET = re.compile(r"\w+(\.\w+)*:\w+(\.\w+)*")
 
 
 @dataclass(frozen=True)
-class _HookSpec:
-    """The common part of the specs of phases and responses."""
+class Spec:
+    """What all specs have: see ``BroadPhaseSpec``."""
 
     name: str
-    target: str | type
+    target: str | Callable[..., Any]
     summary: str = ""
     features: frozenset[str] = frozenset()
     api: int = API_VERSION
     aliases: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        _check(self)
+        """Normalises the collections, and raises BadPlugin for an invalid field."""
+        if self.api != API_VERSION:
+            return  # for another API version; the registry refuses it with the reason
+        where = f"{type(self).__name__} {self.name!r}"
+        object.__setattr__(self, "aliases", _words(self, "aliases"))
+        object.__setattr__(self, "features", frozenset(_words(self, "features")))
+        for name in (self.name, *self.aliases):
+            if not (isinstance(name, str) and _NAME.fullmatch(name)):
+                raise BadPlugin(
+                    f"{where}: {name!r} is not a name; expected text without spaces, commas, '=' and ':'"
+                )
+        if not isinstance(self.summary, str):
+            raise BadPlugin(f"{where}: summary is {self.summary!r}; expected text")
+        target: Any = self.target
+        wanted = "function" if isinstance(self, SceneSpec) else "class"
+        fits = callable(target) if isinstance(self, SceneSpec) else isinstance(target, type)
+        if not (_TARGET.fullmatch(target) if isinstance(target, str) else fits):
+            raise BadPlugin(
+                f"{where}: target is {target!r}; expected a {wanted}, or 'package.module:{wanted}'"
+            )
 
 
 @dataclass(frozen=True)
-class BroadPhaseSpec(_HookSpec):
+class BroadPhaseSpec(Spec):
     """A broad phase: keeps a set of candidate pairs complete.
 
     ``name`` is the public name ("sap-1d"): no spaces, commas, ``=`` or ``:``; one that begins with ``_`` is
@@ -66,7 +81,7 @@ class BroadPhaseSpec(_HookSpec):
 
 
 @dataclass(frozen=True)
-class NarrowPhaseSpec(_HookSpec):
+class NarrowPhaseSpec(Spec):
     """A narrow phase: predicts contacts of one kind, and runs them.
 
     ``role`` is its kind of contact: "pair" (two bodies) or "wall" (a body and a wall). ``shapes`` are the
@@ -88,59 +103,22 @@ class NarrowPhaseSpec(_HookSpec):
 
 
 @dataclass(frozen=True)
-class ResponseSpec(_HookSpec):
+class ResponseSpec(Spec):
     """A response: what happens at a contact. The fields, and the errors, are as in BroadPhaseSpec."""
 
 
 @dataclass(frozen=True)
-class ObservableSpec(_HookSpec):
+class ObservableSpec(Spec):
     """An observable: what is measured during a run. The fields, and the errors, are as in BroadPhaseSpec."""
 
 
 @dataclass(frozen=True)
-class SceneSpec:
-    """A recipe for scenes: a callable whose keyword arguments are the scene's parameters.
-
-    ``target`` is the callable, or "package.module:function". The other fields, and the errors, are as in
-    BroadPhaseSpec.
-    """
-
-    name: str
-    target: str | Callable[..., Scene]
-    summary: str = ""
-    api: int = API_VERSION
-    aliases: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        _check(self)
+class SceneSpec(Spec):
+    """A recipe for scenes: ``target`` is a callable with the scene's parameters as keyword arguments, or
+    "package.module:function". The other fields, and the errors, are as in BroadPhaseSpec."""
 
 
-Spec: TypeAlias = BroadPhaseSpec | NarrowPhaseSpec | ResponseSpec | SceneSpec | ObservableSpec
-
-
-def _check(spec: _HookSpec | SceneSpec) -> None:
-    """Normalises the collections, and raises BadPlugin for an invalid field."""
-    if spec.api != API_VERSION:
-        return  # for another API version; the registry refuses it with the reason
-    where = f"{type(spec).__name__} {spec.name!r}"
-    object.__setattr__(spec, "aliases", _words(spec, "aliases"))
-    for name in (spec.name, *spec.aliases):
-        if not (isinstance(name, str) and _NAME.fullmatch(name)):
-            raise BadPlugin(
-                f"{where}: {name!r} is not a name; expected text without spaces, commas, '=' and ':'"
-            )
-    if not isinstance(spec, SceneSpec):
-        object.__setattr__(spec, "features", frozenset(_words(spec, "features")))
-    if not isinstance(spec.summary, str):
-        raise BadPlugin(f"{where}: summary is {spec.summary!r}; expected text")
-    target: Any = spec.target
-    wanted = "function" if isinstance(spec, SceneSpec) else "class"
-    fits = callable(target) if isinstance(spec, SceneSpec) else isinstance(target, type)
-    if not (_TARGET.fullmatch(target) if isinstance(target, str) else fits):
-        raise BadPlugin(f"{where}: target is {target!r}; expected a {wanted}, or 'package.module:{wanted}'")
-
-
-def _words(spec: _HookSpec | SceneSpec, field_name: str) -> tuple[str, ...]:
+def _words(spec: Spec, field_name: str) -> tuple[str, ...]:
     """Returns a field that holds several words; raises BadPlugin for anything else."""
     words: object = getattr(spec, field_name)
     if isinstance(words, Iterable) and not isinstance(words, str):

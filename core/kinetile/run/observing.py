@@ -177,7 +177,7 @@ class _Observation:
         if isinstance(after, bool) or not isinstance(after, int | float):
             raise BadOption(f"observable {text!r}: after is {after!r}; expected a time")
         self.after = float(after)
-        made = registry().observable(self.name)
+        made = registry().target("observable", self.name)
         check_options("observable", self.name, made, options)
         with calling("observable", self.name, "its constructor"):
             self.observable: Observable = made(**options)

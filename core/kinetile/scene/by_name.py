@@ -52,7 +52,7 @@ def make_scene(name: str, /, **parameters: Any) -> Scene:
     an unknown recipe, BadOption for a parameter that it does not have or cannot use, SceneError for
     a scene with mistakes, and PhaseError for a recipe that breaks.
     """
-    recipe = registry().scene(name)
+    recipe = registry().target("scene", name)
     with calling("scene", name, "the recipe"):
         mistakes = parameter_mistakes(name, parameters)
         if mistakes:

@@ -9,58 +9,33 @@ through any image.
 
 from __future__ import annotations
 
-from kinetile.kernel.certificates.contact import first_touch, last_touch
-from kinetile.kernel.certificates.convex import enters
-from kinetile.kernel.certificates.convex_integers import (
-    COUNT,
-    CX,
-    CY,
-    HEAD,
-    NX,
-    NY,
-    OUT,
-    PLAIN,
-    RADIUS,
-    RANK,
-    WIDE,
-    comes_nearer,
-)
-from kinetile.kernel.certificates.plans import Axis, Plans, plans_of, plans_through
-from kinetile.kernel.certificates.structural import FAR
-from kinetile.kernel.certificates.wall import reaches
-from kinetile.kernel.compiled import Numbers, pointer, with_shapes
-from kinetile.kernel.images import HALVES, first_image, near_zero, nearest_whole, turns_between
-from kinetile.toolbox.differences import difference_table
-
-__all__ = [
-    "COUNT",
-    "CX",
-    "CY",
-    "FAR",
-    "HALVES",
-    "HEAD",
-    "NX",
-    "NY",
-    "OUT",
-    "PLAIN",
-    "RADIUS",
-    "RANK",
-    "WIDE",
-    "Axis",
-    "Numbers",
-    "Plans",
-    "comes_nearer",
-    "difference_table",
-    "enters",
-    "first_image",
-    "first_touch",
-    "last_touch",
-    "near_zero",
-    "nearest_whole",
-    "plans_of",
-    "plans_through",
-    "pointer",
-    "reaches",
-    "turns_between",
-    "with_shapes",
-]
+from kinetile.kernel.certificates.contact import first_touch as first_touch
+from kinetile.kernel.certificates.contact import last_touch as last_touch
+from kinetile.kernel.certificates.convex import enters as enters
+from kinetile.kernel.certificates.convex_integers import COUNT as COUNT
+from kinetile.kernel.certificates.convex_integers import CX as CX
+from kinetile.kernel.certificates.convex_integers import CY as CY
+from kinetile.kernel.certificates.convex_integers import HEAD as HEAD
+from kinetile.kernel.certificates.convex_integers import NX as NX
+from kinetile.kernel.certificates.convex_integers import NY as NY
+from kinetile.kernel.certificates.convex_integers import OUT as OUT
+from kinetile.kernel.certificates.convex_integers import PLAIN as PLAIN
+from kinetile.kernel.certificates.convex_integers import RADIUS as RADIUS
+from kinetile.kernel.certificates.convex_integers import RANK as RANK
+from kinetile.kernel.certificates.convex_integers import WIDE as WIDE
+from kinetile.kernel.certificates.convex_integers import comes_nearer as comes_nearer
+from kinetile.kernel.certificates.plans import Axis as Axis
+from kinetile.kernel.certificates.plans import Plans as Plans
+from kinetile.kernel.certificates.plans import plans_of as plans_of
+from kinetile.kernel.certificates.plans import plans_through as plans_through
+from kinetile.kernel.certificates.structural import FAR as FAR
+from kinetile.kernel.certificates.wall import reaches as reaches
+from kinetile.kernel.compiled import Numbers as Numbers
+from kinetile.kernel.compiled import pointer as pointer
+from kinetile.kernel.compiled import with_shapes as with_shapes
+from kinetile.kernel.images import HALVES as HALVES
+from kinetile.kernel.images import first_image as first_image
+from kinetile.kernel.images import near_zero as near_zero
+from kinetile.kernel.images import nearest_whole as nearest_whole
+from kinetile.kernel.images import turns_between as turns_between
+from kinetile.toolbox.differences import difference_table as difference_table

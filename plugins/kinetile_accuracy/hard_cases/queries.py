@@ -253,7 +253,7 @@ def _prepared(queries: Queries) -> tuple[Kernel, Ticks, Callable[..., None]]:
     clock = k.clock[0]
     clock.tick, clock.per_time = 1.0 / UNIT_TICKS, float(UNIT_TICKS)
     scene = kt.Scene([(0.0, 0.0), (3.0, 0.0)], [(0.0, 0.0), (0.0, 0.0)], 1.0, mass=[1.0, 2.0])
-    disc = kt.registry().narrow_phase("disc")().prepare(scene)
+    disc = kt.registry().target("narrow phase", "disc")().prepare(scene)
     loop = compose(ticks_of_all, {"meet": disc.meet}, "ask", Kernel)
     return k, np.zeros(len(queries), np.int64), loop
 

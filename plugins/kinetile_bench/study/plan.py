@@ -328,7 +328,7 @@ class _Reader:
 def _check_phase(text: str) -> None:
     """Raises an error, of any kind, unless a broad phase has this name, and can use these options."""
     name, options = read_phase(text)
-    phase = registry().broad_phase(name)
+    phase = registry().target("broad phase", name)
     check_options("broad phase", name, phase, options)
     phase(**options)
 

@@ -111,7 +111,7 @@ def its_features_are_known(subject: Subject, scene: Scene, reference: Reference)
     from kinetile_conformance.checks import CHECKS
 
     known = sorted({each.feature for each in CHECKS if each.feature is not None})
-    declared: frozenset[str] = getattr(registry().spec("broad phase", subject.name), "features", frozenset())
+    declared = registry().spec("broad phase", subject.name).features
     for feature in sorted(declared.difference(known)):
         raise Disagreement(
             f"it declares the feature {feature!r}, which nothing can disprove; features that are put to the "

@@ -69,7 +69,7 @@ class LooseBounds:
     """A narrow phase for pairs with lower bounds that say nothing."""
 
     def __init__(self, of: str = "disc", options: Mapping[str, Any] | None = None) -> None:
-        self._phase = registry().narrow_phase(of)(**options or {})
+        self._phase = registry().target("narrow phase", of)(**options or {})
 
     def prepare(self, scene: Scene) -> PairParts:
         """Return the parts."""

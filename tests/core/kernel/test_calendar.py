@@ -4,7 +4,6 @@ length of the slices, the years between the entries and the order of filing."""
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -122,20 +121,6 @@ def test_precedence_is_total(entries):
     assert bool(calendar.precedes(k, 0, 1)) == (order(both[0]) < order(both[1]))
 
 
-def test_the_order_of_filing_does_not_matter():
-    rng = np.random.default_rng(5)
-    first: list[int] = []
-    for _ in range(20):
-        k = tables(shift=3)
-        for body in rng.permutation(BODIES):
-            file(k, int(body), np.int64(7), (STRUCTURAL, PAIR, WALL, GUESS)[body % 4])
-        first = first or popped(k)
-        k = tables(shift=3)
-        for body in rng.permutation(BODIES):
-            file(k, int(body), np.int64(7), (STRUCTURAL, PAIR, WALL, GUESS)[body % 4])
-        assert popped(k) == first
-
-
 @given(
     st.lists(st.tuples(ticks.filter(lambda tick: tick != NEVER), kinds), min_size=1, max_size=BODIES),
     st.integers(0, 55),
@@ -173,18 +158,6 @@ def test_every_slice_has_a_mark_of_its_own():
         assert int(calendar.head(k)) == 4
         file(k, 4, np.int64(NEVER), GUESS)
         assert not k.marks.any()
-
-
-@pytest.mark.compiled
-def test_thousands_of_bodies_leave_in_order():
-    rng = np.random.default_rng(7)
-    k = tables(shift=20, bodies=5000)
-    k.queue.partner = NOBODY
-    keys = rng.integers(0, 2**34, 5000)
-    keys[::7] = keys[0]
-    for body, key in enumerate(keys):
-        file(k, body, np.int64(key), GUESS)
-    assert popped(k) == np.lexsort((np.arange(5000), keys)).tolist()
 
 
 def test_a_burst_at_one_tick_was_searched_through_for_each_of_its_heads():

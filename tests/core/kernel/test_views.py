@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from typing import Any, NamedTuple
 
@@ -11,7 +12,7 @@ import pytest
 import kinetile as kt
 from kinetile.errors import Refused
 from kinetile.kernel import compiled
-from kinetile.kernel.compiled import INTERPRETED, composer, disowned, hook, wrapping
+from kinetile.kernel.compiled import INTERPRETED, composer, disowned, hook, unchecked, wrapping
 from kinetile.kernel.loop.checked import checked as as_checked
 from kinetile.kernel.tables import BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, allocate
 from lanes import first
@@ -70,6 +71,45 @@ def test_a_hook_of_others_freed_tables_of_a_template_that_had_not_disowned_them(
     for _ in range(10):
         assert function(t, 1) == 1.0 + 4.0
     assert [sys.getrefcount(array) for array in t] == held
+
+
+@unchecked
+@hook
+def shape_of(t: Tables) -> int:
+    return t.numbers.shape[0]
+
+
+@unchecked
+@hook
+def total_of(t: Tables) -> float:
+    return t.numbers.sum()
+
+
+@unchecked
+@hook
+def column_of(t: Tables) -> float:
+    return t.records.x[0]
+
+
+@unchecked
+@hook
+def more_than(t: Tables) -> float:
+    return (t.numbers + 1.0)[0]
+
+
+def ask_unchecked(t):
+    return asked(disowned(t))  # noqa: F821 - a part
+
+
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+@pytest.mark.parametrize("asked", [shape_of, total_of, column_of, more_than])
+def test_what_an_unchecked_hook_s_array_has_not_ended_in_a_key_error_of_numba(asked):
+    """It was raised while the place in the hook was looked for."""
+    function = compiled.compose(ask_unchecked, {"asked": asked}, asked.py_func.__name__, Tables)
+    line = asked.py_func.__code__.co_firstlineno + 3
+    said = rf"^an array in an unchecked hook has .*: leave out .* \({re.escape(__file__)}, line {line}\)$"
+    with pytest.raises(compiled.NotCompiled, match=said):
+        compiled.make_ready(function, tables())
 
 
 # Numbers that hooks of others return

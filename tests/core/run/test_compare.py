@@ -133,7 +133,7 @@ def test_by_default_all_phases_that_accept_the_scene_are_compared():
 
 class Anywhere:
     def prepare(self, scene):
-        return kt.registry().broad_phase("naive")().prepare(scene)
+        return kt.registry().target("broad phase", "naive")().prepare(scene)
 
 
 def test_a_foreign_phase_is_proposed_where_a_built_in_one_refuses():

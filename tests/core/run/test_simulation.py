@@ -240,7 +240,7 @@ def test_without_the_disc_phase_bodies_pass_through_each_other():
 def test_a_narrow_phase_must_be_what_its_spec_says():
     class Confused:
         def prepare(self, scene):
-            return kt.registry().narrow_phase("wall")().prepare(scene)
+            return kt.registry().target("narrow phase", "wall")().prepare(scene)
 
     said = "returned WallParts, not PairParts, as its role 'pair' has it"
     scene = kt.make_scene("grid", bodies=4)

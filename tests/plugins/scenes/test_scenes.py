@@ -39,7 +39,7 @@ def overlapping_intervals(scene: Scene, axis: int) -> int:
 def test_all_are_registered_and_described() -> None:
     assert registry().names("scene")[: len(NAMES)] == NAMES
     for name in NAMES:
-        doc = registry().scene(name).__doc__
+        doc = registry().target("scene", name).__doc__
         assert doc
         assert doc.splitlines()[0].endswith((".", ","))
         readable = ("int", "float", "str", "bool", "tuple[int, ...]", "tuple[float, ...]")

@@ -18,11 +18,11 @@ velocity, R the sum of the radii, q(T) = |d(T)|^2 - R^2 and B(T) = d(T).v, two d
   floor is known; and a slope that is surely downward, with a curvature that is small against it, shows that
   there is a root, and that it is the first.
 
-``look_closer`` takes what that leaves open: ties of lattices, grazes, contacts at the anchor, sizes that
-doubles cannot square. It takes more steps from the estimate, each at a whole tick K and with the same
-bounds. Two ways to an end are new. A root that is surely within a tick of K is settled by the sign of q(K),
-beyond its error. And where nothing was rounded off on the way, as on a lattice in small dyadic numbers, the
-sign is exact however small: that settles ties. The rest goes to ``integers``.
+``look_closer`` takes what that leaves open: ties of lattices, grazes, contacts at the anchor. It takes
+more steps from the estimate, each at a whole tick K and with the same bounds. Two ways to an end are new. A
+root that is surely within a tick of K is settled by the sign of q(K), beyond its error. And where nothing was
+rounded off on the way, as on a lattice in small dyadic numbers, the sign is exact however small: that settles
+ties. The rest goes to ``integers``, and so do sizes that doubles cannot square, without an estimate.
 
 ``last_touch`` is the other root::
 
@@ -42,12 +42,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from kinetile.kernel.certificates.integers import (
-    LIMIT,
-    as_count,
-    first_touch_of_integers,
-    last_touch_of_integers,
-)
+from kinetile.kernel.certificates.integers import LIMIT, as_count, touch_of_integers
 from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.certificates.structural import FAR
 from kinetile.kernel.compiled import apart, hook, larger, python_of, smaller
@@ -183,7 +178,22 @@ def newton(
     return step * per_time, (q_error * inverse + abs(step) * loose) * per_time + 2.0**-50, bent
 
 
-STEPS = 8
+OPEN = -1
+"""What a filter returns where double does not decide."""
+
+
+@hook
+def floor_of(ticks: float, step: float, bound: float) -> int:
+    """Return the floor of ``ticks + step``, 0 if it is less, ``NEVER`` from 2^62 on; ``OPEN`` where a whole
+    tick lies within ``bound``."""
+    base = int(ticks)
+    part = (ticks - float(base)) + step
+    down = math.floor(part)
+    over = part - float(down)
+    if over > bound and over < 1.0 - bound:
+        found = base + int(down)
+        return int(larger(found, 0)) if found < LIMIT else NEVER
+    return OPEN
 
 
 @hook
@@ -213,39 +223,6 @@ def about(x: Separation, y: Separation, reach: float) -> float:
     inside = larger(reach * reach * (x.u * x.u + y.u * y.u) - cross * cross, 0.0)
     fall = math.sqrt(inside) - (x.d * x.u + y.d * y.u)
     return (x.d * x.d + y.d * y.d - reach * reach) / fall if fall > 0.0 else 0.0
-
-
-@hook
-def exponent(a: float, b: float, c: float) -> int:
-    """Return the power of two above all of these numbers."""
-    return int(math.frexp(larger(larger(abs(a), abs(b)), abs(c)))[1])
-
-
-@hook
-def brought(axis: Axis, long: int, fast: int, time: float) -> Separation:
-    """Return a separation in units of 2^long and 2^fast: only ``d`` and ``u``, roughly."""
-    v = math.ldexp(axis.v, -fast)
-    apart_by = math.ldexp(axis.x2, -long) - math.ldexp(axis.x, -long)
-    d = apart_by + math.ldexp(axis.turns * axis.period, -long) - v * time
-    return Separation(d, 0.0, 0.0, math.ldexp(axis.v2, -fast) - v, 0.0)
-
-
-@hook
-def brought_to_size(
-    plans: Plans, radius: float, radius2: float
-) -> tuple[Separation, Separation, float, float]:
-    """Return the separations and the reach in units in which doubles can be squared, and the length of a tick
-    in them; 0 where there are no such units. Good for an estimate only."""
-    x = plans.x
-    y = plans.y
-    long = larger(exponent(x.x, x.x2, x.turns * x.period), exponent(y.x, y.x2, y.turns * y.period))
-    long = larger(long, exponent(radius, radius2, 0.0))
-    fast = larger(exponent(x.v, x.v2, 0.0), exponent(y.v, y.v2, 0.0))
-    power = int(math.frexp(plans.tick)[1]) - 1 + fast - long
-    unit = math.ldexp(1.0, power) if abs(power) < 900 else 0.0
-    time = float(plans.elapsed) * unit
-    reach = math.ldexp(radius, -long) + math.ldexp(radius2, -long)
-    return brought(x, long, fast, time), brought(y, long, fast, time), reach, unit
 
 
 @hook
@@ -309,27 +286,17 @@ def look_closer(plans: Plans, radius: float, radius2: float) -> int:
             part = step * per_time
             if not abs(part) < 2.0**62:
                 break
-            down = math.floor(part)
-            over = part - float(down)
             if bent < 0.125 and bound < 0.25:
-                if over > bound and over < 1.0 - bound:
-                    found = guess + int(down)
-                    return larger(found, 0) if found < LIMIT else NEVER
+                found = floor_of(k, part, bound)
+                if found != OPEN:
+                    return found
                 if known and abs(part) < 0.5:
                     return guess if q >= 0.0 else guess - 1
             down = math.floor(part + 0.5)
             if down == 0.0:
                 break
             guess = int(smaller(larger(guess + int(down), 0), LIMIT))
-    else:  # a guess is enough
-        x, y, reach, unit = brought_to_size(plans, radius, radius2)
-        if unit > 0.0:
-            guess = as_count(about(x, y, reach) / unit)
-    return first_touch_of_integers(plans, radius, radius2, guess)
-
-
-OPEN = -1
-"""What ``filtered`` returns where double does not decide."""
+    return touch_of_integers(plans, radius, radius2, guess, False)
 
 
 @hook
@@ -356,15 +323,7 @@ def filtered(x: Separation, y: Separation, radius: float, radius2: float, per_ti
                 if slope > 8.0 * slope_error:
                     step, bound, bent = newton(q, q_error, slope, slope_error, speed2, per_time)
                     if bent < 0.125 and bound < 0.5:
-                        base = int(ticks)
-                        part = (ticks - float(base)) + step
-                        down = math.floor(part)
-                        over = part - float(down)
-                        if over > bound and over < 1.0 - bound:
-                            found = base + int(down)
-                            if found < 0:
-                                return 0
-                            return found if found < LIMIT else NEVER
+                        return floor_of(ticks, step, bound)
     return OPEN
 
 
@@ -387,10 +346,11 @@ def last_touch(plans: Plans, radius: float, radius2: float) -> int:
     """Return how many ticks after the later anchor two overlapping discs part, rounded down exactly, or
     ``NEVER``."""
     guess = 0
-    x, y, reach, unit = brought_to_size(plans, radius, radius2)
+    x, y = separations(plans)
+    reach = radius + radius2
     speed2 = x.u * x.u + y.u * y.u
-    if unit > 0.0 and speed2 > 0.0:
+    if speed2 > 0.0:
         cross = x.d * y.u - y.d * x.u
         inside = larger(reach * reach * speed2 - cross * cross, 0.0)
-        guess = as_count((math.sqrt(inside) - (x.d * x.u + y.d * y.u)) / speed2 / unit)
-    return last_touch_of_integers(plans, radius, radius2, guess)
+        guess = as_count((math.sqrt(inside) - (x.d * x.u + y.d * y.u)) / speed2 * plans.per_time)
+    return touch_of_integers(plans, radius, radius2, guess, True)

@@ -15,8 +15,7 @@ enters a convex polygon with a margin. ``enters`` finds the tick in double, with
 
 Scenes on lattices have crossings at whole ticks all the time. There the coordinates of the place are whole
 multiples of a power of two, the *grain*: of the lowest bits of places, and of speeds times a tick. So is the
-gap of what has no margin, and a gap that is smaller than its grain is none (``by_ticks``). And where nothing
-is rounded off at all, products are compared (``without_rounding``).
+gap of what has no margin, and a gap that is smaller than its grain is none (``by_ticks``).
 
 What any of these leaves open is decided in whole numbers (``convex_integers``).
 """
@@ -33,13 +32,11 @@ from kinetile.kernel.certificates.contact import (
     Separation,
     about,
     after,
-    are_whole,
     filtered,
-    kept,
+    floor_of,
     look_closer,
     plus,
     separations,
-    whole_sum,
 )
 from kinetile.kernel.certificates.convex_integers import (
     COUNT,
@@ -150,15 +147,13 @@ def tick_at_face(
         step *= per_time
         bound += 2.0**-49 * abs(step) + 2.0**-50
         if bound < 0.5:
+            found = floor_of(ticks, step, bound)
+            if found != OPEN:
+                return found
             base = int(ticks)
-            part = (ticks - float(base)) + step
-            down = math.floor(part)
-            over = part - float(down)
-            if over > bound and over < 1.0 - bound:
-                found = base + int(down)
-                return larger(found, 0) if found < LIMIT else NEVER
-            near = math.floor(part + 0.5)
-            away = (near - (ticks - float(base))) / per_time
+            flown = ticks - float(base)
+            near = math.floor(flown + step + 0.5)
+            away = (near - flown) / per_time
             there = left - rate * away
             error += abs(away) * unsure + 2.0**-51 * (abs(left) + abs(there))
             found = base + int(near)
@@ -204,109 +199,6 @@ def by_ticks(f: Numbers, row: int, x: Separation, y: Separation, per_time: float
     if not known or comes < 0 or comes == goes:
         return OPEN
     return comes if comes < goes else NEVER
-
-
-@hook
-def compared(a: float, b: float, c: float, d: float) -> tuple[float, bool]:
-    """Return a b - c d, and whether its sign is right: that is so if both products are kept, too."""
-    one = a * b
-    two = c * d
-    clear = abs(one - two) > 2.0**-50 * (abs(one) + abs(two)) + TINY
-    return one - two, clear or (kept(a, b, one) and kept(c, d, two))
-
-
-@hook
-def exact_dot(a: float, b: float, c: float, d: float) -> tuple[float, bool]:
-    """Return a b - c d, and whether nothing was rounded off."""
-    one = a * b
-    two = c * d
-    return one - two, kept(a, b, one) and kept(c, d, two) and whole_sum(one, -two)
-
-
-@hook
-def without_rounding(
-    f: Numbers, row: int, along_x: Separation, along_y: Separation, tick: float, per_time: float
-) -> int:
-    """Return what ``enters`` does where d and u are exact, and no operation on the way rounds anything off,
-    as on a lattice in small dyadic numbers. ``OPEN`` where one does, where it is a corner that is met, and
-    where the bodies overlap.
-
-    Products say which of two quotients is larger, and what a division leaves says the floor.
-    """
-    faces = row + HEAD
-    count = int(f[row + COUNT])
-    into = 0.0
-    into_rate = 0.0
-    entered = -1
-    out = 0.0
-    out_rate = 0.0
-    highest = -math.inf
-    nearest = faces
-    falls = False
-    exact = True
-    for k in range(count):
-        face = faces + k * WIDE
-        across, first = exact_dot(f[face + TY], along_x.d, f[face + TX], along_y.d)
-        rate, second = exact_dot(f[face + TY], along_x.u, f[face + TX], along_y.u)
-        gap = across - f[face + FAR_OUT]
-        exact = exact and first and second and whole_sum(across, -f[face + FAR_OUT])
-        exact = exact and f[face + TX_LOW] == 0.0 and f[face + TY_LOW] == 0.0 and f[face + FAR_LOW] == 0.0
-        if exact and gap >= 0.0 and (rate == 0.0 or (gap > 0.0 and rate > 0.0)):
-            return NEVER
-        falls = rate < 0.0 and (falls or gap > highest) if gap >= highest else falls
-        nearest = face if gap > highest else nearest
-        highest = larger(highest, gap)
-        if rate < 0.0:
-            later, third = compared(into, rate, gap, into_rate)
-            exact = exact and third
-            if entered < 0 or later > 0.0:
-                into = gap
-                into_rate = rate
-                entered = face
-        elif rate > 0.0:
-            sooner, third = compared(gap, out_rate, out, rate)
-            exact = exact and third
-            if out_rate == 0.0 or sooner > 0.0:
-                out = gap
-                out_rate = rate
-    if not exact or highest < 0.0:
-        return OPEN
-    face = entered if highest > 0.0 else nearest
-    if highest > 0.0 and out_rate > 0.0:
-        stays, first = compared(out, into_rate, into, out_rate)
-        if not first:
-            return OPEN
-        if stays <= 0.0:
-            return NEVER
-    if f[row + RADIUS] > 0.0:
-        gap = into if highest > 0.0 else 0.0
-        rate = into_rate if highest > 0.0 else -1.0
-        for end in range(2):
-            corner = face + end * WIDE
-            corner = faces if corner == faces + count * WIDE else corner
-            x = along_x.d - f[corner + CX]
-            y = along_y.d - f[corner + CY]
-            exact = exact and whole_sum(along_x.d, -f[corner + CX]) and whole_sum(along_y.d, -f[corner + CY])
-            exact = exact and f[corner + CX_LOW] == 0.0 and f[corner + CY_LOW] == 0.0
-            along, first = exact_dot(f[face + TX], x, -f[face + TY], y)
-            pace, second = exact_dot(f[face + TX], along_x.u, -f[face + TY], along_y.u)
-            beyond, third = compared(pace, gap, along, rate)
-            if not (exact and first and second and third) or (beyond < 0.0 if end == 0 else beyond > 0.0):
-                return OPEN
-    if highest == 0.0:
-        return 0 if falls else NEVER
-    about_then = into / -into_rate * per_time
-    if not about_then < 2.0**53:
-        return OPEN
-    ticks = float(math.floor(about_then))
-    flown = into_rate * (ticks * tick)
-    left = into + flown
-    if not (kept(into_rate, ticks * tick, flown) and whole_sum(into, flown)):
-        return OPEN
-    more = -1 if left < 0.0 else 0
-    if left + into_rate * tick >= 0.0:
-        more = 1
-    return int(ticks) + more
 
 
 @hook
@@ -427,10 +319,6 @@ def enters(f: Numbers, row: int, plans: Plans) -> int:
         if count > 2 and reach == 0.0:
             grain = smaller(grain_along(plans.x, plans.tick), grain_along(plans.y, plans.tick))
             found = by_ticks(f, row, x, y, per_time, grain)
-            if found != OPEN:
-                return found
-        if count > 1 and are_whole(plans):
-            found = without_rounding(f, row, x, y, plans.tick, per_time)
             if found != OPEN:
                 return found
     return enters_exactly(f, row, plans, guess)

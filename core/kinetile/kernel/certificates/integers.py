@@ -7,7 +7,7 @@ does not hold again, so bisection finds it, from wherever it starts. The floor o
 the greatest K with q(K) <= 0 or B(K) < 0. Some microseconds, more where the guess is bad.
 
 A whole number is a row of digits in base 2^26: the digit in cell i counts 2^(26 (i - z)), z being the row's
-zero. Digits are signed, and after ``carry`` at most 2^25 in size, so all that stands below a digit is less
+zero. Digits are signed, and after ``carry`` at most 2^25 in size, so all that is below a digit is less
 than one unit of it, and the sign of a number is that of its highest digit that is not zero. A product of two
 such digits is at most 2^50: a cell holds 4,096 of them, more than any sum here has.
 
@@ -267,34 +267,24 @@ def read_in(m: Cells, plans: Plans, radius: float, radius2: float) -> tuple[int,
 
 
 @subroutine
-def first_touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int) -> int:
-    """Return what ``first_touch`` does, for finite numbers of any size; for others ``NEVER``."""
+def touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int, parting: bool) -> int:
+    """Return what ``first_touch`` does, or ``last_touch`` for a parting, for finite numbers of any size; for
+    others ``NEVER``, or 0."""
     m = np.zeros(MEMORY, dtype=np.int64)
     first, end = read_in(m, plans, radius, radius2)
     if end > CELLS:
-        return NEVER
+        return 0 if parting else NEVER
     bend, gap = signs_at(m, first, end, 0)
-    if bend >= 0:
+    if parting:
+        if gap > 0 and (bend >= 0 or sign_of_inside(m, first, end) <= 0):
+            return 0
+        if plans.x.v == plans.x.v2 and plans.y.v == plans.y.v2:
+            return NEVER
+    elif bend >= 0:
         return NEVER
-    if gap <= 0:
+    elif gap <= 0:
         return 0
-    if sign_of_inside(m, first, end) <= 0:
+    elif sign_of_inside(m, first, end) <= 0:
         return NEVER
-    found = last_before(m, first, end, guess, False)
-    return found if found < LIMIT else NEVER
-
-
-@subroutine
-def last_touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int) -> int:
-    """Return what ``last_touch`` does, for finite numbers of any size; for others 0."""
-    m = np.zeros(MEMORY, dtype=np.int64)
-    first, end = read_in(m, plans, radius, radius2)
-    if end > CELLS:
-        return 0
-    bend, gap = signs_at(m, first, end, 0)
-    if gap > 0 and (bend >= 0 or sign_of_inside(m, first, end) <= 0):
-        return 0
-    if plans.x.v == plans.x.v2 and plans.y.v == plans.y.v2:
-        return NEVER
-    found = last_before(m, first, end, guess, True)
+    found = last_before(m, first, end, guess, parting)
     return found if found < LIMIT else NEVER

@@ -54,7 +54,7 @@ def schedule(k: Kernel, body: int, tick: int) -> None:
 
 @hook
 def to_be_settled(k: Kernel, body: int, newcomer: int) -> None:
-    """Leave a body to be settled after the hook, and a newcomer near it, or NOBODY, to be asked by it."""
+    """Leave a body to be settled after the hook, with a newcomer near it, or NOBODY."""
     lists = k.clock[0].lists
     if lists.offered < len(k.offers):
         k.offers[lists.offered].a = body

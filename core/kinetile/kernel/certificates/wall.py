@@ -10,15 +10,12 @@ reach beyond its place, the wall is moved away from the body, and the radius is 
 
 from __future__ import annotations
 
-import math
-
-from kinetile.kernel.certificates.contact import LARGE, SMALL, TINY, look_closer, plus
-from kinetile.kernel.certificates.integers import LIMIT
+from kinetile.kernel.certificates.contact import LARGE, OPEN, SMALL, TINY, floor_of, look_closer, plus
 from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.certificates.structural import FAR
 from kinetile.kernel.compiled import apart, hook, larger, unchecked
-from kinetile.kernel.flight import since_anchor
-from kinetile.kernel.tables import NEVER, Kernel, Records
+from kinetile.kernel.flight import position_at
+from kinetile.kernel.tables import Kernel, Records
 from kinetile.kernel.vectors import product_error
 
 
@@ -48,13 +45,9 @@ def reaches(far: float, near: float, radius: float, speed: float, tick: float, p
             step = rest / speed * per_time
             bound = 2.0 * (error / speed * per_time) + 2.0**-49 * abs(step) + 2.0**-50
             if bound < 0.5:
-                base = int(ticks)
-                part = (ticks - float(base)) + step
-                down = math.floor(part)
-                over = part - float(down)
-                if over > bound and over < 1.0 - bound:
-                    found = base + int(down)
-                    return larger(found, 0) if found < LIMIT else NEVER
+                found = floor_of(ticks, step, bound)
+                if found != OPEN:
+                    return found
     more = 0.0 if radius > 0.0 else larger(2.0 * abs(radius), 1.0)
     ahead = Axis(near, speed, far, 0.0, 1.0, more)
     return look_closer(Plans(ahead, Axis(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0, tick, per_time), radius, more)
@@ -66,8 +59,6 @@ def inside_arena(k: Kernel, body: Records, tick: int) -> bool:
     """Return whether a body is within the arena's edges at a tick, by more than its radius and all rounding:
     where the walls are at these edges, it reaches none up to then."""
     limits = k.clock[0].limits
-    ahead = since_anchor(k, body, tick)
-    x = body.x + body.vx * ahead
-    y = body.y + body.vy * ahead
+    x, y = position_at(k, body, tick)
     edge = body.radius + limits.fat
     return bool(x > edge and y > edge and x < limits.width - edge and y < limits.height - edge)

@@ -16,57 +16,28 @@ With ``NUMBA_DISABLE_JIT=1`` the same source runs interpreted, for a debugger an
 
 from __future__ import annotations
 
-from kinetile.kernel.compiled.composer import (
-    NotCompiled,
-    compiling_seconds,
-    compose,
-    is_cached,
-    make_ready,
-    while_compiling,
-    with_numpy,
-)
-from kinetile.kernel.compiled.hooks import (
-    INTERPRETED,
-    Numbers,
-    apart,
-    hook,
-    is_checked,
-    is_hook,
-    larger,
-    python_of,
-    smaller,
-    subroutine,
-    template,
-    to_be_filled_in,
-    unchecked,
-    with_shapes,
-)
-from kinetile.kernel.compiled.views import disowned, numbers_from, pointer, wrapping
-
-__all__ = [
-    "INTERPRETED",
-    "NotCompiled",
-    "Numbers",
-    "apart",
-    "compiling_seconds",
-    "compose",
-    "disowned",
-    "hook",
-    "is_cached",
-    "is_checked",
-    "is_hook",
-    "larger",
-    "make_ready",
-    "numbers_from",
-    "pointer",
-    "python_of",
-    "smaller",
-    "subroutine",
-    "template",
-    "to_be_filled_in",
-    "unchecked",
-    "while_compiling",
-    "with_numpy",
-    "with_shapes",
-    "wrapping",
-]
+from kinetile.kernel.compiled.composer import NotCompiled as NotCompiled
+from kinetile.kernel.compiled.composer import compiling_seconds as compiling_seconds
+from kinetile.kernel.compiled.composer import compose as compose
+from kinetile.kernel.compiled.composer import is_cached as is_cached
+from kinetile.kernel.compiled.composer import make_ready as make_ready
+from kinetile.kernel.compiled.composer import while_compiling as while_compiling
+from kinetile.kernel.compiled.composer import with_numpy as with_numpy
+from kinetile.kernel.compiled.hooks import INTERPRETED as INTERPRETED
+from kinetile.kernel.compiled.hooks import Numbers as Numbers
+from kinetile.kernel.compiled.hooks import apart as apart
+from kinetile.kernel.compiled.hooks import hook as hook
+from kinetile.kernel.compiled.hooks import is_checked as is_checked
+from kinetile.kernel.compiled.hooks import is_hook as is_hook
+from kinetile.kernel.compiled.hooks import larger as larger
+from kinetile.kernel.compiled.hooks import python_of as python_of
+from kinetile.kernel.compiled.hooks import smaller as smaller
+from kinetile.kernel.compiled.hooks import subroutine as subroutine
+from kinetile.kernel.compiled.hooks import template as template
+from kinetile.kernel.compiled.hooks import to_be_filled_in as to_be_filled_in
+from kinetile.kernel.compiled.hooks import unchecked as unchecked
+from kinetile.kernel.compiled.hooks import with_shapes as with_shapes
+from kinetile.kernel.compiled.views import disowned as disowned
+from kinetile.kernel.compiled.views import numbers_from as numbers_from
+from kinetile.kernel.compiled.views import pointer as pointer
+from kinetile.kernel.compiled.views import wrapping as wrapping

@@ -1,6 +1,6 @@
 """Numba and LLVM: the only file that imports them, and what kinetile uses of them that is not public.
 
-Numba promises its public names for a year or two, and nothing of the others. So these stand here, with the
+Numba promises its public names for a year or two, and nothing of the others. So these are here, with the
 versions that they are known in (pyproject.toml has the same), and are compared with what is installed when
 this file is imported: one that is not there, or lacks a member that kinetile overrides or reads, is named in
 one sentence, before anything is compiled.
@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from inspect import Parameter, Signature
+from pathlib import Path
 from types import FunctionType
 from typing import Any, cast
 
@@ -23,7 +24,11 @@ from numba import types as _types
 from numba.extending import intrinsic, lower_builtin, models, overload, register_model
 
 VERSIONS = ">=0.60,<0.69"
-"""The versions of Numba whose private parts are known."""
+"""The versions of Numba with private parts that are known."""
+
+
+FOLDER = str(Path(_numba.__file__).parent)
+"""Numba's own code."""
 
 
 def misfit(what: str) -> str:
@@ -61,7 +66,7 @@ MEMBERS: dict[Any, str] = {
     JITCodeLibrary: "codegen _codegen _optimize_final_module _finalize_final_module _finalized",
     Compiler: "compile_extra",
     CPUDispatcher: "get_call_template get_overload py_func compile _cache",
-    _cgutils: "create_struct_proxy get_null_value get_or_insert_function unpack_tuple",
+    _cgutils: "create_struct_proxy get_null_value get_or_insert_function",
     _arrayobj: "load_item store_item get_itemsize populate_array getitem_arraynd_intp setitem_array "
     "getiter_array",
     cast(Any, _extending)._Intrinsic: "_defn",
@@ -179,6 +184,7 @@ def at_an_address(function: Callable[..., Any], signature: Any, cache: Any) -> A
 
 
 __all__ = [
+    "FOLDER",
     "VERSIONS",
     "Array",
     "CPUDispatcher",

@@ -1,7 +1,7 @@
 """Machine code on disk: Numba's cache in a place of its own, with a checksum in each file.
 
 Numba keeps machine code beside the sources, and drops it when the date of one of them changes. So each new
-environment, checkout or installation would compile everything anew. Here it lies in the user's cache
+environment, checkout or installation would compile everything again. Here it lies in the user's cache
 directory, for all of them: the name of a function has the fingerprint of all that it was made from
 (``fingerprint``), the folder has the versions of Numba and llvmlite, and the index has the processor. What
 was not used for thirty days is removed when something new is written.
@@ -12,7 +12,7 @@ and the process crashes or computes something else; so it is where one file is c
 file ends with a digest of the key that it was written for (the signature, the processor, the function's code)
 and with the SHA-256 of its name and of all that is before it, and nothing is unpickled before both are
 compared. An entry that is not right is dropped, a line of the log ``kinetile`` (on stderr, where logging is
-not set up) says so, and the code is compiled anew. What is no regular file is not opened.
+not set up) says so, and the code is compiled again. Only regular files are opened.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ def folder() -> Path:
 
 
 class _Locator:
-    """What Numba asks of a cache's place. No source is as old as its machine code has to be: the fingerprint
-    in the name says what it was made from."""
+    """What Numba needs to know of a cache's place. It compares no dates of sources: the fingerprint in the
+    name says what machine code was made from."""
 
     def __init__(self, source: str) -> None:
         self.folder = folder()
@@ -60,7 +60,7 @@ class _Locator:
 
 
 class CheckedCache(FunctionCache):
-    """Numba's cache of one function, whose damaged files count as not there.
+    """Numba's cache of one function; its damaged files count as not there.
 
     Raises RuntimeError where there is no folder that it could be written to.
     """
@@ -83,7 +83,7 @@ class CheckedCache(FunctionCache):
         except Exception as error:  # of pickles that another version has written, anything may be raised
             logging.getLogger("kinetile").warning(
                 "kinetile: the machine code of %s in %s cannot be used (%s): it is dropped, and compiled "
-                "anew",
+                "again",
                 self._py_func.__qualname__,
                 self._cache_path,
                 str(error) or type(error).__name__,

@@ -13,6 +13,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cache
+from inspect import getattr_static
 from itertools import pairwise
 from pathlib import Path
 from types import FunctionType
@@ -27,6 +28,7 @@ from kinetile.kernel.compiled.views import wrapping
 if not INTERPRETED:
     from kinetile.kernel.compiled import backend
     from kinetile.kernel.compiled.cache import CheckedCache, is_whole
+    from kinetile.kernel.compiled.views import ViewModel
 
 
 class NotCompiled(Exception):
@@ -151,7 +153,7 @@ def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
         return
     asked = (function, tuple(_kind(argument) for argument in arguments))
     if asked in _ready:
-        return  # Numba would work out anew what each argument is, for milliseconds
+        return  # Numba would derive the type of each argument again, for milliseconds
     typeof = backend.numba.typeof
     with uncollected():
         try:
@@ -196,17 +198,24 @@ def complaint(error: Exception) -> str:
     said = brief(str(error))
     if said != str(error):
         return said
-    return f"{type(error).__name__}: {RECORD.sub('records', said)}{_place(error)}"
+    said = f"{type(error).__name__}: {RECORD.sub('records', said)}"
+    if ViewModel.__name__ in said:
+        said = (
+            "an array in an unchecked hook has indices from 0, slices, len and iteration, and nothing else "
+            "of NumPy: leave out the mark toolbox.unchecked"
+        )
+    return f"{said}{_place(error)}"
 
 
 def _place(error: Exception) -> str:
-    """Return the file and line at which the compiler was: the innermost that it had in hand."""
+    """Return the file and line at which the compiler was: the innermost of its frames, but for Numba's own
+    code."""
     found, trace = "", error.__traceback__
     while trace is not None:
         for value in list(trace.tb_frame.f_locals.values()):
-            loc = getattr(value, "loc", None)
-            file, line = getattr(loc, "filename", None), getattr(loc, "line", None)
-            if isinstance(file, str) and isinstance(line, int):
+            loc = getattr_static(value, "loc", None)  # some values raise an error of their own for a name
+            file, line = getattr_static(loc, "filename", None), getattr_static(loc, "line", None)
+            if isinstance(file, str) and isinstance(line, int) and not file.startswith(backend.FOLDER):
                 found = f" ({file}, line {line})"
         trace = trace.tb_next
     return found

@@ -66,7 +66,7 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
     def code(block: CodeType, names: Mapping[str, Any], documented: bool = False) -> None:
         digest.update(block.co_code)
         digest.update(repr(block.co_varnames).encode())
-        # A docstring is the first constant, and makes no machine code: new words compile nothing anew.
+        # A docstring is the first constant, and makes no machine code: new words compile nothing again.
         for constant in block.co_consts[1:] if documented else block.co_consts:
             if isinstance(constant, CodeType):
                 code(constant, names)

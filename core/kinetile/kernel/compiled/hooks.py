@@ -7,7 +7,7 @@ What is too long for a hook is marked ``apart``: compiled once, and cached by it
 function calls into it, and makes machine code of it all again, for each function of the loop and for each
 choice of phases. A function marked ``apart`` is known to the code that calls it by a name only, which is
 given an address when that code is compiled or comes from the disk. The name has a fingerprint, so old machine
-code asks for old names.
+code refers to old names.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ if not INTERPRETED:
         def get_call_template(self, arguments: Any, named: Any) -> Any:
             """Return what a call comes to: one for all constants.
 
-            Else each would compile it anew; also one that a variable only begins with, whose code is then
+            Else each would compile it again; also one that a variable only begins with, with code that is
             never used: ``found = NOBODY`` before a loop.
             """
             return super().get_call_template([types.unliteral(each) for each in arguments], named)
@@ -126,7 +126,7 @@ def hook(function: F) -> F:
 
 
 def with_shapes(of_shape: F) -> Callable[[F], F]:
-    """Mark a hook, above ``hook``, in the place of which stands ``of_shape`` where not all bodies are discs.
+    """Mark a hook, above ``hook``, with ``of_shape`` in its place where not all bodies are discs.
 
     The first argument of both is a body's record. What is compiled where all are discs has nothing of the
     other form.
@@ -151,7 +151,7 @@ def unchecked(function: F) -> F:
     wrong.
 
     Its tables are not NumPy's arrays but what the loop has itself (``kernel.compiled.views``): to be read and
-    written by an index from 0, sliced, gone through, and asked for their length. An index below 0 is not
+    written by an index from 0, sliced, gone through, with ``len``. An index below 0 is not
     counted from the end, nor noticed. And numbers of bodies that ``near``, ``repair`` and ``soonest`` name
     are not compared with how many there are. Have the conformance kit judge the hook without this mark first.
     """

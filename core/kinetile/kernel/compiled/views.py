@@ -77,7 +77,7 @@ else:
             return self.of.copy(*given, **fields)
 
     @register_model(_View)
-    class _ViewModel(models.StructModel):
+    class ViewModel(models.StructModel):
         """Where the elements begin, and how many there are."""
 
         def __init__(self, manager: Any, kind: Any) -> None:
@@ -209,29 +209,16 @@ else:
 
     @intrinsic
     def numbers_from(typing_context: Any, tables: Any, first: Any) -> Any:
-        """Return the tables with numbers that begin at one of them."""
+        """Return the tables with numbers, a view, that begin at one of them."""
         at = tables.instance_class._fields.index("numbers")
         kind = tables[at]
 
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             whole, start = arguments
             old = builder.extract_value(whole, at)
-            if isinstance(kind, _View):
-                given = cgutils.create_struct_proxy(kind)(context, builder, value=old)
-                given.data = builder.gep(given.data, [start])
-                given.count = builder.sub(given.count, start)
-            else:
-                given = context.make_array(kind)(context, builder, value=old)
-                count = builder.sub(given.nitems, start)
-                data, strides = builder.gep(given.data, [start]), cgutils.unpack_tuple(builder, given.strides)
-                arrayobj.populate_array(
-                    given,
-                    data=data,
-                    shape=[count],
-                    strides=strides,
-                    itemsize=given.itemsize,
-                    meminfo=given.meminfo,
-                )
+            given = cgutils.create_struct_proxy(kind)(context, builder, value=old)
+            given.data = builder.gep(given.data, [start])
+            given.count = builder.sub(given.count, start)
             made = builder.insert_value(whole, given._getvalue(), at)
             context.nrt.incref(builder, tables, made)
             return made

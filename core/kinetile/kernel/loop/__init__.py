@@ -7,7 +7,7 @@ NO_REASON = -1
 TIME_REACHED, CONTACTS_REACHED, BUDGET_SPENT, LOG_FULL, NO_ROOM, FAULT = range(6)
 
 COMMAND_DUE = 6
-"""A body is inserted or removed for which the tables, or the structure, must be laid out anew."""
+"""A body is inserted or removed for which the tables, or the structure, must be laid out again."""
 
 BLOCKED = 7
 """There is no room for an inserted body; the clock's ``fault`` has its number (a), and what is in its way

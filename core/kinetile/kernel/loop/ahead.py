@@ -1,10 +1,11 @@
-"""Look-ahead: the memory is asked for what the events to come will read, while the present ones run.
+"""Look-ahead: what the events to come will read is prefetched while the present ones run.
 
 The tables of a large scene do not fit into the processor's caches, and each contact waits for the memory
 dozens of times, because each address is read from what the address before it names: slice, body, home, cell,
-bodies there. But the calendar says who is coming. When it moves on to a slice, the first bodies of four later
-slices are looked at, each at a stage of its own: what one stage has asked for, the next one reads. Nothing is
-written, so no answer depends on any of it; an event that comes sooner than foreseen waits as before.
+bodies there. But the calendar says which bodies come next. When it moves on to a slice, the first bodies of
+four later slices are looked at, each at a stage of its own: what one stage has prefetched, the next one
+reads. Nothing is written, so no answer depends on any of it; an event that comes sooner than foreseen waits
+as before.
 
 In a small scene this costs more than it saves, so it is composed only from ``LARGE`` bodies on.
 """
@@ -65,7 +66,7 @@ def _look_from(k: Kernel, s: Any, day: int) -> None:
 
 @template
 def _fetch(k: Kernel, body: int) -> None:
-    """Ask for what the kernel itself has of a body."""
+    """Prefetch what the kernel itself has of a body."""
     prefetch(k.queue, body)
     prefetch(k.bodies, body)
     prefetch(k.places, body)

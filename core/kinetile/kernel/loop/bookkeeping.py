@@ -12,24 +12,19 @@ import math
 from kinetile.kernel.clock import SPAN
 from kinetile.kernel.compiled import hook, larger, smaller
 from kinetile.kernel.log import TURNED
-from kinetile.kernel.tables import JAMMED, NOBODY, NOT_FINITE, TOO_DEEP, Kernel, blame
+from kinetile.kernel.tables import JAMMED, NOBODY, NOT_FINITE, TOO_DEEP, Kernel, Records, blame
 
 
 @hook
 def log(k: Kernel, tick: int, a: int, b: int) -> None:
-    """Log an event of the body in slot a, and of the one in slot b or of what a number below 0 stands for."""
-    lists = k.clock[0].lists
-    k.counts[0].logged += 1
+    """Log an event of the body in slot a, and of the one in slot b or what a number below 0 means."""
     first = k.queue[a].number
     second = k.queue[b].number if b >= 0 else b
+    k.counts[0].logged += 1
     if b > TURNED:
         _log_contact(k, tick, first, second)
     if len(k.log) > 0:
-        row = k.log[lists.written]
-        lists.written += 1
-        row.tick = tick
-        row.a = first
-        row.b = second
+        row = _next_row(k, tick, first, second)
         one = k.bodies[a]
         row.ax = one.x
         row.ay = one.y
@@ -44,6 +39,32 @@ def log(k: Kernel, tick: int, a: int, b: int) -> None:
 
 
 @hook
+def log_passing(k: Kernel, tick: int, a: int, b: int) -> None:
+    """Log that the bodies in two slots begin to pass through each other, the elder given first, or end to,
+    the younger first. No plan changes, so the long row has none."""
+    first = k.queue[a].number
+    second = k.queue[b].number
+    k.counts[0].logged += 1
+    _log_contact(k, tick, first, second)
+    if len(k.log) > 0:
+        row = _next_row(k, tick, first, second)
+        row.ax = row.ay = row.avx = row.avy = math.nan
+        row.bx = row.by = row.bvx = row.bvy = math.nan
+
+
+@hook
+def _next_row(k: Kernel, tick: int, first: int, second: int) -> Records:
+    """Begin a row of the log of events: the tick and two numbers."""
+    lists = k.clock[0].lists
+    row = k.log[lists.written]
+    lists.written += 1
+    row.tick = tick
+    row.a = first
+    row.b = second
+    return row
+
+
+@hook
 def _log_contact(k: Kernel, tick: int, first: int, second: int) -> None:
     """Write the row of a contact for the digest: the bodies, by numbers, and the tick."""
     clock = k.clock[0]
@@ -54,29 +75,6 @@ def _log_contact(k: Kernel, tick: int, first: int, second: int) -> None:
     met.tick = tick & ((1 << 52) - 1)
     met.a = first
     met.b = second
-
-
-@hook
-def log_passing(k: Kernel, tick: int, a: int, b: int) -> None:
-    """Log that the bodies in two slots begin to pass through each other, the elder given first, or end to,
-    the younger first. No plan changes, so the long row has none."""
-    lists = k.clock[0].lists
-    k.counts[0].logged += 1
-    _log_contact(k, tick, k.queue[a].number, k.queue[b].number)
-    if len(k.log) > 0:
-        row = k.log[lists.written]
-        lists.written += 1
-        row.tick = tick
-        row.a = k.queue[a].number
-        row.b = k.queue[b].number
-        row.ax = math.nan
-        row.ay = math.nan
-        row.avx = math.nan
-        row.avy = math.nan
-        row.bx = math.nan
-        row.by = math.nan
-        row.bvx = math.nan
-        row.bvy = math.nan
 
 
 @hook
@@ -123,13 +121,6 @@ def stop_there(k: Kernel, tick: int, a: int, b: int) -> None:
 
 
 @hook
-def _note_watched(k: Kernel, tick: int, a: int, b: int) -> None:
-    """A contact has happened: stop after it where it is watched."""
-    if len(k.watch) > 0 and k.clock[0].stops.before == 0 and is_watched(k, a, b):
-        stop_there(k, tick, a, b)
-
-
-@hook
 def _ticks_of_a_jam(k: Kernel) -> float:
     """Return in how many ticks a window of contacts shows a jam: less than 1e-13 of the smallest radius of
     flight each, at the speed of the fastest body.
@@ -157,7 +148,8 @@ def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
     """Count what has happened at a tick, see whether it is watched, and look for jams."""
     clock = k.clock[0]
     jam = clock.jam
-    _note_watched(k, tick, a, b)
+    if len(k.watch) > 0 and clock.stops.before == 0 and is_watched(k, a, b):
+        stop_there(k, tick, a, b)
     clock.met_there = clock.met_there + 1 if clock.met_tick == tick else 1
     clock.met_tick = tick
     jam.spins = 0

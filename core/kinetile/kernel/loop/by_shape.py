@@ -1,4 +1,4 @@
-"""Several narrow phases for pairs in one loop: which two bodies are whose is said by their shapes.
+"""Several narrow phases for pairs in one loop: the shapes of two bodies say which phase takes them.
 
 ``k.numbers`` then begins with the number of shapes S, with a row of S for each shape that says which phase
 takes it and another one, from 0, and with where the numbers of each phase begin. A phase finds its own from

@@ -2,7 +2,7 @@
 
 A calendar queue (Brown 1988): time is cut into slices of 2^shift ticks, about as long as events are apart,
 and each body is filed in the ring of its slice. There are more slices than bodies, and they are used again
-and again, so an entry of a later year may stand in the same ring. A ring is in order, years and all: the head
+and again, so an entry of a later year may be in the same ring. A ring is in order, years and all: the head
 is the first of its ring, and a thousand bodies that are due at one tick cost no search. A bit for each slice
 says whether it is empty. To file a body, to take it out and to find the head costs O(1)
 while slices have about the right length, which is mended between two chunks of a run. It is faster than a
@@ -107,8 +107,19 @@ def move(k: Kernel, body: int, key: int) -> None:
 
 
 @hook
+def forget(k: Kernel, h: int) -> None:
+    """Clear what an entry says of contacts, before all that is near is looked at. It awaits nothing."""
+    move(k, h, NEVER)
+    entry = k.queue[h]
+    entry.tick = NEVER
+    entry.guard = NEVER
+    entry.partner = NOBODY
+    entry.exact = 0
+
+
+@hook
 def file_all(k: Kernel) -> None:
-    """File all bodies anew by their keys, in slices of the present length. O(n)."""
+    """File all bodies by their keys, in slices of the present length. O(n)."""
     clock = k.clock[0]
     calendar = clock.calendar
     calendar.filed = 1
@@ -125,7 +136,7 @@ def file_all(k: Kernel) -> None:
 
 @hook
 def _next_marked(k: Kernel, day: int) -> int:
-    """Return the first slice from ``day`` on whose list is not empty; a year later if none is."""
+    """Return the first slice from ``day`` on that is not empty; a year later if none is."""
     mask = _slices(k) - 1
     at = day & mask
     word = at >> 6
@@ -142,7 +153,7 @@ def _next_marked(k: Kernel, day: int) -> int:
 
 @hook
 def head(k: Kernel) -> int:
-    """Return the body whose turn it is, or NOBODY; the slice sought in is left where it stands."""
+    """Return the body that comes next, or NOBODY; the slice sought in becomes its slice."""
     clock = k.clock[0]
     calendar = clock.calendar
     queue = k.queue

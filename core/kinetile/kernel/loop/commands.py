@@ -1,6 +1,6 @@
 """Commands: changes from outside, each at a tick of its own, in the order in which they were given.
 
-A command turns a body, inserts one or removes one. The clock also anchors plans anew, which changes no
+A command turns a body, inserts one or removes one. The clock also anchors plans again, which changes no
 velocity. Commands run after the structural events of their tick and before its contacts: a body is inserted
 into a structure that is in order, and a removed one is out of it before the next contact is computed. A
 command given at a stop between two contacts of one tick says after how many of them it came (``after``), so
@@ -16,18 +16,18 @@ import math
 from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, template, to_be_filled_in
-from kinetile.kernel.flight import note_place, since_anchor
+from kinetile.kernel.flight import note_place, position_at
 from kinetile.kernel.images import anchor, near_zero, wrap
 from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TURNED
 from kinetile.kernel.loop import CROWDED, LOG_FULL, NO_REASON
 from kinetile.kernel.loop.bookkeeping import log, log_is_full
-from kinetile.kernel.loop.calendar import move, settle
+from kinetile.kernel.loop.calendar import forget, settle
 from kinetile.kernel.loop.responses import ROOM, begin_with_all, crowded, end_all_passings, plan_partings
 from kinetile.kernel.passings import MOST_IMAGES, PASS, row_of
 from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel, Records, elder, is_there, slot_of
 
 LONG_AGO = -(1 << 62)
-"""The tick of the last contact of a body that had none."""
+"""The tick of the last contact of a body without one."""
 
 FREE = -(1 << 30)
 """What ``blocked_by`` returns where there is room."""
@@ -39,7 +39,7 @@ enter = leave = to_be_filled_in
 
 @hook
 def plan_changed(k: Kernel, body: int) -> None:
-    """Make void what other entries say of a body whose plan has changed."""
+    """Make void what other entries say of a body with a new plan."""
     k.bodies[body].stamp += 1
     k.queue[body].wall = NOT_ASKED
     note_place(k, body)
@@ -105,9 +105,7 @@ def blocked_by(k: Kernel, command: Records) -> int:
             solid = k.rules[row_of(clock.kinds, k.traits[other].kind, command.kind)].response != PASS
         if solid:
             body = k.bodies[other]
-            elapsed = since_anchor(k, body, command.tick)
-            there_x = body.x + body.vx * elapsed
-            there_y = body.y + body.vy * elapsed
+            there_x, there_y = position_at(k, body, command.tick)
             if PERIODIC:  # as anchored there, and of its images the nearest
                 there_x = near_zero(there_x, torus.x)
                 there_y = near_zero(there_y, torus.y)
@@ -162,10 +160,7 @@ def arrive(k: Kernel, command: Records) -> int:
     entry = k.queue[body]
     entry.key = NEVER
     entry.own = NEVER
-    entry.tick = NEVER
-    entry.guard = NEVER
-    entry.partner = NOBODY
-    entry.exact = 0
+    forget(k, body)
     plan_changed(k, body)
     if RULES:
         trait = k.traits[body]
@@ -191,7 +186,7 @@ def depart(k: Kernel, body: int) -> None:
     """Remove the body in a slot; the broad phase's structure has removed it already.
 
     A body that awaits a contact with it is refreshed when that contact is at the head. Contacts of one tick
-    stand in the calendar in the order of numbers, and this number is gone: so they become guesses.
+    are in the calendar in the order of numbers, and this number is gone: so they become guesses.
     """
     clock = k.clock[0]
     lists = clock.lists
@@ -199,11 +194,8 @@ def depart(k: Kernel, body: int) -> None:
     k.counts[0].removed += 1
     _account(k, -k.mass[body], gone.vx * gone.vx + gone.vy * gone.vy)
     entry = k.queue[body]
-    move(k, body, NEVER)
     entry.own = NEVER
-    entry.tick = NEVER
-    entry.guard = NEVER
-    entry.partner = NOBODY
+    forget(k, body)
     for other in range(clock.bodies):
         awaiting = k.queue[other]
         if awaiting.partner == body and awaiting.exact == 1:
@@ -240,7 +232,7 @@ def must_wait(k: Kernel, command: Records) -> int:
 
 @template
 def obey(k: Kernel, s: Any) -> int:
-    """Carry out the next command, whose tick is now; return the slot of the body that is to be refreshed, or
+    """Carry out the next command, at its tick; return the slot of the body that is to be refreshed, or
     NOBODY. With ``LIVING``, there is room for a new body."""
     clock = k.clock[0]
     lists = clock.lists
@@ -281,7 +273,7 @@ def obey(k: Kernel, s: Any) -> int:
 
 
 def obey_alone(k: Kernel, s: Any) -> None:
-    """Carry out the next command in tables whose structure is built anew after it; a template, as
+    """Carry out the next command in tables that get a new structure after it; a template, as
     ``advance``."""
     k = disowned(k)
     s = disowned(s)

@@ -44,8 +44,8 @@ NOTHING, REFILE, REFRESH, REPLAN, REFRESH_ALL = range(5)
 """Tasks that a step leaves to ``restore``, for one body or two:
 
 ``REFILE``: newcomers near it are still to be looked at, if any, and it is to be filed by what it awaits now;
-``REFRESH``: what its entry says of contacts is to be computed anew from all that is near;
-``REPLAN``: the same, and the broad phase has to be told of its new plan;
+``REFRESH``: what its entry says of contacts is to be computed again from all that is near;
+``REPLAN``: the same, and the broad phase has to replan it;
 ``REFRESH_ALL``: as ``REFRESH``, for all bodies."""
 
 
@@ -177,7 +177,7 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
 
 @hook
 def put_back(k: Kernel, body: int) -> None:
-    """Give a body the velocity that it had before a contact that cannot be resolved."""
+    """Give a body back its velocity before a contact that cannot be resolved."""
     before = k.places[body]
     k.bodies[body].vx = before.vx
     k.bodies[body].vy = before.vy

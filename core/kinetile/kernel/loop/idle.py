@@ -1,4 +1,4 @@
-"""What stands in the loop for hooks that a broad phase does not have: nothing is to be done."""
+"""Hooks in the place of those that a broad phase does not have: they do nothing."""
 
 from __future__ import annotations
 

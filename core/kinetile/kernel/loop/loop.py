@@ -7,7 +7,7 @@ the one for walls; those of the responses that the scene's rules name) and its c
 ``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not compiled.
 
 Of one tick, structural events run first, then commands, then contacts with walls, then contacts of pairs, and
-after each of them the head of the queue is taken anew. So at a contact's tick every structural event up to
+after each of them the head of the queue is taken again. So at a contact's tick every structural event up to
 and at that tick has been restored, and which broad phase did it cannot matter: a contact's time is a function
 of the two flight plans alone, and the broad phase sees bodies fattened by a skin wide enough for all rounding
 (docs/one-answer.md has the rule and its proof).
@@ -43,7 +43,7 @@ from kinetile.kernel.loop import (
 )
 from kinetile.kernel.loop.ahead import look_ahead
 from kinetile.kernel.loop.bookkeeping import log_is_full
-from kinetile.kernel.loop.calendar import file_all, head, runner_up, settle, wall_is_before
+from kinetile.kernel.loop.calendar import file_all, forget, head, runner_up, settle, wall_is_before
 from kinetile.kernel.loop.commands import may_come, met_at
 from kinetile.kernel.loop.events import (
     NOTHING,
@@ -58,7 +58,7 @@ from kinetile.kernel.loop.events import (
     run_structural,
     run_wall_contact,
 )
-from kinetile.kernel.loop.predictions import ask_all_exactly, forget, look_at, meeting
+from kinetile.kernel.loop.predictions import ask_all_exactly, look_at, meeting
 from kinetile.kernel.loop.responses import crowded, end_first_passing
 from kinetile.kernel.tables import (
     BAD_COUNT,
@@ -176,7 +176,7 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
     """
     clock = k.clock[0]
     lists = clock.lists
-    body = NOBODY  # whose entry is in hand
+    body = NOBODY  # the one with the entry in hand
     waiting = NOBODY  # one that has been refreshed, and is filed after it
     count = newcomers
     if task <= REFILE:  # no body is to be refreshed
@@ -207,7 +207,7 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
         count = 0
         if a >= 0 and task != REFRESH_ALL:
             # Both bodies of a contact are refreshed before either is filed: replan of the second may set the
-            # certificate of the first anew, which would then be moved in the calendar twice.
+            # certificate of the first again, which would then be moved in the calendar twice.
             waiting = body
             body = NOBODY
             continue

@@ -16,13 +16,12 @@ from typing import Any
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.images import await_through
-from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.loop.responses import have_passed, leaves_out
 from kinetile.kernel.passings import passes
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel, elder
 
 FAR = 2.0**62 + 2.0**20
-"""Ticks. A contact further away is none: before that both bodies are anchored anew (``certificates.FAR``)."""
+"""Ticks. A contact further away is none: both bodies are anchored again before it (``structural.FAR``)."""
 
 MARGIN = 1 << 12
 """Ticks by which a bound is set back: for the rounding of a delay of up to 2^62 ticks."""
@@ -30,17 +29,6 @@ MARGIN = 1 << 12
 BOUNDS = PASSING = True
 PERIODIC = False
 near = meet = soonest = to_be_filled_in
-
-
-@template
-def forget(k: Kernel, h: int) -> None:
-    """Clear what an entry says of contacts, before all that is near is looked at. It awaits nothing."""
-    move(k, h, NEVER)
-    entry = k.queue[h]
-    entry.tick = NEVER
-    entry.guard = NEVER
-    entry.partner = NOBODY
-    entry.exact = 0
 
 
 @hook

@@ -6,9 +6,9 @@ A loop for a scene without rules has none of this in it.
 
 A *passing* is a pair that goes through each other, from the tick in which they touch to that in which they
 part; where an axis is periodic, through one image, and several may last at a time. Neither changes a plan,
-and a passing lasts for a tick at least: so a contact of two that pass, if it lies in the past, has had its
-beginning and its end, and is none that is still to come (``predictions.meeting``). A pair that has begun
-stands in the list of both its bodies (``k.passings``) with the tick at which it parts, which is computed
+and a passing lasts for a tick at least: so a contact of two that pass, if it lies in the past, has begun
+and ended, and is none that is still to come (``predictions.meeting``). A pair that has begun
+is in the list of both its bodies (``k.passings``) with the tick at which it parts, which is computed
 exactly, and again whenever one of the two plans changes. The parting awaits the elder of the two: its *leave*
 is the first of those ticks, beside what else its entry in the queue awaits. For a pair that is passing no
 contact is computed; through other images one may be (``images.first_image``).
@@ -23,7 +23,7 @@ import math
 from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, smaller, template, to_be_filled_in
-from kinetile.kernel.flight import since_anchor
+from kinetile.kernel.flight import position_at
 from kinetile.kernel.images import near_zero, remainder, turns_of
 from kinetile.kernel.loop.bookkeeping import count_row, log_passing
 from kinetile.kernel.loop.calendar import settle
@@ -51,9 +51,9 @@ def have_passed(k: Kernel, a: int, b: int) -> bool:
     two = k.bodies[a + b - early]
     if two.anchor >= k.clock[0].now:
         return False
-    elapsed = since_anchor(k, one, two.anchor)
-    dx = two.x - (one.x + one.vx * elapsed)
-    dy = two.y - (one.y + one.vy * elapsed)
+    x, y = position_at(k, one, two.anchor)
+    dx = two.x - x
+    dy = two.y - y
     reach = (one.radius + two.radius) * (1.0 - 1e-10)
     return bool(dx * dx + dy * dy < reach * reach)
 
@@ -223,7 +223,7 @@ def end_first_passing(k: Kernel, body: int, tick: int) -> None:
 
 @template
 def plan_partings(k: Kernel, body: int) -> None:
-    """Compute anew when a body, whose plan has changed, parts from those that it is passing through."""
+    """Compute again when a body with a new plan parts from those that it is passing through."""
     pair = k.passers[body]
     while pair >= 0:
         record = k.passings[pair]
@@ -238,16 +238,12 @@ def plan_partings(k: Kernel, body: int) -> None:
 @template
 def begin_through_images(k: Kernel, a: int, b: int, tick: int) -> None:
     """Begin the passings of two bodies, ``a`` the elder, through each image through which they overlap at a
-    tick; their places are as if anchored there. In which order shows nowhere."""
+    tick; their places are as if anchored there. The order cannot be observed."""
     torus = k.clock[0].torus
     one = k.bodies[a]
     two = k.bodies[b]
-    one_time = since_anchor(k, one, tick)
-    two_time = since_anchor(k, two, tick)
-    one_x = one.x + one.vx * one_time
-    one_y = one.y + one.vy * one_time
-    two_x = two.x + two.vx * two_time
-    two_y = two.y + two.vy * two_time
+    one_x, one_y = position_at(k, one, tick)
+    two_x, two_y = position_at(k, two, tick)
     one_kx = turns_of(one_x, torus.x)
     one_ky = turns_of(one_y, torus.y)
     two_kx = turns_of(two_x, torus.x)
@@ -279,9 +275,9 @@ def begin_with_all(k: Kernel, body: int, tick: int) -> None:
             number = k.queue[other].number
             if other != body and is_there(k, other) and number > before and passes(k, other, body):
                 one = k.bodies[other]
-                elapsed = since_anchor(k, one, tick)
-                dx = (one.x + one.vx * elapsed) - new.x
-                dy = (one.y + one.vy * elapsed) - new.y
+                x, y = position_at(k, one, tick)
+                dx = x - new.x
+                dy = y - new.y
                 reach = (one.radius + new.radius) * (1.0 - ROOM)
                 if PERIODIC:  # through which images, if any, is found when they begin
                     dx = near_zero(dx, k.clock[0].torus.x)

@@ -9,77 +9,166 @@ shorter ones takes two or four steps, and gives the same bits, since each lane i
 is fused.
 
 Interpreted, the same names are NumPy arrays of eight, and that is their meaning: each function is written
-twice, and a test compares the two.
+twice, here and in ``intrinsics``, and a test compares the two.
 """
 
 from __future__ import annotations
 
+import math
+from fractions import Fraction
+from typing import Any, TypeAlias
+
+import numpy as np
+
 from kinetile.kernel.compiled import INTERPRETED
-from kinetile.kernel.vectors.interpreted import (
-    LANES,
-    Floats,
-    Ticks,
-    Truths,
-    Wholes,
-    append,
-    bits,
-    choose,
-    eight,
-    fill,
-    flights,
-    floor,
-    lane,
-    lowest_bit,
-    number_in,
-    numbered,
-    numbers,
-    pick,
-    places,
-    prefetch,
-    product_error,
-    put_place,
-    root,
-    some,
-    spread,
-    spread_ticks,
-    spread_whole,
-    to_floats,
-    turned,
-)
+
+LANES = 8
+COLUMNS: tuple[str, ...] = ("x", "y", "vx", "vy", "anchor", "reach")
+
+Floats: TypeAlias = Any
+Wholes: TypeAlias = Any
+Ticks: TypeAlias = Any
+Truths: TypeAlias = Any
+
+
+def spread(value: float) -> Floats:
+    """Return eight times the same number."""
+    return np.full(LANES, value)
+
+
+def spread_whole(value: int) -> Wholes:
+    """Return eight times the same whole number."""
+    return np.full(LANES, value, dtype=np.int32)
+
+
+def numbers(table: Any, first: int) -> Wholes:
+    """Return ``table[first:first + 8]`` of an array of int32."""
+    return np.array(table[first : first + LANES], dtype=np.int32)
+
+
+def fill(table: Any, first: int, value: int) -> None:
+    """Write a number to ``table[first:first + 8]`` of an array of int32."""
+    table[first : first + LANES] = value
+
+
+def numbered(value: Floats, first: int) -> Floats:
+    """Return numbers >= 2^-1000 with first, first + 1, ... (0 to 63) in their last six bits: each is less
+    than it was, by less than 2^-45 of it."""
+    places = np.arange(first, first + LANES)
+    return ((np.ascontiguousarray(value).view(np.int64) & -64) + (places - 64)).view(np.float64)
+
+
+def number_in(value: float) -> int:
+    """Return the last six bits of a number."""
+    return int(np.float64(value).view(np.int64)) & 63
+
+
+def root(value: Floats) -> Floats:
+    """Return the square roots, correctly rounded; of a negative number, not a number."""
+    with np.errstate(invalid="ignore"):
+        return np.sqrt(value)
+
+
+def choose(where: Truths, yes: Any, no: Any) -> Any:
+    """Return ``yes`` in the lanes where it is true, else ``no``."""
+    return np.where(where, yes, no)
+
+
+def lane(value: Any, which: int) -> Any:
+    """Return one of the eight."""
+    return value[which]
+
+
+def turned(value: Any, by: int) -> Any:
+    """Return the lanes turned round: lane i is what was lane i xor ``by`` (1, 2 or 4)."""
+    return value[np.arange(LANES) ^ by]
+
+
+def append(source: Any, first: int, target: Any, end: int) -> int:
+    """Copy eight numbers, ``source[first:first + 8]``, to ``target[end:end + 8]``; return the last.
+
+    Both are arrays of int32. One load and one store; so seven numbers may be copied, and how many count.
+    """
+    target[end : end + LANES] = source[first : first + LANES]
+    return int(source[first + LANES - 1])
+
+
+def prefetch(table: Any, row: int) -> None:
+    """Ask the memory for the cache line in which a row of a table begins, and go on without waiting."""
+
+
+def product_error(a: float, b: float, product: float) -> float:
+    """Return a * b - product, for the rounded product, rounded once, as a fused multiply-add does it: exact
+    unless a part of the product would be subnormal."""
+    if not math.isfinite(product):
+        return math.nan
+    return float(Fraction(float(a)) * Fraction(float(b)) - Fraction(float(product)))
+
+
+def lowest_bit(word: int) -> int:
+    """Return the place of the lowest bit that is set in a word of 64; the word is not zero."""
+    word = int(word)
+    return (word & -word).bit_length() - 1
+
+
+def eight(a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: int) -> Wholes:
+    """Return eight whole numbers as a vector."""
+    return np.array([a, b, c, d, e, f, g, h], dtype=np.int32)
+
+
+def spread_ticks(value: int) -> Ticks:
+    """Return eight times the same tick."""
+    return np.full(LANES, value, dtype=np.int64)
+
+
+def flights(
+    table: Any, a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: int
+) -> tuple[Floats, Floats, Floats, Floats, Ticks, Floats]:
+    """Return x, y, vx, vy, anchor and reach of eight bodies."""
+    rows = table[[a, b, c, d, e, f, g, h]]
+    x, y, vx, vy, anchor, reach = (np.array(rows[name]) for name in COLUMNS)
+    return x, y, vx, vy, anchor, reach
+
+
+def places(table: Any, names: Any, first: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return the four columns of the rows ``names[first:first + 8]`` of a table of four doubles a row: x, y,
+    vx, vy of one of places."""
+    rows = table[names[first : first + LANES]]
+    x, y, vx, vy = (np.array(rows[name]) for name in table.dtype.names)
+    return x, y, vx, vy
+
+
+def put_place(table: Any, number: int, x: float, y: float, vx: float, vy: float) -> None:
+    """Write a row of a table of places in one piece, so that a load of it need not wait for the parts."""
+    table[number] = (x, y, vx, vy)
+
+
+def pick(table: Any, names: Any, first: int) -> Floats:
+    """Return the entries ``names[first:first + 8]`` of an array of doubles."""
+    return np.array(table[names[first : first + LANES]])
+
+
+def to_floats(value: Ticks | Wholes) -> Floats:
+    """Return ticks or whole numbers as doubles, rounded to nearest."""
+    return np.asarray(value, dtype=np.float64)
+
+
+def floor(value: Floats) -> Ticks:
+    """Return doubles, each smaller than 2^63 in size, rounded down."""
+    return np.floor(value).astype(np.int64)
+
+
+def bits(value: Truths) -> int:
+    """Return a word with the bit of each lane set in which it is true."""
+    return sum(1 << i for i in range(LANES) if value[i])
+
+
+def some(value: Truths) -> bool:
+    """Whether it is true in any lane."""
+    return bool(value.any())
+
 
 if not INTERPRETED:
     from kinetile.kernel.vectors.intrinsics import COMPILED
 
     globals().update(COMPILED)
-
-__all__ = [
-    "LANES",
-    "Floats",
-    "Ticks",
-    "Truths",
-    "Wholes",
-    "append",
-    "bits",
-    "choose",
-    "eight",
-    "fill",
-    "flights",
-    "floor",
-    "lane",
-    "lowest_bit",
-    "number_in",
-    "numbered",
-    "numbers",
-    "pick",
-    "places",
-    "prefetch",
-    "product_error",
-    "put_place",
-    "root",
-    "some",
-    "spread",
-    "spread_ticks",
-    "spread_whole",
-    "to_floats",
-    "turned",
-]

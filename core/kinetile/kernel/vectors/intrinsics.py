@@ -1,6 +1,6 @@
 """The functions of ``vectors`` as Numba intrinsics: portable LLVM vectors of eight, held in registers.
 
-``interpreted`` has the meaning of each, and says what it does; here is its code, under the same name with an
+The package has the meaning of each, and says what it does; here is its code, under the same name with an
 underscore. Rows of a table are loaded and stored in one piece: a load that covers several smaller stores has
 to wait until all of them are done.
 """
@@ -24,7 +24,7 @@ from kinetile.kernel.compiled.backend import (
     register_model,
     types,
 )
-from kinetile.kernel.vectors.interpreted import COLUMNS, LANES
+from kinetile.kernel.vectors import COLUMNS, LANES
 
 _INLINED: Any = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 _DOUBLE, _WHOLE, _BIT, _WORD, _BYTE = ir.DoubleType(), *(ir.IntType(size) for size in (32, 1, 64, 8))

@@ -18,13 +18,14 @@ from encounters import (
     FAMILIES,
     FAR,
     TICK,
+    answers,
     mirrored,
     reached,
     rows,
     touches,
+    true_answers,
     true_reach,
     true_reaches,
-    true_ticks,
     walls,
 )
 from kinetile.kernel.compiled import INTERPRETED
@@ -37,23 +38,24 @@ def drawn(family: str, seed: int, count: int) -> np.ndarray:
     return FAMILIES[family](np.random.default_rng(seed), count)
 
 
-def wrong(found: list[int], truth: list[int], table: np.ndarray) -> list[str]:
+def wrong(found: list, truth: list, table: np.ndarray) -> list[str]:
     both = zip(found, truth, table.tolist(), strict=True)
     return [f"{row}: {tick}, not {true}" for tick, true, row in both if tick != true]
 
 
 def assert_true(table: np.ndarray) -> None:
-    assert wrong(touches(table), true_ticks(table), table) == []
+    assert wrong(answers(table), true_answers(table), table) == []
 
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_tick_is_the_floor_of_the_root(family):
+    """Of the first root, at which two discs touch, and of the last, at which they part."""
     assert_true(drawn(family, 1, SOME))
 
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_both_orders_have_one_tick(family):
-    """Where the anchors are one, it is for nobody to say who is the first."""
+    """Where the anchors are one, neither body is the first."""
     table = drawn(family, 2, SOME // 4)
     table["elapsed"] = 0
     assert touches(table) == touches(mirrored(table))
