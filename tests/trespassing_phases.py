@@ -72,13 +72,6 @@ def uncount(k: Kernel, s: State, body: int) -> int:
 
 
 @hook
-def forget_partner(k: Kernel, s: State, body: int) -> int:
-    k.bodies[body].last = -1
-    k.bodies[body].stamp = 7
-    return wait_on(k, s, body)
-
-
-@hook
 def tolerate(k: Kernel, s: State, body: int) -> int:
     k.clock[0].limits.tolerance = 1.0
     return wait_on(k, s, body)
@@ -98,35 +91,6 @@ def brake_the_fourth(k: Kernel, s: State, body: int) -> int:
 
 
 @hook
-def weigh(k: Kernel, s: State, body: int) -> None:
-    k.mass[body] = 2.0
-
-
-@hook
-def place(k: Kernel, s: State, body: int) -> int:
-    k.places[body].x += 1.0
-    return wait_on(k, s, body)
-
-
-@hook
-def file_itself(k: Kernel, s: State, body: int) -> int:
-    k.queue[body].key = k.clock[0].now + 1
-    return wait_on(k, s, body)
-
-
-@hook
-def link_itself(k: Kernel, s: State, body: int) -> int:
-    k.links[0].next = 1
-    return wait_on(k, s, body)
-
-
-@hook
-def mark_itself(k: Kernel, s: State, body: int) -> int:
-    k.marks[0] = -1
-    return wait_on(k, s, body)
-
-
-@hook
 def set_own(k: Kernel, s: State, body: int) -> int:
     k.queue[body].own = k.clock[0].now + STEP
     return 0
@@ -139,21 +103,9 @@ def set_anothers(k: Kernel, s: State, body: int) -> int:
 
 
 @hook
-def turn_no_more(k: Kernel, s: State, body: int) -> None:
-    if k.clock[0].lists.commands > 0:
-        k.commands[k.clock[0].lists.commands - 1].vx = 0.0
-
-
-@hook
 def answer_for_near(k: Kernel, s: State, body: int) -> None:
     k.near[0] = 0
     k.near[1] = 0
-
-
-@hook
-def count_updates(k: Kernel, s: State, body: int) -> int:
-    k.counts[0].updated -= 1
-    return wait_on(k, s, body)
 
 
 @hook
@@ -172,10 +124,6 @@ def schedule_in_near(k: Kernel, s: State, body: int) -> int:
 def arrange_the_scene(k: Kernel, s: State) -> None:
     s.radius.flags.writeable = True
     s.radius[:] *= 1.0 + 2.0**-50
-
-
-def stop_the_clock(k: Kernel, s: State) -> None:
-    k.clock[0].jam.spin_limit = 2**60
 
 
 def audit_and_mend(k: Kernel, s: State) -> Iterator[str]:
@@ -292,11 +240,6 @@ def move_ahead(k: Kernel, s: State, body: int, stage: int) -> None:
     k.places[body].x += 1.0
 
 
-@hook
-def count_ahead(k: Kernel, s: State, body: int, stage: int) -> None:
-    s.failed[body] += stage + 1
-
-
 def living(**parts: Any) -> dict[str, Any]:
     """Return the parts of a phase that takes bodies in and lets them go."""
     return {"near": those_there, "build": build_for_those_there, "enter": take_in, "leave": let_go, **parts}
@@ -318,26 +261,16 @@ class Trespasser:
 
 ALL: dict[str, dict[str, Any]] = {
     "uncounts": {"repair": uncount},
-    "forgets-a-partner": {"repair": forget_partner},
     "tolerates": {"repair": tolerate},
     "brakes-another": {"near": brake},
     "brakes-the-fourth": {"near": brake_the_fourth},
-    "weighs": {"replan": weigh},
-    "moves-a-place": {"repair": place},
-    "files-itself": {"repair": file_itself},
-    "links-itself": {"repair": link_itself},
-    "marks-itself": {"repair": mark_itself},
     "sets-its-own": {"repair": set_own},
     "sets-anothers": {"repair": set_anothers},
-    "turns-no-more": {"replan": turn_no_more},
     "answers-for-near": {"replan": answer_for_near},
-    "uncounts-updates": {"repair": count_updates},
     "drops-offers": {"repair": drop_offers},
     "schedules-in-near": {"near": schedule_in_near},
     "arranges-the-scene": {"arrange": arrange_the_scene},
-    "stops-the-clock": {"arrange": stop_the_clock},
     "moves-who-comes-soon": {"soon": move_ahead},
-    "counts-who-comes-soon": {"soon": count_ahead},
     "mends-in-audit": {"audit": audit_and_mend},
     "strays": {"near": stray},
     "strays-before": {"near": stray_before},

@@ -3,14 +3,15 @@
 It has three interfaces: ``check_broad_phase(name)`` returns a report; ``parametrize_with_checks(name)`` makes
 one pytest test of each check; ``kinetile conform NAME`` prints. All of them judge in a child process with
 limits. ``strategies.scenes()`` draws the kit's scenes for other tests. The kit needs the extra
-``conformance`` (Hypothesis, and pytest for the second interface), so a name is imported when it is first
-used.
+``conformance`` (Hypothesis, and pytest for the second interface), so a name is imported at its first use.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from kinetile.errors import MissingExtra
 
 if TYPE_CHECKING:
     from kinetile_conformance.api import check_broad_phase as check_broad_phase
@@ -37,21 +38,15 @@ _HOME = {
     "parametrize_with_checks": "pytest_plugin",
 }
 
-__all__ = [
-    "CHECKS",
-    "EXAMPLES",
-    "KIT_VERSION",
-    "Check",
-    "Disagreement",
-    "Report",
-    "Result",
-    "check_broad_phase",
-    "check_named",
-    "parametrize_with_checks",
-]
+__all__ = list(_HOME)
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    try:
+        return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    except ModuleNotFoundError as error:
+        if error.name not in ("hypothesis", "pytest"):
+            raise
+        raise MissingExtra("the conformance kit", error.name, "conformance") from error

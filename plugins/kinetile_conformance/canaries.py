@@ -89,18 +89,13 @@ class Cage(NamedTuple):
 
     def breach(self) -> str | None:
         """Return how far outside of the array something was written; None where nothing was."""
-        for zone, side in ((self.before[::-1], "before"), (self.behind, "behind")):
+        for zone, side in ((self.before[::-1], "before its first"), (self.behind, "behind its last")):
             at = np.flatnonzero(zone != SONG)
             if len(at):
                 row = max(self.array.strides[0] if self.array.ndim else 1, 1)
                 rows = int(at[0]) // row + 1
-                far = f"{rows} {'row' if rows == 1 else 'rows'}"
-                return f"{self.name} was written to {far} {side} its {_end(side)}"
+                return f"{self.name} was written to {rows} {'row' if rows == 1 else 'rows'} {side}"
         return None
-
-
-def _end(side: str) -> str:
-    return "first" if side == "before" else "last"
 
 
 def caged(tables: NamedTuple, called: str) -> tuple[Any, list[Cage]]:

@@ -1,13 +1,13 @@
-"""A case: one scene under one phase, how far it is run, what is left of the run, and the file that keeps it.
+"""A case: one scene under one phase, how far it is run, its outcome, and the file that keeps it.
 
 Contacts and places are what a user sees. A phase that tampers with a count, with a body's ``last`` or with
 the tolerance can leave both as they should be, and do its harm in another scene. So an outcome also has all
 of the kernel's tables that is a function of the scene alone.
 
-Left out is what phases may differ in: the numbers of candidate checks and of structural events, the calendar,
-the pair set, and since when places hold on the common clock. Within walls the skin, and what follows from it,
-is a function of the scene. Without walls it is computed anew, from how far bodies have flown, whenever a
-phase's pair set grows; there it is compared with the bodies' reach alone.
+Left out is what may differ between phases: the numbers of candidate checks and of structural events, the
+calendar, the pair set, and since when places hold on the common clock. Within walls the skin, and what
+follows from it, is a function of the scene. Without walls it is computed again, from how far bodies have
+flown, whenever a phase's pair set grows; there it is compared with the bodies' reach alone.
 
 A saved case is a scene in TOML that replays exactly; comments at its head name the check and the phases.
 """
@@ -28,7 +28,7 @@ from kinetile.errors import KinetileError, UnknownName
 from kinetile.kernel.tables import column, slots_taken
 from kinetile.plugin.registry import Provided, registry
 from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, hookimpl
-from kinetile.run.compare import Outcome, outcome_of
+from kinetile.run.compare import Outcome, describe_row, find_divergence, first_difference, outcome_of
 from kinetile.run.compose import Composition, compose_phases
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene, Turn
@@ -136,8 +136,12 @@ class Subject:
 
     @property
     def reference(self) -> Subject:
-        """The reference, with the same narrow phases."""
-        return self.under(live_reference())
+        """The reference, with the same narrow phases; it is registered where it is not."""
+        try:
+            registry().spec("broad phase", LIVE_REFERENCE)
+        except UnknownName:
+            registry().add(PhasePlugin(BroadPhaseSpec(LIVE_REFERENCE, NaiveLive)))
+        return self.under(LIVE_REFERENCE)
 
 
 def provided(subject: Subject) -> tuple[Provided, ...]:
@@ -168,7 +172,7 @@ class PhasePlugin:
 @unchecked
 @hook
 def _near_live(k: Kernel, s: NoState, body: int) -> int:
-    """Name everybody who is there."""
+    """Name all present bodies."""
     count = 0
     for other in range(len(k.bodies)):
         if is_there(k, other):
@@ -179,25 +183,16 @@ def _near_live(k: Kernel, s: NoState, body: int) -> int:
 
 @hook
 def _idle(k: Kernel, s: NoState, body: int) -> None:
-    """A body comes or goes: there is no structure."""
+    """Nothing to do: there is no structure."""
 
 
 class NaiveLive:
-    """Everybody who is there is near everybody."""
+    """Every present body is near every other."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Return the parts; refuses as many bodies as ``naive``."""
         parts: BroadPhaseParts = registry().target("broad phase", REFERENCE)().prepare(scene)
         return replace(parts, near=_near_live, enter=_idle, leave=_idle, room=scene.capacity)
-
-
-def live_reference() -> str:
-    """Return the name of the reference, and register it where it is not."""
-    try:
-        registry().spec("broad phase", LIVE_REFERENCE)
-    except UnknownName:
-        registry().add(PhasePlugin(BroadPhaseSpec(LIVE_REFERENCE, NaiveLive)))
-    return LIVE_REFERENCE
 
 
 def is_living(scene: Scene) -> bool:
@@ -207,8 +202,7 @@ def is_living(scene: Scene) -> bool:
 
 @dataclass(frozen=True)
 class RunOutcome(Outcome):
-    """What is left of a run: everything that must be the same under every phase; ``tables`` is empty after an
-    error."""
+    """Everything that must be the same after a run under every phase; ``tables`` is empty after an error."""
 
     tables: Tables = field(default_factory=dict)
 
@@ -245,10 +239,10 @@ def run_summary(subject: Subject, scene: Scene, until: float | None = None) -> t
     return ended, sim.fingerprint, sim.readings.events
 
 
-def outcome(subject: Subject, scene: Scene, contacts: int = CONTACTS, **more: Any) -> RunOutcome:
+def outcome(subject: Subject, scene: Scene, contacts: int = CONTACTS) -> RunOutcome:
     """Run a case; an error of the run is part of its outcome, but not one of preparing it: ``Refused`` and
     ``BadOption`` are raised."""
-    sim = subject.simulation(scene, **more)
+    sim = subject.simulation(scene)
     return RunOutcome.after(sim, lambda: sim.run(until=horizon(scene), max_contacts=contacts))
 
 
@@ -268,7 +262,7 @@ def tables_after(sim: Simulation) -> Tables:
     bodies, number = k.bodies[there], np.append(k.queue["number"], NOBODY)
     left = {f"bodies.{name}": np.array(bodies[name]) for name in BODIES}
     met = bodies.last
-    if lives:  # a slot with a new body does not name back: it counts as nobody
+    if lives:  # a slot with a new body does not name back: it counts as none
         met = np.where((met >= 0) & (k.bodies.last[met] == there), met, NOBODY)
     left["bodies.last"] = number[met]
     left["mass"] = np.array(k.mass[there])
@@ -283,6 +277,37 @@ def tables_after(sim: Simulation) -> Tables:
     for name in (*CLOCK, *(OF_THE_SKIN if same_skin else ())):
         left[f"clock.{name}"] = column(k.clock, name).copy()
     return left | {f"counts.{name}": np.array([k.counts[0][name]]) for name in COUNTS}
+
+
+def difference(found: RunOutcome, expected: RunOutcome, name: str) -> str | None:
+    """Return where the outcome of phase ``name`` first differs from the expected one, in a sentence; None:
+    nowhere."""
+    parted = find_divergence(REFERENCE, name, expected, found)
+    if parted is None:
+        return table_difference(found.tables, expected.tables)
+    if parted.what == "end":
+        ends = [f"{each.ended}, at time {each.time!r}" for each in (found, expected)]
+        return f"{name} ended with {ends[0]}; {REFERENCE} with {ends[1]}"
+    if parted.found is None:
+        return f"{parted.place} is missing: {describe_row(parted.expected)}"
+    if parted.expected is None:
+        return f"{parted.place} is one too many: {describe_row(parted.found)}"
+    return f"{parted.place} is {describe_row(parted.found)}, and should be {describe_row(parted.expected)}"
+
+
+def table_difference(found: Tables, expected: Tables) -> str | None:
+    """Return the first table entry that one run left otherwise than another, in a sentence; None: there is
+    none."""
+    for name, right in expected.items():
+        mine = found.get(name, right)
+        at = first_difference(mine, right)
+        if at is None:
+            continue
+        if at >= min(len(mine), len(right)):
+            return f"at the end {name} has {len(mine)} entries, not {len(right)}"
+        whose = f" of body {at}" if len(right) > 1 or not name.startswith(("clock", "counts")) else ""
+        return f"at the end {name}{whose} is {mine[at].item()!r}, not {right[at].item()!r}"
+    return None
 
 
 @dataclass(frozen=True)
@@ -327,8 +352,3 @@ def load_case(path: Path) -> SavedCase:
                 said[key] = json.loads(head.get(key, "{}"))
     check = head.get("check")
     return SavedCase(scene, check, head.get("broad phase") if check else None, *said.values())
-
-
-def not_saved(what: str, error: OSError) -> str:
-    """Return the report's line on a file that could not be written: no fault of the phase under test."""
-    return f"(the {what} could not be saved: {error.strerror or error})"

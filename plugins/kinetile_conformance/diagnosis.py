@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from kinetile_conformance.checks import CHECKS
+from kinetile_conformance.cases import Subject
 
 OFTEN = "often: "
 
@@ -36,11 +36,6 @@ class Symptom:
         return (not self.checks or check in self.checks) and re.search(self.pattern, said) is not None
 
 
-def _drawing(strategy: str) -> tuple[str, ...]:
-    """Return the checks whose scenes a strategy draws."""
-    return tuple(each.name for each in CHECKS if each.draws and each.strategy == strategy)
-
-
 SYMPTOMS = (
     Symptom(
         "one-sided",
@@ -52,24 +47,24 @@ SYMPTOMS = (
         "index",
         "an index by one, or outside of its array: -1 or n taken for a body, a loop that ends one too "
         "late, a count returned that is not that of the numbers written.",
-        pattern=r" used [sk]\.|there is room for|was written to|no body of the scene",
+        pattern=r" used [sk]\.|there is room for|was written to|no body of the scene|no such body",
     ),
     Symptom(
         "scene",
         "an array of the scene is kept and written to. `prepare` copies what is to change into the state.",
-        pattern=r"wrote the scene's|the scene is not what it was",
+        pattern=r"wrote the scene's",
     ),
     Symptom(
         "writes",
         "a hook writes what is the kernel's: a body, a count, the clock, the queue. It only reads bodies, "
         "by `since_anchor`, and calls `schedule`, `offer`, `add_pair` for the rest.",
-        pattern=r"\w+ wrote \w|changed a body|the common clock is not that of its plan",
+        pattern=r"\w+ wrote \w|the common clock is not that of its plan",
     ),
     Symptom(
         "shared",
         "state kept in the class or in the module: an array made once for all simulations, a counter, a "
         "random number. What a simulation changes belongs into the state that `prepare` makes.",
-        checks=("repeats-itself", "instances-are-independent", "state-is-not-kept"),
+        checks=("instances-are-independent", "state-is-not-kept"),
         pattern=r"^(the first run|side by side)",
     ),
     Symptom(
@@ -101,7 +96,7 @@ SYMPTOMS = (
         "long",
         "a number of few bits overflows after many events, or a tick is kept in the state and not in "
         "`ticks`: only long runs fail.",
-        checks=_drawing("marathon scenes"),
+        checks=("same-contacts-in-a-marathon",),
     ),
     Symptom(
         "absolute",
@@ -144,7 +139,7 @@ SYMPTOMS = (
         "sizes",
         "computed with one body's size, not the other's: two bodies are near by the sum of both reaches, and "
         "a wide one has to be found from each small one as well.",
-        checks=_drawing("giant scenes"),
+        checks=("same-contacts-beside-giants",),
     ),
     Symptom(
         "many",
@@ -182,3 +177,9 @@ SYMPTOMS = (
 def likely(check: str, said: str) -> str:
     """Return what authors usually did wrong where this check says so; "" where no row applies."""
     return next((row.often for row in SYMPTOMS if row.applies(check, said)), "")
+
+
+def diagnosed(check: str, said: str, subject: Subject) -> list[str]:
+    """Return the line that ends such a failure, if there is one: diagnoses are for broad phases."""
+    often = likely(check, said) if subject.pair is None else ""
+    return [f"{OFTEN}{often}"] if often else []

@@ -29,13 +29,17 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from hypothesis import given
+from hypothesis import seed as seeded
 
-from kinetile.errors import KinetileError, MissingExtra
+from kinetile.errors import KinetileError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.scene import Scene
 from kinetile_conformance.cases import horizon, is_living
 from kinetile_conformance.checks.check import Check
 from kinetile_conformance.strategies.changes import changed, ended_at, only_bodies, only_commands
+from kinetile_conformance.strategies.living import played
+from kinetile_conformance.strategies.small import generating, scenes
 
 
 class _Fails(Exception):
@@ -43,7 +47,7 @@ class _Fails(Exception):
 
 
 class Drawing:
-    """What is drawn for the checks of a trial.
+    """What is drawn for the checks of a run.
 
     Args:
         examples: how many small scenes.
@@ -65,15 +69,13 @@ class Drawing:
                 drawn.append(scene)
                 return True
 
-            draw(_small(turns), keep, self.examples, self.seed)
+            draw(scenes(turns), keep, self.examples, self.seed)
             self._small[turns] = drawn
         return self._small[turns]
 
     def living(self, kind: str, count: int) -> Iterator[Scene]:
         """Yield a number of living scenes of a kind; each is played when it is asked for, and once."""
         if kind not in self._living:
-            from kinetile_conformance.strategies.living import played
-
             self._living[kind] = [], played(kind, self.seed)
         had, more = self._living[kind]
         for at in range(max(1, count // 10) if INTERPRETED else count):
@@ -85,40 +87,17 @@ class Drawing:
         """Show scenes to a check until it fails on one; return whether it does."""
         count = each.count(self.examples)
         if each.scenes is not None:
-            return not draw(each.scenes(), holds, count, self.seed)
-        scenes = self.living(each.living, count) if each.living else self.small(each.turns)[:count]
-        return any(not holds(scene) for scene in scenes)
-
-    def few_fail(self, each: Check, holds: Callable[[Scene], bool], most: int) -> bool:
-        """Show small scenes of so few bodies to a check, until it fails on one; return whether it does."""
-        return not draw(_small(each.turns, most), holds, 8 * self.examples, self.seed)
-
-
-def _small(turns: bool, most: int | None = None) -> Any:
-    from kinetile_conformance.strategies import MOST, scenes
-
-    return scenes(turns=turns, most=most or MOST)
+            return not draw(each.scenes.make(), holds, count, self.seed)
+        shown = self.living(each.living, count) if each.living else self.small(each.turns)[:count]
+        return any(not holds(scene) for scene in shown)
 
 
 def draw(strategy: Any, holds: Callable[[Scene], bool], examples: int, seed: int) -> bool:
     """Draw scenes until one does not hold; return whether all hold."""
-    try:
-        from hypothesis import HealthCheck, Phase, given, settings
-        from hypothesis import seed as seeded
-    except ImportError as error:
-        raise MissingExtra("the conformance kit", "hypothesis", "conformance") from error
-
     failed = False
 
     @seeded(seed)
-    @settings(
-        max_examples=examples,
-        database=None,
-        deadline=None,
-        phases=[Phase.generate],
-        report_multiple_bugs=False,
-        suppress_health_check=list(HealthCheck),
-    )
+    @generating(examples)
     @given(strategy)
     def look(scene: Scene) -> None:
         nonlocal failed

@@ -1,7 +1,7 @@
 """The isolated runner: runs checks in a child process with limits, and starts another when it dies.
 
 A phase can crash the interpreter, run for ever or take all memory; the calling process goes on. When a child
-dies, the check that it was at gets the cause as its result, and a new child does the rest. A failure that was
+dies, the check that it ran gets the cause as its result, and a new child does the rest. A failure that was
 seen before is the result in any case.
 
 The child has a ``Runner``, and this one calls its functions there. What was added in this process, in a
@@ -10,46 +10,36 @@ notebook for instance, is sent to it: what another process cannot import goes by
 
 from __future__ import annotations
 
-import importlib.util
 import pickle
 import re
-import shutil
 import signal
-import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import kinetile
-from kinetile.errors import MissingExtra, PhaseError, Refused
-from kinetile.kernel.compiled import INTERPRETED
-from kinetile.kernel.compiled.limits import out_of_time
+from kinetile.errors import PhaseError
 from kinetile.plugin.calling import is_library
 from kinetile.scene import Scene
 from kinetile_conformance import deadline
 from kinetile_conformance.cases import Subject, provided
-from kinetile_conformance.checks import CHECKS, check_named
-from kinetile_conformance.checks.check import Check, Reference
-from kinetile_conformance.diagnosis import OFTEN, likely
+from kinetile_conformance.checks import check_named
+from kinetile_conformance.diagnosis import diagnosed
 from kinetile_conformance.processes import (
     IDLE,
-    NO_MEMORY,
     Child,
-    Gone,
+    Died,
     Limits,
     Message,
-    Phases,
     Send,
-    Silent,
     leave_without_memory,
 )
 from kinetile_conformance.reporting import Result, saved
 from kinetile_conformance.runner import CheckRun, Plan, Runner, verdict
-from kinetile_conformance.smoke_test import fresh
 from kinetile_conformance.strategies.changes import without
 
 DEATHS = 3
@@ -59,17 +49,8 @@ COMPILING = 200.0
 """CPU seconds that a child may compile between two messages."""
 
 
-FEW = 12
-"""Scenes for each check that runs with interpreted hooks before anything is compiled."""
-
-BRIEF = 3.0
-"""CPU seconds for such a check."""
-
-PRELIMINARY = "with interpreted hooks; it is run with compiled ones as well, and that counts"
-
-
 class Ending(NamedTuple):
-    """A way in which a child ends before it is done with a check: the status of the check, where it had not
+    """A way in which a child ends before it is done with a check: the status of the check, where it has not
     failed before, and a sentence."""
 
     status: str
@@ -90,20 +71,7 @@ ENDINGS = {
     "closed": Ending("died", "the process fell silent in {what}"),
     "error": Ending("not judged", "an error of the kit itself, not of the phase, in {what}"),
 }
-"""The table of endings; ``ending_of`` finds the row."""
-
-
-def ending_of(code: int | None, words: str) -> str:
-    """Return the row of the table for a child with this exit code (None: it gave none) and output."""
-    if out_of_time(code):
-        return "endless"
-    if code == NO_MEMORY or "out of memory" in words.lower() or "MemoryError" in words:
-        return "memory"
-    if code is None:
-        return "closed"
-    if -code in (getattr(signal, "SIGKILL", 0), signal.SIGTERM):
-        return "killed"
-    return "signal" if code < 0 else "exit"
+"""What becomes of a check whose child has died, by ``Died.how``."""
 
 
 def _signal(number: int) -> str:
@@ -139,97 +107,42 @@ def where(words: str) -> str:
     return ""
 
 
-class _Died(Exception):
-    """The child has ended before it was done; ``how`` is the row of the table of endings, ``trace`` the
-    traceback of an error of the kit, and ``words`` what it has printed."""
-
-    def __init__(self, how: str, code: int | None, trace: str, words: str) -> None:
-        super().__init__()
-        self.how = how
-        self.code = code
-        self.trace = trace
-        self.words = words
-
-
 class IsolatedRunner:
-    """Runs checks on one phase in child processes; a context, which ends them.
+    """Runs checks on one phase in child processes; ``close`` ends them.
 
     Args:
         plan: the phases under test, and the options.
-        environment: variables that a child has beside those of this process.
-
-    Raises:
-        MissingExtra: Hypothesis is not installed.
-        Refused: the phase was added in this process, and cannot be sent to another.
     """
 
-    def __init__(self, plan: Plan, environment: Mapping[str, str] | None = None) -> None:
-        if importlib.util.find_spec("hypothesis") is None:
-            raise MissingExtra("the conformance kit", "hypothesis", "conformance")
+    def __init__(self, plan: Plan) -> None:
         self.deaths = 0
-        self.notes: tuple[str, ...] = ()
-        self._preliminary = ""
         self._plan = plan
         self._scene_seconds = deadline.SCENE_SECONDS
-        self._who = " with ".join(
-            f"{each.kind} {each.spec.name!r} of {each.source}" for each in provided(plan.subject)
-        )
-        self._environment = environment or {}
-        self._phases = Phases.of(plan.subject)
-        self._phases.pickled(None)
-        self._scratch = Path(tempfile.mkdtemp(prefix="kinetile-conformance-"))
         self._child: Child | None = None
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()
-
     def close(self) -> None:
-        """End the child, and remove what it has written."""
+        """End the child."""
         if self._child is not None:
             self._child.end()
             self._child = None
-        shutil.rmtree(self._scratch, ignore_errors=True)
 
     def smoke_test(self) -> None:
         """Load and compile the phase and run it once.
-
-        Where all checks follow and loops are still to be compiled, which takes longer than all the rest, some
-        checks see a few scenes with interpreted hooks first. What fails there is passed to ``on_result`` at
-        once, as a preliminary result: its check is run with compiled hooks as well, and that result counts.
 
         If the process does not survive that, the checks will report the cause.
 
         Raises:
             NotJudged: it does not load or compile.
-            BadOption, Refused: as the phase says.
+            BadOption, Refused: as the phase says; or it was added in this process, and cannot be sent to
+                another.
         """
-        with suppress(_Died):
-            if self._plan.whole and not INTERPRETED and self._call(_is_fresh):
-                self._run_interpreted()
+        with suppress(Died):
             self._call(Runner.smoke_test)
         self.deaths = 0
 
-    def _run_interpreted(self) -> None:
-        """Run the checks that see an obvious fault on a few scenes with interpreted hooks until one fails."""
-        plan = replace(self._plan, examples=FEW, seconds=BRIEF, shrink=False)
-        # Of what has nothing to do with the compiler, the compiled hooks will die, too.
-        with suppress(_Died), IsolatedRunner(plan, {"NUMBA_DISABLE_JIT": "1"}) as runner:
-            runner._call(Runner.smoke_test)
-            for each in CHECKS:
-                if not each.obvious or each.name in plan.expected:
-                    continue
-                result = runner.run(each.name)
-                if result.status == "failed" and " raised " not in result.said:  # compiled, nothing is raised
-                    self._preliminary = each.name
-                    plan.on_result(replace(result, reason=PRELIMINARY))
-                if not result.ok:
-                    return
-
-    def run(self, name: str, expected: str | None = None) -> Result:
-        """Run the check of a name; ``expected`` is why it is known to fail.
+    def run(self, name: str, thorough: bool = True) -> Result:
+        """Run the check of a name; where it is not ``thorough``, a failure is neither minimised nor
+        explained.
 
         The result has the status "died" if the child does not survive it. Then the check is run again on ever
         fewer bodies, to find the fewest on which it dies.
@@ -246,19 +159,17 @@ class IsolatedRunner:
 
         began = time.perf_counter()
         try:
-            result = self._call(Runner.run, name, expected, hear=hear)
-        except _Died as died:
-            result = self._death(died, name, expected, failed or last)
+            result = self._call(Runner.run, name, thorough, hear=hear)
+        except Died as died:
+            result = self._death(died, name, thorough, failed or last)
             return replace(result, seconds=time.perf_counter() - began)
         if not isinstance(result, Result):
             raise PhaseError(f"the child has sent no result of the check {name!r}")
-        if name == self._preliminary and result.ok:
-            self.notes = (f"{name} fails with interpreted hooks only: they do not mean the same compiled",)
         return result
 
     def tightness(self) -> float | None:
         """Return the phase's over-reporting; None where the child does not survive measuring it."""
-        with suppress(_Died):
+        with suppress(Died):
             found: float | None = self._call(Runner.tightness)
             return found
         return None
@@ -271,33 +182,22 @@ class IsolatedRunner:
         again: bool = False,
     ) -> Any:
         """Return what a function of the runner in the child returns, and pass on messages until then; raise
-        _Died if the child ends before.
+        Died if the child ends before.
 
         ``again``: it repeats what a child has died of, so another death does not count.
         """
-        child = self._child = self._child or self._start()
-        code, trace = None, ""
+        if self._child is None:
+            silence = COMPILING + 2.0 * self._scene_seconds
+            limits = Limits(self._scene_seconds, self._plan.memory, silence)
+            self._child = Child(self._plan.subject, partial(_runner, self._plan.alone), limits)
         try:
-            return child.call(function, *arguments, hear=hear)
-        except Gone as gone:
-            code, trace = child.exit_code(), gone.trace
-            how = "error" if trace else ending_of(code, child.words)
-        except Silent as silent:
-            how = "busy" if silent.busy else "idle"
-            child.end(ask_where=True)
-        child.end()
-        self._child = None
-        self.deaths += not again
-        raise _Died(how, code, trace, child.words)
+            return self._child.call(function, *arguments, hear=hear)
+        except Died:
+            self._child = None
+            self.deaths += not again
+            raise
 
-    def _start(self) -> Child:
-        silence = COMPILING + 2.0 * self._scene_seconds
-        limits = Limits(self._scene_seconds, self._plan.memory, silence)
-        child = Child(self._scratch / "words", self._environment, limits)
-        child.begin(self._phases, partial(_watching_runner, self._plan.alone, str(self._scratch)))
-        return child
-
-    def _sentence(self, died: _Died, what: str) -> str:
+    def _sentence(self, died: Died, what: str) -> str:
         """Return what a child died of, in a sentence."""
         place = where(died.words)
         said = ENDINGS[died.how].said.format(
@@ -309,9 +209,10 @@ class IsolatedRunner:
             signal=_signal(-(died.code or 0)),
             code=died.code,
         )
-        return f"{said} ({self._who})" + (f"\n{died.trace}" if died.trace else "")
+        phases = (f"{each.kind} {each.spec.name!r} of {each.source}" for each in provided(self._plan.subject))
+        return f"{said} ({' with '.join(phases)})" + (f"\n{died.trace}" if died.trace else "")
 
-    def _death(self, died: _Died, name: str, expected: str | None, last: Message) -> Result:
+    def _death(self, died: Died, name: str, thorough: bool, last: Message) -> Result:
         """Return the result of a check whose child has died, or was ended; ``last`` is its last message: the
         last failure or, where it has seen none, the last scene."""
         check = check_named(name)
@@ -323,22 +224,21 @@ class IsolatedRunner:
         if check.draws and "scene" in last:
             scene = pickle.loads(last["scene"])
         if seen:
-            often = likely(name, seen) if self._plan.subject.pair is None and expected is None else ""
-            said = f"{seen}\n(and while a smaller scene was looked for, {dying})"
-            result = replace(result, status="failed", said=f"{said}\n{OFTEN}{often}" if often else said)
+            lines = [seen, f"(and while a smaller scene was looked for, {dying})"]
+            if thorough:
+                lines += diagnosed(name, seen, self._plan.subject)
+            result = replace(result, status="failed", said="\n".join(lines))
         elif status == "not judged":
             return replace(result, said="", reason=dying)
-        elif scene is not None and self._plan.shrink and expected is None and died.how != "endless":
+        elif scene is not None and self._plan.shrink and thorough and died.how != "endless":
             scene = self._fewest(name, scene)
-        if expected is not None:
-            result = replace(result, status="xfailed", reason=expected)
-        elif scene is not None and (check.compares or not seen):
+        if scene is None:
+            return result
+        if thorough and (check.compares or not seen):
             result = replace(result, verdict=self._verdict(check.replay or name, scene))
             if died.how == "endless" and not seen and not result.verdict:
                 slow = f"{dying}; and so it is under kinetile's other phases"
                 return replace(result, status="not judged", said="", reason=slow)
-        if scene is None:
-            return result
         return saved(replace(result, bodies=len(scene)), scene, self._plan.subject, self._plan.save_to)
 
     def _fewest(self, check: str, scene: Scene) -> Scene:
@@ -353,7 +253,7 @@ class IsolatedRunner:
                 try:
                     self._call(_alone, check, fewer, again=True)
                     body += 1
-                except _Died as died:
+                except Died as died:
                     if ENDINGS[died.how].status == "not judged":
                         body += 1
                     else:
@@ -363,7 +263,7 @@ class IsolatedRunner:
     def _verdict(self, check: str, scene: Scene) -> str:
         """Return which phase a death speaks against, by the same scene under the other phases; "" where a
         child does not survive these, either."""
-        with suppress(_Died):
+        with suppress(Died):
             return str(self._call(_verdict, check, scene, again=True))
         return ""
 
@@ -371,42 +271,18 @@ class IsolatedRunner:
 # In the child
 
 
-def _watching_runner(plan: Plan, folder: str, subject: Subject, send: Send) -> Runner:
-    """Return the runner of a plan, which sends what it sees; Hypothesis keeps its files in a folder, not in
-    the working folder of the calling process."""
-    from hypothesis.configuration import set_hypothesis_home_dir
+def _runner(plan: Plan, subject: Subject, send: Send) -> Runner:
+    """Return the runner of a plan. It sends each scene before it runs it, and again if it fails: so the scene
+    is known if the process does not survive it, and what was seen is not lost, however the process ends."""
 
-    set_hypothesis_home_dir(str(Path(folder) / "hypothesis"))
-    return Runner(replace(plan, subject=subject), watched=lambda each: _watched(each, subject, send))
+    def observe(count: int, scene: Scene, error: Exception | None) -> None:
+        message = {"count": count, "scene": pickle.dumps(scene)}
+        if error is not None:
+            leave_without_memory(error)
+            message["seen"] = str(error)
+        send(message)
 
-
-def _watched(each: Check, subject: Subject, send: Send) -> Check:
-    """Return a check that sends each scene before it runs on it, and again if it fails: so that the scene is
-    known if the process does not survive it, and what was seen is not lost, however the process ends."""
-    count = 0
-
-    def run(tested: Subject, scene: Scene, reference: Reference) -> None:
-        nonlocal count
-        mine = tested.name == subject.name
-        if mine:
-            count += 1
-            send({"count": count, "scene": pickle.dumps(scene)})
-        try:
-            each.run(tested, scene, reference)
-        except Refused:
-            raise
-        except Exception as error:
-            if mine:
-                leave_without_memory(error)
-                send({"seen": str(error), "count": count, "scene": pickle.dumps(scene)})
-            raise
-
-    return replace(each, run=run)
-
-
-def _is_fresh(runner: Runner) -> bool:
-    """Return whether there is something to compile."""
-    return fresh(runner.subject)
+    return Runner(replace(plan, subject=subject), observe)
 
 
 def _alone(runner: Runner, check: str, scene: Scene) -> None:

@@ -1,12 +1,12 @@
-"""Child processes of the kit: fresh interpreters that call functions of the kit, and are ended for sure.
+"""Child processes of the kit: fresh interpreters that call functions of the kit, and surely end.
 
-There is one kind. A child is sent the phases under test, has the limits that it is given, and calls one
+There is one kind. A child receives the phases under test, has the limits that it is given, and calls one
 function after the other. What it prints, and the stack that ``faulthandler`` writes when it dies, go to a
-file. When the calling process is gone, so is its end of the connection, and the child ends too.
+file. When the calling process ends, the connection closes, and the child ends too.
 
 No limit is one of time by the clock, which would judge the machine. A child that computes is limited in CPU
 seconds, and one that uses none for minutes waits for something that does not come. What the child has started
-may outlive it, and hold its end of the connection: so a thread reads, and the judge does not wait for it.
+may outlive it, and hold its end of the connection: so a thread reads, and the caller does not wait for it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from pathlib import Path
 from typing import Any
 
 from kinetile.errors import BadOption, MissingExtra, NotJudged, Refused
-from kinetile.kernel.compiled.limits import end_after, limit_memory
+from kinetile.kernel.compiled.limits import end_after, limit_memory, out_of_time
 from kinetile.plugin.registry import registry
 from kinetile_conformance.cases import PhasePlugin, Subject, provided
 from kinetile_conformance.deadline import TimeIsUp, limit_scenes, uncounted
@@ -41,36 +41,54 @@ GRACE = 2.0
 """Seconds that a process has to write its stack, or to end."""
 
 PATROL = 5.0
-"""Seconds without a message after which a child is looked at."""
+"""Seconds without a message after which the CPU time of a child is read."""
 
 IDLE = 300.0
 """Seconds in which a child uses no CPU time and sends nothing, after which it is given up. Beside any number
 of busy processes, one that computes gets some CPU time within them."""
 
 NO_MEMORY = 77
-"""The exit code of a child that came to the end of its memory."""
+"""The exit code of a child that has no more memory."""
 
-TOLD = {error.__name__: error for error in (BadOption, NotJudged, Refused)}
+RAISED = {error.__name__: error for error in (BadOption, NotJudged, Refused)}
 """Errors of phases and options, which a call raises in the calling process; any other is one of the kit."""
 
 Message = dict[str, Any]
 Send = Callable[[Message], None]
 
 
-class Silent(Exception):
-    """A child sends no more messages; ``busy`` says whether it computes, or waits."""
+class Died(Exception):
+    """A child has ended before it was done, or was given up; the text is the last line that it has printed.
 
-    def __init__(self, busy: bool) -> None:
-        super().__init__(busy)
-        self.busy = busy
+    Attributes:
+        how: the row of ``isolated.ENDINGS``.
+        code: its exit code; None: it was given up.
+        trace: the traceback of an error of the kit; "" where there was none.
+        words: what it has printed.
+    """
 
-
-class Gone(Exception):
-    """A child has ended before it was done; ``trace`` is the traceback of an error of the kit, or empty."""
-
-    def __init__(self, trace: str = "") -> None:
-        super().__init__(trace)
+    def __init__(self, how: str, code: int | None = None, trace: str = "", words: str = "") -> None:
+        super().__init__(how, code, trace, words)
+        self.how = how
+        self.code = code
         self.trace = trace
+        self.words = words
+
+    def __str__(self) -> str:
+        return self.words.strip().rpartition("\n")[2] or "it has printed nothing"
+
+
+def ending_of(code: int | None, words: str) -> str:
+    """Return how a child has ended that has this exit code (None: it gave none) and output."""
+    if out_of_time(code):
+        return "endless"
+    if code == NO_MEMORY or "out of memory" in words.lower() or "MemoryError" in words:
+        return "memory"
+    if code is None:
+        return "closed"
+    if -code in (getattr(signal, "SIGKILL", 0), signal.SIGTERM):
+        return "killed"
+    return "signal" if code < 0 else "exit"
 
 
 @dataclass(frozen=True)
@@ -100,49 +118,53 @@ class Child:
     """A running child.
 
     Args:
-        words: the file for what it prints.
+        subject: the phases under test.
+        make: is called there with the phases, and with a function that sends messages; what it returns is the
+            first argument of all functions that are called there.
+        limits: what the child may use.
         environment: variables that it has beside those of this process.
-        limits: what it may use.
-        program: the function ``package.module:function`` that it calls with the number of its connection.
+
+    Raises:
+        Refused: something of a phase cannot be sent to another process.
+        MissingExtra: cloudpickle is needed for that, and is not installed.
     """
 
     def __init__(
         self,
-        words: Path,
-        environment: Mapping[str, str],
+        subject: Subject,
+        make: Callable[[Subject, Send], Any],
         limits: Limits,
-        program: str = f"{__name__}:main",
+        environment: Mapping[str, str] | None = None,
     ) -> None:
+        begin = pickled(subject, make, limits)
         self._limits = limits
-        self._words = words
+        self._folder = tempfile.TemporaryDirectory(prefix="kinetile-child-", ignore_cleanup_errors=True)
+        self._words = Path(self._folder.name) / "words"
         self._link, there = Pipe()
         number = there.fileno()
         how: dict[str, Any] = {"pass_fds": (number,), "start_new_session": True}
         if sys.platform == "win32":
             os.set_handle_inheritable(number, True)
             how = {"close_fds": False}
-        module, _, function = program.partition(":")
-        path = [entry or os.getcwd() for entry in sys.path]
-        with words.open("wb") as printed, uncounted():
+        # Hypothesis writes files, which do not belong into the working folder of the calling process.
+        own = {
+            "PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path),
+            "HYPOTHESIS_STORAGE_DIRECTORY": self._folder.name,
+        }
+        with self._words.open("wb") as printed, uncounted():
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-c", f"from {module} import {function}; {function}({number})"],
+                [sys.executable, "-P", "-c", f"from {__name__} import main; main({number})"],
                 stdin=subprocess.DEVNULL,
                 stdout=printed,
                 stderr=printed,
-                env={**os.environ, **environment, "PYTHONPATH": os.pathsep.join(path)},
+                env={**os.environ, **own, **(environment or {})},
                 **how,
             )
         there.close()
         self._messages: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
-
-    def begin(self, phases: Phases, made: Callable[[Subject, Send], Any]) -> None:
-        """Send it the phases, and what makes of them that on which it calls functions.
-
-        Raises Refused where something of a phase cannot be sent, and MissingExtra.
-        """
-        self._send(phases.pickled((made, self._limits)))
+        self._send(begin)
 
     def call(
         self, function: Callable[..., Any], *arguments: Any, hear: Callable[[Message], None] = lambda _: None
@@ -152,8 +174,7 @@ class Child:
         ``hear`` is called with each message that the function sends.
 
         Raises:
-            Gone: the process ends, or has ended.
-            Silent: it sends nothing for too long.
+            Died: the process ends, or has ended, or sends nothing for too long; it is ended then.
             BadOption, NotJudged, Refused: the function raises it.
         """
         self._send(pickle.dumps((function, arguments)))
@@ -162,22 +183,25 @@ class Child:
             if "returned" in message:
                 return message["returned"]
             if "error" in message:
-                raise TOLD[message["error"]](message["said"])
+                raise RAISED[message["error"]](message["said"])
             trace = message.get("trace", "")
             hear(message)
-        raise Gone(trace)
+        code, words = self._exit_code(), self._printed()
+        self.end()
+        raise Died("error" if trace else ending_of(code, words), code, trace, words)
 
     def _send(self, pickled: bytes) -> None:
-        """Send it something; nothing happens if it is gone."""
+        """Send something; nothing happens if the child has ended."""
         with contextlib.suppress(OSError):
             self._link.send_bytes(pickled)
 
     def receive(self) -> Message | None:
-        """Return the next message; None where the child has ended, and sends no more. Raise Silent."""
+        """Return the next message; None where the child has ended, and sends no more. Raise Died where it
+        sends none for too long."""
         began: float | None = None
         used, since = 0.0, time.monotonic()
         while True:
-            ended = self.ended
+            ended = self._process.poll() is not None
             with contextlib.suppress(queue.Empty):
                 return self._messages.get(timeout=PATROL)
             if ended:
@@ -185,11 +209,20 @@ class Child:
             now = self._used()  # for each message it would take longer than most scenes
             began = now if began is None else began
             if now > began + self._limits.silence:
-                raise Silent(busy=True)
+                self._give_up("busy")
             if now > used:
                 used, since = now, time.monotonic()
             elif time.monotonic() > since + IDLE:
-                raise Silent(busy=False)
+                self._give_up("idle")
+
+    def _give_up(self, how: str) -> None:
+        """Have the process write its stack, and end it; raise Died."""
+        if hasattr(signal, "SIGABRT"):
+            self._process.send_signal(signal.SIGABRT)
+            self._exit_code()
+        words = self._printed()
+        self.end()
+        raise Died(how, words=words)
 
     def _used(self) -> float:
         """Return the CPU seconds of the child and of what it has started, where the system can tell; else
@@ -204,37 +237,27 @@ class Child:
                     ticks += sum(map(int, fields[11:15]))
         return ticks / os.sysconf("SC_CLK_TCK")
 
-    @property
-    def ended(self) -> bool:
-        """Whether the process has ended."""
-        return self._process.poll() is not None
-
-    def exit_code(self) -> int | None:
+    def _exit_code(self) -> int | None:
         """Return the exit code, negative for a signal, of a process that sends no more messages; None if it
         still runs."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             return self._process.wait(GRACE)
         return None
 
-    @property
-    def words(self) -> str:
-        """What it has printed so far."""
-        try:
+    def _printed(self) -> str:
+        with contextlib.suppress(OSError):
             return self._words.read_text(encoding="utf-8", errors="replace")
-        except OSError:
-            return ""
+        return ""
 
-    def end(self, ask_where: bool = False) -> None:
-        """End the process and all that it has started; with ``ask_where`` it first writes its stack."""
-        if ask_where and hasattr(signal, "SIGABRT"):
-            self._process.send_signal(signal.SIGABRT)
-            self.exit_code()
+    def end(self) -> None:
+        """End the process and all that it has started."""
         self._process.kill()
         if hasattr(os, "killpg"):
             with contextlib.suppress(OSError):
                 os.killpg(self._process.pid, signal.SIGKILL)
-        self.exit_code()
-        self._reader.join(GRACE)  # longer only where somebody else holds the connection
+        self._exit_code()
+        self._reader.join(GRACE)  # longer only where another process holds the connection
+        self._folder.cleanup()
 
     def _read(self) -> None:
         """Put what comes through the connection into the queue, and None when no more comes; then close
@@ -245,56 +268,34 @@ class Child:
         self._messages.put(None)
 
 
-@dataclass(frozen=True)
-class Phases:
-    """The phases under test, as they are sent to another process.
+def pickled(subject: Subject, *more: object) -> bytes:
+    """Return phases, and something more, as bytes for another process.
 
-    ``added`` are those that were added in this process: the name of the plugin, and the spec.
+    Those that were added in this process go with the names of their plugins, and what another process cannot
+    import goes by value.
+
+    Raises Refused where something of a phase cannot be sent, and MissingExtra.
     """
-
-    subject: Subject
-    added: tuple[tuple[str, Any], ...]
-
-    @classmethod
-    def of(cls, subject: Subject) -> Phases:
-        """Return the phases of a subject."""
-        here = [each for each in provided(subject) if each.distribution is None]
-        return cls(subject, tuple((each.plugin, each.spec) for each in here))
-
-    def register(self) -> Subject:
-        """Add to this process's registry what was added in the other one's; return the subject."""
-        for name, spec in self.added:
-            plugin = PhasePlugin(spec)
-            plugin.__name__ = name
-            registry().add(plugin)
-        return self.subject
-
-    def pickled(self, more: object) -> bytes:
-        """Return the phases and something more as bytes; what another process cannot import goes by value.
-
-        Raises Refused where something of a phase cannot be sent, and MissingExtra.
-        """
-        if not self.added:
-            return pickle.dumps((self, more))
-        try:
-            import cloudpickle  # type: ignore[import-untyped]
-        except ImportError as error:
-            raise MissingExtra("the conformance kit", "cloudpickle", "conformance") from error
-        targets = [spec.target for _, spec in self.added]
-        names = {str(target.__module__) for target in targets if not isinstance(target, str)} - {"__main__"}
-        strangers = [
-            sys.modules[name] for name in names if name in sys.modules and not _can_be_imported(name)
-        ]
-        for module in strangers:
-            cloudpickle.register_pickle_by_value(module)
-        try:
-            return bytes(cloudpickle.dumps((self, more)))
-        except Exception as error:  # pickling has no error of its own
-            said = f"cannot be sent to a process of its own ({type(error).__name__}: {error})"
-            raise Refused(f"{self.subject.name} {said}: judge it in this process") from error
-        finally:
-            for module in strangers:
-                cloudpickle.unregister_pickle_by_value(module)
+    added = [(each.plugin, each.spec) for each in provided(subject) if each.distribution is None]
+    if not added:
+        return pickle.dumps((subject, added, *more))
+    try:
+        import cloudpickle  # type: ignore[import-untyped]
+    except ImportError as error:
+        raise MissingExtra("the conformance kit", "cloudpickle", "conformance") from error
+    targets = [spec.target for _, spec in added]
+    names = {str(target.__module__) for target in targets if not isinstance(target, str)} - {"__main__"}
+    by_value = [sys.modules[name] for name in names if name in sys.modules and not _can_be_imported(name)]
+    for module in by_value:
+        cloudpickle.register_pickle_by_value(module)
+    try:
+        return bytes(cloudpickle.dumps((subject, added, *more)))
+    except Exception as error:  # pickling has no error of its own
+        said = f"cannot be sent to a process of its own ({type(error).__name__}: {error})"
+        raise Refused(f"{subject.name} {said}: judge it in this process") from error
+    finally:
+        for module in by_value:
+            cloudpickle.unregister_pickle_by_value(module)
 
 
 def _can_be_imported(name: str) -> bool:
@@ -327,21 +328,19 @@ def in_a_child(
         seconds: CPU seconds for it.
 
     Raises:
-        Gone: the process ends; the message is the last line that it has printed.
+        Died: the process ends.
         TimeIsUp: it computes for longer than that, or waits for something.
         BadOption, NotJudged, Refused: the function raises it, or the phases cannot be sent.
     """
-    with tempfile.TemporaryDirectory(prefix="kinetile-child-") as folder:
-        child = Child(Path(folder) / "words", environment or {}, Limits(silence=seconds))
-        try:
-            child.begin(Phases.of(subject), _themselves)
-            return child.call(function, *arguments)
-        except Silent:
+    child = Child(subject, _themselves, Limits(silence=seconds), environment)
+    try:
+        return child.call(function, *arguments)
+    except Died as died:
+        if died.how in ("busy", "idle"):
             raise TimeIsUp from None
-        except Gone:
-            raise Gone(child.words.strip().rpartition("\n")[2] or "nothing was said") from None
-        finally:
-            child.end()
+        raise
+    finally:
+        child.end()
 
 
 # In the child
@@ -364,20 +363,24 @@ def main(number: int) -> None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     link = Connection(number)
     try:
-        phases, (made, limits) = link.recv()
+        subject, added, make, limits = link.recv()
     except Exception as error:  # whatever unpickling a foreign phase comes to
         said = f"the phase cannot be loaded in a process of its own ({error}): judge it in this process"
         link.send({"error": "Refused", "said": said})
         return
     try:
         limits.keep()
-        server = made(phases.register(), link.send)
+        for name, spec in added:
+            plugin = PhasePlugin(spec)
+            plugin.__name__ = name
+            registry().add(plugin)
+        server = make(subject, link.send)
         for function, arguments in _calls(link):
             try:
                 found = {"returned": function(server, *arguments)}
-            except tuple(TOLD.values()) as error:
+            except tuple(RAISED.values()) as error:
                 leave_without_memory(error)
-                name = next(each for each, kind in TOLD.items() if isinstance(error, kind))
+                name = next(each for each, kind in RAISED.items() if isinstance(error, kind))
                 found = {"error": name, "said": str(error)}
             link.send(found)
     except Exception as error:  # what a phase raises is a result: this is an error of the kit
@@ -387,7 +390,7 @@ def main(number: int) -> None:
 
 
 def _calls(link: Connection) -> Iterator[tuple[Callable[..., Any], tuple[Any, ...]]]:
-    """Yield what the other process has this one call; end this one when that has closed its end."""
+    """Yield the calls that the other process sends; end this one when that has closed its end."""
     calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(link, calls), daemon=True).start()
     while True:

@@ -11,10 +11,10 @@ from typing import Any, cast
 from kinetile.plugin.choices import write_phase
 from kinetile.scene import Scene
 from kinetile.show.html import grid, paragraph
-from kinetile_conformance.cases import Subject, not_saved, save_case
+from kinetile_conformance.cases import Subject, save_case
 from kinetile_conformance.checks import check_named
 
-KIT_VERSION = "4.0"
+KIT_VERSION = "5.0"
 """The version of the set of checks."""
 
 
@@ -37,7 +37,6 @@ class Result:
     verdict: str = ""
     bodies: int | None = None
     case: Path | None = None
-    picture: Path | None = None
 
     @property
     def ok(self) -> bool:
@@ -200,8 +199,6 @@ class Report:
         if result.case is not None:
             details.append(f"replay: {self.replays(result.case)}")
             details.append(f"see it: kinetile view {result.case}")
-        if result.picture is not None:
-            details.append(f"picture: {result.picture}")
         return details
 
 
@@ -215,14 +212,7 @@ def saved(result: Result, scene: Scene, subject: Subject, folder: Path | None) -
     try:
         save_case(scene, path, replayed, subject, result.said)
     except OSError as error:
-        return replace(result, said=f"{result.said}\n{not_saved('scene', error)}")
+        return replace(
+            result, said=f"{result.said}\n(the scene could not be saved: {error.strerror or error})"
+        )
     return replace(result, case=path)
-
-
-def save_picture(subject: Subject, scene: Scene, case: Path, said: str) -> Path:
-    """Draw the moment of disagreement beside the saved case."""
-    from kinetile_conformance.view import draw  # loads the player: only where something has failed
-
-    path = case.with_suffix(".svg")
-    path.write_bytes(draw(subject, scene, said))
-    return path

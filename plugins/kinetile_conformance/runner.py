@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Self, TypedDict
+from typing import Any, TypedDict, cast
 
 from kinetile.errors import Refused
 from kinetile.plugin.calling import NOT_AUTHORS, place_of
@@ -27,19 +27,19 @@ from kinetile_conformance.cases import (
     RunOutcome,
     Subject,
     is_living,
-    not_saved,
     outcome,
     provided,
 )
 from kinetile_conformance.checks import CHECKS, check_named
 from kinetile_conformance.checks.check import Check, Disagreement, DoesNotApply
 from kinetile_conformance.deadline import SECONDS, Deadline, TimeIsUp, begin_scene, spent
-from kinetile_conformance.diagnosis import OFTEN, likely
-from kinetile_conformance.drawing import Drawing, reduced
-from kinetile_conformance.reporting import Report, Result, save_picture, saved
+from kinetile_conformance.diagnosis import diagnosed
+from kinetile_conformance.drawing import Drawing, draw, reduced
+from kinetile_conformance.reporting import Report, Result, saved
 from kinetile_conformance.smoke_test import smoke_test, tightness
 from kinetile_conformance.strategies.changes import ended_at
 from kinetile_conformance.strategies.gallery import smallest
+from kinetile_conformance.strategies.small import scenes
 
 NOT_AUTHORS.add(Path(__file__).parent)
 
@@ -74,7 +74,7 @@ class Options(TypedDict, total=False):
         checks: names of the checks to run; None: all that apply.
         expected_failures: checks that are known to fail, each with the reason. They are run, and their
             failures are not minimised; one that passes makes the report not ok.
-        save_to: a folder for the scenes that fail, as TOML, and their pictures; None: they are not saved.
+        save_to: a folder for the scenes that fail, as TOML; None: they are not saved.
         shrink: whether to search for the smallest scene that fails; True.
         seed: the seed of the drawing; the same seed draws the same scenes; 0.
         seconds: CPU seconds for a check of up to ``EXAMPLES`` scenes, without compiling; for more scenes in
@@ -95,14 +95,14 @@ class Options(TypedDict, total=False):
     save_to: str | os.PathLike[str] | None
     shrink: bool
     seed: int
-    seconds: float
+    seconds: float | None
     in_process: bool
     memory: int
     on_result: Callable[[Result], None] | None
     on_scene: Callable[[str, int], None] | None
 
 
-def _ignore(*told: object) -> None:
+def _ignore(*_: object) -> None:
     """Reports nothing."""
 
 
@@ -110,13 +110,12 @@ def _ignore(*told: object) -> None:
 class Plan:
     """The options of a conformance run, checked and completed, and the phases under test.
 
-    ``whole`` says whether all checks are run; ``seconds`` are those of one check.
+    ``checks`` are those that are run; None: all. ``seconds`` are those of one check.
     """
 
     subject: Subject
-    checks: tuple[str, ...] = tuple(each.name for each in CHECKS)
-    whole: bool = True
-    expected: Mapping[str, str] = field(default_factory=dict)
+    checks: tuple[str, ...] | None = None
+    expected_failures: Mapping[str, str] = field(default_factory=dict)
     examples: int = EXAMPLES
     save_to: Path | None = None
     shrink: bool = True
@@ -129,31 +128,26 @@ class Plan:
     began: float = field(default_factory=time.perf_counter)
 
     @classmethod
-    def of(cls, name: str, options: Options) -> Plan:
-        """Return the plan for a phase.
+    def of(cls, name: str, options: Mapping[str, Any]) -> Plan:
+        """Return the plan for a phase with these ``Options``.
 
         Raises UnknownName, BadOption, and ValueError for a check that does not exist.
         """
-        expected = dict(options.get("expected_failures") or {})
-        chosen = options.get("checks")
-        for known in [*expected, *(chosen or ())]:
+        given = {key: value for key, value in options.items() if value is not None}
+        for known in (*given.get("expected_failures", ()), *given.get("checks", ())):
             check_named(known)
-        examples = options.get("examples", EXAMPLES)
-        return cls(
-            subject=_subject(name, options),
-            checks=tuple([each.name for each in CHECKS] if chosen is None else chosen),
-            whole=chosen is None,
-            expected=expected,
-            examples=examples,
-            save_to=None if (folder := options.get("save_to")) is None else Path(folder).absolute(),
-            shrink=options.get("shrink", True),
-            seed=options.get("seed", 0),
-            seconds=options.get("seconds", SECONDS) * max(1.0, examples / EXAMPLES),
-            in_process=options.get("in_process", False),
-            memory=options.get("memory", MEMORY),
-            on_result=options.get("on_result") or _ignore,
-            on_scene=options.get("on_scene") or _ignore,
-        )
+        subject = _subject(name, given.pop("options", {}), given.pop("narrow_phases", ()))
+        if "checks" in given:
+            given["checks"] = tuple(given["checks"])
+        if "save_to" in given:
+            given["save_to"] = Path(given["save_to"]).absolute()
+        plan = cls(subject, **given)
+        return replace(plan, seconds=plan.seconds * max(1.0, plan.examples / EXAMPLES))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the checks that are run."""
+        return tuple(each.name for each in CHECKS) if self.checks is None else self.checks
 
     @property
     def alone(self) -> Plan:
@@ -175,14 +169,18 @@ class Plan:
         )
 
 
-def _subject(name: str, chosen: Options) -> Subject:
+def _subject(
+    name: str,
+    options: Mapping[str, Any],
+    narrow_phases: Mapping[str, Mapping[str, Any]] | Sequence[str],
+) -> Subject:
     """Return the phases under test; raise UnknownName for a phase that does not exist, and BadOption for an
     option that a narrow phase does not have. The smoke test checks the options of the broad phase."""
     narrow: dict[str, Mapping[str, Any]] = {}
-    for each, options in read_narrow_phases(chosen.get("narrow_phases") or ()).items():
-        check_options("narrow phase", each, registry().target("narrow phase", each), options)
-        narrow[registry().spec("narrow phase", each).name] = dict(options)
-    subject = Subject(name, dict(chosen.get("options") or {}), narrow)
+    for each, chosen in read_narrow_phases(narrow_phases).items():
+        check_options("narrow phase", each, registry().target("narrow phase", each), chosen)
+        narrow[registry().spec("narrow phase", each).name] = dict(chosen)
+    subject = Subject(name, dict(options), narrow)
     provided(subject)
     return subject
 
@@ -234,6 +232,7 @@ class CheckRun:
         subject: Subject,
         reference: References | None = None,
         deadline: Deadline | None = None,
+        observe: Callable[[Scene, Exception | None], None] = _ignore,
     ) -> None:
         self.each = each
         self.subject = subject
@@ -245,6 +244,7 @@ class CheckRun:
         self.scene: Scene | None = None
         self._reference = References(subject) if reference is None else reference
         self._deadline = deadline
+        self._observe = observe
 
     def holds(self, scene: Scene) -> bool:
         """Run the check on a scene; return False where it fails. A scene that the phase refuses holds."""
@@ -254,17 +254,18 @@ class CheckRun:
         begin_scene()
         try:
             scene = self._affordable(scene)
+            self._observe(scene, None)
             self.each.run(self.subject, scene, self._reference)
         except Refused as error:
             self.refused += 1
             self.refusal = str(error)
             if isinstance(error, DoesNotApply):
                 self.inapplicable = str(error)
-        except Disagreement as error:
-            self.said, self.scene = str(error), scene if self.each.draws else error.scene
-            return False
         except Exception as error:  # whatever a foreign phase raises is its failure
+            self._observe(scene, error)
             self.said, self.scene = f"{type(error).__name__}: {error}{_place(error)}", scene
+            if isinstance(error, Disagreement):
+                self.said, self.scene = str(error), scene if self.each.draws else error.scene
             return False
         return True
 
@@ -313,31 +314,18 @@ class Runner:
 
     Args:
         plan: the phases under test, and the options.
-        watched: returns a check as it is to be run here.
-        drawing, references: scenes that have been drawn before, and their outcomes under the reference.
+        observe: is called with the number of scenes so far, a scene, and None before a check runs on it, and
+            with the error if it fails.
     """
 
-    def __init__(
-        self,
-        plan: Plan,
-        *,
-        watched: Callable[[Check], Check] | None = None,
-        drawing: Drawing | None = None,
-        references: References | None = None,
-    ) -> None:
+    def __init__(self, plan: Plan, observe: Callable[[int, Scene, Exception | None], None] = _ignore) -> None:
         self.plan = plan
         self.subject = plan.subject
         self.deaths = 0
-        self.notes: tuple[str, ...] = ()
-        self._drawing = Drawing(plan.examples, plan.seed) if drawing is None else drawing
-        self._references = References(plan.subject) if references is None else references
-        self._watched = watched
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        """Do nothing: in this process there is nothing to end."""
+        self._drawing = Drawing(plan.examples, plan.seed)
+        self._references = References(plan.subject)
+        self._count = 0
+        self._report = observe
 
     def smoke_test(self) -> None:
         """Load and compile the phase, and run it once (``smoke_test.smoke_test``)."""
@@ -347,31 +335,40 @@ class Runner:
         """Return the phase's over-reporting (``smoke_test.tightness``)."""
         return tightness(self.subject)
 
-    def run(self, name: str, expected: str | None = None) -> Result:
-        """Run the check of a name and return its result; ``expected`` is why it is known to fail."""
+    def close(self) -> None:
+        """Do nothing: in this process there is nothing to end."""
+
+    def _observe(self, scene: Scene, error: Exception | None) -> None:
+        self._count += error is None
+        self._report(self._count, scene, error)
+
+    def _check_run(
+        self, each: Check, reference: References | None = None, deadline: Deadline | None = None
+    ) -> CheckRun:
+        return CheckRun(each, self.subject, reference, deadline, self._observe)
+
+    def run(self, name: str, thorough: bool = True) -> Result:
+        """Run the check of a name and return its result; where it is not ``thorough``, a failure is neither
+        minimised nor explained."""
         each = check_named(name)
-        if self._watched is not None:
-            each = self._watched(each)
         skipped = applicable(self.subject, each)
         if skipped is not None:
             return Result(each.name, each.sentence, "skipped", 0, 0.0, reason=skipped)
         if each.draws and each.scenes is None and not each.living:
             self._references.keep(self._drawing.small(each.turns))
         began = spent()
-        run = CheckRun(each, self.subject, self._references, Deadline(self.plan.seconds))
-        late = self._run(run, self.plan.shrink and expected is None)
+        self._count = 0
+        run = self._check_run(each, self._references, Deadline(self.plan.seconds))
+        late = self._run(run, self.plan.shrink and thorough)
         result = Result(each.name, each.sentence, "passed", run.count, 0.0)
         if run.said is not None:
-            result = self._failed(run, result, expected)
+            result = self._failed(run, result, thorough)
         elif late:
             reason = f"{self.plan.seconds:g} CPU s were not enough; no fault in the scenes seen until then"
             result = replace(result, status="not judged", reason=reason)
         elif run.count and run.refused == run.count:
             reason = run.inapplicable or f"it refuses all scenes of this check: {run.refusal}"
             result = replace(result, status="skipped", reason=reason)
-        elif expected is not None:
-            reason = f"was expected to fail ({expected}), and does not"
-            result = replace(result, status="xpassed", reason=reason)
         return replace(result, seconds=spent() - began)
 
     def _run(self, run: CheckRun, shrink: bool) -> bool:
@@ -395,8 +392,8 @@ class Runner:
         self._reduce(run)
         if run.each.scenes is not None or run.each.living or run.scene is None or len(run.scene) <= FEW:
             return
-        few = CheckRun(run.each, run.subject, self._references, Deadline(self.plan.seconds))
-        if self._drawing.few_fail(run.each, few.holds, FEW):
+        few = self._check_run(run.each, self._references, Deadline(self.plan.seconds))
+        if not draw(scenes(run.each.turns, FEW), few.holds, 8 * self.plan.examples, self.plan.seed):
             self._reduce(few)
             run.said, run.scene = few.said, few.scene
         run.count += few.count
@@ -405,47 +402,39 @@ class Runner:
         """Leave out of a scene what is not needed for its failure."""
         if run.scene is None:
             return
-        found = CheckRun(run.each, run.subject)
-        scene = reduced(run.scene, lambda fewer: not found.holds(fewer), REDUCING)
-        again = CheckRun(run.each, run.subject)
-        run.count += found.count + 1
-        if not again.holds(scene) and again.said is not None:
-            run.said, run.scene = again.said, again.scene
+        found = self._check_run(run.each)
+        reduced(run.scene, lambda fewer: not found.holds(fewer), REDUCING)
+        run.count += found.count
+        if found.said is not None:
+            run.said, run.scene = found.said, found.scene
 
-    def _failed(self, run: CheckRun, result: Result, expected: str | None) -> Result:
+    def _failed(self, run: CheckRun, result: Result, thorough: bool) -> Result:
         """Return the result of a check that has failed."""
         each, scene = run.each, run.scene
-        said = f"{run.said}{self._how_often(run) if expected is None else ''}"
-        result = replace(result, said=said, status="failed" if expected is None else "xfailed")
+        result = replace(result, status="failed", said=str(run.said))
         if scene is not None:
+            result = replace(result, bodies=len(scene) if each.replay else None)
             result = saved(result, scene, self.subject, self.plan.save_to)
-        if scene is not None and result.case is not None:
-            try:
-                result = replace(result, picture=save_picture(self.subject, scene, result.case, said))
-            except OSError as error:
-                result = replace(result, said=f"{said}\n{not_saved('picture', error)}")
-        broad = self.subject.pair is None  # diagnoses are for broad phases
-        cause = likely(each.name, result.said) if expected is None and broad else ""
+        if not thorough:
+            return result
+        lines = [result.said, *self._how_often(run), *diagnosed(each.name, result.said, self.subject)]
         replayed = check_named(each.replay) if each.replay else each
-        compared = expected is None and each.compares
+        compared = each.compares and scene is not None
         return replace(
             result,
-            said=f"{result.said}\n{OFTEN}{cause}" if cause else result.said,
-            reason=expected or "",
-            verdict=verdict(replayed, self.subject, scene) if compared and scene is not None else "",
-            bodies=len(scene) if scene is not None and each.replay else None,
+            said="\n".join(lines),
+            verdict=verdict(replayed, self.subject, cast(Scene, scene)) if compared else "",
         )
 
-    def _how_often(self, run: CheckRun) -> str:
-        """Repeat the check on the scene on which it failed; return a line where it does not always fail."""
+    def _how_often(self, run: CheckRun) -> Iterator[str]:
+        """Repeat the check on the scene on which it failed; yield a line where it does not always fail."""
         if run.scene is None or not run.each.draws:
-            return ""
+            return
         times = tried = 0
         deadline = Deadline(self.plan.seconds)
         with suppress(TimeIsUp):
             while tried < AGAIN:
                 times += not CheckRun(run.each, self.subject, None, deadline).holds(run.scene)
                 tried += 1
-        if times == tried:
-            return ""
-        return f"\n(not every time: of {tried} times more on this scene it failed {times})"
+        if times != tried:
+            yield f"(not every time: of {tried} times more on this scene it failed {times})"

@@ -75,15 +75,6 @@ def smoke_test(subject: Subject) -> None:
     raise refusal
 
 
-def fresh(subject: Subject) -> bool:
-    """Return whether a sample needs a loop that is still to be compiled."""
-    for scene in SAMPLES:
-        with suppress(KinetileError):
-            if subject.simulation(scene).cached is False:
-                return True
-    return False
-
-
 def _run(subject: Subject, scene: Scene) -> None:
     """Compile a phase, and run it once."""
     sim = subject.simulation(scene)

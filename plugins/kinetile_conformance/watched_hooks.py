@@ -304,12 +304,9 @@ class Watch:
         if parts.arrange is not None:
             hooks["arrange"] = self._watched("arrange", parts.arrange)
         if parts.audit is not None:
-            hooks["audit"] = self._watched("audit", self._all_of(parts.audit))
+            audit = parts.audit
+            hooks["audit"] = self._watched("audit", wraps(audit)(lambda k, s: list(audit(k, s))))
         return replace(parts, **hooks)
-
-    @staticmethod
-    def _all_of(audit: Callable[[Any, Any], Iterator[str]]) -> Callable[[Any, Any], list[str]]:
-        return wraps(audit)(lambda k, s: list(audit(k, s)))
 
     def _watched(self, name: str, hook: Callable[..., Any], state: Any = None) -> Callable[..., Any]:
         """Return a watched hook; with a state that checks every index, if it is given."""

@@ -22,7 +22,7 @@ from kinetile_bench.study.task import StudyStopped
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply
 from kinetile_conformance.deadline import TimeIsUp
 from kinetile_conformance.pipe import EngineError
-from kinetile_conformance.processes import Gone, Silent
+from kinetile_conformance.processes import Died
 from kinetile_conformance.watched_hooks import Breach
 
 PLACED = {"time": 2.5, "bodies": [3, 1]}
@@ -49,12 +49,11 @@ RAISED: list[BaseException] = [
     ),
     errors.ZenoError("jammed", **PLACED),
     Breach("an index"),
+    Died("signal", -11, "", "Segmentation fault"),
     Disagreement("another contact"),
     DoesNotApply("no such claim"),
     EngineError("it does not start"),
-    Gone("a traceback"),
     NotCompiled("a hook"),
-    Silent(True),
     StudyStopped("no workers"),
     TimeIsUp(),
     TooManyRows("more than 10 rows"),

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from kinetile.errors import AuditError, KinetileError, StalledError
-from kinetile.kernel.clock import SPAN, TICKS
+from kinetile.kernel.clock import TICKS
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 from kinetile.toolbox import box_gaps, reaches_of
@@ -78,27 +78,6 @@ def its_structure_is_true(subject: Subject, scene: Scene, reference: Reference) 
     audit_between_events(subject, scene)
 
 
-@check(turns=True, share=0.3)
-def structural_events_move_nothing(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Its own events move no body and turn none, and never go back in time."""
-    before: tuple[int, bytes, int] | None = None
-    for sim in stepped(subject, scene, 300):
-        if ticks(sim) >= SPAN:
-            return  # the clock's base has moved, and with it every anchor
-        k = sim.tables
-        structural = int(k.counts[0].structural)
-        bodies = b"".join(
-            k.bodies[field].tobytes() for field in ("x", "y", "vx", "vy", "anchor", "radius", "reach")
-        )
-        now = ticks(sim)
-        if before is not None:
-            if structural > before[0] and bodies != before[1]:
-                raise Disagreement(f"at time {sim.time!r} a failure of its certificates changed a body")
-            if now < before[2]:
-                raise Disagreement(f"at time {sim.time!r} time went back by {before[2] - now} ticks")
-        before = structural, bodies, now
-
-
 @check()
 def makes_progress(subject: Subject, scene: Scene, reference: Reference) -> None:
     """It gets on: no endless events at one moment, and not without number."""
@@ -120,24 +99,6 @@ def makes_progress(subject: Subject, scene: Scene, reference: Reference) -> None
         raise Disagreement(str(error)) from error
     except KinetileError:
         return  # whether a run may end so, the other checks compare
-
-
-@check(share=0.5, obvious=True)
-def near_is_mutual(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Whom it says to be near a body is a body, and it says that the one is near the other as well."""
-    for count, sim in enumerate(stepped(subject, scene, 120)):
-        if count % 3:
-            continue
-        named = set(map(tuple, sim.near().tolist()))
-        for body, other in sorted(named):
-            if not 0 <= other < len(scene):
-                raise Disagreement(
-                    f"at time {sim.time!r} {other} is near {body}, and is no body of the scene"
-                )
-            if (other, body) not in named:
-                raise Disagreement(
-                    f"at time {sim.time!r} {other} is near {body}, but {body} is not near {other}"
-                )
 
 
 @check(turns=True, share=0.3, compares=False)

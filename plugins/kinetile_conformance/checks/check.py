@@ -5,9 +5,8 @@ Nothing is compared with a tolerance.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from importlib import import_module
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 import numpy as np
@@ -18,8 +17,8 @@ from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 from kinetile.toolbox import box_gaps, reaches_of
 from kinetile_accuracy.specification.certify import explain_difference
-from kinetile_conformance.cases import CONTACTS, REFERENCE, RunOutcome, Subject, outcome
-from kinetile_conformance.compare import difference
+from kinetile_conformance.cases import CONTACTS, REFERENCE, RunOutcome, Subject, difference, outcome
+from kinetile_conformance.strategies.small import Strategy
 
 
 class Reference(Protocol):
@@ -41,20 +40,6 @@ LIVING = {
 """The kinds of living scenes, in words."""
 
 Run = Callable[[Subject, Scene, Reference], None]
-
-
-@dataclass(frozen=True)
-class DrawnFrom:
-    """The strategy ``kinetile_conformance.strategies.module.name(**how)``, made when it is called."""
-
-    module: str
-    name: str
-    how: Mapping[str, Any] = field(default_factory=dict)
-
-    def __call__(self) -> Any:
-        """Return the strategy."""
-        found = import_module(f"kinetile_conformance.strategies.{self.module}")
-        return getattr(found, self.name)(**self.how)
 
 
 class DoesNotApply(Refused):
@@ -92,8 +77,6 @@ class Check:
         judges: "broad" where it judges the broad phase alone, and applies where no narrow phase is named;
             "pair" where it judges the narrow phase for pairs, and applies where one is named; None: it
             judges all phases together.
-        obvious: whether it sees an obvious fault in a few scenes: then it is run with interpreted hooks as
-            well, before anything is compiled.
         replayed_by: the check that replays a scene on which this one has failed; "": this one itself.
     """
 
@@ -103,12 +86,11 @@ class Check:
     draws: bool = True
     turns: bool = False
     feature: str | None = None
-    scenes: DrawnFrom | None = None
+    scenes: Strategy | None = None
     living: str = ""
     share: float = 1.0
     compares: bool = True
     judges: Literal["broad", "pair"] | None = None
-    obvious: bool = False
     replayed_by: str = ""
 
     def count(self, examples: int) -> int:
@@ -121,7 +103,7 @@ class Check:
         if not self.draws:
             return "fixed scenes"
         if self.scenes is not None:
-            return self.scenes.name.replace("_", " ")
+            return self.scenes.name
         if self.living:
             return LIVING[self.living]
         return "small scenes with turns" if self.turns else "small scenes"

@@ -17,13 +17,14 @@ from kinetile_conformance.cases import SWARM_CONTACTS, Subject, horizon, run_sum
 from kinetile_conformance.checks.check import (
     Disagreement,
     DoesNotApply,
-    DrawnFrom,
     Reference,
     agree,
     check,
     near_fault,
 )
 from kinetile_conformance.strategies.changes import changed
+from kinetile_conformance.strategies.living import ABSENT, SAME_LOOP
+from kinetile_conformance.strategies.swarms import swarm, walled_scenes
 
 LOOKS = 8
 """Tests of `near` while bodies pass through each other."""
@@ -38,11 +39,9 @@ EDGES = 6
 """Scenes at the limit of the skin."""
 
 
-@check(scenes=DrawnFrom("swarms", "walled_scenes"), share=0.5, judges="broad")
+@check(scenes=walled_scenes, share=0.5, judges="broad")
 def near_holds_while_bodies_pass(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Where it does not ask for solid bodies, who touch are near each other while all pass through all."""
-    from kinetile_conformance.strategies.living import ABSENT, SAME_LOOP
-
     if subject.composition(scene).broad.solid:
         raise DoesNotApply("it declares that bodies are solid")
     rules: dict[Any, Any] = {("*", "*"): "pass", **SAME_LOOP}
@@ -119,11 +118,9 @@ def its_features_are_known(subject: Subject, scene: Scene, reference: Reference)
         )
 
 
-@check(share=0.3)
+@check(turns=True, share=0.5)
 def state_is_not_kept(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """What it did in other simulations makes no difference: neither to contacts nor to its own events."""
-    from kinetile_conformance.strategies.swarms import swarm
-
+    """It repeats itself, also after other simulations: the same contacts and the same number of events."""
     first = run_summary(subject, scene)
     run_summary(subject, swarm("gas" if scene.arena is not None else "cloud", 16))
     run_summary(subject, changed(scene, velocity=-scene.velocity, radius=0.5 * scene.radius))

@@ -18,14 +18,9 @@ import kinetile as kt
 from kinetile.errors import AuditError, KinetileError, Refused
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Remove, Scene, with_commands
-from kinetile_conformance.cases import (
-    CONTACTS,
-    LIVING_CONTACTS,
-    RunOutcome,
-    Subject,
-    horizon,
-)
+from kinetile_conformance.cases import CONTACTS, LIVING_CONTACTS, RunOutcome, Subject, horizon
 from kinetile_conformance.checks.check import Disagreement, Reference, agree, agree_when_commanded, check
+from kinetile_conformance.strategies.living import only_solid
 
 AUDITS = 24
 """Audits in a living scene; one takes O(n^2), so there are fewer among more than a hundred bodies."""
@@ -34,7 +29,7 @@ DRAWN = 2
 """Drawings in a living scene: with hundreds of bodies one takes up to a second."""
 
 
-@check(living="living", share=0.32, obvious=True)
+@check(living="living", share=0.32)
 def same_contacts_as_bodies_come_and_go(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts while bodies come and go."""
     agree(subject, scene, reference, contacts=LIVING_CONTACTS)
@@ -163,8 +158,6 @@ def _audit(subject: Subject, scene: Scene) -> None:
 @check(living="solid", share=0.08)
 def same_contacts_with_responses(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts where bodies stop, lose energy, or cannot be moved."""
-    from kinetile_conformance.strategies.living import only_solid
-
     try:
         subject.composition(scene)
     except Refused:

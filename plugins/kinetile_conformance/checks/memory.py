@@ -10,7 +10,7 @@ line, on small scenes; where the kit's own process has compiled hooks, an interp
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from kinetile.errors import KinetileError, Refused
@@ -19,14 +19,14 @@ from kinetile.scene import Scene
 from kinetile_conformance.canaries import look_for_writes
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply, Reference, check
-from kinetile_conformance.processes import Gone, in_a_child
-from kinetile_conformance.strategies.gallery import MANY, SMALL, titled
+from kinetile_conformance.processes import Died, in_a_child
+from kinetile_conformance.strategies.gallery import MANY, SMALL
 from kinetile_conformance.watched_hooks import watch_hooks
 
 SECONDS = 40.0
 """CPU seconds for the child."""
 
-Titled = Iterable[tuple[str, Scene]]
+Titled = Sequence[tuple[str, Scene]]
 
 
 def first_breach(subject: Subject, scenes: Titled) -> str | None:
@@ -40,10 +40,10 @@ def first_breach(subject: Subject, scenes: Titled) -> str | None:
         return _watched(subject, scenes)
     try:
         found: str | None = in_a_child(
-            _watched, subject, list(scenes), environment={"NUMBA_DISABLE_JIT": "1"}, seconds=SECONDS
+            _watched, subject, scenes, environment={"NUMBA_DISABLE_JIT": "1"}, seconds=SECONDS
         )
-    except Gone as gone:
-        return f"interpreted, with its hooks watched, its process ended ({gone})"
+    except Died as died:
+        return f"interpreted, with its hooks watched, its process ended ({died})"
     return found
 
 
@@ -81,7 +81,7 @@ def _first(look: Callable[[Scene], str | None], scenes: Titled) -> str | None:
 def writes_only_where_it_may(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Interpreted, its hooks change nothing that is not theirs, use no index outside of an array, and raise
     nothing."""
-    said = first_breach(subject, titled(SMALL))
+    said = first_breach(subject, SMALL)
     if said is not None:
         raise Disagreement(said)
 
@@ -91,6 +91,6 @@ def stays_within_its_arrays(subject: Subject, scene: Scene, reference: Reference
     """It writes nothing just before or behind an array of its state or of the kernel."""
     if INTERPRETED:
         raise DoesNotApply("hooks are interpreted here: writes-only-where-it-may looks at every index")
-    said = _first(partial(look_for_writes, subject), titled(MANY))
+    said = _first(partial(look_for_writes, subject), MANY)
     if said is not None:
         raise Disagreement(said)

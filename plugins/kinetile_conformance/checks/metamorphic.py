@@ -1,7 +1,7 @@
 """Metamorphic checks: a transformed scene must have the transformed contacts.
 
-Scenes are mirrored, have their axes exchanged, are renumbered, enlarged, moved, slowed, begun later, or
-played backwards. All factors are powers of two and all shifts dyadic, so rounding does not make a transformed
+Scenes are mirrored, have their axes exchanged, are renumbered, enlarged, moved, slowed, or begun
+later. All factors are powers of two and all shifts dyadic, so rounding does not make a transformed
 scene another scene; where it does, the phase is compared with the reference on that scene too.
 """
 
@@ -11,7 +11,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinetile.errors import KinetileError
 from kinetile.scene import Scene, Turn
 from kinetile_conformance.cases import Subject, outcome
 from kinetile_conformance.checks.check import Disagreement, Reference, agree, check
@@ -80,16 +79,3 @@ def same_contacts_after_a_change_of_view(subject: Subject, scene: Scene, referen
     well."""
     for how, view in other_views(scene):
         agree(subject, view, reference, f"{how}, ")
-
-
-@check()
-def same_contacts_back_in_time(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Time reversed at the end, it still gives the reference's contacts."""
-    there = reference(scene)
-    if there.ended != "ran":
-        return
-    try:
-        back = changed(scene, position=there.positions, velocity=-there.velocities, turns=())
-    except KinetileError:
-        return  # rounding has left two touching bodies in each other: not a scene
-    agree(subject, back, reference, "back in time, ")

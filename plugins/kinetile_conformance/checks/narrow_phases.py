@@ -30,10 +30,11 @@ from kinetile.plugin.specs import NarrowPhaseSpec
 from kinetile.run.audit import said_tick
 from kinetile.scene import Scene
 from kinetile.toolbox import NOBODY, Kernel, PairParts, hook
-from kinetile_conformance.cases import GENERAL, PhasePlugin, RunOutcome, Subject, outcome
+from kinetile_conformance.cases import GENERAL, PhasePlugin, RunOutcome, Subject, difference, outcome
 from kinetile_conformance.checks.between_events import stepped
-from kinetile_conformance.checks.check import Disagreement, DrawnFrom, Reference, agree, check
-from kinetile_conformance.compare import difference
+from kinetile_conformance.checks.check import Disagreement, Reference, agree, check
+from kinetile_conformance.strategies.shapes import shape_and_square_scenes
+from kinetile_conformance.strategies.small import crowded_scenes
 
 NAME = "conformance-loose"
 
@@ -89,7 +90,7 @@ def _registered() -> Iterator[str]:
         registry().remove(plugin)
 
 
-@check(scenes=DrawnFrom("small", "box_scenes", {"turns": False}))
+@check(scenes=crowded_scenes)
 def same_contacts_with_loose_bounds(subject: Subject, scene: Scene, reference: Reference) -> None:
     """The reference's contacts with bounds as loose as they may be, so that all are asked exactly."""
     expected = reference(scene)
@@ -125,17 +126,15 @@ def a_contact_depends_on_two_plans_alone(subject: Subject, scene: Scene, referen
                 raise Disagreement(f"{said}; {how}, {said_tick(int(found[at]))}")
 
 
-OF_SHAPES = DrawnFrom("shapes", "shape_scenes", {"squares": True})
-
 a_contact_of_shapes_depends_on_two_plans_alone = replace(
     a_contact_depends_on_two_plans_alone,
     name="a-contact-of-shapes-depends-on-two-plans-alone",
     sentence="The same where it takes bodies of other shapes.",
-    scenes=OF_SHAPES,
+    scenes=shape_and_square_scenes,
 )
 
 
-@check(scenes=OF_SHAPES, share=0.5, judges="pair")
+@check(scenes=shape_and_square_scenes, share=0.5, judges="pair")
 def same_contacts_as_convex(subject: Subject, scene: Scene, reference: Reference) -> None:
     """Where it takes bodies of other shapes, its contacts, and all places and velocities at the end, are
     those of `convex`, under the reference and under this broad phase."""

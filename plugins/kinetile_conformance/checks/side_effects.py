@@ -28,7 +28,7 @@ from kinetile.errors import KinetileError
 from kinetile.scene import Scene
 from kinetile_conformance.cases import CONTACTS, Subject, horizon
 from kinetile_conformance.checks.check import Disagreement, Reference, check
-from kinetile_conformance.processes import Gone, in_a_child
+from kinetile_conformance.processes import Died, in_a_child
 from kinetile_conformance.strategies.swarms import swarm
 
 SIMULATIONS = 60
@@ -150,8 +150,8 @@ def resumes_in_another_process(subject: Subject, scene: Scene, reference: Refere
             sim.save(path)
             try:
                 found = in_a_child(_resumed, subject, path, until)
-            except Gone as gone:
-                found = f"the process ended: {gone}"
+            except Died as died:
+                found = f"the process ended: {died}"
         sim.run(until=until)
         if found != sim.fingerprint:
             how = found if ":" in found else "other contacts"

@@ -7,7 +7,6 @@ import json as as_text
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -24,16 +23,8 @@ if TYPE_CHECKING:
     from kinetile_conformance.reporting import Report, Result
 
 
-class Budget(StrEnum):
-    """How much is to be done, by name."""
-
-    small = "small"
-    default = "default"
-    night = "night"
-
-
-EXAMPLES = {Budget.small: 20, Budget.default: 100, Budget.night: 10_000}
-"""Scenes drawn for each check."""
+EXAMPLES = 100
+"""Scenes drawn for each check; ``runner.EXAMPLES``, without what that imports."""
 
 
 def _list(wanted: bool) -> None:
@@ -41,7 +32,7 @@ def _list(wanted: bool) -> None:
     if wanted:
         from kinetile_conformance.checks import table
 
-        rows = table(EXAMPLES[Budget.default])
+        rows = table(EXAMPLES)
         wide = max(len(strategy) for strategy, _, _ in rows)
         for strategy, count, name in rows:
             echo(f"{strategy:{wide}}  {count:4}  {name}")
@@ -73,12 +64,9 @@ def conform(
             help="A narrow phase to judge with it, instead of the usual one; with options if need be.",
         ),
     ] = None,
-    budget: Annotated[
-        Budget, typer.Option(help="20, 100 or 10,000 scenes drawn for each check.")
-    ] = Budget.default,
     examples: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Scenes drawn for each check, instead.")
-    ] = None,
+        int, typer.Option(min=1, metavar="N", help="Scenes drawn for each check.")
+    ] = EXAMPLES,
     check: Annotated[
         list[str] | None, typer.Option("--check", metavar="CHECK", help="Run this check, not all.")
     ] = None,
@@ -144,14 +132,13 @@ def conform(
         checks = [_check(each, command is not None) for each in check or ()]
         try_folder("--save-to", save_to, keep=False)
         show = _ReportPrinter(unfinished, json)
-        count = EXAMPLES[budget] if examples is None else examples
         who = " with ".join([command or str(phase), *(narrow_phase or ())])
-        notice(f"judging {who} on {count:,} scenes a check{_compiling()} ...")
+        notice(f"judging {who} on {examples:,} scenes a check{_compiling()} ...")
         first = FirstSignal()
         try:
             with first:
                 report = judge(
-                    examples=count,
+                    examples=examples,
                     checks=checks or None,
                     save_to=save_to,
                     shrink=shrink,
@@ -176,24 +163,18 @@ def _phase(
     isolated: bool,
 ) -> tuple[Report, Callable[..., Report]]:
     """Return the report without results on a broad phase, and what judges it."""
-    from kinetile.plugin.registry import registry
-    from kinetile_conformance import Report, check_broad_phase
-    from kinetile_conformance.deadline import SECONDS
+    from kinetile_conformance import check_broad_phase
+    from kinetile_conformance.runner import Plan
 
     name, options = registered_phase(phase)
-    narrow = dict(registered_phase(each, "narrow phase") for each in narrow_phase)
-    owner = registry().provided("broad phase", name)
-    source = f"{owner.distribution or 'this process'} {owner.version or ''}".strip()
-    judge = partial(
-        check_broad_phase,
-        name,
-        in_process=not isolated,
-        options=options,
-        narrow_phases=narrow,
-        expected_failures=expected,
-        seconds=SECONDS if seconds is None else seconds,
-    )
-    return Report(name, options, source, (), narrow_phases=narrow), judge
+    given: dict[str, Any] = {
+        "options": options,
+        "narrow_phases": dict(registered_phase(each, "narrow phase") for each in narrow_phase),
+        "expected_failures": expected,
+        "seconds": seconds,
+        "in_process": not isolated,
+    }
+    return Plan.of(name, given).report((), None), partial(check_broad_phase, name, **given)
 
 
 def _program(
@@ -202,7 +183,7 @@ def _program(
     """Return the report without results on a program, and what judges it."""
     from kinetile_conformance.pipe import SECONDS, EngineReport, check_engine
 
-    judge = partial(check_engine, command, within=within, seconds=SECONDS if seconds is None else seconds)
+    judge = partial(check_engine, command, within=within, seconds=seconds or SECONDS)
     return EngineReport(command, {}, "", (), within=within), judge
 
 
@@ -236,7 +217,7 @@ class _ReportPrinter:
         """Print a result; files are named as seen from here."""
         self.at = ""
         self._bar.close()
-        shown = replace(result, case=_from_here(result.case), picture=_from_here(result.picture))
+        shown = replace(result, case=_from_here(result.case))
         others = [each for each in self.unfinished.results if each.check != shown.check]
         self.unfinished = replace(self.unfinished, results=(*others, shown))
         if self._json:

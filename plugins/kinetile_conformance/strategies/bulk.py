@@ -21,6 +21,7 @@ import numpy.typing as npt
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.scene import Scene, Settings
 from kinetile_conformance.cases import MARATHON_CONTACTS
+from kinetile_conformance.strategies.small import Strategy
 from kinetile_conformance.strategies.swarms import by_number
 
 LATTICES = 100
@@ -86,7 +87,7 @@ def _numbered_lattices(number: int) -> Scene:
     return lattices(LATTICES, number, bool(number & 1), APART[number >> 1 & 1])
 
 
-lattice_scenes = partial(by_number, _numbered_lattices)
+lattice_scenes = Strategy("lattices", partial(by_number, _numbered_lattices))
 
 BASES = 40
 """How often the base of the clock moves in a marathon, or more often."""
@@ -114,4 +115,4 @@ def _numbered_marathon(number: int) -> Scene:
     return marathon(FEWEST + number % (MOST - FEWEST + 1), number)
 
 
-marathon_scenes = partial(by_number, _numbered_marathon)
+marathon_scenes = Strategy("marathons", partial(by_number, _numbered_marathon))

@@ -11,13 +11,11 @@ below it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from random import Random
 from typing import Any
 
 import numpy as np
 
-from kinetile.errors import UnknownName
 from kinetile.scene import Scene, Settings, Turn
 from kinetile.scene.by_name import make_scene
 
@@ -37,14 +35,11 @@ SCENES: tuple[tuple[str, dict[str, Any]], ...] = (
 
 
 def gallery() -> Iterator[tuple[str, Scene]]:
-    """Yield (title, scene); recipes that are not installed are left out."""
+    """Yield (title, scene)."""
     yield "a row between two", row_between_two()
     for name, parameters in SCENES:
         title = ", ".join([name, *(f"{key}={value}" for key, value in parameters.items())])
-        try:
-            yield title, make_scene(name, **parameters)
-        except UnknownName:
-            continue
+        yield title, make_scene(name, **parameters)
 
 
 def row_between_two() -> Scene:
@@ -68,14 +63,22 @@ LARGEST = 0.375
 """The largest radius: a body that filled its cell could bounce between two walls without time passing."""
 
 
-@dataclass(frozen=True)
-class CellScene:
-    """A kind of scene: bodies on a lattice of unit cells, no two in one.
+def cells(
+    bodies: int,
+    columns: int,
+    rows: int,
+    walls: bool = True,
+    corner: float = 0.0,
+    ratio: int = 2,
+    turns: int = 0,
+    resting: int = 0,
+    seed: int = 0,
+) -> tuple[str, Scene]:
+    """Return a title, and a scene of bodies on a lattice of unit cells, no two in one.
 
-    Attributes:
+    Args:
         bodies: how many.
-        columns: cells from left to right.
-        rows: cells from bottom to top.
+        columns, rows: cells from left to right, and from bottom to top.
         walls: whether there is an arena; it needs a ``corner`` at the origin.
         corner: where the lower left corner of the lattice is, for both coordinates.
         ratio: how much smaller the smallest radius is than the largest.
@@ -83,75 +86,50 @@ class CellScene:
         resting: how many bodies are at rest at the start.
         seed: the seed of its numbers.
     """
-
-    bodies: int
-    columns: int
-    rows: int
-    walls: bool = True
-    corner: float = 0.0
-    ratio: int = 2
-    turns: int = 0
-    resting: int = 0
-    seed: int = 0
-
-    def __str__(self) -> str:
-        bodies = f"{self.bodies} {'body' if self.bodies == 1 else 'bodies'}"
-        cells = f"{self.columns} x {self.rows} cells"
-        return f"{bodies} in {cells} from {self.corner:g} on, {'with' if self.walls else 'without'} walls"
-
-    def scene(self) -> Scene:
-        """Return the scene of this kind."""
-        random = Random(f"{self.seed} {self.bodies} {self.columns}")
-        cells = random.sample(range(self.columns * self.rows), self.bodies)
-        radius = [LARGEST / random.choice((1, 2, self.ratio)) for _ in cells]
-        velocity = [[random.randint(-8, 8) / 8, random.randint(-8, 8) / 8] for _ in cells]
-        for body in range(self.resting):
-            velocity[body] = [0.0, 0.0]
-        place = [divmod(cell, self.columns)[::-1] for cell in cells]
-        turning = random.sample(range(self.bodies), self.turns)
-        return Scene(
-            position=[[self.corner + column + 0.5, self.corner + row + 0.5] for column, row in place],
-            velocity=velocity,
-            radius=radius,
-            arena=(float(self.columns), float(self.rows)) if self.walls else None,
-            turns=[
-                Turn(body, random.randint(0, 16) / 8, (random.randint(-8, 8) / 8, 0.5)) for body in turning
-            ],
-            settings=Settings(until=4.0),
-        )
+    random = Random(f"{seed} {bodies} {columns}")
+    chosen = random.sample(range(columns * rows), bodies)
+    radius = [LARGEST / random.choice((1, 2, ratio)) for _ in chosen]
+    velocity = [[random.randint(-8, 8) / 8, random.randint(-8, 8) / 8] for _ in chosen]
+    velocity[:resting] = [[0.0, 0.0]] * resting
+    turning = random.sample(range(bodies), turns)
+    scene = Scene(
+        position=[[corner + cell % columns + 0.5, corner + cell // columns + 0.5] for cell in chosen],
+        velocity=velocity,
+        radius=radius,
+        arena=(float(columns), float(rows)) if walls else None,
+        turns=[Turn(body, random.randint(0, 16) / 8, (random.randint(-8, 8) / 8, 0.5)) for body in turning],
+        settings=Settings(until=4.0),
+    )
+    many = f"{bodies} {'body' if bodies == 1 else 'bodies'} in {columns} x {rows} cells"
+    return f"{many} from {corner:g} on, {'with' if walls else 'without'} walls", scene
 
 
 SMALL = (
-    CellScene(1, 2, 2),
-    CellScene(2, 2, 1),
-    CellScene(3, 2, 2, walls=False, turns=2),
-    CellScene(4, 2, 2, turns=2),
-    CellScene(5, 3, 3, ratio=32, seed=1),
-    CellScene(6, 3, 3, walls=False, corner=-1.5),
-    CellScene(7, 12, 1, resting=3, turns=2),
-    CellScene(8, 1, 12, ratio=8),
-    CellScene(8, 4, 4, walls=False, corner=2.0**20),
-    CellScene(9, 3, 3, turns=3),
-    CellScene(12, 4, 4, ratio=1, resting=4),
-    CellScene(12, 5, 5, walls=False, corner=-(2.0**30), ratio=16),
-    CellScene(30, 6, 6, turns=4),
-    CellScene(30, 40, 1, walls=False, corner=-20.0),
-    CellScene(30, 8, 8, ratio=64),
+    cells(1, 2, 2),
+    cells(2, 2, 1),
+    cells(3, 2, 2, walls=False, turns=2),
+    cells(4, 2, 2, turns=2),
+    cells(5, 3, 3, ratio=32, seed=1),
+    cells(6, 3, 3, walls=False, corner=-1.5),
+    cells(7, 12, 1, resting=3, turns=2),
+    cells(8, 1, 12, ratio=8),
+    cells(8, 4, 4, walls=False, corner=2.0**20),
+    cells(9, 3, 3, turns=3),
+    cells(12, 4, 4, ratio=1, resting=4),
+    cells(12, 5, 5, walls=False, corner=-(2.0**30), ratio=16),
+    cells(30, 6, 6, turns=4),
+    cells(30, 40, 1, walls=False, corner=-20.0),
+    cells(30, 8, 8, ratio=64),
 )
 """For interpreted hooks."""
 
 MANY = (
     *SMALL,
-    CellScene(36, 6, 6),
-    CellScene(50, 200, 1, turns=6),
-    CellScene(64, 9, 9, walls=False, corner=-4.5, ratio=16),
-    CellScene(80, 10, 10, ratio=1024, turns=8),
-    CellScene(100, 12, 12, resting=30),
-    CellScene(100, 20, 20, walls=False, corner=2.0**16),
+    cells(36, 6, 6),
+    cells(50, 200, 1, turns=6),
+    cells(64, 9, 9, walls=False, corner=-4.5, ratio=16),
+    cells(80, 10, 10, ratio=1024, turns=8),
+    cells(100, 12, 12, resting=30),
+    cells(100, 20, 20, walls=False, corner=2.0**16),
 )
 """For compiled ones."""
-
-
-def titled(kinds: tuple[CellScene, ...]) -> Iterator[tuple[str, Scene]]:
-    """Yield the scenes of these kinds, each with its name in messages."""
-    return ((str(kind), kind.scene()) for kind in kinds)

@@ -27,7 +27,7 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
-from hypothesis import HealthCheck, Phase, seed, settings
+from hypothesis import seed
 from hypothesis import strategies as st
 from hypothesis.stateful import (
     RuleBasedStateMachine,
@@ -40,8 +40,8 @@ from hypothesis.stateful import (
 from kinetile.errors import KinetileError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.scene import Response, Scene, Settings, relabelled
-from kinetile_conformance.cases import Subject, is_living, live_reference
-from kinetile_conformance.strategies.small import box_scenes, plane_scenes, speeds
+from kinetile_conformance.cases import REFERENCE, Subject, is_living
+from kinetile_conformance.strategies.small import box_scenes, generating, plane_scenes, speeds
 from kinetile_conformance.strategies.swarms import KINDS as SWARMS
 from kinetile_conformance.strategies.swarms import swarm
 
@@ -141,7 +141,7 @@ class _Play:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self.sim = Subject(live_reference(), {}).simulation(scene, room=None)
+        self.sim = Subject(REFERENCE, {}).reference.simulation(scene, room=None)
         self.ended = False
         self.widest = float(scene.radius.max(initial=0.25))
         if scene.arena is not None:
@@ -352,17 +352,7 @@ def played(kind: str, start: int = 0) -> Iterator[Scene]:
         found: list[Scene] = []
         steps = MANY_STEPS if batch % 4 == 2 and not INTERPRETED else STEPS
         machine = seed(start * 1_000 + batch)(_machine(kind, found))
-        run_state_machine_as_test(
-            machine,
-            settings=settings(
-                max_examples=BATCH,
-                stateful_step_count=steps,
-                database=None,
-                deadline=None,
-                phases=[Phase.generate],
-                suppress_health_check=list(HealthCheck),
-            ),
-        )
+        run_state_machine_as_test(machine, settings=generating(BATCH, stateful_step_count=steps))
         batch += 1
         yield from filter(is_living, found[1:])  # the others have loops of their own, and other checks
 

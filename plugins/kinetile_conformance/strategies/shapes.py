@@ -14,7 +14,14 @@ from hypothesis import strategies as st
 
 from kinetile import Shape, box, capsule, disc, polygon, segment
 from kinetile.scene import Scene
-from kinetile_conformance.strategies.small import MOST, body_in_cell, scene_of, scenes, several
+from kinetile_conformance.strategies.small import (
+    MOST,
+    Strategy,
+    body_in_cell,
+    scene_of,
+    scenes,
+    several,
+)
 
 CAPSULE = capsule((-0.5, 0.0), (0.5, 0.0), 0.5)
 SQUARE = box(2.0, 2.0)
@@ -96,17 +103,23 @@ def _at_a_grating(draw: st.DrawFn, shapes: Sequence[Shape]) -> Scene:
     return draw(_shaped(scene_of(bodies, (4.0, 3.0) if draw(st.booleans()) else None, 8.0), shapes, bars))
 
 
-def shape_scenes(squares: bool = False) -> st.SearchStrategy[Scene]:
-    """Return scenes of all shapes, in each of which a capsule can move and some body cannot; ``squares``: and
-    as many of squares alone.
+def _scenes_of(shapes: Sequence[Shape]) -> list[st.SearchStrategy[Scene]]:
+    plain = scenes().flatmap(lambda scene: _shaped(scene, shapes))
+    return [plain, plain, _among_bricks(shapes)]
 
-    So those of all shapes share one loop: ``convex`` has another form where all bodies are upright boxes, and
-    the kernel one where all can be moved.
+
+def _of_all_shapes() -> st.SearchStrategy[Scene]:
+    """Return scenes in each of which a capsule can move and some body cannot.
+
+    So they share one loop: ``convex`` has another form where all bodies are upright boxes, and the kernel one
+    where all can be moved.
     """
+    return st.one_of(*_scenes_of(SHAPES), _at_a_grating(SHAPES))
 
-    def of(shapes: Sequence[Shape]) -> list[st.SearchStrategy[Scene]]:
-        plain = scenes().flatmap(lambda scene: _shaped(scene, shapes))
-        return [plain, plain, _among_bricks(shapes)]
 
-    all_shapes = [*of(SHAPES), _at_a_grating(SHAPES)]
-    return st.one_of(*all_shapes, *(of((SQUARE,)) if squares else ()))
+def _of_shapes_and_squares() -> st.SearchStrategy[Scene]:
+    return st.one_of(*_scenes_of(SHAPES), _at_a_grating(SHAPES), *_scenes_of((SQUARE,)))
+
+
+shape_scenes = Strategy("shapes", _of_all_shapes)
+shape_and_square_scenes = Strategy("shapes, and squares alone", _of_shapes_and_squares)

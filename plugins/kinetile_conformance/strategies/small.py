@@ -12,13 +12,37 @@ equal ones keep small dyadic numbers what they are.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
 
+from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 
 from kinetile.scene import Scene, Settings, Turn
 
 Body = dict[str, Any]
+
+
+def generating(examples: int, **more: Any) -> settings:
+    """Return settings with which Hypothesis draws examples, and does nothing else."""
+    return settings(
+        max_examples=examples,
+        database=None,
+        deadline=None,
+        phases=[Phase.generate],
+        report_multiple_bugs=False,
+        suppress_health_check=list(HealthCheck),
+        **more,
+    )
+
+
+class Strategy(NamedTuple):
+    """What draws scenes: its name in the kit's table, and a function that makes the Hypothesis strategy."""
+
+    name: str
+    make: Callable[[], st.SearchStrategy[Scene]]
+
 
 FEWEST, MOST = 2, 6
 
@@ -93,6 +117,9 @@ def box_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Scene:
     least = min(draw(st.sampled_from([FEWEST, 5])), most, columns * rows)
     bodies = draw(several(body_in_cell(columns, rows, turns), most, least))
     return scene_of(bodies, (float(columns), float(rows)), 8.0)
+
+
+crowded_scenes = Strategy("small scenes in boxes", partial(box_scenes, turns=False))
 
 
 @st.composite
@@ -188,7 +215,7 @@ def wide_scenes(draw: st.DrawFn, most: int = MOST) -> Scene:
 
 
 @st.composite
-def torus_scenes(draw: st.DrawFn) -> Scene:
+def _on_a_torus(draw: st.DrawFn) -> Scene:
     """One body and more in a box with periodic axes, often hardly wider than a body: in corners and on
     borders, some of them written periods away, some flights many boxes long, some bodies minute."""
     periodic = draw(st.sampled_from(["xy", "xy", "x", "y"]))
@@ -205,6 +232,9 @@ def torus_scenes(draw: st.DrawFn) -> Scene:
             for place, side, axis in zip(body["position"], sides, "xy", strict=True)
         )
     return scene_of(bodies, (float(sides[0]), float(sides[1])), 8.0, periodic)
+
+
+torus_scenes = Strategy("torus", _on_a_torus)
 
 
 def scenes(turns: bool = True, most: int = MOST) -> st.SearchStrategy[Scene]:

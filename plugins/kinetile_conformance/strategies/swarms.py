@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -23,32 +22,21 @@ from hypothesis import strategies as st
 from kinetile.errors import SceneError
 from kinetile.scene import Scene, Settings, Turn
 from kinetile_conformance.strategies.changes import enlarged, slowed
-from kinetile_conformance.strategies.small import box_scenes
+from kinetile_conformance.strategies.small import Strategy, box_scenes
 
 Floats = npt.NDArray[np.float64]
 
 
-class Swarm(NamedTuple):
-    """Bodies, (n, 2) and (n,), their arena, their turns and until when they run."""
-
-    position: Floats
-    velocity: Floats
-    radius: Floats
-    arena: tuple[float, float] | None
-    until: float
-    turns: list[Turn]
-
-    @property
-    def scene(self) -> Scene:
-        """The scene."""
-        return Scene(
-            self.position,
-            self.velocity,
-            self.radius,
-            arena=self.arena,
-            turns=self.turns,
-            settings=Settings(until=self.until),
-        )
+def swarm_of(
+    position: Floats,
+    velocity: Floats,
+    radius: Floats,
+    arena: tuple[float, float] | None,
+    until: float,
+    turns: Iterable[Turn] = (),
+) -> Scene:
+    """Return the scene of these bodies, (n, 2) and (n,)."""
+    return Scene(position, velocity, radius, arena=arena, turns=list(turns), settings=Settings(until=until))
 
 
 def slots(random: np.random.Generator, bodies: int, columns: int, rows: int) -> Floats:
@@ -100,15 +88,15 @@ def back_and_forth(velocity: Floats, moments: tuple[float, ...]) -> list[Turn]:
 # Kinds in an arena.
 
 
-def gas(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def gas(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Bodies of one or several sizes in a square."""
     side = square(bodies, 1.2)
     radius = radii(random, bodies, variation)
     place = slots(random, bodies, side, side) + jitter(random, radius)
-    return Swarm(place, anyhow(random, bodies), radius, (float(side), float(side)), 40.0, [])
+    return swarm_of(place, anyhow(random, bodies), radius, (float(side), float(side)), 40.0)
 
 
-def lattice(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def lattice(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Columns and rows: bodies with one coordinate in common, dyadic numbers, ties in bulk."""
     columns = (2, 4, square(bodies, 1.3), square(bodies, 3.0))[variation % 4]
     rows = -(-int(1.4 * bodies) // columns)
@@ -117,11 +105,11 @@ def lattice(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
     velocity[np.arange(bodies), random.integers(0, 2, bodies)] = 0.0
     place, arena = slots(random, bodies, columns, rows), (float(columns), float(rows))
     if variation & 1:
-        return Swarm(place[:, ::-1], velocity[:, ::-1], radius, arena[::-1], 100.0, [])
-    return Swarm(place, velocity, radius, arena, 100.0, [])
+        return swarm_of(place[:, ::-1], velocity[:, ::-1], radius, arena[::-1], 100.0)
+    return swarm_of(place, velocity, radius, arena, 100.0)
 
 
-def shear(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def shear(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Rows that fly past each other, touching or just not, as trains."""
     side = square(bodies, 1.5)
     place = slots(random, bodies, side, side)
@@ -129,10 +117,10 @@ def shear(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
     radius = np.full(bodies, (0.5, 0.375, 0.5 - 2.0**-30, 0.25)[variation % 4])
     velocity = np.column_stack([speed, np.zeros(bodies)])
     velocity[random.integers(0, bodies), 1] = 0.5
-    return Swarm(place, velocity, radius, (float(side), float(side)), 50.0, [])
+    return swarm_of(place, velocity, radius, (float(side), float(side)), 50.0)
 
 
-def corridor(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def corridor(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """An arena a thousand times as long as it is wide."""
     length = 1024
     radius = 0.5 * radii(random, bodies, variation % 4)
@@ -140,40 +128,40 @@ def corridor(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
     velocity = anyhow(random, bodies) * np.array([30.0, 1.0])
     arena = (float(length), 1.0)
     if variation & 1:
-        return Swarm(place[:, ::-1], velocity[:, ::-1], radius, arena[::-1], 10.0, [])
-    return Swarm(place, velocity, radius, arena, 10.0, [])
+        return swarm_of(place[:, ::-1], velocity[:, ::-1], radius, arena[::-1], 10.0)
+    return swarm_of(place, velocity, radius, arena, 10.0)
 
 
-def resting(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def resting(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Bodies at rest, and a few fast ones among them."""
-    swarm = gas(random, bodies, variation)
+    scene = gas(random, bodies, variation)
     fast = random.random(bodies) < 2.0 ** -(2 + variation % 4)
     fast[0] = True
-    return swarm._replace(velocity=np.where(fast[:, None], 8.0 * swarm.velocity, 0.0))
+    return scene.replace(velocity=np.where(fast[:, None], 8.0 * scene.velocity, 0.0))
 
 
-def burst(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def burst(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """All in the middle, and off at one moment in all directions."""
     side = square(bodies, 1.2)
     radius = radii(random, bodies, variation)
     inside = slots(random, bodies, side, side) + jitter(random, radius) - side / 2.0
     wide = 3.0 * side
-    return Swarm(inside + wide / 2.0, inside * (2.0, 8.0)[variation & 1], radius, (wide, wide), 8.0, [])
+    return swarm_of(inside + wide / 2.0, inside * (2.0, 8.0)[variation & 1], radius, (wide, wide), 8.0)
 
 
-def crossings(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def crossings(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Small and fast, with much room: hardly any contact, and thousands of places passed."""
     side = square(bodies, 1.2)
     radius = np.full(bodies, (0.125, 2.0**-5, 2.0**-7, 0.25)[variation % 4])
     place = slots(random, bodies, side, side) + jitter(random, radius)
     velocity = side * anyhow(random, bodies)
-    return Swarm(place, velocity, radius, (float(side), float(side)), 512.0 / bodies, [])
+    return swarm_of(place, velocity, radius, (float(side), float(side)), 512.0 / bodies)
 
 
 # Kinds without an arena, which keep together by turns.
 
 
-def cloud(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def cloud(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Without an arena, about the origin: bodies that fly together, or anywhere, and back."""
     side = square(bodies, 1.5)
     radius = radii(random, bodies, variation)
@@ -182,37 +170,37 @@ def cloud(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
     if random.random() < 0.5:
         velocity = anyhow(random, bodies)
     moments = moments_of(bodies)
-    return Swarm(place, velocity, radius, None, moments[-1] + 2.0, back_and_forth(velocity, moments))
+    return swarm_of(place, velocity, radius, None, moments[-1] + 2.0, back_and_forth(velocity, moments))
 
 
-def far(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def far(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """A cloud far from the origin, so fine that its lanes have numbers beyond 2^31."""
-    swarm = cloud(random, bodies, 0 if variation < 4 else 1)
+    scene = cloud(random, bodies, 0 if variation < 4 else 1)
     scale = 2.0 ** (-10 if variation & 1 else 0)
     away = (2.0**33, 2.0**12, 2.0**20, 2.0**32)[variation % 4] * random.choice([-1.0, 1.0], 2)
-    velocity = scale * swarm.velocity
-    return swarm._replace(
-        position=scale * (away + swarm.position),
+    velocity = scale * scene.velocity
+    return scene.replace(
+        position=scale * (away + scene.position),
         velocity=velocity,
-        radius=scale * swarm.radius,
+        radius=scale * scene.radius,
         turns=back_and_forth(velocity, moments_of(bodies)),
     )
 
 
-def returning(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def returning(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Without an arena: bodies leave for far away, and come back."""
     side = square(bodies, 1.5)
     radius = radii(random, bodies, variation)
     place = slots(random, bodies, side, side) + jitter(random, radius) - side / 2.0
     velocity = place * (2.0, 16.0)[variation & 1]
     # At 4 they are where they began, and fly on through each other's midst.
-    return Swarm(place, velocity, radius, None, 7.0, back_and_forth(velocity, (2.0, 5.0)))
+    return swarm_of(place, velocity, radius, None, 7.0, back_and_forth(velocity, (2.0, 5.0)))
 
 
 # Kinds of few large bodies and many small ones: they use every level of a phase that has levels for sizes.
 
 
-def _octaves(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def _octaves(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Sizes over eight octaves, and most of them the smallest: what has levels for sizes has three of them.
 
     A large body fills most of the arena, four of a third of its size stand beside it, and small ones of four
@@ -232,10 +220,10 @@ def _octaves(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
     radius[large:] = 0.45 * min(pitch.min(), 0.0625) * 2.0 ** -random.integers(0, 4, small)
     velocity = anyhow(random, bodies)
     velocity[:large] *= (variation & 1, 0.25)[variation >> 1 & 1]
-    return Swarm(place, velocity, radius, (width, height), 12.0, [])
+    return swarm_of(place, velocity, radius, (width, height), 12.0)
 
 
-def crowd(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def crowd(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """All small bodies in the place of one large one, of which some stand about; or bodies of all sizes."""
     if variation >= 4:
         return _octaves(random, bodies, variation)
@@ -249,10 +237,10 @@ def crowd(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
     place[3:] = 0.25 + pitch * slots(random, small, side, side)
     velocity = 0.1 * (1 + variation % 4) * anyhow(random, bodies)
     velocity[:3] *= 0.5 * (variation & 1)
-    return Swarm(place, velocity, radius, (8.0, 8.0), 30.0, [])
+    return swarm_of(place, velocity, radius, (8.0, 8.0), 30.0)
 
 
-def giants(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def giants(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Fine beside coarse: few large bodies, many that are up to a thousand times smaller between them; or
     bodies of all sizes."""
     if variation >= 4:
@@ -267,10 +255,10 @@ def giants(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
     fine = np.minimum(radius[large:], 0.24 * pitch)
     place[large:] = np.array([0.0, 20.0]) + pitch * slots(random, bodies - large, side, side)
     radius[large:] = fine
-    return Swarm(place, 2.0 * anyhow(random, bodies), radius, (20.0, 40.0), 12.0, [])
+    return swarm_of(place, 2.0 * anyhow(random, bodies), radius, (20.0, 40.0), 12.0)
 
 
-def plough(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def plough(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Four large bodies that plough through small ones at rest, one in each direction, past each other: those
     have no new plans, so it is by the large one's certificate that they become near it, or not at all."""
     small = bodies - 4
@@ -283,10 +271,10 @@ def plough(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
     ahead = np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]])
     place = np.vstack([field, ploughs]) + random.uniform(-side, side, 2) * (variation >> 2)
     velocity = np.vstack([2.0**-8 * anyhow(random, small), ahead])
-    return Swarm(place, velocity, radius, None, 2.5 * side, [])
+    return swarm_of(place, velocity, radius, None, 2.5 * side)
 
 
-def lanes(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def lanes(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Large bodies in lanes among few small ones that drift, beside a crowd that makes a grid fine: few
     contacts come between two changes of place, also over the axis."""
     large, crowd = 3, int(0.8 * (bodies - 3))
@@ -304,13 +292,13 @@ def lanes(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
     velocity[:large] = np.array([[0.0, 1.0], [0.0, -1.0], [0.0, 1.0]])
     if variation & 2:
         place, velocity = place[:, ::-1], velocity[:, ::-1]
-    return Swarm(place, velocity, radius, None, 4.0 * side, [])
+    return swarm_of(place, velocity, radius, None, 4.0 * side)
 
 
 # Kinds in which much happens at one tick, or along one axis.
 
 
-def front(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def front(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """A straight front of bodies that cross each border at one tick, towards others at rest or coming."""
     rows = bodies // 2
     apart = random.integers(4, 24, bodies - rows) / 4.0
@@ -321,18 +309,18 @@ def front(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
     velocity[:rows, 0], velocity[rows:, 0] = 1.0, (0.0, -0.5)[variation & 1]
     place, arena = np.vstack([front, others]), (10.0, float(max(rows, bodies - rows)))
     if variation & 4:
-        return Swarm(place[:, ::-1], velocity[:, ::-1], radius, arena[::-1], 24.0, [])
-    return Swarm(place, velocity, radius, arena, 24.0, [])
+        return swarm_of(place[:, ::-1], velocity[:, ::-1], radius, arena[::-1], 24.0)
+    return swarm_of(place, velocity, radius, arena, 24.0)
 
 
-def fast_corridor(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def fast_corridor(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """An arena a thousand times as long as it is wide, which its bodies cross in no time."""
-    swarm = corridor(random, bodies, variation)
+    scene = corridor(random, bodies, variation)
     fast = 2.0 ** random.integers(4, 20)
-    return swarm._replace(velocity=swarm.velocity * fast, until=64.0 / fast)
+    return scene.replace(velocity=scene.velocity * fast, settings=Settings(until=64.0 / fast))
 
 
-def steep(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
+def steep(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """A crowd at rest, and some that fly almost along an axis: each meets a body far away, only because it
     drifts a few widths aside. There is no arena, with which a grid would have coarse cells."""
     fliers = min(bodies // 8, 8)
@@ -348,39 +336,35 @@ def steep(random: np.random.Generator, bodies: int, variation: int) -> Swarm:
     velocity[:fliers] = np.column_stack([right * slight, np.ones(fliers)])
     place = np.vstack([start, goal, slots(random, crowd, side, side)])
     way = slice(None, None, -1 if variation & 4 else 1)
-    return Swarm(place[:, way], velocity[:, way], radius, None, 1.25 * float((aside / slight).max()), [])
+    return swarm_of(place[:, way], velocity[:, way], radius, None, 1.25 * float((aside / slight).max()))
 
 
 FEWEST, MOST = 8, 400
 
-KINDS: dict[str, Callable[[np.random.Generator, int, int], Swarm]] = {
-    "gas": gas,
-    "cloud": cloud,
-    "crowd": crowd,
-    "far": far,
-    "lattice": lattice,
-    "shear": shear,
-    "corridor": corridor,
-    "giants": giants,
-    "resting": resting,
-    "burst": burst,
-    "crossings": crossings,
-    "returning": returning,
-}
+Kind = Callable[[np.random.Generator, int, int], Scene]
+
+
+def _named(*kinds: Kind) -> dict[str, Kind]:
+    return {kind.__name__.replace("_", " "): kind for kind in kinds}
+
+
+KINDS = _named(
+    *(gas, cloud, crowd, far, lattice, shear, corridor, giants, resting, burst, crossings, returning)
+)
 """The kinds of swarms, the simplest first."""
 
-GIANTS: dict[str, Callable[[np.random.Generator, int, int], Swarm]] = {"plough": plough, "lanes": lanes}
+GIANTS = _named(plough, lanes)
 """Kinds with few large bodies, of which one scene in four or five finds a fault: they have a check of their
 own."""
 
-BURSTS = {"front": front, "burst": burst}
-CORRIDORS = {"fast corridor": fast_corridor, "steep": steep}
+BURSTS = _named(front, burst)
+CORRIDORS = _named(fast_corridor, steep)
 
 
 def swarm(kind: str, bodies: int = 100, seed: int = 0, variation: int = 0) -> Scene:
     """Return a swarm of a kind and a number of bodies (at least 8); ``variation``, from 0 to 7, is of its
     sizes, speeds or proportions."""
-    return (KINDS | GIANTS | BURSTS | CORRIDORS)[kind](np.random.default_rng(seed), bodies, variation).scene
+    return (KINDS | GIANTS | BURSTS | CORRIDORS)[kind](np.random.default_rng(seed), bodies, variation)
 
 
 def numbered(kinds: Iterable[str], number: int) -> Scene:
@@ -423,15 +407,18 @@ def by_number(make: Callable[[int], Scene]) -> st.SearchStrategy[Scene]:
     return st.integers(0, 2**24 - 1).map(make)
 
 
-swarm_scenes = partial(by_number, partial(numbered, KINDS))
-giant_scenes = partial(by_number, partial(numbered, GIANTS))
-scaled_scenes = partial(by_number, scaled)
-burst_scenes = partial(by_number, partial(numbered, BURSTS))
-corridor_scenes = partial(by_number, partial(numbered, CORRIDORS))
+swarm_scenes = Strategy("swarms", partial(by_number, partial(numbered, KINDS)))
+giant_scenes = Strategy("giants", partial(by_number, partial(numbered, GIANTS)))
+scaled_scenes = Strategy("scaled swarms", partial(by_number, scaled))
+burst_scenes = Strategy("bursts", partial(by_number, partial(numbered, BURSTS)))
+corridor_scenes = Strategy("corridors", partial(by_number, partial(numbered, CORRIDORS)))
 
 
-def walled_scenes() -> st.SearchStrategy[Scene]:
-    """Return scenes within walls: small ones, and swarms in which bodies may pass through each other."""
+def _walled() -> st.SearchStrategy[Scene]:
+    """Return small scenes, and swarms in which bodies may pass through each other."""
     kinds = st.sampled_from(["gas", "lattice", "giants"])
     swarms = st.builds(swarm, kinds, st.integers(8, 120), st.integers(0, 1000), st.integers(0, 7))
     return st.one_of(box_scenes(turns=False), box_scenes(turns=False), swarms)
+
+
+walled_scenes = Strategy("scenes within walls", _walled)

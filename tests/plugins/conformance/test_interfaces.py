@@ -1,4 +1,4 @@
-"""The interfaces of the kit besides the command: a function, a decorator for pytest, a suite for pytest."""
+"""The interfaces of the kit besides the command: a function, and a decorator for pytest."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from kinetile.errors import BadOption, UnknownName
 from kinetile_conformance import CHECKS, check_broad_phase, parametrize_with_checks
 
 NAMES = [check.name for check in CHECKS]
-SUITE = ("-p", "no:cacheprovider", "--pyargs", "kinetile_conformance.suite")
 
 TESTS = """
 from kinetile_conformance import parametrize_with_checks
@@ -75,7 +74,7 @@ def test_it_makes_a_test_of_each_check():
     mark = parametrize_with_checks("naive", expected_failures={"makes-progress": "issue 7"}).mark
     cases = {case.id: case for case in mark.args[1]}
     assert list(cases) == NAMES
-    assert cases["same-contacts"].marks == []
+    assert cases["same-contacts"].marks == ()
     (expected,) = cases["makes-progress"].marks
     assert expected.name == "xfail"
     assert expected.kwargs == {"reason": "issue 7", "strict": True}
@@ -109,32 +108,3 @@ def test_expected_failures_are_xfailed_and_may_not_pass(blind):
     assert "[XPASS(strict)] it is blind" in done.stdout
     assert "for phases that declare the feature 'boxes'" in done.stdout
     assert "3 skipped" in lines[-1]
-
-
-# The suite
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        pytest.param((), "needs to know whom to judge: --broad-phase NAME", marks=pytest.mark.slow),
-        (("--broad-phase", "nave"), "no broad phase is called 'nave'; did you mean 'naive'?"),
-    ],
-)
-def test_a_suite_that_cannot_judge_is_a_usage_error(words, said, tmp_path):
-    done = run(*SUITE, *words, folder=tmp_path, module="pytest")
-    assert done.returncode == pytest.ExitCode.USAGE_ERROR
-    assert said in done.stderr
-    assert "Traceback" not in done.stdout + done.stderr
-
-
-@pytest.mark.slow
-def test_the_suite_judges_as_many_as_are_named(tmp_path):
-    phases = ("--broad-phase", "naive", "--broad-phase", "sap-1d:axis=y", "--conformance-examples", "2")
-    chosen = ("-k", "makes-progress or rejects", "-v")
-    done = run(*SUITE, *phases, *chosen, folder=tmp_path, module="pytest")
-    assert done.returncode == 0, done.stdout
-    for name in ("naive", "sap-1d:axis=y"):
-        assert f"[{name}-makes-progress] PASSED" in done.stdout
-        assert f"[{name}-rejects-unknown-options] PASSED" in done.stdout
-    assert f"4 passed, {2 * len(NAMES) - 4} deselected" in done.stdout

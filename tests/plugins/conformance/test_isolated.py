@@ -26,9 +26,7 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, deadline, processes
 from kinetile_conformance.cases import Subject, load_case
-from kinetile_conformance.isolated import PRELIMINARY, IsolatedRunner
-from kinetile_conformance.processes import Child, Gone, Limits, Message, Phases, Silent, in_a_child
-from kinetile_conformance.runner import Plan
+from kinetile_conformance.processes import Child, Died, Limits, Message, in_a_child, pickled
 from registering import registered
 
 MIB = 1 << 20
@@ -97,33 +95,8 @@ def test_everything_that_is_wrong_with_the_parts_is_said_at_once() -> None:
     ("name", "said"),
     [
         ("schedules-one-too-many", " scheduled the certificate of body 2, which is no body of the scene"),
-        pytest.param(
-            "schedules-far-too-many",
-            " scheduled the certificate of body 1000, which is no body of the scene",
-            marks=pytest.mark.slow,
-        ),
-        pytest.param(
-            "schedules-below-zero",
-            " scheduled the certificate of body -1, which is no body of the scene",
-            marks=pytest.mark.slow,
-        ),
         ("offers-nobody", r" reported the pair \(-3, 1073741824\), which is not two bodies of the scene"),
         ("names-fewer-than-none", r" said that -1 bodies are near body \d, and there is room for 2"),
-        pytest.param(
-            "names-too-many",
-            r" said that 1099511627776 bodies are near body \d, and there is room for 2",
-            marks=pytest.mark.slow,
-        ),
-        pytest.param(
-            "meets-fewer-than-none",
-            " said that -1 bodies are near body 0, and there is room for 2",
-            marks=pytest.mark.slow,
-        ),
-        pytest.param(
-            "meets-too-many",
-            " said that 1099511627776 bodies are near body 0, and there is room for 2",
-            marks=pytest.mark.slow,
-        ),
     ],
 )
 def test_a_number_out_of_range_ends_the_run_and_spares_the_memory(name: str, said: str) -> None:
@@ -183,19 +156,7 @@ def isolated(name: str, *checks: str, **more: object) -> Report:
     ("name", "said"),
     [
         ("crashes-in-arrange", f"the process died of SIGSEGV in check 'same-contacts', in crashes{HERE}"),
-        pytest.param(
-            "aborts-in-arrange",
-            f"the process died of SIGABRT in check 'same-contacts', in aborts{HERE}",
-            marks=pytest.mark.slow,
-        ),
-        pytest.param(
-            "exits-in-arrange",
-            "the process ended itself with status 7 in check 'same-contacts'",
-            marks=pytest.mark.slow,
-        ),
         ("takes-all-memory", OUT_OF_MEMORY),
-        pytest.param("wants-too-much-room", OUT_OF_MEMORY, marks=pytest.mark.slow),
-        pytest.param("wants-too-many-pairs", OUT_OF_MEMORY, marks=pytest.mark.slow),
     ],
 )
 def test_a_death_is_a_result_that_names_check_distribution_and_cause(
@@ -236,21 +197,24 @@ def test_processes_of_a_check_inherited_the_limit_of_its_scene(monkeypatch: pyte
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
 @pytest.mark.parametrize(
-    ("function", "error"),
-    [(hostile_phases.sends_half_a_message, Silent), (hostile_phases.leaves_a_process_behind, Gone)],
+    ("function", "how"),
+    [
+        (hostile_phases.sends_half_a_message, "idle"),
+        (hostile_phases.waits, "idle"),
+        (hostile_phases.waits_for_one_that_computes, "busy"),
+        (hostile_phases.leaves_a_process_behind, "exit"),
+    ],
 )
-def test_a_child_with_half_a_message_or_an_heir_hung_the_judge(
-    function: Any, error: type[Exception], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_child_that_sends_nothing_hung_the_judge(
+    function: Any, how: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """No time by the clock is a limit for one that computes: beside busy processes it takes any time."""
     monkeypatch.setattr(processes, "IDLE", 1.0)
     monkeypatch.setattr(processes, "PATROL", 0.1)
-    child = Child(tmp_path / "words", {}, Limits())
-    try:
-        child.begin(Phases.of(Subject("naive", {})), processes._themselves)
-        with pytest.raises(error):
-            child.call(function)
-    finally:
-        child.end()
+    child = Child(Subject("naive", {}), processes._themselves, Limits(silence=1.0))
+    with pytest.raises(Died) as caught:
+        child.call(function)
+    assert caught.value.how == how
 
 
 def compiled(name: str, *kinds: tuple[object, object]) -> None:
@@ -267,16 +231,6 @@ def compiled(name: str, *kinds: tuple[object, object]) -> None:
     [
         ("hangs-in-a-hook", r"an endless loop in a compiled hook, in check '.*'"),
         ("names-without-room", "died of SIG[A-Z]+ in check '.*', in a compiled hook"),
-        pytest.param(
-            "names-what-is-far-from-any-body",
-            "died of SIG[A-Z]+ in check '.*', in a compiled hook",
-            marks=pytest.mark.slow,
-        ),
-        pytest.param(
-            "loses-the-queue",  # what it reads where the queue ends is no more than chance
-            "died of SIG[A-Z]+ in check '.*', in a compiled hook|StalledError: .* does not get on",
-            marks=pytest.mark.slow,
-        ),
     ],
 )
 def test_what_a_compiled_hook_does_stays_in_the_child(
@@ -288,18 +242,6 @@ def test_what_a_compiled_hook_does_stays_in_the_child(
     assert not result.ok
     assert re.search(said, result.said)
     assert re.search(said_of(name), result.said)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
-def test_the_scene_of_a_death_is_saved(tmp_path: Path) -> None:
-    compiled("leaves-its-arrays", (None, 1.0), ((4.0, 4.0), 1.0), ((4.0, 4.0), [1.0, 2.0]))
-    (result,) = isolated("leaves-its-arrays", "near-is-mutual", save_to=tmp_path).results
-    assert result.status == "died"
-    assert re.match("the process died of SIG[A-Z]+ in check '.*', in a compiled hook", result.said)
-    assert result.case is not None
-    case = load_case(result.case)
-    assert (case.check, len(case.scene)) == ("near-is-mutual", result.bodies)
 
 
 @pytest.mark.small
@@ -356,6 +298,16 @@ def _exits_with_two() -> Iterator[None]:
         yield
 
 
+@pytest.mark.small
+@pytest.mark.usefixtures("_exits_with_two")
+def test_the_scene_of_a_death_is_saved_with_few_bodies(tmp_path: Path) -> None:
+    (result,) = isolated("exits-with-two", "its-structure-is-true", save_to=tmp_path).results
+    assert (result.status, result.bodies) == ("died", 2)
+    assert result.case is not None
+    case = load_case(result.case)
+    assert (case.check, len(case.scene)) == ("its-structure-is-true", 2)
+
+
 @pytest.mark.usefixtures("_exits_with_two")
 @pytest.mark.parametrize(
     ("name", "status", "said"),
@@ -368,9 +320,9 @@ def test_a_scene_that_cannot_be_saved_is_no_fault_of_the_phase(
     name: str, status: str, said: str, tmp_path: Path
 ) -> None:
     (tmp_path / "a-file").touch()
-    report = isolated(name, "near-is-mutual", save_to=tmp_path / "a-file" / "within", shrink=False)
+    report = isolated(name, "its-structure-is-true", save_to=tmp_path / "a-file" / "within", shrink=False)
     (result,) = report.results
-    assert (result.status, result.case, result.picture) == (status, None, None)
+    assert (result.status, result.case) == (status, None)
     first, *_, last = result.said.splitlines()
     assert first.startswith(said)
     assert last.startswith("(the scene could not be saved: ")
@@ -397,9 +349,9 @@ def test_a_mistake_in_the_question_is_an_error(arguments: dict[str, object], err
 
 def test_only_a_phase_of_this_process_needs_more_than_pickle(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cloudpickle", None)
-    assert pickle.loads(Phases.of(Subject("naive", {})).pickled("more"))[1] == "more"
+    assert pickle.loads(pickled(Subject("naive", {}), "more"))[2] == "more"
     with pytest.raises(MissingExtra, match="conformance"):
-        Phases.of(Subject("hangs-in-arrange", {})).pickled("more")
+        pickled(Subject("hangs-in-arrange", {}))
 
 
 @pytest.mark.interpreted
@@ -418,7 +370,7 @@ def test_an_error_of_the_kit_is_told_with_its_traceback() -> None:
 # What was seen, and how long is waited
 
 
-FIRST, *OTHERS = random.Random(26).sample(range(40), 10)
+FIRST, *OTHERS = random.Random(26).sample(range(40), 4)
 """After how many of the messages that follow a failure its child is killed, while it looks for a smaller
 scene: it sends some forty. It goes on while they are read, so it is anywhere in its work when it dies."""
 
@@ -447,22 +399,6 @@ def test_a_failure_that_was_seen_is_not_lost(
     assert len(load_case(result.case).scene) == result.bodies
 
 
-def test_one_that_waits_is_told_from_one_that_computes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """No time by the clock is a limit for one that computes: beside busy processes it takes any time."""
-    monkeypatch.setattr(processes, "IDLE", 0.5)
-    monkeypatch.setattr(processes, "PATROL", 0.1)
-    for program, busy in (("time:sleep", False), ("hostile_phases:wait_for_one_that_computes", True)):
-        child = Child(tmp_path / "words", {}, Limits(silence=1.0), program)
-        try:
-            with pytest.raises(Silent) as caught:
-                child.receive()
-            assert caught.value.busy is busy, program
-        finally:
-            child.end()
-
-
 @pytest.mark.interpreted
 def test_a_failure_before_a_silent_end_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     def silent(self: Child) -> Message | None:
@@ -470,7 +406,7 @@ def test_a_failure_before_a_silent_end_is_a_failure(monkeypatch: pytest.MonkeyPa
         if message is not None and "seen" in message:
             answers.append(message)
         elif answers:
-            raise Silent(busy=False)
+            raise Died("idle")
         return message
 
     receive, answers = Child.receive, list[Message]()
@@ -478,32 +414,6 @@ def test_a_failure_before_a_silent_end_is_a_failure(monkeypatch: pytest.MonkeyPa
     (result,) = isolated("is-wrong-and-slow", expected_failures={"same-contacts": "why"}).results
     assert (result.status, result.reason) == ("xfailed", "why")
     assert "does it wait for something?" in result.said
-
-
-# Before anything is compiled
-
-
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [("is-wrong-and-slow", "contact "), pytest.param("naive", "", marks=pytest.mark.slow)],
-)
-def test_an_obvious_fault_is_seen_with_interpreted_hooks(name: str, said: str) -> None:
-    seen: list[Result] = []
-    plan = Plan.of(name, {"on_result": seen.append})
-    with IsolatedRunner(plan) as runner:
-        runner._run_interpreted()
-    assert [each.status for each in seen] == ["failed"] * bool(said)
-    assert all(said in each.said and each.reason == PRELIMINARY for each in seen)
-
-
-def test_what_fails_with_interpreted_hooks_only_is_a_note() -> None:
-    check = "rejects-unknown-options"
-    with IsolatedRunner(Plan.of("naive", {})) as runner:
-        runner._preliminary = check
-        assert runner.run(check).ok
-        assert runner.notes == (
-            f"{check} fails with interpreted hooks only: they do not mean the same compiled",
-        )
 
 
 # Installed

@@ -9,9 +9,8 @@ import pytest
 
 from kinetile.run.compose import Commands
 from kinetile.scene import Insert, Remove, Scene, Turn
-from kinetile_conformance.cases import LIVING_CONTACTS, Subject, is_living, outcome
+from kinetile_conformance.cases import LIVING_CONTACTS, Subject, difference, is_living, outcome
 from kinetile_conformance.checks import CHECKS, check_named, table
-from kinetile_conformance.compare import difference
 from kinetile_conformance.drawing import Drawing, reduced
 from kinetile_conformance.runner import BUILT, CheckRun
 from kinetile_conformance.strategies.living import STARTS, played

@@ -21,7 +21,7 @@ from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import memory
 from kinetile_conformance.checks.memory import first_breach
 from kinetile_conformance.runner import CheckRun
-from kinetile_conformance.strategies.gallery import MANY, SMALL, smallest, titled
+from kinetile_conformance.strategies.gallery import MANY, SMALL, smallest
 from kinetile_conformance.watched_hooks import Breach, guarded
 
 TESTS = Path(__file__).parents[2]
@@ -29,26 +29,16 @@ BUILT_IN = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling", "stripes")
 
 SEEN = {
     "uncounts": "repair wrote counts.structural (0, where 1 stood)",
-    "forgets-a-partner": "repair wrote bodies[0].stamp (7, where 0 stood)",
     "tolerates": "repair wrote clock.limits.tolerance (1.0, where ",
     "brakes-another": "near used k.bodies[3], and it has 1 (",
     "brakes-the-fourth": "near wrote bodies[3].vx (0.0625, where ",
-    "weighs": "replan wrote mass[0] (2.0, where 1.0 stood)",
-    "moves-a-place": "repair wrote places[0].x (",
-    "files-itself": "repair wrote queue[0].key (",
-    "links-itself": "repair wrote links[0].next (1, where 2 stood)",
-    "marks-itself": "repair wrote marks[0] (-1, where ",
     "sets-its-own": "repair wrote queue[0].own, the certificate of body 0, other than by schedule",
     "sets-anothers": "repair wrote queue[1].own, the certificate of body 1, other than by schedule",
-    "turns-no-more": "replan wrote commands[",
     "answers-for-near": "replan wrote near[1] (0, where 1 stood)",
-    "uncounts-updates": "repair wrote queue[0].own, the certificate of body 0, other than by schedule",
     "drops-offers": "repair wrote queue[1].own, the certificate of body 1, other than by schedule",
     "schedules-in-near": "near wrote queue[0].own (",
     "arranges-the-scene": "arrange wrote the scene's radius",
-    "stops-the-clock": "arrange wrote clock.jam.spin_limit (",
     "moves-who-comes-soon": "soon wrote places[",
-    "counts-who-comes-soon": "soon wrote s.failed",
     "mends-in-audit": "audit wrote s.failed",
     "strays": "near used s.failed[1], and it has 1 (trespassing_phases.py, line ",
     "strays-before": "near used s.failed[-2], which is before its beginning (trespassing_phases.py, line ",
@@ -89,7 +79,7 @@ def said_by(check, name: str, **options) -> str | None:
 @pytest.mark.interpreted
 @pytest.mark.parametrize("name", SEEN)
 def test_a_trespass_is_named_with_hook_and_field(name):
-    said = first_breach(Subject(name, {}), titled(SMALL[:5]))
+    said = first_breach(Subject(name, {}), SMALL[:5])
     assert said is not None
     assert said.startswith(SEEN[name])
     if name == "uncounts":
@@ -100,7 +90,7 @@ def test_a_trespass_is_named_with_hook_and_field(name):
 @pytest.mark.interpreted
 @pytest.mark.parametrize("name", ALLOWED)
 def test_what_is_allowed_passes(name):
-    assert first_breach(Subject(name, {}), titled(SMALL[:5])) is None
+    assert first_breach(Subject(name, {}), SMALL[:5]) is None
 
 
 def test_every_trespassing_phase_is_tested():
@@ -127,7 +117,7 @@ def test_a_class_that_cannot_be_imported_goes_by_value():
             return [kt.BroadPhaseSpec("local", Local)]
 
     kt.registry().add(Plugin())
-    said = first_breach(Subject("local", {}), titled(SMALL))
+    said = first_breach(Subject("local", {}), SMALL)
     assert said is not None
     assert said.startswith("prepare wrote the scene's radius")
 
@@ -228,9 +218,9 @@ def test_what_a_compiled_hook_writes_as_a_body_goes_is_told():
 def test_the_phases_that_there_are_stay_within_their_arrays(name):
     subject = Subject(name, {})
     loops = set()
-    for kind in MANY:
+    for _, scene in MANY:
         try:
-            sim = subject.simulation(kind.scene(), live=True)
+            sim = subject.simulation(scene)
         except Refused:
             continue
         sim.compile()
@@ -238,10 +228,3 @@ def test_the_phases_that_there_are_stay_within_their_arrays(name):
     had = sum(len(loop.signatures) for loop in loops)
     assert said_by(memory.stays_within_its_arrays, name) is None
     assert sum(len(loop.signatures) for loop in loops) == had, "an array in a cage is another kind of array"
-
-
-def test_scenes_are_what_they_are_called():
-    for kind in MANY:
-        scene = kind.scene()
-        assert (len(scene), scene.arena is not None) == (kind.bodies, kind.walls)
-        assert kind.scene() == scene

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import re
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,7 +27,6 @@ from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.reporting import Result
 from kinetile_conformance.runner import Plan, References, Runner
 from kinetile_conformance.smoke_test import tightness
-from kinetile_conformance.view import draw
 from kinetile_plugins.naive import near as everybody
 from registering import registered
 
@@ -112,7 +110,7 @@ def _registered() -> Iterator[None]:
 
 def test_out_of_time_is_not_judged() -> None:
     runner = Runner(Plan(Subject("slow", {}), examples=40, seconds=0.5))
-    result = runner.run("repeats-itself")
+    result = runner.run("its-structure-is-true")
     assert result.status == "not judged"
     assert (result.verdict, result.case, result.bodies) == ("", None, None)
     assert 0 < result.scenes < 40
@@ -120,10 +118,10 @@ def test_out_of_time_is_not_judged() -> None:
 
 
 def test_a_report_that_is_not_judged_is_neither_right_nor_wrong() -> None:
-    checks = ["repeats-itself", "rejects-unknown-options"]
+    checks = ["its-structure-is-true", "rejects-unknown-options"]
     report = check_broad_phase("slow", in_process=True, checks=checks, seconds=0.5)
     assert (report.exit_code, report.conforms, report.ok) == (4, None, False)
-    assert str(report).endswith("slow is not judged: no fault was seen, and repeats-itself not ended")
+    assert str(report).endswith("slow is not judged: no fault was seen, and its-structure-is-true not ended")
 
 
 def test_compiling_is_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -159,10 +157,9 @@ def test_a_saved_case_has_the_options_with_which_it_failed(tmp_path: Path) -> No
 def test_a_failure_in_the_gallery_is_saved_and_replayed(tmp_path: Path) -> None:
     runner = Runner(Plan(Subject("wrong-with-many", {}), examples=10, save_to=tmp_path))
     assert runner.run("same-contacts").ok
-    result = runner.run("same-contacts-in-the-gallery", "so that no verdict is needed")
-    assert (result.status, result.bodies) == ("xfailed", 26)
+    result = runner.run("same-contacts-in-the-gallery", thorough=False)
+    assert (result.status, result.bodies) == ("failed", 26)
     assert result.case is not None
-    assert result.picture is not None
     case = load_case(result.case)
     assert (case.check, len(case.scene)) == ("same-contacts", 26)
 
@@ -201,20 +198,8 @@ def test_what_a_hook_raises_is_where_the_author_wrote_it(monkeypatch: pytest.Mon
             raise PhaseError("as it is")
 
     monkeypatch.setattr(Slow, "prepare", Raises.prepare)
-    result = Runner(Plan(Subject("slow", {}), examples=3, shrink=False)).run("same-contacts", "it raises")
+    result = Runner(Plan(Subject("slow", {}), examples=3, shrink=False)).run("same-contacts", thorough=False)
     assert result.said.startswith("PhaseError: as it is")
-
-
-def test_a_picture_shows_who_is_there() -> None:
-    scene = Scene(
-        [[1.0, 1.0], [3.0, 3.0]],
-        [[0.5, 0.0], [0.0, 0.0]],
-        0.25,
-        arena=(4.0, 4.0),
-        commands=[kt.Remove(0, 0.5), kt.Insert(1.0, (2.0, 2.0), (0.0, 0.0), 0.5)],
-    )
-    drawn = draw(Subject("sap-1d", {}), scene, "said")
-    assert re.findall(r">(\d+)</text>", drawn.decode()) == ["1", "2"]
 
 
 # How much is over-reported
@@ -237,8 +222,8 @@ def test_a_phase_that_does_not_do_the_dense_gas_gets_its_report(
 def failing(save_to: Path) -> Result:
     """Return the result of a check that fails on the first scene; nothing is compiled for it."""
     runner = Runner(Plan(Subject("raises-in-arrange", {}), examples=5, save_to=save_to, shrink=False))
-    result = runner.run("near-is-mutual", "it raises")
-    assert result.status == "xfailed"
+    result = runner.run("its-structure-is-true", thorough=False)
+    assert result.status == "failed"
     assert "arrange raised KeyError: 'no such thing'" in result.said.splitlines()[0]
     return result
 
@@ -246,17 +231,8 @@ def failing(save_to: Path) -> Result:
 def test_a_scene_that_cannot_be_saved_is_a_line_of_the_result(tmp_path: Path) -> None:
     (tmp_path / "a-file").touch()
     result = failing(tmp_path / "a-file")
-    assert (result.case, result.picture) == (None, None)
+    assert result.case is None
     assert result.said.splitlines()[-1].startswith("(the scene could not be saved: ")
-
-
-def test_a_picture_that_cannot_be_saved_is_a_line_of_the_result(tmp_path: Path) -> None:
-    (tmp_path / "raises-in-arrange-near-is-mutual.svg").mkdir()
-    result = failing(tmp_path)
-    assert result.picture is None
-    assert result.said.splitlines()[-1].startswith("(the picture could not be saved: ")
-    assert result.case is not None
-    assert load_case(result.case).check == "near-is-mutual"
 
 
 def test_the_name_of_a_phase_became_the_path_of_its_case(tmp_path: Path) -> None:
@@ -272,7 +248,7 @@ def test_the_name_of_a_phase_became_the_path_of_its_case(tmp_path: Path) -> None
 # A phase that does not get on
 
 
-@pytest.mark.parametrize(("fault", "status"), [(STALLED, "xfailed"), (BAD_PAIR, "xpassed")])
+@pytest.mark.parametrize(("fault", "status"), [(STALLED, "failed"), (BAD_PAIR, "passed")])
 def test_makes_progress_tells_one_that_stalls_from_one_that_is_wrong_by_the_type(
     fault: int, status: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -289,6 +265,6 @@ def test_makes_progress_tells_one_that_stalls_from_one_that_is_wrong_by_the_type
         raise found
 
     monkeypatch.setattr(Engine, "chunk", chunk)
-    result = Runner(Plan(Subject("naive", {}), examples=2)).run("makes-progress", "a reason")
+    result = Runner(Plan(Subject("naive", {}), examples=2)).run("makes-progress", thorough=False)
     assert result.status == status
     assert result.said == ("in other words" if fault == STALLED else "")

@@ -11,7 +11,7 @@ from kinetile.toolbox import Kernel, PairParts, hook
 from kinetile_conformance import check_broad_phase
 from kinetile_conformance.cases import Subject, outcome
 from kinetile_conformance.drawing import draw
-from kinetile_conformance.strategies.shapes import shape_scenes
+from kinetile_conformance.strategies.shapes import shape_and_square_scenes, shape_scenes
 from kinetile_plugins.cells import Cells
 from kinetile_plugins.convex import Convex, meet, soonest, touch
 from kinetile_plugins.disc import exchange
@@ -97,7 +97,8 @@ def _added():
 def drawn(squares: bool) -> list[kt.Scene]:
     """Return what the kit draws."""
     scenes: list[kt.Scene] = []
-    draw(shape_scenes(squares), lambda scene: scenes.append(scene) or True, 60, 0)
+    strategy = shape_and_square_scenes if squares else shape_scenes
+    draw(strategy.make(), lambda scene: scenes.append(scene) or True, 60, 0)
     return scenes
 
 

@@ -16,7 +16,7 @@ from kinetile.errors import BadOption
 from kinetile.show.player import recording, view_scene
 from kinetile.show.player.page import MODULES, encode, script
 from kinetile_conformance.cases import Subject, save_case
-from kinetile_conformance.view import view_case
+from kinetile_conformance.view import view_saved
 from player_pages import SCENES, decode, needs_node
 from programs import program
 
@@ -182,7 +182,7 @@ def test_a_simulation_shows_what_it_has_done_and_stays_as_it_is():
 def test_a_saved_case_opens_at_the_moment_of_disagreement(blind, tmp_path):
     pair = kt.Scene([[0.3, 0.5], [0.7, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.1, arena=(1.0, 1.0))
     save_case(pair, tmp_path / "case.toml", "same-contacts", Subject(blind, {}), "contact 0 is missing")
-    found = run_page(view_case(tmp_path / "case.toml", until=0.3).save(tmp_path / "page.html"))
+    found = run_page(view_saved(tmp_path / "case.toml", until=0.3).save(tmp_path / "page.html"))
     right = kt.Simulation(pair, "naive")
     right.run(0.3)
     assert found["opened"] == [int(right.contacts[0][name]) for name in ("epoch", "tick")]
