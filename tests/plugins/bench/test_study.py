@@ -193,11 +193,26 @@ def test_progress_may_stop_it_and_what_was_done_is_there(tmp_path):
     assert run(TABLES, tmp_path)[1].ran == outcome.open
 
 
+def test_a_second_run_at_the_same_time_did_all_tasks_again(tmp_path):
+    refused = []
+
+    def second(done, total):
+        with pytest.raises(StudyStopped, match="another process runs this study"):
+            run(TABLES, tmp_path, again=["done"])
+        refused.append(done)
+
+    study, status = run(TABLES, tmp_path, progress=second)
+    assert (status.ran, status.statuses) == (8, {"done": 8})
+    assert len(refused) >= 8
+    assert list(tmp_path.iterdir()) == [study.results], "the lock leaves nothing"
+    assert run(TABLES, tmp_path)[1].ran == 0
+
+
 @pytest.mark.parametrize(
     ("how", "said"),
     [({"again": ["lots"]}, "did you mean 'lost'"), ({"workers": 0}, "workers is 0; expected a number, at")],
 )
-def test_what_cannot_be_asked_for(tmp_path, how, said):
+def test_wrong_arguments_are_refused(tmp_path, how, said):
     with pytest.raises(BadOption, match=said):
         Study(TABLES, tmp_path / "rows.sqlite").run(**how)
 
