@@ -1,12 +1,16 @@
 """The agreement of a run with the certified oracle, contact by contact, in order and in time.
 
 The order is that of docs/one-answer.md, ties at one exact time included. A run in doubles cannot agree for
-ever: a contact multiplies what roundings have done before it, and after some ten contacts a disc the two runs
-are of different worlds. Up to which contact they agree is the run's horizon.
+ever: a contact multiplies the roundings before it, and after some ten contacts a disc the two runs have
+nothing in common. Up to which contact they agree is the run's horizon.
+
+Times are compared where a tolerance is known: the first contact of bodies on the plans that the scene gives
+them is rounded down to its tick, and nothing else is rounded before it. Later times have errors that grow
+without a useful bound; they are measured. ``certify-log`` compares every tick, by the specification.
 
 Contacts per disc count every contact for each disc that takes part: (2 x contacts of two discs + contacts
 with walls) / discs. Collisions per disc leave the walls out: 2 x contacts of two discs / discs. Walls are
-flat and multiply nothing, so the second number is the one that chaos limits.
+flat and multiply no error, so the second number is the one that chaos limits.
 """
 
 from __future__ import annotations
@@ -23,15 +27,15 @@ import numpy.typing as npt
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.log import WALLS
 from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Oracle, check_scope
-from kinetile_accuracy.oracle.rounding import allowed_errors
-from kinetile_accuracy.specification.arithmetic import UNIT_TICKS
+from kinetile_accuracy.specification.arithmetic import SPAN, UNIT_TICKS
 
 if TYPE_CHECKING:
     from kinetile import Scene, Simulation
 
 
 SLACK = 2
-"""Ticks within which of its end a run may have another contact more or less: times are rounded to ticks."""
+"""Ticks by which the first contact of bodies may be off, and within which of its end a run may have a contact
+more or less: times are rounded to ticks."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -46,15 +50,12 @@ class FirstDifference:
         oracle: the certified event; None: nothing more up to the end of the run.
         ticks_apart: time of the run's contact, or of its end, less that of the oracle's, in ticks. A tick or
             two: the two contacts are so near that rounding has exchanged them.
-        ticks_allowed: how many ticks rounding explains, where the contacts are the same and their times are
-            further apart.
     """
 
     index: int
     run: tuple[float, int, int] | None
     oracle: CertifiedContact | None
     ticks_apart: float
-    ticks_allowed: float | None = None
 
     def __str__(self) -> str:
         found = certain = "nothing more up to there"
@@ -65,8 +66,6 @@ class FirstDifference:
             if self.oracle.head_on < 2.0**-20:
                 certain += f", a graze: {self.oracle.head_on:.1e} of the speed is head-on"
             certain += f"; {abs(self.ticks_apart):.4g} ticks apart"
-        if self.ticks_allowed is not None:
-            certain += f", and rounding explains {self.ticks_allowed:.4g} at most"
         return f"contact {self.index}: the run has {found}, the oracle {certain}"
 
 
@@ -144,7 +143,6 @@ class Agreement:
                 "run": differs.run and dict(zip(("time", "a", "b"), differs.run, strict=True)),
                 "oracle": certain and {"time": certain.time.decimal(), "a": certain.a, "b": certain.b},
                 "ticks_apart": differs.ticks_apart,
-                "ticks_allowed": differs.ticks_allowed,
             },
             "oracle": {"bits": self.oracle.bits, "contacts": len(self.oracle.contacts)}
             | {"ended": self.oracle.ended, "why": self.oracle.ending},
@@ -204,8 +202,8 @@ def certify(
     done = sim.readings
     if done.inserted or done.removed or done.turns > sum(each.time <= sim.time for each in scene.turns):
         raise Refused(
-            "bodies were turned by hand, or came or went so, and the oracle follows the turns of the scene "
-            "alone: put them there, or judge the contacts by certify-log"
+            "bodies were turned, inserted or removed by hand, and the oracle follows the turns of the scene "
+            "alone: put the turns into the scene, or judge the contacts by certify-log"
         )
     end = sim.time if until is None else min(until, sim.time)
     contacts = sim.contacts
@@ -244,18 +242,25 @@ def agreement(
     """
     rows = contacts[["epoch", "tick", "a", "b"]].tolist()
     tick = Fraction(time_unit) / UNIT_TICKS
-    times = [Fraction(scene.start) + (epoch * UNIT_TICKS + at) * tick for epoch, at, _, _ in rows]
-    bounds = allowed_errors(scene, oracle.contacts, time_unit)
+    start = Fraction(scene.start)
+    times = [start + (epoch * UNIT_TICKS + at) * tick for epoch, at, _, _ in rows]
+    # Until when each body flies on the plan that the scene gives it: to its first turn or contact, or to the
+    # time at which the clock anchors it.
+    first_plan = [start + SPAN * tick] * len(scene)
+    for turn in scene.turns:
+        first_plan[turn.body] = min(first_plan[turn.body], Fraction(turn.time))
     errors: list[Fraction] = []
-    allowed = None
-    for (_, _, *bodies), time, certain, bound in zip(rows, times, oracle.contacts, bounds, strict=False):
+    for (_, _, *bodies), time, certain in zip(rows, times, oracle.contacts, strict=False):
         if bodies != [certain.a, certain.b]:
             break
-        error = time - certain.time.middle
-        if abs(error) > bound:
-            allowed = bound / float(tick)
+        error, exact = time - certain.time.middle, certain.time.middle
+        discs = [body for body in bodies if body >= 0]
+        is_first = all(exact < first_plan[disc] for disc in discs)
+        if is_first and abs(error) > SLACK * tick + certain.time.radius:
             break
         errors.append(error)
+        for disc in discs:
+            first_plan[disc] = start
     agree = len(errors)
     # At the end one of the two may have a contact more by as much as times were off before, twice.
     slack = max(SLACK * tick, Fraction(math.ulp(end))) + 2 * max(map(abs, errors), default=Fraction(0))
@@ -267,14 +272,13 @@ def agreement(
         differ = due is not None and apart > slack
     else:
         differ = due is not None or (oracle.ended in ("until", "quiet") and Fraction(end) - last > slack)
-    first = FirstDifference(agree, found, due, float(apart / tick), allowed) if differ else None
     return Agreement(
         bodies=len(scene),
         contacts=agree,
         compared=len(rows),
         b=contacts["b"][:agree].astype(np.int64),
         ticks=np.array([float(error / tick) for error in errors]),
-        disagreement=first,
+        disagreement=FirstDifference(agree, found, due, float(apart / tick)) if differ else None,
         oracle=oracle,
         fault=fault,
     )

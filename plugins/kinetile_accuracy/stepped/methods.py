@@ -10,17 +10,15 @@ same snapshot have no order, and each of them may be the first. Two weaker count
 there is such a contact at all, and whether at least an overlap was seen.
 
 Times are processor time of the loop alone (static construction included, set-up and compilation apart), the
-median of at least five runs, with Python's garbage collector off; the methods take turns, so that a machine
-that slows down slows all of them. Errors are taken from other runs than the times.
+median of at least five runs; the methods take turns, so that a machine that slows down slows all of them.
+Errors are taken from other runs than the times.
 """
 
 from __future__ import annotations
 
-import gc
 import math
 import statistics
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -221,7 +219,7 @@ def measure_rows(
 
 
 def reference_runs(bodies: int, density: float, encounters: int) -> list[ReferenceRun]:
-    """Returns scenes that together have at least this many first encounters, by the run with all pairs."""
+    """Returns scenes that together have at least this many first encounters, by the run under ``naive``."""
     known: list[ReferenceRun] = []
     count, seed = 0, 0
     while count < encounters and seed < 10 * encounters:
@@ -250,26 +248,11 @@ def _missed(method: Method, known: Sequence[ReferenceRun]) -> Missed:
 def _costs(methods: Sequence[Method], scene: kt.Scene) -> list[float]:
     """Returns the cost of each method on a scene, the median of runs in which the methods take turns."""
     runs: list[list[float]] = [[] for _ in methods]
-    with _no_collector():
-        batches = [
-            min(math.ceil(_ENOUGH / ROUNDS / max(method.cost(scene), 1e-9)), _MOST) for method in methods
-        ]
-        for _ in range(ROUNDS):
-            for k, method in enumerate(methods):
-                runs[k] += [method.cost(scene) for _ in range(batches[k])]
+    batches = [min(math.ceil(_ENOUGH / ROUNDS / max(method.cost(scene), 1e-9)), _MOST) for method in methods]
+    for _ in range(ROUNDS):
+        for k, method in enumerate(methods):
+            runs[k] += [method.cost(scene) for _ in range(batches[k])]
     return [statistics.median(each) for each in runs]
-
-
-@contextmanager
-def _no_collector() -> Iterator[None]:
-    gc.collect()
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
 
 
 def _row(

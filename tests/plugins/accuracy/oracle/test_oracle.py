@@ -66,7 +66,7 @@ def test_head_on() -> None:
 
 
 def test_an_oblique_contact_to_sixty_digits() -> None:
-    ((time, a, b, tied, head_on, _),) = oracle_contacts(scene_of("H08a"), 0.5).contacts
+    ((time, a, b, tied, head_on),) = oracle_contacts(scene_of("H08a"), 0.5).contacts
     assert (a, b, tied) == (0, 1, False)
     with localcontext() as context:
         context.prec = 60

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import Counter
 
+import numpy as np
 import pytest
 
 import kinetile as kt
 from games import draw_game, draw_game_of_shapes
 from judged_games import forged_and_found, with_end
-from kinetile.errors import Refused
+from kinetile.errors import Refused, ZenoError
+from kinetile.kernel.log import LOG
 from kinetile_accuracy import certify_log
 from kinetile_accuracy.specification import answers
 from lanes import first
@@ -23,6 +26,16 @@ def test_a_game_is_certified_to_its_end(draw, seed):
     sim, end = with_end(game)
     found = certify_log(game, sim.contacts, **end, fingerprint=sim.fingerprint)
     assert found.right, str(found)
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(6, range(100)))
+def test_the_plans_of_a_recorded_game_are_certified(seed):
+    """With commands among the rows, and the plan of each body after each event."""
+    game, rows = draw_game(seed), [np.zeros(0, LOG)]
+    with contextlib.suppress(ZenoError, Refused):
+        kt.Simulation(game, "naive").run(max_contacts=100, recorder=lambda some: rows.append(some.copy()))
+    assert certify_log(game, np.concatenate(rows)).right
 
 
 @pytest.mark.small

@@ -167,7 +167,7 @@ def test_claims_hold_or_not_as_the_rows_say(
     assert found[-1].measured == measured
 
 
-@pytest.mark.parametrize("fast", ["naive", "cells", "sweep-tiling", "of-a-plugin"])
+@pytest.mark.parametrize("fast", ["cells", "of-a-plugin"])
 def test_the_chart_took_sweep_tiling_for_the_fastest_whatever_was(
     fast: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -313,5 +313,5 @@ def test_the_chart_of_readme_has_the_counts_that_there_are() -> None:
         ]
         contacts = [int((observed.contacts["b"] >= 0).sum()) for observed in found]
         assert counts["contacts"] == np.mean(contacts)
-        # A tenth is less than the width of a mark; beyond, the phase has to be measured anew.
+        # A tenth is less than the width of a mark; beyond, the phase has to be measured again.
         assert counts["events"] == pytest.approx(np.mean([each.steps for each in found]), rel=0.1)
