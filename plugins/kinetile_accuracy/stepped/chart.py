@@ -149,9 +149,7 @@ def _about(effort: Effort) -> str:
         "at its snapshots, or at contacts for kinetic methods. First encounters are contacts of two discs "
         "that have touched neither disc nor wall before, taken from the kinetic run under naive; a "
         "method misses one that it does not have as the first contact of both discs, where contacts of "
-        "one snapshot count as simultaneous (which favours long steps). The table says how many of them "
-        "have no impulse at all (the only snapshots that see the overlap see the discs part), and how many "
-        "are unseen; what is missed besides is of another order in time."
+        "one snapshot count as simultaneous (which favours long steps)."
     )
 
 
