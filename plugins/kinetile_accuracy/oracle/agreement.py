@@ -9,8 +9,7 @@ them is rounded down to its tick, and nothing else is rounded before it. Later t
 without a useful bound; they are measured. ``certify-log`` compares every tick, by the specification.
 
 Contacts per disc count every contact for each disc that takes part: (2 x contacts of two discs + contacts
-with walls) / discs. Collisions per disc leave the walls out: 2 x contacts of two discs / discs. Walls are
-flat and multiply no error, so the second number is the one that chaos limits.
+with walls) / discs.
 """
 
 from __future__ import annotations
@@ -112,11 +111,6 @@ class Agreement:
         return float(self.paces[-1]) if self.contacts else 0.0
 
     @property
-    def collisions_per_disc(self) -> float:
-        """Contacts of two discs that agree, per disc."""
-        return 2.0 * int((self.b >= 0).sum()) / max(self.bodies, 1)
-
-    @property
     def worst_ticks(self) -> float:
         """The largest error of a time, in ticks."""
         return float(np.abs(self.ticks).max(initial=0.0))
@@ -135,7 +129,6 @@ class Agreement:
             "contacts": self.contacts,
             "compared": self.compared,
             "contacts_per_disc": self.contacts_per_disc,
-            "collisions_per_disc": self.collisions_per_disc,
             "time_error_ticks": {"max": self.worst_ticks, "median": self.median_ticks},
             "first_disagreement": differs
             and {
@@ -150,7 +143,7 @@ class Agreement:
         }
 
     def __str__(self) -> str:
-        pace = f"{self.contacts_per_disc:.1f} contacts a disc, {self.collisions_per_disc:.1f} without walls"
+        pace = f"{self.contacts_per_disc:.1f} contacts a disc"
         lines = [f"{self.contacts:,} of {self.compared:,} contacts agree in order ({pace})"]
         if self.contacts:
             lines.append(

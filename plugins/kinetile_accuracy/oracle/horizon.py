@@ -55,7 +55,6 @@ class Horizon:
     contacts_per_disc: Annotated[float, Column("each contact counted for each disc in it", "a disc")]
     required: Annotated[float, Column("contacts a disc that must agree", "required")]
     holds: Annotated[bool, Column("whether so many contacts a disc agree")]
-    collisions_per_disc: Annotated[float, Column("the same without contacts with walls", "collisions a disc")]
     bits: Annotated[int, Column("the precision that certified the run", "bits")]
     first_ticks: Annotated[
         float, Column("largest error of a time in the first tenth of what is required", "off by, first tenth")
@@ -79,8 +78,8 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
         about=(
             f"The oracle follows scenes of the recipe grid in ball arithmetic and proves the order of the "
             f"contacts; they are run under {phases}. A run agrees up to the first contact at which the two "
-            "lists differ. Contacts a disc count each contact for each disc in it; collisions a disc leave "
-            "the walls out, which multiply no error. Times are off in ticks of 2^-52 of a time unit."
+            "lists differ. Contacts a disc count each contact for each disc in it. Times are off in ticks of "
+            "2^-52 of a time unit."
         ),
         findings=findings(rows),
         claims=(
@@ -120,7 +119,6 @@ def measure_horizon(requirement: Requirement, seed: int) -> tuple[Agreement, Hor
         contacts_per_disc=found.contacts_per_disc,
         required=requirement.required,
         holds=found.contacts_per_disc >= requirement.required,
-        collisions_per_disc=found.collisions_per_disc,
         bits=found.oracle.bits,
         first_ticks=float(errors[found.paces <= requirement.required / 10.0].max(initial=0.0)),
         growth=float(slope),
@@ -130,20 +128,13 @@ def measure_horizon(requirement: Requirement, seed: int) -> tuple[Agreement, Hor
 
 def findings(rows: Sequence[Horizon]) -> tuple[str, ...]:
     """Returns how long runs agree, beside what is required, and how errors grow."""
-
-    def span(field: str, some: list[Horizon]) -> str:
-        values = [getattr(row, field) for row in some]
-        return f"{min(values):.1f} to {max(values):.1f}"
-
-    whole, discs, growth = [], [], []
+    whole, growth = [], []
     for density, some in grouped(rows, "density").items():
-        at = f"at density {density:g}"
-        whole.append(f"{span('contacts_per_disc', some)} ({some[0].required:g} required) {at}")
-        discs.append(f"{span('collisions_per_disc', some)} {at}")
+        at, paces = f"at density {density:g}", [row.contacts_per_disc for row in some]
+        whole.append(f"{min(paces):.1f} to {max(paces):.1f} ({some[0].required:g} required) {at}")
         growth.append(f"{median(row.growth for row in some):.1f} bits {at}")
     return (
         f"Runs agree with the certified oracle, in order, for so many contacts a disc: {listed(whole)}.",
-        f"Contacts of two discs alone, a disc: {listed(discs)}.",
         "In the first tenth of the required contacts times are off by at most "
         f"{number(max(row.first_ticks for row in rows), 3)} ticks; after that, for each contact a disc, the "
         f"error grows by {listed(growth)}, as chaos makes it.",

@@ -25,6 +25,7 @@ from kinetile_accuracy.oracle.agreement import Agreement, FirstDifference, agree
 from kinetile_accuracy.oracle.oracle import oracle_contacts
 from kinetile_conformance.cases import horizon
 from kinetile_conformance.strategies import scenes
+from lanes import first
 
 pytest.importorskip("flint", reason="the certified oracle needs python-flint")
 
@@ -38,7 +39,7 @@ def scene_of(name: str) -> kt.Scene:
 # What agrees
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", first(1, [0, 1, 2]))
 @pytest.mark.parametrize(("density", "bodies", "pace"), [(0.5, 16, 40.0), (0.1, 16, 13.0), (0.01, 25, 4.5)])
 @pytest.mark.compiled
 def test_runs_agree_for_as_long_as_is_asked(density: float, bodies: int, pace: float, seed: int) -> None:
@@ -48,7 +49,6 @@ def test_runs_agree_for_as_long_as_is_asked(density: float, bodies: int, pace: f
     assert found.disagreement is not None, "chaos parts every run from the truth"
     assert found.contacts < 1000
     assert found.contacts_per_disc == (2 * (found.b >= 0).sum() + (found.b < 0).sum()) / bodies
-    assert found.collisions_per_disc == 2 * (found.b >= 0).sum() / bodies
     early = found.paces < pace / 20.0
     assert np.abs(found.ticks[early]).max() < 32.0, "it begins with roundings"
     half = len(found.ticks) // 2
