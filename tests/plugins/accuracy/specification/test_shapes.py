@@ -7,15 +7,12 @@ velocities lie on lattices, so that corners are met, faces slid along and discs 
 from __future__ import annotations
 
 import json
-import math
 import random
 from collections import Counter
 from fractions import Fraction
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import kinetile as kt
 from kinetile.scene.differences import Exact, core_difference, cross, dot, is_closer, less
@@ -24,9 +21,7 @@ from kinetile_accuracy.specification.arithmetic import (
     HORIZON,
     FlightPlan,
     Frame,
-    exchanged_along,
     pair_tick,
-    wall_tick,
 )
 from lanes import first
 
@@ -259,54 +254,8 @@ def test_sizes_are_those_of_the_vectors() -> None:
         assert kt.polygon(corners, float.fromhex(radius)).reach == float.fromhex(size)
 
 
-def test_lines_of_exchange_round_once() -> None:
-    one, two = kt.polygon([(0.0, 0.0), (0.1, 0.0), (0.3, 0.7)]), kt.polygon([(0.1, 0.2)], 0.5)
-    m = rules.Difference(one, two)
-    tx, ty = float(Fraction(0.3) - Fraction(0.1)), 0.7
-    length = math.sqrt(tx * tx + ty * ty)
-    nx, ny = ty / length, -tx / length
-    assert rules.normal(m, (0.1 + 0.4 * nx, 0.2 + 0.4 * ny), (0.0, 0.0)) == (nx, ny)
-    dx, dy = 0.6, 0.7
-    x, y = dx - float(Fraction(0.3) - Fraction(0.1)), dy - float(Fraction(0.7) - Fraction(0.2))
-    length = math.sqrt(x * x + y * y)
-    assert rules.normal(m, (dx, dy), (0.0, 0.0)) == (x / length, y / length)
-
-
 def test_what_does_not_close_is_no_face_of_sharp_bodies() -> None:
     m = rules.Difference(kt.box(1.0, 1.0), kt.box(1.0, 1.0))
     assert rules.normal(m, (1.0 + 2.0**-52, 1.0), (1.0, -1.0)) == (0.0, 1.0)
     assert rules.normal(m, (1.0, 1.0), (-1.0, -1.0)) == (1.0, 0.0)
     assert rules.normal(m, (1.0, 1.0), (0.0, 0.0)) == (1.0, 0.0)
-
-
-@given(*[st.floats(-1e6, 1e6)] * 4, st.sampled_from([None, (1.0, 3.0)]))
-def test_at_an_upright_face_one_component_changes(
-    vxa: float, vya: float, vxb: float, vyb: float, masses: tuple[float, float] | None
-) -> None:
-    m = rules.Difference(kt.box(0.1, 0.3), kt.box(0.7, 0.2))
-    for d, axis in (((0.4, 0.1), 0), ((-0.4, 0.1), 0), ((0.1, 0.25), 1), ((0.1, -0.25), 1)):
-        along = rules.normal(m, d, (-d[0] if axis == 0 else 0.0, -d[1] if axis == 1 else 0.0))
-        found = exchanged_along(along, ((vxa, vya), (vxb, vyb)), masses)
-        assert (found[0][1 - axis], found[1][1 - axis]) == ((vya, vyb), (vxa, vxb))[axis]
-        if masses is None:
-            one, two = ((vxa, vxb), (vya, vyb))[axis]
-            assert (found[0][axis], found[1][axis]) == (one + (two - one), two - (two - one))
-
-
-def test_walls_are_met_with_the_reach_to_their_side() -> None:
-    frame, shape = Frame((4.0, 8.0), 0), kt.polygon([(-0.25, -0.5), (1.0, -0.5), (0.0, 2.0)], 0.25)
-    reach = dict(zip((-1, -2, -3, -4), shape.reaches, strict=True))
-    for seed in range(300):
-        draw = random.Random(seed)
-        x, y = draw.randint(4, 20) / 8, draw.randint(6, 40) / 8
-        vx, vy = draw.randint(-2, 2) / 4, draw.randint(-2, 2) / draw.choice((3.0, 4.0))
-        found = rules.wall_tick(shape, FlightPlan(x, y, vx, vy, 5, 1.0, frame), frame)
-        alone = []
-        if vx:  # a disc of that reach meets it at the same tick
-            disc = FlightPlan(x, 4.0, vx, 0.0, 5, reach[-1 if vx < 0 else -2], frame)
-            alone.append(wall_tick(disc, frame))
-        if vy:
-            disc = FlightPlan(2.0, y, 0.0, vy, 5, reach[-3 if vy < 0 else -4], frame)
-            alone.append(wall_tick(disc, frame))
-        assert found == min(alone, key=lambda each: each[0], default=None)
-    assert math.isclose(sum(shape.reaches), 1.25 + 2.5 + 4 * 0.25)
