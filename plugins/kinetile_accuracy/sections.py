@@ -1,9 +1,9 @@
 """Sections of the accuracy report, the rows behind them, and how they write numbers and words.
 
 A part measures something and returns a ``Section``. Its claims are what must hold, with what was found; its
-findings are sentences made from the rows, so that they say what was found this time, whichever way it went.
-The rows are the data behind the tables and the pictures, and are written beside the page. What a column is
-called and means stands once, at the field of the row::
+findings are sentences made from the rows, so that they describe this measurement, whatever its result. The
+rows are the data behind the tables and the pictures, and are written beside the page. The heading and the
+meaning of a column are at the field of the row::
 
     @dataclass(frozen=True)
     class LateClock:

@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from kinetile import Simulation, registry
+from kinetile import Simulation
 from kinetile.errors import AuditError, MissedContactError, PhaseError, Refused, ZenoError
 from kinetile.plugin.choices import write_phase
 from kinetile_accuracy.environment import environment
@@ -75,12 +75,8 @@ class SceneRow:
 Row = TypeVar("Row", bound=SceneRow)
 
 
-@dataclass(frozen=True)
 class SceneBench(PhasesMeasured):
-    """All rows, and where and with what they were measured."""
-
-    rows: tuple[SceneRow, ...]
-    conditions: Mapping[str, Any]
+    """The result: a ``SceneRow`` for each phase."""
 
 
 def bench_scene(
@@ -102,7 +98,7 @@ def bench_scene(
     ``start`` is called with a simulation before a phase first runs, ``progress`` with the runs
     done and their total. Raises what ``Simulation`` raises, but for Refused, which is a row.
     """
-    chosen = phases_with_options(registry().names("broad phase") if phases is None else phases)
+    chosen = phases_with_options(phases)
     runs: list[list[tuple[float, Any]]] = [[] for _ in chosen]
     ended: list[str | None] = [None for _ in chosen]
     for repeat in range(repeats):
@@ -239,8 +235,7 @@ def choose(
     ``start`` is called with a simulation before a phase first runs, ``progress`` with the runs
     done and their total. Raises what ``Simulation`` raises, but for Refused, which is a row.
     """
-    named = registry().names("broad phase") if phases is None else phases
-    choices = {write_phase(*choice): choice for choice in phases_with_options(named)}
+    choices = {write_phase(*choice): choice for choice in phases_with_options(phases)}
     until = _end_of(scene) if until is None else until
     pilot = bench_scene(scene, [*choices.values()], until, max_contacts=PILOT, repeats=1, start=start)
     best = max((row.rate for row in pilot.rows), default=0.0)

@@ -2,8 +2,8 @@
 
 The kernel's answer must be the exact tick, and anchoring two discs at their tick must not make them overlap
 by more than the proved bound. It is the answer of the hook that the narrow phase ``disc`` brings to the main
-loop, on the kernel's own tables; beside it stands the textbook's, which shows the difficulty. Families are
-never pooled: an average over easy and hard queries says nothing about either.
+loop, on the kernel's own tables; the textbook's answer beside it shows the difficulty. Families are never
+pooled: an average over easy and hard queries describes neither.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
         ),
         claims=query_claims(rows),
         left_out=(
-            "Contacts 1,024 units of time or more after the later anchor: bodies are anchored anew before.",
+            "Contacts 1,024 units of time or more after the later anchor: bodies are anchored again before.",
         ),
     )
 

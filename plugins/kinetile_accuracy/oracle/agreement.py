@@ -278,7 +278,7 @@ def agreement(
 
 
 def _run_on(sim: Simulation, until: float | None, max_contacts: int | None) -> str | None:
-    """Runs a simulation on as far as is asked for; returns the fault in which that ended."""
+    """Continues a simulation to the given end; returns the fault in which that ended."""
     more = None if max_contacts is None else max_contacts - len(sim.contacts)
     enough = more is not None and more <= 0
     if enough or (more is None if until is None else until <= sim.time):

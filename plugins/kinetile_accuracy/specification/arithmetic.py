@@ -201,7 +201,7 @@ def image_tick(
     none while their plans are kept. Some images are left out, and those with an earlier tick than the
     ``earliest``.
 
-    Asks the images that come within reach in some time, and if none is met in it those of twice that time.
+    Computes the images that come within reach in some time, and if none is met those of twice that time.
     """
     own = PairQuadratic(one, two, frame)
     sides = [number << (own.bits - fine) for number, fine in map(_ratio, frame.periods)]

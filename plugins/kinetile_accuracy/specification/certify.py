@@ -248,7 +248,7 @@ def certify_log(
             after the last.
         max_contacts: the list is of a run that was ended after this many contacts; with ``until`` there may
             be fewer, and without it only if no more come for a million units.
-        fingerprint: what the list says is its own; None: it says none.
+        fingerprint: the fingerprint that the list gives; None: it gives none.
         progress: called now and then with how far the check is.
 
     Returns:
@@ -265,7 +265,7 @@ def certify_log(
 def explain_difference(
     scene: Scene, lists: Mapping[str, NDArray[Any]], index: int, narrow_phases: Sequence[str] | None = None
 ) -> str:
-    """Returns whose contacts are right where lists of them first differ, in a sentence.
+    """Returns which contacts are right where lists of them first differ, in a sentence.
 
     The specification decides, not a majority.
 
@@ -316,7 +316,7 @@ def _fingerprint(rows: NDArray[Any]) -> str:
     return contacts.hexdigest()
 
 
-# Why a line is wrong, from what the specification says of the bodies that it names
+# Why a line is wrong: what its bodies do by the specification
 
 
 def _line_of(event: CourseEvent) -> Line:

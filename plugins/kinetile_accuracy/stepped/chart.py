@@ -367,7 +367,7 @@ def _draw_method(strip: Any, main: Any, error: str, rows: Sequence[SpeedError], 
     rows = sorted(rows, key=_step)
     style: dict[str, Any] = {"color": look.colour, "marker": look.marker, "clip_on": False}
     kinetic = rows[0].kind == "kinetic"
-    # A white edge parts a marker from another that it lies over.
+    # A white edge separates a marker from another that it lies over.
     solid = {"markersize": 7.0, "markeredgecolor": "white", "markeredgewidth": 0.6}
     style |= solid if kinetic else {"markersize": 4.0, "markerfacecolor": "white"}
     style["label"] = look.name

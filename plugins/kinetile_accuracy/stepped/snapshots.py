@@ -7,7 +7,7 @@ other the elastic impulse. Two ways to find the pairs:
 
 - ``sweep``: static sweep-and-prune along x, the discs kept sorted by insertion from one snapshot to the next
   (the rows themselves are moved, so that the sweep reads the memory in order);
-- ``cells``: a grid of cells as wide as the largest disc, filled anew at each snapshot.
+- ``cells``: a grid of cells as wide as the largest disc, filled again at each snapshot.
 
 Its errors are not roundings. An overlap is seen up to dt late, or not at all if it begins and ends
 between two snapshots; and if the only snapshot that sees it falls into its second half, in which the discs

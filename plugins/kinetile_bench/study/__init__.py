@@ -19,7 +19,7 @@ from kinetile_bench.study.workers import rows_of
 
 
 class StudyStatus(NamedTuple):
-    """How a study stands.
+    """The progress of a study.
 
     Attributes:
         total: how many tasks it has.
@@ -48,7 +48,7 @@ class Study:
 
     Args:
         source: a TOML file, or a mapping as in such a file.
-        results: the SQLite file of the rows; None: what the study says, or its file's name with ``.sqlite``.
+        results: the SQLite file of the rows; None: the study's own, or its file's name with ``.sqlite``.
 
     Raises:
         OSError: the file cannot be read.
@@ -81,7 +81,7 @@ class Study:
         progress: Callable[[int, int], None] | None = None,
         disagreed: Callable[[str], None] | None = None,
     ) -> StudyStatus:
-        """Runs all tasks that have no row yet; returns how the study stands then.
+        """Runs all tasks that have no row yet; returns the progress then.
 
         Args:
             executor: any of ``concurrent.futures``, a Dask client's among them; it is not shut down. None:
@@ -124,7 +124,7 @@ class Study:
         return self.status()._replace(ran=done - len(there))
 
     def status(self) -> StudyStatus:
-        """Returns how the study stands."""
+        """Returns the progress of the study."""
         every = RowFile(self.results).read()
         rows = [row for row in every if row["key"] in self.tasks]
         agreement = Agreement(rows)

@@ -1,4 +1,4 @@
-"""Plan of a study: what its file says, checked in full before anything runs.
+"""Plan of a study: the content of its file, checked in full before anything runs.
 
 A value of a parameter is that value in every scene; a list is each of its values in scenes of their own. So a
 parameter that takes several numbers itself, such as ``radii``, has lists in a list.

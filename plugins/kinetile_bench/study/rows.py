@@ -83,8 +83,8 @@ class RowFile:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             with closing(sqlite3.connect(address, uri=True, timeout=_PATIENCE, isolation_level=None)) as file:
                 file.execute(begin)
-                asked = ("PRAGMA application_id", "PRAGMA user_version", "SELECT count(*) FROM sqlite_schema")
-                application, version, tables = (file.execute(each).fetchone()[0] for each in asked)
+                heads = ("PRAGMA application_id", "PRAGMA user_version", "SELECT count(*) FROM sqlite_schema")
+                application, version, tables = (file.execute(each).fetchone()[0] for each in heads)
                 if (application, version, tables) == (0, 0, 0):
                     file.execute(f"PRAGMA application_id = {APPLICATION}")
                     file.execute(f"PRAGMA user_version = {FORMAT}")
