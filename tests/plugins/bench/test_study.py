@@ -138,15 +138,6 @@ def test_a_worker_of_other_versions_stops_the_study(tmp_path, monkeypatch):
     assert study.rows() == []
 
 
-def test_a_worker_of_another_kinetile_ran_a_study_of_foreign_plugins(tmp_path, monkeypatch, blind):
-    """Only the plugins' versions were compared: where all of them were foreign, kinetile's was not."""
-    kt.save_scene(kt.make_scene("cradle").replace(), tmp_path / "mine.toml")
-    study = Study(studies.write(tmp_path, MINE.format(blind)))
-    monkeypatch.setattr(tasks, "ANSWER", 99)
-    with pytest.raises(StudyStopped, match=r"another framework kinetile \(\S+, answer 99\)"):
-        studies.run_here(study)
-
-
 def test_responses_and_narrow_phases_of_a_scene_file_are_sources(tmp_path):
     """Rows of an older response were taken for rows of today's."""
     settings = Settings(narrow_phases=("wall", "disc"))

@@ -191,12 +191,6 @@ def test_kinetic_methods_agree_and_snapshots_err_less_with_shorter_steps() -> No
     assert told[-1] == (7, 7)
 
 
-def test_enough_encounters_are_gathered() -> None:
-    known = reference_runs(9, 0.25, 12)
-    assert sum(len(truth.pairs) for truth in known) >= 12
-    assert all(truth.last > 0.0 for truth in known)
-
-
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     effort = Effort(((16, 0.25),), 1, 5, (1e-1, 1e-2), (1e-1,))
