@@ -81,7 +81,7 @@ def oracle(
             _print_oracle(this_scene, options, found.oracle, found, json, csv)
             if found.disagreement is not None:
                 raise typer.Exit(DIFFERENT)
-            complete, why = found.complete, found.fault or found.oracle.ending
+            complete, why = found.complete, found.oracle.ending
         else:
             certifier = Oracle(this_scene, end)
             try:

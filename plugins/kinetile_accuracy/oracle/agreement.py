@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import KinetileError, Refused
+from kinetile.errors import Refused
 from kinetile.kernel.log import WALLS
 from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Oracle, check_scope
 from kinetile_accuracy.specification.arithmetic import SPAN, UNIT_TICKS
@@ -80,7 +80,6 @@ class Agreement:
         ticks: how much later than the oracle the run has each of them, in ticks, (contacts,).
         disagreement: the first contact that differs; None: there is none as far as could be compared.
         oracle: the certified run.
-        fault: what the run itself ended with, where that was a fault.
     """
 
     bodies: int
@@ -90,14 +89,11 @@ class Agreement:
     ticks: Floats
     disagreement: FirstDifference | None
     oracle: CertifiedRun
-    fault: str | None = None
 
     @property
     def complete(self) -> bool:
-        """Returns whether all contacts up to the given end agree, and none is missing; a fault is no end."""
-        if self.fault is not None or self.disagreement is not None:
-            return False
-        return self.contacts == self.compared and self.oracle.complete
+        """Returns whether all contacts up to the given end agree, and none is missing."""
+        return self.disagreement is None and self.contacts == self.compared and self.oracle.complete
 
     @property
     def paces(self) -> Floats:
@@ -139,7 +135,6 @@ class Agreement:
             },
             "oracle": {"bits": self.oracle.bits, "contacts": len(self.oracle.contacts)}
             | {"ended": self.oracle.ended, "why": self.oracle.ending},
-            "fault": self.fault,
         }
 
     def __str__(self) -> str:
@@ -154,8 +149,6 @@ class Agreement:
             lines.append(str(self.disagreement))
         elif not self.oracle.complete:
             lines.append(f"the oracle goes no further: {self.oracle.ending}")
-        if self.fault is not None:
-            lines.append(f"the run ended in a fault: {self.fault}")
         return "\n".join(lines)
 
 
@@ -169,8 +162,8 @@ def certify(
     """Compares a run with the certified oracle, up to the first contact in which they differ.
 
     Args:
-        sim: the simulation, which must keep its contacts. Where ``until`` or ``max_contacts`` are
-            beyond what it has run, it is run on; if that ends in a fault, what it did before is compared.
+        sim: the simulation, which must keep its contacts. Where ``until`` or ``max_contacts`` are beyond what
+            it has run, it is continued; a fault of the run is raised.
         until: compare contacts up to this time; None: up to the simulation's time.
         max_contacts: the largest number of compared contacts.
         progress: called with how many contacts are certified, and how many are compared.
@@ -191,7 +184,9 @@ def certify(
         raise ValueError(f"max_contacts must not be negative; found {max_contacts}")
     _ = sim.contacts  # which refuses where none are kept: before anything is run
     check_scope(scene, sim.narrow_phases)
-    fault = _run_on(sim, until, max_contacts)
+    more = None if max_contacts is None else max_contacts - len(sim.contacts)
+    if (more is None or more > 0) and (more is not None if until is None else until > sim.time):
+        sim.run(until, max_contacts=more)
     done = sim.readings
     if done.inserted or done.removed or done.turns > sum(each.time <= sim.time for each in scene.turns):
         raise Refused(
@@ -211,7 +206,7 @@ def certify(
             progress(number, len(pairs))
         if number > len(pairs) or (met.a, met.b) != pairs[number - 1] or (given and number == len(pairs)):
             break
-    return agreement(contacts, oracle.certified, scene=scene, time_unit=sim.time_unit, end=end, fault=fault)
+    return agreement(contacts, oracle.certified, scene=scene, time_unit=sim.time_unit, end=end)
 
 
 def agreement(
@@ -221,7 +216,6 @@ def agreement(
     scene: Scene,
     time_unit: float,
     end: float,
-    fault: str | None = None,
 ) -> Agreement:
     """Compares a list of contacts with certified ones.
 
@@ -231,7 +225,6 @@ def agreement(
         scene: what was run.
         time_unit: of its clock; a tick is 2^-52 of it.
         end: the time up to which the run went.
-        fault: what the run ended with, where that was a fault.
     """
     rows = contacts[["epoch", "tick", "a", "b"]].tolist()
     tick = Fraction(time_unit) / UNIT_TICKS
@@ -273,21 +266,7 @@ def agreement(
         ticks=np.array([float(error / tick) for error in errors]),
         disagreement=FirstDifference(agree, found, due, float(apart / tick)) if differ else None,
         oracle=oracle,
-        fault=fault,
     )
-
-
-def _run_on(sim: Simulation, until: float | None, max_contacts: int | None) -> str | None:
-    """Continues a simulation to the given end; returns the fault in which that ended."""
-    more = None if max_contacts is None else max_contacts - len(sim.contacts)
-    enough = more is not None and more <= 0
-    if enough or (more is None if until is None else until <= sim.time):
-        return None
-    try:
-        sim.run(until, max_contacts=more)
-    except KinetileError as error:
-        return f"{type(error).__name__}: {error}"
-    return None
 
 
 def _bodies_met(a: int, b: int) -> str:

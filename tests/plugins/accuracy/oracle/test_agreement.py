@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -12,15 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from typer.testing import CliRunner
 
-import broken_phases
 import kinetile as kt
-from kinetile.cli import app
-from kinetile.errors import PhaseError, Refused, ZenoError
-from kinetile.kernel.clock import TICKS
+from kinetile.errors import Refused, ZenoError
 from kinetile.kernel.log import WALLS
-from kinetile.toolbox import Kernel, hook, offer, schedule
 from kinetile_accuracy.oracle.agreement import Agreement, FirstDifference, agreement, certify
 from kinetile_accuracy.oracle.oracle import oracle_contacts
 from kinetile_conformance.cases import horizon
@@ -170,7 +163,7 @@ def test_a_shift_of_every_contact_by_a_million_ticks_passed() -> None:
             sim.run(until=horizon(scene), max_contacts=10)
         try:
             truth = certify(sim, max_contacts=10).oracle
-        except Refused:
+        except (Refused, ZenoError):
             return
         moved += len(truth.contacts) > 0
         late = shifted(sim.contacts, 10**6)
@@ -249,67 +242,6 @@ def test_a_run_of_other_narrow_phases_is_refused() -> None:
     assert sim.time == 0.0, "nothing is run in vain"
 
 
-# Runs that end in a fault
-
-
-@hook
-def everyone(k: Kernel, s: broken_phases.State, body: int) -> int:
-    for other in range(len(k.bodies)):
-        k.near[other] = other
-    return len(k.bodies)
-
-
-@hook
-def for_now(k: Kernel, s: broken_phases.State) -> None:
-    schedule(k, 0, k.clock[0].now + 3 * TICKS // 8)
-
-
-@hook
-def offer_nobody(k: Kernel, s: broken_phases.State, body: int) -> int:
-    offer(k, 0, len(k.bodies))
-    return 0
-
-
-class HalfWay:
-    """Brings a broad phase that is right up to time 3/8, and then names a pair that is none."""
-
-    @kt.hookimpl
-    def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-        return [kt.BroadPhaseSpec("half-way", broken_phases.phase(everyone, for_now, offer_nobody))]
-
-
-@pytest.fixture
-def half_way() -> Iterator[str]:
-    plugin = HalfWay()
-    kt.registry().add(plugin)
-    yield "half-way"
-    kt.registry().remove(plugin)
-
-
-@pytest.mark.interpreted
-def test_a_run_that_ends_in_a_fault_does_not_agree(half_way: str) -> None:
-    sim = kt.Simulation(kt.make_scene("grid", bodies=9, seed=3), half_way)
-    found = certify(sim, until=1.0)
-    assert sim.time == 0.375
-    assert found.contacts == found.compared == len(sim.contacts) > 10
-    assert found.disagreement is None, "all that it did before agrees"
-    assert found.oracle.complete
-    assert found.fault is not None
-    assert found.fault.startswith(f"{PhaseError.__name__}: ")
-    assert "(0, 9), which is not two bodies" in found.fault
-    assert not found.complete
-    assert found.as_dict()["agrees"] is False
-    assert found.as_dict()["fault"] == found.fault
-    assert found.fault in str(found)
-    assert certify(sim, until=0.25).complete
-    arguments = ["oracle", "grid", "-s", "bodies=9", "-s", "seed=3", "--until", "1", "--against", half_way]
-    result = CliRunner().invoke(app, [*arguments, "--json"])
-    assert result.exit_code == 1
-    assert "the requested end was not reached: PhaseError: " in result.stderr
-    agreed = json.loads(result.stdout)["agreement"]
-    assert (agreed["agrees"], agreed["first_disagreement"]) == (False, None)
-
-
 # The hard scenes
 
 AGREE = (
@@ -361,17 +293,13 @@ def test_hard_scenes_whose_near_ties_rounding_exchanges(name: str) -> None:
     assert abs(found.disagreement.ticks_apart) < 8.0
 
 
-@pytest.mark.slow
 @pytest.mark.compiled
-def test_a_jam_agrees_until_nobody_goes_on() -> None:
-    found = certify(kt.Simulation(scene_of(JAMMED), "naive"), until=1.0)
-    assert found.fault is not None
-    assert found.fault.startswith("ZenoError")
-    assert found.disagreement is None
-    assert found.oracle.ended == "jammed"
-    assert found.contacts > 5000
-    assert not found.complete
-    assert "ZenoError" in str(found)
+def test_a_fault_of_the_run_is_raised_and_contacts_before_it_can_be_compared() -> None:
+    sim = kt.Simulation(scene_of(JAMMED), "naive")
+    with pytest.raises(ZenoError):
+        certify(sim, until=1.0)
+    found = certify(sim, max_contacts=100)
+    assert (found.contacts, found.compared, found.complete) == (100, 100, True)
 
 
 # Lattices: exact ties in rows
