@@ -302,6 +302,13 @@ def test_a_fault_of_the_run_is_raised_and_contacts_before_it_can_be_compared() -
     assert (found.contacts, found.compared, found.complete) == (100, 100, True)
 
 
+@pytest.mark.slow
+def test_a_jam_ends_the_oracle() -> None:
+    run = oracle_contacts(scene_of(JAMMED), 1.0)
+    assert (run.ended, run.complete) == ("jammed", False)
+    assert "contacts follow each other without end" in str(run)
+
+
 # Lattices: exact ties in rows
 
 
