@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.files import try_folder
+from kinetile.cli.files import file_errors, try_folder
 from kinetile.cli.options import (
     Csv,
     Json,
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from kinetile import Scene
     from kinetile_accuracy.oracle.agreement import Agreement
-    from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun
+    from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Oracle
     from kinetile_accuracy.sections import Budget, Section
     from kinetile_accuracy.specification.certify import CertifiedLog, LogCertifier, LogProgress
 
@@ -69,51 +69,42 @@ def oracle(
     csv: Csv = False,
 ) -> None:
     """Certify the contacts of a scene in ball arithmetic; exit code 1 where a run differs."""
-    found: Agreement | None = None
-    with exit_codes():
+    with exit_codes(), Bar("certifying") as bar:
+        from kinetile_accuracy.oracle.oracle import Oracle
+
         this_scene = find_scene(scene, parameters)
         end = until_or_default(this_scene, until, max_contacts)
         options = {"until": end, "max_contacts": max_contacts, "against": against}
-        with Bar("certifying") as bar:
-            if against is None:
-                certified = _certify(this_scene, end, max_contacts, options, bar, json, csv)
-            else:
-                found = _run_against(against, this_scene, end, max_contacts, bar)
-                certified = found.oracle
-    _print_oracle(this_scene, options, certified, found, json, csv)
-    if found is not None and found.disagreement is not None:
-        raise typer.Exit(DIFFERENT)
-    if not (certified.complete if found is None else found.complete):
-        why = certified.ending if found is None or found.fault is None else found.fault
-        notice(f"kinetile: the end that was asked for was not reached: {why}")
-        raise typer.Exit(FAULT)
+        if against is not None:
+            found = _run_against(against, this_scene, end, max_contacts, bar)
+            bar.close()
+            _print_oracle(this_scene, options, found.oracle, found, json, csv)
+            if found.disagreement is not None:
+                raise typer.Exit(DIFFERENT)
+            complete, why = found.complete, found.oracle.ending
+        else:
+            certifier = Oracle(this_scene, end)
+            try:
+                _follow(certifier, max_contacts, bar)
+            finally:  # after Ctrl-C those contacts are printed that are certain
+                bar.close()
+                certified = certifier.certified
+                _print_oracle(this_scene, options, certified, None, json, csv)
+            complete, why = certified.complete, certified.ending
+        if not complete:
+            notice(f"kinetile: the requested end was not reached: {why}")
+            raise typer.Exit(FAULT)
 
 
-def _certify(
-    scene: Scene,
-    until: float | None,
-    max_contacts: int | None,
-    options: dict[str, Any],
-    bar: Bar,
-    json: bool,
-    csv: bool,
-) -> CertifiedRun:
-    """Certifies the contacts of a scene; after Ctrl-C prints those that are certain."""
-    from kinetile_accuracy.oracle.oracle import Oracle
-
-    certifier = Oracle(scene, until)
-    try:
-        for number, met in enumerate(islice(certifier, max_contacts), 1):
-            if number % 16 == 0:
-                share = number / max_contacts if max_contacts else None
-                if until is not None:
-                    share = (met.time.nearest - scene.start) / ((until - scene.start) or 1.0)
-                bar.show(share, f"{certifier.bits} bits: time {met.time.nearest:.6g}, {number:,} contacts")
-    except KeyboardInterrupt:
-        bar.close()
-        _print_oracle(scene, options, certifier.certified, None, json, csv)
-        raise
-    return certifier.certified
+def _follow(certifier: Oracle, max_contacts: int | None, bar: Bar) -> None:
+    """Certifies the contacts of a scene, with progress."""
+    start, until = certifier.scene.start, certifier.until
+    for number, met in enumerate(islice(certifier, max_contacts), 1):
+        if number % 16 == 0:
+            share = number / max_contacts if max_contacts else None
+            if until is not None:
+                share = (met.time.nearest - start) / ((until - start) or 1.0)
+            bar.show(share, f"{certifier.bits} bits: time {met.time.nearest:.6g}, {number:,} contacts")
 
 
 def _run_against(
@@ -126,7 +117,7 @@ def _run_against(
 
     name, options = read_phase(against)
     simulation = Simulation(scene, name, options=options or None)
-    check_scope(scene, simulation.narrow_phases)
+    check_scope(scene, simulation.narrow_phases)  # before the loop is compiled
     make_ready(simulation)
 
     def progress(certain: int, compared: int) -> None:
@@ -153,7 +144,10 @@ def _print_oracle(
             "why": certified.ending,
             "bits": certified.bits,
             "undecidable": certified.undecidable and certified.undecidable._asdict(),
-            "contacts": [_plain_contact(contact) for contact in certified.contacts],
+            "contacts": [  # the time in all certain digits, and as the nearest double
+                met._asdict() | {"time": met.time.decimal(40), "nearest": met.time.nearest}
+                for met in certified.contacts
+            ],
         }
         result |= {} if found is None else {"agreement": found.as_dict()}
         printed(result, result["oracle"]["contacts"], json=json, csv=csv)
@@ -168,19 +162,13 @@ def _print_oracle(
         show(str(certified))
 
 
-def _plain_contact(contact: CertifiedContact) -> dict[str, Any]:
-    """Returns a contact in plain types: its time in all certain digits, and as the nearest double."""
-    time = {"time": contact.time.decimal(40), "nearest": contact.time.nearest}
-    return time | {"a": contact.a, "b": contact.b, "tied": contact.tied, "head_on": contact.head_on}
-
-
 def _contacts_table(contacts: Sequence[CertifiedContact]) -> Table:
     """Returns the contacts as a table; of very many, the first and the last."""
     from kinetile.cli.output import rows_table
     from kinetile.kernel.log import WALLS
 
     rows = []
-    for index, (time, a, b, tied, head_on, _) in enumerate(contacts):
+    for index, (time, a, b, tied, head_on) in enumerate(contacts):
         partner = f"{WALLS[b]} wall" if b in WALLS else f"disc {b}"
         same = "same time" if tied else ""
         rows.append((f"{index}", time.decimal(), same, f"{a}", partner, f"{head_on:.6f}"))
@@ -240,7 +228,7 @@ def _certifier(log: str, scene: Scene, until: float | None, max_contacts: int | 
 
     end = until_or_default(scene, until, max_contacts)
     fingerprint: str | None = None
-    try:
+    with file_errors(f"the log {log!r} cannot be read"):
         if log == "-":
             rows, fingerprint = read_contacts(sys.stdin, "standard input")
         elif _begins_with(log, (_PARQUET, SIGNATURE)):
@@ -249,8 +237,6 @@ def _certifier(log: str, scene: Scene, until: float | None, max_contacts: int | 
         else:
             with TextIOWrapper(open_regular(log), encoding="utf-8", errors="replace") as lines:
                 rows, fingerprint = read_contacts(iter(lambda: lines.readline(_LONGEST), ""), log)
-    except OSError as error:
-        raise BadOption(f"the log {log!r} cannot be read: {error.strerror or error}") from error
     return LogCertifier(scene, rows, end, max_contacts=max_contacts, fingerprint=fingerprint)
 
 
@@ -301,9 +287,7 @@ def accuracy(
     full: Annotated[bool, typer.Option("--full", help="Measure for half an hour or so.")] = False,
     part: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME", help="Only this part: chart, queries, oracle, specification, drift or rates."
-        ),
+        typer.Option(metavar="NAME", help="Only this part: chart, queries, oracle, specification or drift."),
     ] = None,
     out: Annotated[
         Path | None,
@@ -327,7 +311,7 @@ def accuracy(
                 _print_section(section)
 
         if quick and full:
-            raise BadOption("--quick and --full cannot both be had")
+            raise BadOption("--quick and --full exclude each other: expected one of them")
         for each in part or ():
             if each not in PARTS:
                 raise BadOption(f"--part {each}: the parts are {', '.join(PARTS)}")
@@ -373,13 +357,10 @@ def _write_page(done: Sequence[Section], out: Path, budget: Budget, json: bool) 
 
     written: list[Path] = []
     try:
-        written = write_report(done, out, budget=budget, conditions=environment())
-    except OSError as error:
-        raise BadOption(f"--out {out}: {error.strerror or error}") from error
+        with file_errors(f"--out {out}"):
+            written = write_report(done, out, budget=budget, conditions=environment())
     finally:
         if json:
-            found = {"parts": [section_as_dict(section) for section in done], "files": written}
-            echo(as_json(found))
-    if json:
-        return
-    echo(f"written: {written[0]}, and {len(written) - 1} files with its figures and data beside it")
+            echo(as_json({"parts": [section_as_dict(section) for section in done], "files": written}))
+    if not json:
+        echo(f"written: {written[0]}, and {len(written) - 1} files with its figures and data beside it")

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
 WIDTH = 6.9
 """Inches: the text width of an A4 page."""
 
-NARROW = 3.7
-"""Inches: the width of a telephone's page."""
-
 LOOKS = (
     ("#0072B2", "o", "-"),
     ("#D55E00", "s", "--"),
@@ -49,9 +46,9 @@ def check_figures() -> None:
 
 
 @contextmanager
-def house_style(width: float = WIDTH) -> Iterator[None]:
-    """Within this context figures are drawn, and written, in the common style, this many inches wide."""
-    with _matplotlib().rc_context(_STYLE | {"figure.figsize": (width, width / 2)}):
+def house_style() -> Iterator[None]:
+    """Within this context figures are drawn, and written, in the common style."""
+    with _matplotlib().rc_context(_STYLE):
         yield
 
 
@@ -61,15 +58,10 @@ def new_figure(panels: int = 1, height: float = 3.2, rows: int = 1, **options: A
 
     Options are those of ``Figure.subplots``. Raises MissingExtra without matplotlib.
     """
-    width = _matplotlib().rcParams["figure.figsize"][0]
-    figure: Figure = import_module("matplotlib.figure").Figure((width, height), layout="constrained")
+    check_figures()
+    figure: Figure = import_module("matplotlib.figure").Figure((WIDTH, height), layout="constrained")
     axes = figure.subplots(rows, panels, **options)
     return figure, axes if rows == panels == 1 else axes.ravel()
-
-
-def is_narrow(figure: Figure) -> bool:
-    """Returns whether a figure is for a narrow page."""
-    return figure.get_figwidth() < 0.5 * (NARROW + WIDTH)
 
 
 def curve(panel: Any, x: Sequence[float], y: Sequence[float], look: int, **options: Any) -> None:
@@ -80,12 +72,11 @@ def curve(panel: Any, x: Sequence[float], y: Sequence[float], look: int, **optio
 
 
 def legend_below(figure: Figure, columns: int) -> None:
-    """Sets one legend of all that is drawn below the panels, in half the columns on a narrow page."""
+    """Sets one legend of all that is drawn below the panels."""
     shown = [axes.get_legend_handles_labels() for axes in figure.axes]
     unique = {
         label: handle for handles, labels in shown for label, handle in zip(labels, handles, strict=True)
     }
-    columns = columns // 2 if is_narrow(figure) else columns
     figure.legend(unique.values(), unique.keys(), loc="outside lower center", ncols=columns)
 
 

@@ -2,14 +2,11 @@
 
 The page is what a notebook shows, with a head and a style sheet: it needs no script and no other file. The
 verdict comes first, as a table of what must hold; then each part with its findings, figures and tables.
-Figures are in the page twice, for wide and for narrow windows.
 """
 
 from __future__ import annotations
 
 import os
-import re
-from base64 import b64encode
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from html import escape
 from importlib import import_module
@@ -17,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from kinetile.cli.output import as_csv, as_json
-from kinetile.errors import BadOption, MissingExtra
+from kinetile.errors import BadOption
 from kinetile.show.html import figure, grid, paragraph
-from kinetile_accuracy.drawing import NARROW, as_svg, house_style, save_figure
+from kinetile_accuracy.drawing import as_svg, house_style, save_figure
 from kinetile_accuracy.sections import (
     Budget,
     Claim,
@@ -37,7 +34,6 @@ PARTS: Mapping[str, str] = {
     "oracle": "kinetile_accuracy.oracle.horizon",
     "specification": "kinetile_accuracy.long_runs.whole_runs",
     "drift": "kinetile_accuracy.long_runs.drift",
-    "rates": "kinetile_accuracy.long_runs.rates",
 }
 """The parts in the order of the page, each with the module whose ``measure`` does it."""
 
@@ -46,7 +42,8 @@ class AccuracyReport(list[Section]):
     """The sections that were measured; a notebook shows them with their tables and figures."""
 
     def _repr_html_(self) -> str:
-        return "\n".join(_body(self, _figure))
+        with house_style():
+            return "\n".join(_body(self, lambda _, picture: as_svg(picture.draw())))
 
 
 def measure_parts(
@@ -64,28 +61,20 @@ def measure_parts(
         progress: called with the present measurement, the number of its finished steps, and their total.
         finish: called with each finished section; after Ctrl-C these sections are the report.
 
-    A part that needs a package which is not installed becomes a section that says so.
-
     Raises:
         BadOption: there is no such part.
+        MissingExtra: the part ``oracle`` needs python-flint.
     """
     sections = AccuracyReport()
     for name in PARTS if parts is None else parts:
         if name not in PARTS:
             raise BadOption(f"the report has no part {name!r}; its parts are {', '.join(PARTS)}")
         part: Measure = import_module(PARTS[name]).measure
-        try:
-            section = part(budget, progress or _silent)
-        except MissingExtra as error:
-            section = Section(name, name, "", (), (), left_out=(str(error),))
+        section = part(budget, progress or (lambda *_: None))
         sections.append(section)
         if finish is not None:
             finish(section)
     return sections
-
-
-def _silent(what: str, done: int, total: int) -> None:
-    """Shows no progress."""
 
 
 def check_packages(parts: Sequence[str] | None = None) -> None:
@@ -126,18 +115,14 @@ def write_report(
             written.append(folder / f"{section.name}-{table.name}.csv")
             written[-1].write_text(as_csv(map(vars, table.rows)), encoding="utf-8")
 
-    def saved(section: Section, picture: ReportFigure) -> str:
-        with house_style():
-            paths = save_figure(
-                picture.draw(), folder / f"{section.name}-{picture.name}", picture.description
-            )
-        with house_style(NARROW):
-            narrow = b64encode(as_svg(picture.draw())).decode("ascii")
+    def saved(section: Section, picture: ReportFigure) -> bytes:
+        stem = folder / f"{section.name}-{picture.name}"
+        paths = save_figure(picture.draw(), stem, picture.description)
         written.extend(paths)
-        source = f'<source media="(max-width: 640px)" srcset="data:image/svg+xml;base64,{narrow}">'
-        return f"<picture>{source}{figure(paths[0].read_bytes(), picture.caption, 1000)}</picture>"
+        return paths[0].read_bytes()
 
-    page = _page(_body(sections, saved), sections, budget, conditions)
+    with house_style():
+        page = _page(_body(sections, saved), sections, budget, conditions)
     data = folder / "accuracy.json"
     parts = [section_as_dict(section) for section in sections]
     data.write_text(
@@ -193,8 +178,8 @@ def _page(
     return "\n".join(lines)
 
 
-def _body(sections: Sequence[Section], drawn: Callable[[Section, ReportFigure], str]) -> Iterator[str]:
-    """Yields the parts of the page; ``drawn`` returns the HTML of a figure."""
+def _body(sections: Sequence[Section], drawn: Callable[[Section, ReportFigure], bytes]) -> Iterator[str]:
+    """Yields the parts of the page; ``drawn`` returns the SVG of a figure."""
     claims = [(section, claim) for section in sections for claim in section.claims]
     yield f"<p><strong>{verdict([claim for _, claim in claims])}</strong></p>"
     if claims:
@@ -210,8 +195,8 @@ def _body(sections: Sequence[Section], drawn: Callable[[Section, ReportFigure], 
         yield f'<section id="{section.name}">\n<h2>{escape(section.title)}</h2>'
         yield from _list(section.findings)
         for picture in section.pictures:
-            caption = f"<figcaption>{escape(picture.caption)}</figcaption>"
-            yield f"<figure>{drawn(section, picture)}{caption}</figure>"
+            image = figure(drawn(section, picture), picture.caption, 1000)
+            yield f"<figure>{image}<figcaption>{escape(picture.caption)}</figcaption></figure>"
         if section.about:
             yield paragraph(section.about)
         for table in section.tables:
@@ -223,11 +208,9 @@ def _body(sections: Sequence[Section], drawn: Callable[[Section, ReportFigure], 
 
 
 def _list(sentences: Sequence[str]) -> Iterator[str]:
-    """Yields sentences as a list; a number such as 1e-15 is not parted at the end of a line."""
+    """Yields sentences as a list."""
     if sentences:
-        whole = r'<span style="white-space:nowrap">\g<0></span>'
-        items = (re.sub(r"\S*\de-\d+", whole, escape(sentence)) for sentence in sentences)
-        yield "\n".join(["<ul>", *(f"<li>{item}</li>" for item in items), "</ul>"])
+        yield "\n".join(["<ul>", *(f"<li>{escape(sentence)}</li>" for sentence in sentences), "</ul>"])
 
 
 def _table(section: Section, table: Table) -> Iterator[str]:
@@ -247,15 +230,6 @@ def _table(section: Section, table: Table) -> Iterator[str]:
     yield "</details>"
 
 
-def _figure(section: Section, picture: ReportFigure) -> str:
-    """Returns a figure for a notebook."""
-    try:
-        with house_style():
-            return figure(as_svg(picture.draw()), picture.caption, 720)
-    except Exception as error:  # the rest is worth seeing all the same
-        return paragraph(f"{picture.name}: cannot be drawn: {error}")
-
-
 def command(budget: Budget, sections: Sequence[Section] = ()) -> str:
     """Returns the command that measures these parts within a budget."""
     words = ["kinetile accuracy"] + ([] if budget == "normal" else [f"--{budget}"])
@@ -269,5 +243,5 @@ def verdict(claims: Sequence[Claim]) -> str:
     if not claims:
         return "Nothing was measured that could hold or fail."
     if fail:
-        return f"{fail} of {len(claims)} statements do not hold in what was measured."
-    return f"All {len(claims)} statements hold in what was measured."
+        return f"{fail} of {len(claims)} statements do not hold in these measurements."
+    return f"All {len(claims)} statements hold in these measurements."

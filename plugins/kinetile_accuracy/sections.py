@@ -1,9 +1,9 @@
 """Sections of the accuracy report, the rows behind them, and how they write numbers and words.
 
 A part measures something and returns a ``Section``. Its claims are what must hold, with what was found; its
-findings are sentences made from the rows, so that they say what was found this time, whichever way it went.
-The rows are the data behind the tables and the pictures, and are written beside the page. What a column is
-called and means stands once, at the field of the row::
+findings are sentences made from the rows, so that they describe this measurement, whatever its result. The
+rows are the data behind the tables and the pictures, and are written beside the page. The heading and the
+meaning of a column are at the field of the row::
 
     @dataclass(frozen=True)
     class LateClock:
@@ -76,7 +76,7 @@ class Table:
         for name in self.heads:
             values = [getattr(row, name) for row in self.rows]
             numbers = any(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
-            columns.append([(text, numbers) for text in cells(values)])
+            columns.append([(cell(value), numbers) for value in values])
         return [list(row) for row in zip(*columns, strict=True)]
 
 
@@ -152,7 +152,7 @@ def needed(purpose: str, package: str, extra: str, module: str = "") -> Any:
         raise MissingExtra(purpose, package, extra) from error
 
 
-# Numbers and words: one notation on the page, in its tables and in its sentences
+# Numbers and words in tables and sentences
 
 LEAST, MOST = 1e-3, 1e6
 """Numbers from the one to below the other are written as decimals."""
@@ -164,41 +164,26 @@ def number(value: float, digits: int = 2) -> str:
         return "0"
     if not math.isfinite(value):
         return "–"
-    if not LEAST <= abs(value) < MOST:
-        return scientific(value, digits)
-    places = max(digits - 1 - math.floor(math.log10(abs(value))), 0)
-    return _without_zeros(f"{value:,.{places}f}")
+    if LEAST <= abs(value) < MOST:
+        places = max(digits - 1 - math.floor(math.log10(abs(value))), 0)
+        text, power = f"{value:,.{places}f}", ""
+    else:
+        text, exponent = f"{value:.{digits - 1}e}".split("e")
+        power = f"e{int(exponent)}"
+    return (text.rstrip("0").rstrip(".") if "." in text else text) + power
 
 
-def scientific(value: float, digits: int = 2) -> str:
-    """Returns a number in this many digits times a power of ten: 2.5e-15."""
-    if value == 0.0 or not math.isfinite(value):
-        return number(value)
-    digits_, exponent = f"{value:.{digits - 1}e}".split("e")
-    return f"{_without_zeros(digits_)}e{int(exponent)}"
-
-
-def cells(values: Sequence[Any]) -> list[str]:
-    """Returns a column of a table as people read it, all its fractions in one notation, to three digits."""
-    sizes = [abs(value) for value in values if isinstance(value, float) and value and math.isfinite(value)]
-    write = scientific if sizes and not LEAST <= min(sizes) <= max(sizes) < MOST else number
-    return [_cell(value, write) for value in values]
-
-
-def listed(words: Sequence[str]) -> str:
-    """Returns words as a list in a sentence: a, b and c."""
-    return " and ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)
-
-
-def _cell(value: Any, write: Any) -> str:
+def cell(value: Any) -> str:
+    """Returns a value of a table as people read it, fractions to three digits."""
     if value is None:
         return "–"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int):
         return f"{value:,}"
-    return str(write(value, 3)) if isinstance(value, float) else str(value)
+    return number(value, 3) if isinstance(value, float) else str(value)
 
 
-def _without_zeros(text: str) -> str:
-    return text.rstrip("0").rstrip(".") if "." in text else text
+def listed(words: Sequence[str]) -> str:
+    """Returns words as a list in a sentence: a, b and c."""
+    return " and ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)

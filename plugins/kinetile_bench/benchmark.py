@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from kinetile import Simulation
+from kinetile import Simulation, registry
 
 NamedPhase = tuple[str, Mapping[str, Any]]
 """The name of a broad phase and its options."""
@@ -14,9 +15,10 @@ Choice = str | NamedPhase
 """A broad phase by name, or its name and its options."""
 
 
-def phases_with_options(choices: Sequence[Choice]) -> list[tuple[str, dict[str, Any]]]:
-    """Returns (name, options) for each choice of a broad phase."""
-    return [(each, {}) if isinstance(each, str) else (each[0], dict(each[1])) for each in choices]
+def phases_with_options(choices: Sequence[Choice] | None) -> list[tuple[str, dict[str, Any]]]:
+    """Returns (name, options) for each choice of a broad phase; None: for all that are registered."""
+    chosen = registry().names("broad phase") if choices is None else choices
+    return [(each, {}) if isinstance(each, str) else (each[0], dict(each[1])) for each in chosen]
 
 
 def prepared(scene: Any, phase: NamedPhase, start: Callable[[Any], Any] = Simulation.compile) -> Simulation:
@@ -26,13 +28,14 @@ def prepared(scene: Any, phase: NamedPhase, start: Callable[[Any], Any] = Simula
     return simulation
 
 
+@dataclass(frozen=True)
 class PhasesMeasured:
     """Rows of one dataclass, and the conditions under which they were measured.
 
     A row is of one phase on one ``scene``, and has the ``fingerprint`` of its contacts, or None.
     """
 
-    rows: Any
+    rows: tuple[Any, ...]
     conditions: Mapping[str, Any]
 
     @property

@@ -2,8 +2,8 @@
 
 Each phase gets, on each scene, runs of about the same CPU time, always from the scene's start, with the
 repeats of the phases taking turns, so that a machine that slows down slows all of them; the median counts.
-Compilation and set-up are outside the timed loop. Beside the rates stand counts up to a fixed number of
-contacts a disc, which are the same on every machine.
+Compilation and set-up are outside the timed loop. Counts up to a fixed number of contacts a disc are the same
+on every machine.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from kinetile import Simulation, make_scene, registry
+from kinetile import Simulation, make_scene
 from kinetile.errors import Refused
 from kinetile.plugin.choices import write_phase
 from kinetile_accuracy.environment import environment
@@ -79,12 +79,8 @@ class EventsRow:
         return None if self.counts is None else str(self.counts["fingerprint"])
 
 
-@dataclass(frozen=True)
 class EventsBench(PhasesMeasured):
-    """All rows, and where and with what they were measured."""
-
-    rows: tuple[EventsRow, ...]
-    conditions: Mapping[str, Any]
+    """The result: an ``EventsRow`` for each phase on each scene."""
 
 
 def square_at_least(n: int) -> int:
@@ -112,7 +108,7 @@ def bench_events(
 
     Raises what ``Simulation`` and ``make_scene`` raise, but for Refused, which is a row.
     """
-    chosen = phases_with_options(registry().names("broad phase") if phases is None else phases)
+    chosen = phases_with_options(phases)
     sizes = sorted(set(map(square_at_least, bodies)))
     plan = [(density, n) for density in densities for n in sizes]
     conditions = {"seconds": seconds, "repeats": repeats, "seed": seed, "counted_contacts_a_disc": COUNTED}

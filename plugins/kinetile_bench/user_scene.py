@@ -8,8 +8,8 @@ slows all of them; the median counts.
 ``choose`` first runs each phase for a few hundred contacts. The faster ones then run for
 some thousands, as above. That is a fraction of a second of CPU time a phase, compiling apart, and it covers
 the beginning of a run only: if a scene changes later, measure it whole
-(``kinetile bench FILE.toml``). Among phases that differ by less than 5 %, the one that takes the least
-memory is named. With one repeat none is, unless it is the only one, nor where contacts differ.
+(``kinetile bench FILE.toml``). The fastest is recommended, with those that differ from it by less than 5 %.
+After one repeat none is, unless it is the only one, nor where contacts differ.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from kinetile import Simulation, registry
-from kinetile.errors import AuditError, KinetileError, MissedContactError, PhaseError, Refused, ZenoError
+from kinetile import Simulation
+from kinetile.errors import AuditError, MissedContactError, PhaseError, Refused, ZenoError
 from kinetile.plugin.choices import write_phase
 from kinetile_accuracy.environment import environment
 from kinetile_bench.benchmark import Choice, PhasesMeasured, phases_with_options
@@ -75,12 +75,8 @@ class SceneRow:
 Row = TypeVar("Row", bound=SceneRow)
 
 
-@dataclass(frozen=True)
 class SceneBench(PhasesMeasured):
-    """All rows, and where and with what they were measured."""
-
-    rows: tuple[SceneRow, ...]
-    conditions: Mapping[str, Any]
+    """The result: a ``SceneRow`` for each phase."""
 
 
 def bench_scene(
@@ -102,7 +98,7 @@ def bench_scene(
     ``start`` is called with a simulation before a phase first runs, ``progress`` with the runs
     done and their total. Raises what ``Simulation`` raises, but for Refused, which is a row.
     """
-    chosen = phases_with_options(registry().names("broad phase") if phases is None else phases)
+    chosen = phases_with_options(phases)
     runs: list[list[tuple[float, Any]]] = [[] for _ in chosen]
     ended: list[str | None] = [None for _ in chosen]
     for repeat in range(repeats):
@@ -189,15 +185,10 @@ CLOSE = 0.05
 
 @dataclass(frozen=True)
 class Candidate(SceneRow):
-    """One broad phase on the scene, as it was measured; by the pilot alone where ``hopeless``.
-
-    Attributes:
-        hopeless: it was not measured further, being slow from the beginning.
-        memory: bytes of the arrays of scene, kernel and phase, the log apart; None: it refuses the scene.
-    """
+    """One broad phase on the scene, as it was measured; by the pilot alone where it is ``hopeless``: too slow
+    to be measured further."""
 
     hopeless: bool = False
-    memory: int | None = None
 
 
 @dataclass(frozen=True)
@@ -244,8 +235,7 @@ def choose(
     ``start`` is called with a simulation before a phase first runs, ``progress`` with the runs
     done and their total. Raises what ``Simulation`` raises, but for Refused, which is a row.
     """
-    named = registry().names("broad phase") if phases is None else phases
-    choices = {write_phase(*choice): choice for choice in phases_with_options(named)}
+    choices = {write_phase(*choice): choice for choice in phases_with_options(phases)}
     until = _end_of(scene) if until is None else until
     pilot = bench_scene(scene, [*choices.values()], until, max_contacts=PILOT, repeats=1, start=start)
     best = max((row.rate for row in pilot.rows), default=0.0)
@@ -255,12 +245,7 @@ def choose(
     measured = bench_scene(scene, good, until, max_contacts=contacts, repeats=repeats, progress=progress)
     rows = {row.phase: row for row in measured.rows}
     found = [
-        Candidate(
-            **vars(rows.get(row.phase, row)),
-            hopeless=row.phase not in rows,
-            memory=_memory(scene, choices[row.phase]),
-        )
-        for row in pilot.rows
+        Candidate(**vars(rows.get(row.phase, row)), hopeless=row.phase not in rows) for row in pilot.rows
     ]
     found.sort(key=lambda each: (each.hopeless, -each.rate, each.phase))
     identical = pilot.identical and measured.identical
@@ -278,43 +263,15 @@ def _end_of(scene: Any) -> float | None:
     return float(scene.start + (2.0 * widest / fastest if fastest else 1.0))
 
 
-def _memory(scene: Any, choice: tuple[str, Mapping[str, Any]]) -> int | None:
-    """Returns the bytes of the arrays that grow with the number of bodies; None where a phase refuses."""
-    try:
-        sim = Simulation(scene, choice[0], options=choice[1], keep_contacts=False)
-    except KinetileError:
-        return None
-    tables = [getattr(sim.tables, name) for name in _GROWING]
-    arrays = [scene.position, scene.velocity, scene.radius, scene.mass, *sim.state, *tables]
-    # Without strides an array is one number for all bodies.
-    return sum(int(each.nbytes if each.strides != (0,) else each.itemsize) for each in arrays)
-
-
-_GROWING = (
-    "bodies",
-    "mass",
-    "radii",
-    "places",
-    "queue",
-    "links",
-    "marks",
-    "near",
-    "pairs",
-    "lookup",
-    "firsts",
-)
-"""Tables of the kernel that grow with the number of bodies."""
-
-
 def _recommendation(candidates: Sequence[Candidate], repeats: int, identical: bool) -> tuple[str | None, str]:
     """Returns the phase to take, and why; the candidates come with the fastest first."""
-    able = [each for each in candidates if each.memory is not None]
+    able = [each for each in candidates if each.cpu_seconds is not None]
     if not able:
         return None, "no phase can do this scene; each says why"
     if not identical:
         return None, "no phase is recommended: one of them gives wrong contacts, and it is not known which"
-    fastest, name = able[0], able[0].phase
-    if not fastest.rate:
+    name, most = able[0].phase, able[0].rate
+    if not most:
         return name, "nothing collides here within reach: any phase that does the scene will do"
     rest = [each for each in able[1:] if each.rate]
     if not rest:
@@ -324,11 +281,8 @@ def _recommendation(candidates: Sequence[Candidate], repeats: int, identical: bo
             None,
             f"no phase is recommended after one run of each: {name} was the fastest, perhaps by chance",
         )
-    alike = [each for each in able if not each.hopeless and each.rate >= (1.0 - CLOSE) * fastest.rate]
-    if len(alike) == 1:
-        times, behind = fastest.rate / rest[0].rate, rest[0].phase
-        return name, f"{name} has {times:.2g} times the contacts a CPU second of {behind}, which comes next"
-    taken = min(alike, key=lambda each: each.memory or 0)
-    name = taken.phase
-    others = ", ".join(each.phase for each in alike if each is not taken)
-    return name, f"{name} and {others} differ by less than {CLOSE:.0%}; {name} takes the least memory"
+    alike = ", ".join(each.phase for each in rest if not each.hopeless and each.rate >= (1.0 - CLOSE) * most)
+    if alike:
+        return name, f"{name} is the fastest, and {alike} within {CLOSE:.0%} of it"
+    times, behind = most / rest[0].rate, rest[0].phase
+    return name, f"{name} has {times:.2g} times the contacts a CPU second of {behind}, which comes next"

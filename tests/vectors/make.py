@@ -17,7 +17,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
-from math import ldexp
+from math import ldexp, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +31,6 @@ from kinetile_accuracy.specification.arithmetic import (
     FlightPlan,
     Frame,
     anchored,
-    exchanged,
     exchanged_along,
     pair_tick,
     tick_of,
@@ -80,7 +79,10 @@ def wall(e: int, sides: Words, plan: Words) -> list[Any] | None:
 def exchange(masses: Words | None, *bodies: Words) -> Words:
     """Rule 9: the velocities of both."""
     (xa, ya, *one), (xb, yb, *two) = map(doubles, bodies)
-    a, b = exchanged(((xa, ya), (xb, yb)), (tuple(one), tuple(two)), masses and doubles(masses))
+    dx, dy = xb - xa, yb - ya
+    length = sqrt(dx * dx + dy * dy)
+    along = dx / length, dy / length
+    a, b = exchanged_along(along, (tuple(one), tuple(two)), masses and doubles(masses))
     return numbers(*a, *b)
 
 

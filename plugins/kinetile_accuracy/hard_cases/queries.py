@@ -2,14 +2,12 @@
 
 The kernel's answer must be the exact tick, and anchoring two discs at their tick must not make them overlap
 by more than the proved bound. It is the answer of the hook that the narrow phase ``disc`` brings to the main
-loop, on the kernel's own tables; beside it stands the textbook's, which shows the difficulty. Families are
-never pooled: an average over easy and hard queries says nothing about either.
+loop, on the kernel's own tables; the textbook's answer beside it shows the difficulty. Families are never
+pooled: an average over easy and hard queries describes neither.
 """
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from typing import TYPE_CHECKING, Annotated, Any
@@ -20,7 +18,7 @@ import kinetile as kt
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.tables import allocate
 from kinetile.toolbox import NEVER, Kernel
-from kinetile_accuracy.drawing import LOOKS, is_narrow, legend_below, new_figure
+from kinetile_accuracy.drawing import LOOKS, legend_below, new_figure
 from kinetile_accuracy.hard_cases.families import FAMILIES, Family, Queries, Ticks
 from kinetile_accuracy.sections import (
     Budget,
@@ -40,9 +38,6 @@ if TYPE_CHECKING:
 COUNTS: dict[Budget, int] = {"quick": 4_000, "normal": 20_000, "full": 100_000}
 """Queries of a family."""
 
-BATCH, BATCHES = 500, 200
-"""Queries that are timed together, and how many such batches."""
-
 KERNEL, TEXTBOOK = "kernel", "textbook"
 
 
@@ -60,7 +55,6 @@ class QueryRow:
     false: Annotated[int, Column("contacts that were found and are none", "false")]
     depth: Annotated[float, Column("the deepest overlap once both are anchored at the tick", "depth / R")]
     depth_rho: Annotated[float, Column("the same by rho, the bound of that rounding", "depth / rho")]
-    ns: Annotated[float | None, Column("CPU time of a query in compiled code, median of batches", "ns")]
 
 
 def measure(budget: Budget, progress: ReportProgress) -> Section:
@@ -77,9 +71,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
             f"{COUNTS[budget]:,} queries of each family, put to the kernel's form (narrow phase disc) and to "
             "the textbook's, (-b - sqrt(b^2 - ac)) / a, in ticks of 2^-52, rounded down. Whether two discs "
             "meet, and in which tick, is computed in exact integers. Depth is how far the discs overlap when "
-            "both are anchored at the tick, which rounds their places to doubles. ns are CPU time in a loop "
-            f"over {BATCH} independent queries, less an empty loop's; inside a run a query waits for memory "
-            "as well."
+            "both are anchored at the tick, which rounds their places to doubles."
         ),
         findings=query_findings(rows),
         tables=(Table("families", "Each family put to each form.", tuple(rows)),),
@@ -94,7 +86,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
         ),
         claims=query_claims(rows),
         left_out=(
-            "Contacts 1,024 units of time or more after the later anchor: bodies are anchored anew before.",
+            "Contacts 1,024 units of time or more after the later anchor: bodies are anchored again before.",
         ),
     )
 
@@ -125,26 +117,23 @@ def query_findings(rows: list[QueryRow]) -> tuple[str, ...]:
     worst = max(others, key=lambda row: row.depth)
     shares = [row.wrong / row.queries for row in others]
     missed, false = (sum(getattr(row, name) for row in others) for name in ("missed", "false"))
-    costs = [row.ns for row in rows if row.ns is not None]
     return (
         f"The textbook's form: {min(shares):.0%} to {max(shares):.0%} of the answers, by family, are not the "
         f"exact ones; it misses {missed:,} contacts and finds {false:,} that are none; discs overlap by up "
         f"to {number(worst.depth)} R ({worst.family}).",
-        f"A query costs {min(costs):,.0f} to {max(costs):,.0f} ns of CPU time, by family (medians).",
     )
 
 
 def measure_family(family: Family, count: int) -> list[QueryRow]:
     """Puts one family to both forms, and returns a row for each."""
     queries = family.draw(count)
-    ns = nanoseconds(queries)
     return [
-        query_row(family, KERNEL, queries, kernel_ticks(queries), ns),
+        query_row(family, KERNEL, queries, kernel_ticks(queries)),
         query_row(family, TEXTBOOK, queries, textbook_ticks(queries)),
     ]
 
 
-def query_row(family: Family, form: str, queries: Queries, ticks: Ticks, ns: float | None = None) -> QueryRow:
+def query_row(family: Family, form: str, queries: Queries, ticks: Ticks) -> QueryRow:
     """Returns the row of the answers of a form to queries, compared with the exact ticks."""
     plans = queries.plans()
     exact = [pair_tick(*pair) for pair in plans]
@@ -167,7 +156,6 @@ def query_row(family: Family, form: str, queries: Queries, ticks: Ticks, ns: flo
         false=sum(found is not None and right is None for found, right in pairs),
         depth=max((by_reach for by_reach, _ in depths), default=0.0),
         depth_rho=max((by_rho for _, by_rho in depths), default=0.0),
-        ns=ns,
     )
 
 
@@ -207,10 +195,10 @@ def textbook_ticks(queries: Queries) -> Ticks:
 meet = to_be_filled_in
 
 
-def ticks_of_all(k: Kernel, answers: Any, first: int, last: int) -> None:
-    """Writes the ticks by ``meet`` of bodies 2i and 2i + 1, for every i from ``first`` to before ``last``."""
+def ticks_of_all(k: Kernel, answers: Any) -> None:
+    """Writes the ticks by ``meet`` of bodies 2i and 2i + 1, for every i."""
     k = disowned(k)
-    for i in range(first, last):
+    for i in range(len(answers)):
         answers[i] = meet(k, 2 * i, 2 * i + 1)
 
 
@@ -219,32 +207,7 @@ def kernel_ticks(queries: Queries) -> Ticks:
 
     Raises RuntimeError where the kernel reports a fault of the bodies.
     """
-    k, answers, loop = _prepared(queries)
-    loop(k, answers, 0, len(queries))
-    if k.clock[0].fault.code:
-        raise RuntimeError(f"fault {k.clock[0].fault.code} at the bodies of query {k.clock[0].fault.a // 2}")
-    return answers
-
-
-def nanoseconds(queries: Queries) -> float:
-    """Returns the CPU nanoseconds of a query in the kernel: the median of batches, each of queries that are
-    one after another in memory, less what an empty batch takes."""
-    k, answers, loop = _prepared(queries)
-    size = min(BATCH, len(queries))
-    taken: dict[int, list[int]] = {0: [], size: []}
-    for batch in range(BATCHES):
-        first = batch * size % (len(queries) - size + 1)
-        for many, times in taken.items():
-            began = time.thread_time_ns()
-            loop(k, answers, first, first + many)
-            times.append(time.thread_time_ns() - began)
-    empty, full = (float(np.median(times)) for times in taken.values())
-    return max(full - empty, 0.0) / size
-
-
-def _prepared(queries: Queries) -> tuple[Kernel, Ticks, Callable[..., None]]:
-    """Returns tables with the discs of query i as bodies 2i and 2i + 1, room for answers, and the loop."""
-    k = allocate(2 * len(queries), near=0, log_rows=0)
+    k = allocate(2 * len(queries), near=0, log_rows=0)  # the discs of query i are the bodies 2i and 2i + 1
     k.bodies.x, k.bodies.y = queries.position.reshape(-1, 2).T
     k.bodies.vx, k.bodies.vy = queries.velocity.reshape(-1, 2).T
     k.bodies.radius = queries.radius.ravel()
@@ -254,8 +217,11 @@ def _prepared(queries: Queries) -> tuple[Kernel, Ticks, Callable[..., None]]:
     clock.tick, clock.per_time = 1.0 / UNIT_TICKS, float(UNIT_TICKS)
     scene = kt.Scene([(0.0, 0.0), (3.0, 0.0)], [(0.0, 0.0), (0.0, 0.0)], 1.0, mass=[1.0, 2.0])
     disc = kt.registry().target("narrow phase", "disc")().prepare(scene)
-    loop = compose(ticks_of_all, {"meet": disc.meet}, "ask", Kernel)
-    return k, np.zeros(len(queries), np.int64), loop
+    answers = np.zeros(len(queries), np.int64)
+    compose(ticks_of_all, {"meet": disc.meet}, "ask", Kernel)(k, answers)
+    if clock.fault.code:
+        raise RuntimeError(f"fault {clock.fault.code} at the bodies of query {clock.fault.a // 2}")
+    return answers
 
 
 def draw_rows(rows: list[QueryRow]) -> Figure:
@@ -264,7 +230,7 @@ def draw_rows(rows: list[QueryRow]) -> Figure:
     figure, panel = new_figure(1, height=1.0 + 0.26 * len(families))
     panel.set(xscale="log", ylim=(len(families) - 0.5, -0.5), xlabel="deepest overlap at the answer / rho")
     panel.set_yticks(range(len(families)), families)
-    panel.tick_params(axis="y", length=0, labelsize=6.5 if is_narrow(figure) else 8.0)
+    panel.tick_params(axis="y", length=0)
     panel.grid(True, axis="y")
     for form, (colour, marker, _) in zip((KERNEL, TEXTBOOK), LOOKS, strict=False):
         some = [row for row in rows if row.form == form]

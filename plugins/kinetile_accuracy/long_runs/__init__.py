@@ -1,1 +1,1 @@
-"""Long runs: what they lose, and whether discs meet as often as they must."""
+"""Long runs: what they lose, and whether each contact is the one of the specification."""

@@ -66,7 +66,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
         ),
         findings=tuple(wrong),
         claims=(Claim("Every contact of a run is the one that the specification says", right, not wrong),),
-        tables=(Table("runs", "The runs, and what the certifier says of each.", tuple(rows)),),
+        tables=(Table("runs", "The runs, and the certifier's verdict on each.", tuple(rows)),),
         pictures=(
             ReportFigure(
                 "runs",

@@ -1,12 +1,15 @@
 """The agreement of a run with the certified oracle, contact by contact, in order and in time.
 
 The order is that of docs/one-answer.md, ties at one exact time included. A run in doubles cannot agree for
-ever: a contact multiplies what roundings have done before it, and after some ten contacts a disc the two runs
-are of different worlds. Up to which contact they agree is the run's horizon.
+ever: a contact multiplies the roundings before it, and after some ten contacts a disc the two runs have
+nothing in common. Up to which contact they agree is the run's horizon.
+
+Times are compared where a tolerance is known: the first contact of bodies on the plans that the scene gives
+them is rounded down to its tick, and nothing else is rounded before it. Later times have errors that grow
+without a useful bound; they are measured. ``certify-log`` compares every tick, by the specification.
 
 Contacts per disc count every contact for each disc that takes part: (2 x contacts of two discs + contacts
-with walls) / discs. Collisions per disc leave the walls out: 2 x contacts of two discs / discs. Walls are
-flat and multiply nothing, so the second number is the one that chaos limits.
+with walls) / discs.
 """
 
 from __future__ import annotations
@@ -20,18 +23,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import KinetileError, Refused
+from kinetile.errors import Refused
 from kinetile.kernel.log import WALLS
 from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Oracle, check_scope
-from kinetile_accuracy.oracle.rounding import allowed_errors
-from kinetile_accuracy.specification.arithmetic import UNIT_TICKS
+from kinetile_accuracy.specification.arithmetic import SPAN, UNIT_TICKS
 
 if TYPE_CHECKING:
     from kinetile import Scene, Simulation
 
 
 SLACK = 2
-"""Ticks within which of its end a run may have another contact more or less: times are rounded to ticks."""
+"""Ticks by which the first contact of bodies may be off, and within which of its end a run may have a contact
+more or less: times are rounded to ticks."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -46,15 +49,12 @@ class FirstDifference:
         oracle: the certified event; None: nothing more up to the end of the run.
         ticks_apart: time of the run's contact, or of its end, less that of the oracle's, in ticks. A tick or
             two: the two contacts are so near that rounding has exchanged them.
-        ticks_allowed: how many ticks rounding explains, where the contacts are the same and their times are
-            further apart.
     """
 
     index: int
     run: tuple[float, int, int] | None
     oracle: CertifiedContact | None
     ticks_apart: float
-    ticks_allowed: float | None = None
 
     def __str__(self) -> str:
         found = certain = "nothing more up to there"
@@ -65,8 +65,6 @@ class FirstDifference:
             if self.oracle.head_on < 2.0**-20:
                 certain += f", a graze: {self.oracle.head_on:.1e} of the speed is head-on"
             certain += f"; {abs(self.ticks_apart):.4g} ticks apart"
-        if self.ticks_allowed is not None:
-            certain += f", and rounding explains {self.ticks_allowed:.4g} at most"
         return f"contact {self.index}: the run has {found}, the oracle {certain}"
 
 
@@ -82,7 +80,6 @@ class Agreement:
         ticks: how much later than the oracle the run has each of them, in ticks, (contacts,).
         disagreement: the first contact that differs; None: there is none as far as could be compared.
         oracle: the certified run.
-        fault: what the run itself ended with, where that was a fault.
     """
 
     bodies: int
@@ -92,14 +89,11 @@ class Agreement:
     ticks: Floats
     disagreement: FirstDifference | None
     oracle: CertifiedRun
-    fault: str | None = None
 
     @property
     def complete(self) -> bool:
-        """Returns whether all contacts up to the given end agree, and none is missing; a fault is no end."""
-        if self.fault is not None or self.disagreement is not None:
-            return False
-        return self.contacts == self.compared and self.oracle.complete
+        """Returns whether all contacts up to the given end agree, and none is missing."""
+        return self.disagreement is None and self.contacts == self.compared and self.oracle.complete
 
     @property
     def paces(self) -> Floats:
@@ -111,11 +105,6 @@ class Agreement:
     def contacts_per_disc(self) -> float:
         """Contacts that agree per disc, those with walls included."""
         return float(self.paces[-1]) if self.contacts else 0.0
-
-    @property
-    def collisions_per_disc(self) -> float:
-        """Contacts of two discs that agree, per disc."""
-        return 2.0 * int((self.b >= 0).sum()) / max(self.bodies, 1)
 
     @property
     def worst_ticks(self) -> float:
@@ -136,7 +125,6 @@ class Agreement:
             "contacts": self.contacts,
             "compared": self.compared,
             "contacts_per_disc": self.contacts_per_disc,
-            "collisions_per_disc": self.collisions_per_disc,
             "time_error_ticks": {"max": self.worst_ticks, "median": self.median_ticks},
             "first_disagreement": differs
             and {
@@ -144,15 +132,13 @@ class Agreement:
                 "run": differs.run and dict(zip(("time", "a", "b"), differs.run, strict=True)),
                 "oracle": certain and {"time": certain.time.decimal(), "a": certain.a, "b": certain.b},
                 "ticks_apart": differs.ticks_apart,
-                "ticks_allowed": differs.ticks_allowed,
             },
             "oracle": {"bits": self.oracle.bits, "contacts": len(self.oracle.contacts)}
             | {"ended": self.oracle.ended, "why": self.oracle.ending},
-            "fault": self.fault,
         }
 
     def __str__(self) -> str:
-        pace = f"{self.contacts_per_disc:.1f} contacts a disc, {self.collisions_per_disc:.1f} without walls"
+        pace = f"{self.contacts_per_disc:.1f} contacts a disc"
         lines = [f"{self.contacts:,} of {self.compared:,} contacts agree in order ({pace})"]
         if self.contacts:
             lines.append(
@@ -163,8 +149,6 @@ class Agreement:
             lines.append(str(self.disagreement))
         elif not self.oracle.complete:
             lines.append(f"the oracle goes no further: {self.oracle.ending}")
-        if self.fault is not None:
-            lines.append(f"the run ended in a fault: {self.fault}")
         return "\n".join(lines)
 
 
@@ -178,8 +162,8 @@ def certify(
     """Compares a run with the certified oracle, up to the first contact in which they differ.
 
     Args:
-        sim: the simulation, which must keep its contacts. Where ``until`` or ``max_contacts`` are
-            beyond what it has run, it is run on; if that ends in a fault, what it did before is compared.
+        sim: the simulation, which must keep its contacts. Where ``until`` or ``max_contacts`` are beyond what
+            it has run, it is continued; a fault of the run is raised.
         until: compare contacts up to this time; None: up to the simulation's time.
         max_contacts: the largest number of compared contacts.
         progress: called with how many contacts are certified, and how many are compared.
@@ -200,12 +184,14 @@ def certify(
         raise ValueError(f"max_contacts must not be negative; found {max_contacts}")
     _ = sim.contacts  # which refuses where none are kept: before anything is run
     check_scope(scene, sim.narrow_phases)
-    fault = _run_on(sim, until, max_contacts)
+    more = None if max_contacts is None else max_contacts - len(sim.contacts)
+    if (more is None or more > 0) and (more is not None if until is None else until > sim.time):
+        sim.run(until, max_contacts=more)
     done = sim.readings
     if done.inserted or done.removed or done.turns > sum(each.time <= sim.time for each in scene.turns):
         raise Refused(
-            "bodies were turned by hand, or came or went so, and the oracle follows the turns of the scene "
-            "alone: put them there, or judge the contacts by certify-log"
+            "bodies were turned, inserted or removed by hand, and the oracle follows the turns of the scene "
+            "alone: put the turns into the scene, or judge the contacts by certify-log"
         )
     end = sim.time if until is None else min(until, sim.time)
     contacts = sim.contacts
@@ -220,7 +206,7 @@ def certify(
             progress(number, len(pairs))
         if number > len(pairs) or (met.a, met.b) != pairs[number - 1] or (given and number == len(pairs)):
             break
-    return agreement(contacts, oracle.certified, scene=scene, time_unit=sim.time_unit, end=end, fault=fault)
+    return agreement(contacts, oracle.certified, scene=scene, time_unit=sim.time_unit, end=end)
 
 
 def agreement(
@@ -230,7 +216,6 @@ def agreement(
     scene: Scene,
     time_unit: float,
     end: float,
-    fault: str | None = None,
 ) -> Agreement:
     """Compares a list of contacts with certified ones.
 
@@ -240,22 +225,28 @@ def agreement(
         scene: what was run.
         time_unit: of its clock; a tick is 2^-52 of it.
         end: the time up to which the run went.
-        fault: what the run ended with, where that was a fault.
     """
     rows = contacts[["epoch", "tick", "a", "b"]].tolist()
     tick = Fraction(time_unit) / UNIT_TICKS
-    times = [Fraction(scene.start) + (epoch * UNIT_TICKS + at) * tick for epoch, at, _, _ in rows]
-    bounds = allowed_errors(scene, oracle.contacts, time_unit)
+    start = Fraction(scene.start)
+    times = [start + (epoch * UNIT_TICKS + at) * tick for epoch, at, _, _ in rows]
+    # Until when each body flies on the plan that the scene gives it: to its first turn or contact, or to the
+    # time at which the clock anchors it.
+    first_plan = [start + SPAN * tick] * len(scene)
+    for turn in scene.turns:
+        first_plan[turn.body] = min(first_plan[turn.body], Fraction(turn.time))
     errors: list[Fraction] = []
-    allowed = None
-    for (_, _, *bodies), time, certain, bound in zip(rows, times, oracle.contacts, bounds, strict=False):
+    for (_, _, *bodies), time, certain in zip(rows, times, oracle.contacts, strict=False):
         if bodies != [certain.a, certain.b]:
             break
-        error = time - certain.time.middle
-        if abs(error) > bound:
-            allowed = bound / float(tick)
+        error, exact = time - certain.time.middle, certain.time.middle
+        discs = [body for body in bodies if body >= 0]
+        is_first = all(exact < first_plan[disc] for disc in discs)
+        if is_first and abs(error) > SLACK * tick + certain.time.radius:
             break
         errors.append(error)
+        for disc in discs:
+            first_plan[disc] = start
     agree = len(errors)
     # At the end one of the two may have a contact more by as much as times were off before, twice.
     slack = max(SLACK * tick, Fraction(math.ulp(end))) + 2 * max(map(abs, errors), default=Fraction(0))
@@ -267,30 +258,15 @@ def agreement(
         differ = due is not None and apart > slack
     else:
         differ = due is not None or (oracle.ended in ("until", "quiet") and Fraction(end) - last > slack)
-    first = FirstDifference(agree, found, due, float(apart / tick), allowed) if differ else None
     return Agreement(
         bodies=len(scene),
         contacts=agree,
         compared=len(rows),
         b=contacts["b"][:agree].astype(np.int64),
         ticks=np.array([float(error / tick) for error in errors]),
-        disagreement=first,
+        disagreement=FirstDifference(agree, found, due, float(apart / tick)) if differ else None,
         oracle=oracle,
-        fault=fault,
     )
-
-
-def _run_on(sim: Simulation, until: float | None, max_contacts: int | None) -> str | None:
-    """Runs a simulation on as far as is asked for; returns the fault in which that ended."""
-    more = None if max_contacts is None else max_contacts - len(sim.contacts)
-    enough = more is not None and more <= 0
-    if enough or (more is None if until is None else until <= sim.time):
-        return None
-    try:
-        sim.run(until, max_contacts=more)
-    except KinetileError as error:
-        return f"{type(error).__name__}: {error}"
-    return None
 
 
 def _bodies_met(a: int, b: int) -> str:

@@ -2,12 +2,12 @@
 
 A ball is an interval that certainly holds the true number. Events are found one after another by computing
 all pairs and all walls; each comparison that decides an event or its order must have the same result for
-every choice of numbers from the balls. If it has not, ``Undecided`` is raised, and the oracle tries again
-with more bits. A doubt about an event that cannot be the next one is left open until it can.
+every choice of numbers from the balls. Otherwise ``Undecided`` is raised, and the oracle tries again with
+more bits. A doubt about an event that cannot be the next one is left open until it can.
 
 Two things keep the balls small. A plan is anchored at an exact number, the lower end of the ball of the time
 at which it was made, so that the doubt about a time enters only through the change of velocity; and a wall
-mirrors a plan without anchoring it anew.
+mirrors a plan without a new anchor.
 
 Events of one moment come in the order of docs/one-answer.md: turns, then walls, then pairs, by the numbers
 of the bodies. Nothing here comes from the kernel. All times count from the scene's start. Needs python-flint;
@@ -61,7 +61,7 @@ sorted so, events of one moment are in their order."""
 
 
 class Undecided(Exception):
-    """A comparison that does not come out: what it is about, about when, and the bodies concerned."""
+    """A comparison that is not certain: what it is about, about when, and the bodies concerned."""
 
     def __init__(self, what: str, time: float, bodies: tuple[int, ...]) -> None:
         super().__init__(what)
@@ -86,15 +86,14 @@ class PossibleEvent(NamedTuple):
 
 class BallContact(NamedTuple):
     """A contact: ball of the time since the start, the body and the other or -1 - wall, whether the contact
-    before was at the same time, which part of the relative velocity is along the line of centres, or across
-    the wall, and the relative speed."""
+    before was at the same time, and which part of the relative velocity is along the line of centres, or
+    across the wall."""
 
     ball: arb
     a: int
     b: int
     tied: bool
     head_on: float
-    speed: float
 
 
 class Attempt:
@@ -304,7 +303,7 @@ class Attempt:
             raise Undecided(what, float(ball), (a, b) if b >= 0 else (a,))
         speed = arb(velocity[0] * velocity[0] + velocity[1] * velocity[1]).sqrt()
         tied, self._crowd = self._crowd > 0, self._crowd + 1
-        return BallContact(ball, a, b, tied, float(abs(arb(part)) / speed), float(speed))
+        return BallContact(ball, a, b, tied, float(abs(arb(part)) / speed))
 
     def _look_for_a_jam(self) -> None:
         """Ends the run where very many contacts took hardly any time."""

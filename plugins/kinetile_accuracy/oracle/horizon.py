@@ -1,15 +1,9 @@
-"""The part ``oracle`` of the report: how long a run in doubles agrees with the certified oracle.
-
-Beside each run stands what it could have been at best, its twin: the same scene with every coordinate of the
-start moved by one unit in the last place, up or down, followed in certified arithmetic without any further
-rounding. Where the twin departs from its scene, chaos has spent the bits of a double.
-"""
+"""The part ``oracle`` of the report: how long a run in doubles agrees with the certified oracle."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import islice
 from statistics import median
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
@@ -18,7 +12,6 @@ import numpy as np
 import kinetile as kt
 from kinetile_accuracy.drawing import LOOKS, legend_below, new_figure
 from kinetile_accuracy.oracle.agreement import Agreement, certify
-from kinetile_accuracy.oracle.oracle import Oracle
 from kinetile_accuracy.sections import (
     Budget,
     Claim,
@@ -46,16 +39,13 @@ class Requirement(NamedTuple):
 
 REQUIREMENTS = (Requirement(0.5, 16, 40.0), Requirement(0.1, 16, 13.0), Requirement(0.01, 25, 4.5))
 SEEDS: dict[Budget, int] = {"quick": 3, "normal": 10, "full": 50}
-TWINS = 3
-CLOSE = 0.95
-"""A run that agrees for this part of its twin's time agrees for about as long."""
 LONG_ENOUGH = 2000
-"""Contacts of a run that is compared, and of a twin: far more than can agree."""
+"""Contacts of a run that is compared: far more than can agree."""
 
 
 @dataclass(frozen=True)
 class Horizon:
-    """How far one run agrees with the oracle; its twin: how far the median of a few agrees."""
+    """How far one run agrees with the oracle."""
 
     phase: Annotated[str, Column("the broad phase of the run", "broad phase")]
     density: Annotated[float, Column("of the scene", "density")]
@@ -65,8 +55,6 @@ class Horizon:
     contacts_per_disc: Annotated[float, Column("each contact counted for each disc in it", "a disc")]
     required: Annotated[float, Column("contacts a disc that must agree", "required")]
     holds: Annotated[bool, Column("whether so many contacts a disc agree")]
-    collisions_per_disc: Annotated[float, Column("the same without contacts with walls", "collisions a disc")]
-    twin_collisions_per_disc: Annotated[float, Column("for how many the twin agrees", "the twin's")]
     bits: Annotated[int, Column("the precision that certified the run", "bits")]
     first_ticks: Annotated[
         float, Column("largest error of a time in the first tenth of what is required", "off by, first tenth")
@@ -83,7 +71,6 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
             progress("agreement with the oracle", len(found), len(REQUIREMENTS) * SEEDS[budget])
             found.append(measure_horizon(requirement, seed))
     rows = [row for _, row in found]
-    beside = median(row.collisions_per_disc / max(row.twin_collisions_per_disc, 1e-9) for row in rows)
     phases = listed(list(grouped(rows, "phase")))
     return Section(
         name="oracle",
@@ -91,10 +78,8 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
         about=(
             f"The oracle follows scenes of the recipe grid in ball arithmetic and proves the order of the "
             f"contacts; they are run under {phases}. A run agrees up to the first contact at which the two "
-            "lists differ. Contacts a disc count each contact for each disc in it; collisions a disc leave "
-            "the walls out, which multiply no error. The twin is an exact run, too, of the scene with each "
-            "coordinate of the start moved by one unit in the last place, up or down: no run in doubles can "
-            "hope for more than that. Times are off in ticks of 2^-52 of a time unit."
+            "lists differ. Contacts a disc count each contact for each disc in it. Times are off in ticks of "
+            "2^-52 of a time unit."
         ),
         findings=findings(rows),
         claims=(
@@ -102,11 +87,6 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
                 "Runs agree with the certified oracle for as many contacts a disc as is required",
                 f"{sum(row.holds for row in rows)} of {len(rows)} runs",
                 all(row.holds for row in rows),
-            ),
-            Claim(
-                "Runs agree for as long as chaos lets an exact run that begins one last digit off",
-                f"{beside:.0%} of it",
-                beside > CLOSE,
             ),
         ),
         tables=(Table("horizons", "How far each run agrees.", tuple(rows)),),
@@ -123,12 +103,10 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
 
 
 def measure_horizon(requirement: Requirement, seed: int) -> tuple[Agreement, Horizon]:
-    """Runs a grid, certifies it, and follows its twins."""
+    """Runs a grid and compares it with the oracle."""
     scene = kt.make_scene("grid", bodies=requirement.bodies, density=requirement.density, seed=seed)
     sim = kt.Simulation(scene)
     found = certify(sim, max_contacts=LONG_ENOUGH)
-    steps = np.random.default_rng(seed)
-    twins = [_moved(scene, steps) for _ in range(TWINS)]
     errors = np.abs(found.ticks)
     large = errors > 10.0
     slope = np.polyfit(found.paces[large], np.log2(errors[large]), 1)[0] if large.sum() > 2 else 0.0
@@ -141,8 +119,6 @@ def measure_horizon(requirement: Requirement, seed: int) -> tuple[Agreement, Hor
         contacts_per_disc=found.contacts_per_disc,
         required=requirement.required,
         holds=found.contacts_per_disc >= requirement.required,
-        collisions_per_disc=found.collisions_per_disc,
-        twin_collisions_per_disc=median(collisions_in_common(scene, twins)),
         bits=found.oracle.bits,
         first_ticks=float(errors[found.paces <= requirement.required / 10.0].max(initial=0.0)),
         growth=float(slope),
@@ -150,45 +126,15 @@ def measure_horizon(requirement: Requirement, seed: int) -> tuple[Agreement, Hor
     )
 
 
-def _moved(scene: kt.Scene, steps: np.random.Generator) -> kt.Scene:
-    """Returns a scene whose discs start a unit in the last place further on, or back, on each axis."""
-    towards = np.where(steps.integers(0, 2, scene.position.shape), np.inf, -np.inf)
-    return scene.replace(position=np.nextafter(scene.position, towards))
-
-
-def collisions_in_common(scene: kt.Scene, twins: Sequence[kt.Scene]) -> list[float]:
-    """Returns for how many collisions a disc exact runs of other scenes agree with that of a scene."""
-    discs = [0] * len(twins)
-    following = dict(enumerate(map(Oracle, twins)))
-    for met in islice(Oracle(scene), LONG_ENOUGH):
-        for twin, oracle in list(following.items()):
-            other = next(oracle, None)
-            if other is None or (other.a, other.b) != (met.a, met.b):
-                del following[twin]
-            else:
-                discs[twin] += met.b >= 0
-        if not following:
-            break
-    return [2.0 * count / len(scene) for count in discs]
-
-
 def findings(rows: Sequence[Horizon]) -> tuple[str, ...]:
-    """Returns how long runs agree, beside what is required and beside their twins, and how errors grow."""
-
-    def span(field: str, some: list[Horizon]) -> str:
-        values = [getattr(row, field) for row in some]
-        return f"{min(values):.1f} to {max(values):.1f}"
-
-    whole, discs, growth = [], [], []
+    """Returns how long runs agree, beside what is required, and how errors grow."""
+    whole, growth = [], []
     for density, some in grouped(rows, "density").items():
-        at = f"at density {density:g}"
-        whole.append(f"{span('contacts_per_disc', some)} ({some[0].required:g} required) {at}")
-        twins = span("twin_collisions_per_disc", some)
-        discs.append(f"{span('collisions_per_disc', some)} (their twins {twins}) {at}")
+        at, paces = f"at density {density:g}", [row.contacts_per_disc for row in some]
+        whole.append(f"{min(paces):.1f} to {max(paces):.1f} ({some[0].required:g} required) {at}")
         growth.append(f"{median(row.growth for row in some):.1f} bits {at}")
     return (
         f"Runs agree with the certified oracle, in order, for so many contacts a disc: {listed(whole)}.",
-        f"Contacts of two discs alone, a disc: {listed(discs)}.",
         "In the first tenth of the required contacts times are off by at most "
         f"{number(max(row.first_ticks for row in rows), 3)} ticks; after that, for each contact a disc, the "
         f"error grows by {listed(growth)}, as chaos makes it.",

@@ -1,15 +1,14 @@
 """The certified oracle: the list of contacts as it is in exact arithmetic, or as far as that can be proved.
 
 An event-driven simulator of its own, which shares nothing with the kernel but the scene as data. It computes
-with balls, intervals that are certain to hold the true number, and leaves nothing out: after each contact its
-bodies are compared with every other body and every wall. Whatever decides the order is certified. What does
-not come out is tried again from the start with twice the bits; what ties exactly is settled in rational
-arithmetic where the bodies still fly on rational lines (walls, lanes, contacts in line, and whatever flies
-there for the first time); and what neither settles is reported as undecidable, with the time and the bodies.
-Nothing is guessed.
+with balls, intervals that certainly hold the true number, and leaves nothing out: after each contact its
+bodies are compared with every other body and every wall. Each comparison that decides the order is certain.
+Where one is not, the run begins again with twice the bits. Exact ties are decided in rational arithmetic
+while the bodies fly on rational lines (walls, lanes, contacts in line, and each first flight). What neither
+decides is reported as undecidable, with the time and the bodies. Nothing is guessed.
 
 It judges elastic discs, between walls or without, with turns: how long a run in doubles follows the exact
-trajectory. Everything else that a scene can say is refused; ``certify-log`` judges it.
+trajectory. Every other scene is refused; ``certify-log`` judges it.
 """
 
 from __future__ import annotations
@@ -20,27 +19,24 @@ from dataclasses import dataclass
 from decimal import Context
 from fractions import Fraction
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from kinetile.errors import Refused
 from kinetile.scene import Scene, Turn
 from kinetile_accuracy.sections import listed, needed
 
-if TYPE_CHECKING:
-    from kinetile_accuracy.oracle.attempt import BallContact, Undecided
-
 CAP_BITS = 1 << 13
-"""Bits at which the oracle gives up, if nothing else is said."""
+"""Bits at which the oracle gives up, by default."""
 
 FIRST_BITS = 1 << 7
 STUCK = 4
-"""Precisions in a row at which the same comparison may fail: after that it is taken for an exact tie."""
+"""Precisions in a row at which the same comparison may fail: after that it counts as an exact tie."""
 
 MOST_BODIES = 1000
 
 Ending = Literal["going on", "until", "quiet", "undecidable", "jammed"]
-"""Why there are no more contacts: nobody has asked for more, the given time was reached, nothing can happen
-any more, an order could not be decided, contacts followed each other without end in hardly any time."""
+"""Why there are no more contacts: no more were requested, the given time was reached, no further contact is
+possible, an order could not be decided, contacts followed each other without end in hardly any time."""
 
 
 class Enclosure(NamedTuple):
@@ -68,7 +64,7 @@ class CertifiedContact(NamedTuple):
 
     ``time`` is the scene's; ``tied`` is whether the contact before it was at the very same time; ``head_on``
     is about which part of the relative velocity is along the line of centres, or across the wall: near 0 it
-    is a graze. ``speed`` is about the relative speed before it.
+    is a graze.
     """
 
     time: Enclosure
@@ -76,7 +72,6 @@ class CertifiedContact(NamedTuple):
     b: int
     tied: bool
     head_on: float
-    speed: float
 
 
 class Undecidable(NamedTuple):
@@ -107,7 +102,7 @@ class CertifiedRun:
 
     @property
     def complete(self) -> bool:
-        """Returns whether it has all contacts up to its end, or as many as were asked for."""
+        """Returns whether it has all contacts up to its end, or as many as were requested."""
         return self.ended not in ("undecidable", "jammed")
 
     def __str__(self) -> str:
@@ -178,10 +173,12 @@ class Oracle:
                 yield from self._attempt()
                 return
             except Undecided as doubt:
-                # What stays undecided at the same contact is an exact tie: no number of bits settles it.
+                # What stays undecided at the same contact is an exact tie: no number of bits decides it.
                 failures.append((len(self._found), doubt.what))
                 if failures[-STUCK:] == failures[-1:] * STUCK or 2 * self.bits > self._most_bits:
-                    self._give_up(doubt)
+                    near = float(self._start + Fraction(doubt.time))
+                    self._undecidable = Undecidable(doubt.what, near, doubt.bodies)
+                    self._ended = "undecidable"
                     return
             self.bits *= 2
 
@@ -201,17 +198,10 @@ class Oracle:
         while (met := precisely(next, contacts, None)) is not None:
             number += 1
             if number > len(self._found):
-                self._found.append(self._contact(met))
+                time = Enclosure(self._start + _fraction(met.ball.mid()), _fraction(met.ball.rad()))
+                self._found.append(CertifiedContact(time, *met[1:]))
                 yield self._found[-1]
         self._ended = attempt.ended
-
-    def _give_up(self, doubt: Undecided) -> None:
-        self._ended = "undecidable"
-        self._undecidable = Undecidable(doubt.what, float(self._start + Fraction(doubt.time)), doubt.bodies)
-
-    def _contact(self, met: BallContact) -> CertifiedContact:
-        time = Enclosure(self._start + _fraction(met.ball.mid()), _fraction(met.ball.rad()))
-        return CertifiedContact(time, *met[1:])
 
 
 def oracle_contacts(
@@ -249,7 +239,7 @@ def check_scope(scene: Scene, narrow_phases: Sequence[str] | None = None) -> Non
     ``narrow_phases`` are those of a run; None: the scene's own.
     """
     names = narrow_phases if narrow_phases is not None else scene.settings.narrow_phases
-    either = {"wall"} if scene.arena is None else set()  # without an arena there is nothing for it to meet
+    either = {"wall"} if scene.arena is None else set()  # without an arena both are the same
     usual = names is None or bool(scene.shapes) or {*names} | either == {"disc", "wall"}
     responses = {response.name for row in scene.meets for response in row} - {"elastic"}
     found = {

@@ -201,7 +201,7 @@ def image_tick(
     none while their plans are kept. Some images are left out, and those with an earlier tick than the
     ``earliest``.
 
-    Asks the images that come within reach in some time, and if none is met in it those of twice that time.
+    Computes the images that come within reach in some time, and if none is met those of twice that time.
     """
     own = PairQuadratic(one, two, frame)
     sides = [number << (own.bits - fine) for number, fine in map(_ratio, frame.periods)]
@@ -266,30 +266,17 @@ def product_error(a: float, b: float) -> float:
     return (n * m * f - p * d * e) / (d * e * f)
 
 
-def exchanged(
-    places: tuple[Vector, Vector],
-    velocities: tuple[Vector, Vector],
-    masses: tuple[float, float] | None,
-    away: Vector = (0.0, 0.0),
-) -> tuple[Vector, Vector]:
-    """Returns the velocities of two bodies after their contact (rule 9).
-
-    ``places`` are their centres, the second of which is met so far ``away`` (rule 9p); ``masses`` is None
-    where all bodies of the scene have one mass.
-    """
-    (xa, ya), (xb, yb) = places
-    dx, dy = (xb - xa) + away[0], (yb - ya) + away[1]
-    length = math.sqrt(dx * dx + dy * dy)
-    return exchanged_along((dx / length, dy / length), velocities, masses)
-
-
 def exchanged_along(
     normal: Vector,
     velocities: tuple[Vector, Vector],
     masses: tuple[float, float] | None,
     times: float = 1.0,
 ) -> tuple[Vector, Vector]:
-    """Returns the same for a unit normal, and so many times the speed at which the two close (rule 11)."""
+    """Returns the velocities of two bodies after their contact (rule 9).
+
+    ``normal`` is the unit vector from the first to the second; ``masses`` is None where all bodies of the
+    scene have one mass. The bodies exchange so many ``times`` the speed at which they close (rule 11).
+    """
     (nx, ny), ((vxa, vya), (vxb, vyb)) = normal, velocities
     ux, uy = vxb - vxa, vyb - vya
     xx, yy = nx * nx, ny * ny

@@ -19,12 +19,7 @@ from numpy.typing import NDArray
 
 from kinetile.errors import BadOption, Refused
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS, Fingerprint, digestible
-from kinetile_accuracy.specification.arithmetic import (
-    UNIT_BITS,
-    UNIT_TICKS,
-    tick_of,
-    unit_bits,
-)
+from kinetile_accuracy.specification.arithmetic import UNIT_BITS, UNIT_TICKS, tick_of, unit_bits
 from kinetile_accuracy.specification.course import Course, CourseEvent
 
 if TYPE_CHECKING:
@@ -64,7 +59,7 @@ class WrongLine:
     Attributes:
         index: its place, counted from 0; the number of lines where one is missing at the end.
         found: the line, as (epoch, tick, a, b); None if it is missing.
-        expected: what should stand there; None where nothing should.
+        expected: the right line; None where there should be none.
         why: the reason, in a sentence.
     """
 
@@ -105,7 +100,7 @@ class CertifiedLog:
             return f"line {self.wrong.index + 1:,} is wrong: {self.wrong.why}"
         if not self.finished:
             return f"the first {self.lines:,} of {self.total:,} lines are right; broken off there"
-        end = "what comes after them was not asked" if self.until is None else f"to time {self.until!r}"
+        end = "later contacts were not checked" if self.until is None else f"to time {self.until!r}"
         return f"all lines are right: {self.total:,}, {end}"
 
     def as_dict(self) -> dict[str, Any]:
@@ -165,7 +160,7 @@ class LogCertifier:
         else:
             course = Course(scene, ((exact[0] << UNIT_BITS) + exact[1], exact[2]))
         end = None if until is None else tick_of(until, scene.start, bits)
-        before, contacts = None, 0
+        contacts = 0
         untimely = self._untimely(bits)
         for index, found in enumerate(self._plain_lines()):
             epoch, tick, a, b = found
@@ -177,7 +172,7 @@ class LogCertifier:
                 return WrongLine(index, found, None, f"there are to be {self._most:,} contacts and no more")
             due = self._due(course, line.tick if end is None else end)
             if due != line or not 0 <= tick < UNIT_TICKS:
-                why, due = _reason(course, found, due, before, self._rows[_NAMES][index + 1 :], end)
+                why, due = _reason(course, found, due, end)
                 return WrongLine(index, found, due and _line_of(due), why)
             course.carry_out()
             if index == untimely:
@@ -186,18 +181,13 @@ class LogCertifier:
                 return WrongLine(index, found, found, why)
             if self._whole and (why_not := self._wrong_plan(course, index, line)):
                 return WrongLine(index, found, found, why_not)
-            before = line
             self.report = replace(self.report, lines=index + 1)
         if contacts == self._most or (end is None and self._most is None):
             return None
         due = self._due(course, course.now + _IDLE if end is None else end)
         if due is not None:
-            more = (
-                "one more before the end"
-                if end is not None
-                else f"more: {self._most:,} contacts are asked for"
-            )
-            why = f"there is {more}: {_named(due)} at {_when(due.tick)}"
+            there = "is one more before the end" if end is not None else f"are to be {self._most:,} contacts"
+            why = f"there {there}: {_named(due)} at {_when(due.tick)}"
             return WrongLine(len(self._rows), None, _line_of(due), why)
         return None
 
@@ -258,7 +248,7 @@ def certify_log(
             after the last.
         max_contacts: the list is of a run that was ended after this many contacts; with ``until`` there may
             be fewer, and without it only if no more come for a million units.
-        fingerprint: what the list says is its own; None: it says none.
+        fingerprint: the fingerprint that the list gives; None: it gives none.
         progress: called now and then with how far the check is.
 
     Returns:
@@ -275,7 +265,7 @@ def certify_log(
 def explain_difference(
     scene: Scene, lists: Mapping[str, NDArray[Any]], index: int, narrow_phases: Sequence[str] | None = None
 ) -> str:
-    """Returns whose contacts are right where lists of them first differ, in a sentence.
+    """Returns which contacts are right where lists of them first differ, in a sentence.
 
     The specification decides, not a majority.
 
@@ -326,7 +316,7 @@ def _fingerprint(rows: NDArray[Any]) -> str:
     return contacts.hexdigest()
 
 
-# Why a line is wrong, from what the specification says of the bodies that it names
+# Why a line is wrong: what its bodies do by the specification
 
 
 def _line_of(event: CourseEvent) -> Line:
@@ -350,28 +340,21 @@ def _named(event: CourseEvent) -> str:
 
 
 def _reason(
-    course: Course,
-    found: Line,
-    due: CourseEvent | None,
-    before: CourseEvent | None,
-    rest: NDArray[Any],
-    end: int | None,
+    course: Course, found: Line, due: CourseEvent | None, end: int | None
 ) -> tuple[str, CourseEvent | None]:
-    """Returns why a line is wrong, and what should stand there (None: nothing that is known).
+    """Returns why a line is wrong, and the right one (None: not known, or there is none).
 
     Args:
         course: the scene after all lines before this one; it may be moved on.
         found: the line.
         due: what comes next up to ``end``, or without an end up to the line's tick; None: nothing.
-        before: the line before it, which is right.
-        rest: the lines behind it, with the fields epoch, tick, a, b.
         end: the tick of the end, or None.
     """
-    amiss = _malformed(course, found)
-    if amiss is not None:
-        return amiss, due
+    why = _malformed(course, found)
+    if why is not None:
+        return why, due
     line = CourseEvent((found[0] << UNIT_BITS) + found[1], *found[2:])
-    own, why_not = _own_tick(course, line)
+    own, why = _own_tick(course, line)
     if due is None and own is not None and end is None:
         due = course.next(own)
     if due is not None and due[1:] == line[1:]:
@@ -379,19 +362,12 @@ def _reason(
         how = f"{off:,} tick{'s' if off > 1 else ''} {'earlier' if line.tick > due.tick else 'later'}"
         return f"{_named(line)}: its tick should be {_when(due.tick)}, {how}", due
     at = f"{_named(line)} at {_when(line.tick)}"
-    if due is not None:
-        first = f"{_named(due)}, at {_when(due.tick)}"
-        follows = _place_in(rest, due)
-        if follows is None and (own == line.tick or due.tick < line.tick):
-            return f"{at}: before that comes {first}, and that is not in the log", due
-        if own == line.tick or (follows == 0 and _follows(course, due, line)):
-            place = "the next line" if follows == 0 else f"{(follows or 0) + 1:,} lines further on"
-            return f"{at} is in the wrong order: before it comes {first}, which is {place}", due
-    if before is not None and line.tick < before.tick:
-        return f"{at} is earlier than the line before it, at {_when(before.tick)}", due
     if due is None and end is not None and line.tick > end:
         return f"{at} is after the end, which is at {_when(end)}", due
-    return f"{at}: {why_not}" + ("" if due is None else f"; what comes next is {first}"), due
+    if own == line.tick and due is not None:
+        return f"{at} comes too early: before it comes {_named(due)} at {_when(due.tick)}", due
+    follows = "" if due is None else f"; what comes next is {_named(due)} at {_when(due.tick)}"
+    return f"{at}: {why}{follows}", due
 
 
 def _malformed(course: Course, found: Line) -> str | None:
@@ -433,18 +409,3 @@ def _own_tick(course: Course, line: CourseEvent) -> tuple[int | None, str]:
     if own is None:
         return None, "by their present plans these two do not meet"
     return own, f"by the present plans that is at {_when(own)}"
-
-
-def _place_in(rest: NDArray[Any], event: CourseEvent) -> int | None:
-    """Returns where an event stands in lines."""
-    same = np.ones(len(rest), np.bool_)
-    for name, value in zip(_NAMES, _line_of(event), strict=True):
-        same &= rest[name] == value
-    return int(same.argmax()) if same.any() else None
-
-
-def _follows(course: Course, due: CourseEvent, line: CourseEvent) -> bool:
-    """Returns whether a line is right after what comes next has happened."""
-    course.next(due.tick)
-    course.carry_out()
-    return course.next(line.tick) == line

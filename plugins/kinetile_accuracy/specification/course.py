@@ -170,7 +170,7 @@ class Course:
             entry = heap[0]
             tick, kind, a, b = entry[:4]
             if not self._is_current(entry) or (kind == _PAIR and self._has_begun(a, b, tick)):
-                heapq.heappop(heap)  # a pair has an entry for each of the two: the second comes to nothing
+                heapq.heappop(heap)  # a pair has an entry for each of the two: the second is void
             elif self._is_command_next():
                 planned = self._commands[-1]
                 self.now = max(self.now, planned.tick)
@@ -471,13 +471,13 @@ class Course:
         for body, waits in zip(bodies, self._bounds.waits(bodies, self.now), strict=True):
             if not self._periodic and self._met[body] != _NOBODY and self.barred(body, self._met[body]):
                 waits[self._met[body]] = np.inf
-            for a, b, _ in () if self._periodic else self._passing:  # asked again when they have parted
+            for a, b, _ in () if self._periodic else self._passing:  # bounded again at their parting
                 if body in (a, b):
                     waits[a + b - body] = np.inf
             stamp = self._stamp[body]
             rest = HORIZON
             if len(waits) > _FEW:
-                # Those of the next tick, too: they would be asked for again and again.
+                # Those of the next tick, too: their bound would be renewed again and again.
                 enough = max(np.partition(waits, _FEW - 1)[_FEW - 1], 1.0)
                 few = np.flatnonzero(waits <= enough)
                 if enough < HORIZON:

@@ -107,21 +107,7 @@ def overlap(m: Difference, one: FlightPlan, two: FlightPlan, size: Fraction) -> 
     """Returns whether two bodies overlap by more than 1e-12 of a size, now (rule 11s)."""
     d, _ = _course(PairQuadratic(one, two))
     margin = m.radius - Fraction(1e-12) * size
-    return _squared_gap(m, d) < margin * abs(margin)
-
-
-def _squared_gap(m: Difference, d: Exact) -> Fraction:
-    """Returns the square of the distance of a place from a difference, with the sign of the distance."""
-    gaps = [_dot(face.normal, _less(d, face.start)) for face in m.faces]
-    alongs = [_dot(face.way, _less(d, face.start)) for face in m.faces]
-    lengths = [_dot(face.way, face.way) for face in m.faces]
-    squares = [gap * abs(gap) / length for gap, length in zip(gaps, lengths, strict=True)]
-    if m.faces and max(gaps) <= 0 and (len(m.faces) > 2 or 0 <= alongs[0] <= lengths[0]):
-        return max(squares)
-    for square, along, length in zip(squares, alongs, lengths, strict=True):
-        if square > 0 and 0 <= along <= length:
-            return square
-    return min(_dot(away, away) for away in (_less(d, corner) for corner in m.corners))
+    return _nearest(m, d)[0] < margin * abs(margin)
 
 
 def _course(course: PairQuadratic) -> tuple[Exact, Exact]:
@@ -151,18 +137,25 @@ def nearest(m: Difference, d: Exact) -> list[Feature] | None:
     Outside M that is a face or a corner. Inside, and on its outline, it is the face with the largest signed
     distance g/|n|, or several of the same.
     """
+    square, features = _nearest(m, d)
+    return features if square <= m.radius**2 else None
+
+
+def _nearest(m: Difference, d: Exact) -> tuple[Fraction, list[Feature]]:
+    """Returns the square of the distance of d from M, negative inside, and the features nearest to d."""
     gaps = [_dot(face.normal, _less(d, face.start)) for face in m.faces]
     alongs = [_dot(face.way, _less(d, face.start)) for face in m.faces]
     lengths = [_dot(face.way, face.way) for face in m.faces]
+    squares = [gap * abs(gap) / length for gap, length in zip(gaps, lengths, strict=True)]
     if m.faces and max(gaps) <= 0 and (len(m.faces) > 2 or 0 <= alongs[0] <= lengths[0]):
-        sizes = [gap * abs(gap) / length for gap, length in zip(gaps, lengths, strict=True)]
-        return [Feature("face", k) for k, size in enumerate(sizes) if size == max(sizes)]
-    for k, (gap, along, length) in enumerate(zip(gaps, alongs, lengths, strict=True)):
-        if gap > 0 and 0 <= along <= length:
-            return [Feature("face", k)] if gap * gap <= m.radius**2 * length else None
-    squares = [_dot(_less(d, corner), _less(d, corner)) for corner in m.corners]
-    closest = min(squares)
-    return [Feature("corner", squares.index(closest))] if closest <= m.radius**2 else None
+        most = max(squares)
+        return most, [Feature("face", k) for k, square in enumerate(squares) if square == most]
+    for k, (square, along, length) in enumerate(zip(squares, alongs, lengths, strict=True)):
+        if square > 0 and 0 <= along <= length:
+            return square, [Feature("face", k)]
+    corners = [_dot(_less(d, corner), _less(d, corner)) for corner in m.corners]
+    closest = min(corners)
+    return closest, [Feature("corner", corners.index(closest))]
 
 
 def _approach(m: Difference, feature: Feature, d: Exact, v: Exact) -> Fraction:

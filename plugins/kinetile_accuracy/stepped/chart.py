@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import kinetile as kt
 from kinetile.errors import MissingExtra
-from kinetile_accuracy.drawing import is_narrow, legend_below, new_figure
+from kinetile_accuracy.drawing import legend_below, new_figure
 from kinetile_accuracy.sections import (
     Budget,
     Claim,
@@ -141,17 +141,15 @@ def _about(effort: Effort) -> str:
     return (
         "Discs on a grid are set off at the same speed in random directions (recipe grid). Cost is the "
         f"CPU time of the loop for a unit of simulated time (runs go to {UNTIL:g}): the median of at least "
-        f"{ROUNDS} runs on each of {effort.seeds} scenes, garbage collector off, set-up and compilation "
-        "apart. Snapshots are the pseudo-dynamic method, in compiled Python as the kinetic methods are: "
+        f"{ROUNDS} runs on each of {effort.seeds} scenes, set-up and compilation apart. Snapshots are the "
+        "pseudo-dynamic method, in compiled Python as the kinetic methods are: "
         "every dt all discs are moved, and pairs that overlap and approach get the elastic impulse; pairs "
         "are found by static sweep-and-prune with insertion sort (sweep) or by a grid (cells); walls are "
         "exact. The deepest overlap is that of two discs, in radii, as far as the method itself sees it: "
         "at its snapshots, or at contacts for kinetic methods. First encounters are contacts of two discs "
-        "that have touched neither disc nor wall before, taken from the kinetic run with all pairs; a "
+        "that have touched neither disc nor wall before, taken from the kinetic run under naive; a "
         "method misses one that it does not have as the first contact of both discs, where contacts of "
-        "one snapshot count as simultaneous (which favours long steps). The table says how many of them "
-        "have no impulse at all (the only snapshots that see the overlap see the discs part), and how many "
-        "are unseen; what is missed besides is of another order in time."
+        "one snapshot count as simultaneous (which favours long steps)."
     )
 
 
@@ -173,7 +171,7 @@ def described(rows: Sequence[SpeedError]) -> dict[str, Any]:
     """Returns what a chart of these rows is of: the scenes, what each phase does in a unit of time, and the
     steps of each other method; nothing that a clock has measured.
 
-    It stands in the chart's metadata: a chart that is of other phases than there are now is found out.
+    It is in the chart's metadata, where a test compares it with the present phases.
     """
     kinetic = [row for row in rows if row.kind == "kinetic"]
     steps = {
@@ -190,8 +188,7 @@ def described(rows: Sequence[SpeedError]) -> dict[str, Any]:
 
 
 def crossing(curve: Sequence[SpeedError], cost: float) -> SpeedError | None:
-    """Returns a row for where a method in steps has this cost, between two of its rows; None where it never
-    has.
+    """Returns a row for the step at which a method has this cost, between two of its rows; None: none.
 
     Step and overlap are interpolated by the logarithm of the cost, the share that is missed linearly in that
     of the step.
@@ -313,8 +310,6 @@ def _look_of(row: SpeedError, kinetic: Sequence[str]) -> _Look:
 def draw_speed_error(rows: Sequence[SpeedError]) -> Figure:
     """Returns the chart of the rows of one kind of scene."""
     figure, panels = new_figure(4, 4.4, sharey=True, width_ratios=(3, 7, 3, 7))
-    if is_narrow(figure):
-        figure, panels = new_figure(2, 8.0, rows=2, sharey=True, width_ratios=(3, 7))
     kinetic = list(grouped([row for row in rows if row.kind == "kinetic"], "method"))
     figure.supylabel("CPU seconds for one unit of simulated time", fontsize="medium")
     panels[0].set(yscale="log", ylim=(0.6 * min(r.cost for r in rows), 1.7 * max(r.cost for r in rows)))
@@ -372,7 +367,7 @@ def _draw_method(strip: Any, main: Any, error: str, rows: Sequence[SpeedError], 
     rows = sorted(rows, key=_step)
     style: dict[str, Any] = {"color": look.colour, "marker": look.marker, "clip_on": False}
     kinetic = rows[0].kind == "kinetic"
-    # A white edge parts a marker from another that it lies over.
+    # A white edge separates a marker from another that it lies over.
     solid = {"markersize": 7.0, "markeredgecolor": "white", "markeredgewidth": 0.6}
     style |= solid if kinetic else {"markersize": 4.0, "markerfacecolor": "white"}
     style["label"] = look.name

@@ -5,10 +5,9 @@ Both are driven as fairly as their interfaces allow: no gravity, friction, dampi
 bodies that cannot rotate, no correction of overlaps if it can be turned off, walls that cannot be
 crossed. ``engine_settings`` returns the settings in words.
 
-A timed run only calls the engine's step (from Python: about a microsecond a call). Results
-are taken from other, watched runs: the engine calls back at each overlap that begins and at each
-impulse, and if depths are wanted, all positions are read after each step. The processor time of such a run
-is not used.
+A timed run only calls the engine's step (from Python: about a microsecond a call). Results are taken from
+other, watched runs: the engine calls back at each impulse, and for the deepest overlap all positions are read
+after each step. The processor time of such a run is not used.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ Floats = npt.NDArray[np.float64]
 Point = tuple[float, float]
 EngineName = Literal["chipmunk", "box2d", "box2d-bullets"]
 Watched = Literal["not", "contacts", "depths"]
-"""Records beside the processor time: nothing, overlaps, or overlaps and depths."""
+"""Records beside the processor time: nothing, contacts, or contacts and the deepest overlap."""
 
 TITLES: dict[EngineName, str] = {
     "chipmunk": "Chipmunk",
@@ -93,9 +92,8 @@ class _World:
         return np.array(found).reshape(-1, 2) / self.speed
 
 
-OnOverlap = Callable[[int, int, bool], None]
-"""Called with the numbers of two bodies, or of a wall and a body, and with False where an overlap begins,
-True where there was an impulse."""
+OnContact = Callable[[int, int], None]
+"""Called after an impulse with the numbers of two bodies, or of a wall and a body."""
 
 
 def run_engine(
@@ -103,8 +101,8 @@ def run_engine(
 ) -> SteppedRun:
     """Runs a scene in steps of ``dt`` to ``until``, or to the first step after it, in an engine.
 
-    Values that are not recorded are missing from the result: overlaps, or depths, which are then NaN. The
-    depth of a contact is the remaining one after its step; ``deepest`` is over all pairs and steps.
+    What is not watched is missing from the result: contacts, or ``deepest``, which is then NaN. That is the
+    deepest overlap after a step, over all pairs and steps.
 
     Raises:
         MissingExtra: the engine is not installed.
@@ -114,24 +112,24 @@ def run_engine(
     if scene.commands or scene.arena is None or not len(scene):
         raise Refused("the engines are given scenes with bodies, an arena and no turns; this one is not such")
     steps = steps_until(scene, dt, until)
-    met: list[tuple[int, int, bool]] = []
-    on_overlap = None if watched == "not" else lambda a, b, acted: met.append((max(a, b), min(a, b), acted))
+    met: list[tuple[int, int]] = []
+    on_contact = None if watched == "not" else lambda a, b: met.append((a, b))
     package = engine_module(name)
     if name == "chipmunk":
-        world = _chipmunk(package, scene, dt, on_overlap)
+        world = _chipmunk(package, scene, dt, on_contact)
     else:
-        world = _box2d(package, scene, dt, on_overlap, bullets=name == "box2d-bullets")
-    overlaps = np.empty(0, STEPPED)
+        world = _box2d(package, scene, dt, on_contact, bullets=name == "box2d-bullets")
+    contacts = np.empty(0, STEPPED)
     deepest = math.nan
     began = time.thread_time()
     if watched == "not":
         world.advance(steps)
     else:
-        overlaps, deepest = _watch(world, scene, steps, met, watched == "depths")
+        contacts, deepest = _watch(world, scene.radius, steps, met, watched == "depths")
     cpu_seconds = time.thread_time() - began
     position, velocity = world.positions(), world.velocities()
     drift = energy_drift(scene, velocity)
-    return SteppedRun(dt, steps, position, velocity, overlaps, deepest, drift, cpu_seconds)
+    return SteppedRun(dt, steps, position, velocity, contacts, deepest, drift, cpu_seconds)
 
 
 def engine_module(name: EngineName) -> Any:
@@ -181,24 +179,17 @@ _SETTINGS: dict[EngineName, str] = {
 
 
 def _watch(
-    world: _World, scene: Scene, steps: int, met: list[tuple[int, int, bool]], depths: bool
+    world: _World, radius: Floats, steps: int, met: list[tuple[int, int]], depths: bool
 ) -> tuple[npt.NDArray[np.void], float]:
-    """Takes the steps one by one; returns the overlaps, and the deepest of two discs in radii."""
-    rows: list[tuple[int, int, int, bool, float]] = []
+    """Takes the steps one by one; returns the contacts, and the deepest overlap of two discs in radii."""
+    rows: list[tuple[int, int, int]] = []
     deepest = 0.0 if depths else math.nan
-    radius = scene.radius
     for step in range(1, steps + 1):
         world.advance(1)
         if depths:
-            position = world.positions()
-            deepest = max(deepest, deepest_overlap(position, radius))
-        for high, low, acted in met:
-            a, b = (low, high) if low >= 0 else (high, low)
-            depth = math.nan if b >= 0 and not depths else 0.0
-            if b >= 0 and depths:
-                overlap = radius[a] + radius[b] - math.dist(position[a], position[b])
-                depth = max(overlap, 0.0) / min(radius[a], radius[b])
-            rows.append((step, a, b, acted, depth))
+            deepest = max(deepest, deepest_overlap(world.positions(), radius))
+        for low, high in map(sorted, met):
+            rows.append((step, low, high) if low >= 0 else (step, high, low))
         met.clear()
     return np.array(rows, STEPPED), deepest
 
@@ -211,7 +202,7 @@ def _walls(width: float, height: float, out: float) -> Iterator[tuple[int, Point
     yield TOP, (0.0, height + out), (width, height + out)
 
 
-def _chipmunk(pymunk: Any, scene: Scene, dt: float, on_overlap: OnOverlap | None) -> _World:
+def _chipmunk(pymunk: Any, scene: Scene, dt: float, on_contact: OnContact | None) -> _World:
     """Returns a scene in a pymunk Space."""
     assert scene.arena is not None
     space = pymunk.Space()
@@ -233,33 +224,28 @@ def _chipmunk(pymunk: Any, scene: Scene, dt: float, on_overlap: OnOverlap | None
     for shape, number, *its in shapes:
         shape.elasticity, shape.friction, shape.number = 1.0, 0.0, number
         space.add(*its, shape)
-    if on_overlap is not None:
-        space.on_collision(None, None, **_callbacks(on_overlap))
+    if on_contact is not None:
+        space.on_collision(None, None, post_solve=_post_solve(on_contact))
     return _World(partial(space.step, dt), bodies)
 
 
-def _callbacks(on_overlap: OnOverlap) -> dict[str, Any]:
-    """Returns what Chipmunk calls where an overlap begins, and after its response."""
-
-    def begin(arbiter: Any, *_: Any) -> None:
-        a, b = (shape.number for shape in arbiter.shapes)
-        on_overlap(a, b, False)
+def _post_solve(on_contact: OnContact) -> Callable[..., None]:
+    """Returns what Chipmunk calls after its response."""
 
     def post_solve(arbiter: Any, *_: Any) -> None:
         if arbiter.total_impulse.length > 0.0:
-            a, b = (shape.number for shape in arbiter.shapes)
-            on_overlap(a, b, True)
+            on_contact(*(shape.number for shape in arbiter.shapes))
 
-    return {"begin": begin, "post_solve": post_solve}
+    return post_solve
 
 
-def _box2d(box2d: Any, scene: Scene, dt: float, on_overlap: OnOverlap | None, bullets: bool) -> _World:
+def _box2d(box2d: Any, scene: Scene, dt: float, on_contact: OnContact | None, bullets: bool) -> _World:
     """Returns a scene in a b2World, scaled in length and time."""
     assert scene.arena is not None
     mean = math.sqrt(2.0 * kinetic_energy(scene.mass, scene.velocity) / float(scene.mass.sum()) or 1.0)
     length = min(_LARGEST / float(scene.radius.max()), _FARTHEST / (_FASTEST * mean * dt))
     speed = _PACE / mean
-    listener = _listener(box2d, on_overlap) if on_overlap is not None else None
+    listener = _listener(box2d, on_contact) if on_contact is not None else None
     more = {"contactListener": listener} if listener is not None else {}
     world = box2d.b2World(gravity=(0.0, 0.0), doSleep=False, **more)
     world.continuousPhysics = world.warmStarting = True
@@ -288,14 +274,11 @@ def _box2d(box2d: Any, scene: Scene, dt: float, on_overlap: OnOverlap | None, bu
     return _World(step, bodies, "linearVelocity", length, speed, (world, listener))
 
 
-def _listener(box2d: Any, on_overlap: OnOverlap) -> Any:
-    """Returns what Box2D calls where an overlap begins, and after its response."""
-
-    def begin(self: Any, contact: Any) -> None:
-        on_overlap(contact.fixtureA.body.userData, contact.fixtureB.body.userData, False)
+def _listener(box2d: Any, on_contact: OnContact) -> Any:
+    """Returns what Box2D calls after its response."""
 
     def post_solve(self: Any, contact: Any, impulse: Any) -> None:
         if any(normal > 0.0 for normal in impulse.normalImpulses):
-            on_overlap(contact.fixtureA.body.userData, contact.fixtureB.body.userData, True)
+            on_contact(contact.fixtureA.body.userData, contact.fixtureB.body.userData)
 
-    return type("Listener", (box2d.b2ContactListener,), {"BeginContact": begin, "PostSolve": post_solve})()
+    return type("Listener", (box2d.b2ContactListener,), {"PostSolve": post_solve})()

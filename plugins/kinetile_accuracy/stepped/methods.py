@@ -6,21 +6,18 @@ contacts says little about a method: missed and invented contacts cancel. Here o
 which *neither of the two discs has touched anything before*, no disc and no wall: both have flown straight
 from the scene's start, where all methods agree. A method has such an encounter if it, too, has it as the
 first contact of both discs, at any time; to be a contact, it has to have an impulse. Contacts found at the
-same snapshot have no order, and each of them may be the first. Two weaker counts are taken as well: whether
-there is such a contact at all, and whether at least an overlap was seen.
+same snapshot have no order, and each of them may be the first.
 
 Times are processor time of the loop alone (static construction included, set-up and compilation apart), the
-median of at least five runs, with Python's garbage collector off; the methods take turns, so that a machine
-that slows down slows all of them. Errors are taken from other runs than the times.
+median of at least five runs; the methods take turns, so that a machine that slows down slows all of them.
+Errors are taken from other runs than the times.
 """
 
 from __future__ import annotations
 
-import gc
 import math
 import statistics
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -47,22 +44,6 @@ Kind = Literal["kinetic", "snapshots", "engine"]
 _NEVER = np.iinfo(np.int64).max
 
 
-class Missed(NamedTuple):
-    """How many first encounters there are, and how many of them a method misses.
-
-    Attributes:
-        encounters: how many there are.
-        missed: of them, those that are not the first contact of both discs.
-        passed: those that are no contact at all: there is no impulse.
-        unseen: those that are not even seen as an overlap.
-    """
-
-    encounters: int
-    missed: int
-    passed: int
-    unseen: int
-
-
 def first_encounters(contacts: npt.NDArray[np.void], bodies: int) -> npt.NDArray[np.int64]:
     """Returns which contacts (their numbers) are first encounters of two discs.
 
@@ -85,26 +66,12 @@ def _first_of_both(
     return both
 
 
-def missed_of(pairs: npt.NDArray[np.integer[Any]], bodies: int, overlaps: npt.NDArray[np.void]) -> Missed:
-    """Returns how many of the first encounters ``pairs``, (k, 2), a run with these overlaps misses."""
-    contacts = overlaps[overlaps["acted"]]
-    there = (
-        found(pairs, contacts, bodies, first=True),
-        found(pairs, contacts, bodies),
-        found(pairs, overlaps, bodies),
-    )
-    return Missed(len(pairs), *(len(pairs) - int(each.sum()) for each in there))
-
-
 def found(
-    pairs: npt.NDArray[np.integer[Any]], contacts: npt.NDArray[np.void], bodies: int, *, first: bool = False
+    pairs: npt.NDArray[np.integer[Any]], contacts: npt.NDArray[np.void], bodies: int
 ) -> npt.NDArray[np.bool_]:
-    """Returns which of the ``pairs``, (k, 2), are among the contacts (dtype STEPPED), (k,).
-
-    With ``first``, only those contacts count that are the first of both discs.
-    """
-    discs = _first_of_both(contacts, bodies, contacts["step"]) if first else contacts["b"] >= 0
-    a, b = contacts["a"][discs].astype(np.int64), contacts["b"][discs].astype(np.int64)
+    """Returns which of the ``pairs``, (k, 2), have a contact that is the first of both discs, (k,)."""
+    first = contacts[_first_of_both(contacts, bodies, contacts["step"])]
+    a, b = first["a"].astype(np.int64), first["b"].astype(np.int64)
     wanted = np.sort(np.asarray(pairs, dtype=np.int64).reshape(-1, 2), axis=1)
     return np.isin(wanted[:, 0] * bodies + wanted[:, 1], np.minimum(a, b) * bodies + np.maximum(a, b))
 
@@ -122,20 +89,13 @@ class SpeedError:
     cost_low: Annotated[float, Column("of the cheapest of the scenes")]
     cost_high: Annotated[float, Column("of the dearest of the scenes")]
     deepest: Annotated[float, Column("of two discs, in radii", "deepest overlap / r")]
-    deepest_low: Annotated[float, Column("the least of the scenes")]
     deepest_high: Annotated[float, Column("the greatest of the scenes")]
-    depth_median: Annotated[
-        float | None, Column("when found, in radii (engines: after that step)", "median overlap / r")
-    ]
     energy_drift: Annotated[float, Column("relative change of the kinetic energy, at most", "energy drift")]
     contacts: Annotated[float, Column("of two discs in a unit of time, the mean", "contacts of discs")]
     events: Annotated[float | None, Column("of a kinetic method in a unit of time, the mean", "events")]
     encounters: Annotated[int, Column("how many were looked for", "first encounters")]
     missed: Annotated[int, Column("of them, those that are not the first contact of both discs", "missed")]
-    passed: Annotated[int, Column("of them, those that get no impulse", "without an impulse")]
-    unseen: Annotated[int, Column("of them, those that are not even seen as an overlap", "unseen")]
     missed_share: Annotated[float, Column("missed / first encounters", "share missed")]
-    missed_error: Annotated[float, Column("standard error of that share")]
 
 
 class ReferenceRun(NamedTuple):
@@ -160,23 +120,22 @@ class Method:
         if self.kind == "engine":
             return run_engine(name, scene, self.dt or 0.0, until, watched=watched)
         if self.kind == "snapshots":
-            return run_snapshots(scene, self.dt or 0.0, until, finder=name, parting=watched != "not")
+            return run_snapshots(scene, self.dt or 0.0, until, finder=name)
         simulation = kt.Simulation(scene, name, keep_contacts=watched != "not")
         simulation.compile()
         simulation.run(until)
-        overlaps = np.empty(0, STEPPED)
+        contacts = np.empty(0, STEPPED)
         if watched != "not":
-            contacts = simulation.contacts
-            overlaps = np.zeros(len(contacts), STEPPED)
-            overlaps["step"], overlaps["acted"] = np.arange(len(contacts)), True
-            overlaps["a"], overlaps["b"] = contacts["a"], contacts["b"]
+            contacts = np.zeros(len(simulation.contacts), STEPPED)
+            contacts["step"] = np.arange(len(contacts))
+            contacts["a"], contacts["b"] = simulation.contacts["a"], simulation.contacts["b"]
         now = simulation.readings
         return SteppedRun(
             dt=0.0,
             steps=now.events,
             position=simulation.positions(),
             velocity=simulation.velocities(),
-            overlaps=overlaps,
+            contacts=contacts,
             deepest=now.deepest_overlap,
             energy_drift=now.energy_drift,
             cpu_seconds=now.cpu_seconds,
@@ -213,15 +172,16 @@ def measure_rows(
             cost_of.append(cost)
         progress(k + 1, total)
     known = reference_runs(bodies, density, encounters)
+    sought = sum(len(each.pairs) for each in known)
     rows = []
     for k, method in enumerate(methods):
-        rows.append(_row(bodies, density, method, costs[k], observed[k], _missed(method, known)))
+        rows.append(_row(bodies, density, method, costs[k], observed[k], sought, _missed(method, known)))
         progress(seeds + k + 1, total)
     return rows
 
 
 def reference_runs(bodies: int, density: float, encounters: int) -> list[ReferenceRun]:
-    """Returns scenes that together have at least this many first encounters, by the run with all pairs."""
+    """Returns scenes that together have at least this many first encounters, by the run under ``naive``."""
     known: list[ReferenceRun] = []
     count, seed = 0, 0
     while count < encounters and seed < 10 * encounters:
@@ -238,38 +198,23 @@ def reference_runs(bodies: int, density: float, encounters: int) -> list[Referen
     return known
 
 
-def _missed(method: Method, known: Sequence[ReferenceRun]) -> Missed:
+def _missed(method: Method, known: Sequence[ReferenceRun]) -> int:
     """Returns how many first encounters a method misses."""
-    counts = []
+    missed = 0
     for scene, pairs, last in known:
         run = method.run(scene, last + 2.0 * (method.dt or 0.0), "contacts")
-        counts.append(missed_of(pairs, len(scene), run.overlaps))
-    return Missed(*map(sum, zip(*counts, strict=True)))
+        missed += int((~found(pairs, run.contacts, len(scene))).sum())
+    return missed
 
 
 def _costs(methods: Sequence[Method], scene: kt.Scene) -> list[float]:
     """Returns the cost of each method on a scene, the median of runs in which the methods take turns."""
     runs: list[list[float]] = [[] for _ in methods]
-    with _no_collector():
-        batches = [
-            min(math.ceil(_ENOUGH / ROUNDS / max(method.cost(scene), 1e-9)), _MOST) for method in methods
-        ]
-        for _ in range(ROUNDS):
-            for k, method in enumerate(methods):
-                runs[k] += [method.cost(scene) for _ in range(batches[k])]
+    batches = [min(math.ceil(_ENOUGH / ROUNDS / max(method.cost(scene), 1e-9)), _MOST) for method in methods]
+    for _ in range(ROUNDS):
+        for k, method in enumerate(methods):
+            runs[k] += [method.cost(scene) for _ in range(batches[k])]
     return [statistics.median(each) for each in runs]
-
-
-@contextmanager
-def _no_collector() -> Iterator[None]:
-    gc.collect()
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
 
 
 def _row(
@@ -278,10 +223,10 @@ def _row(
     method: Method,
     costs: Sequence[float],
     observed: Sequence[SteppedRun],
-    missed: Missed,
+    encounters: int,
+    missed: int,
 ) -> SpeedError:
     deepest = [run.deepest for run in observed]
-    share = missed.missed / missed.encounters
     kinetic = method.kind == "kinetic"
     return SpeedError(
         bodies=bodies,
@@ -293,13 +238,11 @@ def _row(
         cost_low=min(costs),
         cost_high=max(costs),
         deepest=statistics.median(deepest),
-        deepest_low=min(deepest),
         deepest_high=max(deepest),
-        depth_median=None if kinetic else statistics.median(run.median_depth for run in observed),
         energy_drift=max(run.energy_drift for run in observed),
         contacts=statistics.mean(float((run.contacts["b"] >= 0).sum()) for run in observed) / UNTIL,
         events=statistics.mean(run.steps for run in observed) / UNTIL if kinetic else None,
-        **missed._asdict(),
-        missed_share=share,
-        missed_error=math.sqrt(share * (1.0 - share) / missed.encounters),
+        encounters=encounters,
+        missed=missed,
+        missed_share=missed / encounters,
     )

@@ -7,12 +7,12 @@ other the elastic impulse. Two ways to find the pairs:
 
 - ``sweep``: static sweep-and-prune along x, the discs kept sorted by insertion from one snapshot to the next
   (the rows themselves are moved, so that the sweep reads the memory in order);
-- ``cells``: a grid of cells as wide as the largest disc, filled anew at each snapshot.
+- ``cells``: a grid of cells as wide as the largest disc, filled again at each snapshot.
 
 Its errors are not roundings. An overlap is seen up to dt late, or not at all if it begins and ends
 between two snapshots; and if the only snapshot that sees it falls into its second half, in which the discs
-part, it gets no impulse. With S = v dt / (sum of radii), and all impact parameters alike, S^2/24
-of encounters are not seen, and S^2/6 pass without an impulse, as long as S is small. Walls are exact, so that
+part, it gets no impulse. With S = v dt / (sum of radii), and all impact parameters alike, S^2/6
+of encounters pass without an impulse, as long as S is small. Walls are exact, so that
 all of its error is the discs'. The loop is compiled by the same means as the kinetic ones, and its processor
 time is taken in the same way.
 """
@@ -40,10 +40,9 @@ _MOST_CELLS = 1 << 22
 
 Finder = Literal["sweep", "cells"]
 
-STEPPED = np.dtype([("step", "i8"), ("a", "i4"), ("b", "i4"), ("acted", "?"), ("depth", "f8")])
-"""An overlap found at a snapshot: its number (the start is 0), body ``a`` with body ``b`` > a or a wall
-(``kinetile.kernel.log``), whether they approached, so that there was an impulse, and how deep they overlap,
-in radii of the smaller body."""
+STEPPED = np.dtype([("step", "i8"), ("a", "i4"), ("b", "i4")])
+"""A contact found at a snapshot: its number (the start is 0), body ``a`` with body ``b`` > a or a wall
+(``kinetile.kernel.log``). Bodies that overlap and do not approach have none: they get no impulse."""
 
 
 class Bodies(NamedTuple):
@@ -60,7 +59,8 @@ class Bodies(NamedTuple):
     head: Any  # the first row in each cell, or -1
     following: Any  # the next row in a row's cell, or -1
     log: Any
-    logged: Any  # how many overlaps, also those for which the log has no room
+    logged: Any  # how many contacts, also those for which the log has no room
+    deepest: Any  # overlap of two bodies so far, in radii of the smaller
 
 
 # The loop, written as the kinetic kernel is: hooks that are forced inline, a template that ``compose`` fills
@@ -68,29 +68,26 @@ class Bodies(NamedTuple):
 
 
 @hook
-def _write(s: Bodies, step: int, a: int, b: int, acted: bool, depth: float) -> None:
-    """Logs an overlap, where there is room."""
+def _write(s: Bodies, step: int, a: int, b: int) -> None:
+    """Logs a contact, where there is room."""
     k = s.logged[0]
     s.logged[0] = k + 1
     if k < len(s.log):
         s.log[k].step = step
         s.log[k].a = a
         s.log[k].b = b
-        s.log[k].acted = acted
-        s.log[k].depth = depth
 
 
 @hook
-def _meet(s: Bodies, i: int, j: int, step: int, parting: bool) -> None:
-    """Gives the rows i and j the elastic impulse, if they overlap and approach.
-
-    With ``parting``, log them also if they overlap and do not.
-    """
+def _meet(s: Bodies, i: int, j: int, step: int) -> None:
+    """Gives the rows i and j the elastic impulse, if they overlap and approach."""
     dx = s.x[j] - s.x[i]
     dy = s.y[j] - s.y[i]
     square = dx * dx + dy * dy
     reach = s.radius[i] + s.radius[j]
     if square < reach * reach:
+        depth = (reach - math.sqrt(square)) / min(s.radius[i], s.radius[j])
+        s.deepest[0] = max(s.deepest[0], depth)
         approach = dx * (s.vx[j] - s.vx[i]) + dy * (s.vy[j] - s.vy[i])
         if approach < 0.0:
             to_i = s.mass[j] / (s.mass[i] + s.mass[j]) * 2.0 * approach / square
@@ -99,10 +96,7 @@ def _meet(s: Bodies, i: int, j: int, step: int, parting: bool) -> None:
             s.vy[i] += to_i * dy
             s.vx[j] -= to_j * dx
             s.vy[j] -= to_j * dy
-        if approach < 0.0 or parting:
-            depth = (reach - math.sqrt(square)) / min(s.radius[i], s.radius[j])
-            low, high = min(s.body[i], s.body[j]), max(s.body[i], s.body[j])
-            _write(s, step, low, high, approach < 0.0, depth)
+            _write(s, step, min(s.body[i], s.body[j]), max(s.body[i], s.body[j]))
 
 
 @hook
@@ -135,7 +129,7 @@ def _sort(s: Bodies) -> None:
 
 
 @hook
-def _sweep(s: Bodies, step: int, parting: bool, width: float, columns: int, rows: int) -> None:
+def _sweep(s: Bodies, step: int, width: float, columns: int, rows: int) -> None:
     """Treats each pair of rows whose extents along x overlap."""
     _sort(s)
     for i in range(len(s.x)):
@@ -143,11 +137,11 @@ def _sweep(s: Bodies, step: int, parting: bool, width: float, columns: int, rows
         for j in range(i + 1, len(s.x)):
             if s.left[j] > right:
                 break
-            _meet(s, i, j, step, parting)
+            _meet(s, i, j, step)
 
 
 @hook
-def _cells(s: Bodies, step: int, parting: bool, width: float, columns: int, rows: int) -> None:
+def _cells(s: Bodies, step: int, width: float, columns: int, rows: int) -> None:
     """Puts the rows into cells one by one, each treated with those already in its cell and around it."""
     s.head[:] = -1
     for i in range(len(s.x)):
@@ -157,7 +151,7 @@ def _cells(s: Bodies, step: int, parting: bool, width: float, columns: int, rows
             for c in range(max(column - 1, 0), min(column + 2, columns)):
                 j = s.head[r * columns + c]
                 while j >= 0:
-                    _meet(s, i, j, step, parting)
+                    _meet(s, i, j, step)
                     j = s.following[j]
         s.following[i] = s.head[row * columns + column]
         s.head[row * columns + column] = i
@@ -168,11 +162,11 @@ def _reflect(s: Bodies, i: int, step: int, place: Any, speed: Any, side: float, 
     """Puts a row that went through a wall of an axis back to where the reflection has it."""
     radius = s.radius[i]
     if place[i] < radius and speed[i] < 0.0:
-        _write(s, step, s.body[i], low, True, 1.0 - place[i] / radius)
+        _write(s, step, s.body[i], low)
         place[i] = 2.0 * radius - place[i]
         speed[i] = -speed[i]
     elif place[i] > side - radius and speed[i] > 0.0:
-        _write(s, step, s.body[i], high, True, 1.0 - (side - place[i]) / radius)
+        _write(s, step, s.body[i], high)
         place[i] = 2.0 * (side - radius) - place[i]
         speed[i] = -speed[i]
 
@@ -182,14 +176,7 @@ WALLED = True
 
 
 def _run(
-    s: Bodies,
-    steps: int,
-    dt: float,
-    parting: bool,
-    sides: tuple[float, float],
-    cell: float,
-    columns: int,
-    rows: int,
+    s: Bodies, steps: int, dt: float, sides: tuple[float, float], cell: float, columns: int, rows: int
 ) -> None:
     """Takes so many steps: the template of the loop."""
     s = disowned(s)
@@ -203,7 +190,7 @@ def _run(
                 _reflect(s, i, step, s.y, s.vy, sides[1], BOTTOM, TOP)
         for i in range(len(s.x)):
             s.left[i] = s.x[i] - s.radius[i]
-        find(s, step, parting, cell, columns, rows)
+        find(s, step, cell, columns, rows)
 
 
 class Discs(NamedTuple):
@@ -236,7 +223,7 @@ def deepest_loop() -> Callable[..., float]:
 
 @cache
 def snapshot_loop(finder: Finder, walled: bool) -> Callable[..., None]:
-    """Returns the compiled loop: ``loop(bodies, steps, dt, parting, sides, cell, columns, rows)``."""
+    """Returns the compiled loop: ``loop(bodies, steps, dt, sides, cell, columns, rows)``."""
     parts = {"find": _sweep if finder == "sweep" else _cells, "WALLED": walled}
     return compose(_run, parts, f"{finder}_{'walled' if walled else 'open'}", Bodies)
 
@@ -248,8 +235,8 @@ class SteppedRun:
     Attributes:
         dt, steps: the step and how many were taken.
         position, velocity: (n, 2), after the last step, in the scene's units and order.
-        overlaps: dtype STEPPED, in the order of steps; which ones depends on what the run logs.
-        deepest: the deepest overlap of two discs among them, in radii of the smaller.
+        contacts: dtype STEPPED, in the order of steps.
+        deepest: the deepest overlap of two discs at any snapshot, in radii of the smaller.
         energy_drift: relative change of the kinetic energy.
         cpu_seconds: processor time of the steps, set-up and compilation apart.
     """
@@ -258,32 +245,16 @@ class SteppedRun:
     steps: int
     position: Floats
     velocity: Floats
-    overlaps: npt.NDArray[np.void]
+    contacts: npt.NDArray[np.void]
     deepest: float
     energy_drift: float
     cpu_seconds: float
 
-    @property
-    def contacts(self) -> npt.NDArray[np.void]:
-        """The overlaps with an impulse."""
-        acted: npt.NDArray[np.void] = self.overlaps[self.overlaps["acted"]]
-        return acted
 
-    @property
-    def median_depth(self) -> float:
-        """How deep two discs overlap at their contacts, in radii of the smaller: the median."""
-        depths = self.contacts["depth"][self.contacts["b"] >= 0]
-        return float(np.median(depths)) if len(depths) else 0.0
-
-
-def run_snapshots(
-    scene: Scene, dt: float, until: float, *, finder: Finder = "sweep", parting: bool = False
-) -> SteppedRun:
+def run_snapshots(scene: Scene, dt: float, until: float, *, finder: Finder = "sweep") -> SteppedRun:
     """Runs a scene in steps of ``dt`` to ``until``, or to the first step after it.
 
-    All contacts are elastic. ``finder`` is how overlapping pairs are found (see the module). With
-    ``parting``, the result has all overlaps, also those at which the discs do not approach; without, the
-    contacts alone.
+    All contacts are elastic. ``finder`` is how overlapping pairs are found (see the module).
 
     Raises:
         Refused: the scene has turns; or it has no arena, and ``finder`` is "cells".
@@ -299,9 +270,9 @@ def run_snapshots(
     room = _ROOM
     while True:  # again, with room for all, where the log was too short
         bodies, more = _lay_out(scene, finder, room)
-        make_ready(loop, bodies, steps, dt, parting, *more)
+        make_ready(loop, bodies, steps, dt, *more)
         began = time.thread_time()
-        loop(bodies, steps, dt, parting, *more)
+        loop(bodies, steps, dt, *more)
         cpu_seconds = time.thread_time() - began
         room = int(bodies.logged[0])
         if room <= len(bodies.log):
@@ -309,15 +280,13 @@ def run_snapshots(
     order = np.argsort(bodies.body)
     position = np.column_stack([bodies.x, bodies.y])[order]
     velocity = np.column_stack([bodies.vx, bodies.vy])[order]
-    overlaps = np.array(bodies.log[:room])
-    depths = overlaps["depth"][overlaps["b"] >= 0]
     return SteppedRun(
         dt=dt,
         steps=steps,
         position=position,
         velocity=velocity,
-        overlaps=overlaps,
-        deepest=float(depths.max(initial=0.0)),
+        contacts=np.array(bodies.log[:room]),
+        deepest=float(bodies.deepest[0]),
         energy_drift=energy_drift(scene, velocity),
         cpu_seconds=cpu_seconds,
     )
@@ -382,5 +351,6 @@ def _lay_out(scene: Scene, finder: Finder, room: int) -> tuple[Bodies, tuple[Any
         following=np.empty(n, np.int32),
         log=np.zeros(room, STEPPED).view(np.recarray),
         logged=np.zeros(1, np.int64),
+        deepest=np.zeros(1),
     )
     return bodies, (sides, cell, columns, rows)

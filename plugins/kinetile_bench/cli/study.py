@@ -33,7 +33,7 @@ def run_study(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Do all tasks of a study that have no row yet; go on where it was stopped.
+    """Do all tasks of a study that have no row yet; continue where it was stopped.
 
     Exit code 1 where a run failed or was lost, or has other contacts than another one of its scene.
     """
@@ -68,7 +68,7 @@ def study_table(
     json: Json = False,
     csv: Csv = False,
 ) -> None:
-    """Print how a study stands, and means over seeds with ratios paired by seed.
+    """Print the progress of a study, and means over seeds with ratios paired by seed.
 
     Exit code 1 where a run failed or was lost, or has other contacts than another one of its scene.
     """

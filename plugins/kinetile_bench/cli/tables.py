@@ -154,7 +154,6 @@ def _choice(chosen: Chosen) -> list[Any]:
         chosen.candidates,
         ("broad phase", lambda row: row.phase),
         *_SPEED,
-        ("> arrays\nKB", lambda row: or_dash(row.memory, ",.0f", 1 / 1024)),
         ("", _remark),
     )
     where = chosen.conditions
@@ -169,7 +168,7 @@ def _choice(chosen: Chosen) -> list[Any]:
 
 
 def _remark(candidate: Any) -> str:
-    if candidate.memory is None:
+    if candidate.cpu_seconds is None:
         return "refuses"
     return "slow from the beginning" if candidate.hopeless else _kind(candidate.ended_by)
 

@@ -19,7 +19,7 @@ from kinetile_bench.study.workers import rows_of
 
 
 class StudyStatus(NamedTuple):
-    """How a study stands.
+    """The progress of a study.
 
     Attributes:
         total: how many tasks it has.
@@ -48,7 +48,7 @@ class Study:
 
     Args:
         source: a TOML file, or a mapping as in such a file.
-        results: the SQLite file of the rows; None: what the study says, or its file's name with ``.sqlite``.
+        results: the SQLite file of the rows; None: the study's own, or its file's name with ``.sqlite``.
 
     Raises:
         OSError: the file cannot be read.
@@ -81,7 +81,7 @@ class Study:
         progress: Callable[[int, int], None] | None = None,
         disagreed: Callable[[str], None] | None = None,
     ) -> StudyStatus:
-        """Runs all tasks that have no row yet; returns how the study stands then.
+        """Runs all tasks that have no row yet; returns the progress then.
 
         Args:
             executor: any of ``concurrent.futures``, a Dask client's among them; it is not shut down. None:
@@ -94,7 +94,8 @@ class Study:
             disagreed: called at once with a sentence where a row has other contacts than one of its scene.
 
         Raises:
-            StudyStopped: the workers cannot go on, or have other versions; a later run can.
+            StudyStopped: another process runs this study; or the workers cannot go on, or have other
+                versions: a later run can.
             RecordError: rows cannot be written.
             BadOption: a status that does not exist, or no workers.
         """
@@ -104,25 +105,26 @@ class Study:
             if status not in STATUSES:
                 raise BadOption(f"again is {status!r}; expected {one_of(status, STATUSES)}")
         file = RowFile(self.results)
-        # This writes in any case: a file that cannot be written is reported before a task runs in vain.
-        file.forget([row["key"] for row in self.rows() if row["status"] in again])
-        there = {row["key"]: row for row in file.read() if row["key"] in self.tasks}
-        todo = [task for key, task in self.tasks.items() if key not in there]
-        agreement, done = Agreement(there.values()), len(there)
-        with closing(rows_of(todo, executor, workers)) as rows:
-            for row in rows:
-                if row is not None:
-                    file.put(row)
-                    done += 1
-                    sentence = agreement.add(row)
-                    if sentence is not None and disagreed is not None:
-                        disagreed(sentence)
-                if progress is not None:
-                    progress(done, len(self.tasks))
+        file.forget([])  # a file that cannot be written is reported before a task runs in vain
+        with file.locked():
+            file.forget([row["key"] for row in self.rows() if row["status"] in again])
+            there = {row["key"]: row for row in file.read() if row["key"] in self.tasks}
+            todo = [task for key, task in self.tasks.items() if key not in there]
+            agreement, done = Agreement(there.values()), len(there)
+            with closing(rows_of(todo, executor, workers)) as rows:
+                for row in rows:
+                    if row is not None:
+                        file.put(row)
+                        done += 1
+                        sentence = agreement.add(row)
+                        if sentence is not None and disagreed is not None:
+                            disagreed(sentence)
+                    if progress is not None:
+                        progress(done, len(self.tasks))
         return self.status()._replace(ran=done - len(there))
 
     def status(self) -> StudyStatus:
-        """Returns how the study stands."""
+        """Returns the progress of the study."""
         every = RowFile(self.results).read()
         rows = [row for row in every if row["key"] in self.tasks]
         agreement = Agreement(rows)

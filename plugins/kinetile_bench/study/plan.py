@@ -1,4 +1,4 @@
-"""Plan of a study: what its file says, checked in full before anything runs.
+"""Plan of a study: the content of its file, checked in full before anything runs.
 
 A value of a parameter is that value in every scene; a list is each of its values in scenes of their own. So a
 parameter that takes several numbers itself, such as ``radii``, has lists in a list.
@@ -114,7 +114,7 @@ STUDY_KEYS: Keys = {
     "seeds": ("how many seeds from 1 on, or a list of whole numbers, each once", _are_seeds),
     "repeats": ("a whole number, at least 1", _is_count),
     "observe": ('a list of observables, such as ["pressure", "msd:every=0.1"]', _is_list),
-    "results": ("the name of a file in the study's folder, or an absolute path", _is_text),
+    "results": ("the name of a file, from the study's folder on, or an absolute path", _is_text),
     **_END,
 }
 SCENE_KEYS: Keys = {
@@ -198,8 +198,8 @@ class _Reader:
         size = len(scenes) * len(phases) * repeats
         if size > MOST_TASKS:
             self.wrong("scenes", f"{size:,} tasks in all", f"at most {MOST_TASKS:,}")
-        results = self.results(self.given.get("results"))
-        return StudyPlan(tuple(scenes), phases, repeats, observe, results)
+        results = self.given.get("results")
+        return StudyPlan(tuple(scenes), phases, repeats, observe, results and self.folder / results)
 
     def texts(self, key: str, kind: Kind, check: Callable[[str], None]) -> tuple[str, ...]:
         """Returns the texts of a key, each of which has the name of a plugin of this kind, with options."""
@@ -215,17 +215,6 @@ class _Reader:
             except Exception as error:  # it may be a plugin's
                 self.wrong(f"{key}[{k}]", shown(text), f"a registered {kind}: {_reason(error)}")
         return tuple(texts)
-
-    def results(self, name: str | None) -> Path | None:
-        """Returns the file of the rows. A relative name that leaves the study's folder, by a link or without,
-        is refused: a file above it would surprise its user."""
-        if name is None:
-            return None
-        here, there = map(os.path.realpath, (self.folder, self.folder / name))
-        if not Path(name).is_absolute() and Path(here) not in Path(there).parents:
-            found = f"{shown(name)}, which is outside of the study's folder"
-            self.wrong("results", found, STUDY_KEYS["results"][0])
-        return self.folder / name
 
     def scenes(self, given: Any, k: int) -> list[StudyScene]:
         """Returns the scenes of one table, none where it has mistakes."""

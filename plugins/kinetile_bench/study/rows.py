@@ -4,6 +4,9 @@ The file is readable with any SQLite: its table ``rows`` has a row's key, its co
 Beside that, whether rows agree: the same scene to the same end has one list of contacts, under any phase, so
 a study is a test as well. Two rows with two fingerprints do not show which of them is wrong. So all rows of
 such a course have the status "disagrees", and each names one of the others.
+
+While a study runs it holds a lock, so that a second run does not do the same tasks. The lock is an open
+transaction on an empty file beside the rows, which the system ends with the process, however that ends.
 """
 
 from __future__ import annotations
@@ -12,12 +15,12 @@ import json
 import math
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from kinetile.errors import RecordError
-from kinetile_bench.study.task import DISAGREES, DONE, Row
+from kinetile_bench.study.task import DISAGREES, DONE, Row, StudyStopped
 
 APPLICATION, FORMAT = int.from_bytes(b"kine", "big"), 1
 """The program that wrote the file and its format, in the header where SQLite has places for both."""
@@ -35,6 +38,24 @@ class RowFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Within this context no other run of the study begins. Raises StudyStopped where one goes on."""
+        path = self.path.with_name(f"{self.path.name}.running")
+        with closing(sqlite3.connect(path, timeout=0.0, isolation_level=None)) as lock:
+            try:
+                lock.execute("BEGIN EXCLUSIVE")
+            except sqlite3.OperationalError as error:
+                raise StudyStopped(
+                    f"another process runs this study and writes its rows to {self.path}: wait for its end, "
+                    "or name another file for the rows of this run (results)"
+                ) from error
+            try:
+                yield
+            finally:
+                with suppress(OSError):  # where an open file cannot be removed, it stays, empty and free
+                    path.unlink()
 
     def read(self) -> list[Row]:
         """Returns all rows, in the order in which they came."""
@@ -62,8 +83,8 @@ class RowFile:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             with closing(sqlite3.connect(address, uri=True, timeout=_PATIENCE, isolation_level=None)) as file:
                 file.execute(begin)
-                asked = ("PRAGMA application_id", "PRAGMA user_version", "SELECT count(*) FROM sqlite_schema")
-                application, version, tables = (file.execute(each).fetchone()[0] for each in asked)
+                heads = ("PRAGMA application_id", "PRAGMA user_version", "SELECT count(*) FROM sqlite_schema")
+                application, version, tables = (file.execute(each).fetchone()[0] for each in heads)
                 if (application, version, tables) == (0, 0, 0):
                     file.execute(f"PRAGMA application_id = {APPLICATION}")
                     file.execute(f"PRAGMA user_version = {FORMAT}")

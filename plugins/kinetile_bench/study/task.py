@@ -168,7 +168,7 @@ def _source(kind: Kind | Literal["framework"], name: str) -> str:
 
 @cache
 def _digest_of(target: Any) -> str:
-    """Returns a digest of the sources of the package, or of the file, that a target stands in."""
+    """Returns a digest of the sources of the package, or of the file, that has a target."""
     try:
         if isinstance(target, str):
             files = _files_of(target.partition(":")[0].partition(".")[0])
@@ -176,7 +176,7 @@ def _digest_of(target: Any) -> str:
             files = [Path(inspect.getsourcefile(inspect.unwrap(target)) or "")]
         sources = (file.name.encode() + b"\0" + file.read_bytes() + b"\0" for file in files)
         return _hash(b"".join(sources))[:12]
-    except (OSError, TypeError, ValueError):  # it stands in no file
+    except (OSError, TypeError, ValueError):  # no file has it
         return "unknown"
 
 

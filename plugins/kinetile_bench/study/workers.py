@@ -122,8 +122,8 @@ def _processes(count: int) -> Iterator[Executor]:
             started[0].result()
         except BrokenExecutor as error:
             raise StudyStopped(
-                "the worker processes do not start. In a script, what runs a study must stand behind "
-                "`if __name__ == '__main__':`, for each worker imports the script"
+                "the worker processes do not start. In a script, the call that runs a study must be behind "
+                "`if __name__ == '__main__':`, because each worker imports the script"
             ) from error
         yield pool
     finally:

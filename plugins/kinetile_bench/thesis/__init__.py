@@ -90,12 +90,8 @@ class ThesisScene(NamedTuple):
         return f"{self.density:g}/{self.bodies}".removeprefix("0")
 
 
-@dataclass(frozen=True)
 class ThesisBench(PhasesMeasured):
-    """All cells, and where and with what they were measured."""
-
-    rows: tuple[Cell, ...]
-    conditions: Mapping[str, Any]
+    """The result: all cells."""
 
     @cached_property
     def _cells(self) -> dict[tuple[ThesisScene, str], dict[int, Cell]]:

@@ -151,7 +151,6 @@ def test_a_million_contacts_leave_energy_and_overlap_where_they_were():
     rows = drifts(kt.make_scene("grid", bodies=100, density=0.5, seed=1), 10**6, lambda *step: None)
     assert rows[-1].audits == 1000
     assert rows[-1].energy < 1e-13
-    assert rows[-1].momentum < 1e-14
     assert rows[-1].lateness == 0.0
     assert rows[-1].deepest_overlap < 2.0 * rows[0].deepest_overlap < 2e-14
 
@@ -162,5 +161,4 @@ def test_a_hundred_million_contacts_leave_energy_and_overlap_where_they_were():
     rows = drifts(kt.make_scene("grid", bodies=100, density=0.5, seed=1), 10**8, lambda *step: None)
     assert rows[-1].contacts == 10**8
     assert rows[-1].energy < 1e-11
-    assert rows[-1].momentum < 1e-12
     assert rows[-1].deepest_overlap < 3.0 * rows[0].deepest_overlap

@@ -79,7 +79,7 @@ def test_a_list_of_fewer_contacts_than_the_run_had_is_wrong(tmp_path, cradle):
     assert kinetile("certify-log", "cradle", path, "--max-contacts", 8).exit_code == 0
     short = kinetile("certify-log", "cradle", path, "--max-contacts", 9)
     assert short.exit_code == 1
-    assert "line 9 is wrong: there is more: 9 contacts are asked for" in short.stdout
+    assert "line 9 is wrong: there are to be 9 contacts" in short.stdout
 
 
 def test_lines_come_from_stdin(log):

@@ -212,4 +212,4 @@ def test_a_script_without_its_guard_gets_the_line_that_is_missing(tmp_path):
     script.write_text(f"import kinetile_bench\nkinetile_bench.Study({TABLES!r}, 'here').run(workers=1)\n")
     done = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert done.returncode == 1
-    assert "must stand behind `if __name__ == '__main__':`" in done.stderr
+    assert "must be behind `if __name__ == '__main__':`" in done.stderr

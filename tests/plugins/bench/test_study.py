@@ -138,15 +138,6 @@ def test_a_worker_of_other_versions_stops_the_study(tmp_path, monkeypatch):
     assert study.rows() == []
 
 
-def test_a_worker_of_another_kinetile_ran_a_study_of_foreign_plugins(tmp_path, monkeypatch, blind):
-    """Only the plugins' versions were compared: where all of them were foreign, kinetile's was not."""
-    kt.save_scene(kt.make_scene("cradle").replace(), tmp_path / "mine.toml")
-    study = Study(studies.write(tmp_path, MINE.format(blind)))
-    monkeypatch.setattr(tasks, "ANSWER", 99)
-    with pytest.raises(StudyStopped, match=r"another framework kinetile \(\S+, answer 99\)"):
-        studies.run_here(study)
-
-
 def test_responses_and_narrow_phases_of_a_scene_file_are_sources(tmp_path):
     """Rows of an older response were taken for rows of today's."""
     settings = Settings(narrow_phases=("wall", "disc"))
@@ -193,11 +184,26 @@ def test_progress_may_stop_it_and_what_was_done_is_there(tmp_path):
     assert run(TABLES, tmp_path)[1].ran == outcome.open
 
 
+def test_a_second_run_at_the_same_time_did_all_tasks_again(tmp_path):
+    refused = []
+
+    def second(done, total):
+        with pytest.raises(StudyStopped, match="another process runs this study"):
+            run(TABLES, tmp_path, again=["done"])
+        refused.append(done)
+
+    study, status = run(TABLES, tmp_path, progress=second)
+    assert (status.ran, status.statuses) == (8, {"done": 8})
+    assert len(refused) >= 8
+    assert list(tmp_path.iterdir()) == [study.results], "the lock leaves nothing"
+    assert run(TABLES, tmp_path)[1].ran == 0
+
+
 @pytest.mark.parametrize(
     ("how", "said"),
     [({"again": ["lots"]}, "did you mean 'lost'"), ({"workers": 0}, "workers is 0; expected a number, at")],
 )
-def test_what_cannot_be_asked_for(tmp_path, how, said):
+def test_wrong_arguments_are_refused(tmp_path, how, said):
     with pytest.raises(BadOption, match=said):
         Study(TABLES, tmp_path / "rows.sqlite").run(**how)
 

