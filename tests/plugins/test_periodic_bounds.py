@@ -173,7 +173,7 @@ def held_too_much(sim):
     ("change", "said"),
     [
         (link_unwatched, r"bounds [LR]\(\d\) and [LR]\(\d\) on x pass .*, but are watched at tick"),
-        (a_turn_away, "pass at tick .*, but are watched|stand in the wrong order"),
+        (a_turn_away, "pass at tick .*, but are watched|are in the wrong order"),
         (begun_elsewhere, "body 0 has its right bound left of its left one on x"),
         (held_too_little, r"the pair \(0, 1\) is held (1|3) times, and overlaps (2|4) times"),
         (held_too_much, r"the pair \(0, 1\) is held (3|5) times, and overlaps (2|4) times"),

@@ -11,7 +11,7 @@ docs/sweep-tiling.md has the list of invariants, with their numbers.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -106,7 +106,10 @@ FAILS = r"fails at tick \d+ by the plans of its bodies, but is watched"
         (link_one_way, [r"the tile R\(1\).outer - L\(4\).outer: its right port is linked to "]),
         (end_elsewhere, [r"lies between \(1, 3\) from its left, \(1, 0\) from its right"]),
         (link_twice, ["there are not 16 tiles"]),
-        (close_to_a_ring, ["and . is not named as near 0", r"comes to \d of 10 bounds: the tiles lie in a circle"]),
+        (
+            close_to_a_ring,
+            ["and . is not named as near 0", r"comes to \d of 10 bounds: the tiles lie in a circle"],
+        ),
         (move(1, 0.3, 0.0), ["wider than nothing to the wrong side, and does not fail now"]),
         (move(0, 0.2, 0.0), [r"the tile .* at x = 0\.\d+ is not the gap between body \d and body \d"]),
         (move(3, 0.0, 0.6), ["is not the gap between body 0 and body 3"]),
