@@ -123,7 +123,7 @@ def test_bodies_that_start_on_edges_and_corners(speed):
 
 @pytest.mark.parametrize("path", sorted(SCENES.glob("wide-newcomer-*.toml")), ids=lambda path: path.stem)
 def test_a_newcomer_wider_than_all_bodies_that_are_there_is_not_overlooked(path):
-    """Cells are as wide as the scene needs for which they have been prepared, not as the present bodies do."""
+    """Cells are as wide as the scene needs that they have been prepared for, not as the present bodies do."""
     sims = [kt.Simulation(kt.load_scene(path), phase) for phase in ("naive", "cells")]
     for sim in sims:
         sim.run()
