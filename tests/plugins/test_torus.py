@@ -130,14 +130,14 @@ def test_bodies_that_pass_come_and_go(seed):
     assert len(found) - any(isinstance(each, str) for each in found) == 1
 
 
-@pytest.mark.parametrize("seed", first(4, range(600)))
+@pytest.mark.parametrize("seed", first(2, range(600)))
 def test_phases_agree_on_larger_scenes(seed):
     """The first are periodic along both axes, and share a loop with other tests."""
     axes = ("xy",) if seed < 4 else ("x", "x", "y", "xy", "xy")
     scene = torus_scenes.drawn(seed, (8, 13, 21, 34), axes)
     found = set()
     for sim in every(scene, audit=25 if seed % 4 == 0 else None):
-        sim.run(until=20 * scene.time_unit, max_contacts=400)
+        sim.run(until=20 * scene.time_unit, max_contacts=400 if seed > 3 else 50)
         found.add((sim.fingerprint, sim.positions().tobytes(), sim.velocities().tobytes()))
     assert len(found) == 1
 
