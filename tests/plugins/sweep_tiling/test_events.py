@@ -52,8 +52,13 @@ def test_few_bodies_are_right_after_every_event(seed):
     assert audited_events(lattice(seed, jitter=False), 30) > 0
 
 
+WITH_TURNS = ("lattices", "jittered lattices")  # some of them, which would be a loop to compile
+
+
 @pytest.mark.compiled
-@pytest.mark.parametrize("kind", MAKERS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=pytest.mark.slow) if kind in WITH_TURNS else kind for kind in MAKERS]
+)
 @pytest.mark.parametrize("part", first(1, range(5)))
 def test_the_tiling_is_right_after_every_event(kind, part):
     make, count, most = MAKERS[kind]
