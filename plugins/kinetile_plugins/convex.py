@@ -314,8 +314,8 @@ soonest_of_boxes = _bounds(True, boxes=True)
 
 @hook
 def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
-    """Return the normal from a to b along which two bodies touch whose places differ by (dx, dy), of length
-    1, and how deep they overlap (rule 9s). Not a number where that is a corner, and they are at it."""
+    """Return the normal from a to b, of length 1, along which two bodies touch if their places differ by
+    (dx, dy), and how deep they overlap (rule 9s). Not a number where that is a corner, and they are at it."""
     f = k.numbers
     row = row_of(k, a, b)
     count = int(f[row + COUNT])

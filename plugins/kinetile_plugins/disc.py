@@ -133,7 +133,7 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
         Eight at a time, on the common clock, with discs fattened by more than all rounding (``limits.fat``,
         and a little of the distance), so that they touch before the discs do. The bounds are delays after
         tick ``at``; infinite where there is no contact. The last six bits of a delay are the partner's place
-        of up to 64, so that the least delay says whose it is; for that it is made less by less than 2^-45 of
+        of up to 64, so that the least delay names its partner; for that it is made less by less than 2^-45 of
         it. docs/one-answer.md proves that they are bounds. Up to eight places behind those that count are
         written to.
         """

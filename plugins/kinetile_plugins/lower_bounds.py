@@ -1,7 +1,7 @@
 """Lower bounds of contacts for eight partners at once, and which two of many come first.
 
-Narrow phases share them. A delay has its partner's place in its last six bits, so that the least delay says
-whose it is (``kinetile.kernel.vectors.numbered``).
+Narrow phases share them. A delay has its partner's place in its last six bits, so that the least delay names
+its partner (``kinetile.kernel.vectors.numbered``).
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ def two_least(first: Floats, second: Floats, delay: Floats) -> tuple[Floats, Flo
 def merged(
     k: Kernel, begin: int, first: Floats, second: Floats, soon: float, rest: float, who: int, next_: int
 ) -> tuple[float, float, int, int]:
-    """Return the first and the second delay, and whose they are, of those so far and of firsts and seconds
-    that say in their last six bits where in ``k.near``, from ``begin`` on, the partner stands."""
+    """Return the first and the second delay, and their partners, of those so far and of firsts and seconds
+    that have in their last six bits the partner's place in ``k.near``, from ``begin`` on."""
     first, second = sooner_two(first, second, turned(first, 4), turned(second, 4))
     first, second = sooner_two(first, second, turned(first, 2), turned(second, 2))
     first, second = sooner_two(first, second, turned(first, 1), turned(second, 1))

@@ -3,7 +3,7 @@
 It prunes nothing and has no certificate that could fail, so by every measure of a kinetic data structure
 except the number of pairs it is ideal (thesis, section 2.2). It is the reference: it cannot miss a pair,
 so a phase that differs from it is wrong. It is also the shortest possible broad phase: ``near`` alone. It is
-prepared anew for each insertion or removal, like any phase without ``enter`` and ``leave``.
+prepared again for each insertion or removal, like any phase without ``enter`` and ``leave``.
 
 Its cost: each change of a flight plan checks n - 1 others. Above ``LIMIT`` bodies it refuses.
 """
@@ -45,7 +45,7 @@ class Naive:
         """Returns the parts; refuses more than ``LIMIT`` bodies."""
         if len(scene) > LIMIT:
             raise Refused(
-                f"naive asks every body about every other and stops at {LIMIT} bodies; this scene has "
+                f"naive compares every body with every other and stops at {LIMIT} bodies; this scene has "
                 f"{len(scene)}: choose another broad phase, such as cells or sap-2d"
             )
         return BroadPhaseParts(draw=draw, periodic=True, near=near)

@@ -1,18 +1,13 @@
 """Sorted bounds (``sweep_and_prune``): their audit, slow and from scratch, and drawing.
 
-Bound 2 * body is L of a body, 2 * body + 1 its R. ``order`` are the bounds of an axis from left to right,
-``place`` is where each bound stands in it, and ``due`` the tick at which each bound passes the one right of
-it. On a periodic axis the order is one turn of an endless line of images, and a bound's place on it is that
-of the image whose body is where its plan has it.
-
 A bound is as far from its body's place as the body reaches to that side (``reach_to``). A list of the circles
 around bodies would be right as well, and has the more pairs the longer the bodies are.
 
 Between two events the list of an axis must have each bound once and the ranks that belong to it; no bound may
-stand right of its neighbour by more than rounding explains, unless that is about to be put right; each bound
-must be noted with the tick at which the two plans say that it passes its neighbour, and each body scheduled
-for the first tick of its bounds; and the candidate pairs are those whose intervals overlap on every axis,
-each held once for every image through which they do.
+be right of its neighbour by more than rounding explains, unless that is about to be repaired; each bound must
+be noted with the tick at which the two plans say that it passes its neighbour, and each body scheduled for
+the first tick of its bounds; and the candidate pairs are those whose intervals overlap on every axis, each
+held once for every image through which they do.
 
 A drawn bound hangs on its body, and has the tick at which it passes the one right of it. The first of all
 these certificates to fail is drawn as a line from one bound to the other, with what happens when they pass.
@@ -20,7 +15,8 @@ these certificates to fail is drawn as a line from one bound to the other, with 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -63,28 +59,22 @@ def offsets(k: Kernel) -> Lengths:
     return np.asarray(reaches_of(k) * np.array([-1.0, 1.0, -1.0, 1.0]))
 
 
-def audit_lists(lists: Whole, firsts: Sequence[int], step: int) -> Iterator[str]:
-    """Yields a sentence for each list that is not as the phases store it: an end, then bounds, then ends.
+class Lists(NamedTuple):
+    """The sorted bounds of m bodies in n slots; bound 2 * body is L of a body, 2 * body + 1 its R.
 
-    The two bounds of a body have the numbers ``first`` and ``first + 1`` behind ``step`` times the body.
+    On a periodic axis the order is one turn of an endless line of images, and a bound's place on it is that
+    of the image whose body is where its plan has it.
     """
-    for bounds, first in zip(lists, firsts, strict=True):
-        count = int((bounds >= 0).sum())
-        inside = bounds[1 : count + 1]
-        if (inside < 0).any() or (bounds < -1).any() or (inside % step >> 1 != first >> 1).any():
-            yield "a list has other numbers than an end, bounds, and ends"
+
+    axes: tuple[int, ...]  # those that are sorted: 0 for x, 1 for y
+    order: Whole  # (axes, 2m) the bounds from left to right
+    place: Whole  # (axes, 2n) where each bound is in the order, from 0
+    due: Whole  # (axes, 2n) the tick at which each bound passes the one right of it
 
 
-def audit_bounds(k: Kernel, order: Whole, place: Whole, due: Whole, axes: tuple[int, ...]) -> Iterator[str]:
-    """Yields a sentence for everything that does not hold; O(n^2).
-
-    Args:
-        k: the kernel's tables.
-        order: (axes, 2m), the bounds of the m bodies that there are on each axis, from left to right.
-        place: (axes, 2n), where each bound of n slots stands, from 0.
-        due: (axes, 2n), the tick at which each bound passes the one right of it.
-        axes: 0 for x, 1 for y.
-    """
+def audit_bounds(k: Kernel, lists: Lists, pairs: bool) -> Iterator[str]:
+    """Yields a sentence for everything that does not hold; ``pairs``: also of the candidate pairs, O(n^2)."""
+    axes, order, place, due = lists
     there = np.flatnonzero(k.queue.number >= 0)
     bounds = np.sort(np.concatenate([2 * there, 2 * there + 1]))
     if not len(bounds) and not order.size:
@@ -137,7 +127,7 @@ def _order(k: Kernel, order: Whole, place: Whole, due: Whole, axis: int) -> Iter
     then = positions_now(k)[:, axis] + speed * clock.tick  # events of this tick have happened, to its end
     by = (then[p] + away[left]) - (then[q] + away[right]) - behind
     for gap in np.flatnonzero((by > 2.0 * clock.limits.theta) & (noted > clock.now)):
-        yield f"{_names(left[gap], right[gap], axis)} stand in the wrong order, by {by[gap]}"
+        yield f"{_names(left[gap], right[gap], axis)} are in the wrong order, by {by[gap]}"
 
 
 def _tick(tick: int) -> str:
@@ -184,22 +174,24 @@ IN_MATRIX = 64
 """The most bodies of a drawn matrix: a larger one is unreadable."""
 
 
-def draw_line(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[Item]:
-    """Yields the axis, at the edge of the arena or of where bodies are, and each bound as a line to it.
-
-    Args:
-        k: the kernel's tables.
-        order: (2m,) the bounds of the m bodies from left to right.
-        due: (2n,) the tick at which each bound passes the next one.
-        axis: 0 for x, 1 for y.
-    """
-    if not len(order):
+def draw_bounds(k: Kernel, lists: Lists) -> Iterator[Item]:
+    """Draws one axis with the bounds on it, or the boxes and the pairs of those that overlap; and which two
+    bounds pass next."""
+    if not lists.order.size:
         return
+    if len(lists.axes) == 1:
+        yield from _line(k, lists.order[0], lists.due[0], lists.axes[0])
+    else:
+        yield from _boxes(k, lists)
+
+
+def _line(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[Item]:
+    """Yields the axis, at the edge of the arena or of where bodies are, and each bound as a line to it."""
     there = np.sort(order[order & 1 == 0] >> 1)
     place, away = positions_now(k)[there], offsets(k)[there]
     size = (float(k.clock[0].limits.width), float(k.clock[0].limits.height))
     low, high = (place + away[:, ::2]).min(axis=0), (place + away[:, 1::2]).max(axis=0)
-    if size[axis]:  # who touches a wall reaches a skin beyond it, and only for a moment
+    if size[axis]:  # a body at a wall reaches a skin beyond it, and only for a moment
         low, high = np.zeros(2), np.array(size)
     foot = float(low[1 - axis])
     yield Segment(
@@ -214,23 +206,15 @@ def draw_line(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[Item]:
     yield from _certificate(k, order, due, axis, foot)
 
 
-def draw_boxes(k: Kernel, order: Whole, place: Whole, due: Whole) -> Iterator[Item]:
-    """Yields each body's box, with the tick of the first of its bounds to pass, the pairs, and the matrix.
-
-    Args:
-        k: the kernel's tables.
-        order: (2, 2m) the bounds on x and on y from left to right.
-        place: (2, 2n) where each bound stands.
-        due: (2, 2n) the tick at which each bound passes the next one.
-    """
+def _boxes(k: Kernel, lists: Lists) -> Iterator[Item]:
+    """Yields each body's box, with the tick of the first of its bounds to pass, the pairs, and the matrix."""
+    _, order, place, due = lists
     for body in np.sort(order[0][order[0] & 1 == 0] >> 1).tolist():
         (left, right), (low, high) = (
             (_edge(k, 2 * body + upper, axis) for upper in (0, 1)) for axis in (0, 1)
         )
         yield Box("bound", (left, low), (right, high), int(due[:, 2 * body : 2 * body + 2].min()))
     yield from held_pairs(k)
-    if not order.size:
-        return
     yield from _entries(order, place)
     axis = int(np.argmin([due[row, order[row]].min() for row in range(2)]))
     yield from _certificate(k, order[axis], due[axis], axis)
@@ -256,7 +240,7 @@ def _certificate(
 
 
 def _entries(order: Whole, place: Whole) -> Iterator[Item]:
-    """Yields what stands in the matrix: on which axes two bodies overlap, if any."""
+    """Yields the entries of the matrix: on which axes two bodies overlap, if any."""
     there = np.sort(order[0][order[0] & 1 == 0] >> 1)
     if len(there) > IN_MATRIX:
         return

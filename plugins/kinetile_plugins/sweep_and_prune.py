@@ -2,9 +2,9 @@
 section 3.2 and appendix A.4).
 
 On an axis each body has a lower bound L and an upper bound R, as far from its place as it reaches to either
-side. The 2n bounds stand in a list in their order, and each two neighbours have a certificate: the left one
-is not right of the right one. When it fails, they change places and the three gaps around them are scheduled
-anew (thesis, figure 9). Two intervals overlap until an R and an L pass::
+side. The 2n bounds are in a list in their order, and each two neighbours have a certificate: the left one is
+not right of the right one. When it fails, they change places and the three gaps around them are scheduled
+again (thesis, figure 9). Two intervals overlap until an R and an L pass::
 
     R(a) L(b)  ->  L(b) R(a)    the intervals meet
     L(a) R(b)  ->  R(b) L(a)    the intervals part
@@ -27,7 +27,7 @@ one. Ticks and places of a body are eight numbers side by side, a cache line. A 
 bodies of radius r in a unit box, all of them in the worst case (figure 10). Two axes have twice the events
 and about 0.6 n pairs in a dense gas, and in the worst case all pairs as well (figure 11).
 
-**Periodic axes.** The images of all bounds stand on an endless line, and repeat after a period. The list of
+**Periodic axes.** The images of all bounds are on an endless line, and repeat after a period. The list of
 an axis holds one image of each bound, a period of the line, and its last bound has the first one behind it, a
 period further right. That gap is watched like any other. When it closes, the two exchange, and the list holds
 from then on the image of one that is a period further left, and of the other that is one further right. So a
@@ -76,13 +76,13 @@ from kinetile.toolbox import (
     unchecked,
 )
 
-from .sorted_bounds import Whole, audit_bounds, audit_lists, draw_boxes, draw_line, offset, offsets
+from .sorted_bounds import Lists, audit_bounds, draw_bounds, offset, offsets
 
 PLACE = 4
-"""Where the place of a bound stands behind its tick in ``bounds``."""
+"""How far the place of a bound is behind its tick in ``bounds``."""
 
 END = -1
-"""What stands in the order before the first bound of an axis and behind the last."""
+"""The entry of the order before the first bound of an axis and behind the last."""
 
 BITS = 28
 TURN = 1 << BITS
@@ -99,7 +99,7 @@ class State(NamedTuple):
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Sorts the bounds of each axis as they stand now, and will a moment later."""
+    """Sorts the bounds of each axis as they are now, and will be a moment later."""
     place, torus = positions_now(k), k.clock[0].torus
     s.order[:] = END
     body, upper = np.divmod(np.arange(2 * len(place)), 2)
@@ -137,12 +137,12 @@ def _hooks(first: int, end: int, circular: bool) -> dict[str, Any]:
 
     @hook
     def slot_of(s: State, bound: int) -> int:
-        """Return where a bound stands in the order."""
+        """Return the slot of a bound in the order."""
         return int(s.bounds[bound + PLACE] & (TURN - 1)) if circular else int(s.bounds[bound + PLACE])
 
     @hook
     def first_slot(s: State, bound: int) -> int:
-        """Return where the first bound of an axis stands in the order."""
+        """Return the slot of the first bound of an axis in the order."""
         return 1 + (len(s.order) >> 1) if both and bound & 2 else 1
 
     @hook
@@ -250,7 +250,7 @@ def _hooks(first: int, end: int, circular: bool) -> dict[str, Any]:
     @unchecked
     @hook
     def repair(k: Kernel, s: State, body: int) -> int:
-        """A bound passes the one behind it on its axis: exchange them, look at the other axis, watch the
+        """A bound passes the one behind it on its axis: exchange them, compare the other axis, watch the
         three gaps around."""
         left = 8 * body + first
         for bound in range(left + 1, left + end - first):
@@ -385,32 +385,27 @@ def _axes(s: State) -> range:
     return range(int(s.span[0]) >> 1, int(s.span[1]) >> 1)
 
 
-def _unpacked(k: Kernel, s: State) -> tuple[tuple[int, ...], Whole, Whole, Whole]:
-    """Returns the sorted axes, and for each the order, the due ticks and the places, in ``sorted_bounds``'s
-    numbers: a turn is as long as the list, and places count from where the body's plan has it."""
+def _lists(k: Kernel, s: State) -> Lists:
+    """Returns the lists in ``sorted_bounds``'s numbers: a turn is as long as the list, and places count from
+    where the body's plan has it."""
     axes = tuple(_axes(s))
-    order = np.stack([each[each != END] for each in s.order.reshape(len(axes), -1)]).astype(np.int64)
+    order = s.order.reshape(len(axes), -1)[:, 1 : 1 + 2 * int(k.clock[0].present)].astype(np.int64)
     due, place = s.bounds.reshape(-1, 2, 2, 2)[:, :, axes].transpose(1, 2, 0, 3).reshape(2, len(axes), -1)
     away = place - np.array([[1 + at * (len(s.order) >> 1)] for at in range(len(axes))])
     if len(k.images):
         away -= np.stack([k.images.kx, k.images.ky])[axes, :].repeat(2, axis=1) * TURN
-    return axes, order >> 3 << 1 | order & 1, due, (away & (TURN - 1)) + (away >> BITS) * order.shape[1]
+    place = (away & (TURN - 1)) + (away >> BITS) * order.shape[1]
+    return Lists(axes, order >> 3 << 1 | order & 1, place, due)
 
 
-def audit(k: Kernel, s: State) -> Iterator[str]:
-    """Yields what does not hold of the sorted bounds and the pairs."""
-    axes, order, due, place = _unpacked(k, s)
-    yield from audit_lists(s.order.reshape(len(axes), -1), [2 * axis for axis in axes], 8)
-    yield from audit_bounds(k, order, place, due, axes)
+def audit(k: Kernel, s: State, pairs: bool = True) -> Iterator[str]:
+    """Yields what does not hold of the sorted bounds and the pairs; without ``pairs`` in O(n log n)."""
+    return audit_bounds(k, _lists(k, s), pairs)
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Draws one axis with the bounds on it, or the boxes and the pairs of those that overlap; and which two
-    bounds pass next."""
-    axes, order, due, place = _unpacked(k, s)
-    if len(axes) == 1:
-        return draw_line(k, order[0], due[0], axes[0])
-    return draw_boxes(k, order, place, due)
+    """Draws the sorted bounds, and which two pass next."""
+    return draw_bounds(k, _lists(k, s))
 
 
 class SweepAndPrune:

@@ -1,7 +1,7 @@
 """The narrow phase of a body and the arena's four walls.
 
-The kernel holds one wall certificate a body: the first wall that its present plan reaches. It is asked again
-only when the plan changes, so no broad phase need know that there are walls.
+The kernel holds one wall certificate a body: the first wall that its present plan reaches. It is computed
+again only when the plan changes, so no broad phase depends on walls.
 
 As with discs, contact means approach: a body that touches a wall and moves along it or away is not in
 contact. Ties, a body in a corner, go to the wall that comes first: left, right, bottom, top; the other wall
@@ -50,6 +50,29 @@ def after(k: Kernel, body: Records, side: float, far: float, near: float, speed:
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 
+@hook
+def first_wall(k: Kernel, body: Records, x: bool, y: bool) -> tuple[int, int]:
+    """Return (tick, wall) of the first contact of a body with the walls at the ends of these axes; ``NEVER``
+    where there is none."""
+    limits = k.clock[0].limits
+    to_left, to_right, down, up = extent(body)
+    tick = NEVER
+    wall = LEFT
+    if x and body.vx != 0.0:
+        left = body.vx < 0.0
+        side = to_left if left else to_right
+        tick = after(k, body, side, body.x if left else limits.width, 0.0 if left else body.x, body.vx)
+        wall = LEFT if left else RIGHT
+    if y and body.vy != 0.0:
+        low = body.vy < 0.0
+        side = down if low else up
+        other = after(k, body, side, body.y if low else limits.height, 0.0 if low else body.y, body.vy)
+        if other < tick:
+            tick = other
+            wall = BOTTOM if low else TOP
+    return tick, wall
+
+
 def _walls(x: bool, y: bool) -> Callable[[Kernel, Records], tuple[int, int]]:
     """Returns the hook ``reach_wall`` for walls at the ends of these axes."""
 
@@ -57,50 +80,22 @@ def _walls(x: bool, y: bool) -> Callable[[Kernel, Records], tuple[int, int]]:
     @hook
     def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
         """Return (tick, wall) of the first contact of a body with a wall; ``NEVER`` where there is none."""
-        limits = k.clock[0].limits
-        to_left, to_right, down, up = extent(body)
-        tick = NEVER
-        wall = LEFT
-        if x and body.vx != 0.0:
-            left = body.vx < 0.0
-            side = to_left if left else to_right
-            tick = after(k, body, side, body.x if left else limits.width, 0.0 if left else body.x, body.vx)
-            wall = LEFT if left else RIGHT
-        if y and body.vy != 0.0:
-            low = body.vy < 0.0
-            side = down if low else up
-            other = after(k, body, side, body.y if low else limits.height, 0.0 if low else body.y, body.vy)
-            if other < tick:
-                tick = other
-                wall = BOTTOM if low else TOP
-        return tick, wall
+        return first_wall(k, body, x, y)
 
     return reach_wall
 
 
-reach_wall = _walls(True, True)
-WALLS = {"": reach_wall, "x": _walls(False, True), "y": _walls(True, False)}
+WALLS = {"": _walls(True, True), "x": _walls(False, True), "y": _walls(True, False)}
 """``reach_wall`` by the axes that are periodic."""
 
 
 @unchecked
 @hook
-def reach_wall_if_any(k: Kernel, body: Records) -> tuple[int, int]:
-    """Return the same; ``NEVER`` in a scene without an arena."""
-    return reach_wall(k, body) if k.clock[0].limits.width > 0.0 else (NEVER, LEFT)
-
-
-beside, above = WALLS["y"], WALLS["x"]
-
-
-@unchecked
-@hook
-def reach_wall_of_some_axis(k: Kernel, body: Records) -> tuple[int, int]:
-    """Return the same where one axis is periodic, whichever it is, or both."""
-    torus = k.clock[0].torus
-    if torus.x == 0.0:
-        return beside(k, body)
-    return above(k, body) if torus.y == 0.0 else (NEVER, LEFT)
+def reach_any_wall(k: Kernel, body: Records) -> tuple[int, int]:
+    """Return the same for any scene: without an arena, or with an axis that is periodic, too."""
+    clock = k.clock[0]
+    walls = clock.limits.width > 0.0
+    return first_wall(k, body, walls and clock.torus.x == 0.0, walls and clock.torus.y == 0.0)
 
 
 @unchecked
@@ -134,8 +129,7 @@ class Wall:
     """Elastic contact of a body with the walls of a rectangular arena.
 
     Args:
-        general: the same parts for scenes without an arena, and the same for all periodic axes, so that they
-            share one compiled loop.
+        general: the same parts for all scenes, those without an arena too, so that they share a loop.
     """
 
     def __init__(self, general: bool = False) -> None:
@@ -144,14 +138,15 @@ class Wall:
     def prepare(self, scene: Scene) -> WallParts:
         """Returns the parts; refuses a scene without walls, unless they are general."""
         if self.general:
-            reach = reach_wall_of_some_axis if scene.periodic else reach_wall_if_any
-            return WallParts(reach, bounce, touch, periodic=True, shapes=True, inside=inside_arena)
+            return _parts(reach_any_wall)
         if scene.arena is None:
             raise Refused(
                 "wall needs an arena, and this scene has none: give the scene an arena or leave wall out"
             )
         if scene.periodic == "xy":
             raise Refused("this scene is periodic along both axes, so there are no walls: leave wall out")
-        return WallParts(
-            WALLS[scene.periodic], bounce, touch, periodic=True, shapes=True, inside=inside_arena
-        )
+        return _parts(WALLS[scene.periodic])
+
+
+def _parts(reach: Callable[[Kernel, Records], tuple[int, int]]) -> WallParts:
+    return WallParts(reach, bounce, touch, periodic=True, shapes=True, inside=inside_arena)

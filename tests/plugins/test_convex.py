@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 
 import box_scenes
-import convex_reference
+import by_the_rules
 import convex_scenes
 import convex_stages
 import kinetile as kt
+from by_the_rules import rows
 from convex_questions import Question, drawn_shape
 from kinetile.errors import Refused, ZenoError
 from kinetile.kernel.loop.predictions import FAR, MARGIN
@@ -25,10 +26,6 @@ from kinetile_plugins.convex import meet, soonest
 from lanes import first
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d")
-
-
-def rows(sim: kt.Simulation) -> list[tuple[int, int, int]]:
-    return [((int(c["epoch"]) << 52) + int(c["tick"]), int(c["a"]), int(c["b"])) for c in sim.contacts]
 
 
 @pytest.mark.parametrize("block", first(1, range(50)))
@@ -45,7 +42,7 @@ def test_ticks_are_those_of_rationals(block):
 @pytest.mark.parametrize("seed", first(6, range(80)))
 def test_the_answer_is_that_of_rationals(seed):
     scene = (convex_scenes if seed % 3 else box_scenes).drawn(seed)
-    expected = convex_reference.contacts_of(scene, 40, 20 << 52)
+    expected = by_the_rules.answer(scene, 40, 20 << 52).contacts
     for phase in PHASES:
         sim = kt.Simulation(scene, phase, audit=1 if seed % 6 == 0 else None)
         try:
@@ -143,35 +140,6 @@ def test_a_disc_comes_back_from_bricks_that_touch():
         assert (sim.velocities()[:20] == 0).all()
 
 
-def test_boxes_slide_along_each_other_without_a_contact():
-    sliding = kt.Scene(
-        [(1.0, 1.0), (3.0, 2.0)], [(1.0, 0.0), (-1.0, 0.0)], shape=kt.box(1.0, 1.0), arena=None
-    )
-    sim = kt.Simulation(sliding, "cells")
-    sim.run(until=10.0)
-    assert len(sim.contacts) == 0
-    lower = sliding.replace(position=[(1.0, 1.0), (3.0, 2.0 - 2.0**-40)])
-    sim = kt.Simulation(lower, "cells")
-    sim.run(until=10.0)
-    assert rows(sim) == [(1 << 51, 0, 1)]
-    assert sim.velocities().tolist() == [[-1.0, 0.0], [1.0, 0.0]]  # one component alone, exactly
-
-
-def test_a_run_of_boxes_is_saved_and_goes_on(tmp_path):
-    scene = convex_scenes.drawn(6, (8,))
-    sim = kt.Simulation(scene, "cells")
-    sim.run(until=20.0, max_contacts=10)
-    sim.save(tmp_path / "boxes.kt")
-    again = kt.resume(tmp_path / "boxes.kt")
-    for each in (sim, again):
-        each.run(until=40.0, max_contacts=20)
-    assert again.fingerprint == sim.fingerprint
-    kt.save_scene(scene, tmp_path / "boxes.toml")
-    played = kt.Simulation(kt.load_scene(tmp_path / "boxes.toml"), "naive")
-    played.run(until=40.0, max_contacts=len(sim.contacts))
-    assert played.fingerprint == sim.fingerprint
-
-
 @pytest.mark.compiled
 @pytest.mark.parametrize("count", [2000, pytest.param(100_000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kinds", convex_stages.PAIRS, ids=" ".join)
@@ -234,7 +202,7 @@ def test_what_broke(path):
     """A quotient too large for a whole number, for boxes that hardly move apart; and, after a contact, the
     face that was met and comes nearer by less than a rounding of its rate."""
     scene = kt.load_scene(path)
-    expected = convex_reference.contacts_of(scene, 40, 30 << 52)
+    expected = by_the_rules.answer(scene, 40, 30 << 52).contacts
     for phase in PHASES:
         sim = kt.Simulation(scene, phase)
         sim.run(max_contacts=40)

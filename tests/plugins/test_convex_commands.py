@@ -26,7 +26,6 @@ RULES = {
     ("brick", "clay"): "stop",
     ("clay", "wall"): kt.Response("restitution", e=0.5, contact_time=1e-3),
 }
-UNTIL, MOST = 10.0, 60
 
 
 def commanded(seed: int) -> kt.Scene:
@@ -55,15 +54,10 @@ def commanded(seed: int) -> kt.Scene:
     )
 
 
-def simulation(scene: kt.Scene, phase: str, **more) -> kt.Simulation:
-    """Returns a simulation under a broad phase."""
-    return kt.Simulation(scene, phase, **more)
-
-
-def ran(sim: kt.Simulation, most: int = MOST) -> str:
+def ran(sim: kt.Simulation) -> str:
     """Returns the fingerprint of a run of a scene, up to a number of contacts, or to a Zeno error."""
     try:
-        sim.run(until=UNTIL, max_contacts=most)
+        sim.run(until=10.0, max_contacts=60)
     except ZenoError as error:
         return f"{type(error).__name__}: {sim.contacts.tobytes().hex()}"
     return sim.fingerprint
@@ -73,7 +67,7 @@ def ran(sim: kt.Simulation, most: int = MOST) -> str:
 def test_one_answer_under_commands_and_responses(seed):
     scene = commanded(seed)
     audit = 1 if seed % 5 == 0 else None
-    answers = {phase: ran(simulation(scene, phase, audit=audit)) for phase in PHASES}
+    answers = {phase: ran(kt.Simulation(scene, phase, audit=audit)) for phase in PHASES}
     assert len(set(answers.values())) == 1, answers
 
 
@@ -81,7 +75,7 @@ def by_hand(seed: int, phase: str, folder: Path) -> tuple[str, kt.Simulation]:
     """Returns how a run ends in which each leap is followed by a turn, by a removal, by nothing, or by the
     simulation's being taken up again from a copy, a pickle, a snapshot, a file; and the simulation."""
     rng, scene = random.Random(seed), commanded(seed)
-    sim = simulation(scene.replace(commands=[each for each in scene.commands if len(scene) > 3]), phase)
+    sim = kt.Simulation(scene.replace(commands=[each for each in scene.commands if len(scene) > 3]), phase)
     try:
         for leap in range(8):
             sim.run(until=0.75 * (leap + 1), max_contacts=12)

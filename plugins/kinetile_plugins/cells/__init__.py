@@ -72,6 +72,6 @@ class Cells:
             soon=uniform.soon if hooks is uniform else None,
             arrange=torus.arrange if hooks is torus else arrange,
             audit=audit,
-            draw=torus.draw if hooks is torus else draw,
+            draw=draw,
             periodic=hooks is torus,
         )

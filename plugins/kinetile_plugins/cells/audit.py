@@ -1,7 +1,7 @@
 """Audit of the cells, slow and from scratch, and their drawing.
 
 Between two events every body is within its home, but for rounding and for one that is about to go over; the
-table has every body in the cell that its home says and nowhere else, block before list; every body is a guest
+table has every body in the cell of its home and nowhere else, block before list; every body is a guest
 in the cells around its own of all coarser levels, and nowhere else; each certificate is for the tick at which
 the plan says that an edge is reached; and no cell, without its slack, is narrower than bodies that may be at
 home in its level.
@@ -47,7 +47,7 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
     for body in np.flatnonzero(homes.cell != cells):
         cell = f"cell ({homes.x[body]:.0f}, {homes.y[body]:.0f}) of the plane"
         yield f"body {there[body]} is at home in cell {homes.cell[body]} of the table, where {cell} is not"
-    yield from of_table(s, there)
+    yield from _table(s, there)
     for at in range(1, len(s.levels)):
         yield from _guests(s, at, there)
 
@@ -111,35 +111,27 @@ def _certificates(k: Kernel, s: State, there: Whole, axes: list[_Axis]) -> Itera
         yield f"body {there[body]} reaches edge {way[body]} of its cell first, and edge {noted} is noted"
 
 
-def of_table(s: State, there: Whole) -> Iterator[str]:
+def _table(s: State, there: Whole) -> Iterator[str]:
     """The blocks and lists have every body once, in its cell; bodies in a list found the block full."""
-    levels = s.levels
-    ends = levels.first + levels.cells
-    if (np.append(0, ends[:-1]) != levels.first).any() or (levels.cells < 1).any() or ends[-1] > len(s.lists):
-        yield f"the levels of cells do not make up the {len(s.lists)} cells of the table"
-    for body in there[(s.homes.level[there] < 0) | (s.homes.level[there] >= len(levels))]:
-        yield f"body {body} is at home in level {s.homes.level[body]}, which there is not"
-    for body in there[(s.homes.way[there] < 0) | (s.homes.way[there] > 3)]:
-        yield f"body {body} reaches edge {s.homes.way[body]} of its cell, which there is not"
     home = s.homes.cell
     blocks = s.blocks.reshape(-1, BLOCK)
     cells, places = np.nonzero(np.arange(FULL) < blocks[:, FULL:] & FULL)
-    standing = list(zip(cells.tolist(), blocks[cells, places].tolist(), strict=True))
+    listed = list(zip(cells.tolist(), blocks[cells, places].tolist(), strict=True))
     for cell in np.flatnonzero((s.lists >= 0) != (blocks[:, FULL] == FULL | LISTED)).tolist():
         yield f"cell {cell} has a list beginning with {s.lists[cell]}, and counts {blocks[cell, FULL]}"
     for cell in np.flatnonzero(s.lists >= 0).tolist():
         body = int(s.lists[cell])
-        while body >= 0 and len(standing) <= 2 * len(s.homes):
-            standing.append((cell, body))
+        while body >= 0 and len(listed) <= 2 * len(s.homes):
+            listed.append((cell, body))
             body = int(s.homes.next[body])
-    for cell, body in standing:
+    for cell, body in listed:
         if cell != home[body]:
-            yield f"body {body} stands in cell {cell} of the table, and is at home in cell {home[body]}"
-    times = np.bincount([body for _, body in standing], minlength=len(home))
+            yield f"body {body} is listed in cell {cell} of the table, and is at home in cell {home[body]}"
+    times = np.bincount([body for _, body in listed], minlength=len(home))
     wanted = np.zeros(len(home), dtype=np.int64)
     wanted[there] = 1
     for body in np.flatnonzero(times != wanted).tolist():
-        yield f"body {body} stands in the table {times[body]} times"
+        yield f"body {body} is {times[body]} times in the table"
 
 
 def _guests(s: State, at: int, there: Whole) -> Iterator[str]:
@@ -158,8 +150,7 @@ def _guests(s: State, at: int, there: Whole) -> Iterator[str]:
         while number >= 0 and number not in seen:
             seen.add(number)
             if wanted.get(number // coarser) != cell or number % coarser != at - 1:
-                guest = number // coarser
-                yield f"cell {cell} of level {at} has body {guest} as a guest, who does not belong there"
+                yield f"cell {cell} of level {at} has body {number // coarser} as a guest, wrongly"
             if s.guests[number].prev != before:
                 yield f"the guests of cell {cell} of level {at} cannot be read backwards"
             before, number = number, int(s.guests[number].next)
@@ -168,37 +159,39 @@ def _guests(s: State, at: int, there: Whole) -> Iterator[str]:
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Yields each cell with a home or a guest in it, with the tick at which the first of those at
-    home leaves it, then the pairs.
+    """Yields each cell with a home or a guest in it, with the tick at which the first of those at home leaves
+    it, then the pairs; where an axis is periodic the cells of the arena alone.
 
-    A pair is two bodies of which the smaller, at home or as a guest, stands in the cell of the larger or in
-    one of the eight around it, on the table: where the plane is wound up that may be far away.
+    A pair is two bodies of which the smaller, at home or as a guest, is in the cell of the larger or in one
+    of the eight around it, on the table: where the plane is wound up that may be far away.
     """
     there = np.flatnonzero(k.queue.number >= 0).tolist()
     own = k.queue.own.tolist()
     homes = s.homes.view(np.ndarray).tolist()  # (x, y, cell, next, way, level)
-    sides, columns, sizes, firsts = (
-        s.levels[name].tolist() for name in ("side", "columns", "cells", "first")
+    grids = s.levels.view(np.ndarray)
+    sides, heights, columns, rows, cells, firsts = (
+        grids[name].tolist() for name in ("side", "height", "columns", "rows", "cells", "first")
     )
+    periodic = len(k.images) > 0
     fails: dict[tuple[int, int, int], int] = {}
-    standing = defaultdict(list)  # by the number of the cell
+    inside = defaultdict(list)  # by the number of the cell
     for body in there:
         x, y, *_, level = homes[body]
         for at in range(level, len(sides)):
             part = sides[level] / sides[at]
             across, up = math.floor(x * part), math.floor(y * part)
-            leaves = own[body] if at == level else NEVER
-            fails[at, across, up] = min(leaves, fails.get((at, across, up), NEVER))
-            standing[firsts[at] + (across + up * columns[at]) % sizes[at]].append(body)
+            inside[firsts[at] + (across + up * columns[at]) % cells[at]].append(body)
+            cell = (at, across % columns[at], up % rows[at]) if periodic else (at, across, up)
+            fails[cell] = min(own[body] if at == level else NEVER, fails.get(cell, NEVER))
     for (at, across, up), tick in sorted(fails.items()):
-        side = sides[at]
-        label = f"level {at}" if len(sides) > 1 else ""
-        yield Box("cell", (across * side, up * side), ((across + 1) * side, (up + 1) * side), tick, label)
+        low = across * sides[at], up * heights[at]
+        high = (across + 1) * sides[at], (up + 1) * heights[at]
+        yield Box("cell", low, high, tick, f"level {at}" if len(sides) > 1 else "")
     pairs = set()
-    for body in there:
+    for body in [] if periodic else there:
         _, _, cell, _, _, level = homes[body]
         for across, up in product((-1, 0, 1), repeat=2):
             place = cell - firsts[level] + across + up * columns[level]
-            for other in standing.get(firsts[level] + place % sizes[level], ()):
+            for other in inside.get(firsts[level] + place % cells[level], ()):
                 pairs.add((body, other) if body < other else (other, body))
     yield from pair_links((a, b) for a, b in pairs if a != b)

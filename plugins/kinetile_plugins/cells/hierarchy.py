@@ -2,9 +2,9 @@
 
 The cells of a level are a power of two times as wide as those of the level below, and made of them. A body is
 at home in one level, and a *guest* in the cells around its own of every coarser level. Two bodies are near
-each other if the smaller one, at home or as a guest, stands in the cell of the larger or in one of the eight
-around it. So a body looks for those at home and the guests around it in its own level, and for those at home
-around it in each coarser one; either side finds the other.
+each other if the smaller one, at home or as a guest, is in the cell of the larger or in one of the eight
+around it. So a body is near those at home and the guests around it in its own level, and those at home around
+it in each coarser one; either side finds the other.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def near(k: Kernel, s: State, body: int) -> int:
 def repair(k: Kernel, s: State, body: int) -> int:
     """A body reaches an edge of its cell, which may be one of coarser cells, too.
 
-    It goes over in all these levels, and whoever it has come near to in one of them is a newcomer.
+    It goes over in all these levels, and the bodies ahead of it in one of them are newcomers.
     """
     home = s.homes[body]
     level = int(home.level)
@@ -123,8 +123,8 @@ def repair(k: Kernel, s: State, body: int) -> int:
 @unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
-    """A body comes: it is at home in the finest level that has been prepared for bodies as wide, and a guest
-    in the coarser ones."""
+    """Insert a body: its home is in the finest level that has been prepared for bodies as wide, and it is a
+    guest in the coarser ones."""
     coarser = len(s.levels) - 1
     level = 0
     while level < coarser and s.levels[level].widest < k.bodies[body].radius:
@@ -142,7 +142,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
 @unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
-    """A body goes, from its home and from where it is a guest."""
+    """Remove a body from its home and from the cells in which it is a guest."""
     home = s.homes[body]
     coarser = len(s.levels) - 1
     move_out(s, body, home.cell)

@@ -68,7 +68,7 @@ LEVEL = np.dtype(
     ]
 )
 GUEST = np.dtype([("cell", "i8"), ("next", "i4"), ("prev", "i4")])
-"""The cell of a coarser level in which a body stands, and its neighbours in the list of the cell's guests, or
+"""The cell of a coarser level in which a body is, and its neighbours in the list of the cell's guests, or
 NOBODY."""
 
 
@@ -214,7 +214,7 @@ def list_around(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
 
 @hook
 def list_around_on_torus(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
-    """Do so where an axis is periodic; along one with one column or row there is nobody else."""
+    """Do so where an axis is periodic; along one with one column or row there are no other bodies."""
     grid = s.levels[level]
     columns = grid.columns
     left = 0 if columns == 1 else -1
@@ -272,8 +272,8 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
 
     @hook
     def come_home(k: Kernel, s: State, body: int, level: int) -> None:
-        """Put a body that comes into the cell of a level in which it stands, by its rounded coordinates: a
-        cell is history, and its begins here."""
+        """Insert a body into the cell of a level in which it is, by its rounded coordinates: later its cell
+        depends on crossings alone."""
         plan = k.bodies[body]
         home = s.homes[body]
         grid = s.levels[level]
@@ -317,10 +317,10 @@ CROWD = 16.0
 """More smaller bodies than this in a cell of a level, on average, get a finer level."""
 
 ROOM = 1.0 + 2.0**-10
-"""What cells have over the widest body, relative, before the skin is known."""
+"""How much wider cells are than the widest body, before the skin is known: a factor."""
 
 ABOVE = 1.0 + 2.0**-50
-"""By what cells become wider than they must be, where they do: more than a quotient and a product round."""
+"""By which factor cells become wider than they must be: more than a quotient and a product round."""
 
 MOST = 8
 """Cells of a level for each body; where there would be more, the table is wound up."""
@@ -460,12 +460,12 @@ def arrange(k: Kernel, s: State) -> None:
     homes.x, homes.y = np.floor(positions_now(k) / levels.side[level][:, None]).T
     s.hosts[:] = NOBODY
     homes.cell = cells_of(levels[level], homes.x, homes.y)
-    stand(s, homes)
+    fill(s, homes)
     for at in range(1, len(levels)):
         _invite(s, at, homes)
 
 
-def stand(s: State, homes: Records) -> None:
+def fill(s: State, homes: Records) -> None:
     """Puts bodies into the cells of their homes; all cells were empty before."""
     homes.next = NOBODY
     s.blocks[:] = 0
@@ -490,7 +490,7 @@ def cells_on_torus(grid: Records, x: Any, y: Any) -> Any:
 
 
 def _invite(s: State, at: int, homes: Records) -> None:
-    """Makes guests in a level of all bodies that have homes in finer ones."""
+    """Registers in a level all bodies of finer levels, as guests."""
     guest, grid = s.guests, s.levels[at]
     (smaller,) = np.nonzero(homes.level < at)
     number = smaller * (len(s.levels) - 1) + at - 1

@@ -3,11 +3,11 @@
 Along a periodic axis a whole number of cells fits into the period, so cells are wide and high as the two axes
 want it. A body keeps its *unwrapped* column and row: whole numbers that only a crossing changes, by one. So
 it does not matter to the cells where the kernel takes a period off a place: the column that belongs to the
-place is the unwrapped one less ``kx`` rounds. In the table a column stands at its remainder.
+place is the unwrapped one less ``kx`` rounds. In the table a column is at its remainder.
 
 Nine cells are around a cell, three where there is one column or one row. Up to three columns would all be
-adjacent to each other, and crossing between them would bring nobody nearer: then there is one, which nobody
-leaves. (In a long, thin torus a body goes round the short axis thousands of times between two contacts.)
+adjacent to each other, and a crossing between them would bring no newcomers: then there is one, which no
+body leaves. (In a long, thin torus a body goes round the short axis thousands of times between two contacts.)
 
 An axis that is not periodic has a column more than the arena, as in ``layout.py``, and the ends are not
 adjacent.
@@ -16,12 +16,11 @@ adjacent.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
 from kinetile.scene import Scene
-from kinetile.toolbox import NEVER, Box, Item, Kernel, positions_now
+from kinetile.toolbox import Kernel, positions_now
 from kinetile_plugins.cells import layout
 from kinetile_plugins.cells.layout import State
 from kinetile_plugins.cells.uniform import hooks
@@ -67,17 +66,4 @@ def arrange(k: Kernel, s: State) -> None:
     homes.x = np.floor(places[:, 0] / grid.side) + images.kx * float(grid.columns)
     homes.y = np.floor(places[:, 1] / grid.height) + images.ky * float(grid.rows)
     homes.cell = layout.cells_on_torus(grid, homes.x, homes.y)
-    layout.stand(s, homes)
-
-
-def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Yields each cell with a body in it, where the arena has it, with the tick at which the first leaves."""
-    fails: dict[tuple[int, int], int] = {}
-    grid = s.levels[0]
-    columns, side, height = int(grid.columns), float(grid.side), float(grid.height)
-    for body in np.flatnonzero(k.queue.number >= 0).tolist():
-        row, column = divmod(int(s.homes[body].cell), columns)
-        fails[column, row] = min(int(k.queue.own[body]), fails.get((column, row), NEVER))
-    for (column, row), tick in sorted(fails.items()):
-        low, high = (column * side, row * height), ((column + 1) * side, (row + 1) * height)
-        yield Box("cell", low, high, tick)
+    layout.fill(s, homes)

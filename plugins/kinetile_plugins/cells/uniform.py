@@ -37,8 +37,8 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     def watch(k: Kernel, s: State, body: int) -> None:
         """Schedule when a body reaches an edge of its cell, and note which; never before now.
 
-        Where its plan has it beyond the edge by a rounding already, that is now. An edge that it flies away
-        from, or along, is no concern, whatever its coordinates are. Directions are as good as random, and a
+        Where its plan has it beyond the edge by a rounding already, that is now. Edges that it flies away
+        from, or along, do not count, whatever its coordinates are. Directions are as good as random, and a
         branch that depends on one is predicted wrongly half of the time: all of it is computed, and then
         chosen.
         """
@@ -91,7 +91,7 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @unchecked
     @hook
     def enter(k: Kernel, s: State, body: int) -> None:
-        """A body comes: it is at home in the cell where it stands."""
+        """Insert a body into the cell of its position."""
         come_home(k, s, body, 0)
         watch(k, s, body)
 
@@ -104,8 +104,8 @@ watch, build, near, repair, enter = hooks(False)
 @unchecked
 @hook
 def soon(k: Kernel, s: State, body: int, stage: int) -> None:
-    """Ask for a body's home; then for the three rows of cells around it, two cache lines each; then for the
-    bodies in them."""
+    """Prefetch a body's home; then the three rows of cells around it, two cache lines each; then the bodies
+    in them."""
     if stage == 0:
         prefetch(s.homes, body)
         return
@@ -126,5 +126,5 @@ def soon(k: Kernel, s: State, body: int, stage: int) -> None:
 @unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
-    """A body goes."""
+    """Remove a body from its cell."""
     move_out(s, body, s.homes[body].cell)

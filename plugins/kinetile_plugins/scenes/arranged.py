@@ -19,7 +19,6 @@ from kinetile_plugins.scenes.numerics import (
     cosine_and_sine,
     demand,
     demand_number,
-    demand_speed,
     draws,
     in_random_directions,
 )
@@ -53,7 +52,6 @@ def billiard_break(*, speed: float = 8.0, aim: float = 0.0) -> Scene:
     share a ball fall on one instant.
     """
     demand(abs(aim) <= 2.0 * math.pi, f"aim is {aim}; it is at most a whole turn, 2 pi = 6.283, in size")
-    demand_speed(speed)
     width, height, radius = 2.54, 1.27, 0.028575
     centres = [(width / 4.0, height / 2.0)]
     for row in range(5):
@@ -110,7 +108,6 @@ def figure_10(*, bodies: int = 16, speed: float = 1.0, seed: int = 1) -> Scene:
     / 2 pairs, along y only those that are next to each other.
     """
     demand_number("bodies", bodies, 1, "figure 10 has 1 body or more")
-    demand_speed(speed)
     (random,) = draws(seed, 1)
     position = np.full((bodies, 2), 0.5)
     position[:, 1] = (np.arange(bodies) + 0.5) / bodies

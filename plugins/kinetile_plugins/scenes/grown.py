@@ -50,7 +50,6 @@ def grown(
     density: float = 0.75,
     radii: tuple[float, ...] = (0.5, 0.7),
     fractions: tuple[float, ...] = (),
-    counts: tuple[int, ...] = (),
     mass: str = "equal",
     masses: tuple[float, ...] = (),
     temperature: float = 1.0,
@@ -63,13 +62,13 @@ def grown(
     Sizes, masses and ``temperature`` are those of the recipe ``mixture``. The discs begin at random places
     with a density of 0.3, and grow in steps, after each of which every disc has ``contacts`` contacts in the
     mean: the more, the closer to equilibrium. Equal discs become crystals in patches; equal numbers of radii
-    0.5 and 0.7 stay disordered, and reach about 0.84. Velocities are drawn anew at the end. Along a
+    0.5 and 0.7 stay disordered, and reach about 0.84. Velocities are drawn again at the end. Along a
     ``periodic`` axis, "x", "y" or "xy", discs grow into their images too.
     """
     demand_density(density)
     demand(periodic in ("", "x", "y", "xy"), f"periodic is {periodic!r}; it is 'x', 'y', 'xy' or ''")
     demand_in_range("contacts", contacts)
-    final, every_mass = sizes_and_masses(bodies, radii, fractions, counts, mass, masses)
+    final, every_mass = sizes_and_masses(bodies, radii, fractions, mass, masses)
     for_places, for_moving, for_velocities = draws(seed, 3)
     side = side_of_square(final, density)
     first = min(density, START)

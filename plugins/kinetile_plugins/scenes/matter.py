@@ -33,7 +33,6 @@ def mixture(
     density: float = 0.5,
     radii: tuple[float, ...] = (0.5, 0.7),
     fractions: tuple[float, ...] = (),
-    counts: tuple[int, ...] = (),
     mass: str = "equal",
     masses: tuple[float, ...] = (),
     temperature: float = 1.0,
@@ -43,8 +42,8 @@ def mixture(
 
     There are ``bodies`` discs. Of each radius in ``radii`` there is the part in ``fractions``, which are in
     proportion (3, 1 is the same as 0.75, 0.25) and equal if left out; numbers are rounded by largest
-    remainders. Or ``counts`` has the number of each radius; their sum is ``bodies``. Discs are numbered by
-    size, in the order of ``radii``.
+    remainders. So numbers that add up to ``bodies`` are exact. Discs are numbered by size, in the order of
+    ``radii``.
 
     ``mass`` is "equal", 1 for each disc, or "area", proportional to the square of the radius and 1 for the
     first; or ``masses`` has the mass of each radius. The side of the square follows from ``density``, the
@@ -53,7 +52,7 @@ def mixture(
     radius at each site: for equal numbers of radii 0.5 and 0.7 up to 0.59 (100 discs) or 0.67 (4,000).
     """
     demand_density(density)
-    radius, every_mass = sizes_and_masses(bodies, radii, fractions, counts, mass, masses)
+    radius, every_mass = sizes_and_masses(bodies, radii, fractions, mass, masses)
     for_places, for_velocities = draws(seed, 2)
     side = side_of_square(radius, density)
     velocity = maxwell(temperature, every_mass, for_velocities)
@@ -63,23 +62,20 @@ def mixture(
 
 def side_of_square(radius: Floats, density: float) -> float:
     """Returns the side of the square of which discs of these radii cover the part ``density``."""
-    side = math.sqrt(math.pi * math.fsum(radius * radius) / density)
-    demand_in_range("the side of the square for this density", side)
-    return side
+    return math.sqrt(math.pi * math.fsum(radius * radius) / density)
 
 
 def sizes_and_masses(
     bodies: int,
     radii: tuple[float, ...],
     fractions: tuple[float, ...],
-    counts: tuple[int, ...],
     mass: str,
     masses: tuple[float, ...],
 ) -> tuple[Floats, Floats]:
     """Returns radius and mass of each disc, in the order of ``radii``, for the parameters of ``mixture``."""
     radius_of = _numbers("radii", radii)
     demand(bool(radii), "radii are left empty; a mixture has one radius or more")
-    numbers = _counts(bodies, len(radii), fractions, counts)
+    numbers = _numbers_of(bodies, len(radii), fractions)
     demand(mass in ("equal", "area"), f"mass is {mass!r}; it is 'equal' or 'area'")
     demand(not masses or mass == "equal", f"mass is {mass!r} beside masses; expected one of the two")
     mass_of = (radius_of / radii[0]) ** 2 if mass == "area" else np.ones(len(radii))
@@ -89,18 +85,9 @@ def sizes_and_masses(
     return np.repeat(radius_of, numbers), np.repeat(mass_of, numbers)
 
 
-def _counts(bodies: int, sizes: int, fractions: tuple[float, ...], counts: tuple[int, ...]) -> Ints:
-    """Returns how many discs there are of each size."""
+def _numbers_of(bodies: int, sizes: int, fractions: tuple[float, ...]) -> Ints:
+    """Returns the number of discs of each size."""
     demand_number("bodies", bodies, 2, "a mixture has 2 bodies or more")
-    if counts:
-        _demand_one_each("counts", len(counts), sizes)
-        demand(not fractions, "counts are given beside fractions; expected one of the two")
-        demand(min(counts) >= 1, f"counts are {list(counts)}; each is 1 or more")
-        together = sum(counts)
-        demand(
-            together == bodies, f"counts add up to {together}, and bodies is {bodies}; expected one number"
-        )
-        return np.array(counts)
     if fractions:
         _demand_one_each("fractions", len(fractions), sizes)
         _numbers("fractions", fractions)
@@ -216,7 +203,6 @@ def _crystal(
     )
     for_vacancies, for_velocities = draws(seed, 2)
     spacing = 2.0 * radius * math.sqrt(limit / density)
-    demand_in_range("the side of the box for this density", spacing * max(size))
     kept = np.sort(for_vacancies.order(len(sites))[vacancies:]) if vacancies else slice(None)
     velocity = maxwell(temperature, np.ones(bodies), for_velocities)
     arena = (spacing * size[0], spacing * size[1]) if walls else None

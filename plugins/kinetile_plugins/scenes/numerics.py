@@ -205,15 +205,6 @@ def demand_number(name: str, number: int, least: int, why: str) -> None:
     demand(number <= MOST, f"{name} is {number}; it is at most {MOST:,}, for memory would not hold more")
 
 
-def demand_size(density: float, radius: float) -> None:
-    """Raises BadOption if the smallest radius that a density leads to is below what a scene can have."""
-    demand(
-        radius >= SMALLEST,
-        f"density is {density}, for which a radius would be {radius:.3g}; radii are at least 2**-200 "
-        f"({SMALLEST:.1e})",
-    )
-
-
 def demand_density(density: float) -> None:
     """Raises BadOption unless a density is above 0 and below 1."""
     demand(0.0 < density < 1.0, f"density is {density}; it is above 0 and below 1")
@@ -227,12 +218,6 @@ def demand_in_range(name: str, number: float) -> None:
     )
 
 
-def demand_speed(speed: float) -> None:
-    """Raises BadOption unless a speed is finite and within what a scene can have."""
-    demand(math.isfinite(speed), f"speed is {speed}; a speed is finite")
-    demand(abs(speed) <= LARGEST, f"speed is {speed}; it is at most 2**200 ({LARGEST:.1e}) in size")
-
-
 def draws(seed: int, count: int) -> list[Draws]:
     """Returns independent draws from a seed: draws from one do not affect the others."""
     demand(seed >= 0, f"seed is {seed}; a seed is 0 or more")
@@ -241,7 +226,6 @@ def draws(seed: int, count: int) -> list[Draws]:
 
 def in_random_directions(speed: float, bodies: int, random: Draws) -> Floats:
     """Returns (bodies, 2) velocities of one speed, in directions drawn evenly from the whole turn."""
-    demand_speed(speed)
     return speed * np.stack(cosine_and_sine(2.0 * math.pi * random.uniform(bodies)), axis=1)
 
 
@@ -252,7 +236,7 @@ def maxwell(temperature: float, mass: Floats, random: Draws) -> Floats:
     Muller, 1958). Then the velocity of the centre of mass is subtracted, and all are scaled to a kinetic
     energy of n times the temperature: a temperature is an energy, the mean kinetic energy of a body.
     ``mass`` is (n,), and finite. Raises BadOption for fewer than 2 bodies, and for a temperature that is no
-    number from 2**-200 to 2**200 or leads to speeds beyond what a scene can have.
+    number from 2**-200 to 2**200.
     """
     bodies = len(mass)
     demand(bodies >= 2, f"bodies is {bodies}; at a temperature and without momentum there are 2 or more")
@@ -264,11 +248,6 @@ def maxwell(temperature: float, mass: Floats, random: Draws) -> Floats:
     velocity -= np.array([math.fsum(axis) for axis in (weight * velocity).T]) / math.fsum(share)
     energy = math.fsum((weight * velocity * velocity).ravel()) / 2.0
     velocity *= math.sqrt(temperature / float(mass.max())) * math.sqrt(bodies / energy)
-    fastest = float(np.abs(velocity).max())
-    demand(
-        fastest <= LARGEST,
-        f"temperature is {temperature}, at which a speed would be {fastest:.3g}; it is at most 2**200",
-    )
     return velocity
 
 

@@ -73,7 +73,7 @@ def build(k: Kernel, s: State) -> None:
 @unchecked
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
-    """The first of a body's three tiles fails: relink, watch what is new, name who came into sight."""
+    """The first of a body's three tiles fails: relink, watch the new tiles, name the body in sight."""
     n = len(s.level)
     p, q = first_to_fail(s, body)
     if fails_by_order(s, p):
@@ -94,13 +94,6 @@ def repair(k: Kernel, s: State, body: int) -> int:
     return 1
 
 
-@unchecked
-@hook
-def replan(k: Kernel, s: State, body: int) -> None:
-    """A body's plan changed: watch the six tiles at its ports."""
-    watch_around(k, s, body)
-
-
 class SweepTiling:
     """Sweep-tiling: the free space in tiles, candidate pairs of bodies that see each other."""
 
@@ -118,7 +111,7 @@ class SweepTiling:
         if "y" in scene.periodic:
             raise Refused(
                 "sweep-tiling tiles an arena from its floor to its ceiling, and this scene is periodic along "
-                f"{scene.periodic}: it knows periodic='x' alone"
+                f"{scene.periodic}: it takes periodic='x' alone"
             )
         if scene.shapes:
             raise Refused(
@@ -134,7 +127,7 @@ class SweepTiling:
             arrange=arrange,
             build=build,
             repair=repair,
-            replan=replan,
+            replan=watch_around,
             enter=enter,
             leave=leave,
             soon=soon,

@@ -1,17 +1,17 @@
 """Audit of the web: every invariant, checked slowly, between two events.
 
-Structure is checked exactly: links, ends, walks, pairs, certificates, and that a sweep over the bounds, in an
-order that the links themselves allow, comes upon the same tiling again. Geometry is checked up to the skin,
-because events of one moment leave bounds that coincide in either order.
+Structure is checked exactly: links, ends, pairs, certificates, and that a sweep over the bounds, in an order
+that the links themselves allow, makes the same tiling again. Geometry is checked up to the skin, because
+events of one moment leave bounds that coincide in either order.
 
-On a cylinder there is no first bound, so the sweep is left out: links, ends, walks and geometry say the rest.
+On a cylinder there is no first bound, so the sweep is left out: links, ends, pairs and geometry have to do.
 
 docs/sweep-tiling.md has the list of invariants, with their numbers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -75,42 +75,26 @@ def tiles_of(k: Kernel, s: State) -> AllTiles:
     return AllTiles(left, right, *_ends(web, left), turns * k.clock[0].torus.x)
 
 
-def around(web: Sequence[int], body: int, side: int) -> Iterator[int]:
-    """Walks the tiles over a body (side UPPER), or under it (LOWER), from left to right; yield left ports."""
-    p = 16 * body + side
-    while True:
-        yield p
-        q = web[p]
-        if q >> 4 == body:
-            return
-        # an L bound that stands on the body is left by its other inner port, an R bound by its outer
-        p = (q & ~7) + 3 - side if q & 8 == 0 else (q & ~7) + OUTER
-
-
-def audit(k: Kernel, s: State) -> Iterator[str]:
-    """Yields a sentence for each invariant that does not hold; O(n^2)."""
+def audit(k: Kernel, s: State, lines: bool = True) -> Iterator[str]:
+    """Yields a sentence for each invariant that does not hold; with ``lines`` also of what each vertical line
+    crosses, which is O(n^2)."""
     if int(k.clock[0].present) == len(s.level):
         yield from _audit(k, s)
         return
     there = np.flatnonzero(k.queue.number >= 0)
     slots = ", ".join(map(str, there.tolist()[:20]))
-    for said in _audit(*closed_up(k, s, there)):
-        yield f"{said} (bodies are counted here from 0 without empty slots: they are in {slots}, ...)"
+    for sentence in _audit(*closed_up(k, s, there), lines):
+        yield f"{sentence} (bodies are counted here from 0 without empty slots: they are in {slots}, ...)"
 
 
-def _audit(k: Kernel, s: State) -> Iterator[str]:
+def _audit(k: Kernel, s: State, lines: bool) -> Iterator[str]:
+    """Yields the sentences where all slots are taken."""
     tiles = tiles_of(k, s)
-    broken = False
-    for complaint in _links(s, tiles):
-        broken = True
-        yield complaint
+    broken = list(_links(s, tiles))
+    yield from broken
     if broken:
-        return  # the rest would walk in circles
-    for complaint in _walks(s, tiles):
-        broken = True
-        yield complaint
-    if not broken:
-        yield from _pairs(k, s, tiles)
+        return  # the rest follows links
+    yield from _pairs(k, s, tiles)
     if not len(s.turns):
         yield from _sweep(s, tiles)
     yield from _certificates(k, s, tiles)
@@ -144,47 +128,23 @@ def _links(s: State, tiles: AllTiles) -> Iterator[str]:
 
 
 def _pairs(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
-    """The candidate pairs are the tops and bottoms of the tiles, told by both bodies, and few."""
+    """The bodies named as near a body are those on the other side of its tiles."""
     n = len(s.level)
     both = (tiles.top < n) & (tiles.bottom < n)
     top, bottom = tiles.top[both], tiles.bottom[both]
     wanted = set(zip(np.append(top, bottom).tolist(), np.append(bottom, top).tolist(), strict=True))
-    told = {(body, other) for body in range(n) for other in k.near[: near(k, s, body)].tolist()}
-    for body, other in sorted(wanted - told):
+    named = {(body, other) for body in range(n) for other in k.near[: near(k, s, body)].tolist()}
+    for body, other in sorted(wanted - named):
         yield f"bodies {body} and {other} bound a tile, and {other} is not named as near {body}"
-    for body, other in sorted(told - wanted):
+    for body, other in sorted(named - wanted):
         yield f"body {other} is named as near {body}, and they bound no tile"
-    most = 3 * n - 6 if n >= 3 else max(n - 1, 0)
-    if len(wanted) > 2 * most:
-        yield f"{len(wanted) // 2} pairs of bodies see each other; among {n} there can be {most}"
-    seen = len(np.unique(np.minimum(tiles.top, tiles.bottom) * (n + 2) + np.maximum(tiles.top, tiles.bottom)))
-    if seen - 1 > max(3 * n - 1, 0):  # all but {TOP, BOTTOM}, or one of 3n at most on a cylinder
-        yield f"{seen - 1} pairs see each other, TOP and BOTTOM among them; there can be {3 * n - 1}"
-
-
-def _walks(s: State, tiles: AllTiles) -> Iterator[str]:
-    """The walk around a body finds exactly the tiles that it bounds from below and from above."""
-    n = len(s.level)
-    web = s.web.tolist()
-    for side, ends in ((UPPER, tiles.bottom), (LOWER, tiles.top)):
-        end_at = dict(zip(tiles.left.tolist(), ends.tolist(), strict=True))
-        bounded = np.bincount(ends, minlength=n + 2).tolist()
-        for body in range(n):
-            walked = 0
-            for p in around(web, body, side):
-                walked += 1
-                if end_at.get(p) != body or walked > bounded[body]:
-                    break
-            if walked != bounded[body] or end_at.get(p) != body:
-                where = "over" if side == UPPER else "under"
-                yield f"the walk {where} body {body} does not find the {bounded[body]} tiles there"
 
 
 def _sweep(s: State, tiles: AllTiles) -> Iterator[str]:
     """The links lead from left to right without a circle, and a sweep in their order makes the same tiling.
 
-    A bound is swept when all tiles that end at it have begun, so no coordinate is asked. What the sweep line
-    crosses stands in two lists (the body above, the body below) with the open left port of each gap, as in
+    A bound is swept when all tiles that end at it have begun, so no coordinate is read. What the sweep line
+    crosses is in two lists (the body above, the body below) with the open left port of each gap, as in
     ``construction``.
     """
     n = len(s.level)
@@ -285,50 +245,22 @@ def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, npt.NDArr
     return np.minimum(due, level), level < due
 
 
-def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
-    """AllTiles lie where they say they lie, with nothing between top and bottom."""
-    n = len(s.level)
-    if n == 0:
-        return
-    clock = k.clock[0]
-    limits = clock.limits
-    due = np.append(s.due[4 * (tiles.left[: 3 * n] >> 4) + (tiles.left[: 3 * n] & 3)], NEVER)[
-        : len(tiles.left)
-    ]
-    pending = due <= clock.now
-    thin = (8.0 if pending.any() else 4.0) * float(limits.skin)
+def _geometry(k: Kernel, s: State, tiles: AllTiles, lines: bool) -> Iterator[str]:
+    """Tiles are no narrower than nothing, and the gaps between the bodies on every vertical line."""
+    clock, n = k.clock[0], len(s.level)
+    pending = s.due[4 * (tiles.left >> 4) + (tiles.left & 3)] <= clock.now
     flown = np.column_stack([k.bodies.vx, k.bodies.vy]) * clock.tick
     place = positions_now(k) + flown  # events of this tick have happened: they are right at its end
-    reach: Any = k.bodies.reach
-    ends = [np.inf, -np.inf]  # TOP and BOTTOM, as wide as you like
-    west = np.append(place[:, 0] - reach, [-np.inf, -np.inf])
-    east = np.append(place[:, 0] + reach, [np.inf, np.inf])
-    level = np.append(place[:, 1], ends)
-    a, b = tiles.left >> 4, tiles.right >> 4
-    left = np.where(tiles.left & 8, np.where(a == n, -np.inf, east[a]), west[a])
-    right = np.where(tiles.right & 8, east[b], np.where(b == n, np.inf, west[b])) + tiles.away
-    for tile in np.flatnonzero((right - left < -2.0 * limits.theta) & ~pending):
+    west = np.append(place[:, 0] - k.bodies.reach, np.inf)  # with the edges, which are bounds of body n
+    east = np.append(place[:, 0] + k.bodies.reach, -np.inf)
+    left = np.where(tiles.left & 8, east[tiles.left >> 4], west[tiles.left >> 4])
+    right = np.where(tiles.right & 8, east[tiles.right >> 4], west[tiles.right >> 4]) + tiles.away
+    for tile in np.flatnonzero((right - left < -2.0 * clock.limits.theta) & ~pending):
         wrong = left[tile] - right[tile]
         yield f"{tiles.name(tile)} is {wrong} wider than nothing to the wrong side, and does not fail now"
-    top, bottom, period = tiles.top, tiles.bottom, float(clock.torus.x)
-    middle = 0.5 * (left + right)
-
-    def beside(body: Integers) -> tuple[Floats, Floats]:
-        """Returns the ends of bodies, of their images those at the tiles."""
-        moved = period * np.rint((middle - place[np.minimum(body, n - 1), 0]) / period) if period else 0.0
-        return west[body] + moved, east[body] + moved
-
-    (top_west, top_east), (bottom_west, bottom_east) = beside(top), beside(bottom)
-    shared = np.minimum(top_east, bottom_east) - np.maximum(top_west, bottom_west)
-    for tile in np.flatnonzero((shared > thin) & ~(level[top] > level[bottom])):
-        bodies = f"body {top[tile]} as its top and body {bottom[tile]} as its bottom"
-        yield f"{tiles.name(tile)} has {bodies}, which is not below"
-    short = (np.maximum(top_west, bottom_west) > left + thin) | (
-        np.minimum(top_east, bottom_east) < right - thin
-    )
-    for tile in np.flatnonzero(short & (right - left > thin)):
-        yield f"{tiles.name(tile)} is wider than body {top[tile]} or body {bottom[tile]}, which bound it"
-    yield from _lines(tiles, left, right, west[:n], east[:n], level[:n], thin, period)
+    if lines:
+        thin = (8.0 if pending.any() else 4.0) * float(clock.limits.skin)
+        yield from _lines(tiles, left, right, west[:n], east[:n], place[:, 1], thin, float(clock.torus.x))
 
 
 def _lines(

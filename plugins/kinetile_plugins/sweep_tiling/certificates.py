@@ -1,4 +1,4 @@
-"""Certificates of the tiles: when each fails, and which of them a body has the kernel wait for.
+"""Certificates of the tiles: when each fails, and for which of them a body is in the queue.
 
 A tile fails by its width, or, as a corner, by its vertical order. Eight tiles are computed at a time. All is
 computed from the flight plans, at the later of the two anchors, as ``falls`` expects it: no tick depends on
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from kinetile.toolbox import Kernel, falls_eight, hook, schedule, smaller
+from kinetile.toolbox import Kernel, falls_eight, hook, schedule, smaller, unchecked
 from kinetile.toolbox.lanes import (
     Floats,
     Ticks,
@@ -141,10 +141,10 @@ def periods_between(k: Kernel, s: State, left: Wholes, right: Wholes) -> Floats:
 
 
 @hook
-def failures(k: Kernel, s: State, left: Sides, right: Sides, asked: Truths) -> tuple[Ticks, Truths]:
-    """Return when tiles fail, and whether by their vertical order; where it is not asked, never."""
+def failures(k: Kernel, s: State, left: Sides, right: Sides, wanted: Truths) -> tuple[Ticks, Truths]:
+    """Return when tiles fail, and whether by their vertical order; never where it is not wanted."""
     zero = spread(0.0)
-    nobody = spread_whole(len(s.level))
+    border = spread_whole(len(s.level))
     unit = spread(k.clock[0].tick)
     since = choose(left.anchor < right.anchor, right.anchor, left.anchor)
     left_time = to_floats(since - left.anchor) * unit
@@ -154,8 +154,8 @@ def failures(k: Kernel, s: State, left: Sides, right: Sides, asked: Truths) -> t
         width = width + periods_between(k, s, left.port, right.port)
     rate = right.vx - left.vx
     none = zero < zero
-    asked = choose((left.body == nobody) | (right.body == nobody) | (left.body == right.body), none, asked)
-    tick = falls_eight(k, since, choose(asked, width, zero), choose(asked, rate, zero))
+    wanted = choose((left.body == border) | (right.body == border) | (left.body == right.body), none, wanted)
+    tick = falls_eight(k, since, choose(wanted, width, zero), choose(wanted, rate, zero))
     rise = (right.y + right.vy * right_time) - (left.y + left.vy * left_time)
     climb = right.vy - left.vy
     seven = spread_whole(7)
@@ -166,7 +166,7 @@ def failures(k: Kernel, s: State, left: Sides, right: Sides, asked: Truths) -> t
     then = width * (zero - climb) + rate * rise  # the width when they are level, times -climb
     corner = ((left.port & seven) > outer) & ((right.port & seven) > outer) & (climb < zero)
     corner = corner & (spread(s.limits[0]) * climb <= then) & (then <= spread(s.limits[1]) * (zero - climb))
-    corner = corner & asked
+    corner = corner & wanted
     by_order = none
     if some(corner):
         level = falls_eight(k, since, choose(corner, rise, zero), choose(corner, climb, zero))
@@ -184,7 +184,7 @@ def settle(k: Kernel, s: State, body: int) -> None:
 
 @hook
 def first_to_fail(s: State, body: int) -> Tile:
-    """Which of the three tiles that a body owns fails first."""
+    """Return which of the three tiles that a body owns fails first."""
     outer = own_tile(body, OUTER)
     upper = own_tile(body, UPPER)
     lower = own_tile(body, LOWER)
@@ -197,6 +197,7 @@ def first_to_fail(s: State, body: int) -> Tile:
     return Tile(lower if sooner else p, other if sooner else q)
 
 
+@unchecked
 @hook
 def watch_around(k: Kernel, s: State, body: int) -> None:
     """Watch the six tiles at a body's ports: the three that it owns, and those at its right ports."""
@@ -215,8 +216,8 @@ def watch_around(k: Kernel, s: State, body: int) -> None:
     sixth = facing(s, lower)
     far = sides(k, fourth, fifth, sixth, sixth, first, second, third, third)
     mine = eight(1, 1, 1, 0, 0, 0, 0, 0) > spread_whole(0)
-    asked = eight(1, 1, 1, 0, 1, 1, 1, 0) > spread_whole(0)
-    tick, by_order = failures(k, s, chosen(mine, own, far), chosen(mine, far, own), asked)
+    wanted = eight(1, 1, 1, 0, 1, 1, 1, 0) > spread_whole(0)
+    tick, by_order = failures(k, s, chosen(mine, own, far), chosen(mine, far, own), wanted)
     set_due(s, outer, lane(tick, 0), lane(by_order, 0))
     set_due(s, upper, lane(tick, 1), lane(by_order, 1))
     set_due(s, lower, lane(tick, 2), lane(by_order, 2))
@@ -237,8 +238,8 @@ def watch_tiles(k: Kernel, s: State, tiles: Tiles) -> None:
     left = sides(
         k, one.left, two.left, three.left, three.left, one.right, two.right, three.right, three.right
     )
-    asked = eight(1, 1, 1, 0, 0, 0, 0, 0) > spread_whole(0)
-    tick, by_order = failures(k, s, left, swapped(left), asked)
+    wanted = eight(1, 1, 1, 0, 0, 0, 0, 0) > spread_whole(0)
+    tick, by_order = failures(k, s, left, swapped(left), wanted)
     set_due(s, one.left, lane(tick, 0), lane(by_order, 0))
     set_due(s, two.left, lane(tick, 1), lane(by_order, 1))
     set_due(s, three.left, lane(tick, 2), lane(by_order, 2))

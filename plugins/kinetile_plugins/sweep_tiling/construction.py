@@ -40,7 +40,7 @@ from .web import (
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Sorts bounds and bodies as they stand now, and will a moment later."""
+    """Sorts bounds and bodies as they are now, and will be a moment later."""
     bodies = k.bodies
     n = len(bodies)
     place = positions_now(k)
@@ -71,33 +71,20 @@ def mark(s: State, rank: int, present: int) -> None:
 
 
 @hook
-def next_above(s: State, rank: int) -> int:
-    """Return the body next above a rank on the sweep line, or TOP."""
+def next_to(s: State, rank: int, up: int) -> int:
+    """Return the body next above a rank on the sweep line (``up`` 1), or below it (0); or TOP or BOTTOM."""
     leaves = len(s.status) >> 1
     at = leaves + rank
     while at > 1:
-        if at & 1 == 0 and s.status[at + 1]:
-            at += 1
+        if at & 1 != up and s.status[at ^ 1]:
+            at ^= 1
             while at < leaves:
-                at = 2 * at if s.status[2 * at] else 2 * at + 1
+                at = 2 * at + 1 - up
+                if not s.status[at]:
+                    at ^= 1
             return int(s.at_level[at - leaves])
         at >>= 1
-    return len(s.level)
-
-
-@hook
-def next_below(s: State, rank: int) -> int:
-    """Return the body next below a rank on the sweep line, or BOTTOM."""
-    leaves = len(s.status) >> 1
-    at = leaves + rank
-    while at > 1:
-        if at & 1 == 1 and s.status[at - 1]:
-            at -= 1
-            while at < leaves:
-                at = 2 * at + 1 if s.status[2 * at + 1] else 2 * at
-            return int(s.at_level[at - leaves])
-        at >>= 1
-    return len(s.level) + 1
+    return len(s.level) + 1 - up
 
 
 @hook
@@ -138,8 +125,8 @@ def sweep_once(k: Kernel, s: State) -> None:
     for at in range(2 * k.clock[0].bodies):
         bound = int(s.sweep[at])
         b = body_of(bound)
-        above = next_above(s, s.level[b])
-        below = next_below(s, s.level[b])
+        above = next_to(s, s.level[b], 1)
+        below = next_to(s, s.level[b], 0)
         set_end(s, bound, UPPER, above)
         set_end(s, bound, LOWER, below)
         gap = min(below, n)

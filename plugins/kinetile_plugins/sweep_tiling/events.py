@@ -81,7 +81,7 @@ class Change(NamedTuple):
 
 
 @hook
-def stands_above(k: Kernel, s: State, a: int, b: int) -> bool:
+def is_above(k: Kernel, s: State, a: int, b: int) -> bool:
     """Whether body a is above body b now; if they are level, whether it will be; else by number."""
     one = k.bodies[a]
     two = k.bodies[b]
@@ -115,7 +115,7 @@ def join(s: State, a: int, b: int, p: int) -> Tiles:
 
 @hook
 def separate(s: State, a: int, b: int, p: int) -> Tiles:
-    """Relink bounds a, an R, and b, an L, whose body stands on side ``p`` of that of a: ``join`` undone."""
+    """Undo ``join`` for bounds a, an R, and b, an L: the body of b is on side ``p`` of that of a."""
     o = opposite(p)
     beyond_a = facing(s, port(b, OUTER))
     beyond_b = facing(s, port(a, OUTER))
@@ -134,7 +134,7 @@ def separate(s: State, a: int, b: int, p: int) -> Tiles:
 def meeting(k: Kernel, s: State, a: int, b: int) -> Change:
     """Tile a.OUTER - b.OUTER of an R and an L collapses: the bodies come to stand over each other (thesis,
     figure 14)."""
-    tiles = join(s, a, b, LOWER if stands_above(k, s, body_of(a), body_of(b)) else UPPER)
+    tiles = join(s, a, b, LOWER if is_above(k, s, body_of(a), body_of(b)) else UPPER)
     return Change(tiles, Pair(body_of(a), body_of(b)))
 
 
@@ -218,7 +218,7 @@ def room_in(k: Kernel, s: State, p: int, body: int, x: float) -> float:
     q = facing(s, p)
     top = over(s, p, UPPER)
     bottom = over(s, p, LOWER)
-    if (top < n and stands_above(k, s, body, top)) or (bottom < n and stands_above(k, s, bottom, body)):
+    if (top < n and is_above(k, s, body, top)) or (bottom < n and is_above(k, s, bottom, body)):
         return -float("inf")
     if len(s.turns) > 0:
         half = 0.5 * width(k, s, p)
@@ -273,7 +273,7 @@ def lay(s: State, body: int, top: int, bottom: int) -> None:
 @unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
-    """A body comes: a line of no length in one tile, which then grows to the right."""
+    """Insert a body: a line of no length in one tile, which then grows to the right."""
     n = len(s.level)
     left = left_bound(body)
     right = right_bound(body)
@@ -300,7 +300,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
 @unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
-    """A body goes: its R moves left to its L, and the line of no length that is left is taken out of its
+    """Remove a body: its R moves left to its L, and the line of no length that remains is taken out of its
     tile."""
     n = len(s.level)
     left = left_bound(body)

@@ -23,11 +23,11 @@ places:
     8 * bound + 3, 4, 5   for its left ports: whether that tile would fail by a flip
 
 A port is known by the place that holds its link, and a bound by its first place, that of its port OUTER. The
-two bounds of a body share a cache line. The hooks below are the only ones to know these numbers: the rules
-speak of bodies, bounds, ports, ends and tiles, and a tile goes by its left port.
+two bounds of a body share a cache line. Only the hooks below use these numbers: the rules are about bodies,
+bounds, ports, ends and tiles, and a tile is known by its left port.
 
 Where x is periodic, the arena is a cylinder. It has no edges and one tile less, and a tile may reach round
-it, from a bound of a body to that body's next image. So a link knows through how many periods it leads,
+it, from a bound of a body to that body's next image. So a link has the number of its periods,
 counted between unwrapped places. Without a body there is no tile.
 """
 
@@ -45,10 +45,10 @@ OUTER, UPPER, LOWER = 0, 1, 2
 R.OUTER, L.UPPER and L.LOWER, its left ports."""
 
 ENDS, FLIPS = 5, 3
-"""Where a bound's ends stand in its eight places, counted from a side, and a tile's flip, from its port."""
+"""Places of a bound's ends in its eight, counted from a side, and of a tile's flip, from its port."""
 
 RANK, COLUMN = 3, 4
-"""Where a bound's rank in the last construction stands in its eight places of ``turns``, and its period."""
+"""Places of a bound's rank in the last construction, and of its period, in its eight of ``turns``."""
 
 
 class State(NamedTuple):
@@ -225,7 +225,7 @@ class Tiles(NamedTuple):
 
 @hook
 def over(s: State, p: int, side: int) -> int:
-    """The body that a tile has on a side, its top or its bottom, as the bound of its left port knows it."""
+    """The body that a tile has on a side, its top or its bottom, by the bound of its left port."""
     return body_of(p) if side_of(p) == opposite(side) else end(s, bound_of(p), side)
 
 
@@ -233,7 +233,7 @@ def over(s: State, p: int, side: int) -> int:
 def next_along(q: int, side: int) -> int:
     """The left port of the next tile on a side of a body, after the one whose right port is ``q``.
 
-    An L bound that stands on the body is left by its other inner port, an R bound by its outer.
+    The walk leaves an L bound on the body by its other inner port, an R bound by its outer.
     """
     return bound_of(q) + (OUTER if is_right_bound(q) else opposite(side))
 
@@ -265,8 +265,8 @@ def near(k: Kernel, s: State, body: int) -> int:
 @unchecked
 @hook
 def soon(k: Kernel, s: State, body: int, stage: int) -> None:
-    """Ask for a body's bounds; then for the plans and bounds of those whom its tiles and ends lead to; then
-    for their entries in the queue."""
+    """Prefetch a body's bounds; then the plans and bounds of those to which its tiles and ends lead; then
+    their entries in the queue."""
     first = port(left_bound(body), OUTER)
     if stage == 0:
         prefetch(s.web, first)

@@ -13,7 +13,7 @@ from kinetile.errors import AuditError, MissedContactError, ZenoError
 from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.tables import GUESS, NEVER, PAIR, STRUCTURAL, WALL
 from kinetile_accuracy.long_runs.drift import drifts
-from kinetile_plugins.wall import reach_wall
+from kinetile_plugins.wall import WALLS
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
 
@@ -34,7 +34,7 @@ def drop(sim: kt.Simulation, body: int, **known: int) -> None:
     entry = k.queue[body]
     for name, value in known.items():
         entry[name] = value
-    wall = entry.wall = int(reach_wall(k, k.bodies[body])[0])
+    wall = entry.wall = int(WALLS[""](k, k.bodies[body])[0])
     key = min(int(entry.own), int(entry.tick), wall)
     contact = PAIR if entry.exact else GUESS
     entry.kind = STRUCTURAL if key == entry.own else contact if key == entry.tick and key < wall else WALL

@@ -70,12 +70,12 @@ def test_a_number_of_seeds_means_the_seeds_from_1_on():
 
 
 def test_several_numbers_are_one_value_and_in_rows_a_text():
-    parameters = {"radii": [[1, 2], "1, 3"], "counts": "4, 5", "bodies": 9}
+    parameters = {"radii": [[1, 2], "1, 3"], "fractions": "4, 5", "bodies": 9}
     scenes = read_plan(tables(scenes=[{"recipe": "mixture", "parameters": parameters}])).scenes
-    found = [tuple(each.parameters[key] for key in ("radii", "counts", "masses")) for each in scenes]
-    assert found == [("1.0, 2.0", "4, 5", ""), ("1.0, 3.0", "4, 5", "")]
+    found = [tuple(each.parameters[key] for key in ("radii", "fractions", "masses")) for each in scenes]
+    assert found == [("1.0, 2.0", "4.0, 5.0", ""), ("1.0, 3.0", "4.0, 5.0", "")]
     assert make_scene("mixture", **scenes[0].parameters) == make_scene(
-        "mixture", radii=(1.0, 2.0), counts=(4, 5), bodies=9
+        "mixture", radii=(1.0, 2.0), fractions=(4, 5), bodies=9
     )
 
 

@@ -98,20 +98,3 @@ def test_at_most_3n_minus_6_pairs_and_it_comes_near():
     sim = kt.Simulation(scene, "sweep-tiling")
     sim.run(until=0.2)
     assert 0.85 * (3 * 400 - 6) < len(sim.candidate_pairs()) <= 3 * 400 - 6
-
-
-@pytest.mark.compiled
-def test_a_body_sees_fewer_than_six_others_on_average():
-    for density in (0.5, 0.25, 0.125, 0.01):
-        sim = kt.Simulation(kt.make_scene("grid", bodies=100, density=density), "sweep-tiling")
-        sim.run(until=0.5)
-        assert 2 * len(sim.candidate_pairs()) / 100 < 6
-
-
-@pytest.mark.compiled
-def test_a_body_stands_in_the_queue_once():
-    """One entry for the first of its three tiles, its contacts and the walls."""
-    scene = kt.make_scene("grid", bodies=400, density=0.5, seed=1)
-    sim = kt.Simulation(scene, "sweep-tiling")
-    sim.run(until=0.1)
-    assert sim.readings.queue_max <= 400
