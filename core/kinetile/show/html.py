@@ -46,7 +46,7 @@ def as_html(thing: Thing) -> str:
             return facts("Readings", reading_lines(thing.as_dict()))
         picture, left_out = _picture(thing)
         if isinstance(thing, Scene):
-            parts = [facts(f"Scene of {_bodies(len(thing))}", _scene_lines(thing))]
+            parts = [facts(f"Scene of {thing.counted(len(thing))}", _scene_lines(thing))]
         else:
             parts = [facts("Simulation", _simulation_lines(thing))]
         if picture is not None:
@@ -129,7 +129,7 @@ def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
         moved = scene.mass[scene.mass < math.inf]
         still = len(scene) - len(moved)
         masses = [_range(moved.min(), moved.max())] if len(moved) else []
-        masses += [f"{_bodies(still)} that nothing can move"] if still else []
+        masses += [f"{scene.counted(still)} that nothing can move"] if still else []
         yield "masses", "; ".join(masses)
         speed = (scene.velocity**2).sum(axis=1) ** 0.5
         yield "speeds", _range(speed.min(), speed.max())
@@ -144,10 +144,6 @@ def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
     yield "time", f"from {scene.start:.6g}" + ("" if settings.until is None else f" to {settings.until:.6g}")
     if settings.broad_phase is not None:
         yield "broad phase", called(settings.broad_phase, settings.options.get(settings.broad_phase, {}))
-
-
-def _bodies(count: int) -> str:
-    return f"{count:,} {'body' if count == 1 else 'bodies'}"
 
 
 def _range(low: float, high: float) -> str:

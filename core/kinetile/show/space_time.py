@@ -17,6 +17,7 @@ import numpy as np
 from kinetile.errors import BadOption
 from kinetile.kernel.log import REMOVED
 from kinetile.records.bounded import BoundedRows, TooManyRows
+from kinetile.run.flights import Flights
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
 from kinetile.show.picture import LOOKS, counted, escape
@@ -91,32 +92,25 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
         sim.run(until, recorder=rows)
     except TooManyRows as error:
         raise BadOption(f"too many events for a picture of space and time: {error} (--until)") from error
-    log = rows.rows
+    log, flights = rows.rows, Flights.of(rows.rows)
     pieces: list[Piece] = []
-    contacts = []
-    place, speed = (f"a{axis}", f"b{axis}"), (f"av{axis}", f"bv{axis}")
 
     def close(body: int, time: float) -> None:
         since, there, velocity = going.pop(body)
         pieces.append(Piece(body, since, time, there, there + velocity * (time - since)))
 
-    for row in log:
-        time, a, b = float(row["time"]), int(row["a"]), int(row["b"])
-        if np.isnan(row["ax"]):
-            continue
-        for body, where, how in zip((a, b), place, speed, strict=True):
-            if body < 0:
-                continue
-            if body in going:
-                close(body, time)
-            if b != REMOVED:
-                going[body] = time, float(row[where]), float(row[how])
-        if b >= 0:
-            contacts.append(row)
+    columns = (log["time"][flights.row], flights.value(axis), flights.value(f"v{axis}"))
+    ends = (log["b"][flights.row] == REMOVED).tolist()
+    for body, is_end, *plan in zip(flights.body.tolist(), ends, *(c.tolist() for c in columns), strict=True):
+        if body in going:
+            close(body, plan[0])
+        if not is_end:
+            going[body] = plan[0], plan[1], plan[2]
     for body in sorted(going):
         close(body, sim.time)
     reaches = _reaches(scene, which, 1 + max((piece.body for piece in pieces), default=-1))
-    marks = tuple(_mark(row, place, reaches, scene) for row in contacts)
+    contacts = log[(log["b"] >= 0) & ~np.isnan(log["ax"])]
+    marks = tuple(_mark(row, axis, reaches, scene) for row in contacts)
     period = scene.periods[which]
     low, high = _extent(scene, which, pieces, reaches)
     when = f"time upwards from {begin:.6g} to {sim.time:.6g}"
@@ -124,12 +118,10 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
     return SpaceTime(caption, begin, sim.time, low, high, period, tuple(pieces), marks, reaches)
 
 
-def _mark(
-    row: np.void, place: tuple[str, str], reaches: tuple[tuple[float, float], ...], scene: Scene
-) -> Mark:
+def _mark(row: np.void, axis: str, reaches: tuple[tuple[float, float], ...], scene: Scene) -> Mark:
     (one, _), (other, _) = reaches[row["a"]], reaches[row["b"]]
     part = 0.5 if scene.shapes or one + other == 0.0 else one / (one + other)
-    return Mark(float(row["time"]), float(row[place[0]]), float(row[place[1]]), part)
+    return Mark(float(row["time"]), float(row[f"a{axis}"]), float(row[f"b{axis}"]), part)
 
 
 def _reaches(scene: Scene, which: int, count: int) -> tuple[tuple[float, float], ...]:

@@ -110,7 +110,7 @@ def test_a_scene_says_what_it_is_and_shows_its_bodies():
     assert dict(found.lines) == {
         "walls": "in 8 x 2",
         "radii": "0.25 to 0.5",
-        "masses": "1 to 2; 1 body that nothing can move",
+        "masses": "1 to 2; 1 disc that nothing can move",
         "speeds": "0 to 0.5",
         "kinds": "ball (1), sensor (1), post (1)",
         "responses": "ball and sensor: pass",
