@@ -72,8 +72,8 @@ class Lists(NamedTuple):
     due: Whole  # (axes, 2n) the tick at which each bound passes the one right of it
 
 
-def audit_bounds(k: Kernel, lists: Lists, pairs: bool) -> Iterator[str]:
-    """Yields a sentence for everything that does not hold; ``pairs``: also of the candidate pairs, O(n^2)."""
+def audit_bounds(k: Kernel, lists: Lists) -> Iterator[str]:
+    """Yields a sentence for everything that does not hold; O(n^2)."""
     axes, order, place, due = lists
     there = np.flatnonzero(k.queue.number >= 0)
     bounds = np.sort(np.concatenate([2 * there, 2 * there + 1]))

@@ -398,9 +398,9 @@ def _lists(k: Kernel, s: State) -> Lists:
     return Lists(axes, order >> 3 << 1 | order & 1, place, due)
 
 
-def audit(k: Kernel, s: State, pairs: bool = True) -> Iterator[str]:
-    """Yields what does not hold of the sorted bounds and the pairs; without ``pairs`` in O(n log n)."""
-    return audit_bounds(k, _lists(k, s), pairs)
+def audit(k: Kernel, s: State) -> Iterator[str]:
+    """Yields what does not hold of the sorted bounds and the pairs."""
+    return audit_bounds(k, _lists(k, s))
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:

@@ -75,19 +75,18 @@ def tiles_of(k: Kernel, s: State) -> AllTiles:
     return AllTiles(left, right, *_ends(web, left), turns * k.clock[0].torus.x)
 
 
-def audit(k: Kernel, s: State, lines: bool = True) -> Iterator[str]:
-    """Yields a sentence for each invariant that does not hold; with ``lines`` also of what each vertical line
-    crosses, which is O(n^2)."""
+def audit(k: Kernel, s: State) -> Iterator[str]:
+    """Yields a sentence for each invariant that does not hold; O(n^2)."""
     if int(k.clock[0].present) == len(s.level):
         yield from _audit(k, s)
         return
     there = np.flatnonzero(k.queue.number >= 0)
     slots = ", ".join(map(str, there.tolist()[:20]))
-    for sentence in _audit(*closed_up(k, s, there), lines):
+    for sentence in _audit(*closed_up(k, s, there)):
         yield f"{sentence} (bodies are counted here from 0 without empty slots: they are in {slots}, ...)"
 
 
-def _audit(k: Kernel, s: State, lines: bool) -> Iterator[str]:
+def _audit(k: Kernel, s: State) -> Iterator[str]:
     """Yields the sentences where all slots are taken."""
     tiles = tiles_of(k, s)
     broken = list(_links(s, tiles))
@@ -245,7 +244,7 @@ def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, npt.NDArr
     return np.minimum(due, level), level < due
 
 
-def _geometry(k: Kernel, s: State, tiles: AllTiles, lines: bool) -> Iterator[str]:
+def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     """Tiles are no narrower than nothing, and the gaps between the bodies on every vertical line."""
     clock, n = k.clock[0], len(s.level)
     pending = s.due[4 * (tiles.left >> 4) + (tiles.left & 3)] <= clock.now
@@ -258,9 +257,8 @@ def _geometry(k: Kernel, s: State, tiles: AllTiles, lines: bool) -> Iterator[str
     for tile in np.flatnonzero((right - left < -2.0 * clock.limits.theta) & ~pending):
         wrong = left[tile] - right[tile]
         yield f"{tiles.name(tile)} is {wrong} wider than nothing to the wrong side, and does not fail now"
-    if lines:
-        thin = (8.0 if pending.any() else 4.0) * float(clock.limits.skin)
-        yield from _lines(tiles, left, right, west[:n], east[:n], place[:, 1], thin, float(clock.torus.x))
+    thin = (8.0 if pending.any() else 4.0) * float(clock.limits.skin)
+    yield from _lines(tiles, left, right, west[:n], east[:n], place[:, 1], thin, float(clock.torus.x))
 
 
 def _lines(
