@@ -24,9 +24,12 @@ def may_have_slow_ones(config: pytest.Config) -> bool:
 
 
 def first(count: int, cases: Sequence[Any]) -> list[Any]:
-    """Return all cases, as parameters of a test: those after the first ``count`` are slow."""
-    slow = [pytest.param(case, marks=pytest.mark.slow) for case in cases[count:]] if slow_ones else []
-    return [*cases[:count], *slow]
+    """Return all cases, as parameters of a test, tuples where it has several: those after the first ``count``
+    are slow."""
+    if not slow_ones:
+        return [*cases[:count]]
+    rest = (case if isinstance(case, tuple) else (case,) for case in cases[count:])
+    return [*cases[:count], *(pytest.param(*case, marks=pytest.mark.slow) for case in rest)]
 
 
 def examples(count: int) -> int:

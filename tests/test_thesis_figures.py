@@ -123,6 +123,7 @@ def test_1_a_disc_takes_another_along(moments):
     assert speed > 4 * slow
 
 
+@pytest.mark.slow
 def test_3_discs_touch_where_the_equation_says(runs):
     after = runs["figure-03"]["moments"][1]
     assert (after["kind"], after["time"], runs["figure-03"]["coming"]) == ("disc", 2.0, 2.0)

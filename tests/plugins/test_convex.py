@@ -130,6 +130,7 @@ def wall_of_bricks(**more) -> kt.Scene:
     )
 
 
+@pytest.mark.slow
 def test_a_disc_comes_back_from_bricks_that_touch():
     """It meets two of them at one tick where they touch, and its speed is kept."""
     for phase in PHASES:

@@ -204,7 +204,7 @@ def test_what_computes_runs_in_a_browser_too() -> None:
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", first(3, [*SCENES]))
 def test_it_prints_the_list_that_kinetile_finds(name: str, tmp_path: Path) -> None:
     tables, until = SCENES[name]
     assert_prints_the_list(tables, until, tmp_path)
@@ -384,6 +384,7 @@ def test_who_comes_without_a_kind_where_nobody_was_is_of_one_kind_in_both(
     assert found
 
 
+@pytest.mark.slow
 @pytest.mark.small
 def test_events_without_end_end_the_list(tmp_path: Path) -> None:
     """A paddle of infinite mass presses a ball against a wall: they meet twice a tick, from then on."""

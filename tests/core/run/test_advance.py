@@ -122,6 +122,7 @@ def row_of(event: kt.Event) -> tuple[int, ...]:
     return event.epoch, event.tick, *(bodies[::-1] if event.kind == "part" else bodies)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("phase", first(1, ["cells", "sap-1d"]))
 @settings(max_examples=examples(15), deadline=None)
 @given(scene=passing_scenes())

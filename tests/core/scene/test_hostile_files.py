@@ -98,8 +98,7 @@ def test_tables_and_lists_in_each_other_gave_a_traceback(begin: str, end: str, d
 @pytest.mark.parametrize("density", [5e-324, 1e-200])
 def test_a_density_of_next_to_nothing_gave_a_traceback(recipe: str, density: float) -> None:
     sentence = message(f"recipe = '{recipe}'\n[parameters]\ndensity = {density!r}")
-    assert f"density is {density!r}, for which a radius would be " in sentence
-    assert "radii are at least 2**-200" in sentence
+    assert "bodies[0].radius: found " in sentence
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")

@@ -122,6 +122,7 @@ def test_ctrl_c_while_workers_started_printed_a_traceback_of_each(tmp_path):
     assert "Traceback" not in studies.ended(process, 130)[1]
 
 
+@pytest.mark.slow
 def test_what_kills_its_worker_or_takes_its_memory_is_a_row(tmp_path):
     package = new_plugin("deadly", tmp_path)
     (package / "kinetile_deadly" / "phase.py").write_text(DEADLY, encoding="utf-8")

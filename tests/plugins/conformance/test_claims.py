@@ -126,7 +126,9 @@ def judged(name: str, check: str, thorough: bool = True):
     [
         ("flies", "its-features-are-known", "'flies', which nothing can disprove"),
         ("remembers", "state-is-not-kept", "after other simulations"),
-        ("names-two", "near-holds-while-bodies-pass", "while bodies pass"),
+        pytest.param(
+            "names-two", "near-holds-while-bodies-pass", "while bodies pass", marks=pytest.mark.slow
+        ),
         ("names-two", "same-contacts-with-loose-bounds", "with bounds as loose"),
         ("only-up-to-a-skin", "skin-limit-holds-at-its-edge", "just below its limit"),
         ("claims-any-skin", "skin-limit-holds-at-its-edge", "far thicker than bodies are wide"),
@@ -142,7 +144,9 @@ def test_a_claim_that_does_not_hold_is_found_out(name, check, words):
     ("name", "words"),
     [
         ("right", ""),
-        ("looks-at-the-end", "with another origin and a later end, the run "),
+        pytest.param(
+            "looks-at-the-end", "with another origin and a later end, the run ", marks=pytest.mark.slow
+        ),
         ("looks-at-the-thread", "in another thread, the run "),
         ("looks-at-a-hash", "in another process, the run "),
     ],

@@ -184,6 +184,7 @@ def test_a_phase_that_does_not_conform(blind):
     assert found == {f"blind-{check}.toml" for check in CHECKS[1::2]}
 
 
+@pytest.mark.slow
 def test_its_scene_fails_again_and_passes_under_another(blind):
     file = "conformance-failures/blind-never-misses-a-pair.toml"
     again = blind.run("replay", "blind", file)

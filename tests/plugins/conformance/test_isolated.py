@@ -105,6 +105,7 @@ def test_a_number_out_of_range_ends_the_run_and_spares_the_memory(name: str, sai
         sim.run(until=1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.interpreted
 def test_offers_without_end_cost_time_and_no_contact() -> None:
     runs = [kt.Simulation(scene(), name) for name in ("naive", "offers-without-end")]
@@ -244,6 +245,7 @@ def test_what_a_compiled_hook_does_stays_in_the_child(
     assert re.search(said_of(name), result.said)
 
 
+@pytest.mark.slow
 @pytest.mark.small
 def test_the_other_checks_are_run_after_a_death() -> None:
     heard: list[Result] = []
@@ -267,6 +269,7 @@ def test_after_three_deaths_the_rest_is_not_run() -> None:
     assert not report.ok
 
 
+@pytest.mark.slow
 def test_a_death_that_was_expected_is_no_failure() -> None:
     report = isolated("crashes-in-arrange", expected_failures={"same-contacts": "it is known to crash"})
     (result,) = report.results
@@ -354,6 +357,7 @@ def test_only_a_phase_of_this_process_needs_more_than_pickle(monkeypatch: pytest
         pickled(Subject("hangs-in-arrange", {}))
 
 
+@pytest.mark.slow
 @pytest.mark.interpreted
 def test_an_error_of_the_kit_is_told_with_its_traceback() -> None:
     report = isolated("breaks-the-kit", "same-contacts-with-responses", "same-contacts")
@@ -399,6 +403,7 @@ def test_a_failure_that_was_seen_is_not_lost(
     assert len(load_case(result.case).scene) == result.bodies
 
 
+@pytest.mark.slow
 @pytest.mark.interpreted
 def test_a_failure_before_a_silent_end_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     def silent(self: Child) -> Message | None:
@@ -449,6 +454,7 @@ def test_an_installed_phase_that_crashes_is_reported_by_the_command_line(
     assert "Fatal" not in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cannot-be-made", "leaves-in-arrange"])
 def test_an_installed_phase_that_fails_ends_a_run_with_one_line(
     name: str, installed: list[str], tmp_path: Path
@@ -461,6 +467,7 @@ def test_an_installed_phase_that_fails_ends_a_run_with_one_line(
 
 ASK = """
 import kinetile as kt
+from lanes import first
 from kinetile_conformance import check_broad_phase
 check_broad_phase({name!r}, checks=["same-contacts"])
 """
@@ -481,7 +488,7 @@ def gone(pid: int) -> bool:
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("number", first(1, [signal.SIGINT, signal.SIGKILL]))
 def test_the_child_goes_with_whoever_asked(number: int, installed: list[str], tmp_path: Path) -> None:
     noted = tmp_path / "pid"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*installed, *OWN]), "HOSTILE_PID": str(noted)}

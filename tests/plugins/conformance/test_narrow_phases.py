@@ -69,6 +69,7 @@ LEFT_OUT = {
 }
 
 
+@pytest.mark.slow
 def test_a_narrow_phase_of_somebody_else_could_not_be_judged(squares):
     checks = [word for check in (*SHORT, *LEFT_OUT) for word in ("--check", check)]
     chosen = ("--narrow-phase", "squares:touches=true", "--examples", 3)
@@ -121,6 +122,7 @@ def test_a_wrong_narrow_phase_is_found(broad, fault, tmp_path):
     assert re.search(FAULTS[fault], again.said)
 
 
+@pytest.mark.slow
 def test_the_commands_name_a_wrong_narrow_phase(squares):
     chosen = ("--narrow-phase", "squares:fault=writes", "--check", PLANS_ALONE, "--no-shrink")
     done = squares.run("conform", "naive", *chosen, "--examples", 40)

@@ -196,6 +196,7 @@ def test_a_narrow_phase_that_refuses_all_cannot_be_judged():
         check_broad_phase("naive", narrow_phases=["nothing"], in_process=True)
 
 
+@pytest.mark.slow
 @pytest.mark.small
 def test_scenes_of_shapes_are_those_of_any_simulation():
     """The kit's narrow phases give what those of a user do."""

@@ -146,6 +146,7 @@ PLACES = [[0.2, 0.5], [0.7, 0.55], [0.5, 0.9]]
 VELOCITIES = [[1.0, 0.3], [-0.5, 0.1], [0.0, -0.2]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("periodic", first(2, ["", "xy", "x"]))
 @pytest.mark.parametrize("power", first(1, [-30, -40, -58]))
 def test_a_small_unit_cost_a_step_of_python_for_each_512_of_it(periodic, power, monkeypatch):
@@ -161,6 +162,7 @@ def test_a_small_unit_cost_a_step_of_python_for_each_512_of_it(periodic, power, 
     assert len(moved) < 10_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", first(1, [1e11, 1e15]))
 def test_empty_time_cost_in_proportion_to_a_speed_that_was_only_planned(speed, monkeypatch):
     moved = steps_of(monkeypatch)

@@ -38,6 +38,7 @@ from kinetile_accuracy.stepped.methods import (
     reference_runs,
 )
 from kinetile_accuracy.stepped.snapshots import STEPPED
+from lanes import first
 
 CHART = Path(__file__).parents[4] / "docs" / "speed-against-error.svg"
 
@@ -151,7 +152,7 @@ def test_claims_hold_or_not_as_the_rows_say(
     assert found[-1].measured == measured
 
 
-@pytest.mark.parametrize("fast", ["cells", "of-a-plugin"])
+@pytest.mark.parametrize("fast", first(1, ["cells", "of-a-plugin"]))
 def test_the_chart_took_sweep_tiling_for_the_fastest_whatever_was(
     fast: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -172,6 +173,7 @@ def test_the_chart_took_sweep_tiling_for_the_fastest_whatever_was(
     assert "of 3 measurements 2 are as fast" in text
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_kinetic_methods_agree_and_snapshots_err_less_with_shorter_steps() -> None:
     methods = [Method("kinetic", name) for name in ("sap-1d", "sweep-tiling")]
