@@ -17,7 +17,7 @@ import re
 import tomllib
 from collections import Counter
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, TypeAlias, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -202,22 +202,13 @@ def _wrong_value(kind: str, place: Place, value: Any) -> tuple[str, str]:
     return shown(value), expected(place)
 
 
-_TABLES: dict[tuple[str, ...], type[_FileTable]] = {
-    (): _File,
-    ("bodies",): _Body,
-    ("bodies", "turns"): _Turn,
-    ("commands",): _Command,
-    ("commands", "insert"): _Insertion,
-    ("responses",): _Response,
-    ("shapes",): _Shape,
-    ("obstacles",): _Polyline,
-}
-"""The model of each table, by the keys that lead to it."""
-
-
 def _keys(place: Place) -> dict[str, str]:
     """Returns the keys of the table that has the last step of ``place``, and what is expected of each."""
-    model = _TABLES[tuple(step for step in place[:-1] if isinstance(step, str))]
+    model: Any = _File
+    for step in place[:-1]:
+        if isinstance(step, str):
+            inner = model.model_fields[step].annotation
+            model = next(iter(get_args(inner)), inner)  # of a list of tables, that of each
     return {field.alias or name: field.description or "" for name, field in model.model_fields.items()}
 
 

@@ -200,5 +200,5 @@ def figure(svg: bytes, words: str, width: int = 480) -> str:
     data = b64encode(svg).decode("ascii")
     return (
         f'<img alt="{escape(words)}" style="width:100%;max-width:{width}px;height:auto" '
-        f'src="data:image/svg+xml;base64,{data}">'
+        f'src="data:image/svg+xml;base64,{data}"/>'
     )

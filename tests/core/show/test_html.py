@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import threading
 from base64 import b64decode
-from html.parser import HTMLParser
 from xml.etree import ElementTree
 
 import pytest
@@ -21,43 +20,21 @@ from registering import registered
 SVG = "{http://www.w3.org/2000/svg}"
 
 
-class Read(HTMLParser):
-    """What a display has: lines of its tables, its pictures, its sentences."""
+class Read:
+    """What a display has: lines of its tables, its pictures with their words, its sentences."""
 
     def __init__(self, page: str) -> None:
-        super().__init__()
-        self.lines: list[list[str]] = []
-        self.pictures: list[bytes] = []
-        self.words: list[str] = []
-        self.said: list[str] = []
-        self.open: list[str] = []
-        self.feed(page)
-        assert not self.open, "every element is closed"
-
-    def handle_starttag(self, tag, attributes):
-        found = dict(attributes)
-        if tag == "img":
-            self.pictures.append(b64decode(found["src"].removeprefix("data:image/svg+xml;base64,")))
-            self.words.append(found["alt"])
-            return
-        assert tag in ("table", "caption", "tr", "th", "td", "p", "div"), tag
-        assert "color" not in found.get("style", "")  # the page's own, light or dark
-        self.open.append(tag)
-        if tag == "tr":
-            self.lines.append([])
-        elif tag in ("th", "td"):
-            self.lines[-1].append("")
-        elif tag == "p":
-            self.said.append("")
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        if self.open and self.open[-1] in ("th", "td"):
-            self.lines[-1][-1] += data
-        elif self.open and self.open[-1] == "p":
-            self.said[-1] += data
+        root = ElementTree.fromstring(f"<div>{page}</div>")  # every element is closed
+        tags = {"table", "caption", "tr", "th", "td", "p", "div", "img"}
+        assert {each.tag for each in root.iter()} <= tags
+        assert not any("color" in each.get("style", "") for each in root.iter())  # the page's own
+        images = [*root.iter("img")]
+        self.lines = [["".join(cell.itertext()) for cell in row] for row in root.iter("tr")]
+        self.pictures = [
+            b64decode(each.get("src").removeprefix("data:image/svg+xml;base64,")) for each in images
+        ]
+        self.words = [each.get("alt") for each in images]
+        self.said = ["".join(each.itertext()) for each in root.iter("p")]
 
     def __getitem__(self, label):
         return dict(line for line in self.lines if len(line) == 2)[label]
