@@ -137,7 +137,7 @@ def resume(
     ] = None,
     broad_phase: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Go on under this broad phase, with a structure built anew."),
+        typer.Option(metavar="NAME", help="Go on under this broad phase."),
     ] = None,
     events: Annotated[
         Path | None,
