@@ -38,7 +38,6 @@ from typer.testing import CliRunner
 import kinetile as kt
 from installing import install
 from kinetile.cli import app
-from lanes import first
 from registering import remove
 
 ROOT = Path(__file__).parents[1]
@@ -137,7 +136,7 @@ def plugin_folder(monkeypatch):
         yield
 
 
-@pytest.mark.parametrize(("page", "marks"), first(4, pages_with("python")))
+@pytest.mark.parametrize(("page", "marks"), pages_with("python"))
 def test_the_python_runs(page, marks, tmp_path, monkeypatch, plugin_folder):
     # A module of its own: Numba names a state's class by its module in the cache.
     module = ModuleType(f"page_{page.stem.replace('-', '_')}")
@@ -219,7 +218,7 @@ def kinetile_alone():
         yield
 
 
-@pytest.mark.parametrize(("page", "marks"), first(4, pages_with("console")))
+@pytest.mark.parametrize(("page", "marks"), pages_with("console"))
 def test_the_commands_run(page, marks, tmp_path, monkeypatch, kinetile_alone):
     monkeypatch.chdir(tmp_path)
     stand_in(page, tmp_path)

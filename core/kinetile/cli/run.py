@@ -144,7 +144,7 @@ def resume(
     ] = None,
     broad_phase: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Go on under this broad phase, with a new structure."),
+        typer.Option(metavar="NAME", help="Go on under this broad phase."),
     ] = None,
     events: Annotated[
         Path | None,

@@ -27,6 +27,7 @@ from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, deadline, processes
 from kinetile_conformance.cases import Subject, load_case
 from kinetile_conformance.processes import Child, Died, Limits, Message, in_a_child, pickled
+from lanes import first
 from registering import registered
 
 MIB = 1 << 20
@@ -467,7 +468,6 @@ def test_an_installed_phase_that_fails_ends_a_run_with_one_line(
 
 ASK = """
 import kinetile as kt
-from lanes import first
 from kinetile_conformance import check_broad_phase
 check_broad_phase({name!r}, checks=["same-contacts"])
 """

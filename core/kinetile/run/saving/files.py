@@ -37,11 +37,10 @@ import numpy.typing as npt
 from kinetile.errors import KinetileError, RecordError
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER, CONTACT, LOG, MET, Fingerprint, digestible
-from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import COMMAND, COUNTS
 from kinetile.run.compose import Commands
 from kinetile.run.engine.agenda import Command, History
-from kinetile.run.engine.bounds import Bounds
+from kinetile.run.engine.bounds import NO_SKIN, Bounds
 from kinetile.run.engine.contents import CARRIED, PASSED, PLAN, Contents, RunState, numbers_of
 from kinetile.run.engine.ledger import Entries
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, check_state
@@ -208,9 +207,12 @@ _ROWS = {"plans": PLAN, "passings": PASSED, "commands": COMMAND, "counts": COUNT
 _OF_STATE: dict[str, Any] = {
     **dict.fromkeys(("base", "audits"), int),
     **dict.fromkeys(("cpu_seconds", "compile_seconds"), int | float),
-    **{"bounds": Bounds, "asked": float | int | None, "overlapping": np.ndarray},
+    **{"asked": float | int | None, "overlapping": np.ndarray},
 }
 """Fields of a run's state that are in the head under their names, with their types."""
+
+_BOUNDS = 4
+"""Bounds that are saved: the extent and the skin, behind them, follow from where bodies are."""
 
 _KINDS: dict[str, Any] = {
     **_OF_STATE,
@@ -225,7 +227,7 @@ _KINDS: dict[str, Any] = {
 def layout() -> str:
     """Returns a digest of how all that is saved is laid out."""
     said = [f"{name} {elements(dtype)}" for name, dtype in _ROWS.items()]
-    said += [elements(CONTACT), elements(LOG), *CARRIED, *Command._fields, *Bounds._fields, *Skin._fields]
+    said += [elements(CONTACT), elements(LOG), *CARRIED, *Command._fields, *Bounds._fields]
     said += [*(field.name for field in fields(RunState)), *Entries._fields]
     return hashlib.sha256("\n".join(said).encode()).hexdigest()
 
@@ -247,6 +249,7 @@ def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
         "phases": [snapshot.phases.broad_phase, snapshot.phases.options, snapshot.phases.narrow_phases],
         "clock": state.contents.clock,
         **{name: getattr(state, name) for name in _OF_STATE},
+        "bounds": list(state.bounds[:_BOUNDS]),
         "commands": int(state.commands),
         "later": list(state.later),
         "entries": _entries(state.entries, arrays),
@@ -266,6 +269,7 @@ def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
     )
     state = RunState(
         contents=Contents(**contents, clock={name: operator.index(said["clock"][name]) for name in CARRIED}),
+        bounds=Bounds(*said["bounds"], 0.0, NO_SKIN),
         commands=Commands(said["commands"]),
         later=tuple(said["later"]),
         history=history,
@@ -281,13 +285,7 @@ def _check_kinds(said: Mapping[str, Any]) -> None:
     for name, kind in _KINDS.items():
         if not isinstance(said[name], kind):
             raise TypeError(f"{name} is {shown(said[name])}")
-    *numbers, skin = said["bounds"]
-    if not isinstance(skin, Skin):
-        raise TypeError(f"skin is {shown(skin)}")
-    for name, value in [
-        *zip(Bounds._fields[:-1], numbers, strict=True),
-        *zip(Skin._fields, skin, strict=True),
-    ]:
+    for name, value in zip(Bounds._fields[:_BOUNDS], said["bounds"], strict=True):
         if not isinstance(value, float):
             raise TypeError(f"{name} is {shown(value)}")
     if not all(isinstance(each, Command) for each in said["later"]):
@@ -360,7 +358,7 @@ def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
 # Values in JSON, and back. Floats keep every bit, as Python writes them; arrays are members
 # of the archive. Only the classes named here can be created, for any file.
 
-_CLASSES: tuple[Any, ...] = (Bounds, Command, Insert, Remove, Settings, Shape, Skin, Turn)
+_CLASSES: tuple[Any, ...] = (Command, Insert, Remove, Settings, Shape, Turn)
 _NAMED: dict[str, Any] = {each.__name__: each for each in _CLASSES}
 _NAMED["Response"] = lambda name, options: Response(name, **options)
 _DTYPES = {"<f8", "<i8", "<i4", "|b1", "|u1"}

@@ -128,7 +128,7 @@ def test_what_a_file_says_cannot_be_carried_out(path):
 def test_a_number_that_is_none_was_found_out_in_a_run(path, name, value):
     def other(text):
         if name == "squares":
-            table(text, "bounds")[1]["Bounds"][2] = value
+            table(text, "bounds")[1][2] = value
         else:
             table(text, name)[1] = value
 
