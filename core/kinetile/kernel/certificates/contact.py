@@ -192,7 +192,9 @@ def floor_of(ticks: float, step: float, bound: float) -> int:
     over = part - float(down)
     if over > bound and over < 1.0 - bound:
         found = base + int(down)
-        return int(larger(found, 0)) if found < LIMIT else NEVER
+        if found < 0:
+            return 0
+        return found if found < LIMIT else NEVER
     return OPEN
 
 
