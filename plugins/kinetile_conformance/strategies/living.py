@@ -204,9 +204,13 @@ class _Play:
         for at, by in enumerate(random.permutation(len(bodies))):
             self.insert(places[by], velocities[at], float(min(radii[at], radii[by])), random)
 
-    def open_a_way(self, axis: int, random: np.random.Generator) -> None:
+    def open_a_way(self, axis: int, leaves: bool, random: np.random.Generator) -> None:
         """Let the next bodies on both sides of one fly at each other, remove that one, and run until they
-        meet."""
+        meet.
+
+        Where it ``leaves``, it flies out of their way before it is removed. So neither awaits a contact with
+        it, after whose end it would look for the other one.
+        """
         places, radii = self.sim.positions(), self.sim.radii()
         for row in random.permutation(len(radii))[:16]:
             aside, along = places[:, 1 - axis] - places[row, 1 - axis], places[:, axis] - places[row, axis]
@@ -216,11 +220,15 @@ class _Play:
             apart = abs(along[two[1]] - along[two[0]]) - radii[two].sum()
             if row in two or apart <= 0.0 or abs(aside[two[1]] - aside[two[0]]) >= radii[two].sum():
                 continue
-            velocities = np.zeros((2, 2))
-            velocities[:, axis] = 0.5 * apart / self.unit * np.array([1.0, -1.0])
-            there = self.sim.bodies
+            low, high = (aside - radii)[two].max(), (aside + radii)[two].min()
+            if leaves and not -radii[row] <= low < high <= radii[row]:  # they see each other beside it
+                continue
+            velocities = np.zeros((3, 2))
+            velocities[:2, axis] = 0.5 * apart / self.unit * np.array([1.0, -1.0])
+            velocities[2, 1 - axis] = 8.0 * (radii[row] + radii[two].max()) / self.unit
+            there, turned = self.sim.bodies, [*two, row] if leaves else two
             with suppress(KinetileError):  # too fast for the scene's clock
-                self.sim.set_velocities(there[two], velocities)
+                self.sim.set_velocities(there[turned], velocities[: len(turned)])
                 self.sim.remove(int(there[row]))
                 self.run(9)
             return
@@ -310,7 +318,7 @@ def _machine(kind: str, found: list[Scene]) -> type[RuleBasedStateMachine]:
         def open_a_way(self, number: int) -> None:
             """The one between two goes: they meet, and no new plan comes before that."""
             random = self.going.moved_on(number)
-            self.going.open_a_way(number & 1, random)
+            self.going.open_a_way(number & 1, bool(number & 2), random)
 
         @precondition(lambda self: self.may_with_bodies() and len(self.going.sim.bodies) <= 8)
         @rule(number=_numbers)
