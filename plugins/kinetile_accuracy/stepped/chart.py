@@ -242,17 +242,16 @@ def claims(rows: Sequence[SpeedError]) -> tuple[Claim, ...]:
 
 
 def findings(rows: Sequence[SpeedError]) -> tuple[str, ...]:
-    """Compares each method in steps with the fastest kinetic one on scenes of one kind: where it is fastest,
-    where it costs as much, and at its shortest step."""
+    """Compares each method in steps with the fastest kinetic one on scenes of one kind: at the same cost, or
+    where its cost is nearest to that, and at its shortest step."""
     sentences = []
     for (bodies, density), scene in grouped(rows, *SCENE).items():
         best = fastest(scene).cost
         head = f"{bodies} discs at density {density:g} ({fastest(scene).method}: {number(best * 1e3)} ms)"
-
         for method, curve in grouped([row for row in scene if row.kind != "kinetic"], "method").items():
-            cheapest = min(curve, key=lambda row: row.cost)
-            shown = (cheapest, crossing(curve, best), min(curve, key=_step))
-            said = "; ".join(dict.fromkeys(_cost_and_errors(at, best) for at in shown if at is not None))
+            nearest = min(curve, key=lambda row: abs(math.log(row.cost / best)))
+            shown = (crossing(curve, best) or nearest, min(curve, key=_step))
+            said = "; ".join(dict.fromkeys(_cost_and_errors(at, best) for at in shown))
             sentences.append(f"{head}: {NAMES[method]} takes {said}.")
     return tuple(sentences)
 
@@ -260,9 +259,10 @@ def findings(rows: Sequence[SpeedError]) -> tuple[str, ...]:
 def _cost_and_errors(at: SpeedError, best: float) -> str:
     share = at.missed_share
     missed = f"{share:.{1 if share >= 0.01 else 2}%} of" if share else "no"
+    times = "as long" if at.cost == best else f"{number(at.cost / best)} times as long"
     return (
-        f"{number(at.cost / best)} times as long at dt = {number(_step(at))}, with overlaps up to "
-        f"{number(at.deepest)} radii and {missed} first encounters missed"
+        f"{times} at dt = {number(_step(at))}, with overlaps up to {number(at.deepest)} radii and {missed} "
+        "first encounters missed"
     )
 
 

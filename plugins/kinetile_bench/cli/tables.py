@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import singledispatch
 from math import isfinite
 from statistics import median
 from typing import Any
 
-from rich.table import Table
-
-from kinetile.cli.output import empty_table, rows_table
+from kinetile.cli.output import empty_table, rows_table, table_of
 from kinetile_bench.events import EventsBench
 from kinetile_bench.thesis import ThesisBench
 from kinetile_bench.thesis.statements import Statement
 from kinetile_bench.user_scene import Chosen, SceneBench
-
-Column = tuple[str, Callable[[Any], str]]
-"""The head of a column as ``kinetile.cli.output`` has it, and the text of a row in it."""
 
 
 @singledispatch
@@ -26,31 +21,26 @@ def printed_parts(found: Any, *more: Any) -> list[Any]:
     raise TypeError(f"there are no tables for {type(found).__name__}")
 
 
-def column_table(rows: Iterable[Any], *columns: Column, shared: int = 0) -> Table:
-    """Returns a table of rows by its columns; the first ``shared`` columns leave out what repeats."""
-    return rows_table(
-        [head for head, _ in columns], [[cell(row) for _, cell in columns] for row in rows], shared
-    )
-
-
 @printed_parts.register
 def _events(bench: EventsBench) -> list[Any]:
     """The rates of all phases, one row for each phase on each scene."""
     where = bench.conditions
-    table = column_table(
+    table = table_of(
         [row for row in bench.rows if row.refused is None],
-        ("> density", lambda row: f"{row.density:g}"),
-        ("> discs", lambda row: f"{row.bodies:,}"),
-        ("| broad phase", lambda row: row.phase),
-        ("> million events\n/ CPU s", lambda row: f"{row.events_per_cpu_second / 1e6:.2f}"),
-        ("| slowest ..\nfastest", lambda row: f"{row.slowest / 1e6:.2f} .. {row.fastest / 1e6:.2f}"),
-        ("> thousand contacts\n/ CPU s", lambda row: f"{row.contacts_per_cpu_second / 1e3:,.1f}"),
-        ("> of the\nfastest", lambda row: f"{row.of_fastest:.2f}"),
-        ("> events\n/ contact", lambda row: f"{row.events_per_contact:.2f}"),
-        ("> asked\n/ contact", lambda row: f"{row.asked_per_contact:.1f}"),
-        ("> exact\n/ contact", lambda row: f"{row.computed_per_contact:.2f}"),
-        ("> CPU s / unit\nof time", lambda row: f"{row.cpu_seconds_per_time:.4g}"),
-        ("> exponent\nover discs", lambda row: or_dash(row.exponent, ".2f")),
+        {
+            "> density": lambda row: f"{row.density:g}",
+            "> discs": lambda row: f"{row.bodies:,}",
+            "| broad phase": lambda row: row.phase,
+            "> million events\n/ CPU s": lambda row: f"{row.events_per_cpu_second / 1e6:.2f}",
+            "| slowest ..\nfastest": lambda row: f"{row.slowest / 1e6:.2f} .. {row.fastest / 1e6:.2f}",
+            "> thousand contacts\n/ CPU s": lambda row: f"{row.contacts_per_cpu_second / 1e3:,.1f}",
+            "> of the\nfastest": lambda row: f"{row.of_fastest:.2f}",
+            "> events\n/ contact": lambda row: f"{row.events_per_contact:.2f}",
+            "> asked\n/ contact": lambda row: f"{row.asked_per_contact:.1f}",
+            "> exact\n/ contact": lambda row: f"{row.computed_per_contact:.2f}",
+            "> CPU s / unit\nof time": lambda row: f"{row.cpu_seconds_per_time:.4g}",
+            "> exponent\nover discs": lambda row: or_dash(row.exponent, ".2f"),
+        },
         shared=2,
     )
     seconds = f"about {where['seconds']:g} CPU s each"
@@ -81,22 +71,24 @@ def _thesis(bench: ThesisBench, verdicts: Sequence[Statement], files: Sequence[A
         found = median(cell.unrest for cell in bench.of(*row).values())
         return or_dash(found if isfinite(found) else None, ".2f")
 
-    table = column_table(
+    table = table_of(
         [(scene, phase) for scene in bench.scenes() for phase in bench.phases],
-        ("> density", lambda row: f"{row[0].density:g}"),
-        ("> discs", lambda row: f"{row[0].bodies:,}"),
-        ("| broad phase", lambda row: row[1]),
-        ("> CPU ms", times),
-        ("> unrest", unrest),
-        ("> bound\nevents", count("structural_events", ",.0f")),
-        ("> collisions", count("contacts_disc", ",.0f")),
-        ("> wall\ncontacts", count("contacts_wall", ",.0f")),
-        ("> updates\n/ event", count("certificates_updated", ".2f", "events")),
-        ("> asked\n/ contact", count("partners_asked", ".3g", "contacts")),
-        ("> exact\n/ contact", count("contacts_computed", ".2f", "contacts")),
-        ("> bound\n/ contact", count("structural_events", ".3g", "contacts")),
-        ("> queue", lambda row: f"{bench.mean(row[0], row[1], 'queue_max'):,.0f}"),
-        ("> pairs", lambda row: f"{bench.mean(row[0], row[1], 'candidate_pairs'):,.1f}"),
+        {
+            "> density": lambda row: f"{row[0].density:g}",
+            "> discs": lambda row: f"{row[0].bodies:,}",
+            "| broad phase": lambda row: row[1],
+            "> CPU ms": times,
+            "> unrest": unrest,
+            "> bound\nevents": count("structural_events", ",.0f"),
+            "> collisions": count("contacts_disc", ",.0f"),
+            "> wall\ncontacts": count("contacts_wall", ",.0f"),
+            "> updates\n/ event": count("certificates_updated", ".2f", "events"),
+            "> asked\n/ contact": count("partners_asked", ".3g", "contacts"),
+            "> exact\n/ contact": count("contacts_computed", ".2f", "contacts"),
+            "> bound\n/ contact": count("structural_events", ".3g", "contacts"),
+            "> queue": lambda row: f"{bench.mean(row[0], row[1], 'queue_max'):,.0f}",
+            "> pairs": lambda row: f"{bench.mean(row[0], row[1], 'candidate_pairs'):,.1f}",
+        },
         shared=2,
     )
     answers = empty_table("| ", "| verdict", "statement, and the numbers that decide it")
@@ -114,29 +106,30 @@ def _thesis(bench: ThesisBench, verdicts: Sequence[Statement], files: Sequence[A
     ]
 
 
-_SPEED: tuple[Column, ...] = (
-    ("> thousand contacts\n/ CPU s", lambda row: or_dash(row.contacts_per_cpu_second or None, ",.1f", 1e-3)),
-    ("> of the\nfastest", lambda row: or_dash(row.of_fastest, ".2f")),
-    ("> structural\n/ contact", lambda row: or_dash(row.structural_per_contact, ".2f")),
-)
+_SPEED: Mapping[str, Callable[[Any], str]] = {
+    "> thousand contacts\n/ CPU s": lambda row: or_dash(row.contacts_per_cpu_second or None, ",.1f", 1e-3),
+    "> of the\nfastest": lambda row: or_dash(row.of_fastest, ".2f"),
+    "> structural\n/ contact": lambda row: or_dash(row.structural_per_contact, ".2f"),
+}
 
 
 @printed_parts.register
 def _scene(bench: SceneBench) -> list[Any]:
     """The results of the phases on a scene, one row a phase."""
-    table = column_table(
+    table = table_of(
         bench.rows,
-        ("broad phase", lambda row: row.phase),
-        ("> CPU s", lambda row: or_dash(row.cpu_seconds, ".4g")),
-        (
-            "| fastest ..\nslowest",
-            lambda row: "" if row.cpu_seconds is None else f"{row.fastest:.4g} .. {row.slowest:.4g}",
-        ),
-        *_SPEED,
-        ("> contacts", lambda row: or_dash(row.contacts, ",d")),
-        ("> commands", lambda row: or_dash(row.commands, ",d")),
-        ("fingerprint", lambda row: (row.fingerprint or "")[:16]),
-        ("ended by", lambda row: "refused" if row.cpu_seconds is None else _kind(row.ended_by)),
+        {
+            "broad phase": lambda row: row.phase,
+            "> CPU s": lambda row: or_dash(row.cpu_seconds, ".4g"),
+            "| fastest ..\nslowest": lambda row: (
+                "" if row.cpu_seconds is None else f"{row.fastest:.4g} .. {row.slowest:.4g}"
+            ),
+            **_SPEED,
+            "> contacts": lambda row: or_dash(row.contacts, ",d"),
+            "> commands": lambda row: or_dash(row.commands, ",d"),
+            "fingerprint": lambda row: (row.fingerprint or "")[:16],
+            "ended by": lambda row: "refused" if row.cpu_seconds is None else _kind(row.ended_by),
+        },
     )
     where = bench.conditions
     return [
@@ -150,11 +143,13 @@ def _scene(bench: SceneBench) -> list[Any]:
 @printed_parts.register
 def _choice(chosen: Chosen) -> list[Any]:
     """The results of the candidates, the fastest first, and the recommendation."""
-    table = column_table(
+    table = table_of(
         chosen.candidates,
-        ("broad phase", lambda row: row.phase),
-        *_SPEED,
-        ("", _remark),
+        {
+            "broad phase": lambda row: row.phase,
+            **_SPEED,
+            "": _remark,
+        },
     )
     where = chosen.conditions
     return [
@@ -192,18 +187,18 @@ def _agreement(identical: bool, rows: Sequence[Any]) -> str:
 
 def study_parts(found: Mapping[str, Any]) -> list[Any]:
     """Returns a quantity of a study for each scene and phase: mean, standard error, ratio to the first."""
-    table = column_table(
-        found["groups"],
-        *((f"> {each}", lambda row, each=each: _number(row["scene"].get(each))) for each in found["varied"]),
-        ("| phase", lambda row: row["phase"]),
-        ("> rows", lambda row: f"{row['rows']:,}" + (f" ({row['odd']})" if row["odd"] else "")),
-        ("> contacts", lambda row: _number(row["contacts"])),
-        ("> mean", lambda row: _number(row["mean"])),
-        ("> ±", lambda row: _number(row["error"])),
-        ("> ratio", lambda row: _number(row["ratio"])),
-        ("> ±", lambda row: _number(row["ratio_error"])),
-        shared=len(found["varied"]),
-    )
+    heads = [*(f"> {each}" for each in found["varied"]), "| phase", "> rows", "> contacts"]
+    heads += ["> mean", "> ±", "> ratio", "> ±"]
+    rows = [
+        [
+            *(_number(group["scene"].get(each)) for each in found["varied"]),
+            group["phase"],
+            f"{group['rows']:,}" + (f" ({group['odd']})" if group["odd"] else ""),
+            *(_number(group[each]) for each in ("contacts", "mean", "error", "ratio", "ratio_error")),
+        ]
+        for group in found["groups"]
+    ]
+    table = rows_table(heads, rows, shared=len(found["varied"]))
     head = f"{found['y']}: mean over seeds, ratio to {found['base']} paired by seed, standard errors"
     return [head, table] if found["groups"] else []
 

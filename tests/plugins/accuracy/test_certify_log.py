@@ -104,7 +104,7 @@ def test_lines_come_from_stdin(log):
         (lambda lines: [*lines[:-1], "fingerprint " + "0" * 64], "line 15 is wrong: the fingerprint"),
     ],
 )
-def test_the_first_wrong_line_is_told(log, change, why):
+def test_the_first_wrong_line_is_reported(log, change, why):
     log.write_text("\n".join(change(log.read_text().splitlines())))
     found = kinetile("certify-log", "cradle", log, "--until", 5)
     assert found.exit_code == 1

@@ -205,7 +205,7 @@ def test_a_report_is_not_written_over_unasked(one_part, tmp_path, monkeypatch):
     assert not (tmp_path / "accuracy-report" / "accuracy.json").exists()
 
 
-def test_a_folder_that_cannot_be_written_to_is_told_before_anything_is_measured(tmp_path, monkeypatch):
+def test_a_folder_that_cannot_be_written_to_is_reported_before_anything_is_measured(tmp_path, monkeypatch):
     def refuse(*words, **more):
         raise PermissionError(13, "Permission denied")
 
@@ -235,7 +235,7 @@ def test_what_was_measured_is_printed_when_it_cannot_be_written(one_part, tmp_pa
         ("flint", "python-flint", "oracle"),
     ],
 )
-def test_a_missing_package_is_told_with_its_extra_before_anything_is_measured(
+def test_a_missing_package_is_reported_with_its_extra_before_anything_is_measured(
     module, package, part, tmp_path, monkeypatch
 ):
     monkeypatch.setitem(sys.modules, module, None)

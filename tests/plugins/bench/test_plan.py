@@ -90,7 +90,7 @@ def test_a_flat_list_for_a_list_parameter_ran_other_scenes():
     assert holds_several(Parameter("of a foreign recipe", "npt.NDArray[np.float64] | None", None))
 
 
-def test_all_mistakes_are_told_at_once_with_where_they_stand():
+def test_all_mistakes_are_reported_at_once_with_their_places():
     said = mistakes(
         phases=["naiv", "sap-1d:axis=q", "sap-1d:axs=y", "naive", "naive"],
         seeds={"from": 1, "to": 3},

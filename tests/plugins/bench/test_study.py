@@ -89,7 +89,7 @@ def test_observables_are_columns_with_their_errors(tmp_path):
 
 
 @pytest.mark.small
-def test_two_lists_of_contacts_of_one_scene_are_told_at_once(tmp_path, blind):
+def test_two_lists_of_contacts_of_one_scene_are_reported_at_once(tmp_path, blind):
     tables = {"phases": ["naive", blind, "cells"], "contacts": 4, "scenes": [{"recipe": "cradle"}]}
     told = []
     study, outcome = run(tables, tmp_path, disagreed=told.append)

@@ -48,7 +48,7 @@ def test_a_recording_runs_under_all_phases_to_the_contacts_of_the_program(trace)
     assert max(row.of_fastest for row in found.rows) == 1.0
 
 
-def test_a_short_run_is_done_again_until_it_has_the_seconds_that_are_asked_for(monkeypatch):
+def test_a_short_run_is_repeated_until_it_has_the_requested_seconds(monkeypatch):
     times = iter([0.25, 0.5, 0.5, 2.0, 0.125, 0.25, 0.75])
     monkeypatch.setattr("kinetile_bench.user_scene._timed", lambda *_: (next(times), "ZenoError: jammed"))
     (row,) = bench_scene(kt.make_scene("cradle"), ["naive"], 1.0, repeats=3, seconds=1.0).rows

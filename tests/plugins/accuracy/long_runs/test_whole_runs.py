@@ -28,7 +28,7 @@ def test_runs_are_right_to_the_end(few):
 
 
 @pytest.mark.compiled
-def test_a_run_that_is_wrong_is_told(few, monkeypatch):
+def test_a_wrong_run_is_reported(few, monkeypatch):
     class Wrong(kt.Simulation):
         @property
         def contacts(self):

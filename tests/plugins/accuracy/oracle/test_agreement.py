@@ -261,7 +261,7 @@ approach by less than a velocity's last bit, as an exchange has rounded it; the 
 JAMMED = "H18"
 
 
-def test_every_hard_scene_is_told_of() -> None:
+def test_every_hard_scene_is_listed() -> None:
     told = {*AGREE, *AGREE_FOR, *PART_EARLY, JAMMED}
     assert told == {path.stem for path in SCENES.glob("H*.toml")}
 

@@ -187,7 +187,7 @@ def test_a_tie_of_irrational_times_is_settled(
     assert run.bits == oracle_module.FIRST_BITS
 
 
-def test_a_near_tie_is_told_from_a_tie() -> None:
+def test_a_near_tie_is_no_tie() -> None:
     scene = congruent(range(4))
     position = scene.position.copy()
     position[3, 0] = np.nextafter(position[3, 0], 0.0)  # they meet 2^-54 earlier

@@ -129,7 +129,7 @@ def test_the_end(gas):
     assert "there are to be 7 contacts" in str(certify_log(scene, log, max_contacts=7))
 
 
-def test_fewer_contacts_than_are_asked_for(gas):
+def test_fewer_contacts_than_requested(gas):
     scene, log = gas
     assert certify_log(scene, log[:80], max_contacts=80).right
     found = certify_log(scene, log[:79], max_contacts=80)
@@ -360,7 +360,7 @@ def test_what_was_done_by_hand_is_followed(seed):
         assert certify_log(sim.recorded(), sim.contacts, sim.time, fingerprint=sim.fingerprint).right
 
 
-def test_who_is_not_there_meets_nobody():
+def test_a_body_that_is_not_there_has_no_contact():
     places, velocities = [(0.25, 0.5), (0.75, 0.5)], [(0.25, 0.0), (-0.25, 0.0)]
     commands = [kt.Remove(1, 0.25), kt.Insert(1.0, (0.75, 0.25), (0.0, 0.0), 0.125)]
     scene = kt.Scene(places, velocities, 0.125, arena=(1.0, 1.0), commands=commands)
@@ -389,7 +389,7 @@ def test_who_is_not_there_meets_nobody():
     ],
 )
 @pytest.mark.small
-def test_who_has_no_room_ends_the_answer(place, periodic, room):
+def test_an_insertion_without_room_ends_the_answer(place, periodic, room):
     """The first body is at (0.4375, 0.5) when the other comes, and at (-0.5625, 0.5)."""
     commands = [kt.Insert(0.5, place, (0.0, 0.0), 0.125)]
     scene = kt.Scene(
@@ -404,7 +404,7 @@ def test_who_has_no_room_ends_the_answer(place, periodic, room):
 
 @pytest.mark.parametrize("bodies", [0, 1])
 @pytest.mark.small
-def test_the_unit_is_that_of_who_comes_as_well(bodies):
+def test_insertions_count_for_the_unit(bodies):
     commands = [kt.Insert(0.5, (0.5, 0.75), (20.0, 3.0), 0.125), kt.Remove(bodies, 1.0)]
     places, velocities = np.full((bodies, 2), 0.25), np.full((bodies, 2), 0.5)
     scene = kt.Scene(places, velocities, 0.125, arena=(1.0, 1.0), commands=commands)

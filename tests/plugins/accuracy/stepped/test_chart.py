@@ -119,12 +119,11 @@ SLOW = tuple(row("box2d-bullets", dt, cost=cost, deepest=0.01) for dt, cost in (
 
 def test_the_sentences_say_what_the_rows_say() -> None:
     (of_sweep,) = findings([*KINETIC, *CURVE])
-    assert "takes 0.1 times as long at dt = 0.01, with overlaps up to 1 radii and 10.0% of first" in of_sweep
-    assert "; 1 times as long at dt = 3.2e-4, with overlaps up to 0.032 radii and 0.50% of first" in of_sweep
+    assert "takes as long at dt = 3.2e-4, with overlaps up to 0.032 radii and 0.50% of first" in of_sweep
     assert "; 2 times as long at dt = 1e-4, with overlaps up to 0.01 radii and no first enc" in of_sweep
     (of_engine,) = findings([*KINETIC, *SLOW])
     assert "Box2D 2.3 with bullets takes 5 times as long" in of_engine
-    assert "1 times as long" not in of_engine, "it never costs as little"
+    assert "takes as long" not in of_engine, "it never costs as little"
 
 
 @pytest.mark.parametrize(
