@@ -313,10 +313,8 @@ def closed_up(k: Kernel, s: State, there: Any) -> tuple[Kernel, State]:
     body[there] = np.arange(m)
     body[n], body[n + 1] = m, m + 1
     web = s.web.astype(np.int64).reshape(n + 1, 16)[np.append(there, n)]
-    ends = np.zeros(16, dtype=bool)
-    ends[[ENDS + UPPER, ENDS + LOWER, 8 + ENDS + UPPER, 8 + ENDS + LOWER]] = True
-    links = np.zeros(16, dtype=bool)
-    links[[0, 1, 2, 8, 9, 10]] = True
+    ends = [bound + ENDS + side for bound in (0, 8) for side in (UPPER, LOWER)]
+    links = [bound + side for bound in (0, 8) for side in (OUTER, UPPER, LOWER)]
     web[:, ends] = body[np.minimum(web[:, ends], n + 1)]
     port = web[:, links]
     web[:, links] = body[np.minimum(port >> 4, n + 1)] << 4 | port & 15
