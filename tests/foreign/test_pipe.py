@@ -87,7 +87,7 @@ FAULTS = {
 
 @needs_cc
 @pytest.mark.small
-@pytest.mark.parametrize("fault", first(4, [*FAULTS]), ids=FAULTS.values())
+@pytest.mark.parametrize("fault", first(4, [*FAULTS]), ids=FAULTS.get)
 def test_a_fault_is_found(fault, tmp_path):
     command = compiled(tmp_path, f"-DFAULT={fault}")
     report = check_engine(command, examples=40, checks=["same-contacts"], save_to=tmp_path / "failures")
