@@ -268,10 +268,10 @@ def read_insertion(
             "this body cannot come: its mass is infinite, and this run is not made for bodies that nothing "
             "can move; give the scene responses='elastic', and it is"
         )
-    asked = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind)  # type: ignore[arg-type]
+    insertion = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind)  # type: ignore[arg-type]
     scene = engine.scene
     extent = None if scene.arena is None else Extent(scene.arena, scene.periodic)
-    mistakes = check_command(asked, "", None, extent)
+    mistakes = check_command(insertion, "", None, extent)
     if mistakes:
         said = "; ".join(
             f"{mistake.where.removeprefix('.')} is {mistake.found}, expected {mistake.expected}"
@@ -279,8 +279,8 @@ def read_insertion(
         )
         raise ValueError(f"this body cannot come: {said}")
     rows = engine.command_rows(INSERTED)
-    x, y = map(float, asked.position)
-    vx, vy = map(float, asked.velocity)
+    x, y = map(float, insertion.position)
+    vx, vy = map(float, insertion.velocity)
     _check_speed(engine, math.hypot(vx, vy), min(engine.bounds.smallest, radius))
     new = (x, y, vx, vy, float(radius), float(mass), engine.numbers)
     for name, value in zip(("x", "y", "vx", "vy", "radius", "mass", "body"), new, strict=True):

@@ -91,9 +91,9 @@ def of_entries(k: Kernel) -> Iterator[str]:
     """Each body is filed under the first of the events that its entry has."""
     queue = k.queue
     contact = np.where(queue.exact == 1, PAIR, GUESS)
-    asked = queue.wall != NOT_ASKED
+    known = queue.wall != NOT_ASKED
     leave = k.traits.leave if len(k.traits) else np.full_like(queue.own, NEVER)
-    choices = np.stack([queue.own, queue.tick, np.where(asked, queue.wall, NEVER), leave])
+    choices = np.stack([queue.own, queue.tick, np.where(known, queue.wall, NEVER), leave])
     kinds = np.stack(
         [np.zeros_like(contact), contact, np.full_like(contact, WALL), np.full_like(contact, PARTING)]
     )
@@ -205,7 +205,7 @@ def said_tick(tick: int) -> str:
 part = to_be_filled_in
 
 
-def ask_when_they_part(k: Kernel, pairs: Records, parting: Any) -> None:
+def compute_partings(k: Kernel, pairs: Records, parting: Any) -> None:
     """Writes down when each pair parts; a template, as ``kernel.loop`` has."""
     k = disowned(k)
     for at in range(len(pairs)):
@@ -222,13 +222,13 @@ def of_passings(k: Kernel, composition: Composition, place: Any) -> Iterator[str
     table, lists = k.passings, k.clock[0].lists
     yield from of_lists(table, k.passers, "the passings", lists.passings, lists.passable)
     live = np.flatnonzero(table.a >= 0)
-    asked, parting = table[live], np.full(len(live), NEVER)
+    passings, parting = table[live], np.full(len(live), NEVER)
     parts = {"part": composition.pair.part, "PERIODIC": bool(len(k.images))}
-    compose(ask_when_they_part, parts, "parting", Kernel)(k, asked, parting)
+    compose(compute_partings, parts, "parting", Kernel)(k, passings, parting)
     due = np.maximum(parting, table.begun[live] + 1)
     number, traits = k.queue.number, k.traits
     for at in np.flatnonzero(table.tick[live] != due).tolist():
-        a, b = int(number[asked.a[at]]), int(number[asked.b[at]])
+        a, b = int(number[passings.a[at]]), int(number[passings.b[at]])
         said = f"bodies {a} and {b} part {said_tick(table.tick[live][at])} as noted"
         yield f"{said}, but by their plans {said_tick(due[at])}"
     leave = np.full(len(number), NEVER)
@@ -241,7 +241,7 @@ def of_passings(k: Kernel, composition: Composition, place: Any) -> Iterator[str
     for body in np.flatnonzero((inside != traits.inside) & (number != NOBODY)).tolist():
         said = f"body {number[body]} is counted to pass {traits.inside[body]} others"
         yield f"{said}, and passes {inside[body]}"
-    yield from _overlapping(k, place, set(asked[["a", "b", "m", "n"]].tolist()))
+    yield from _overlapping(k, place, set(passings[["a", "b", "m", "n"]].tolist()))
 
 
 def _overlapping(k: Kernel, place: Any, passing: set[tuple[int, int, int, int]]) -> Iterator[str]:
@@ -327,13 +327,13 @@ def _contact_times(k: Kernel, composition: Composition, near: Pairs) -> Iterator
     known = np.flatnonzero(partner >= 0)
     known = known[queue.seen[known] == bodies.stamp[partner[known]]]
     expected = np.sort(np.column_stack([known, partner[known]]).astype(np.int32), axis=1)
-    meetings, walls = _asked_again(k, composition, np.concatenate([near, expected]))
+    meetings, walls = _computed_again(k, composition, np.concatenate([near, expected]))
     yield from _of_walls(k, walls)
     yield from _of_partners(k, known, meetings[len(near) :])
     yield from _of_near(k, near, meetings[: len(near)])
 
 
-def _asked_again(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Integers, Integers]:
+def _computed_again(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Integers, Integers]:
     """Returns when each pair, and each body and a wall, meet by their plans; NEVER for barred pairs."""
     pair, wall = composition.pair, composition.wall
     parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None}
@@ -344,7 +344,7 @@ def _asked_again(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Int
         parts["reach_wall"] = wall.reach_wall
     meetings, walls = np.full(len(pairs), NEVER), np.full(len(k.bodies), NEVER)
     aside = k._replace(clock=k.clock.copy())  # a fault that a narrow phase reports must not end the run
-    compose(ask_again, parts, "audit", Kernel)(aside, pairs, meetings, walls)
+    compose(compute_again, parts, "audit", Kernel)(aside, pairs, meetings, walls)
     return meetings, walls
 
 
@@ -405,7 +405,7 @@ PERIODIC = False
 reach_wall = to_be_filled_in
 
 
-def ask_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> None:
+def compute_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> None:
     """Writes down when each pair, and each body and a wall, meet; a template, as ``kernel.loop`` has."""
     k = disowned(k)
     bodies = k.bodies

@@ -194,7 +194,7 @@ class Composition:
 
     @property
     def looks_ahead(self) -> bool:
-        """Whether the loop asks the memory ahead: only in a large scene."""
+        """Whether the loop prefetches: only in a large scene."""
         return self.broad.soon is not None and self.prepared.capacity >= LARGE
 
     @property

@@ -119,7 +119,7 @@ def energy(k: Kernel) -> float:
 def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yields readings (``Readings.as_dict``) line by line, each with its label."""
     contacts = found["contacts_disc"] + found["contacts_wall"]
-    asked, exact = (found[name] / max(contacts, 1) for name in ("partners_asked", "contacts_computed"))
+    checked, exact = (found[name] / max(contacts, 1) for name in ("partners_asked", "contacts_computed"))
     yield (
         "contacts",
         f"{contacts:,} ({found['contacts_disc']:,} of bodies, {found['contacts_wall']:,} with walls)",
@@ -134,7 +134,7 @@ def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield (
         "contact times",
         f"{found['partners_asked']:,} candidate checks, {found['contacts_computed']:,} exact solves"
-        + (f" ({asked:.3g} and {exact:.3g} a contact)" if contacts else ""),
+        + (f" ({checked:.3g} and {exact:.3g} a contact)" if contacts else ""),
     )
     yield "deepest overlap", f"{found['deepest_overlap']:.2g} radii"
     yield "energy drift", f"{found['energy_drift']:.2g} (relative)"

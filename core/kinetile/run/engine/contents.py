@@ -139,7 +139,7 @@ class RunState:
         later: the commands of later spans of the clock.
         history: the interactive commands so far.
         entries: the contents of the ledger.
-        asked: the requested time, if the run has ended at it.
+        requested: the requested time, if the run has ended at it.
         overlapping: (m, 2) the pairs that overlap at the start and have not begun to pass yet.
         audits: the number of audits; ``cpu_seconds`` and ``compile_seconds`` as of the engine.
     """
@@ -151,7 +151,7 @@ class RunState:
     later: tuple[Command, ...]
     history: History
     entries: Entries
-    asked: float | None
+    requested: float | None
     overlapping: npt.NDArray[np.int64]
     audits: int = 0
     cpu_seconds: float = 0.0
@@ -168,7 +168,7 @@ class RunState:
             later=tuple(planned(scene, clock)),
             history=History(),
             entries=Entries(0, np.zeros(0, CONTACT) if keep_contacts else None, Fingerprint(), (), ()),
-            asked=None,
+            requested=None,
             overlapping=overlapping(scene),
         )
 

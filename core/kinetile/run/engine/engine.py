@@ -139,7 +139,7 @@ class Engine(Tables):
         self.walled = scene.arena is not None and composition.wall is not None
         self.bounded = self.walled or scene.periodic == "xy"
         self.numbers = numbers_of(scene, self.history)
-        self._asked = state.asked
+        self._requested = state.requested
         self._ready = False
         self._budget = FIRST_BUDGET
         self._overlapping = state.overlapping
@@ -151,7 +151,7 @@ class Engine(Tables):
     @property
     def time(self) -> float:
         """The present time, in the scene's time: the requested one, if the run has ended at it."""
-        return self._asked if self._asked is not None else self.clock.time(self.now)
+        return self._requested if self._requested is not None else self.clock.time(self.now)
 
     @property
     def speed(self) -> float:
@@ -277,7 +277,7 @@ class Engine(Tables):
     def _take_over(self, before: int) -> None:
         """Takes over the log of a chunk that began at a tick."""
         if self.now != before:
-            self._asked = None
+            self._requested = None
         self.ledger.take(self.k, self.fields, self.count.logged[0])
 
     def _record(self, wanted: bool) -> None:
@@ -290,7 +290,7 @@ class Engine(Tables):
 
     def arrive(self, until: float | None) -> None:
         """Sets the end of a run: ``time`` is now the requested one, until the next event."""
-        self._asked = until
+        self._requested = until
 
     def watch(self, stop: WatchedContacts | None) -> None:
         """Sets the contacts at which the loop stops; None: none."""
@@ -635,7 +635,7 @@ class Engine(Tables):
             later=self.agenda.later,
             history=self.history,
             entries=self.ledger.entries,
-            asked=self._asked,
+            requested=self._requested,
             overlapping=self._overlapping,
             audits=self.audits,
             cpu_seconds=self.cpu_seconds,

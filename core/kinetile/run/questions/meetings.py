@@ -121,18 +121,20 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> Cast
     ticks = np.full(len(query.slots), NEVER)
     if any(query.periods):
         k = _with_disc(query, centre, outline[1], velocity)
-        _composed(ask_for_images)(k, query.slots, len(k.bodies) - 1, ticks)
+        _composed(ticks_for_images)(k, query.slots, len(k.bodies) - 1, ticks)
     elif query.shapes or outline[0] != DISC:
-        _ask_with_shape(query, centre, outline, velocity, ticks)
+        _ticks_with_shape(query, centre, outline, velocity, ticks)
     else:
-        _composed(ask_for_disc)(query.k, query.slots, *centre, *velocity, outline[1], ticks)
+        _composed(ticks_for_disc)(query.k, query.slots, *centre, *velocity, outline[1], ticks)
     at = int(ticks.argmin()) if len(ticks) else 0
     if not len(ticks) or ticks[at] == NEVER:
         return None
     return CastHit(*_moment_of(query, int(ticks[at])), int(query.slots[at]))
 
 
-def _ask_with_shape(query: Query, centre: Point, outline: Outline, velocity: Point, ticks: Integers) -> None:
+def _ticks_with_shape(
+    query: Query, centre: Point, outline: Outline, velocity: Point, ticks: Integers
+) -> None:
     """Writes down when each body meets a body of such an outline that is anchored now (rule 5s)."""
     if query.shapes:
         kinds, which = np.unique(query.forms, return_inverse=True)
@@ -143,7 +145,7 @@ def _ask_with_shape(query: Query, centre: Point, outline: Outline, velocity: Poi
     rows = [difference_row(each, outline) for each in theirs]
     begins = np.cumsum([0, *map(len, rows)])[:-1]
     numbers = np.array([number for row in rows for number in row])
-    _composed(ask_for_shape)(query.k, query.slots, numbers, begins[which], *centre, *velocity, ticks)
+    _composed(ticks_for_shape)(query.k, query.slots, numbers, begins[which], *centre, *velocity, ticks)
 
 
 def _with_disc(query: Query, centre: Point, radius: float, velocity: Point) -> Kernel:
@@ -200,7 +202,7 @@ def _ticks_with(query: Query, a: int, others: Integers) -> dict[int, Integers]:
         return {}
     meets = np.full(len(others), NEVER)
     parts = {"meet": pair.meet, "PERIODIC": any(query.periods), "PASSING": passing}
-    _composed(ask_partners, **parts)(k, a, others, meets)
+    _composed(ticks_of_partners, **parts)(k, a, others, meets)
     meets[meets < query.now] = NEVER
     if not passing:
         return {PAIR: meets}
@@ -217,20 +219,20 @@ def wall_of(query: Query, a: int) -> tuple[int, int]:
     wall = query.composition.wall
     assert wall is not None
     answer = np.zeros(2, dtype=np.int64)
-    _composed(ask_wall, reach_wall=wall.reach_wall)(query.aside, a, answer)
+    _composed(tick_of_wall, reach_wall=wall.reach_wall)(query.aside, a, answer)
     tick, which = answer.tolist()
     return tick, which
 
 
-def _composed(asked: Callable[..., Any], **hooks: Any) -> Callable[..., Any]:
-    return compose(asked, hooks, "questions", Kernel)
+def _composed(template: Callable[..., Any], **hooks: Any) -> Callable[..., Any]:
+    return compose(template, hooks, "questions", Kernel)
 
 
 PERIODIC = PASSING = False
 reach_wall = to_be_filled_in
 
 
-def ask_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> None:
+def ticks_of_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> None:
     """Writes down when a body meets each of others by their plans; a template, as ``kernel.loop`` has."""
     k = disowned(k)
     barred = NOBODY if PERIODIC else barred_with(k, body)
@@ -243,7 +245,7 @@ def ask_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> Non
             ticks[i] = meeting(k, first, body + other - first)
 
 
-def ask_wall(k: Kernel, body: int, answer: Integers) -> None:
+def tick_of_wall(k: Kernel, body: int, answer: Integers) -> None:
     """Writes down when a body meets a wall, and which; a template."""
     k = disowned(k)
     tick, wall = reach_wall(k, k.bodies[body])
@@ -264,7 +266,7 @@ def plans_to(k: Kernel, body: Records, x: float, y: float, vx: float, vy: float)
     )
 
 
-def ask_for_disc(
+def ticks_for_disc(
     k: Kernel, others: Integers, x: float, y: float, vx: float, vy: float, radius: float, ticks: Integers
 ) -> None:
     """Writes down when a disc that is anchored now meets each of others; a template."""
@@ -277,7 +279,7 @@ def ask_for_disc(
             ticks[i] = clock.now + delay
 
 
-def ask_for_shape(
+def ticks_for_shape(
     k: Kernel,
     others: Integers,
     numbers: npt.NDArray[np.float64],
@@ -299,7 +301,7 @@ def ask_for_shape(
             ticks[i] = clock.now + delay
 
 
-def ask_for_images(k: Kernel, others: Integers, disc: int, ticks: Integers) -> None:
+def ticks_for_images(k: Kernel, others: Integers, disc: int, ticks: Integers) -> None:
     """Writes down when a disc in a row of the tables meets each of others through an image; a template."""
     k = disowned(k)
     for i in range(len(others)):

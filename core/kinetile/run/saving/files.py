@@ -207,7 +207,7 @@ _ROWS = {"plans": PLAN, "passings": PASSED, "commands": COMMAND, "counts": COUNT
 _OF_STATE: dict[str, Any] = {
     **dict.fromkeys(("base", "audits"), int),
     **dict.fromkeys(("cpu_seconds", "compile_seconds"), int | float),
-    **{"asked": float | int | None, "overlapping": np.ndarray},
+    **{"requested": float | int | None, "overlapping": np.ndarray},
 }
 """Fields of a run's state that are in the head under their names, with their types."""
 
@@ -269,7 +269,7 @@ def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
     )
     state = RunState(
         contents=Contents(**contents, clock={name: operator.index(said["clock"][name]) for name in CARRIED}),
-        bounds=Bounds(*said["bounds"], 0.0, NO_SKIN),
+        bounds=Bounds._make([*said["bounds"], 0.0, NO_SKIN]),
         commands=Commands(said["commands"]),
         later=tuple(said["later"]),
         history=history,

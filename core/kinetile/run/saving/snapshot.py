@@ -72,7 +72,16 @@ class Snapshot:
         ledger = entries.rows, entries.digest.hexdigest(), entries.unstepped
         mine = self.scene, self.phases, self.audit, self.start_energy, state.history.content, ledger
         rows = [table.tobytes() for table in tables], counts, contents.clock
-        return *mine, *rows, state.base, state.bounds, state.commands, state.later, state.asked, state.audits
+        return (
+            *mine,
+            *rows,
+            state.base,
+            state.bounds,
+            state.commands,
+            state.later,
+            state.requested,
+            state.audits,
+        )
 
 
 def take(engine: Engine, scene: Scene, audit: int | None, energy: float) -> Snapshot:
