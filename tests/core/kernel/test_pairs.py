@@ -68,13 +68,6 @@ def test_a_full_table_asks_for_room_and_loses_count_of_nothing():
     assert int(k.clock[0].lists.wanted) == 3
 
 
-@pytest.mark.parametrize(("a", "b"), [(-1, 2), (0, BODIES), (3, 3)])
-def test_what_is_not_a_pair_of_bodies_is_a_fault(a, b):
-    k = tables()
-    add_pair(k, a, b)
-    assert int(k.clock[0].fault.code) == BAD_PAIR
-
-
 def test_removing_what_is_not_there_is_a_fault():
     k = tables()
     add_pair(k, 1, 2)
@@ -93,10 +86,11 @@ def test_without_a_pair_set_room_is_asked_for():
     assert int(k.clock[0].fault.code) == 0
 
 
+@pytest.mark.parametrize("report", [add_pair, offer])
 @pytest.mark.parametrize(("a", "b"), [(-1, 2), (0, BODIES), (BODIES, 0), (3, 3)])
-def test_what_is_not_two_bodies_cannot_be_offered(a, b):
+def test_what_is_not_two_bodies_is_a_fault(report, a, b):
     k = tables()
-    offer(k, a, b)
+    report(k, a, b)
     assert int(k.clock[0].fault.code) == BAD_PAIR
     assert int(k.clock[0].lists.offered) == 0
 
