@@ -35,7 +35,7 @@ from kinetile_conformance.cases import Subject, horizon
 def exchange(engine: Engine, body: int, velocity: tuple[float, float]) -> None:
     """Remove a body, and insert another of its size in its place, in the middle of a watched run.
 
-    So ``leave`` and ``enter`` are watched too, and a phase that has neither is built anew. Does nothing where
+    So ``leave`` and ``enter`` are watched too, and a phase that has neither is rebuilt. Does nothing where
     the body has gone already; where the phase refuses the new body, it stays out.
     """
     if not 0 <= body < engine.numbers or engine.k.slots[body] < 0:

@@ -40,8 +40,8 @@ REFERENCE = "naive"
 """The reference, as messages call it."""
 
 LIVE_REFERENCE = "_naive-live"
-"""The reference: ``naive`` with hooks for bodies that come and go. Without them the kernel builds a phase
-anew for each command, which takes 2 ms; a living scene has hundreds of commands."""
+"""The reference: ``naive`` with hooks for bodies that come and go. Without them the kernel rebuilds a phase
+for each command, which takes 2 ms; a living scene has hundreds of commands."""
 
 CONTACTS = 150
 """The limit of contacts of a run; of a run in pieces, of each piece."""
@@ -65,7 +65,7 @@ UNTIL = 8.0
 
 GENERAL = {"general": True}
 """Options of ``disc`` and ``wall``: without them scenes whose bodies are alike and scenes without an arena
-have parts of their own, and a phase a loop for each."""
+have parts of their own, and a phase has a loop for each."""
 
 Tables = Mapping[str, npt.NDArray[np.generic]]
 

@@ -25,7 +25,7 @@ SCENE_SECONDS = 300.0 if INTERPRETED else 20.0
 
 
 class TimeIsUp(BaseException):
-    """A check has taken all its time; no error of the phase, nor one that anybody should catch on the way."""
+    """A check has taken all its time; no error of the phase, and no code on the way may catch it."""
 
 
 def spent() -> float:
@@ -67,7 +67,7 @@ def begin_scene() -> None:
 
 @contextlib.contextmanager
 def uncounted() -> Iterator[None]:
-    """Within this context no time is limited; after it, that of the scene begins anew.
+    """Within this context no time is limited; after it, that of the scene begins again.
 
     For compiling, and for starting processes: they would inherit a limit that is of this one's scene.
     """

@@ -1,6 +1,6 @@
 """The diagnosis: what authors usually did wrong where a check fails with such words.
 
-A check sees a symptom, and the same few mistakes stand behind most of them. A row says to which failures it
+A check sees a symptom, and the same few mistakes cause most of them. A row says to which failures it
 applies, by the check, by a pattern of the message, or by both; the first one that applies is printed. That is
 a guess from experience and no judgement: it comes last in the text of a failure, and begins with "often".
 """
@@ -81,7 +81,7 @@ SYMPTOMS = (
     ),
     Symptom(
         "anew",
-        "built anew on what is there: `arrange` or `build` does not clear what it wrote before, or does "
+        "rebuilt on what is there: `arrange` or `build` does not clear what it wrote before, or does "
         "its work the first time only.",
         checks=("survives-being-built-anew",),
     ),

@@ -13,7 +13,7 @@ hundred times as long for commands. ``reduced`` has four steps, each of which ke
    "Simplifying and isolating failure-inducing input", 2002), which leaves of n bodies a few in O(n) scenes at
    the worst and O(log n) where a few next to each other are to blame. Halves by the order of x come
    after those by number: bodies that meet are neighbours.
-3. Commands are left out in the same way; who never came is not commanded either.
+3. Commands are left out in the same way; a body that never came has no command either.
 4. Numbers are rounded to ever fewer digits, all at once, then those of each body.
 
 A smaller scene that is not valid (after rounding, bodies overlap) counts as one that does not fail.
@@ -74,7 +74,7 @@ class Drawing:
         return self._small[turns]
 
     def living(self, kind: str, count: int) -> Iterator[Scene]:
-        """Yield a number of living scenes of a kind; each is played when it is asked for, and once."""
+        """Yield a number of living scenes of a kind; each is played when it is needed, and once."""
         if kind not in self._living:
             self._living[kind] = [], played(kind, self.seed)
         had, more = self._living[kind]

@@ -293,7 +293,7 @@ def _told(row: Row | None) -> str:
 
 
 def _who_is_right(scene: Scene, found: Sequence[Row], expected: NDArray[np.void], at: int) -> str:
-    """Return a line that says whose contact is right by the specification, where that decides it quickly."""
+    """Return a line that says which contact is right by the specification, where that decides it quickly."""
     if len(scene) > JUDGED:
         return ""
     right = expected[EXACT]

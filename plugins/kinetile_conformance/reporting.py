@@ -24,7 +24,7 @@ class Result:
 
     ``status`` is one of passed, failed, skipped, xfailed (failed as expected), xpassed (expected to fail, and
     did not), died (the process did not survive it), not judged (its time was up). ``seconds`` are CPU seconds
-    without compiling, by the clock where it died. ``verdict`` says whom a failure is to be laid to.
+    without compiling, by the clock where it died. ``verdict`` says which phase a failure speaks against.
     """
 
     check: str
@@ -127,8 +127,8 @@ class Report:
         heads = ("check", "status", "scenes", "CPU s", "what must hold")
         rows = [(r.check, r.status, f"{r.scenes:,}", f"{r.seconds:.2f}", r.sentence) for r in self.results]
         table = grid(self.head, heads, rows, (False, False, True, True, False))
-        told = [(result, self.details(result)) for result in self.results if result.status != "passed"]
-        said = ["\n".join([f"{result.check}: {result.status}", *lines]) for result, lines in told if lines]
+        seen = [(result, self.details(result)) for result in self.results if result.status != "passed"]
+        said = ["\n".join([f"{result.check}: {result.status}", *lines]) for result, lines in seen if lines]
         foot = "\n".join(line.strip() for line in self.foot.splitlines())
         return "\n".join([table, *map(paragraph, said), paragraph(foot)])
 
@@ -151,7 +151,7 @@ class Report:
 
     @property
     def foot(self) -> str:
-        """What stands below the results: how much is over-reported, notes, and whether the phase conforms."""
+        """The lines below the results: how much is over-reported, notes, and whether the phase conforms."""
         lines = [f"  {note}" for note in self.notes]
         if self.tightness is not None:
             ratio = f"{self.tightness:.2f} candidate pairs for each overlap of boxes"

@@ -56,8 +56,8 @@ REDUCING = 20.0
 """CPU seconds for minimising a scene of hundreds of bodies."""
 
 BUILT = 80
-"""Commands after which a living scene ends for a phase without ``enter`` and ``leave``, which is built anew
-for each, in half a millisecond."""
+"""Commands after which a living scene ends for a phase without ``enter`` and ``leave``, which is rebuilt for
+each, in half a millisecond."""
 
 AGAIN = 5
 """Repetitions of a failed check on the scene on which it failed."""

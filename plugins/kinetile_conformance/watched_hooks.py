@@ -256,7 +256,7 @@ def _not_scheduled(before: HookSnapshot, k: Kernel) -> Iterator[str]:
     clock = k.clock[0]
     first, last, hand = len(before.tables["offers"]), int(clock.lists.offered), int(clock.hand)
     if not first <= last <= len(k.offers):
-        return  # the list overflowed: every body is settled anew
+        return  # the list overflowed: every body is settled again
     left = _plain(k.offers)[first:last]
     settled = left["a"][left["b"] == NOBODY].tolist()
     set_anew = int(k.counts[0].updated) - int(before.tables["counts"][0]["updated"])
@@ -340,7 +340,7 @@ class Watch:
 
 @dataclass(frozen=True)
 class _Watched(Composition):
-    """Phases that are watched, also when they are prepared anew because bodies come and go."""
+    """Phases that are watched, also when they are prepared again because bodies come and go."""
 
     watch: Watch | None = None
 
@@ -350,12 +350,12 @@ class _Watched(Composition):
         return self.broad.soon is not None
 
     def prepared_for(self, scene: Scene) -> Composition:
-        anew = super().prepared_for(scene)
-        return anew if self.watch is None else self.watch.over(anew)
+        again = super().prepared_for(scene)
+        return again if self.watch is None else self.watch.over(again)
 
 
 def _place(hook: Callable[..., Any]) -> str:
-    """Return where a hook stands, to be put behind a sentence."""
+    """Return where a hook begins, to be put behind a sentence."""
     code = getattr(unwrap(hook), "__code__", None)
     return f" (it begins in {Path(code.co_filename).name}, line {code.co_firstlineno})" if code else ""
 
@@ -387,8 +387,8 @@ def watch_hooks(subject: Subject, scene: Scene) -> str | None:
 
 
 def _run(engine: Engine, scene: Scene) -> None:
-    """Run a while, turn a body to be fast, so that all is laid out anew, run on, have bodies go and come, run
-    on again, and ask the phase's audit after each piece."""
+    """Run a while, turn a body to be fast, so that all is laid out again, run on, have bodies go and come,
+    run on again, and run the phase's audit after each piece."""
     until = horizon(scene)
     _advance(engine, until)
     if len(scene):

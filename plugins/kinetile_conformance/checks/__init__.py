@@ -69,7 +69,7 @@ def check_named(name: str) -> Check:
 
 def table(examples: int) -> list[tuple[str, int, str]]:
     """Return the table of strategies and observations: for each check what draws its scenes, how many of
-    them, and its name, which says what is observed. Rows of one strategy stand together."""
+    them, and its name, which says what is observed. Rows of one strategy are together."""
     rows = [(each.strategy, each.count(examples), each.name) for each in CHECKS]
     order = list(dict.fromkeys(strategy for strategy, _, _ in rows))
     return sorted(rows, key=lambda row: order.index(row[0]))

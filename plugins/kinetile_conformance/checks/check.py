@@ -30,7 +30,7 @@ class Reference(Protocol):
 
 
 JUDGED = 20
-"""Bodies up to which exact arithmetic decides who is right: with hundreds it takes a second a scene."""
+"""Bodies up to which exact arithmetic decides which is right: with hundreds it takes a second a scene."""
 
 LIVING = {
     "living": "living scenes",
@@ -64,8 +64,8 @@ class Check:
     Attributes:
         name: its name on the command line.
         sentence: what must hold.
-        run: called with the subject, a scene, and the reference's outcome on that scene (made when asked
-            for).
+        run: called with the subject, a scene, and the reference's outcome on that scene (made when it
+            is needed).
         draws: whether it is run on drawn scenes; if not, it is run once, on an empty scene.
         turns: whether the scenes that it draws have turns.
         feature: it applies only to phases that declare this feature; None: to all.

@@ -41,7 +41,7 @@ EDGES = 6
 
 @check(scenes=walled_scenes, share=0.5, judges="broad")
 def near_holds_while_bodies_pass(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Where it does not ask for solid bodies, who touch are near each other while all pass through all."""
+    """Where it does not need solid bodies, bodies that touch are near while all pass through all."""
     if subject.composition(scene).broad.solid:
         raise DoesNotApply("it declares that bodies are solid")
     rules: dict[Any, Any] = {("*", "*"): "pass", **SAME_LOOP}

@@ -1,6 +1,6 @@
 """Checks of living scenes, in which bodies come, go and turn, and of scenes with kinds and responses.
 
-A phase without ``enter`` and ``leave`` is built anew for each command, and has to be right as well.
+A phase without ``enter`` and ``leave`` is rebuilt for each command, and has to be right as well.
 
 A response is no business of a broad phase. But bodies that pass through each other lie on top of one another
 in its structure, those that have stopped touch for good, and a body between two immovable ones becomes faster
@@ -92,7 +92,7 @@ def _refuse(sim: Simulation) -> None:
 
 @check(living="living", share=0.06)
 def resumes_as_bodies_come_and_go(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Saved to a file on the way and resumed from it, it goes on as if it had not been."""
+    """Saved to a file on the way and resumed from it, it goes on as without that."""
     after = {len(scene.commands) // 3, len(scene.commands) // 2, len(scene.commands) - 1}
 
     def ran(tested: Subject) -> RunOutcome:

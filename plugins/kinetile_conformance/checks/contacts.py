@@ -1,6 +1,6 @@
 """Checks of contacts: a run's contacts, its end and the final state, compared with those of another run.
 
-The other is the reference's run, or one of the phase's own that should have had the same result. The last
+The other is the reference's run, or one of the phase's own that should have the same result. The last
 checks are large and long, since six bodies and 150 contacts fill no list, no table and no counter.
 """
 
@@ -104,7 +104,7 @@ def stops_and_goes_on(subject: Subject, scene: Scene, reference: Reference) -> N
 
 @check(turns=True)
 def survives_being_built_anew(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Built anew in the middle of a run it goes on as before."""
+    """Rebuilt in the middle of a run it goes on as before."""
     expected = reference(scene)
     if expected.ended != "ran" or len(expected.contacts) >= CONTACTS:
         return
@@ -115,7 +115,7 @@ def survives_being_built_anew(subject: Subject, scene: Scene, reference: Referen
             sim.rebuild()
     said = difference(RunOutcome.of(sim), expected, subject.name)
     if said is not None:
-        raise Disagreement(f"built anew on the way, {said}")
+        raise Disagreement(f"rebuilt on the way, {said}")
 
 
 @check(draws=False, replayed_by="same-contacts")
@@ -165,7 +165,7 @@ LOOKS = 4
 
 @check(scenes=swarm_scenes, share=0.5)
 def same_contacts_in_a_swarm(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """The reference's contacts among hundreds of bodies as well, and whoever touch are near each other."""
+    """The reference's contacts among hundreds of bodies, and those that touch are near each other."""
     agree(subject, scene, reference, contacts=SWARM_CONTACTS)
     sim = subject.simulation(scene)
     step = (horizon(scene) - scene.start) / LOOKS

@@ -92,7 +92,7 @@ def _registered() -> Iterator[str]:
 
 @check(scenes=crowded_scenes)
 def same_contacts_with_loose_bounds(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """The reference's contacts with bounds as loose as they may be, so that all are asked exactly."""
+    """The reference's contacts with bounds as loose as they may be, so that all are computed exactly."""
     expected = reference(scene)
     of, options = next(iter(subject.of_role("pair").items()), ("disc", GENERAL))
     with _registered() as name:

@@ -1,6 +1,6 @@
 """Checks of what a phase does to its process, and of what it keeps of one in a saved simulation.
 
-A phase is a guest in somebody's program. What it prints breaks ``--json``, a seed that it sets makes a study
+A phase is a guest in a user's program. What it prints breaks ``--json``, a seed that it sets makes a study
 repeat itself, and what each simulation leaves behind ends a long one.
 """
 

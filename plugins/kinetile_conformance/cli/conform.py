@@ -226,7 +226,7 @@ class _ReportPrinter:
             echo("\n".join(self.unfinished.lines(shown, self._wide)))
 
     def end(self, report: Report, status: str) -> None:
-        """Print what stands below the results, or all of it as a line of JSON."""
+        """Print the lines below the results, or all of it as a line of JSON."""
         self._bar.close()
         if self._json:
             from kinetile.versions import versions

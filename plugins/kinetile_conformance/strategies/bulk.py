@@ -1,9 +1,9 @@
 """Lattices by the hundred, and marathons: many exact ties in one scene, and many contacts in one run.
 
 A simulation costs a few milliseconds before anything has happened, however small it is. So, to test ties in
-bulk, a hundred lattices of two to nine bodies stand in one scene, so far apart that no body comes from one to
+bulk, a hundred lattices of two to nine bodies are in one scene, so far apart that no body comes from one to
 the other. Places, radii and velocities are small dyadic numbers, the shifts from lattice to lattice are
-dyadic as well, and a lattice is the same to the last bit wherever it stands. Phases that need an arena have
+dyadic as well, and a lattice is the same to the last bit wherever it is. Phases that need an arena have
 the lattices in cells of one: there walls are far, and nothing else changes.
 
 A marathon has few bodies and a hundred thousand contacts, so slow that the base of the clock moves often. A

@@ -59,7 +59,7 @@ FEWEST, MOST = 3, 300
 """Bodies at the start of a large scene."""
 
 UNWALLED = (4.0, 4.0)
-"""Width and height of where bodies come that have no arena and nobody to come to."""
+"""Width and height of where bodies are inserted that have no arena, where there is no body."""
 
 KINDS = ("ball", "wisp", "block")
 ABSENT = ("nobody", "no one")
@@ -120,7 +120,7 @@ def _of_any_size() -> st.SearchStrategy[Scene]:
 
 
 def only_solid(scene: Scene) -> Scene:
-    """Return a scene without its rule for those who pass, if it has this for kinds that no body has."""
+    """Return a scene without its rule for bodies that pass, if it has this for kinds that no body has."""
     rules = {pair: answer for pair, answer in scene.responses if pair not in NOBODY_PASSES}
     return scene.replace(responses=rules)
 
@@ -325,7 +325,7 @@ def _machine(kind: str, found: list[Scene]) -> type[RuleBasedStateMachine]:
         def start_over(self, number: int) -> None:
             """All go, or all but one, and one comes that may be four times as wide as any that there was.
 
-            A structure that was built for those who are there is too narrow for it, or was built for no body.
+            A structure that was built for those present is too narrow for it, or was built for no body.
             """
             random, play = self.going.moved_on(number), self.going
             for body in play.sim.bodies[number & 1 :].tolist():

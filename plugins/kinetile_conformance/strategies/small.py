@@ -140,7 +140,7 @@ def _slider(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
 
 @st.composite
 def sliding_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Scene:
-    """Bodies that slide past each other in columns side by side: who stands above whom changes where their
+    """Bodies that slide past each other in columns side by side: which is above which changes where their
     bounds lie one upon the other."""
     columns, rows = draw(st.sampled_from([(2, 4), (3, 3), (3, 4), (2, 6), (4, 4)]))
     bodies = draw(several(_slider(columns, rows, turns), most, least=min(3, most)))

@@ -203,7 +203,7 @@ def returning(random: np.random.Generator, bodies: int, variation: int) -> Scene
 def _octaves(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Sizes over eight octaves, and most of them the smallest: what has levels for sizes has three of them.
 
-    A large body fills most of the arena, four of a third of its size stand beside it, and small ones of four
+    A large body fills most of the arena, four of a third of its size are beside it, and small ones of four
     sizes begin in a strip between.
     """
     large = min(5, bodies - 3)
@@ -224,7 +224,7 @@ def _octaves(random: np.random.Generator, bodies: int, variation: int) -> Scene:
 
 
 def crowd(random: np.random.Generator, bodies: int, variation: int) -> Scene:
-    """All small bodies in the place of one large one, of which some stand about; or bodies of all sizes."""
+    """All small bodies in the place of one large one, of which some are about; or bodies of all sizes."""
     if variation >= 4:
         return _octaves(random, bodies, variation)
     small = bodies - 3
