@@ -26,10 +26,14 @@ def may_have_slow_ones(config: pytest.Config) -> bool:
 def first(count: int, cases: Sequence[Any]) -> list[Any]:
     """Return all cases, as parameters of a test, tuples where it has several: those after the first ``count``
     are slow."""
-    if not slow_ones:
-        return [*cases[:count]]
-    rest = (case if isinstance(case, tuple) else (case,) for case in cases[count:])
-    return [*cases[:count], *(pytest.param(*case, marks=pytest.mark.slow) for case in rest)]
+    return [*cases[:count], *(map(_slow, cases[count:]) if slow_ones else ())]
+
+
+def _slow(case: Any) -> Any:
+    """Return a case with the mark, which may have marks already."""
+    if hasattr(case, "marks"):
+        return pytest.param(*case.values, marks=[*case.marks, pytest.mark.slow], id=case.id)
+    return pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.slow)
 
 
 def examples(count: int) -> int:
