@@ -101,5 +101,5 @@ def kinetile_scenes() -> list[SceneSpec]:
         SceneSpec("grown", f"{rooms}.grown:grown", "a dense mixture: discs that grew while they moved"),
         SceneSpec("hexagonal", f"{rooms}.matter:hexagonal", "a hexagonal crystal of equal discs"),
         SceneSpec("square", f"{rooms}.matter:square", "a square crystal of equal discs"),
-        SceneSpec("frame", f"{rooms}.frame:frame", "a frame of an extended XYZ file"),
+        SceneSpec("frame", f"{rooms}.frame:frame", "a frame of an extended XYZ or GSD file"),
     ]

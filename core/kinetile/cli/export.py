@@ -25,7 +25,7 @@ def export(
     ],
     out: Annotated[
         Path,
-        typer.Option("--to", metavar="FILE", help="A new file that ends in .xyz or .extxyz."),
+        typer.Option("--to", metavar="FILE", help="A new file that ends in .xyz, .extxyz or .gsd."),
     ],
     parameters: Parameters = None,
     broad_phase: BroadPhase = None,
@@ -41,7 +41,7 @@ def export(
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --to.")] = False,
 ) -> None:
-    """Write frames of a run for OVITO and others, as extended XYZ."""
+    """Write frames of a run for OVITO and others: extended XYZ, or GSD (needs the extra `export`)."""
     with exit_codes():
         from kinetile.records.frames import check_form, frames_of, write_frames
         from kinetile.records.trajectory import Trajectory

@@ -1,19 +1,22 @@
-"""Frames for other programs: extended XYZ, a text that OVITO and ASE read.
+"""Frames for other programs: extended XYZ (text), and GSD (by the package gsd). OVITO reads both.
 
-Numbers have all digits, so a frame that is read again has the same bits. Columns are id, type (1 for the
-first kind), pos, velo (z is 0), radius and mass; ``Time`` is in the comment. The recipe ``frame`` reads it.
+In extended XYZ numbers have all digits, so a frame that is read again has the same bits. Columns are id, type
+(1 for the first kind), pos, velo (z is 0), radius and mass; ``Time`` is in the comment. GSD has single
+precision, its origin is in the middle of the box, and ``log/time`` is the time. The recipe ``frame`` reads
+both.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import BadOption, RecordError, Refused
+from kinetile.errors import BadOption, MissingExtra, RecordError, Refused
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
@@ -21,7 +24,7 @@ from kinetile.scene.targets import replacing, writable_target
 
 Floats = npt.NDArray[np.float64]
 
-FORMS = (".xyz", ".extxyz")
+FORMS = (".xyz", ".extxyz", ".gsd")
 """Endings of files of frames."""
 
 
@@ -75,32 +78,51 @@ def frames_of(source: Simulation | Trajectory, times: Iterable[float]) -> Iterat
 
 
 def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
-    """Writes frames to a file that ends in .xyz or .extxyz, complete or not at all; returns their number.
+    """Writes frames to a file that ends in .xyz, .extxyz or .gsd, complete or not at all; returns their
+    number.
 
-    Raises OSError if the file cannot be written, and Refused for a scene with shapes: such files have radii
-    alone.
+    Raises MissingExtra without gsd for .gsd, OSError if the file cannot be written, and Refused for a scene
+    with shapes: such files have radii alone.
     """
-    check_form(path, scene)
-    many = 0
-    with replacing(writable_target(path)) as file:
-        for frame in frames:
-            file.write(_xyz(frame, scene).encode())
-            many += 1
+    form = check_form(path, scene)
+    target, many = writable_target(path), 0
+    with replacing(target) as file:
+        if form == ".gsd":
+            names = [str(kind) for kind in scene.kinds]
+            with gsd_module().open(file.name, "w") as out:
+                for many, frame in enumerate(frames, 1):
+                    out.append(_gsd_frame(frame, scene, names, many - 1))
+        else:
+            for frame in frames:
+                many += 1
+                file.write(_xyz(frame, scene).encode())
     return many
 
 
-def check_form(path: Path, scene: Scene | None = None) -> None:
-    """Raises BadOption for a file that does not end as one of frames, and Refused for a scene with other
-    bodies than discs."""
+def check_form(path: Path, scene: Scene | None = None) -> str:
+    """Returns the ending of a file of frames. Raises BadOption for another one, MissingExtra without gsd, and
+    Refused for a scene with other bodies than discs."""
     if scene is not None and scene.shapes:
         raise Refused(
             "a file of frames has a radius for each body, and this scene has bodies of other shapes: record "
             "the run in an event file (--events), which has them"
         )
-    if path.suffix.lower() not in FORMS:
+    form = path.suffix.lower()
+    if form not in FORMS:
         raise BadOption(
             f"{str(path)!r} is no file of frames; expected a name that ends in {', '.join(FORMS)}"
         )
+    if form == ".gsd":
+        gsd_module()
+    return form
+
+
+def gsd_module() -> Any:
+    """Returns the module of the package gsd. Raises MissingExtra without it."""
+    try:
+        return import_module("gsd.hoomd")
+    except ImportError as error:
+        raise MissingExtra("A GSD file", "gsd", "export") from error
 
 
 def _xyz(frame: Frame, scene: Scene) -> str:
@@ -124,3 +146,20 @@ def _xyz(frame: Frame, scene: Scene) -> str:
     for body, kind, x, y, vx, vy, radius, mass in zip(*(each.tolist() for each in columns), strict=True):
         lines.append(f"{body} {kind} {x!r} {y!r} 0.0 {vx!r} {vy!r} 0.0 {radius!r} {mass!r}")
     return "\n".join(lines) + "\n"
+
+
+def _gsd_frame(frame: Frame, scene: Scene, names: list[str], step: int) -> Any:
+    low, sides = np.zeros(2), np.array(scene.arena or (1.0, 1.0))
+    if scene.arena is None:  # a box has to be there: the smallest around the bodies
+        low = (frame.positions - frame.radii[:, None]).min(axis=0, initial=0.0)
+        sides = (frame.positions + frame.radii[:, None]).max(axis=0, initial=1.0) - low
+    made = gsd_module().Frame()
+    made.configuration.step, made.configuration.dimensions = step, 2
+    made.configuration.box = [*sides, 1.0, 0.0, 0.0, 0.0]
+    n = made.particles.N = len(frame.bodies)
+    made.particles.position = np.column_stack([frame.positions - low - sides / 2, np.zeros(n)])
+    made.particles.velocity = np.column_stack([frame.velocities, np.zeros(n)])
+    made.particles.types, made.particles.typeid = names, frame.types
+    made.particles.diameter, made.particles.mass = 2.0 * frame.radii, frame.masses
+    made.log = {"time": np.array([frame.time]), "particles/number": frame.bodies}
+    return made

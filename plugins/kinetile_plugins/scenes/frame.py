@@ -1,4 +1,4 @@
-"""The recipe ``frame``: a frame of another program's file, extended XYZ, as a scene."""
+"""The recipe ``frame``: a frame of another program's file, extended XYZ or GSD, as a scene."""
 
 from __future__ import annotations
 
@@ -10,21 +10,20 @@ import numpy as np
 
 from kinetile import Scene
 from kinetile.errors import BadOption
-from kinetile.records.frames import check_form
-from kinetile.sources import open_regular
+from kinetile.records.frames import check_form, gsd_module
+from kinetile.sources import check_regular, open_regular
 
 
 def frame(*, file: str, frame: int = -1, radius: float = 0.0, shrink: float = 0.0) -> Scene:
-    """A frame of a file that ends in .xyz or .extxyz: positions, velocities, radii, masses and arena.
+    """A frame of a file that ends in .xyz, .extxyz or .gsd: positions, velocities, radii, masses and arena.
 
     ``frame`` counts from 0, or from the end below 0. Bodies are numbered in the order of the file; those of
     several types have them as kinds. What the file does not have is 0 for velocities, 1 for masses and
-    ``radius`` for radii. Radii become smaller by the share ``shrink``: in single precision discs that touch
-    may overlap. The walls are those of the box.
+    ``radius`` for radii. Radii become smaller by the share ``shrink``: in the single precision of GSD discs
+    that touch may overlap. The walls are those of the box; for GSD, whose boxes are always periodic, too.
     """
-    check_form(Path(file))
     try:
-        found = _from_xyz(Path(file), frame)
+        found = (_from_gsd if check_form(Path(file)) == ".gsd" else _from_xyz)(Path(file), frame)
     except (LookupError, ValueError, TypeError, RuntimeError, OSError, ArithmeticError, MemoryError) as error:
         raise BadOption(f"file {file!r}: frame {frame} cannot be read: {error!r}") from error
     if found["radius"] is None:
@@ -33,6 +32,23 @@ def frame(*, file: str, frame: int = -1, radius: float = 0.0, shrink: float = 0.
         found["radius"] = radius
     found["radius"] = found["radius"] * (1.0 - shrink)
     return Scene(**found)
+
+
+def _from_gsd(path: Path, index: int) -> dict[str, Any]:
+    check_regular(path)
+    with gsd_module().open(str(path), "r") as file:
+        frame = file[index]
+    sides, particles = frame.configuration.box[:2].astype(float), frame.particles
+    typeid = particles.typeid.tolist()
+    return {
+        "position": particles.position[:, :2].astype(float) + sides / 2,
+        "velocity": particles.velocity[:, :2].astype(float),
+        "radius": particles.diameter.astype(float) / 2,
+        "mass": particles.mass.astype(float),
+        "arena": tuple(sides.tolist()),
+        "start": float(frame.log["time"][0]) if "time" in frame.log else 0.0,
+        "kind": [particles.types[each] for each in typeid] if len(set(typeid)) > 1 else None,
+    }
 
 
 def _lines_of(path: Path, index: int) -> list[str]:

@@ -22,17 +22,17 @@ def scene() -> kt.Scene:
     return made.replace(commands=coming, mass=mass, kind=["early"] * 9, kinds=["early", "late"])
 
 
-def written(path) -> tuple:
+def written(path, form: str, of=None) -> tuple:
     """Write frames of a run to a file, and return it with the simulation at the last of them."""
-    sim = kt.Simulation(scene(), "naive")
-    file = path / "frames.xyz"
+    sim = kt.Simulation(scene() if of is None else of, "naive")
+    file = path / f"frames{form}"
     assert write_frames(file, sim.scene, frames_of(sim, TIMES)) == 3
     return file, sim
 
 
 def test_ase_reads_what_is_written(tmp_path):
     ase = pytest.importorskip("ase.io")
-    file, sim = written(tmp_path)
+    file, sim = written(tmp_path, ".xyz")
     frames = ase.read(file, ":", format="extxyz")
     assert [each.info["Time"] for each in frames] == TIMES
     assert [len(each) for each in frames] == [9, 8, 9]
@@ -47,8 +47,26 @@ def test_ase_reads_what_is_written(tmp_path):
     assert not last.pbc.any()
 
 
+def test_gsd_reads_what_is_written(tmp_path):
+    hoomd = pytest.importorskip("gsd.hoomd")
+    file, sim = written(tmp_path, ".gsd")
+    with hoomd.open(str(file)) as frames:
+        assert [float(each.log["time"][0]) for each in frames] == TIMES
+        last = frames[2]
+    width, height = sim.scene.arena
+    assert last.configuration.dimensions == 2
+    assert last.configuration.box[:2].tolist() == np.float32([width, height]).tolist()
+    middle = np.array([width, height]) / 2
+    expected = (sim.positions() - middle).astype(np.float32)
+    assert last.particles.position[:, :2].tobytes() == expected.tobytes()
+    assert last.particles.types == ["early", "late"]
+    assert last.particles.typeid.tolist() == [0] * 8 + [1]
+    assert last.particles.diameter.tolist() == (2.0 * sim.radii()).astype(np.float32).tolist()
+    assert last.log["particles/number"].tolist() == sim.bodies.tolist()
+
+
 def test_a_frame_is_a_scene_again(tmp_path):
-    file, sim = written(tmp_path)
+    file, sim = written(tmp_path, ".xyz")
     again = kt.make_scene("frame", file=str(file))
     assert again.position.tobytes() == sim.positions().tobytes()
     assert again.velocity.tobytes() == sim.velocities().tobytes()
@@ -58,6 +76,14 @@ def test_a_frame_is_a_scene_again(tmp_path):
     assert first.position.tobytes() == sim.scene.position.tobytes()
     assert len(set(first.kind)) == 1
     assert kt.make_scene("frame", file=str(file), shrink=0.5).radius.tolist() == (again.radius / 2).tolist()
+
+
+def test_a_frame_of_gsd_is_a_scene_in_single_precision(tmp_path):
+    pytest.importorskip("gsd.hoomd")
+    file, sim = written(tmp_path, ".gsd")
+    again = kt.make_scene("frame", file=str(file), shrink=1e-6)
+    assert again.position == pytest.approx(sim.positions(), abs=1e-7)
+    assert again.kind == ("early",) * 8 + ("late",)
 
 
 def test_an_event_file_gives_the_frames_of_its_run(tmp_path, monkeypatch):
@@ -71,7 +97,7 @@ def test_an_event_file_gives_the_frames_of_its_run(tmp_path, monkeypatch):
     for source in ("run.parquet", "scene.toml --broad-phase naive --until 0.5"):
         said = kinetile(f"export {source} --every 0.25 --to out.xyz --overwrite").stdout
         assert said == "out.xyz: 3 frames, from time 0 to 0.5\n"
-        assert (tmp_path / "out.xyz").read_bytes() == written(tmp_path)[0].read_bytes()
+        assert (tmp_path / "out.xyz").read_bytes() == written(tmp_path, ".xyz")[0].read_bytes()
 
 
 def test_a_body_inserted_by_hand_has_no_radius_in_an_event_file(tmp_path):
