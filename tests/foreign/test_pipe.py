@@ -49,7 +49,7 @@ def test_the_engine_in_c_conforms(tmp_path):
     report = check_engine(compiled(tmp_path), examples=8, checks=SMALL)
     assert [result.status for result in report.results] == ["passed", "passed", "skipped"]
     assert report.conforms
-    assert "a body has more than a place, a velocity, a radius and a mass" in report.results[1].reason
+    assert report.results[1].reason.startswith("it refuses ")
 
 
 @needs_cc

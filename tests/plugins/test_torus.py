@@ -282,7 +282,7 @@ def test_a_scene_file_keeps_the_periodic_axes(tmp_path):
     ("given", "said"),
     [
         ({"periodic": "z"}, '"x", "y" or "xy"'),
-        ({"arena": None}, "an arena, whose sides are the periods"),
+        ({"arena": None}, "an arena: its sides are the periods"),
         ({"radius": 0.5}, "narrower than the period"),
         ({"position": [(0.01, 0.5), (0.99, 0.5)]}, "an overlap of 0.18"),
         ({"position": [(0.01, 0.5), (3e9, 0.5)]}, r"within 2\*\*31 periods"),

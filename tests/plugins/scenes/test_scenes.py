@@ -331,7 +331,7 @@ def test_recipes_of_others_are_held_to_their_signature(monkeypatch: pytest.Monke
         make_scene("needs", count=1, several=[1.5, 2])
     found = make_scene("needs", count=1, flag=True, several=[2], other=[1]).origin["parameters"]
     assert found == {"count": 1, "flag": True, "several": (2,), "other": [1]}
-    assert parse_parameters("needs", ["flag=Yes", "count=2"]) == {"flag": True, "count": 2}
+    assert parse_parameters("needs", ["flag=true", "count=2"]) == {"flag": True, "count": 2}
     with pytest.raises(BadOption, match="parameter 'flag': found 'maybe'; expected true or false"):
         parse_parameters("needs", ["flag=maybe"])
     with pytest.raises(
