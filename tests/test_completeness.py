@@ -11,37 +11,60 @@ from pkgutil import resolve_name
 
 import pytest
 
+from kinetile.kernel.tables import COUNTS
 from kinetile.plugin.registry import registry
+from kinetile.run.engine.contents import COSTS
 from kinetile.run.readings import Readings
+from kinetile_conformance.cases import COUNTS as COMPARED
 
 ROOT = Path(__file__).parents[1]
 PAGES = "\n".join(page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").rglob("*.md")))
+PAGE_OF = {"response": "docs/responses.md", "observable": "docs/observables.md", "scene": "docs/scenes.md"}
 BUILT_IN = [
     (said["kind"], said["name"])
     for said in registry().as_dicts()["provided"]
     if said["distribution"] == "kinetile" and not said["name"].startswith("_")
 ]
-OF_ALL = {"scene", "self", "rng"}
-"""Arguments that are no options."""
+OF_ALL = {"scene", "self", "rng", "seed"}
+"""Arguments that are no options, and the one that every recipe has which draws."""
+
+
+def demand(condition: object, missing: str) -> None:
+    """Fail with a sentence alone, not with the texts that were searched."""
+    if not condition:
+        pytest.fail(f"{missing} (CONTRIBUTING.md, Where a change goes)", pytrace=False)
 
 
 @pytest.mark.parametrize(("kind", "name"), BUILT_IN)
-def test_a_name_is_in_a_page_and_its_options_are_said(kind: str, name: str) -> None:
-    assert f"`{name}`" in PAGES, f"CONTRIBUTING.md says to which page the {kind} {name!r} belongs"
+def test_a_name_is_in_its_page_and_its_options_are_said(kind: str, name: str) -> None:
+    page = PAGE_OF.get(kind, "docs")
+    text = PAGES if page == "docs" else (ROOT / page).read_text(encoding="utf-8")
+    demand(f"`{name}`" in text, f"the {kind} {name!r} is not in {page}")
     target = registry().spec(kind, name).target
     target = resolve_name(target) if isinstance(target, str) else target
-    told = f"{inspect.getdoc(target)}\n{inspect.getdoc(inspect.getmodule(target))}"
+    told = "\n".join(inspect.getdoc(each) or "" for each in (target, getattr(target, "__init__", target)))
     for option in set(inspect.signature(target).parameters) - OF_ALL:
-        said = re.search(rf"\b{option}\b", told) or f"`{option}`" in PAGES
-        assert said, f"the option {option!r} of the {kind} {name!r} is in no docstring and in no page"
+        if kind in PAGE_OF and kind != "response":
+            said = re.search(rf"\b{option}\b", told) or f"`{option}`" in text
+            demand(
+                said,
+                f"the option {option!r} of the {kind} {name!r} is neither in its docstring nor in {page}",
+            )
+            continue
+        line = re.search(rf"^\s*{option}: \S", told, re.MULTILINE)
+        demand(line, f"the option {option!r} of the {kind} {name!r} has no line '{option}: ...' under Args:")
 
 
 def test_a_reading_is_said_with_its_unit() -> None:
     told = inspect.getdoc(Readings) or ""
     for field in fields(Readings):
-        assert re.search(rf"^\s*{field.name}: \S", told, re.MULTILINE), (
-            f"the reading {field.name!r} is not explained"
-        )
+        line = re.search(rf"^\s*{field.name}: \S", told, re.MULTILINE)
+        demand(line, f"the reading {field.name!r} has no line, with its unit, under Attributes: of Readings")
+
+
+def test_a_count_depends_on_the_structure_or_is_compared_by_the_kit() -> None:
+    names = COUNTS.names or ()
+    assert sorted([*COSTS, *COMPARED]) == sorted(names), "a count is in COSTS, or in COUNTS of the kit"
 
 
 def test_the_table_of_laws_names_tests_that_exist() -> None:

@@ -77,7 +77,7 @@ CLOCK = (
 OF_THE_SKIN = ("limits.skin", "limits.theta", "limits.tolerance", "limits.span", "limits.fat")
 COUNTS = (
     *("contacts_disc", "contacts_wall", "turns", "inserted", "removed"),
-    *("logged", "deepest", "commanded_energy"),
+    *("logged", "passings", "deepest", "commanded_energy", "answered_energy"),
 )
 
 

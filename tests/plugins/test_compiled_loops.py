@@ -11,7 +11,9 @@ import pytest
 
 import by_the_rules
 import kinetile as kt
+import kinetile_plugins
 from kinetile.errors import Refused
+from kinetile_plugins.responses import FAMILY
 
 PHASES = ("naive", "sap-1d", "sap-2d", "cells", "sweep-tiling")
 PLACES = [(0.5 + i % 4, 0.5 + i // 4) for i in range(12)]
@@ -21,6 +23,7 @@ TURNS = [kt.Turn(0, 0.5, (1.0, -0.5)), kt.Turn(5, 0.75, (0.0, 1.0))]
 LIVING = [kt.Remove(3, 0.25), kt.Insert(0.5, (3.5, 0.5), (-1.0, 0.25), 0.0625), kt.Remove(7, 1.0)]
 RESPONSES = {
     ("clay", "*"): "stop",
+    ("wisp", "wall"): "elastic",
     ("ball", "ball"): kt.Response("restitution", e=0.5, contact_time=0.015625),
     ("ball", "wall"): kt.Response("restitution", e=0.75, contact_time=0.015625),
 }
@@ -54,6 +57,14 @@ SCENES = {
 }
 FOR_TILING = ("walls", "turns", "living", "responses", "periodic along x")
 """What sweep-tiling takes."""
+
+
+def test_each_response_is_in_a_scene_here_and_its_hook_in_the_loops_of_all_rules() -> None:
+    used = {each.name: each for scene in SCENES.values() for _, each in scene.responses}
+    assert used.keys() == {each.name for each in kinetile_plugins.kinetile_responses()}
+    for name, each in used.items():
+        hook = kt.registry().target("response", name)(**each.options).prepare(SCENES["walls"]).respond
+        assert hook is None or hook in FAMILY, name
 
 
 @pytest.mark.slow
