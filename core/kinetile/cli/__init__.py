@@ -20,7 +20,7 @@ import typer
 from typer.core import TyperGroup
 
 from kinetile.cli import cache, compare, export, plugins, run, show
-from kinetile.cli.terminal import echo, notice, results_on_stdout
+from kinetile.cli.terminal import echo, exit_codes, notice, results_on_stdout
 from kinetile.versions import __version__
 
 COMMANDS_GROUP = "kinetile.commands"
@@ -31,6 +31,16 @@ class _WithPlugins(TyperGroup):
     """The framework's commands, and those of plugins when a name is not among the framework's."""
 
     _complete = False
+
+    def make_context(self, *given: Any, **more: Any) -> Any:
+        """Reads the command line; Ctrl-C is said here too: Typer ends without a word."""
+        with exit_codes():
+            return super().make_context(*given, **more)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Runs a command, with Ctrl-C as above."""
+        with exit_codes():
+            return super().invoke(ctx)
 
     def list_commands(self, ctx: Any) -> list[str]:
         self._load()

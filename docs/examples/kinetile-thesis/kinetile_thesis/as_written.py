@@ -18,7 +18,7 @@ from kinetile.toolbox import BroadPhaseParts, Kernel, hook
 from kinetile_plugins.sweep_tiling import SweepTiling
 from kinetile_plugins.sweep_tiling import repair as repair_right
 from kinetile_plugins.sweep_tiling.certificates import first_to_fail, watch_tiles
-from kinetile_plugins.sweep_tiling.events import stands_above
+from kinetile_plugins.sweep_tiling.events import is_above
 from kinetile_plugins.sweep_tiling.web import (
     LOWER,
     OUTER,
@@ -47,7 +47,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
         return int(repair_right(k, s, body))
     a = bound_of(p)
     b = bound_of(q)
-    side = LOWER if stands_above(k, s, body_of(a), body_of(b)) else UPPER
+    side = LOWER if is_above(k, s, body_of(a), body_of(b)) else UPPER
     other = opposite(side)
     beyond_a = facing(s, port(a, other))  # it has to be: port(a, side)
     beyond_b = facing(s, port(b, other))
