@@ -61,9 +61,9 @@ nitpick_ignore_regex = [
     ("py:.*", r"ArrayLike.*|NDArray|Floats|Image|Path|PluginManager.*"),
     ("py:.*", r"float64|int64|int32|void|Hook|Kind|Source|Spec|StudyStopped"),
     ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Engine|Entries|F|Held|History)"),
-    ("py:.*", r"kinetile\.(run|kernel)\..*\.(Parts|SavedPhases)"),
+    ("py:.*", r"kinetile\.(run|kernel)\..*\.(RunState|SavedPhases)"),
     ("py:.*", "Numbers"),
-    ("py:.*", r"kinetile[\w.]*\.(Disagreement|DrawnFrom|Enclosure|FirstDifference)"),
+    ("py:.*", r"kinetile[\w.]*\.(Disagreement|Enclosure|FirstDifference|Spec|Strategy)"),
     ("py:.*", r"kinetile[\w.]*\.(Oracle|Page|Reference|Section|StudyScene|Subject)"),
 ]
 
