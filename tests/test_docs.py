@@ -77,27 +77,8 @@ def read_blocks(page: Path) -> Iterator[Block]:
         place += 1
 
 
-PHASES_OF_THEIR_OWN = {
-    "checkpoints.md",
-    "conformance.md",
-    "kernel.md",
-    "living-scenes.md",
-    "responses.md",
-    "scenes.md",
-    "simulation.md",
-    "writing-a-broad-phase.md",
-}
-"""Pages whose Python has loops of its own: slow, and so are those of the cookbook."""
-
-MANY_COMMANDS = {
-    "accuracy.md",
-    "command-line.md",
-    "living-scenes.md",
-    "one-answer.md",
-    "studies.md",
-    "which-broad-phase.md",
-}
-"""Pages whose commands take seconds, or have loops of their own: slow."""
+FIRST = {"README.md", "tutorial.md"}
+"""Pages that run by default; `.ci/run` runs all."""
 
 
 def pages_with(language: str) -> list[Any]:
@@ -106,10 +87,8 @@ def pages_with(language: str) -> list[Any]:
     found = []
     for page in PAGES:
         marks = {block.mark for block in read_blocks(page) if block.language == language}
-        many = page.name in (PHASES_OF_THEIR_OWN if language == "python" else MANY_COMMANDS)
         if "" in marks:
-            many = many or page.parent.name == "cookbook"
-            lane = [pytest.mark.compiled, *([pytest.mark.slow] if many else [])]
+            lane = [pytest.mark.compiled, *([] if page.name in FIRST else [pytest.mark.slow])]
             lane += [pytest.mark.own_loop] if page.name == "README.md" else []
             found.append(pytest.param(page, ("",), id=page.name, marks=lane))
         if "slow" in marks:

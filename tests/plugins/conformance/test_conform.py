@@ -14,6 +14,7 @@ import kinetile_conformance
 from installing import install_blind, run
 from kinetile.cli import app
 from kinetile_conformance import Report, Result
+from lanes import first
 
 SCENES = Path(__file__).parents[2] / "scenes"
 CHECKS = ("--check", "same-contacts", "--check", "never-misses-a-pair")
@@ -35,7 +36,9 @@ def _folder(tmp_path, monkeypatch):
 # conform
 
 
-@pytest.mark.parametrize("how", [pytest.param("--in-process", marks=pytest.mark.small), "--isolated"])
+@pytest.mark.parametrize(
+    "how", [pytest.param("--in-process", marks=pytest.mark.small), *first(0, ["--isolated"])]
+)
 def test_a_phase_that_conforms(how, tmp_path):
     result = kinetile_(
         "conform", "naive", how, "--examples", 2, "--check", "same-contacts", "--check", "makes-progress"
@@ -52,6 +55,7 @@ def test_a_phase_that_conforms(how, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.small
 def test_as_json():
     result = kinetile_(
         "conform", "sweep-and-prune:axis=x", "--in-process", "--check", "rejects-unknown-options", "--json"

@@ -312,12 +312,13 @@ def test_the_scene_of_a_death_is_saved_with_few_bodies(tmp_path: Path) -> None:
     assert (case.check, len(case.scene)) == ("its-structure-is-true", 2)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_exits_with_two")
 @pytest.mark.parametrize(
     ("name", "status", "said"),
     [
         ("exits-with-two", "died", "the process ended itself with status 7"),
-        pytest.param("raises-with-three", "failed", "PhaseError: ", marks=pytest.mark.slow),
+        ("raises-with-three", "failed", "PhaseError: "),
     ],
 )
 def test_a_scene_that_cannot_be_saved_is_no_fault_of_the_phase(
