@@ -148,7 +148,7 @@ VELOCITIES = [[1.0, 0.3], [-0.5, 0.1], [0.0, -0.2]]
 
 @pytest.mark.slow
 @pytest.mark.parametrize("periodic", first(2, ["", "xy", "x"]))
-@pytest.mark.parametrize("power", first(1, [-30, -40, -58]))
+@pytest.mark.parametrize("power", [*first(1, [-30, -40]), pytest.param(-58, marks=pytest.mark.long)])
 def test_a_small_unit_cost_a_step_of_python_for_each_512_of_it(periodic, power, monkeypatch):
     """Up to 2**49 spans a unit of time, for a scene as slow as any other."""
     moved, found = steps_of(monkeypatch), set()
