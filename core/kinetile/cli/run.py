@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 Every = Annotated[
     float | None,
-    typer.Option(min=0.0, metavar="SECONDS", help=f"How often --checkpoint saves; {runner.EVERY:g} s."),
+    typer.Option(min=0.0, metavar="SECONDS", help=f"Save the checkpoint so often; {runner.EVERY:g} s."),
 ]
 
 
