@@ -149,3 +149,16 @@ def test_what_is_stopped_and_saved_goes_on(tmp_path):
 @pytest.mark.parametrize("seed", range(5))
 def test_five_hundred_that_were_stopped(tmp_path, seed):
     stopped(tmp_path, 100, 100 + seed)
+
+
+def test_a_run_whose_bodies_are_all_immovable_could_not_go_on():
+    """The bound of speeds is from energy, and theirs has none."""
+    scene = kt.Scene([(1.0, 1.0), (3.0, 1.0)], [(0.0, 0.0)] * 2, 0.25, mass=float("inf"), arena=(4.0, 4.0))
+    sim = kt.Simulation(scene, "cells", live=True)
+    sim.set_velocity(0, (0.25, 0.0))
+    sim.run(until=1.5)
+    again = pickle.loads(pickle.dumps(sim))
+    for each in (sim, again):
+        each.run(until=8.0)
+    assert again.fingerprint == sim.fingerprint
+    assert len(sim.contacts) == 1
