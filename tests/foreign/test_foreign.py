@@ -116,7 +116,7 @@ def test_every_two_that_touch_are_a_candidate_pair(ratio, width, arena):
     assert sim.readings.structural_events > 30
 
 
-def test_a_turn_that_widens_the_skin_builds_the_structure_anew():
+def test_a_turn_that_widens_the_skin_builds_the_structure_again():
     scene = kt.make_scene("random", bodies=25, density=0.3, radius_ratio=20.0, seed=2)
     sims = [kt.Simulation(scene, phase) for phase in ("naive", "stripes")]
     for sim in sims:

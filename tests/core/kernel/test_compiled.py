@@ -253,7 +253,7 @@ def template(x):
     return answer(x)  # noqa: F821 - a part
 
 
-def composed_anew():
+def composed_again():
     """What calls another function apart, as in a process that has nothing in memory yet."""
     return composer._compose(template, {"answer": compiled.apart(one_more)}, "damaged", State)
 
@@ -269,18 +269,18 @@ def folder(monkeypatch, tmp_path) -> Path:
 
 @needs_compiler
 def test_machine_code_that_is_not_used_stayed_for_ever(folder):
-    assert composed_anew()(41.5) == 42
+    assert composed_again()(41.5) == 42
     used = sorted(folder.rglob("*.nb[ic]"))
     old = used[0].with_name("old.nbc")
     old.write_bytes(b"")
     past = time.time() - 31 * 86400
     for path in (*used, old):
         os.utime(path, (past, past))
-    assert composed_anew()(41.5) == 42  # is loaded, and counts as used
+    assert composed_again()(41.5) == 42  # is loaded, and counts as used
     for path in used:
         assert path.stat().st_atime > past + 86400
     used[0].unlink()
-    assert composed_anew()(41.5) == 42  # one is written
+    assert composed_again()(41.5) == 42  # one is written
     assert sorted(folder.rglob("*.nb[ic]")) == used
 
 
@@ -296,27 +296,27 @@ def damages(content: bytes):
 @pytest.mark.usefixtures("compiled_here")
 def test_a_damaged_file_of_the_cache_ended_every_run_from_then_on(folder, caplog):
     """Cut off, empty, with a flipped bit, in the machine code too, or copied from another, so that its own
-    checksum is right: said once, and written anew."""
-    assert composed_anew()(41.5) == 42
+    checksum is right: said once, and written again."""
+    assert composed_again()(41.5) == 42
     files = sorted(folder.rglob("*.nb[ic]"))
     assert sorted(file.suffix for file in files) == [".nbc", ".nbc", ".nbi", ".nbi"]
     for file in files:
         copied = [other.read_bytes() for other in files if other != file]
         for damaged in (*damages(file.read_bytes()), *copied):
             file.write_bytes(damaged)
-            assert compiled.is_cached(composed_anew()) is ("one_more" in file.name)
+            assert compiled.is_cached(composed_again()) is ("one_more" in file.name)
             caplog.clear()
-            assert composed_anew()(41.5) == 42
+            assert composed_again()(41.5) == 42
             assert [record.name for record in caplog.records] == ["kinetile"]
             assert "it is dropped, and compiled again" in caplog.text
             assert ("that of another file" in caplog.text) or damaged not in copied
             caplog.clear()
-            assert compiled.is_cached(composed_anew())
-            assert composed_anew()(41.5) == 42
+            assert compiled.is_cached(composed_again())
+            assert composed_again()(41.5) == 42
             assert not caplog.records
         file.unlink()
         os.mkfifo(file)  # to open it would wait for ever
-        assert composed_anew()(41.5) == 42
+        assert composed_again()(41.5) == 42
         assert file.is_file()
     assert sorted(folder.rglob("*.nb*")) == files
 
@@ -330,10 +330,10 @@ def test_machine_code_for_other_arguments_is_not_loaded_under_a_name_of_its_own(
     folders = folder / "one", folder / "other"
     for each, given in zip(folders, (41.5, 41), strict=True):
         monkeypatch.setattr(numba.config, "CACHE_DIR", str(each))
-        assert composed_anew()(given) == 42
+        assert composed_again()(given) == 42
     mine, other = (next(each.rglob("*damaged*.1.nbc")) for each in folders)
     other.write_bytes(mine.read_bytes())
-    assert composed_anew()(41) == 42
+    assert composed_again()(41) == 42
     assert "that of another file" in caplog.text
 
 
@@ -346,7 +346,7 @@ def test_a_cache_that_cannot_be_written_is_done_without(folder, monkeypatch):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(IndexDataCacheFile, "_save_data", full)
-    assert composed_anew()(41.5) == 42
-    assert composed_anew()(41.5) == 42
+    assert composed_again()(41.5) == 42
+    assert composed_again()(41.5) == 42
     monkeypatch.setattr(Path, "mkdir", full)
-    assert composed_anew()(41.5) == 42
+    assert composed_again()(41.5) == 42
