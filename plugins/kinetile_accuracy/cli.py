@@ -27,7 +27,7 @@ from kinetile.cli.options import (
     until_or_default,
 )
 from kinetile.cli.output import as_json, printed, scene_summary
-from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, echo, exit_codes, make_ready, notice
+from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, echo, make_ready, notice
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase
 from kinetile.sources import open_regular
@@ -69,7 +69,7 @@ def oracle(
     csv: Csv = False,
 ) -> None:
     """Certify the contacts of a scene in ball arithmetic; exit code 1 where a run differs."""
-    with exit_codes(), Bar("certifying") as bar:
+    with Bar("certifying") as bar:
         from kinetile_accuracy.oracle.oracle import Oracle
 
         this_scene = find_scene(scene, parameters)
@@ -201,20 +201,19 @@ def certify_log(
     json: Json = False,
 ) -> None:
     """Check a list of contacts by the specification; exit code 1, and the first line that is wrong."""
-    with exit_codes():
-        this_scene = find_scene(scene, parameters)
-        certifier = _certifier(log, this_scene, until, max_contacts)
-        with Bar("certifying") as bar:
+    this_scene = find_scene(scene, parameters)
+    certifier = _certifier(log, this_scene, until, max_contacts)
+    with Bar("certifying") as bar:
 
-            def show(state: LogProgress) -> None:
-                bar.show(state.lines / state.total, f"{state.lines:,} lines right, time {state.time:.6g}")
+        def show(state: LogProgress) -> None:
+            bar.show(state.lines / state.total, f"{state.lines:,} lines right, time {state.time:.6g}")
 
-            try:
-                report = certifier.run(show)
-            except KeyboardInterrupt:
-                bar.close()
-                _print_certified(this_scene, log, certifier.report, json)
-                raise
+        try:
+            report = certifier.run(show)
+        except KeyboardInterrupt:
+            bar.close()
+            _print_certified(this_scene, log, certifier.report, json)
+            raise
     _print_certified(this_scene, log, report, json)
     if not report.right:
         raise typer.Exit(DIFFERENT)
@@ -302,7 +301,7 @@ def accuracy(
     from kinetile_accuracy.report import PARTS, check_packages, measure_parts
 
     done: list[Section] = []
-    with exit_codes(), Bar("measuring") as bar:
+    with Bar("measuring") as bar:
 
         def finish(section: Section) -> None:
             bar.close()

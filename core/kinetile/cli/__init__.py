@@ -28,17 +28,20 @@ COMMANDS_GROUP = "kinetile.commands"
 
 
 class _WithPlugins(TyperGroup):
-    """The framework's commands, and those of plugins when a name is not among the framework's."""
+    """The framework's commands, and those of plugins when a name is not among the framework's.
+
+    Errors and Ctrl-C become a message and an exit code here, for all commands: Typer would end without a word.
+    """
 
     _complete = False
 
     def make_context(self, *given: Any, **more: Any) -> Any:
-        """Reads the command line; Ctrl-C is said here too: Typer ends without a word."""
+        """Reads the command line."""
         with exit_codes():
             return super().make_context(*given, **more)
 
     def invoke(self, ctx: Any) -> Any:
-        """Runs a command, with Ctrl-C as above."""
+        """Runs a command."""
         with exit_codes():
             return super().invoke(ctx)
 

@@ -17,7 +17,7 @@ import typer
 
 from kinetile.cli.options import Csv, Json
 from kinetile.cli.output import printed, show, table_of
-from kinetile.cli.terminal import FAULT, exit_codes, notice
+from kinetile.cli.terminal import FAULT, notice
 
 _FOLDER = re.compile(r"numba-(?P<numba>[\w.+]+)-llvmlite-(?P<llvmlite>[\w.+]+)")
 _FILE = re.compile(r"(?P<entry>.+?)(\.\d+\.nbc|\.nbi)(\.tmp\.\w+)?")  # .tmp: of a write that was cut off
@@ -31,16 +31,13 @@ def cache(
     csv: Csv = False,
 ) -> None:
     """Show where compiled loops are kept, for which versions, their size and last use; or remove them."""
-    with exit_codes():
-        from kinetile.kernel.compiled.cache import folder
+    from kinetile.kernel.compiled.cache import folder
 
-        here = folder()
-        root = here.parent
-        folders = sorted(root.iterdir()) if root.is_dir() else []
-        rows = [
-            _row(each, each == here) for each in folders if _FOLDER.fullmatch(each.name) and each.is_dir()
-        ]
-        left = [said for each in folders for said in _cleared(each)] if clear else []
+    here = folder()
+    root = here.parent
+    folders = sorted(root.iterdir()) if root.is_dir() else []
+    rows = [_row(each, each == here) for each in folders if _FOLDER.fullmatch(each.name) and each.is_dir()]
+    left = [said for each in folders for said in _cleared(each)] if clear else []
     result = {
         "folder": str(root),
         "removed": clear,

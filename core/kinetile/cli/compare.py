@@ -21,7 +21,7 @@ from kinetile.cli.options import (
     until_or_default,
 )
 from kinetile.cli.output import printed, scene_summary, show, table_of
-from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, exit_codes, make_ready, notice
+from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, make_ready, notice
 
 if TYPE_CHECKING:
     from kinetile.run.compare import Comparison, PhaseOutcome
@@ -49,30 +49,29 @@ def compare(
     from kinetile.run.compare import compare as compare_phases
 
     done: list[PhaseOutcome] = []
-    with exit_codes():
-        this_scene = find_scene(scene, parameters)
-        end = until_or_default(this_scene, until, max_contacts)
-        choices = None if phases is None else phase_choices(phases)
-        with Bar("comparing", this_scene.start, max_contacts) as bar:
+    this_scene = find_scene(scene, parameters)
+    end = until_or_default(this_scene, until, max_contacts)
+    choices = None if phases is None else phase_choices(phases)
+    with Bar("comparing", this_scene.start, max_contacts) as bar:
 
-            def start(label: str, simulation: Simulation) -> None:
-                bar.what = label
-                make_ready(simulation)
+        def start(label: str, simulation: Simulation) -> None:
+            bar.what = label
+            make_ready(simulation)
 
-            try:
-                comparison = compare_phases(
-                    this_scene,
-                    choices,
-                    end,
-                    max_contacts=max_contacts,
-                    narrow_phases=narrow_choice(narrow_phase),
-                    start=start,
-                    finish=done.append,
-                    progress=bar,
-                )
-            except KeyboardInterrupt:
-                _print_comparison(Comparison(tuple(done)), None, json, csv)
-                raise
+        try:
+            comparison = compare_phases(
+                this_scene,
+                choices,
+                end,
+                max_contacts=max_contacts,
+                narrow_phases=narrow_choice(narrow_phase),
+                start=start,
+                finish=done.append,
+                progress=bar,
+            )
+        except KeyboardInterrupt:
+            _print_comparison(Comparison(tuple(done)), None, json, csv)
+            raise
     run = {"until": end, "max_contacts": max_contacts}
     _print_comparison(comparison, {"scene": scene_summary(this_scene), "run": run}, json, csv)
     if not comparison.identical:

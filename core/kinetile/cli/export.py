@@ -9,7 +9,7 @@ import typer
 
 from kinetile.cli.files import check_new, file_errors
 from kinetile.cli.options import BroadPhase, Options, Parameters, broad_choice, find_scene, until_or_default
-from kinetile.cli.terminal import echo, exit_codes, make_ready
+from kinetile.cli.terminal import echo, make_ready
 from kinetile.errors import BadOption
 
 MOST_FRAMES = 10_000_000
@@ -42,39 +42,38 @@ def export(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --to.")] = False,
 ) -> None:
     """Write frames of a run for OVITO and others: extended XYZ, or GSD (needs the extra `export`)."""
-    with exit_codes():
-        from kinetile.records.frames import check_form, frames_of, write_frames
-        from kinetile.records.trajectory import Trajectory
-        from kinetile.run.simulation import Simulation
+    from kinetile.records.frames import check_form, frames_of, write_frames
+    from kinetile.records.trajectory import Trajectory
+    from kinetile.run.simulation import Simulation
 
-        check_form(out)
-        check_new("--to", out, overwrite)
-        run: Simulation | Trajectory
-        if source.lower().endswith(".parquet"):
-            if parameters or broad_phase or option:
-                raise BadOption("an event file is a run that is over: it takes no parameters and no phases")
-            with file_errors():
-                run = Trajectory.read(source)
-            end = run.end if until is None else until
-        else:
-            scene = find_scene(source, parameters)
-            check_form(out, scene)
-            name, options = broad_choice(broad_phase, option)
-            run = Simulation(scene, name, options=options or None, keep_contacts=False)
-            make_ready(run)
-            end = until_or_default(scene, until, None) or scene.start
-        start = run.scene.start if begin is None else begin
-        step = (end - start) / 100 if every is None else every
-        if not run.scene.start <= start <= end < float("inf"):
-            raise BadOption(f"--from {start!r} --until {end!r}; expected times from the scene's start on")
-        if not 0.0 < step < float("inf") and (end > start or every is not None):
-            raise BadOption(f"--every is {step!r}; expected a time greater than 0")
-        many = (end - start) / step * (1.0 + 1e-12) if end > start else 0.0
-        if not many < MOST_FRAMES:
-            raise BadOption(f"--every {step!r} makes {many:,.0f} frames; expected at most {MOST_FRAMES:,}")
-        count = int(many)
-        times = (min(start + k * step, end) for k in range(count + 1))
-        with file_errors(f"--to {out}"):
-            write_frames(out, run.scene, frames_of(run, times))
+    check_form(out)
+    check_new("--to", out, overwrite)
+    run: Simulation | Trajectory
+    if source.lower().endswith(".parquet"):
+        if parameters or broad_phase or option:
+            raise BadOption("an event file is a run that is over: it takes no parameters and no phases")
+        with file_errors():
+            run = Trajectory.read(source)
+        end = run.end if until is None else until
+    else:
+        scene = find_scene(source, parameters)
+        check_form(out, scene)
+        name, options = broad_choice(broad_phase, option)
+        run = Simulation(scene, name, options=options or None, keep_contacts=False)
+        make_ready(run)
+        end = until_or_default(scene, until, None) or scene.start
+    start = run.scene.start if begin is None else begin
+    step = (end - start) / 100 if every is None else every
+    if not run.scene.start <= start <= end < float("inf"):
+        raise BadOption(f"--from {start!r} --until {end!r}; expected times from the scene's start on")
+    if not 0.0 < step < float("inf") and (end > start or every is not None):
+        raise BadOption(f"--every is {step!r}; expected a time greater than 0")
+    many = (end - start) / step * (1.0 + 1e-12) if end > start else 0.0
+    if not many < MOST_FRAMES:
+        raise BadOption(f"--every {step!r} makes {many:,.0f} frames; expected at most {MOST_FRAMES:,}")
+    count = int(many)
+    times = (min(start + k * step, end) for k in range(count + 1))
+    with file_errors(f"--to {out}"):
+        write_frames(out, run.scene, frames_of(run, times))
     last = min(start + count * step, end)
     echo(f"{out}: {count + 1:,} frames, from time {start:.10g} to {last:.10g}")

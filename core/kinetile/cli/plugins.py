@@ -13,7 +13,7 @@ import typer
 
 from kinetile.cli.options import Csv, Json
 from kinetile.cli.output import printed, rows_table, show, table_of
-from kinetile.cli.terminal import echo, exit_codes
+from kinetile.cli.terminal import echo
 from kinetile.errors import KinetileError
 
 if TYPE_CHECKING:
@@ -26,11 +26,10 @@ def plugins(json: Json = False, csv: Csv = False) -> None:
     """List what is installed, with the options of each, and the plugins that failed to load."""
     from kinetile.plugin.registry import registry
 
-    with exit_codes():
-        listing = registry().as_dicts()
-        for row in listing["provided"]:
-            row |= _options(row["kind"], row["name"], "options")
-        failures = [f"not loaded: {failure}" for failure in registry().failures]
+    listing = registry().as_dicts()
+    for row in listing["provided"]:
+        row |= _options(row["kind"], row["name"], "options")
+    failures = [f"not loaded: {failure}" for failure in registry().failures]
     if not printed(listing, listing["provided"], json=json, csv=csv):
         show(plugins_table(listing), options_table(listing), *failures)
 
@@ -67,12 +66,11 @@ def scenes(
     from kinetile.plugin.registry import registry
     from kinetile.scene.by_name import recipe_parameters
 
-    with exit_codes():
-        if name is None:
-            recipes = [_recipe(each) for each in registry().names("scene")]
-        else:
-            recipe_parameters(name)  # raises for a recipe that is unknown or cannot be imported
-            recipes = [_recipe(registry().spec("scene", name).name)]
+    if name is None:
+        recipes = [_recipe(each) for each in registry().names("scene")]
+    else:
+        recipe_parameters(name)  # raises for a recipe that is unknown or cannot be imported
+        recipes = [_recipe(registry().spec("scene", name).name)]
     recipe, parameters = recipes[0], recipes[0]["parameters"]
     result, rows = (recipes, recipes) if name is None else (recipe, parameters)
     if printed(result, rows, json=json, csv=csv):
@@ -133,10 +131,9 @@ def new_plugin(
     into: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write the package into.")] = Path(),
 ) -> None:
     """Write a package with a broad phase that works, to begin your own with."""
-    with exit_codes():
-        from kinetile.plugin.new_plugin import new_plugin as write_package
+    from kinetile.plugin.new_plugin import new_plugin as write_package
 
-        folder = write_package(name, into)
+    folder = write_package(name, into)
     written = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
     echo(f"{folder}: {', '.join(written)}")
     echo("to make its broad phase known here, and judge it:")

@@ -25,7 +25,7 @@ from kinetile.cli.options import (
     until_or_default,
 )
 from kinetile.cli.output import as_json
-from kinetile.cli.terminal import echo, exit_codes, notice
+from kinetile.cli.terminal import echo, notice
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase
 
@@ -79,7 +79,7 @@ def run(
     json: Json = False,
 ) -> None:
     """Run a scene and print what happened."""
-    with exit_codes(), runner.only_writer(checkpoint):
+    with runner.only_writer(checkpoint):
         from kinetile.run.simulation import Simulation
 
         written = {"--events": events, "--contacts": contacts, "--checkpoint": checkpoint}
@@ -154,7 +154,7 @@ def resume(
     json: Json = False,
 ) -> None:
     """Continue a run from its checkpoint, and go on saving it there."""
-    with exit_codes(), runner.only_writer(file):
+    with runner.only_writer(file):
         with file_errors():
             simulation, note = _load(file, broad_phase)
         if events is None and isinstance(note.get("events"), str):
@@ -187,11 +187,10 @@ def recover(
     json: Json = False,
 ) -> None:
     """Make an event file from what a killed run has left."""
-    with exit_codes():
-        from kinetile.records.finishing import recover as make
+    from kinetile.records.finishing import recover as make
 
-        with file_errors():
-            made = make(partial, out, overwrite=overwrite)
+    with file_errors():
+        made = make(partial, out, overwrite=overwrite)
     if made.left_over:
         notice(
             f"kinetile: the last {made.left_over:,} bytes of {partial} are no whole batch of rows: a write "

@@ -18,7 +18,7 @@ from kinetile.cli.options import (
     find_scene,
     until_or_default,
 )
-from kinetile.cli.terminal import Bar, FirstSignal, echo, exit_codes, make_ready, notice
+from kinetile.cli.terminal import Bar, FirstSignal, echo, make_ready, notice
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase, read_phases
 
@@ -66,37 +66,34 @@ def draw(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --out.")] = False,
 ) -> None:
     """Draw a moment of a scene with the structure of its broad phase: bounds, tiles, cells, pairs."""
-    with exit_codes():
-        form = out.suffix.lower().lstrip(".")
-        if form not in FORMS:
-            raise BadOption(f"--out is {str(out)!r}; expected a name that ends in .svg, .png or .pdf")
-        check_new("--out", out, overwrite)
-        if form != "svg":
-            from kinetile.show.printed import check_printing
+    form = out.suffix.lower().lstrip(".")
+    if form not in FORMS:
+        raise BadOption(f"--out is {str(out)!r}; expected a name that ends in .svg, .png or .pdf")
+    check_new("--out", out, overwrite)
+    if form != "svg":
+        from kinetile.show.printed import check_printing
 
-            check_printing()
-        this_scene = find_scene(scene, parameters)
-        if at is not None and not this_scene.start <= at < float("inf"):
-            raise BadOption(
-                f"--at is {at!r}; expected a time from the scene's start on, {this_scene.start!r}"
-            )
-        name, options = broad_choice(broad_phase, option)
+        check_printing()
+    this_scene = find_scene(scene, parameters)
+    if at is not None and not this_scene.start <= at < float("inf"):
+        raise BadOption(f"--at is {at!r}; expected a time from the scene's start on, {this_scene.start!r}")
+    name, options = broad_choice(broad_phase, option)
 
-        from kinetile.run.simulation import Simulation
+    from kinetile.run.simulation import Simulation
 
-        simulation = Simulation(this_scene, name, options=options or None)
-        wanted = None if roles is None else [role.strip() for role in roles.split(",")]
-        if space_time is not None and (form != "svg" or wanted is not None or velocities):
-            raise BadOption("--space-time draws an .svg, with no structure and no velocities")
-        if until is not None and space_time is None:
-            raise BadOption("--until is the end of --space-time; a moment is chosen by --at")
-        _run_to(simulation, at)
-        if space_time is None:
-            drawn = _drawn(simulation, wanted, form, velocities)
-        else:
-            drawn = _drawn_in_space_time(simulation, space_time, until)
-        with file_errors(f"--out {out}"):
-            out.write_bytes(drawn)
+    simulation = Simulation(this_scene, name, options=options or None)
+    wanted = None if roles is None else [role.strip() for role in roles.split(",")]
+    if space_time is not None and (form != "svg" or wanted is not None or velocities):
+        raise BadOption("--space-time draws an .svg, with no structure and no velocities")
+    if until is not None and space_time is None:
+        raise BadOption("--until is the end of --space-time; a moment is chosen by --at")
+    _run_to(simulation, at)
+    if space_time is None:
+        drawn = _drawn(simulation, wanted, form, velocities)
+    else:
+        drawn = _drawn_in_space_time(simulation, space_time, until)
+    with file_errors(f"--out {out}"):
+        out.write_bytes(drawn)
 
 
 def _run_to(simulation: Simulation, at: float | None) -> None:
@@ -173,26 +170,25 @@ def view(
 
     With --out FILE.gif, a film of the run.
     """
-    with exit_codes():
-        form = out.suffix.lower()
-        if form not in (".html", ".gif"):
-            raise BadOption(f"--out is {str(out)!r}; expected a name that ends in .html or .gif")
-        check_new("--out", out, overwrite)
-        of_film = {"seconds": seconds, "width": width}
-        options: dict[str, Any] = {name: value for name, value in of_film.items() if value is not None}
-        if form == ".html":
-            if options:
-                raise BadOption(f"--{next(iter(options))} is for a film: expected --out FILE.gif")
-            page = _view(scene, parameters, broad_phase, beside, (begin, until, at), steps)
-            for note in page.notes:
-                notice(f"kinetile: {note}")
-            page.save(out, overwrite=overwrite)
-        else:
-            if beside is not None or at is not None or scene.lower().endswith(".parquet"):
-                raise BadOption("a film shows a scene under one broad phase: no --beside, --at, event file")
-            phase = (None, {}) if broad_phase is None else read_phase(broad_phase)
-            options |= {"structure": steps}
-            _write_film(find_scene(scene, parameters), phase, out, (begin, until), overwrite, options)
+    form = out.suffix.lower()
+    if form not in (".html", ".gif"):
+        raise BadOption(f"--out is {str(out)!r}; expected a name that ends in .html or .gif")
+    check_new("--out", out, overwrite)
+    of_film = {"seconds": seconds, "width": width}
+    options: dict[str, Any] = {name: value for name, value in of_film.items() if value is not None}
+    if form == ".html":
+        if options:
+            raise BadOption(f"--{next(iter(options))} is for a film: expected --out FILE.gif")
+        page = _view(scene, parameters, broad_phase, beside, (begin, until, at), steps)
+        for note in page.notes:
+            notice(f"kinetile: {note}")
+        page.save(out, overwrite=overwrite)
+    else:
+        if beside is not None or at is not None or scene.lower().endswith(".parquet"):
+            raise BadOption("a film shows a scene under one broad phase: no --beside, --at, event file")
+        phase = (None, {}) if broad_phase is None else read_phase(broad_phase)
+        options |= {"structure": steps}
+        _write_film(find_scene(scene, parameters), phase, out, (begin, until), overwrite, options)
     echo(f"{out}: {out.stat().st_size / 1e6:.2f} MB")
     if show:
         typer.launch(out.resolve().as_uri())

@@ -31,7 +31,7 @@ from kinetile.cli.options import (
     until_or_default,
 )
 from kinetile.cli.output import printed, scene_summary
-from kinetile.cli.terminal import DIFFERENT, Bar, exit_codes, make_ready
+from kinetile.cli.terminal import DIFFERENT, Bar, make_ready
 from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def events(
     """
     from kinetile_bench.events import bench_events
 
-    with exit_codes(), Bar("measuring") as bar:
+    with Bar("measuring") as bar:
         chosen = None if phases is None else phase_choices(phases)
         sizes = read_numbers(bodies, int, "--bodies")
         fractions = read_numbers(densities, float, "--densities")
@@ -91,7 +91,7 @@ def thesis(
         more = {"statements": verdicts, "files": files}
         _print(found, json, csv, more=more, to=[verdicts, files])
 
-    with exit_codes(), Bar("measuring") as bar:
+    with Bar("measuring") as bar:
         if not 0.0 < until < float("inf"):
             raise BadOption(f"--until is {until!r}; expected a time greater than 0")
         chosen = some_phases(phases)
@@ -162,7 +162,7 @@ def _on_scene(
     rows: str = "rows",
 ) -> None:
     """Measures phases on a scene and prints the result; exit code 1 unless their contacts agree."""
-    with exit_codes(), Bar("measuring") as bar:
+    with Bar("measuring") as bar:
         chosen = None if phases is None else some_phases(phases)
         scene = find_scene(name, parameters)
         found = measure(scene, chosen, start=make_ready, progress=bar.count)

@@ -10,7 +10,7 @@ import typer
 from kinetile.cli.files import file_errors
 from kinetile.cli.options import Csv, Json
 from kinetile.cli.output import as_csv, as_json, printed
-from kinetile.cli.terminal import FAULT, Bar, echo, exit_codes, notice
+from kinetile.cli.terminal import FAULT, Bar, echo, notice
 
 if TYPE_CHECKING:
     from kinetile_bench.study import Study, StudyStatus
@@ -37,7 +37,7 @@ def run_study(
 
     Exit code 1 where a run failed or was lost, or has other contacts than another one of its scene.
     """
-    with exit_codes(), Bar("running") as bar:
+    with Bar("running") as bar:
         this = _find_study(study, results)
 
         def disagreed(sentence: str) -> None:
@@ -72,23 +72,21 @@ def study_table(
 
     Exit code 1 where a run failed or was lost, or has other contacts than another one of its scene.
     """
-    with exit_codes():
-        this = _find_study(study, results)
-        status, found = this.status(), this.table(y)
-        result = {"results": str(this.results), "status": status._asdict() | {"well": status.well}, **found}
-        if not printed(result, found["groups"], json=json, csv=csv):
-            from kinetile.cli.output import show
-            from kinetile_bench.cli.tables import study_parts
+    this = _find_study(study, results)
+    status, found = this.status(), this.table(y)
+    result = {"results": str(this.results), "status": status._asdict() | {"well": status.well}, **found}
+    if not printed(result, found["groups"], json=json, csv=csv):
+        from kinetile.cli.output import show
+        from kinetile_bench.cli.tables import study_parts
 
-            show(*_status_lines(this, status), *study_parts(found))
-        _end(status)
+        show(*_status_lines(this, status), *study_parts(found))
+    _end(status)
 
 
 def study_rows(study: StudyName, results: Results = None, json: Json = False) -> None:
     """Print all rows of a study as CSV, in the study's order."""
-    with exit_codes():
-        rows = _find_study(study, results).rows()
-        echo(as_json(rows) if json else as_csv(rows).removesuffix("\n"))
+    rows = _find_study(study, results).rows()
+    echo(as_json(rows) if json else as_csv(rows).removesuffix("\n"))
 
 
 def _end(status: StudyStatus) -> None:

@@ -16,7 +16,7 @@ import typer
 from kinetile.cli.files import try_folder
 from kinetile.cli.options import Json, registered_phase
 from kinetile.cli.output import as_json
-from kinetile.cli.terminal import DIFFERENT, INTERRUPTED, Bar, FirstSignal, echo, exit_codes, notice
+from kinetile.cli.terminal import DIFFERENT, INTERRUPTED, Bar, FirstSignal, echo, notice
 from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
@@ -108,49 +108,48 @@ def conform(
 ) -> None:
     """Judge a broad phase, alone or with a narrow phase, or a program over a pipe; exit code 1 if it does not
     conform, 3 if the reference itself is in doubt, 4 if it could not be judged."""
-    with exit_codes():
-        if (phase is None) == (command is None):
-            raise BadOption("expected the NAME of a broad phase or --command CMD, one of the two")
-        of_phases = {
-            "--narrow-phase": narrow_phase,
-            "--expect-failure": expect_failure,
-            "--seconds": seconds,
-            "--in-process": None if isolated else True,
-        }
-        of_programs = {"--within": within, "--scene-seconds": scene_seconds}
-        for option, value in (of_programs if command is None else of_phases).items():
-            if value is not None:
-                raise BadOption(f"{option} is for {'--command' if command is None else 'broad phases'}")
-        for option, value in {"--seconds": seconds, **of_programs}.items():
-            if value is not None and not 0.0 < value < math.inf:
-                raise BadOption(f"{option} {value:g}: expected a number above 0")
-        if command is None:
-            expected = dict(map(_expectation, expect_failure or ()))
-            unfinished, judge = _phase(str(phase), narrow_phase or (), expected, seconds, isolated)
-        else:
-            unfinished, judge = _program(command, within, scene_seconds)
-        checks = [_check(each, command is not None) for each in check or ()]
-        try_folder("--save-to", save_to, keep=False)
-        show = _ReportPrinter(unfinished, json)
-        who = " with ".join([command or str(phase), *(narrow_phase or ())])
-        notice(f"judging {who} on {examples:,} scenes a check{_compiling()} ...")
-        first = FirstSignal()
-        try:
-            with first:
-                report = judge(
-                    examples=examples,
-                    checks=checks or None,
-                    save_to=save_to,
-                    shrink=shrink,
-                    seed=seed,
-                    on_result=show.result,
-                    on_scene=show.scene,
-                )
-        except KeyboardInterrupt:
-            show.end(show.unfinished, "interrupted")
-            notice(f"kinetile: interrupted{show.at}")
-            raise typer.Exit(128 + first.number if first.number else INTERRUPTED) from None
-        show.end(replace(report, results=show.unfinished.results), "complete")
+    if (phase is None) == (command is None):
+        raise BadOption("expected the NAME of a broad phase or --command CMD, one of the two")
+    of_phases = {
+        "--narrow-phase": narrow_phase,
+        "--expect-failure": expect_failure,
+        "--seconds": seconds,
+        "--in-process": None if isolated else True,
+    }
+    of_programs = {"--within": within, "--scene-seconds": scene_seconds}
+    for option, value in (of_programs if command is None else of_phases).items():
+        if value is not None:
+            raise BadOption(f"{option} is for {'--command' if command is None else 'broad phases'}")
+    for option, value in {"--seconds": seconds, **of_programs}.items():
+        if value is not None and not 0.0 < value < math.inf:
+            raise BadOption(f"{option} {value:g}: expected a number above 0")
+    if command is None:
+        expected = dict(map(_expectation, expect_failure or ()))
+        unfinished, judge = _phase(str(phase), narrow_phase or (), expected, seconds, isolated)
+    else:
+        unfinished, judge = _program(command, within, scene_seconds)
+    checks = [_check(each, command is not None) for each in check or ()]
+    try_folder("--save-to", save_to, keep=False)
+    show = _ReportPrinter(unfinished, json)
+    who = " with ".join([command or str(phase), *(narrow_phase or ())])
+    notice(f"judging {who} on {examples:,} scenes a check{_compiling()} ...")
+    first = FirstSignal()
+    try:
+        with first:
+            report = judge(
+                examples=examples,
+                checks=checks or None,
+                save_to=save_to,
+                shrink=shrink,
+                seed=seed,
+                on_result=show.result,
+                on_scene=show.scene,
+            )
+    except KeyboardInterrupt:
+        show.end(show.unfinished, "interrupted")
+        notice(f"kinetile: interrupted{show.at}")
+        raise typer.Exit(128 + first.number if first.number else INTERRUPTED) from None
+    show.end(replace(report, results=show.unfinished.results), "complete")
     if report.exit_code:
         raise typer.Exit(report.exit_code)
 
@@ -281,11 +280,10 @@ def replay(
     json: Json = False,
 ) -> None:
     """Run a check on a saved scene again; exit code 1 if it still fails."""
-    with exit_codes():
-        from kinetile_conformance.api import replay as judge
+    from kinetile_conformance.api import replay as judge
 
-        name, options = registered_phase(phase)
-        result = judge(name, file, check=check, options=options)
+    name, options = registered_phase(phase)
+    result = judge(name, file, check=check, options=options)
     if json:
         from kinetile.versions import versions
 
