@@ -123,7 +123,7 @@ def ask_node(tmp_path: Path, page: Page, body: str, **given: Any) -> Any:
     asked = tmp_path / "asked.json"
     asked.write_text(json.dumps({"held": page.held, "given": given}))
     names = ("clock", "events", "live", "playback", "proof", "sentences")
-    names = ("page/camera", *(f"run/{name}" for name in names))
+    names = ("page/camera", "page/trial", *(f"run/{name}" for name in names))
     imports = "\n".join(
         f"import * as {name.split('/')[1]} from {json.dumps((SCRIPT / f'{name}.mjs').as_uri())};"
         for name in names

@@ -18,24 +18,28 @@ const PAUSE = 100; // milliseconds until what was computed since is shown
 const SLOW = 2 ** -10; // of the initial speed of playing: a throw counts as if it were no slower
 const BY_FLIGHT = ["x", "y", "vx", "vy", "before"]; // columns of rows with two values a row
 
+/** Why a page computes nothing itself, in words, or undefined: it does for elastic discs in an arena with walls, without commands, from the beginning. */
+export function reasonAgainst({ held: { arena, begin, end, periods, responses, shapes }, bodies, commands }) {
+  const count = bodies.radius.length;
+  const reasons = [
+    [!arena, "the scene has no walls"],
+    [periods.some((each) => each), "an axis is periodic"],
+    [responses.flat().some((each) => each !== "elastic"), "contacts are not all elastic"],
+    [shapes.length, "the bodies are not all discs"],
+    [commands, "the scene has commands"],
+    [count === 0 || count > MOST, `the scene has ${count} bodies, and the page computes 1 to ${MOST}`],
+    [!bodies.radius.every((radius) => radius > 0), "some bodies are points"],
+    [compare(begin, [0, 0]) !== 0, "the page does not begin at the start of its scene"],
+    [end[0] >= LONGEST, `the page ends ${end[0]} units of the clock after the start, and the page computes less than ${LONGEST}`],
+  ];
+  return reasons.filter(([holds]) => holds).map(([, words]) => words)[0];
+}
+
 export class Trial {
-  /** For elastic discs in an arena with walls, without commands, from the beginning: nothing else is computed here. */
   constructor(player) {
-    const { held: { arena, begin, end, periods, responses, shapes }, bodies, counts: [{ total }] } = player;
-    const count = bodies.radius.length;
-    const reasons = [
-      [!arena, "the scene has no walls"],
-      [periods.some((each) => each), "an axis is periodic"],
-      [responses.flat().some((each) => each !== "elastic"), "contacts are not all elastic"],
-      [shapes.length, "the bodies are not all discs"],
-      [total.commands, "the scene has commands"],
-      [count === 0 || count > MOST, `the scene has ${count} bodies, and the page computes 1 to ${MOST}`],
-      [!bodies.radius.every((radius) => radius > 0), "some bodies are points"],
-      [compare(begin, [0, 0]) !== 0, "the page does not begin at the start of its scene"],
-      [end[0] >= LONGEST, `the page ends ${end[0]} units of the clock after the start, and the page computes less than ${LONGEST}`],
-    ];
     Object.assign(this, { player, on: false, pulled: null, recorded: null });
-    const [reason] = reasons.filter(([holds]) => holds).map(([, words]) => words);
+    const { held, bodies, counts: [{ total }] } = player;
+    const reason = reasonAgainst({ held, bodies, commands: total.commands });
     $("trial").hidden = reason !== undefined;
     $("untried").hidden = reason === undefined;
     $("untried").textContent = reason === undefined ? "" : `Try it is not offered here: ${reason}.`;

@@ -1,0 +1,168 @@
+"""What works with what: the two tables from which ``test_matrix.py`` makes its tests.
+
+The first crosses capabilities (``capabilities``) with all that is done with a run (``observations``), the
+second each two capabilities in one scene. A cell works, unless it is listed here: as refused, with words of
+the sentence, or as meaningless, with the reason. There is no fourth.
+
+``python tests/matrix.py`` prints docs/what-works-with-what.md.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from collections.abc import Iterable, Mapping
+
+from capabilities import BY_NAME
+from observations import COLUMNS
+
+Cell = tuple[str, str]
+
+
+def _of(column: str, rows: Mapping[str, str]) -> dict[Cell, str]:
+    """Returns one sentence or reason for each of some rows of a column."""
+    return {(row, column): said for names, said in rows.items() for row in names.split(" | ")}
+
+
+REFUSED: dict[Cell, str] = {
+    **_of(
+        "under sweep-tiling",
+        {
+            "pass": "is right only while bodies cannot pass through each other",
+            "periodic y | periodic xy": "tiles an arena from its floor to its ceiling",
+            "no arena": "tiles an arena, and this scene has none",
+            "shapes | obstacles": "is for discs, and this scene has other shapes",
+        },
+    ),
+    **_of(
+        "player, computed",
+        {
+            "restitution | stop | pass | foreign response": "contacts are not all elastic",
+            "commands, planned | commands, by hand": "the scene has commands",
+            "periodic x | periodic y | periodic xy": "an axis is periodic",
+            "no arena": "the scene has no walls",
+            "shapes | obstacles": "the bodies are not all discs",
+        },
+    ),
+    ("shapes", "export"): "a file of frames has a radius for each body",
+    ("obstacles", "export"): "a file of frames has a radius for each body",
+    ("foreign response", "certify-log"): "the specification has elastic, pass, restitution, stop",
+    ("foreign response", "second implementation"): "not elastic, restitution, stop, pass",
+    ("foreign narrow phase", "second implementation"): "in the specification bodies meet each other",
+}
+"""Cells of the first table that are refused."""
+
+MEANINGLESS: dict[Cell, str] = {}
+"""Cells of the first table that mean nothing."""
+
+REFUSED_TOGETHER: dict[Cell, str] = {
+    **_of(
+        "no arena",
+        {"periodic x | periodic y | periodic xy": "expected an arena: its sides are the periods"},
+    ),
+    ("pass", "shapes"): "does not say when two bodies part that pass through each other",
+    ("pass", "obstacles"): "does not say when two bodies part that pass through each other",
+    ("commands, planned", "shapes"): "into a scene of other shapes than discs no body is inserted yet",
+    ("commands, planned", "obstacles"): "into a scene of other shapes than discs no body is inserted yet",
+    ("commands, by hand", "shapes"): "no disc is inserted into a scene of other shapes yet",
+    ("commands, by hand", "obstacles"): "no disc is inserted into a scene of other shapes yet",
+    **_of(
+        "shapes", {"periodic x | periodic y | periodic xy": "of other shapes than discs have no images yet"}
+    ),
+    **_of(
+        "obstacles",
+        {"periodic x | periodic y | periodic xy": "of other shapes than discs have no images yet"},
+    ),
+}
+"""Pairs of capabilities that are refused."""
+
+MEANINGLESS_TOGETHER: dict[Cell, str] = dict.fromkeys(
+    itertools.combinations(("periodic x", "periodic y", "periodic xy"), 2),
+    "one scene has its periodic axes once",
+)
+"""Pairs of capabilities that mean nothing."""
+
+CELLS: tuple[Cell, ...] = tuple(itertools.product(BY_NAME, COLUMNS))
+PAIRS: tuple[Cell, ...] = tuple(itertools.combinations([name for name in BY_NAME if name != "discs"], 2))
+
+HEAD = (
+    "# What works with what\n\n"
+    "Each capability of a scene, in the columns, with all that is done with a run, in the rows; then each "
+    "two capabilities in one scene. `yes`: a test crosses the two. A number: it is refused, by the sentence "
+    "of that number below. `-`: it means nothing. The tests are made from both tables "
+    "(`python -m pytest tests/test_matrix.py`), and `python tests/matrix.py` prints this page."
+)
+TOGETHER = (
+    "Such a scene has the same contacts under every broad phase that takes it, by the certifier, in a run "
+    "that was saved and resumed under another phase, and when its recorded commands are played again."
+)
+
+
+def counts(cells: Iterable[Cell], refused: Mapping[Cell, str], meaningless: Mapping[Cell, str]) -> str:
+    """Returns how many cells work, are refused, and mean nothing."""
+    found = Counter(
+        "refused" if cell in refused else "meaningless" if cell in meaningless else "works" for cell in cells
+    )
+    return f"{found['works']} work, {found['refused']} are refused, {found['meaningless']} mean nothing"
+
+
+def page() -> str:
+    """Returns the page of both tables, in Markdown."""
+    notes: list[str] = []
+
+    def entry(cell: Cell, refused: Mapping[Cell, str], meaningless: Mapping[Cell, str]) -> str:
+        if cell in meaningless:
+            return "-"
+        if cell not in refused:
+            return "yes"
+        if refused[cell] not in notes:
+            notes.append(refused[cell])
+        return str(notes.index(refused[cell]) + 1)
+
+    def table(corner: str, head: list[str], lines: list[list[str]]) -> list[str]:
+        return [
+            f"| {corner} | {' | '.join(head)} |",
+            f"|---|{'---|' * len(head)}",
+            *(f"| {' | '.join(line)} |" for line in lines),
+        ]
+
+    lines = [[column, *(entry((row, column), REFUSED, MEANINGLESS) for row in BY_NAME)] for column in COLUMNS]
+    names = [name for name in BY_NAME if name != "discs"]
+    both = [
+        [
+            one,
+            *(
+                entry((one, other), REFUSED_TOGETHER, MEANINGLESS_TOGETHER) if (one, other) in PAIRS else ""
+                for other in names[1:]
+            ),
+        ]
+        for one in names[:-1]
+    ]
+    return "\n".join(
+        [
+            HEAD,
+            "",
+            "## A capability and what is done with a run",
+            "",
+            *table("", list(BY_NAME), lines),
+            "",
+            f"{len(CELLS)} cells: {counts(CELLS, REFUSED, MEANINGLESS)}.",
+            "",
+            "## Two capabilities in one scene",
+            "",
+            TOGETHER,
+            "",
+            *table("", names[1:], both),
+            "",
+            f"{len(PAIRS)} pairs: {counts(PAIRS, REFUSED_TOGETHER, MEANINGLESS_TOGETHER)}.",
+            "",
+            "## Sentences of refusals",
+            "",
+            *(f"{number}. ... {said} ..." for number, said in enumerate(notes, 1)),
+            "",
+        ]
+    )
+
+
+if __name__ == "__main__":
+    print(page(), end="")

@@ -1,0 +1,68 @@
+"""Every capability with all that is done with a run, and with every other one: each cell of ``matrix`` works,
+is refused by the sentence that stands there, or means nothing."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import matrix
+from capabilities import BY_NAME, Game, plugged, rows_of
+from kinetile.errors import KinetileError
+from observations import COLUMNS, together, truth
+
+pytestmark = pytest.mark.small
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _with_plugins():
+    with plugged():
+        yield
+
+
+def _cells(cells, meaningless):
+    """Return the cells that are tested, as parameters; a column may need a program."""
+    for one, other in cells:
+        if (one, other) not in meaningless:
+            needs = COLUMNS[other].needs if other in COLUMNS else ""
+            marks = [pytest.mark.needs(needs)] if needs else []
+            yield pytest.param(one, other, id=f"{one} with {other}", marks=marks)
+
+
+def _holds(refused, cell, observe) -> None:
+    """Assert that a cell works, or is refused by its sentence."""
+    if cell not in refused:
+        observe()
+        return
+    with pytest.raises((KinetileError, ValueError), match=re.escape(refused[cell])):
+        observe()
+
+
+@pytest.mark.parametrize(("row", "column"), _cells(matrix.CELLS, matrix.MEANINGLESS))
+def test_a_capability_with_what_is_done_with_a_run(row, column, tmp_path):
+    _holds(matrix.REFUSED, (row, column), lambda: COLUMNS[column].observe(Game(row), tmp_path))
+
+
+@pytest.mark.parametrize(("one", "other"), _cells(matrix.PAIRS, matrix.MEANINGLESS_TOGETHER))
+def test_a_capability_with_another_one(one, other, tmp_path):
+    _holds(matrix.REFUSED_TOGETHER, (one, other), lambda: together(Game(one, other), tmp_path))
+
+
+@pytest.mark.parametrize("name", BY_NAME)
+def test_a_capability_comes_into_play(name):
+    game = Game(name)
+    assert BY_NAME[name].seen(game, rows_of(truth(game.names)))
+
+
+def test_listed_cells_are_cells():
+    listed = {*matrix.REFUSED, *matrix.MEANINGLESS}, {*matrix.REFUSED_TOGETHER, *matrix.MEANINGLESS_TOGETHER}
+    assert listed[0] <= {*matrix.CELLS}
+    assert listed[1] <= {*matrix.PAIRS}
+
+
+def test_the_page_is_the_table():
+    assert (DOCS / "what-works-with-what.md").read_text(encoding="utf-8") == matrix.page()
