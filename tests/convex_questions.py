@@ -20,8 +20,8 @@ from kinetile_accuracy.specification.shapes import Difference, entry
 
 
 @hook
-def ask(numbers, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, tick, per_time):
-    across, up = Axis(x, vx, x2, vx2, 0.0, 0.0), Axis(y, vy, y2, vy2, 0.0, 0.0)
+def ask(numbers, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, tick, per_time, right, up, width, height):
+    across, up = Axis(x, vx, x2, vx2, right, width), Axis(y, vy, y2, vy2, up, height)
     return enters(pointer(numbers), 0, Plans(across, up, elapsed, tick, per_time))
 
 
@@ -54,7 +54,7 @@ def drawn_shape(rng: random.Random, lattice: int, sharp: bool = False) -> kt.Sha
 
 
 class Question:
-    """Two bodies on their paths."""
+    """Two bodies on their paths; the second is seen some periods away, or there are none."""
 
     def __init__(self, rng: random.Random) -> None:
         lattice = rng.choice((1, 2, 4, 16, 1 << 20, 0, 0))
@@ -90,18 +90,26 @@ class Question:
                 far = float(sum(shape.radius for shape in self.shapes))
                 turn = rng.choice((rng.uniform(0.0, 6.3), 0.5 * math.pi * rng.randrange(4)))
                 self.two = self.two[0] + far * math.cos(turn), self.two[1] + far * math.sin(turn)
+        self.periods = self.turns = 0.0, 0.0
+        if rng.random() < 0.4:
+            self.periods = tuple(rng.choice((0.0, 5.0 + abs(number(3.0)))) for _ in range(2))
+            self.turns = tuple(float(rng.randint(-3, 3)) if period else 0.0 for period in self.periods)
+            away = zip(self.two, self.turns, self.periods, strict=True)
+            self.two = tuple(place - turns * period for place, turns, period in away)
 
     def tick_of_kernel(self) -> int:
         """Return the answer of the kernel."""
         numbers = np.array(difference_row(*((shape.core, shape.radius) for shape in self.shapes)))
         path = (*self.one, *self.v, self.elapsed, *self.two, *self.v2, self.tick, 1.0 / self.tick)
+        path += (*self.turns, *self.periods)
         return int(ask(numbers, *map(float, path[:4]), path[4], *map(float, path[5:])))
 
     def tick_by_rationals(self) -> int:
         """Return the answer of rule 5s."""
         q = Fraction(self.tick)
         there = [Fraction(x) + Fraction(v) * self.elapsed * q for x, v in zip(self.one, self.v, strict=True)]
-        d = tuple(Fraction(at) - place for at, place in zip(self.two, there, strict=True))
+        away = [Fraction(n) * Fraction(period) for n, period in zip(self.turns, self.periods, strict=True)]
+        d = tuple(Fraction(at) - place + far for at, place, far in zip(self.two, there, away, strict=True))
         v = tuple((Fraction(w) - Fraction(v)) * q for v, w in zip(self.v, self.v2, strict=True))
         found = entry(Difference(*self.shapes), d, v)
         return NEVER if found is None else found.tick

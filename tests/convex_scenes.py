@@ -1,5 +1,5 @@
 """Scenes of convex bodies drawn from a seed: capsules, polygons, boxes and discs, among obstacles or not, on
-lattices or anywhere."""
+lattices or anywhere, with periodic axes or without."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ from convex_questions import drawn_shape
 from kinetile.errors import SceneError
 
 
-def drawn(seed: int, bodies: tuple[int, ...] = (2, 3, 4, 6, 8)) -> kt.Scene:
-    """Return a scene with one of these numbers of bodies, or fewer where there is no room."""
+def drawn(seed: int, bodies: tuple[int, ...] = (2, 3, 4, 6, 8), axes: tuple[str, ...] = ("",)) -> kt.Scene:
+    """Return a scene with one of these numbers of bodies, or fewer where there is no room, periodic along
+    some of these axes."""
     rng = random.Random(seed)
     n, lattice = rng.choice(bodies), rng.choice((4, 4, 16, 0))
+    periodic = rng.choice(axes) if any(axes) else ""
     shapes = [scaled(drawn_shape(rng, lattice), 0.25) for _ in range(3)]
     shapes.append(kt.segment((-0.5, 0.25), (0.75, -0.25)))
     still = rng.choice((0.0, 0.0, 0.3, 0.5))
-    side = 6.0
-    arena = (side, side) if rng.random() < 0.7 else None
+    side = 8.0 if periodic else 6.0
+    arena = (side, side) if periodic or rng.random() < 0.7 else None
     chosen: list[tuple[tuple[float, float], int, float]] = []
     for _ in range(40 * n):
         if len(chosen) == n:
@@ -32,7 +34,7 @@ def drawn(seed: int, bodies: tuple[int, ...] = (2, 3, 4, 6, 8)) -> kt.Scene:
             else (rng.uniform(0, side), rng.uniform(0, side))
         )
         try:
-            made([*chosen, (place, which, mass)], shapes, arena, [(0.0, 0.0)] * (len(chosen) + 1))
+            made([*chosen, (place, which, mass)], shapes, arena, [(0.0, 0.0)] * (len(chosen) + 1), periodic)
         except SceneError:
             continue
         chosen.append((place, which, mass))
@@ -42,14 +44,14 @@ def drawn(seed: int, bodies: tuple[int, ...] = (2, 3, 4, 6, 8)) -> kt.Scene:
         speed = (rng.choice(steps), rng.choice(steps)) if lattice else (rng.gauss(0, 1), rng.gauss(0, 1))
         velocity.append(speed if mass < math.inf or rng.random() < 0.3 else (0.0, 0.0))
     if len(chosen) < 2:
-        return drawn(seed + 1_000_003, bodies)
+        return drawn(seed + 1_000_003, bodies, axes)
     if rng.random() < 0.5:
         chosen = [(*row[:2], row[2] if row[2] == math.inf else 1.0) for row in chosen]
-    scene = made(chosen, shapes, arena, velocity)
-    return scene if scene.shapes else drawn(seed + 1_000_003, bodies)
+    scene = made(chosen, shapes, arena, velocity, periodic)
+    return scene if scene.shapes else drawn(seed + 1_000_003, bodies, axes)
 
 
-def made(rows, shapes, arena, velocity) -> kt.Scene:
+def made(rows, shapes, arena, velocity, periodic="") -> kt.Scene:
     """Return the scene of rows of a place, the number of a shape and a mass."""
     return kt.Scene(
         [row[0] for row in rows],
@@ -58,6 +60,7 @@ def made(rows, shapes, arena, velocity) -> kt.Scene:
         mass=[row[2] for row in rows],
         shapes=shapes,
         arena=arena,
+        periodic=periodic,
     )
 
 

@@ -66,13 +66,6 @@ REFUSED_TOGETHER: dict[Cell, str] = {
     ("commands, planned", "obstacles"): "into a scene of other shapes than discs no body is inserted yet",
     ("commands, by hand", "shapes"): "no disc is inserted into a scene of other shapes yet",
     ("commands, by hand", "obstacles"): "no disc is inserted into a scene of other shapes yet",
-    **_of(
-        "shapes", {"periodic x | periodic y | periodic xy": "of other shapes than discs have no images yet"}
-    ),
-    **_of(
-        "obstacles",
-        {"periodic x | periodic y | periodic xy": "of other shapes than discs have no images yet"},
-    ),
 }
 """Pairs of capabilities that are refused."""
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -50,6 +51,7 @@ from kinetile.toolbox.ticks import (
     COUNT,
     CX,
     CY,
+    HALVES,
     HEAD,
     NX,
     NY,
@@ -59,9 +61,12 @@ from kinetile.toolbox.ticks import (
     RANK,
     WIDE,
     Numbers,
+    Plans,
     comes_nearer,
     difference_table,
     enters,
+    first_image_of,
+    nearest_whole,
     plans_of,
     pointer,
 )
@@ -153,7 +158,18 @@ def within(low: Floats, high: Floats, v: Floats) -> tuple[Floats, Floats]:
 
 
 @hook
-def bound_with(k: Kernel, body: int, other: int, at: int, fat: float) -> float:
+def until_others(k: Kernel, body: int, other: int, vx: float, vy: float, fat: float) -> float:
+    """Return a bound below the first contact through another image than the nearest, at a relative velocity:
+    along an axis it is half a period away."""
+    torus = k.clock[0].torus
+    reach = k.radii[body] + k.radii[other] + 2.0 * fat
+    along = (torus.half_x - reach) / larger(abs(vx), SLOWEST)
+    across = (torus.half_y - reach) / larger(abs(vy), SLOWEST)
+    return float(larger(smaller(along, across), 0.0))
+
+
+@hook
+def bound_with(k: Kernel, body: int, other: int, at: int, fat: float, periodic: bool) -> float:
     """Return a bound below the first contact with another body, as a delay after a tick."""
     row = row_of(k, body, other)
     if row == 0:
@@ -163,17 +179,40 @@ def bound_with(k: Kernel, body: int, other: int, at: int, fat: float) -> float:
     two = k.places[other]
     vx = two.vx - one.vx
     vy = two.vy - one.vy
-    return not_before(
-        k.numbers, row, (two.x - one.x) + vx * elapsed, (two.y - one.y) + vy * elapsed, vx, vy, fat
-    )
+    dx = (two.x - one.x) + vx * elapsed
+    dy = (two.y - one.y) + vy * elapsed
+    if periodic:
+        torus = k.clock[0].torus
+        dx -= nearest_whole(dx * torus.per_x) * torus.x
+        dy -= nearest_whole(dy * torus.per_y) * torus.y
+    delay = not_before(k.numbers, row, dx, dy, vx, vy, fat)
+    if periodic:
+        delay = smaller(delay, until_others(k, body, other, vx, vy, fat))
+    return delay
+
+
+@hook
+def or_through_others(
+    k: Kernel, body: int, start: int, delay: Floats, vx: Floats, vy: Floats, fat: float
+) -> Floats:
+    """Return bounds, ``LEAST`` or more, that are also below contacts through other images than the nearest,
+    as ``until_others`` has them."""
+    torus = k.clock[0].torus
+    reach = spread(k.radii[body] + 2.0 * fat) + pick(k.radii, k.near, start)
+    zero = spread(0.0)
+    along = (spread(torus.half_x) - reach) / choose(vx < zero, zero - vx, vx)
+    across = (spread(torus.half_y) - reach) / choose(vy < zero, zero - vy, vy)
+    delay = choose(along >= delay, delay, along)
+    delay = choose(across >= delay, delay, across)
+    return choose(delay > spread(LEAST), delay, spread(LEAST))
 
 
 @hook
 def boxes_meet(
-    k: Kernel, body: int, start: int, at: int, fat: float
+    k: Kernel, body: int, start: int, at: int, fat: float, periodic: bool
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
-    """Return from when until when the upright boxes around a body and eight others overlap, from a place in
-    ``k.near`` on; and how they are apart and move, along x and y."""
+    """Return from when until when the upright boxes around a body and eight others overlap, or around their
+    nearest images, from a place in ``k.near`` on; and how they are apart and move, along x and y."""
     elapsed = spread(since_origin(k, at))
     one = k.places[body]
     mine = k.sides[body]
@@ -183,6 +222,11 @@ def boxes_meet(
     vy = vy - spread(one.vy)
     dx = (x - spread(one.x)) + vx * elapsed
     dy = (y - spread(one.y)) + vy * elapsed
+    if periodic:
+        torus = k.clock[0].torus
+        halves = spread(HALVES)
+        dx = dx - ((dx * spread(torus.per_x) + halves) - halves) * spread(torus.x)
+        dy = dy - ((dy * spread(torus.per_y) + halves) - halves) * spread(torus.y)
     zero = spread(0.0)
     delay, ends = within(
         zero - (spread(mine.left + fat) + right) - dx, (spread(mine.right + fat) + left) - dx, vx
@@ -197,17 +241,20 @@ def boxes_meet(
 
 @hook
 def frames_meet(
-    k: Kernel, body: int, start: int, at: int, fat: float
+    k: Kernel, body: int, start: int, at: int, fat: float, periodic: bool
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return bounds by the upright boxes and the circles around a body and eight others, from a place in
     ``k.near`` on, ``LEAST`` or more; and how they are apart and move, along x and y."""
-    delay, ends, dx, dy, vx, vy = boxes_meet(k, body, start, at, fat)
+    delay, ends, dx, dy, vx, vy = boxes_meet(k, body, start, at, fat, periodic)
     reach = spread(k.radii[body] + 2.0 * fat) + pick(k.radii, k.near, start)
     reach2 = reach * reach
     begins = circles_meet(dx, dy, vx, vy, reach2, spread(fat * fat))
     begins = choose(dx * dx + dy * dy > reach2, begins, spread(LEAST))  # within them bodies may meet
     delay = choose(delay < begins, begins, delay)
-    return choose(delay <= ends, delay, spread(math.inf)), dx, dy, vx, vy
+    delay = choose(delay <= ends, delay, spread(math.inf))
+    if periodic:
+        delay = or_through_others(k, body, start, delay, vx, vy, fat)
+    return delay, dx, dy, vx, vy
 
 
 @hook
@@ -222,16 +269,17 @@ def soonest_of_shapes(
     soon: float,
     who: int,
     two: int,
+    periodic: bool,
 ) -> tuple[float, float, int]:
     """Return what ``soonest`` does, by the differences of shapes: ``soon`` is so for ``who``, and ``two`` is
     another one that may come soon."""
     one = who
-    rest = bound_with(k, body, two, at, fat)
+    rest = bound_with(k, body, two, at, fat, periodic)
     if rest < soon:
         soon, rest = rest, soon
         who = two
     for start in range(0, count, LANES):
-        delays, dx, dy, vx, vy = frames_meet(k, body, start, at, fat)
+        delays, dx, dy, vx, vy = frames_meet(k, body, start, at, fat, periodic)
         sooner = bits(delays < spread(rest))
         while sooner != 0:
             i = lowest_bit(sooner)
@@ -244,15 +292,20 @@ def soonest_of_shapes(
             row = row_of(k, body, other)
             if delay < rest and row > 0 and not left_out:
                 delay = not_before(k.numbers, row, lane(dx, i), lane(dy, i), lane(vx, i), lane(vy, i), fat)
+                if periodic:
+                    others = until_others(k, body, other, lane(vx, i), lane(vy, i), fat)
+                    delay = smaller(delay, others)
                 rest = smaller(rest, larger(soon, delay))
                 who = int(other) if delay < soon else who
                 soon = smaller(soon, delay)
     return soon, rest, who if soon < math.inf else NOBODY
 
 
-def _bounds(plain: bool, boxes: bool = False) -> Callable[..., tuple[float, float, int]]:
+def _bounds(
+    plain: bool, boxes: bool = False, periodic: bool = False
+) -> Callable[..., tuple[float, float, int]]:
     """Returns the hook ``soonest``; ``plain``: all pairs that can meet are two boxes or two discs; ``boxes``:
-    two boxes, so that circles say no more."""
+    two boxes, so that circles say no more; ``periodic``: axes are, and not all pairs are boxes."""
 
     @unchecked
     @hook
@@ -272,7 +325,7 @@ def _bounds(plain: bool, boxes: bool = False) -> Callable[..., tuple[float, floa
             alone = k.near[0]
             if alone == body or alone == barred or alone == known:  # noqa: SIM109 - no tuple in a hook
                 return never, never, NOBODY
-            delay = bound_with(k, body, alone, at, fat)
+            delay = bound_with(k, body, alone, at, fat, periodic)
             return delay, never, int(alone) if delay < never else NOBODY
         fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
         myself = spread_whole(body)
@@ -287,11 +340,11 @@ def _bounds(plain: bool, boxes: bool = False) -> Callable[..., tuple[float, floa
             second = spread(never)
             for start in range(begin, smaller(begin + PLACES, count), LANES):
                 if boxes:
-                    delays, ends, _, _, _, _ = boxes_meet(k, body, start, at, fat)
+                    delays, ends, _, _, _, _ = boxes_meet(k, body, start, at, fat, False)
                     delays = choose(delays > spread(LEAST), delays, spread(LEAST))
                     delays = choose(delays <= ends, delays, spread(never))
                 else:
-                    delays, _, _, _, _ = frames_meet(k, body, start, at, fat)
+                    delays, _, _, _, _ = frames_meet(k, body, start, at, fat, periodic)
                 names = numbers(k.near, start)
                 left_out = (names == myself) | (names == not_this) | (names == nor_this)
                 delays = numbered(choose(left_out, spread(never), delays), start - begin)
@@ -300,9 +353,9 @@ def _bounds(plain: bool, boxes: bool = False) -> Callable[..., tuple[float, floa
         if soon >= NONE:
             return never, never, NOBODY
         if not plain and k.numbers[row_of(k, body, who) + PLAIN] == 0.0:
-            soon = bound_with(k, body, who, at, fat)
+            soon = bound_with(k, body, who, at, fat, periodic)
             if soon > rest and rest < NONE:
-                return soonest_of_shapes(k, body, count, barred, known, at, fat, soon, who, other)
+                return soonest_of_shapes(k, body, count, barred, known, at, fat, soon, who, other, periodic)
         return soon, (rest if rest < NONE else never), who if soon < never else NOBODY
 
     return soonest
@@ -310,6 +363,7 @@ def _bounds(plain: bool, boxes: bool = False) -> Callable[..., tuple[float, floa
 
 soonest, soonest_of_plain = _bounds(False), _bounds(True)
 soonest_of_boxes = _bounds(True, boxes=True)
+soonest_of_images = _bounds(False, periodic=True)
 
 
 @hook
@@ -356,22 +410,33 @@ def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, flo
     return x / distance, y / distance, reach - distance if distance > 0.0 else math.nan
 
 
-@unchecked
-@hook
-def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
-    """Return the normal from a to b at which they touch, and how deep they overlap."""
-    one = k.bodies[a]
-    two = k.bodies[b]
-    return line_of(k, a, b, two.x - one.x, two.y - one.y)
+def _hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
+    """Returns ``collide`` and ``touch``, of two bodies or of the image through which they meet."""
+
+    @unchecked
+    @hook
+    def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
+        """Return the normal from a to b at which they touch, and how deep they overlap."""
+        one = k.bodies[a]
+        two = k.bodies[b]
+        if periodic:
+            torus = k.clock[0].torus
+            return line_of(k, a, b, (two.x - one.x) + torus.right, (two.y - one.y) + torus.up)
+        return line_of(k, a, b, two.x - one.x, two.y - one.y)
+
+    @unchecked
+    @hook
+    def collide(k: Kernel, a: int, b: int) -> float:
+        """Exchange momentum along the normal, elastically; return how deep the two overlap."""
+        nx, ny, depth = touch(k, a, b)
+        exchange(k, a, b, nx, ny)
+        return float(depth)
+
+    return collide, touch
 
 
-@unchecked
-@hook
-def collide(k: Kernel, a: int, b: int) -> float:
-    """Exchange momentum along the normal, elastically; return how deep the two overlap."""
-    nx, ny, depth = touch(k, a, b)
-    exchange(k, a, b, nx, ny)
-    return float(depth)
+collide, touch = _hooks(False)
+collide_images, touch_images = _hooks(True)
 
 
 @unchecked
@@ -399,6 +464,25 @@ def meet(k: Kernel, a: int, b: int) -> int:
     return int(since + delay)
 
 
+@hook
+def shapes_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
+    """Return how many ticks after the later anchor two bodies touch by their plans, or ``NEVER``."""
+    row = row_of(k, early, late)
+    if row == 0 or (math.isinf(k.mass[early]) and math.isinf(k.mass[late])):
+        return NEVER
+    return int(enters(pointer(k.numbers), row, plans))
+
+
+@hook
+def shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> float:
+    """Return how deep two bodies overlap if their places are so far apart."""
+    _, _, depth = line_of(k, early, late, dx, dy)
+    return depth
+
+
+meet_images = first_image_of(shapes_touch, shapes_overlap)
+
+
 class Convex:
     """Elastic contact of convex bodies."""
 
@@ -414,11 +498,13 @@ class Convex:
         bounds = soonest
         if all(numbers[row + PLAIN] for row in rows):
             bounds = soonest_of_boxes if all(numbers[row + COUNT] > 1 for row in rows) else soonest_of_plain
+        periodic = bool(scene.periodic)
         return PairParts(
-            meet=meet,
-            collide=collide,
-            soonest=bounds,
-            touch=touch,
+            meet=meet_images if periodic else meet,
+            collide=collide_images if periodic else collide,
+            soonest=soonest_of_images if periodic else bounds,
+            touch=touch_images if periodic else touch,
             shapes=True,
+            periodic=periodic,
             numbers=numbers,
         )

@@ -53,6 +53,7 @@ SCENES = {
         periodic="xy", kind=KINDS, responses=RESPONSES | PASSING, commands=LIVING
     ),
     "boxes": boxes(),
+    "boxes on periodic axes": boxes(arena=(4.0, 3.5), periodic="xy"),
     "boxes with responses and turns": boxes(kind=KINDS, responses=RESPONSES, commands=TURNS),
 }
 FOR_TILING = ("walls", "turns", "living", "responses", "periodic along x")

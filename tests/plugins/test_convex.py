@@ -160,9 +160,6 @@ def test_what_shapes_do_not_have_is_refused_by_name():
     with pytest.raises(Refused, match="choose disc"):
         kt.Simulation(kt.make_scene("two-discs"), "cells", narrow_phases=("convex",))
     assert kt.Simulation(bricks, "cells").next_contact_of(20) is not None
-    round_about = kt.make_scene("mixture", bodies=4, density=0.2, periodic="x")
-    with pytest.raises(ValueError, match="discs are cast"):
-        kt.Simulation(round_about).cast((0.5, 0.5, kt.box(0.1, 0.1)), (1.0, 0.0))
 
 
 @pytest.mark.parametrize("seed", first(10, range(40)))

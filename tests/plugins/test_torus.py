@@ -8,12 +8,14 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+import box_scenes
 import by_the_rules
+import convex_scenes
 import kinetile as kt
 import torus_scenes
 from agreement import PHASES, TILING
 from by_the_rules import rows
-from kinetile.errors import Refused, SceneError
+from kinetile.errors import Refused, SceneError, ZenoError
 from lanes import first
 
 
@@ -69,6 +71,75 @@ def test_hard_scenes_have_the_answer_of_the_rules(name):
     for sim in every(scene, audit=1):
         sim.run(until=20.0 * scene.time_unit, max_contacts=contacts or None)
         assert rows(sim) == wanted
+
+
+def with_shapes(seed: int, bodies: tuple[int, ...] = (6, 8, 10)) -> kt.Scene:
+    """Return a scene of boxes, capsules, polygons and discs, of which some are obstacles."""
+    return (convex_scenes if seed % 2 else box_scenes).drawn(seed, bodies, ("x", "y", "xy", "xy"))
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(6, range(60)))
+def test_shapes_have_the_answer_of_the_rules(seed):
+    """Among them contacts at one tick, and wrapped places at the end."""
+    scene, units = with_shapes(seed), (3, 10, 30)[seed % 3]
+    wanted, plans = by_the_rules.answer(scene, 40, units << 52)
+    for sim in every(scene, audit=1):
+        try:
+            sim.run(until=units * scene.time_unit, max_contacts=40)
+            assert rows(sim) == wanted
+        except ZenoError:
+            assert rows(sim) == wanted[: len(sim.contacts)]
+        else:
+            if len(wanted) < 40 and units == 3:
+                assert [(at.x, at.y) for at in sim.tables.bodies] == [(plan.x, plan.y) for plan in plans]
+                assert [(at.kx, at.ky) for at in sim.tables.images] == [plan.turns for plan in plans]
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(3, range(20)))
+def test_where_a_border_is_shows_in_no_contact_of_boxes(seed):
+    """Boxes exchange single components: what is dyadic stays so, and no place is rounded."""
+    rng = np.random.default_rng(seed)
+    shapes = [kt.box(0.5, 0.25), kt.box(0.25, 0.75), kt.box(1.0, 0.5)]
+    at = np.array([(x, y) for x in range(4) for y in range(4)])[rng.permutation(16)[:9]]
+    place = at + 0.125 * rng.integers(0, 2, (9, 2))
+    velocity = rng.integers(-1, 2, (9, 2))
+    frame = {"shape": np.arange(9) % 3, "shapes": shapes, "arena": (5.0, 4.75), "periodic": "xy", "unit": 1.0}
+    found = []
+    for away in ((0.0, 0.0), (2.375, 1.0625), (-17.5, 9.5)):
+        sim = kt.Simulation(kt.Scene(place + away, velocity, **frame), "sap-2d")
+        sim.run(until=30.0, max_contacts=200)
+        found.append(rows(sim))
+    assert len(found[0]) > 20
+    assert found == [found[0]] * 3
+
+
+def test_shapes_are_narrower_than_half_a_period():
+    """So that two of them overlap through one image at most."""
+    floor = kt.segment((-2.0, 0.0), (2.0, 0.0))
+    one = {"position": [(2.0, 0.5)], "velocity": [(0, 0)], "shape": 0, "arena": (4.0, 3.0), "mass": np.inf}
+    with pytest.raises(SceneError, match=r"radius 2 at .*narrower than half a period.*pieces.*polyline"):
+        kt.Scene(shapes=[floor], periodic="x", **one)
+    whole = kt.Scene(shapes=[floor], periodic="", **one)
+    assert whole.replace(periodic="y", arena=(4.0, 8.5)).shapes == (floor,)
+    pieces = kt.polyline([(0.0, 0.5), (1.0, 0.5), (2.0, 0.5), (3.0, 0.5), (4.0, 0.5)])
+    ball = kt.Scene([(0.25, 2.0)], [(1.0, -1.0)], 0.25, arena=(4.0, 3.0), periodic="xy")
+    sim = kt.Simulation(kt.with_obstacles(ball, pieces), "naive")
+    sim.run(max_contacts=6)
+    assert (sim.contacts["b"] > 0).all()
+
+
+@pytest.mark.parametrize(("apart", "overlap"), [((0.75, 0.0), False), ((0.6875, 0.0), True)])
+def test_shapes_overlap_at_the_start_through_images(apart, overlap):
+    """Through a border and its corner, and some periods away; touching is no overlap."""
+    place = np.array([(0.25, 0.125), (-apart[0] + 0.25 + 12.0, 0.125 - 8.0)])
+    frame = {"shape": 0, "shapes": [kt.box(0.75, 0.25)], "arena": (4.0, 4.0), "periodic": "xy"}
+    if overlap:
+        with pytest.raises(SceneError, match=r"bodies\[0\] and bodies\[1\]: found an overlap"):
+            kt.Scene(place, np.zeros((2, 2)), **frame)
+    else:
+        assert len(kt.Scene(place, np.zeros((2, 2)), **frame)) == 2
 
 
 @pytest.mark.parametrize("seed", first(4, range(150)))

@@ -6,7 +6,7 @@
 
 import { anchor, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
 import { inOrder } from "./commands.js";
-import { BOTTOM, FAR, imageTick, lastTouch, pairTick, throughImage, wallTick } from "./contact.js";
+import { BOTTOM, FAR, firstTouch, imageTick, lastTouch, throughImage, wallTick } from "./contact.js";
 import { along, exchange } from "./exchange.js";
 import { hasRoom, overlaps } from "./overlaps.js";
 import { offWall, pairResponse, returned, stopped, wallResponse } from "./responses.js";
@@ -155,7 +155,8 @@ export class Run {
   collide(pair) {
     const { a, b, response, met } = pair;
     const [planA, planB] = [this.present(a), this.present(b)];
-    const normal = this.shaped ? shapeNormal(planA, planB, pair.M) : this.discNormal(planA, planB, met);
+    const away = this.away(planA, planB, met);
+    const normal = this.shaped ? shapeNormal(planA, planB, away, pair.M) : along(...away);
     const C = a.last > b.last ? a.last : b.last;
     const k = returned(response, this.now, C, this.q);
     const [vxa, vya, vxb, vyb] =
@@ -168,12 +169,12 @@ export class Run {
     return this.told("pair", a.number, b.number);
   }
 
-  /** The unit normal of two discs that meet through the image (m, n). */
-  discNormal(planA, planB, { m, n }) {
+  /** How far two bodies are apart that meet through the image (m, n), anchored: rule 9p. */
+  away(planA, planB, { m, n }) {
     const { periods } = this.scene;
     const turns = [m + planB.kx - planA.kx, n + planB.ky - planA.ky];
     const [right, up] = turns.map((each, axis) => (periods[axis] === null ? 0 : Number(each) * periods[axis]));
-    return along(planB.x - planA.x + right, planB.y - planA.y + up);
+    return [planB.x - planA.x + right, planB.y - planA.y + up];
   }
 
   /** Begins the passings of two that may pass and overlap, at the start or when one of them is inserted. */
@@ -181,12 +182,9 @@ export class Run {
     const { a, b, response, M } = pair;
     if (response.name !== "pass") return;
     const [planA, planB] = [this.present(a), this.present(b)];
-    if (!this.shaped) {
-      const images = overlaps({ r: a.r, plan: planA }, { r: b.r, plan: planB }, this.scene.periods, isStart);
-      for (const image of images) yield this.begin(pair, image);
-    } else if (shapesOverlap(planA, planB, M, a.r, b.r)) {
-      yield this.begin(pair, { m: 0n, n: 0n });
-    }
+    const isIn = this.shaped && ((image) => shapesOverlap(this.seen(pair, image), M, a.r, b.r));
+    const images = overlaps({ r: a.r, plan: planA }, { r: b.r, plan: planB }, this.scene.periods, isStart, isIn);
+    for (const image of images) yield this.begin(pair, image);
   }
 
   begin(pair, { m, n }) {
@@ -251,19 +249,25 @@ export class Run {
 
   /** The contact of two bodies, {tick, m, n} or null. */
   meeting({ a, b, M, response, barred, passings }) {
-    const asked = [a.plan, a.r, b.plan, b.r, this.q];
+    const touch = this.shaped ? (course, q) => shapeTouch(course, M, q)?.tick ?? null : firstTouch;
     const from = response.name === "pass" ? this.now : -FAR;
-    if (this.periodic) return imageTick(...asked, this.scene.periods, barred ? [barred, ...passings] : passings, from);
-    if (barred || passings.length) return null;
     if (this.shaped && a.m === Infinity && b.m === Infinity) return null; // rule 7s
-    const tick = this.shaped ? shapeTouch(a.plan, b.plan, M, this.q)?.tick : pairTick(...asked);
-    return (tick ?? null) === null || tick < from ? null : { tick, m: 0n, n: 0n };
+    if (this.periodic) {
+      return imageTick(a.plan, a.r, b.plan, b.r, this.q, this.scene.periods, barred ? [barred, ...passings] : passings, from, touch);
+    }
+    if (barred || passings.length) return null;
+    const tick = touch(this.seen({ a, b }, { m: 0n, n: 0n }), this.q);
+    return tick === null || tick < from ? null : { tick, m: 0n, n: 0n };
   }
 
   /** The tick at which two bodies part that pass through an image. */
-  parting({ a, b, M }, image) {
-    if (this.shaped) return shapePart(a.plan, b.plan, M, this.q);
-    return lastTouch(throughImage(a.plan, a.r, b.plan, b.r, this.q, this.scene.periods, image), this.q);
+  parting(pair, image) {
+    return this.shaped ? shapePart(this.seen(pair, image), pair.M, this.q) : lastTouch(this.seen(pair, image), this.q);
+  }
+
+  /** How b flies as seen from a, through an image. */
+  seen({ a, b }, image) {
+    return throughImage(a.plan, a.r, b.plan, b.r, this.q, this.scene.periods, image);
   }
 }
 

@@ -5,7 +5,7 @@ import { basename, join } from "node:path";
 
 import { entry, fingerprint, isContact, Run } from "./answer.js";
 import { anchor, makePlan, tickLength, tickOf, unit } from "./clock.js";
-import { pairTick, wallTick } from "./contact.js";
+import { pairTick, relative, wallTick } from "./contact.js";
 import { nearest } from "./exact.js";
 import { along, exchange } from "./exchange.js";
 import { readScene } from "./scene.js";
@@ -46,7 +46,7 @@ const ASK = {
   shapes(e, a, b) {
     const [shapeA, shapeB] = [a, b].map(shapeOf);
     const [planA, planB] = [a, b].map(([, , plan]) => planOf(plan, plan[4]));
-    const met = shapeTouch(planA, planB, difference(shapeA, shapeB), tickLength(e));
+    const met = shapeTouch(relative(planA, 0, planB, 0, tickLength(e)), difference(shapeA, shapeB), tickLength(e));
     const feature = met && ("face" in met ? ["face", met.face] : ["corner", met.corner]);
     return [met && [met.tick.toString(), ...feature]];
   },
@@ -58,7 +58,8 @@ const ASK = {
   shape_exchanges(masses, a, b) {
     const [ma, mb] = masses ? masses.map(double) : [1, 1];
     const [planA, planB] = [moving(a[2].map(double)), moving(b[2].map(double))];
-    return [exchange(planA, planB, ma, mb, masses === null, shapeNormal(planA, planB, difference(shapeOf(a), shapeOf(b))))];
+    const away = [planB.x - planA.x, planB.y - planA.y];
+    return [exchange(planA, planB, ma, mb, masses === null, shapeNormal(planA, planB, away, difference(shapeOf(a), shapeOf(b))))];
   },
   times: (e, start, time) => [tickOf(double(time), double(start), tickLength(e)).toString()],
   scenes(name, scene) {

@@ -38,11 +38,12 @@ function shift(turns, period) {
 
 /**
  * The tick at which two bodies meet through an image, and the image: {tick, m, n} (rule 5p). The bodies are in the order of their numbers;
- * `leftOut` has the images {m, n} that are not asked, and ticks before `from` are none. What no plan lives to see is null too.
+ * `leftOut` has the images {m, n} that are not asked, and ticks before `from` are none. What no plan lives to see is null too. `touch` says when
+ * two meet as `relative` has them, and each body is within its r from its place.
  *
  * Images are asked that come within reach in a time h after s, and if none of them is met by then, in twice that time.
  */
-export function imageTick(plan1, r1, plan2, r2, q, periods, leftOut = [], from = -FAR) {
+export function imageTick(plan1, r1, plan2, r2, q, periods, leftOut = [], from = -FAR, touch = firstTouch) {
   const { s, d: here, v, R } = throughImage(plan1, r1, plan2, r2, q, periods, { m: 0n, n: 0n });
   for (let h = 1n << 49n; h <= LONGEST; h *= 2n) {
     const [ms, ns] = [0, 1].map((axis) => {
@@ -58,7 +59,7 @@ export function imageTick(plan1, r1, plan2, r2, q, periods, leftOut = [], from =
     for (const m of ms) {
       for (const n of ns) {
         if (leftOut.some((image) => image.m === m && image.n === n)) continue;
-        const tick = firstTouch({ s, d: [add(here[0], shift(m, periods[0])), add(here[1], shift(n, periods[1]))], v, R }, q);
+        const tick = touch({ s, d: [add(here[0], shift(m, periods[0])), add(here[1], shift(n, periods[1]))], v, R }, q);
         if (tick !== null && tick >= from && tick <= s + h && (first === null || tick < first.tick)) first = { tick, m, n };
       }
     }

@@ -16,8 +16,11 @@ export function hasRoom({ r }, plan, others, arena, periods) {
   });
 }
 
-/** The images {m, n} through which two bodies a < b, {r, plan} each, overlap; `begins`: at the start of the scene. */
-export function overlaps(a, b, periods, begins) {
+/**
+ * The images {m, n} through which two bodies a < b, {r, plan} each, overlap; `begins`: at the start of the scene. `isIn` says that of an image of
+ * bodies with shapes, exactly; null for discs.
+ */
+export function overlaps(a, b, periods, begins, isIn) {
   const reach = (a.r + b.r) * (1 - SLACK);
   // No period is as short as the reach, and wrapped places are within half of one: more than one period away nothing overlaps.
   const [rights, ups] = periods.map((period) => (period === null ? [0] : [-1, 0, 1]));
@@ -25,11 +28,13 @@ export function overlaps(a, b, periods, begins) {
   const found = [];
   for (const right of rights) {
     for (const up of ups) {
+      const image = { m: BigInt(right) - kx, n: BigInt(up) - ky };
       const dx = b.plan.x - a.plan.x + right * (periods[0] ?? 0);
       const dy = b.plan.y - a.plan.y + up * (periods[1] ?? 0);
+      const square = dx * dx + dy * dy;
       const root = begins && periods.every((period) => period === null);
-      const isIn = root ? Math.sqrt(dx * dx + dy * dy) < reach : dx * dx + dy * dy < reach * reach;
-      if (isIn) found.push({ m: BigInt(right) - kx, n: BigInt(up) - ky });
+      const isClose = root ? Math.sqrt(square) < reach : square < reach * reach;
+      if (isIn ? isIn(image) : isClose) found.push(image);
     }
   }
   return found;

@@ -33,13 +33,15 @@ export function readScene(tables) {
     const kind = readKind(table.kind ?? kinds[0] ?? 0, `${name}.kind`);
     const shape = bodyShape(table, shapes, name);
     const r = shape.size;
-    if (periods.some((period) => period !== null && 2 * r >= period)) throw new Error(`${name}.radius is ${r}, and a disc is narrower than a period.`);
     if (shape.r === 0 && shape.corners.length < 3 && m < Infinity) throw new Error(`${name} is a segment, and its mass is not infinite.`);
     bodies.push({ x, y, vx, vy, r, m, shape, kind });
     list(table.turns ?? [], `${name}.turns`).forEach((turn, i) => turns.push(readTurn(turn, body, `${name}.turns[${i}]`)));
   });
   const shaped = !areDiscs(bodies);
-  if (shaped && periodic) throw new Error("With shapes that are no discs no axis is periodic.");
+  const widest = Math.max(0, ...bodies.map(({ r }) => r)); // rules 2p and 2s
+  if (periods.some((period) => period !== null && (shaped ? 4 : 2) * widest >= period)) {
+    throw new Error(`The size of a body is ${widest}, and twice that is less than ${shaped ? "half a period" : "a period"}.`);
+  }
   phases(tables["narrow-phases"], [shaped ? "convex" : "disc", ...(arena !== null && periodic !== "xy" ? ["wall"] : [])]);
   const written = list(tables.commands ?? [], "commands");
   const inserted = written.map((table) => Object(Object(table).insert).kind);

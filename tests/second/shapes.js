@@ -1,7 +1,7 @@
 // Rules 2s, 3s, 5s, 6s, 9s and 11s: bodies of convex shapes. What decides is exact; reaches and directions are doubles.
 
 import { add, exact, floorLaterRoot, floorRoot, minus, multiply, nearest, sign, subtract } from "./exact.js";
-import { discriminant, dot, FAR, firstTouch, relative } from "./contact.js";
+import { discriminant, dot, FAR, firstTouch } from "./contact.js";
 import { along } from "./exchange.js";
 
 const view = new DataView(new ArrayBuffer(8));
@@ -41,9 +41,8 @@ export function difference(a, b) {
   return { corners, faces: corners.length > 1 ? faces : [], R: add(exact(a.r), exact(b.r)) };
 }
 
-/** When and at which feature two bodies a < b with these plans meet, M being their difference: {tick, face} or {tick, corner}, or null. */
-export function shapeTouch(planA, planB, M, q) {
-  const { s, d, v } = relative(planA, 0, planB, 0, q);
+/** When and at which feature two bodies a < b meet, as `relative` has them, M being their difference: {tick, face} or {tick, corner}, or null. */
+export function shapeTouch({ s, d, v }, M, q) {
   const { faces, corners } = seen(d, v, M);
   const near = nearestFeature(faces, corners, v);
   if (isTouching(near, M.R)) return near.falls ? { tick: s, ...near.feature } : null;
@@ -69,9 +68,8 @@ function seen(d, v, M) {
   return { faces, corners };
 }
 
-/** The tick at which two bodies a < b with these plans part (rule 11s), or null. */
-export function shapePart(planA, planB, M, q) {
-  const { s, d, v } = relative(planA, 0, planB, 0, q);
+/** The tick at which two bodies a < b part (rule 11s), as `relative` has them, or null. */
+export function shapePart({ s, d, v }, M, q) {
   const { faces, corners } = seen(d, v, M);
   const roots = corners.map((corner) => discriminant({ d: corner.d, v, R: M.R }));
   const falls = faces.some((face) => isEntered(face, v, M)) || roots.some(({ B, D }) => sign(B) < 0 && sign(D) > 0);
@@ -84,9 +82,8 @@ export function shapePart(planA, planB, M, q) {
   return ticks >= FAR ? null : s + ticks;
 }
 
-/** Whether two bodies a < b of these sizes that may pass overlap at their places enough to begin there (rule 11s). */
-export function shapesOverlap(planA, planB, M, sizeA, sizeB) {
-  const { d, v } = relative(planA, 0, planB, 0, 1);
+/** Whether two bodies a < b of these sizes that may pass overlap, as `relative` has them, enough to begin there (rule 11s). */
+export function shapesOverlap({ d, v }, M, sizeA, sizeB) {
   const slack = multiply(exact(1e-12), add(exact(sizeA), exact(sizeB)));
   const { faces, corners } = seen(d, v, M);
   const [above, below] = nearestFeature(faces, corners, v).distance;
@@ -134,9 +131,8 @@ function isEntered({ g, u, tt, w, along, margin, before, after }, v, M) {
   return M.corners.length > 2 && (low > 0 || sign(dot(before, v)) < 0) && (high < 0 || sign(dot(after, v)) < 0);
 }
 
-/** The unit normal along which two bodies a < b exchange momentum, after both are anchored: rule 9s. */
-export function shapeNormal(a, b, M) {
-  const [dx, dy] = [b.x - a.x, b.y - a.y];
+/** The unit normal along which two bodies a < b that are [dx, dy] apart exchange momentum, after both are anchored: rule 9s. */
+export function shapeNormal(a, b, [dx, dy], M) {
   const v = [subtract(exact(b.vx), exact(a.vx)), subtract(exact(b.vy), exact(a.vy))];
   const noMargin = sign(M.R) === 0;
   const faces = M.faces.map((face) => {

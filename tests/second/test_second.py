@@ -231,18 +231,19 @@ def assert_prints_the_list(tables: Tables, until: float, tmp_path: Path, least: 
     assert last == f"fingerprint {sim.fingerprint}"
 
 
-def shaped(seed: int) -> kt.Scene:
-    """Boxes and discs; every third scene has bodies of infinite mass."""
-    scene = (convex_scenes if seed % 2 else box_scenes).drawn(seed)
+def shaped(seed: int, axes: tuple[str, ...] = ("",)) -> kt.Scene:
+    """Boxes and discs, with periodic axes or without; every third scene has bodies of infinite mass."""
+    scene = (convex_scenes if seed % 2 else box_scenes).drawn(seed, axes=axes)
     some = random.Random(f"immovable {seed}")
     mass = [math.inf if seed % 3 == 0 and some.random() < 0.4 else each for each in scene.mass.tolist()]
     return scene.replace(mass=mass)
 
 
 @pytest.mark.small
+@pytest.mark.parametrize("axes", [("",), ("x", "y", "xy")], ids=["walls", "periodic"])
 @pytest.mark.parametrize("seed", first(2, range(16)))
-def test_it_prints_the_list_of_a_scene_with_shapes(seed: int, tmp_path: Path) -> None:
-    assert_prints_the_list_of_shapes(shaped(seed), tmp_path)
+def test_it_prints_the_list_of_a_scene_with_shapes(seed: int, axes: tuple[str, ...], tmp_path: Path) -> None:
+    assert_prints_the_list_of_shapes(shaped(seed, axes), tmp_path)
 
 
 @pytest.mark.small

@@ -23,9 +23,10 @@ a box meet again and again, with nothing in between.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from kinetile.kernel.certificates.contact import first_touch_apart
-from kinetile.kernel.certificates.plans import plans_through
+from kinetile.kernel.certificates.plans import Plans, plans_through
 from kinetile.kernel.compiled import hook, larger, smaller, template, unchecked
 from kinetile.kernel.flight import anchor_at, position_at
 from kinetile.kernel.passings import is_passing, passes
@@ -104,91 +105,116 @@ def anchor(k: Kernel, body: int, tick: int) -> None:
         wrap(k, body)
 
 
-@unchecked
 @hook
-def first_image(k: Kernel, a: int, b: int) -> int:
-    """Return the tick of the first contact of two discs, ``a`` the elder, through any image but the one that
-    is barred, or ``NEVER``; write to the clock through which. Of several at one tick it is that of the least
-    m, then of the least n. Two that may pass do not meet through an image while they are passing through it,
-    nor in the past: that passing has begun and ended.
+def discs_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
+    """Return how many ticks after the later anchor two discs touch by their plans, or ``NEVER``."""
+    return int(first_touch_apart(plans, k.bodies[early].radius, k.bodies[late].radius))
 
-    Seen from the body with the earlier anchor, the other one's images are a lattice that moves. Columns of
-    it are looked at in the order in which they can be reached, and in each the rows that can be met while it
-    is passed; the search ends where a column is reached later than the best contact found.
-    """
-    clock = k.clock[0]
-    torus = clock.torus
-    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-    late = a + b - early
-    one = k.bodies[early]
-    two = k.bodies[late]
-    since = two.anchor
-    sense = 1 if early == a else -1
-    kx = k.images[late].kx - k.images[early].kx
-    ky = k.images[late].ky - k.images[early].ky
-    barred = k.bodies[a].last == b and k.bodies[b].last == a
-    passing = len(k.rules) > 0 and passes(k, a, b)
-    x, y = position_at(k, one, since)
-    dx = two.x - x
-    dy = two.y - y
-    ux = two.vx - one.vx
-    uy = two.vy - one.vy
-    reach = one.radius + two.radius
-    far = reach * (1.0 + 2.0**-40) + clock.limits.fat
-    way = 1.0 if ux > 0.0 else -1.0
-    speed = abs(ux)
-    best = FORESEEN
-    m = 0
-    n = 0
-    best_dx = dx
-    best_dy = dy
-    column = float(math.floor((far - way * dx) * torus.per_x))
-    while True:
-        place = way * dx + column * torus.x
-        limit = float(best + 2) * clock.tick
-        enters = 0.0
-        if place < -far:
-            enters = (-far - place) / speed if speed > 0.0 else math.inf
-        if not enters <= limit:
-            break
-        leaves = (far - place) / speed if speed > 0.0 else limit
-        leaves = smaller(leaves, limit)
-        from_y = dy + uy * enters
-        to_y = dy + uy * leaves
-        row = -float(math.floor((larger(from_y, to_y) + far) * torus.per_y))
-        last = float(math.floor((far - smaller(from_y, to_y)) * torus.per_y))
-        while leaves >= 0.0 and row <= last:
-            this_m = sense * (int(way * column) - kx)
-            this_n = sense * (int(row) - ky)
-            image = k.images[a]
-            left_out = barred and this_m == image.last_m and this_n == image.last_n
-            if passing:
-                left_out = is_passing(k, a, b, this_m, this_n)
-            if not left_out:
-                plans = plans_through(k, one, two, way * column, row)
-                delay = first_touch_apart(plans, one.radius, two.radius)
-                if passing and delay < k.clock[0].now - since:
-                    delay = NEVER
-                tie = delay == best and (this_m < m or (this_m == m and this_n < n))
-                if delay < best or (tie and best < FORESEEN):
-                    best = delay
-                    m = this_m
-                    n = this_n
-                    best_dx = dx + way * column * torus.x
-                    best_dy = dy + row * torus.y
-            row += 1.0
-        if torus.x == 0.0:
-            break
-        column -= 1.0
-    if best >= FORESEEN:
-        return NEVER
-    torus.m = m
-    torus.n = n
-    if best == 0:
-        depth = reach - math.sqrt(best_dx * best_dx + best_dy * best_dy)
-        if depth > clock.limits.tolerance + 1e-9 * reach:
-            blame(k, TOO_DEEP, a, b)
-    return int(since + best)
+
+@hook
+def discs_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> float:
+    """Return how deep two discs overlap if their places are so far apart."""
+    return float(k.bodies[early].radius + k.bodies[late].radius - math.sqrt(dx * dx + dy * dy))
+
+
+def first_image_of(
+    touches: Callable[[Kernel, int, int, Plans], int],
+    overlap: Callable[[Kernel, int, int, float, float], float],
+) -> Callable[[Kernel, int, int], int]:
+    """Returns the hook ``meet`` of bodies among images, from what ``discs_touch`` and ``discs_overlap`` are
+    for discs: the second body is anchored as late as the first, or later. Each body is within its radius from
+    its place."""
+
+    @unchecked
+    @hook
+    def first_image(k: Kernel, a: int, b: int) -> int:
+        """Return the tick of the first contact of two bodies, ``a`` the elder, through any image but the one
+        that is barred, or ``NEVER``; write to the clock through which. Of several at one tick it is that of
+        the least m, then of the least n. Two that may pass do not meet through an image while they are
+        passing through it, nor in the past: that passing has begun and ended.
+
+        Seen from the body with the earlier anchor, the other one's images are a lattice that moves. Columns
+        of it are looked at in the order in which they can be reached, and in each the rows that can be met
+        while it is passed; the search ends where a column is reached later than the best contact found.
+        """
+        clock = k.clock[0]
+        torus = clock.torus
+        early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+        late = a + b - early
+        one = k.bodies[early]
+        two = k.bodies[late]
+        since = two.anchor
+        sense = 1 if early == a else -1
+        kx = k.images[late].kx - k.images[early].kx
+        ky = k.images[late].ky - k.images[early].ky
+        barred = k.bodies[a].last == b and k.bodies[b].last == a
+        passing = len(k.rules) > 0 and passes(k, a, b)
+        x, y = position_at(k, one, since)
+        dx = two.x - x
+        dy = two.y - y
+        ux = two.vx - one.vx
+        uy = two.vy - one.vy
+        reach = one.radius + two.radius
+        far = reach * (1.0 + 2.0**-40) + clock.limits.fat
+        way = 1.0 if ux > 0.0 else -1.0
+        speed = abs(ux)
+        best = FORESEEN
+        m = 0
+        n = 0
+        best_dx = dx
+        best_dy = dy
+        column = float(math.floor((far - way * dx) * torus.per_x))
+        while True:
+            place = way * dx + column * torus.x
+            limit = float(best + 2) * clock.tick
+            enters = 0.0
+            if place < -far:
+                enters = (-far - place) / speed if speed > 0.0 else math.inf
+            if not enters <= limit:
+                break
+            leaves = (far - place) / speed if speed > 0.0 else limit
+            leaves = smaller(leaves, limit)
+            from_y = dy + uy * enters
+            to_y = dy + uy * leaves
+            row = -float(math.floor((larger(from_y, to_y) + far) * torus.per_y))
+            last = float(math.floor((far - smaller(from_y, to_y)) * torus.per_y))
+            while leaves >= 0.0 and row <= last:
+                this_m = sense * (int(way * column) - kx)
+                this_n = sense * (int(row) - ky)
+                image = k.images[a]
+                left_out = barred and this_m == image.last_m and this_n == image.last_n
+                if passing:
+                    left_out = is_passing(k, a, b, this_m, this_n)
+                if not left_out:
+                    plans = plans_through(k, one, two, way * column, row)
+                    delay = touches(k, early, late, plans)
+                    if passing and delay < k.clock[0].now - since:
+                        delay = NEVER
+                    tie = delay == best and (this_m < m or (this_m == m and this_n < n))
+                    if delay < best or (tie and best < FORESEEN):
+                        best = delay
+                        m = this_m
+                        n = this_n
+                        best_dx = dx + way * column * torus.x
+                        best_dy = dy + row * torus.y
+                row += 1.0
+            if torus.x == 0.0:
+                break
+            column -= 1.0
+        if best >= FORESEEN:
+            return NEVER
+        torus.m = m
+        torus.n = n
+        if best == 0:
+            depth = overlap(k, early, late, best_dx, best_dy)
+            if depth > clock.limits.tolerance + 1e-9 * reach:
+                blame(k, TOO_DEEP, a, b)
+        return int(since + best)
+
+    return first_image
+
+
+first_image = first_image_of(discs_touch, discs_overlap)
 
 
 @hook

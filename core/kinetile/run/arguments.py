@@ -28,7 +28,7 @@ from kinetile.scene.checks import LARGEST, WALL, Extent, is_finite, shown
 from kinetile.scene.commands import check_command
 from kinetile.scene.responses import Kind, no_kind
 from kinetile.scene.shapes import Shape
-from kinetile.toolbox.differences import DISC, Outline
+from kinetile.toolbox.differences import DISC, Outline, circle_around
 
 _SIZE = "at most 2**200 in size"
 
@@ -100,14 +100,12 @@ def read_cast(body: object, velocity: object, scene: Scene, horizon: float) -> t
     """Returns the place, the core and radius, and the velocity of a body that is cast; ValueError for
     anything else.
 
-    Where axes are periodic it is a disc and flies for ``horizon``, in the scene's time.
+    Where axes are periodic it flies for ``horizon``, in the scene's time.
     """
     (place, outline), (vx, vy) = read_cast_body(body), read_point(velocity, "a velocity")
-    if scene.periodic and outline[0] != DISC:
-        raise ValueError(f"where axes are periodic discs are cast: (x, y, radius); found {shown(body)}")
-    if any(period and 2.0 * outline[1] >= period for period in scene.periods):
-        raise ValueError(f"a disc is narrower than the period, {scene.periods}; found {shown(body)}")
-    _demand_few_periods((horizon * vx, horizon * vy), scene, "this disc", "a lower velocity")
+    if any(period and 2.0 * circle_around(outline) >= period for period in scene.periods):
+        raise ValueError(f"a body is narrower than the period, {scene.periods}; found {shown(body)}")
+    _demand_few_periods((horizon * vx, horizon * vy), scene, "this body", "a lower velocity")
     return place, outline, (vx, vy)
 
 

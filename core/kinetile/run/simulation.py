@@ -542,7 +542,7 @@ class Simulation(Moment):
 
         Args:
             body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through
-                segments. Where axes are periodic it is a disc, narrower than a period.
+                segments. Where axes are periodic it is narrower than a period.
             velocity: (vx, vy); so that it crosses at most 4,096 periods in these units.
             kinds: only bodies of these kinds.
 

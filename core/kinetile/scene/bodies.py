@@ -28,6 +28,7 @@ from kinetile.scene.checks import (
     LARGEST,
     LIMIT,
     PERIODIC_BODY,
+    PERIODIC_SHAPE,
     RANGE,
     REACH,
     SMALLEST,
@@ -236,18 +237,22 @@ def _check_inside(bodies: Bodies, extent: Extent, placed: Bools) -> list[Mistake
 
 
 def _check_images(bodies: Bodies, periods: tuple[float, float], placed: Bools) -> list[Mistake]:
-    """Checks that no body would meet itself, or is so far away that its periods cannot be counted."""
+    """Checks that no body would meet itself, and with shapes that no two would touch through two images at a
+    time; or that a body is so far away that its periods cannot be counted."""
     position, radius = bodies.position, bodies.radius
+    wide = 2.0 if bodies.table is None else 4.0
     wrong = np.zeros(len(radius), dtype=np.bool_)
     for place, period in zip(position.T, periods, strict=True):
         if period:
-            wrong |= placed & ~((2.0 * radius < period) & (np.abs(place) <= FARTHEST * period))
+            wrong |= placed & ~((wide * radius < period) & (np.abs(place) <= FARTHEST * period))
 
     def found(i: int) -> str:
-        return f"a disc of radius {radius[i]:.6g} at {shown(position[i].tolist())}"
+        what = "a disc of" if bodies.table is None else "a body that a circle holds of"
+        return f"{what} radius {radius[i]:.6g} at {shown(position[i].tolist())}"
 
-    expected = f"{PERIODIC_BODY} ({' and '.join(repr(period) for period in periods if period)})"
-    return _spell_out(wrong, "radius", found, expected)
+    right = PERIODIC_BODY if bodies.table is None else PERIODIC_SHAPE
+    expected = f"{right} ({' and '.join(repr(period) for period in periods if period)})"
+    return _spell_out(wrong, "radius" if bodies.table is None else "shape", found, expected)
 
 
 def _check_apart(
@@ -268,7 +273,7 @@ def _check_apart(
         found = found[~passes[one, two]]
         if table is not None:
             found = found[movable[placed[found]].any(axis=1)]
-            found = overlapping_shapes(position, table, placed, found)
+            found = overlapping_shapes(position, table, placed, found, periods)
         count += len(found)
         if len(found):
             order = np.lexsort((found[:, 1], found[:, 0]))[:LIMIT]

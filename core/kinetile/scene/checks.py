@@ -43,6 +43,10 @@ FARTHEST = 2.0**31
 """Periods from 0 within which places on a periodic axis are written."""
 
 PERIODIC_BODY = "a disc narrower than the period, within 2**31 periods of 0"
+PERIODIC_SHAPE = (
+    "a body whose circle is narrower than half a period, within 2**31 periods of 0: cut a longer one into "
+    "pieces, an obstacle with kinetile.polyline(...)"
+)
 
 WALL, ANY = "wall", "*"
 """Names that no kind of body has: they mean the walls of an arena, and for any kind."""

@@ -209,12 +209,9 @@ def check_presence(commands: Sequence[Command], places: Sequence[str], bodies: i
     return mistakes
 
 
-def check_shaped(periodic: str, commands: Iterable[tuple[str, Any]]) -> list[Mistake]:
+def check_shaped(commands: Iterable[tuple[str, Any]]) -> list[Mistake]:
     """Refuses what scenes with shapes cannot have yet; the commands are given with their places."""
     mistakes = []
-    if periodic:
-        right = "walls, or no arena: bodies of other shapes than discs have no images yet"
-        mistakes.append(Mistake("periodic", f"{periodic!r} in a scene with shapes", right))
     for where, command in commands:
         if isinstance(command, Insert):
             right = "turns and removals: into a scene of other shapes than discs no body is inserted yet"

@@ -118,7 +118,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     for where, command in commands:
         mistakes += check_command(command, where, start, extent)
     if bodies.table is not None:
-        mistakes += check_shaped("" if wrong else given.periodic, commands)
+        mistakes += check_shaped(commands)
     mistakes += check_unit(given.unit) + check_settings(settings)
     _raise(mistakes, places)
 

@@ -382,8 +382,15 @@ def are_given(shape: object, shapes: object) -> bool:
     return not discs
 
 
-def overlapping_shapes(position: Floats, table: Table, bodies: npt.NDArray[np.intp], pairs: Ints) -> Ints:
-    """Returns those of (k, 2) pairs whose shapes overlap; the circles around them do.
+def overlapping_shapes(
+    position: Floats,
+    table: Table,
+    bodies: npt.NDArray[np.intp],
+    pairs: Ints,
+    periods: tuple[float, float] = (0.0, 0.0),
+) -> Ints:
+    """Returns those of (k, 2) pairs whose shapes overlap, or their nearest images; the circles around them
+    do.
 
     Most are apart along an axis by more than rounding explains, or touch there. The others are decided
     exactly.
@@ -391,6 +398,9 @@ def overlapping_shapes(position: Floats, table: Table, bodies: npt.NDArray[np.in
     reaches, shape = table.reaches[bodies], table.index[bodies]
     a, b = pairs.T
     apart = position[b] - position[a]
+    for column, period in zip(apart.T, periods, strict=True):
+        if period:
+            column -= np.rint(column / period) * period
     deep = np.minimum(reaches[a, 1::2] + reaches[b, ::2] - apart, reaches[a, ::2] + reaches[b, 1::2] + apart)
     size = table.radius[bodies]
     rounding = 2.0**-50 * (np.abs(position[a]) + np.abs(position[b]) + (size[a] + size[b])[:, np.newaxis])
@@ -399,11 +409,18 @@ def overlapping_shapes(position: Floats, table: Table, bodies: npt.NDArray[np.in
     )
     kept = []
     for k in open_pairs.tolist():
-        (x, y), (other_x, other_y) = position[pairs[k]].tolist()
+        here, there = position[pairs[k]].tolist()
         one, other = (table.shapes[each] for each in shape[pairs[k]].tolist())
-        if overlap(one, other, (Fraction(other_x) - Fraction(x), Fraction(other_y) - Fraction(y))):
+        x, y = (_between(*axis) for axis in zip(here, there, periods, strict=True))
+        if overlap(one, other, (x, y)):
             kept.append(k)
     return pairs[kept]
+
+
+def _between(here: float, there: float, period: float) -> Fraction:
+    """Returns how far a place is from another one, or its nearest image, along an axis: exactly."""
+    apart = Fraction(there) - Fraction(here)
+    return apart - round(apart / Fraction(period)) * Fraction(period) if period else apart
 
 
 def overlap(one: Shape, other: Shape, apart: Exact) -> bool:

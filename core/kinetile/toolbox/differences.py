@@ -26,6 +26,13 @@ Outline = tuple[tuple[Place, ...], float]
 DISC = ((0.0, 0.0),)
 """The core of a disc."""
 
+
+def circle_around(outline: Outline) -> float:
+    """Returns the radius of a circle around the reference point that holds an outline."""
+    core, radius = outline
+    return radius + max(math.hypot(*corner) for corner in core) * (1.0 + 2.0**-40)
+
+
 MOST = 40_000
 """Differences that a scene can have: some seconds, and 100 MB."""
 

@@ -4,7 +4,7 @@ The flight plans of two bodies are one value, which ``plans_of`` makes, and ``pl
 is what discs (``first_touch``, ``last_touch``) and convex bodies (``enters``) take; walls take coordinates
 (``reaches``). The difference of two convex shapes is a row of a table (``difference_table``,
 ``comes_nearer``), whose columns are named here. Along periodic axes ``first_image`` is the first contact
-through any image.
+of two discs through any image, and ``first_image_of`` makes the same for other bodies.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from kinetile.kernel.compiled import pointer as pointer
 from kinetile.kernel.compiled import with_shapes as with_shapes
 from kinetile.kernel.images import HALVES as HALVES
 from kinetile.kernel.images import first_image as first_image
+from kinetile.kernel.images import first_image_of as first_image_of
 from kinetile.kernel.images import near_zero as near_zero
 from kinetile.kernel.images import nearest_whole as nearest_whole
 from kinetile.kernel.images import turns_between as turns_between

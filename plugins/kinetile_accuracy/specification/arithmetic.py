@@ -22,7 +22,7 @@ Nothing here is shared with the kernel.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -195,11 +195,16 @@ def pair_tick(one: FlightPlan, two: FlightPlan) -> int | None:
 
 
 def image_tick(
-    one: FlightPlan, two: FlightPlan, frame: Frame, left_out: Collection[Whole], earliest: int = 0
+    one: FlightPlan,
+    two: FlightPlan,
+    frame: Frame,
+    left_out: Collection[Whole],
+    earliest: int,
+    tick_through: Callable[[Whole], int | None],
 ) -> tuple[int, Whole] | None:
     """Returns the tick of contact of two bodies, the elder first, and through which image (rule 5p); None:
     none while their plans are kept. Some images are left out, and those with an earlier tick than the
-    ``earliest``.
+    ``earliest``. ``tick_through`` returns when they meet through an image.
 
     Computes the images that come within reach in some time, and if none is met those of twice that time.
     """
@@ -214,7 +219,7 @@ def image_tick(
             images.append(range(-(high // side), -low // side + 1) if side else range(1))
         found = []
         for image in ((m, n) for m in images[0] for n in images[1]):
-            tick = None if image in left_out else PairQuadratic(one, two, frame, image).tick()
+            tick = None if image in left_out else tick_through(image)
             if tick is not None and earliest <= tick <= own.since + ticks:
                 found.append((tick, image))
         if found:

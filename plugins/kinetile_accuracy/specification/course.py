@@ -37,10 +37,10 @@ from kinetile_accuracy.specification.arithmetic import (
     UNIT_BITS,
     FlightPlan,
     Frame,
+    PairQuadratic,
     Vector,
     Whole,
     image_tick,
-    pair_tick,
     parting_tick,
     tick_of,
     unit_bits,
@@ -246,15 +246,16 @@ class Course:
                 continue
             one, two = self._anchored(a), self._anchored(b)
             m = self._difference(a, b)
-            if m is not None:
-                size = Fraction(self._radius[a]) + Fraction(self._radius[b])
-                found += [_Passing(a, b, (0, 0))] if overlap(m, one, two, size) else []
-                continue
+            size = Fraction(self._radius[a]) + Fraction(self._radius[b])
             reach = (self._radius[a] + self._radius[b]) * (1.0 - 1e-12)
             # A reach is less than a period, and places are within half a period of 0.
             sides = ((-1, 0, 1) if period else (0,) for period in self.frame.periods)
             for side in itertools.product(*sides):
                 image = side[0] + one.turns[0] - two.turns[0], side[1] + one.turns[1] - two.turns[1]
+                if m is not None:
+                    if overlap(m, one, two, size, self.frame, image):
+                        found.append(_Passing(a, b, image))
+                    continue
                 right, up = self._away(one, two, image)
                 dx, dy = (two.x - one.x) + right, (two.y - one.y) + up
                 square = dx * dx + dy * dy
@@ -334,7 +335,7 @@ class Course:
         if m is None:
             tick = parting_tick(self.plans[a], self.plans[b], self.frame, image)
         else:
-            tick = parting(m, self.plans[a], self.plans[b])
+            tick = parting(m, self.plans[a], self.plans[b], self.frame, image)
         if tick is not None:
             tick = max(tick, self._passing[passing] + 1)
             heapq.heappush(self._heap, _Entry(tick, _PARTING, a, b, self._stamp[a], self._stamp[b], image))
@@ -376,21 +377,24 @@ class Course:
         Without periodic axes that is of two that may be barred, or that pass; with them the images through
         which they are barred or pass are left out.
         """
+        m, one, two = self._difference(a, b), self.plans[a], self.plans[b]
+        if m is not None and math.isinf(self._answers.masses[a]) and math.isinf(self._answers.masses[b]):
+            return None  # rule 7s
+
+        def tick_through(image: Whole) -> int | None:
+            if m is None:
+                return PairQuadratic(one, two, self.frame, image).tick()
+            met = contact(m, one, two, self.frame, image)
+            return None if met is None else met.tick
+
         if self._periodic:
             left_out = [self._image[a]] if self.barred(a, b) else []
             earliest = 0
             if self._answers.passes(a, b):
                 earliest = self.now
-                left_out += [image for one, two, image in self._passing if (one, two) == (a, b)]
-            return image_tick(self.plans[a], self.plans[b], self.frame, left_out, earliest)
-        m = self._difference(a, b)
-        if m is None:
-            tick = pair_tick(self.plans[a], self.plans[b])
-        elif math.isinf(self._answers.masses[a]) and math.isinf(self._answers.masses[b]):
-            tick = None  # rule 7s
-        else:
-            met = contact(m, self.plans[a], self.plans[b])
-            tick = None if met is None else met.tick
+                left_out += [each.image for each in self._passing if each[:2] == (a, b)]
+            return image_tick(one, two, self.frame, left_out, earliest, tick_through)
+        tick = tick_through((0, 0))
         return None if tick is None else (tick, (0, 0))
 
     def wall(self, body: int) -> tuple[int, int] | None:

@@ -16,7 +16,14 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
-from kinetile_accuracy.specification.arithmetic import HORIZON, FlightPlan, Frame, PairQuadratic, Vector
+from kinetile_accuracy.specification.arithmetic import (
+    HORIZON,
+    FlightPlan,
+    Frame,
+    PairQuadratic,
+    Vector,
+    Whole,
+)
 
 if TYPE_CHECKING:
     from kinetile import Shape
@@ -88,24 +95,39 @@ def _direction(normal: Exact) -> tuple[bool, Fraction, bool]:
     return y != 0, Fraction(0) if y == 0 else -x / y, downward
 
 
-def contact(m: Difference, one: FlightPlan, two: FlightPlan) -> Contact | None:
-    """Returns the contact of two bodies by the difference of their shapes and by their plans (rule 5s); None:
-    there is none."""
-    course = PairQuadratic(one, two)
+def contact(
+    m: Difference,
+    one: FlightPlan,
+    two: FlightPlan,
+    frame: Frame | None = None,
+    image: Whole = (0, 0),
+) -> Contact | None:
+    """Returns the contact of two bodies by the difference of their shapes and by their plans (rule 5s), in a
+    frame with periods through an image; None: there is none."""
+    course = PairQuadratic(one, two, frame, image)
     found = entry(m, *_course(course))
     return found and found._replace(tick=course.since + found.tick)
 
 
-def parting(m: Difference, one: FlightPlan, two: FlightPlan) -> int | None:
+def parting(
+    m: Difference, one: FlightPlan, two: FlightPlan, frame: Frame | None = None, image: Whole = (0, 0)
+) -> int | None:
     """Returns the tick at which two bodies part that pass through each other (rule 11s); None: none."""
-    course = PairQuadratic(one, two)
+    course = PairQuadratic(one, two, frame, image)
     wait = exit_(m, *_course(course))
     return None if wait is None else course.since + wait
 
 
-def overlap(m: Difference, one: FlightPlan, two: FlightPlan, size: Fraction) -> bool:
+def overlap(
+    m: Difference,
+    one: FlightPlan,
+    two: FlightPlan,
+    size: Fraction,
+    frame: Frame | None = None,
+    image: Whole = (0, 0),
+) -> bool:
     """Returns whether two bodies overlap by more than 1e-12 of a size, now (rule 11s)."""
-    d, _ = _course(PairQuadratic(one, two))
+    d, _ = _course(PairQuadratic(one, two, frame, image))
     margin = m.radius - Fraction(1e-12) * size
     return _nearest(m, d)[0] < margin * abs(margin)
 
@@ -282,6 +304,8 @@ def wall_tick(shape: Shape, plan: FlightPlan, frame: Frame) -> tuple[int, int] |
     found = []
     size, r = 1 << plan.bits, shape.radius
     for axis, walls in enumerate(((LEFT, RIGHT), (BOTTOM, TOP))):
+        if frame.periods[axis]:
+            continue
         core = [corner[axis] for corner in shape.core]
         before, after = r - min(core), r + max(core)  # as doubles
         place, step = Fraction(plan.place[axis], size), Fraction(plan.step[axis], size)

@@ -109,7 +109,10 @@ def grain_of(value: float) -> float:
 def grain_along(axis: Axis, tick: float) -> float:
     """Return the greatest power of two of which coordinates at whole ticks are multiples, along an axis."""
     speeds = smaller(grain_of(axis.v), grain_of(axis.v2))
-    return float(smaller(tick * speeds, smaller(grain_of(axis.x), grain_of(axis.x2))))
+    lengths = smaller(grain_of(axis.x), grain_of(axis.x2))
+    if axis.turns != 0.0:
+        lengths = smaller(lengths, grain_of(axis.period))
+    return float(smaller(tick * speeds, lengths))
 
 
 @hook

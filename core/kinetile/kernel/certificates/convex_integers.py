@@ -38,6 +38,7 @@ from kinetile.kernel.certificates.integers import (
     place_at,
     put,
     read_in,
+    room,
 )
 from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import Numbers, apart, larger, subroutine
@@ -256,11 +257,9 @@ def enters_exactly(f: Numbers, row: int, plans: Plans, guess: int) -> int:
     if x.v == x.v2 and y.v == y.v2:
         return NEVER
     m = np.zeros(ROOM, dtype=np.int64)
-    # Images of no turns: there is room for a period, and so for all numbers of the row.
-    x = Axis(x.x, x.v, x.x2, x.v2, 0.0, f[row + SIZE])
-    y = Axis(y.x, y.v, y.x2, y.v2, 0.0, f[row + LEAST])
-    plans = Plans(x, y, plans.elapsed, plans.tick, plans.per_time)
-    first, end = read_in(m, plans, f[row + RADIUS], f[row + RADIUS_LOW])
+    first, end = room(CELLS, 0, f[row + SIZE], 0)
+    first, end = room(first, end, f[row + LEAST], 0)  # and so all numbers of the row have room
+    first, end = read_in(m, plans, f[row + RADIUS], f[row + RADIUS_LOW], first, end)
     if end > CELLS:
         return NEVER
     dot(m, SPEED2, UX, UY, UX, UY, first, end)

@@ -243,11 +243,13 @@ def put_axis(m: Cells, d: int, u: int, axis: Axis, power: int, first: int, end: 
 
 
 @subroutine
-def read_in(m: Cells, plans: Plans, radius: float, radius2: float) -> tuple[int, int]:
-    """Make numbers of two paths; return the cells that are in use, from the first to before the end, which is
-    beyond ``CELLS`` where one of them is no finite number."""
+def read_in(
+    m: Cells, plans: Plans, radius: float, radius2: float, first: int = CELLS, end: int = 0
+) -> tuple[int, int]:
+    """Make numbers of two paths; return the cells that are in use, from the first to before the end, those
+    given among them; the end is beyond ``CELLS`` where one of the numbers is not finite."""
     power = int(math.frexp(plans.tick)[1]) - 1
-    first, end = room(CELLS, 0, radius, 0)
+    first, end = room(first, end, radius, 0)
     first, end = room(first, end, radius2, 0)
     for axis in (plans.x, plans.y):
         for value in (axis.x, axis.x2, axis.period):

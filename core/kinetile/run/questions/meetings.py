@@ -24,12 +24,12 @@ from kinetile.kernel.certificates.contact import first_touch
 from kinetile.kernel.certificates.convex import enters
 from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
-from kinetile.kernel.images import FORESEEN, first_image
+from kinetile.kernel.images import FORESEEN, first_image, first_image_of
 from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.passings import is_passing
-from kinetile.kernel.tables import BODY, IMAGE, NEVER, NOBODY, Kernel, Records, elder, record_table
+from kinetile.kernel.tables import BODY, IMAGE, NEVER, NOBODY, SHAPED, Kernel, Records, elder, record_table
 from kinetile.run.questions.places import Point, Query
-from kinetile.toolbox.differences import DISC, Outline, difference_row
+from kinetile.toolbox.differences import DISC, Outline, circle_around, difference_row
 
 Integers = npt.NDArray[np.int64]
 Planned = Mapping[int, int]
@@ -111,18 +111,19 @@ def next_contact_of(
 
 
 def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> CastHit | None:
-    """Returns the body that one which starts here and now would meet first; None if it meets none. It is a
-    disc where axes are periodic.
+    """Returns the body that one which starts here and now would meet first; None if it meets none.
 
     The body of the hit is a slot. As for two bodies, a contact needs approach: a body that it touches or
     overlaps is met at once if they approach, and never if they part. Where axes are periodic it is met
     through any image, before ``kernel.images.FORESEEN`` ticks from now.
     """
     ticks = np.full(len(query.slots), NEVER)
+    discs = not query.shapes and outline[0] == DISC
     if any(query.periods):
-        k = _with_disc(query, centre, outline[1], velocity)
-        _composed(ticks_for_images)(k, query.slots, len(k.bodies) - 1, ticks)
-    elif query.shapes or outline[0] != DISC:
+        k = _with_body(query, centre, outline, velocity)
+        meet = first_image if discs else first_cast
+        _composed(ticks_for_images, meet=meet)(k, query.slots, len(k.bodies) - 1, ticks)
+    elif not discs:
         _ticks_with_shape(query, centre, outline, velocity, ticks)
     else:
         _composed(ticks_for_disc)(query.k, query.slots, *centre, *velocity, outline[1], ticks)
@@ -132,38 +133,61 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> Cast
     return CastHit(*_moment_of(query, int(ticks[at])), int(query.slots[at]))
 
 
+def _theirs(query: Query) -> tuple[list[Outline], Integers]:
+    """Returns the outlines of the bodies in question, and (n,) which each of them has."""
+    if query.shapes:
+        kinds, which = np.unique(query.forms, return_inverse=True)
+        return [(query.shapes[each].core, query.shapes[each].radius) for each in kinds.tolist()], which
+    radii, which = np.unique(query.radii, return_inverse=True)
+    return [(DISC, radius) for radius in radii.tolist()], which
+
+
 def _ticks_with_shape(
     query: Query, centre: Point, outline: Outline, velocity: Point, ticks: Integers
 ) -> None:
     """Writes down when each body meets a body of such an outline that is anchored now (rule 5s)."""
-    if query.shapes:
-        kinds, which = np.unique(query.forms, return_inverse=True)
-        theirs = [(query.shapes[each].core, query.shapes[each].radius) for each in kinds.tolist()]
-    else:
-        radii, which = np.unique(query.radii, return_inverse=True)
-        theirs = [(DISC, radius) for radius in radii.tolist()]
+    theirs, which = _theirs(query)
     rows = [difference_row(each, outline) for each in theirs]
     begins = np.cumsum([0, *map(len, rows)])[:-1]
     numbers = np.array([number for row in rows for number in row])
     _composed(ticks_for_shape)(query.k, query.slots, numbers, begins[which], *centre, *velocity, ticks)
 
 
-def _with_disc(query: Query, centre: Point, radius: float, velocity: Point) -> Kernel:
-    """Returns what ``first_image`` reads of the tables, with a disc in a last row: anchored now, younger than
-    all, without a contact so far, and of no kind, so that there are no rules. The clock is a copy, because an
+def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point) -> Kernel:
+    """Returns what ``meet`` reads of the tables, with a body in a last row: anchored now, younger than all,
+    without a contact so far, and of no kind, so that there are no rules. The clock is a copy, because an
     overlap is reported to it as a fault."""
     k, n, periods = query.k, len(query.k.bodies), query.periods
-    bodies, images, clock = record_table(BODY, n + 1), record_table(IMAGE, n + 1), k.clock.copy()
-    bodies[:n], images[:n] = k.bodies, k.images
+    shaped = bool(query.shapes) or outline[0] != DISC
+    bodies = record_table(SHAPED if shaped else BODY, n + 1)
+    images, clock = record_table(IMAGE, n + 1), k.clock.copy()
+    images[:n] = k.images
+    for name in k.bodies.dtype.names:
+        bodies[name][:n] = k.bodies[name]
     x, y = (math.remainder(at, p) if p else at for at, p in zip(centre, periods, strict=True))
-    disc, limits = bodies[n], clock[0].limits
-    disc.x, disc.y, disc.vx, disc.vy, disc.radius = x, y, *velocity, radius
-    disc.anchor, disc.last = query.now, NOBODY
-    # The search is right if ``fat`` is more than its rounding, and this disc may fly further than any body.
+    body, limits = bodies[n], clock[0].limits
+    body.x, body.y, body.vx, body.vy, body.radius = x, y, *velocity, circle_around(outline)
+    body.anchor, body.last = query.now, NOBODY
+    # The search is right if ``fat`` is more than its rounding, and this body may fly further than any other.
     # A period is enough: only along an axis with walls, which has no images, is there no limit to its speed.
     flown = (abs(velocity[0]) + abs(velocity[1])) * (FORESEEN * float(clock[0].tick))
-    limits.fat += min(2.0**-40 * (flown + radius), max(periods))
-    return k._replace(bodies=bodies, images=images, clock=clock, rules=k.rules[:0])
+    limits.fat += min(2.0**-40 * (flown + float(body.radius)), max(periods))
+    k = k._replace(bodies=bodies, images=images, clock=clock, rules=k.rules[:0])
+    return _with_differences(query, k, outline) if shaped else k
+
+
+def _with_differences(query: Query, k: Kernel, outline: Outline) -> Kernel:
+    """Returns tables with a body of some outline in the last row, with the differences of this and all
+    others, as ``difference_table`` has them."""
+    theirs, k.bodies["form"][query.slots] = _theirs(query)
+    own = len(theirs)
+    k.bodies["form"][-1] = own
+    rows = [difference_row(each, outline) for each in theirs]
+    rows += [difference_row(outline, each) for each in theirs]
+    index = np.zeros((own + 1, own + 1))
+    begins = 1 + index.size + np.cumsum([0, *map(len, rows)])[:-1]
+    index[:own, own], index[own, :own] = begins[:own], begins[own:]
+    return k._replace(numbers=np.concatenate([[own + 1], index.ravel(), *rows]))
 
 
 def _moment_of(query: Query, tick: int) -> tuple[float, int, int]:
@@ -301,8 +325,25 @@ def ticks_for_shape(
             ticks[i] = clock.now + delay
 
 
-def ticks_for_images(k: Kernel, others: Integers, disc: int, ticks: Integers) -> None:
-    """Writes down when a disc in a row of the tables meets each of others through an image; a template."""
+@hook
+def touches(k: Kernel, early: int, late: int, plans: Plans) -> int:
+    """Returns how many ticks after the later anchor a body and the one that is cast touch, or ``NEVER``."""
+    row = int(k.numbers[1 + k.bodies[early].form * int(k.numbers[0]) + k.bodies[late].form])
+    return int(enters(pointer(k.numbers), row, plans))
+
+
+@hook
+def overlaps(_: Kernel, early: int, late: int, dx: float, dy: float) -> float:
+    """Returns 0: a body may be cast from where others are."""
+    return 0.0
+
+
+first_cast = first_image_of(touches, overlaps)
+meet = to_be_filled_in
+
+
+def ticks_for_images(k: Kernel, others: Integers, body: int, ticks: Integers) -> None:
+    """Writes down when a body in a row of the tables meets each of others through an image; a template."""
     k = disowned(k)
     for i in range(len(others)):
-        ticks[i] = first_image(k, others[i], disc)
+        ticks[i] = meet(k, others[i], body)

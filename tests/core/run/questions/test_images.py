@@ -12,6 +12,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+import box_scenes
+import convex_scenes
 import kinetile as kt
 import torus_scenes
 from kinetile.errors import KinetileError
@@ -179,7 +181,7 @@ def test_kinds_are_left_out_in_images_too():
             lambda s: s.ray((0, 0), (3, 4), within=7e3),
             "4200 periods along x, .* 4096: choose a smaller within",
         ),
-        (lambda s: s.cast((0, 0, 0.5), (1, 0)), r"a disc is narrower than the period, \(1.0, 0.0\)"),
+        (lambda s: s.cast((0, 0, 0.5), (1, 0)), r"a body is narrower than the period, \(1.0, 0.0\)"),
         (lambda s: s.cast((0, 0, 0.1), (1e3, 0)), "8000 periods along x, .* 4096: choose a lower velocity"),
     ],
 )
@@ -239,6 +241,36 @@ def test_a_cast_disc_meets_whom_an_inserted_one_would(seeds):
     """To the tick, through any image, from the start and while bodies fly."""
     met = [inserted_and_cast(seed, until) for seed in seeds for until in (0.0, 3.7)]
     assert sum(met) > len(met) / 2
+
+
+@pytest.mark.parametrize("seed", first(8, range(60)))
+def test_a_cast_shape_meets_whom_the_body_meets_whose_shape_it_is(seed):
+    """A body that moves is taken out of its scene and cast into it instead."""
+    scene = (convex_scenes if seed % 4 else box_scenes).drawn(seed, (4, 6, 8), ("x", "y", "xy"))
+    body = int(np.flatnonzero(np.isfinite(scene.mass))[-1])
+    coming = kt.Simulation(scene, "naive").next_contact_of(body, kinds=scene.kinds)
+    rest = np.delete(np.arange(len(scene)), body)
+    columns = {name: getattr(scene, name)[rest] for name in ("position", "velocity", "mass", "shape")}
+    others = kt.Scene(
+        **columns,
+        shapes=scene.shapes,
+        arena=scene.arena,
+        periodic=scene.periodic,
+        unit=scene.time_unit,
+    )
+    shape = scene.shapes[scene.shape[body]]
+    hit = kt.Simulation(others, "naive").cast((*scene.position[body], shape), scene.velocity[body])
+    if coming is None:
+        assert hit is None
+    else:
+        met = coming.a + coming.b - body
+        assert hit == CastHit(*coming[:3], met - (met > body))
+
+
+def test_a_shape_is_cast_among_discs():
+    sim = lattice("x", [(1, 1)])
+    assert sim.cast((0.5, 0.125, kt.box(0.125, 0.25)), (1.0, 0.0)) == (0.4375, 0, 7 << 48, 0)
+    assert sim.cast((0.5, 0.125, kt.box(0.125, 0.25)), (-1.0, 0.0)) == (0.1875, 0, 3 << 48, 0)
 
 
 def test_a_cast_disc_sees_no_further_than_bodies_do():
