@@ -186,7 +186,7 @@ def test_scenes_differ_by_their_shapes() -> None:
         ({"shapes": 3}, "shapes: .*a list of shapes"),
         ({"shape": kt.box(1, 1)}, "shape: found a shape beside the table"),
         ({"shape": 4}, r"bodies\[0\].shape: found a segment, which has no interior.*for obstacles"),
-        ({"periodic": "x"}, "periodic: found 'x' in a scene with shapes.*no images yet"),
+        ({"periodic": "x", "arena": (2.0, 8.0)}, "shape: found a body .*narrower than half a"),
         ({"commands": [kt.Insert(1.0, (7.0, 7.0), (0.0, 0.0), 0.1)]}, r"commands\[0\].*no body is inserted"),
     ],
 )
