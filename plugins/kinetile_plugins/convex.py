@@ -367,6 +367,49 @@ soonest_of_images = _bounds(False, periodic=True)
 
 
 @hook
+def end_of(f: Numbers, row: int, face: int, dx: float, dy: float) -> int:
+    """Return the corner at the end of a face beyond which a place is, or -1; without a radius -1 (9s)."""
+    faces = row + HEAD
+    after = face + WIDE
+    after = faces if after == faces + int(f[row + COUNT]) * WIDE else after
+    nx = f[face + NX]
+    ny = f[face + NY]
+    if f[row + RADIUS] > 0.0 and nx * (dy - f[face + CY]) - ny * (dx - f[face + CX]) < 0.0:
+        return face
+    if f[row + RADIUS] > 0.0 and nx * (dy - f[after + CY]) - ny * (dx - f[after + CX]) > 0.0:
+        return after
+    return -1
+
+
+@unchecked
+@hook
+def gap(k: Kernel, one: int, other: int, dx: float, dy: float) -> float:
+    """Return how far apart two shapes are, below 0 where they overlap, if the place of the other is (dx, dy)
+    from that of the one: rounded, as rule 9s has it for the room of a body that is inserted."""
+    f = k.numbers
+    row = int(f[1 + one * int(f[0]) + other])
+    if row == 0:
+        return math.inf
+    faces = row + HEAD
+    corner = faces
+    if f[row + COUNT] > 1.0:
+        found = faces
+        highest = -math.inf
+        for k_face in range(int(f[row + COUNT])):
+            face = faces + k_face * WIDE
+            apart = f[face + NX] * (dx - f[face + CX]) + f[face + NY] * (dy - f[face + CY])
+            if apart > highest or (apart == highest and f[face + RANK] < f[found + RANK]):
+                found = face
+                highest = apart
+        corner = end_of(f, row, found, dx, dy)
+        if corner < 0:
+            return float(highest - f[row + RADIUS])
+    x = dx - f[corner + CX]
+    y = dy - f[corner + CY]
+    return math.sqrt(x * x + y * y) - float(f[row + RADIUS])
+
+
+@hook
 def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
     """Return the normal from a to b, of length 1, along which two bodies touch if their places differ by
     (dx, dy), and how deep they overlap (rule 9s). Not a number where that is a corner, and they are at it."""
@@ -393,17 +436,9 @@ def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, flo
             if nearer:
                 found = face
                 highest = gap
-        after = found + WIDE
-        after = faces if after == faces + count * WIDE else after
-        nx = f[found + NX]
-        ny = f[found + NY]
-        corner = -1
-        if reach > 0.0 and nx * (dy - f[found + CY]) - ny * (dx - f[found + CX]) < 0.0:
-            corner = found
-        elif reach > 0.0 and nx * (dy - f[after + CY]) - ny * (dx - f[after + CX]) > 0.0:
-            corner = after
+        corner = end_of(f, row, found, dx, dy)
         if corner < 0:
-            return nx, ny, reach - highest
+            return f[found + NX], f[found + NY], reach - highest
     x = dx - f[corner + CX]
     y = dy - f[corner + CY]
     distance = math.sqrt(x * x + y * y)
@@ -504,6 +539,7 @@ class Convex:
             collide=collide_images if periodic else collide,
             soonest=soonest_of_images if periodic else bounds,
             touch=touch_images if periodic else touch,
+            gap=gap,
             shapes=True,
             periodic=periodic,
             numbers=numbers,

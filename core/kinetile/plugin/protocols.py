@@ -180,6 +180,11 @@ class PairParts:
     plans alone, like ``meet``; the later anchor for two that are apart there already. None: with this phase
     bodies cannot pass.
 
+    ``gap(k, one, other, dx, dy)``: how far apart two shapes are, by their numbers in ``scene.shapes``, if the
+    place of the other is (dx, dy) from that of the one; below 0 where they overlap. In doubles, as rule 9s of
+    the specification has it: it decides whether a body has room where it is inserted. None: no body is
+    inserted into a scene with shapes.
+
     ``periodic``: these hooks are for a scene with a periodic axis. ``meet`` is that of the first image but
     the barred one, and writes which to ``k.clock[0].torus`` (``kinetile.kernel.images.first_image``);
     ``soonest`` bounds all images, ``barred`` is NOBODY; at a contact b is seen ``torus.right`` and
@@ -206,6 +211,7 @@ class PairParts:
     soonest: Hook | None = None
     touch: Hook | None = None
     part: Hook | None = None
+    gap: Hook | None = None
     contact_distance: ContactDistance = "closer"
     alike: bool = False
     periodic: bool = False

@@ -15,7 +15,7 @@ from typing import Any, cast
 import numpy as np
 
 from kinetile.errors import BadOption, Refused
-from kinetile.kernel.loop.by_shape import all_numbers, by_shape, of_phase
+from kinetile.kernel.loop.by_shape import all_numbers, by_shape, gap_by_shape, of_phase
 from kinetile.plugin.calling import described
 from kinetile.plugin.protocols import PairParts
 from kinetile.plugin.registry import registry
@@ -42,7 +42,7 @@ def who_takes(scene: Scene, names: Sequence[str]) -> dict[str, list[tuple[int, i
                 "that takes two shapes decides their contacts; name the one that takes fewer first"
             )
     kinds = [each.kind for each in scene.shapes] or ["disc"]
-    there = np.unique(scene.shape).tolist() if scene.shapes else [0]
+    there = range(len(kinds))  # also those of bodies that may be inserted
     decides: dict[str, list[tuple[int, int]]] = {}
     for one, other in itertools.product(there, there) if names else ():
         first = next((name for name in names if {kinds[one], kinds[other]} <= taken[name]), None)
@@ -72,11 +72,14 @@ def pair_parts(
     takes = np.zeros((len(scene.shapes), len(scene.shapes)), np.int64)
     for at, pairs in enumerate(decides.values()):
         takes[tuple(np.transpose(pairs))] = at
-    hooks = {
-        name: tuple(getattr(each, name) for each in phases) for name in ("meet", "collide", "touch", "part")
+    names = ("meet", "collide", "touch", "part", "gap")
+    hooks = {name: tuple(getattr(each, name) for each in phases) for name in names}
+    chosen: dict[str, Any] = {
+        name: (gap_by_shape if name == "gap" else by_shape)(each)
+        for name, each in hooks.items()
+        if None not in each
     }
-    chosen: dict[str, Any] = {name: by_shape(each) for name, each in hooks.items() if None not in each}
-    there = {scene.shapes[shape].kind for shape in scene.shape.tolist()}
+    there = {shape.kind for shape in scene.shapes}
     for at, (name, each) in enumerate(zip(decides, phases, strict=True)):
         if there <= {*spec_of(name).shapes} and each.soonest:
             chosen["soonest"] = of_phase(each.soonest, at)

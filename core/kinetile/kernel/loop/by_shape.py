@@ -38,9 +38,33 @@ def own_numbers(k: Kernel, phase: int) -> Kernel:
 
 
 @hook
+def takes(k: Kernel, one: int, other: int) -> int:
+    """Return which phase takes two shapes."""
+    return int(k.numbers[1 + one * int(k.numbers[0]) + other])
+
+
+@hook
 def phase_of(k: Kernel, a: int, b: int) -> int:
     """Return which phase takes two bodies."""
-    return int(k.numbers[1 + k.bodies[a].form * int(k.numbers[0]) + k.bodies[b].form])
+    return takes(k, k.bodies[a].form, k.bodies[b].form)
+
+
+@cache
+def gap_by_shape(hooks: tuple[Hook, ...], first: int = 0) -> Hook:
+    """Returns the hook ``gap`` of several phases, which is given shapes and no bodies."""
+    mine = of_phase(hooks[0], first)
+    if len(hooks) == 1:
+        return mine
+    others = gap_by_shape(hooks[1:], first + 1)
+
+    @unchecked
+    @hook
+    def call(k: Kernel, one: int, other: int, dx: float, dy: float) -> Any:
+        if takes(k, one, other) == first:
+            return mine(k, one, other, dx, dy)
+        return others(k, one, other, dx, dy)
+
+    return call
 
 
 @cache
