@@ -7,10 +7,12 @@ and the choice between ``_`` and ``-`` folded away, and a beginning that only on
 
 from __future__ import annotations
 
+import inspect
 import pickle
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
-from typing import Any, NamedTuple
+from functools import wraps
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 __all__ = [
     "AuditError",
@@ -32,11 +34,16 @@ __all__ = [
     "StudyError",
     "UnknownName",
     "ZenoError",
+    "answering",
+    "key_of",
     "legible",
     "nearest",
     "one_of",
     "printable",
 ]
+
+_Arguments = ParamSpec("_Arguments")
+_Result = TypeVar("_Result")
 
 
 _LONGEST_NAME = 100
@@ -208,6 +215,9 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     begun = [each for each in folded if wanted and each.startswith(wanted)]
     if len(begun) == 1:
         return folded[begun[0]]
+    written = _WORDS.get(wanted, ("", "", ""))[1]
+    if written in folded:
+        return folded[written]
     close = get_close_matches(wanted, folded, n=1, cutoff=0.6)
     return folded[close[0]] if close else None
 
@@ -236,6 +246,77 @@ def one_of(name: str, known: Iterable[str]) -> str:
     choice = f"one of {', '.join(names)}" if len(names) > 1 else names[0]
     meant = nearest(name, names)
     return f"{choice}; did you mean {meant!r}?" if meant else choice
+
+
+_WRITTEN = {
+    "position = [x, y]": "pos place location center centre coordinates x y",
+    "velocity = [vx, vy]": "vel speed direction heading v vx vy",
+    "radius = half of it": "diameter diam",
+    "radius = half of it, or a shape with width and height": "size width height",
+    "radius": "r",
+    "mass": "weight m",
+    "mass = inf: it keeps its velocity, whatever it meets": "static fixed immovable kinematic frozen pinned",
+    "mass = density times area": "density rho",
+    "responses: for two kinds restitution, with e": "bounce bounciness elasticity restitution",
+    "responses: for two kinds pass": "sensor trigger ghost",
+    "kind": "type species group layer category tag name label",
+    "arena = [width, height]": "walls bounds bounding-box box world domain",
+    'periodic = "x", "y" or "xy"': "torus wrap pbc boundary",
+    "until": "duration end-time stop-time",
+    "corners, anticlockwise": "vertices points outline",
+    "disc": "circle ball sphere",
+    "box": "rect rectangle square",
+    "segment": "line edge",
+}
+"""What is written for words of other programs, by what is written; where a place knows its first word."""
+
+_NOT_MODELLED = {
+    "bodies fly straight between contacts, and commands turn them": "gravity g acceleration force forces",
+    "bodies do not rotate; a box at an angle is a polygon": "angle rotation orientation angular-velocity "
+    "angular-momentum omega spin torque inertia theta",
+    "contacts act along their normal alone": "friction mu roughness",
+    "bodies keep their velocity between contacts": "drag damping linear-damping viscosity",
+    "bodies act on each other by contacts alone": "joint joints spring springs bonds constraints",
+    "each event has its exact time, and there are no steps": "dt timestep time-step substeps fps",
+}
+
+_WORDS = {
+    word: (begins, text.split(maxsplit=1)[0].rstrip(",:"), text)
+    for begins, table in (("write", _WRITTEN), ("not modelled", _NOT_MODELLED))
+    for text, words in table.items()
+    for word in words.split()
+}
+
+
+def key_of(name: str, known: Iterable[str]) -> str:
+    """Returns the text after "expected" for a key or an argument that is not known in its place; words of
+    other programs, such as gravity and diameter, are answered with what is written here, or that it is not
+    modelled."""
+    names, word = list(known), _fold(name)
+    begins, target, text = _WORDS.get(word, ("", "", ""))
+    if not begins or any(_fold(each).startswith(word) for each in names):
+        return one_of(name, names)
+    where = "" if target in names else " in a scene"
+    said = f"for {name!r}{where} write" if begins == "write" else f"{name!r} is not modelled:"
+    return f"{one_of('', names)}; {said} {text}"
+
+
+def answering(call: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
+    """Decorates a public call: an argument that it does not have is a BadOption that says ``key_of``."""
+
+    @wraps(call)
+    def answered(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> _Result:
+        try:
+            return call(*args, **kwargs)
+        except TypeError:
+            known = [each for each in inspect.signature(call).parameters if each != "self"]
+            odd = next((each for each in kwargs if each not in known), None)
+            if odd is None:
+                raise
+            what = call.__qualname__.removesuffix(".__init__")
+        raise BadOption(f"{what} has no argument {odd!r}; expected {key_of(odd, known)}")
+
+    return answered
 
 
 def _listed(what: str, mistakes: Sequence[Mistake], source: str | None) -> str:

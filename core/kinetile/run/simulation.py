@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import FAULTS, BadOption, BusyError, PhaseError
+from kinetile.errors import FAULTS, BadOption, BusyError, PhaseError, answering
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.images import FORESEEN
@@ -93,6 +93,7 @@ class Simulation(Moment):
 
     # What it is
 
+    @answering
     def __init__(
         self,
         scene: Scene,
@@ -346,6 +347,7 @@ class Simulation(Moment):
         with self._alone("turn a body"):
             self._engine.carry_out(TURNED, arguments.read_turns(self._engine, bodies, velocities))
 
+    @answering
     def insert(
         self,
         position: Numbers,

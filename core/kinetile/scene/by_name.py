@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from kinetile.errors import BadOption, KinetileError, Mistake, PhaseError, one_of
+from kinetile.errors import BadOption, KinetileError, Mistake, PhaseError, key_of
 from kinetile.plugin.calling import calling
 from kinetile.plugin.choices import read_value
 from kinetile.plugin.parameters import REQUIRED, Parameter, parameters_of
@@ -147,7 +147,7 @@ def _as_sentence(mistake: Mistake) -> str:
 
 
 def _unknown(name: str, known: list[str]) -> Mistake:
-    return Mistake(f"parameters.{name}", "no parameter of this name", one_of(name, known))
+    return Mistake(f"parameters.{name}", "no parameter of this name", key_of(name, known))
 
 
 def _misfit(parameter: Parameter, value: object) -> Mistake:
@@ -191,7 +191,7 @@ def option_mistakes(name: str, options: Mapping[str, Any], where: str) -> list[M
     try:
         known = [each.name for each in parameters_of(kind, name)]
         for key in (key for key in options if key not in known):
-            mistakes.append(Mistake(f"{where}.{key}", "no option of this name", one_of(key, known)))
+            mistakes.append(Mistake(f"{where}.{key}", "no option of this name", key_of(key, known)))
         if not mistakes:
             with calling(kind, name, "its constructor"):
                 registry().target(kind, name)(**options)

@@ -16,7 +16,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import Mistake, SceneError, one_of
+from kinetile.errors import BadOption, Mistake, SceneError, answering, key_of
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER
 from kinetile.plugin.choices import called
@@ -84,6 +84,7 @@ class Scene:
     kind_numbers: ClassVar[npt.NDArray[np.int64]]
     time_unit: ClassVar[float]
 
+    @answering
     def __init__(
         self,
         position: npt.ArrayLike,
@@ -144,7 +145,7 @@ class Scene:
         known = [each for each in given._fields if each not in ("obstacles", "until")]
         for name in changes:
             if name not in known:
-                raise TypeError(f"a scene has no {name!r}; expected {one_of(name, known)}")
+                raise BadOption(f"a scene has no {name!r}; expected {key_of(name, known)}")
         if changes.get("shape") is not None:
             given = given._replace(radius=None)
         if "turns" in changes and "commands" not in changes:

@@ -21,7 +21,7 @@ from typing import Annotated, Any, TypeAlias, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from kinetile.errors import Mistake, SceneError, nearest, one_of
+from kinetile.errors import Mistake, SceneError, key_of, nearest, one_of
 from kinetile.scene.checks import LIMIT, abridged, shown
 from kinetile.sources import open_regular
 
@@ -158,7 +158,7 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
             table = tuple(step for step in place[:-1] if isinstance(step, str))
             unknown[table] += 1
             if unknown[table] <= LIMIT:
-                mistakes[place] = Mistake(written(place), "a key that is not known here", one_of(key, known))
+                mistakes[place] = Mistake(written(place), "a key that is not known here", key_of(key, known))
                 meant.add((*place[:-1], nearest(key, known) or ""))
             else:
                 more = f"{unknown[table] - LIMIT:,} more keys that are not known here"

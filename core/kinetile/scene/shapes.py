@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import Mistake, SceneError, one_of
+from kinetile.errors import Mistake, SceneError, key_of
 from kinetile.scene.checks import LARGEST, RANGE, SMALLEST, TOLERANCE, check_pair, is_finite, shown
 from kinetile.scene.differences import Exact, Place, core_difference, cross, exact, is_closer, less
 
@@ -215,7 +215,7 @@ def read_shape(where: str, row: Mapping[str, Any], mistakes: list[Mistake]) -> S
     """Returns the shape of a table of a file, or None if it has mistakes, which are appended."""
     kind = row["kind"]
     if kind not in _FORMS:
-        mistakes.append(Mistake(f"{where}.kind", shown(kind), one_of(kind, _FORMS)))
+        mistakes.append(Mistake(f"{where}.kind", shown(kind), key_of(kind, _FORMS)))
         return None
     make, keys = _FORMS[kind]
     has = f"{', '.join(keys)}, which a {kind} has"

@@ -1,0 +1,87 @@
+"""Words of other programs, in the place of a key or an argument: each is answered with what is written here,
+or with the reason why it is not modelled."""
+
+from __future__ import annotations
+
+import pytest
+
+import kinetile as kt
+from command_line import refused
+from kinetile.errors import BadOption, SceneError
+from kinetile.scene.by_name import parse_parameters
+from kinetile.scene.files import loads_scene
+
+SENTENCES = {
+    "gravity acceleration force": "is not modelled: bodies fly straight between contacts",
+    "angle rotation angular_velocity torque": "is not modelled: bodies do not rotate",
+    "friction": "is not modelled: contacts act along their normal alone",
+    "drag damping": "is not modelled: bodies keep their velocity",
+    "joint spring": "is not modelled: bodies act on each other by contacts alone",
+    "dt time_step": "is not modelled: each event has its exact time",
+    "static fixed": "write mass = inf",
+    "diameter": "write radius = half of it",
+    "size": "write radius = half of it, or a shape with width and height",
+    "bounce bounciness elasticity restitution": "write responses: for two kinds restitution",
+    "rho": "write mass = density times area",
+    "centre x": "write position = [x, y]",
+    "direction vx": "write velocity = [vx, vy]",
+    "sensor": "write responses: for two kinds pass",
+    "layer": "write kind",
+    "walls": "write arena = [width, height]",
+    "pbc": 'write periodic = "x", "y" or "xy"',
+}
+BODY = "[[bodies]]\nposition = [0, 0]\nradius = 1\n"
+COMMAND = "[[commands]]\ntime = 1\ninsert = {{ position = [9, 9], radius = 1, {} = 1 }}"
+
+
+POINT = ([[0.0, 0.0]], [[0.0, 0.0]], 1.0)
+ENTRANCES = {
+    "body": lambda word: loads_scene(f"{BODY}{word} = 1"),
+    "file": lambda word: loads_scene(f"{word} = 1\n{BODY}"),
+    "shape": lambda word: loads_scene(f'[[shapes]]\nkind = "disc"\nradius = 1\n{word} = 1\n{BODY}'),
+    "command": lambda word: loads_scene(BODY + COMMAND.format(word)),
+    "recipe of a file": lambda word: loads_scene(f'recipe = "two-discs"\nparameters = {{ {word} = 1 }}'),
+    "make_scene": lambda word: kt.make_scene("two-discs", **{word: 1}),
+    "-s": lambda word: parse_parameters("two-discs", [f"{word}=1"]),
+    "Scene": lambda word: kt.Scene(*POINT, **{word: 1}),
+    "replace": lambda word: kt.Scene(*POINT).replace(**{word: 1}),
+    "Simulation": lambda word: kt.Simulation(kt.Scene(*POINT), "naive", **{word: 1}),
+    "insert": lambda word: kt.Simulation(kt.Scene(*POINT), "naive").insert((9.0, 9.0), **{word: 1}),
+}
+
+
+@pytest.mark.parametrize("entrance", ENTRANCES)
+def test_a_word_of_other_programs_is_answered(entrance):
+    for words, sentence in SENTENCES.items():
+        for word in words.split():
+            with pytest.raises((SceneError, BadOption)) as error:
+                ENTRANCES[entrance](word)
+            said = str(error.value)
+            assert sentence in said.replace(" in a scene", ""), (word, said)
+            assert repr(word) in said
+
+
+def test_the_key_that_was_meant_is_not_missing_as_well():
+    with pytest.raises(SceneError) as said:
+        loads_scene("[[bodies]]\ncentre = [0, 0]\ndiameter = 2")
+    assert [each.where for each in said.value.mistakes] == ["bodies[0].centre", "bodies[0].diameter"]
+
+
+def test_a_shape_of_another_name_is_answered():
+    for word, name in {"circle": "disc", "rectangle": "box", "line": "segment"}.items():
+        with pytest.raises(SceneError, match=f"for '{word}' write {name}"):
+            loads_scene(f'[[shapes]]\nkind = "{word}"\n[[bodies]]\nposition = [0, 0]\nshape = 0')
+
+
+def test_a_name_that_is_nearer_comes_first():
+    assert "did you mean 'speed'?" in refused("run grid -s sped=2")
+    assert "'gravity' is not modelled" in refused("run grid -s gravity=2")
+    with pytest.raises(TypeError, match=r"has no argument 'raduis'; .*did you mean 'radius'"):
+        kt.Scene([[0.0, 0.0]], [[0.0, 0.0]], raduis=1.0)
+
+
+def test_an_error_within_a_call_stays_what_it_was():
+    with pytest.raises(TypeError, match="missing 2 required positional arguments"):
+        kt.Scene()
+    with pytest.raises(TypeError, match="needs the radius"):
+        kt.Simulation(kt.make_scene("two-discs"), "naive").insert((9.0, 9.0))
