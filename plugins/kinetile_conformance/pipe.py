@@ -63,6 +63,7 @@ JUDGING = {
     "same-contacts-in-a-scaled-swarm": "The same of swarms at any scale, and far from the origin.",
     "same-contacts-on-a-torus": "The same where axes are periodic.",
     "same-contacts-of-shapes": "The same of boxes, capsules and polygons.",
+    "same-contacts-of-shapes-on-a-torus": "The same of those where axes are periodic.",
     "same-contacts-as-bodies-come-and-go": "The same while bodies come and go.",
     "same-contacts-when-commanded-by-hand": "The same where commands come after contacts of their tick.",
     "same-contacts-with-responses": "The same where bodies have kinds, and other responses than elastic.",

@@ -211,7 +211,7 @@ def _boxes(k: Kernel, lists: Lists) -> Iterator[Item]:
     _, order, place, due = lists
     for body in np.sort(order[0][order[0] & 1 == 0] >> 1).tolist():
         (left, right), (low, high) = (
-            (_edge(k, 2 * body + upper, axis) for upper in (0, 1)) for axis in (0, 1)
+            [_edge(k, 2 * body + upper, axis) for upper in (0, 1)] for axis in (0, 1)
         )
         yield Box("bound", (left, low), (right, high), int(due[:, 2 * body : 2 * body + 2].min()))
     yield from held_pairs(k)

@@ -182,3 +182,12 @@ def test_the_matrix_shows_which_bodies_overlap_through_an_image():
     items = kt.Simulation(scene, "sap-2d").drawing()
     found = [(item.a, item.b, item.label) for item in items if isinstance(item, Entry)]
     assert found == [(0, 1, "x"), (1, 3, "y"), (2, 3, "both")]
+
+
+def test_a_box_of_sap_2d_is_drawn_around_the_sides_of_its_shape():
+    scene = kt.Scene(
+        [(2.0, 2.0)], [(0, 0)], shape=kt.polygon([(0.0, 0.0), (1.0, 0.0), (1.0, 0.25)]), arena=(4, 4)
+    )
+    (drawn,) = [item for item in kt.Simulation(scene, "sap-2d").drawing() if item.role == "bound"]
+    offsets = [at.offset for at in (*drawn.low, *drawn.high)]
+    assert offsets == pytest.approx([0.0, 0.0, 1.0, 0.25], abs=1e-9)

@@ -37,7 +37,7 @@ from kinetile_conformance.checks.check import (
 from kinetile_conformance.strategies.bulk import lattice_scenes, marathon_scenes
 from kinetile_conformance.strategies.changes import changed
 from kinetile_conformance.strategies.gallery import gallery
-from kinetile_conformance.strategies.shapes import shape_scenes
+from kinetile_conformance.strategies.shapes import shape_scenes, shape_torus_scenes
 from kinetile_conformance.strategies.small import Strategy, torus_scenes
 from kinetile_conformance.strategies.swarms import (
     burst_scenes,
@@ -219,6 +219,12 @@ IN_LARGE_SCENES = (
         "same-contacts-of-shapes",
         "The reference's contacts of boxes, capsules and polygons; a phase that is solid refuses them.",
         *(shape_scenes, CONTACTS, 0.5),
+        judges="broad",
+    ),
+    _compared(
+        "same-contacts-of-shapes-on-a-torus",
+        "The same where axes are periodic.",
+        *(shape_torus_scenes, CONTACTS, 0.5),
         judges="broad",
     ),
     _compared(

@@ -15,9 +15,11 @@ from hypothesis import strategies as st
 from kinetile import Shape, box, capsule, disc, polygon, segment
 from kinetile.scene import Scene
 from kinetile_conformance.strategies.small import (
+    FEWEST,
     MOST,
     Strategy,
     body_in_cell,
+    on_a_torus,
     scene_of,
     scenes,
     several,
@@ -69,6 +71,7 @@ def _shaped(
         shape=[table.index(shape) for shape in of_each],
         shapes=table,
         arena=scene.arena,
+        periodic=scene.periodic,
         turns=scene.turns,
         settings=scene.settings,
     )
@@ -121,5 +124,11 @@ def _of_shapes_and_squares() -> st.SearchStrategy[Scene]:
     return st.one_of(*_scenes_of(SHAPES), _at_a_grating(SHAPES), *_scenes_of((SQUARE,)))
 
 
+def _on_a_torus() -> st.SearchStrategy[Scene]:
+    """Return scenes in boxes of more than two bodies' width, so that no shape is as wide as half a period."""
+    return on_a_torus([(3, 3), (4, 3), (4, 4)], FEWEST).flatmap(lambda scene: _shaped(scene, SHAPES))
+
+
 shape_scenes = Strategy("shapes", _of_all_shapes)
+shape_torus_scenes = Strategy("shapes on a torus", _on_a_torus)
 shape_and_square_scenes = Strategy("shapes, and squares alone", _of_shapes_and_squares)

@@ -12,7 +12,7 @@ equal ones keep small dyadic numbers what they are.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -215,12 +215,12 @@ def wide_scenes(draw: st.DrawFn, most: int = MOST) -> Scene:
 
 
 @st.composite
-def _on_a_torus(draw: st.DrawFn) -> Scene:
-    """One body and more in a box with periodic axes, often hardly wider than a body: in corners and on
-    borders, some of them written periods away, some flights many boxes long, some bodies minute."""
+def on_a_torus(draw: st.DrawFn, boxes: Sequence[tuple[int, int]], least: int) -> Scene:
+    """So many bodies and more in a box with periodic axes, perhaps hardly wider than a body: in corners and
+    on borders, some of them written periods away, some flights many boxes long, some bodies minute."""
     periodic = draw(st.sampled_from(["xy", "xy", "x", "y"]))
-    sides = draw(st.sampled_from([(1, 1), (1, 3), (2, 2), (3, 2), (2, 4), (4, 4)]))
-    bodies = draw(several(body_in_cell(*sides, False), MOST, least=1))
+    sides = draw(st.sampled_from(boxes))
+    bodies = draw(several(body_in_cell(*sides, False), MOST, least))
     pace, small = draw(st.sampled_from([1.0, 1.0, 32.0])), draw(st.sampled_from([1.0, 1.0, 0.01]))
     aside = draw(st.sampled_from([0.0, -0.5]))
     away = st.sampled_from([0, 0, 0, -3, 2])
@@ -234,7 +234,9 @@ def _on_a_torus(draw: st.DrawFn) -> Scene:
     return scene_of(bodies, (float(sides[0]), float(sides[1])), 8.0, periodic)
 
 
-torus_scenes = Strategy("torus", _on_a_torus)
+torus_scenes = Strategy(
+    "torus", lambda: on_a_torus([(1, 1), (1, 3), (2, 2), (3, 2), (2, 4), (4, 4)], least=1)
+)
 
 
 def scenes(turns: bool = True, most: int = MOST) -> st.SearchStrategy[Scene]:

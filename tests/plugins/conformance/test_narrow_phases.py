@@ -62,6 +62,7 @@ SHORT = ("same-contacts-with-turns", "same-contacts-with-loose-bounds", PLANS_AL
 LEFT_OUT = {
     "near-holds-while-bodies-pass": "for a broad phase alone: judge it without a narrow phase named",
     "same-contacts-of-shapes": "for a broad phase alone: judge it without a narrow phase named",
+    "same-contacts-of-shapes-on-a-torus": "for a broad phase alone: judge it without a narrow phase named",
     "its-features-are-known": "for a broad phase alone: judge it without a narrow phase named",
     "rejects-unknown-options": "for a broad phase alone: judge it without a narrow phase named",
     "same-contacts-while-some-pass": "it has no part",

@@ -184,18 +184,19 @@ def bodies_near(
     ``query.slots``.
 
     How far a body is from a point is the distance to its outline, below 0 where the point is within (see
-    ``_gaps``). Where axes are periodic it is that of the nearest image.
+    ``_gaps``). Where axes are periodic it is that of the nearest image: of a shape that is not around its
+    position, perhaps another one than that whose position is nearest.
     """
-    apart = np.array(point) - query.places
-    if any(query.periods):
-        apart = nearest_image(apart, query.periods)
+    apart = nearest_image(np.array(point) - query.places, query.periods)
+    turns = [(0.0, -period, period) if period and query.shapes else (0.0,) for period in query.periods]
     limit = math.inf if radius is None else radius
     centre, reach = np.hypot(*apart.T), query.radii * (1.0 + 2.0**-40)
     nearest, farthest = centre * (1.0 - 2.0**-40) - reach, centre * (1.0 + 2.0**-40) + reach
     if count is not None and 0 < count < len(centre):
         limit = min(limit, float(np.partition(farthest, count - 1)[count - 1]))
     few = np.flatnonzero(nearest <= limit)  # by the circles around bodies
-    gaps = _gaps(*query.cores(few), apart[few])
+    corners, radii = query.cores(few)
+    gaps = np.min([_gaps(corners, radii, apart[few] + shift) for shift in product(*turns)], axis=0)
     order = np.argsort(gaps, kind="stable")
     if radius is not None:
         order = order[gaps[order] <= radius]

@@ -273,6 +273,22 @@ def test_a_shape_is_cast_among_discs():
     assert sim.cast((0.5, 0.125, kt.box(0.125, 0.25)), (-1.0, 0.0)) == (0.1875, 0, 3 << 48, 0)
 
 
+def test_questions_see_the_images_of_shapes():
+    """A box is right of its position by more than a fifth of the period."""
+    aside = kt.polygon([(1.5, -0.25), (2.0, -0.25), (2.0, 0.25), (1.5, 0.25)])
+    frame = {"arena": (9.0, 9.0), "periodic": "xy", "shapes": [aside, kt.disc(0.25)]}
+    sim = kt.Simulation(kt.Scene([(8.0, 0.0), (3.5, 0.0)], [(0, 0)] * 2, shape=[0, 1], **frame), "naive")
+    assert sim.bodies_near((3.75, 0.0), radius=0.0).tolist() == [1]
+    assert sim.bodies_near((3.5, 9.0), radius=2.5).tolist() == [1, 0]
+    assert sim.bodies_near((3.5, 9.0), radius=2.4).tolist() == [1]
+    assert sim.bodies_near((2.25, 0.0), k=1).tolist() == [1]
+    assert sim.bodies_near((2.0, 0.0), k=1).tolist() == [0]
+    assert sim.bodies_in((0.0, 8.5, 0.5, 9.0)).tolist() == [0]
+    assert sim.bodies_in((0.5, -0.25, 1.0, 0.25), whole=True).tolist() == [0]
+    assert sim.ray((4.5, 0.125), (1.0, 0.0), within=6.0) == [(0, 5.0)]
+    assert sim.ray((4.5, 8.875), (-1.0, 0.0), within=6.0)[1:] == [(0, 3.5)]
+
+
 def test_a_cast_disc_sees_no_further_than_bodies_do():
     """Eight units of the clock; an overlap is no fault of a cast."""
     sim = lattice("x", [(1, 1)])
