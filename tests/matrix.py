@@ -44,8 +44,6 @@ REFUSED: dict[Cell, str] = {
             "shapes | obstacles": "the bodies are not all discs",
         },
     ),
-    ("shapes", "export"): "a file of frames has a radius for each body",
-    ("obstacles", "export"): "a file of frames has a radius for each body",
     ("foreign response", "certify-log"): "the specification has elastic, pass, restitution, stop",
     ("foreign response", "second implementation"): "not elastic, restitution, stop, pass",
     ("foreign narrow phase", "second implementation"): "in the specification bodies meet each other",

@@ -41,7 +41,7 @@ def export(
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --to.")] = False,
 ) -> None:
-    """Write frames of a run for OVITO and others: extended XYZ, or GSD (needs the extra `export`)."""
+    """Write frames of a run for OVITO, ASE and others: extended XYZ, or GSD (needs the extra `export`)."""
     from kinetile.records.frames import check_form, frames_of, write_frames
     from kinetile.records.trajectory import Trajectory
     from kinetile.run.simulation import Simulation
@@ -57,7 +57,6 @@ def export(
         end = run.end if until is None else until
     else:
         scene = find_scene(source, parameters)
-        check_form(out, scene)
         name, options = broad_choice(broad_phase, option)
         run = Simulation(scene, name, options=options or None, keep_contacts=False)
         make_ready(run)

@@ -1,13 +1,19 @@
-"""Frames for other programs: extended XYZ (text), and GSD (by the package gsd). OVITO reads both.
+"""Frames for other programs: extended XYZ (text), and GSD (by the package gsd). OVITO reads both, ASE and
+HOOMD-blue one each.
 
-In extended XYZ numbers have all digits, so a frame that is read again has the same bits. Columns are id, type
-(1 for the first kind), pos, velo (z is 0), radius and mass; ``Time`` is in the comment. GSD has single
-precision, its origin is in the middle of the box, and ``log/time`` is the time. The recipe ``frame`` reads
-both.
+In extended XYZ numbers have all digits, so a frame that is read again has the same bits. Some columns have
+two names: ASE reads ``momenta`` and ``masses``, OVITO ``velo`` and ``mass``. ``species`` are chemical
+symbols, which ASE insists on, one for each kind and shape, or for each radius where there are few of one
+kind; ``kind`` is the place in the scene's list. ``map_shift`` are the periods by which a body is away from
+``pos``. z is 0, and ``Time`` is in the comment. Shapes are in a file beside, NAME.shapes.json.
+
+GSD has single precision, its origin is in the middle of the box, and ``log/time`` is the time. Its types are
+those species, by name. The recipe ``frame`` reads both.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator
 from importlib import import_module
 from pathlib import Path
@@ -16,29 +22,91 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import BadOption, MissingExtra, RecordError, Refused
+from kinetile.errors import BadOption, MissingExtra, RecordError
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
+from kinetile.scene.shapes import Shape, disc
 from kinetile.scene.targets import replacing, writable_target
 
 Floats = npt.NDArray[np.float64]
+
+_SYMBOLS = "H He Li Be B C N O F Ne Na Mg Al Si P S Cl Ar K Ca Sc Ti V Cr Mn Fe Co Ni Cu Zn Ga Ge As Se Br Kr"
+_FEW = 16
 
 FORMS = (".xyz", ".extxyz", ".gsd")
 """Endings of files of frames."""
 
 
 class Frame(NamedTuple):
-    """The bodies at one moment: positions and velocities are (n, 2), the others (n,). ``types`` counts kinds
-    from 0."""
+    """The bodies at one moment: positions, unwrapped positions and velocities are (n, 2), the others (n,).
+    ``kinds`` and ``shapes`` are the places in those of the scene; -1 for the shape of a disc in a scene
+    without shapes."""
 
     time: float
     bodies: npt.NDArray[Any]
-    types: npt.NDArray[Any]
+    kinds: npt.NDArray[Any]
     positions: Floats
+    unwrapped: Floats
     velocities: Floats
     radii: Floats
     masses: Floats
+    shapes: npt.NDArray[Any]
+
+    def images(self, scene: Scene) -> npt.NDArray[Any]:
+        """Returns (n, 3) the periods by which each body is away from its position; 0 across walls."""
+        found, periods = np.zeros((len(self.bodies), 3), dtype=np.int64), np.array(scene.periods)
+        axes = periods > 0.0
+        apart = (self.unwrapped - self.positions)[:, axes]
+        found[:, :2][:, axes] = np.rint(apart / periods[axes])
+        return found
+
+    @property
+    def momenta(self) -> Floats:
+        """(n, 2) masses times velocities; 0 for immovable bodies that stand."""
+        mass = self.masses[:, None]
+        return np.multiply(
+            mass, self.velocities, out=np.zeros_like(self.velocities), where=self.velocities != 0.0
+        )
+
+
+class _Species:
+    """Types of bodies for other programs, in the order of their appearance: one for each kind and shape, or
+    for each radius where bodies are discs of one kind and few radii."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._by_radius = len(scene.kinds) == 1 and len(np.unique(scene.radius)) <= _FEW
+        self._known: dict[tuple[Any, Any], int] = {}
+
+    def of(self, frame: Frame) -> npt.NDArray[Any]:
+        """Returns the types of the bodies of a frame, (n,), from 0."""
+        by_radius = self._by_radius and not self._scene.shapes
+        sizes = (frame.radii if by_radius else frame.shapes).tolist()
+        both = zip(frame.kinds.tolist(), sizes, strict=True)
+        return np.array([self._known.setdefault(each, len(self._known)) for each in both], dtype=int)
+
+    @property
+    def names(self) -> list[str]:
+        """The name of each type: its kind, and its radius or the number of its shape if it has one."""
+        kinds = self._scene.kinds
+        return [f"{kinds[kind]}" if size == -1 else f"{kinds[kind]} {size!r}" for kind, size in self._known]
+
+    @property
+    def shapes(self) -> list[dict[str, Any]]:
+        """The shape of each type as GSD describes it; {} for discs of any radius."""
+        sizes = [size for _, size in self._known]
+        if self._scene.shapes:
+            return [_described(self._scene.shapes[size]) for size in sizes]
+        return [{} if size == -1 else _described(disc(size)) for size in sizes]
+
+
+def _described(shape: Shape) -> dict[str, Any]:
+    """Returns a shape as GSD describes it: polygons have three vertices or more, some twice if needed."""
+    if shape.is_disc:
+        return {"type": "Sphere", "diameter": 2.0 * shape.radius}
+    corners = [*shape.core, *[shape.core[0]] * (3 - len(shape.core))]
+    return {"type": "Polygon", "vertices": corners, "rounding_radius": shape.radius}
 
 
 def frames_of(source: Simulation | Trajectory, times: Iterable[float]) -> Iterator[Frame]:
@@ -46,23 +114,22 @@ def frames_of(source: Simulation | Trajectory, times: Iterable[float]) -> Iterat
 
     Raises RecordError for a body of a trajectory whose radius is unknown: it was inserted by hand.
     """
-    kinds = {kind: number for number, kind in enumerate(source.scene.kinds)}
+    scene = source.scene
+    kinds = {kind: number for number, kind in enumerate(scene.kinds)}
     if isinstance(source, Simulation):
         for time in times:
             source.run(time)
-            types = np.array([kinds[kind] for kind in source.kinds], dtype=int)
-            moving = source.positions(), source.velocities()
-            yield Frame(time, source.bodies, types, *moving, source.radii(), source.masses())
+            numbers = np.array([kinds[kind] for kind in source.kinds], dtype=int)
+            moving = source.positions(), source.unwrapped(), source.velocities()
+            sizes = source.radii(), source.masses(), source.shapes()
+            yield Frame(time, source.bodies, numbers, *moving, *sizes)
         return
-    scene = source.scene
-    known = dict(enumerate(zip(scene.kind_numbers, scene.radius, scene.mass, strict=True)))
+    columns = scene.kind_numbers, scene.radius, scene.mass, scene.shape
+    known = dict(enumerate(zip(*columns, strict=True)))
     for each in scene.commands:
-        if isinstance(each, Insert) and each.body is not None:
-            known[each.body] = (
-                kinds[scene.kinds[0] if each.kind is None else each.kind],
-                each.radius,
-                each.mass,
-            )
+        if isinstance(each, Insert):
+            kind = kinds[scene.kinds[0] if each.kind is None else each.kind]
+            known[each.body] = kind, each.radius, each.mass, -1
     for time in times:
         bodies = source.bodies(time)
         unknown = [body for body in bodies.tolist() if body not in known]
@@ -71,42 +138,41 @@ def frames_of(source: Simulation | Trajectory, times: Iterable[float]) -> Iterat
                 f"the radius of body {unknown[0]} is not in the event file: it was inserted by hand: "
                 "the file of a run of Simulation.recorded()"
             )
-        types, radii, masses = np.array([known[body] for body in bodies.tolist()]).reshape(-1, 3).T
-        yield Frame(
-            time, bodies, types.astype(int), source.positions(time), source.velocities(time), radii, masses
-        )
+        moving = source.positions(time), source.unwrapped(time), source.velocities(time)
+        traits = np.array([known[body] for body in bodies.tolist()], dtype=float).reshape(-1, 4).T
+        numbers, radii, masses, shapes = traits
+        yield Frame(time, bodies, numbers.astype(int), *moving, radii, masses, shapes.astype(int))
 
 
 def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
     """Writes frames to a file that ends in .xyz, .extxyz or .gsd, complete or not at all; returns their
-    number.
+    number. The shapes of a scene are in GSD itself, and beside XYZ in a file of its name and .shapes.json.
 
-    Raises MissingExtra without gsd for .gsd, OSError if the file cannot be written, and Refused for a scene
-    with shapes: such files have radii alone.
+    Raises MissingExtra without gsd for .gsd, and OSError if a file cannot be written.
     """
-    form = check_form(path, scene)
-    target, many = writable_target(path), 0
+    form = check_form(path)
+    target, many, species = writable_target(path), 0, _Species(scene)
+    of_bodies: dict[int, int] = {}
     with replacing(target) as file:
         if form == ".gsd":
-            names = [str(kind) for kind in scene.kinds]
             with gsd_module().open(file.name, "w") as out:
                 for many, frame in enumerate(frames, 1):
-                    out.append(_gsd_frame(frame, scene, names, many - 1))
+                    out.append(_gsd_frame(frame, scene, species, many - 1))
         else:
             for frame in frames:
                 many += 1
-                file.write(_xyz(frame, scene).encode())
+                file.write(_xyz(frame, scene, species.of(frame)).encode())
+                of_bodies |= zip(frame.bodies.tolist(), frame.shapes.tolist(), strict=True)
+    if scene.shapes and form != ".gsd":
+        table = {"shapes": [*map(_described, scene.shapes)], "bodies": of_bodies}
+        with replacing(writable_target(f"{target}.shapes.json")) as file:
+            file.write(json.dumps(table).encode())
     return many
 
 
-def check_form(path: Path, scene: Scene | None = None) -> str:
-    """Returns the ending of a file of frames. Raises BadOption for another one, MissingExtra without gsd, and
-    Refused for a scene with other bodies than discs."""
-    if scene is not None and scene.shapes:
-        raise Refused(
-            "a file of frames has a radius for each body, and this scene has bodies of other shapes: record "
-            "the run in an event file (--events), which has them"
-        )
+def check_form(path: Path) -> str:
+    """Returns the ending of a file of frames. Raises BadOption for another one, and MissingExtra without
+    gsd."""
     form = path.suffix.lower()
     if form not in FORMS:
         raise BadOption(
@@ -125,30 +191,30 @@ def gsd_module() -> Any:
         raise MissingExtra("A GSD file", "gsd", "export") from error
 
 
-def _xyz(frame: Frame, scene: Scene) -> str:
+_COLUMNS = (
+    "species:S:1:pos:R:3:velo:R:3:momenta:R:3:radius:R:1:mass:R:1:masses:R:1:map_shift:I:3:id:I:1:kind:I:1"
+)
+
+
+def _xyz(frame: Frame, scene: Scene, types: npt.NDArray[Any]) -> str:
     borders = " ".join("T" if axis in scene.periodic else "F" for axis in "xyz")
     box = ""
     if scene.arena is not None:
         width, height = scene.arena
         box = f'Lattice="{width!r} 0.0 0.0 0.0 {height!r} 0.0 0.0 0.0 1.0" pbc="{borders}" '
-    lines = [
-        str(len(frame.bodies)),
-        f"{box}Properties=id:I:1:type:I:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1 Time={frame.time!r}",
-    ]
-    columns = (
-        frame.bodies,
-        frame.types + 1,
-        *frame.positions.T,
-        *frame.velocities.T,
-        frame.radii,
-        frame.masses,
-    )
-    for body, kind, x, y, vx, vy, radius, mass in zip(*(each.tolist() for each in columns), strict=True):
-        lines.append(f"{body} {kind} {x!r} {y!r} 0.0 {vx!r} {vy!r} 0.0 {radius!r} {mass!r}")
+    symbols, shape = _SYMBOLS.split(), ":shape:I:1" if scene.shapes else ""
+    lines = [str(len(frame.bodies)), f"{box}Properties={_COLUMNS}{shape} Time={frame.time!r}"]
+    pairs = frame.positions, frame.velocities, frame.momenta
+    columns: list[Any] = [types, *(column for pair in pairs for column in (*pair.T, np.zeros(len(types))))]
+    columns += [frame.radii, frame.masses, frame.masses, *frame.images(scene).T, frame.bodies, frame.kinds]
+    columns += [frame.shapes] if scene.shapes else []
+    for kind, *numbers in zip(*(each.tolist() for each in columns), strict=True):
+        symbol = symbols[kind] if kind < len(symbols) else "X"
+        lines.append(f"{symbol} {' '.join(map(repr, numbers))}")
     return "\n".join(lines) + "\n"
 
 
-def _gsd_frame(frame: Frame, scene: Scene, names: list[str], step: int) -> Any:
+def _gsd_frame(frame: Frame, scene: Scene, species: _Species, step: int) -> Any:
     low, sides = np.zeros(2), np.array(scene.arena or (1.0, 1.0))
     if scene.arena is None:  # a box has to be there: the smallest around the bodies
         low = (frame.positions - frame.radii[:, None]).min(axis=0, initial=0.0)
@@ -159,7 +225,10 @@ def _gsd_frame(frame: Frame, scene: Scene, names: list[str], step: int) -> Any:
     n = made.particles.N = len(frame.bodies)
     made.particles.position = np.column_stack([frame.positions - low - sides / 2, np.zeros(n)])
     made.particles.velocity = np.column_stack([frame.velocities, np.zeros(n)])
-    made.particles.types, made.particles.typeid = names, frame.types
+    made.particles.image = frame.images(scene)
+    made.particles.typeid = species.of(frame)
+    made.particles.types, made.particles.type_shapes = species.names, species.shapes
     made.particles.diameter, made.particles.mass = 2.0 * frame.radii, frame.masses
-    made.log = {"time": np.array([frame.time]), "particles/number": frame.bodies}
+    made.log = {"time": np.array([frame.time])}
+    made.log |= {"particles/number": frame.bodies, "particles/kind": frame.kinds}
     return made

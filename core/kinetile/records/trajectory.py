@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import math
 import os
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +22,27 @@ from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import INSERTED, LOG, REMOVED
 from kinetile.records.reading import EventFile, read_with_scene
 from kinetile.run.flights import Flights
+from kinetile.scene import Insert
 from kinetile.scene.bodies import in_box, nearest_image
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
+
+
+class _Plans(NamedTuple):
+    """Flight plans at a time: of which bodies (n,), anchors and velocities (n, 2), time since the anchor
+    (n,), and the periods that were taken off the anchor (n, 2)."""
+
+    bodies: NDArray[np.int64]
+    anchor: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    elapsed: NDArray[np.float64]
+    images: NDArray[np.float64]
+
+    @property
+    def places(self) -> NDArray[np.float64]:
+        """(n, 2) where the bodies are."""
+        return np.asarray(self.anchor + self.velocity * self.elapsed[:, None])
 
 
 class Trajectory:
@@ -66,19 +84,41 @@ class Trajectory:
 
         Raises ValueError for another time.
         """
-        _, anchor, velocity, elapsed = self._flight_plans(time)
-        return in_box(anchor + velocity * elapsed[:, None], self.scene.periods)
+        return in_box(self._flight_plans(time).places, self.scene.periods)
+
+    def unwrapped(self, time: float) -> NDArray[np.float64]:
+        """Returns the positions (n, 2) as if no axis were periodic: each body's first position and all that
+        it has flown. In a scene without a periodic axis that is ``positions``."""
+        plans = self._flight_plans(time)
+        return np.asarray(plans.places + plans.images * self.scene.periods)
 
     def bodies(self, time: float) -> NDArray[np.int64]:
         """Returns the numbers of the bodies that there are at ``time``, (n,), ascending."""
-        return self._flight_plans(time)[0]
+        return self._flight_plans(time).bodies
 
     def velocities(self, time: float) -> NDArray[np.float64]:
         """Returns the velocities (n, 2) of all bodies at ``time``, after the events of that very time."""
-        return self._flight_plans(time)[2]
+        return self._flight_plans(time).velocity
 
-    def _check_continuity(self, path: Path) -> None:
-        """Raises RecordError unless each body flies, from row to row, to where the next row says it is."""
+    def _periods_in(self, apart: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Returns how many periods differences (m, 2) are, to the nearest whole numbers."""
+        periods = np.array(self.scene.periods)
+        return np.asarray(np.rint(apart / np.where(periods > 0.0, periods, np.inf)))
+
+    @cached_property
+    def _images(self) -> NDArray[np.float64]:
+        """(m, 2) how many periods have been taken off the body of each flight since its first place."""
+        order, off = self._flights.by_body, self._periods_in(self._strayed[0])
+        body, off = self._flights.body[order], off[order]
+        sums = np.cumsum(off, axis=0)
+        found = np.empty_like(sums)
+        found[order] = sums - (sums - off)[np.searchsorted(body, body)]
+        return found
+
+    @cached_property
+    def _strayed(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(m, 2) where each body flies until the row of a flight, less where that row says it is; and the
+        size of the numbers of each, for its rounding."""
         flights = self._flights
         body, rows, first = flights.body, self.rows[flights.row], flights.before < 0
         place, velocity = flights.value("x", "y"), flights.value("vx", "vy")
@@ -89,26 +129,30 @@ class Trajectory:
         begins, flies = place.copy(), np.zeros_like(place)
         starts = ~came & first & (body < len(self.scene))
         begins[starts], flies[starts] = self.scene.position[body[starts]], self.scene.velocity[body[starts]]
+        coming = {each.body: each.position for each in self.scene.commands if isinstance(each, Insert)}
+        for k in np.flatnonzero(came).tolist():
+            begins[k] = coming.get(int(body[k]), begins[k])
         before = np.where(first[:, None], begins, place[flights.before])
         flown = np.where(first[:, None], flies, velocity[flights.before])
-        astray = before + flown * (time - since)[:, None] - place
-        astray = np.abs(nearest_image(astray, self.scene.periods))
         size = np.abs(before) + np.abs(place) + np.abs(flown) * (np.abs(time) + unit)[:, None]
+        return before + flown * (time - since)[:, None] - place, size
+
+    def _check_continuity(self, path: Path) -> None:
+        """Raises RecordError unless each body flies, from row to row, to where the next row says it is."""
+        astray, size = self._strayed
+        astray = np.abs(nearest_image(astray, self.scene.periods))
         wrong = np.flatnonzero((astray > 1e-9 * size).any(axis=1))
         if len(wrong):
-            at = int(wrong[0])
-            time_there = float(rows["time"][at])
+            at, flights = int(wrong[0]), self._flights
+            time_there = float(self.rows["time"][flights.row[at]])
             raise RecordError(
                 f"{path} is no whole trajectory: at time {time_there!r}, in row {flights.row[at]}, body "
-                f"{body[at]} is not where the scene and the rows before have sent it; expected every event "
-                "from the scene's start on, as the recorder gets them if it is there in each run"
+                f"{flights.body[at]} is not where the scene and the rows before have sent it; expected every "
+                "event from the scene's start on, as the recorder gets them if it is there in each run"
             )
 
-    def _flight_plans(
-        self, time: float
-    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Returns the plans in force at a time: of which bodies (n,), anchors and velocities (n, 2), time
-        since the anchor (n,)."""
+    def _flight_plans(self, time: float) -> _Plans:
+        """Returns the plans in force at a time."""
         time = float(time)
         if not self.scene.start <= time < math.inf:
             raise ValueError(
@@ -122,19 +166,22 @@ class Trajectory:
         index = np.searchsorted(self._keys, bodies * self._span + done) - 1
         moved = bodies[index >= 0]
         moved = moved[self._keys[index[moved]] // self._span == moved]
-        anchor, velocity = np.zeros((2, self._numbers, 2))
+        anchor, velocity, images = np.zeros((3, self._numbers, 2))
         anchor[:n] = nearest_image(self.scene.position, self.scene.periods)
         velocity[:n] = self.scene.velocity
         flights, which = self._flights, self._flights.by_body[index[moved]]
         anchor[moved] = flights.value("x", "y", which=which)
         velocity[moved] = flights.value("vx", "vy", which=which)
+        if self.scene.periodic:
+            images[:n] = self._periods_in(self.scene.position - anchor[:n])
+            images[moved] = self._images[which]
         rows = self.rows[flights.row[which]]
         ticks = np.full(self._numbers, now, dtype=object)
         ticks[moved] -= rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object)
         there = bodies < n
         there[moved] = rows["b"] != REMOVED
         elapsed = ticks[there].astype(np.float64) * (self._clock.unit / TICKS)
-        return bodies[there], anchor[there], velocity[there], elapsed
+        return _Plans(bodies[there], anchor[there], velocity[there], elapsed, images[there])
 
 
 def positions_at(

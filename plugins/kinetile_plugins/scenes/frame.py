@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from kinetile import Scene
+from kinetile import Scene, Shape, disc, polygon
 from kinetile.errors import BadOption
 from kinetile.records.frames import check_form, gsd_module
 from kinetile.sources import check_regular, open_regular
@@ -18,7 +19,8 @@ def frame(*, file: str, frame: int = -1, radius: float = 0.0, shrink: float = 0.
     """A frame of a file that ends in .xyz, .extxyz or .gsd: positions, velocities, radii, masses and arena.
 
     ``frame`` counts from 0, or from the end below 0. Bodies are numbered in the order of the file; those of
-    several types have them as kinds. What the file does not have is 0 for velocities, 1 for masses and
+    several types have them as kinds, in files of kinetile whole numbers. Shapes are those of GSD's types, and
+    for XYZ of NAME.shapes.json. What the file does not have is 0 for velocities, 1 for masses and
     ``radius`` for radii. Radii become smaller by the share ``shrink``: in the single precision of GSD discs
     that touch may overlap. The walls are those of the box; for GSD, whose boxes are always periodic, too.
     """
@@ -26,6 +28,8 @@ def frame(*, file: str, frame: int = -1, radius: float = 0.0, shrink: float = 0.
         found = (_from_gsd if check_form(Path(file)) == ".gsd" else _from_xyz)(Path(file), frame)
     except (LookupError, ValueError, TypeError, RuntimeError, OSError, ArithmeticError, MemoryError) as error:
         raise BadOption(f"file {file!r}: frame {frame} cannot be read: {error!r}") from error
+    if "shape" in found:
+        return Scene(**found | {"radius": None})
     if found["radius"] is None:
         if not radius > 0.0:
             raise BadOption(f"file {file!r} has no radii: expected one for all, as in -s radius=0.5")
@@ -40,14 +44,18 @@ def _from_gsd(path: Path, index: int) -> dict[str, Any]:
         frame = file[index]
     sides, particles = frame.configuration.box[:2].astype(float), frame.particles
     typeid = particles.typeid.tolist()
-    return {
+    kinds = frame.log.get("particles/kind")
+    names = [particles.types[each] for each in typeid] if kinds is None else kinds.tolist()
+    shaped = any(each.get("type") == "Polygon" for each in particles.type_shapes)
+    shapes = {"shapes": [*map(_shape, particles.type_shapes)], "shape": typeid} if shaped else {}
+    return shapes | {
         "position": particles.position[:, :2].astype(float) + sides / 2,
         "velocity": particles.velocity[:, :2].astype(float),
         "radius": particles.diameter.astype(float) / 2,
         "mass": particles.mass.astype(float),
         "arena": tuple(sides.tolist()),
         "start": float(frame.log["time"][0]) if "time" in frame.log else 0.0,
-        "kind": [particles.types[each] for each in typeid] if len(set(typeid)) > 1 else None,
+        "kind": names if len(set(names)) > 1 else None,
     }
 
 
@@ -109,7 +117,18 @@ def _from_xyz(path: Path, index: int) -> dict[str, Any]:
         )
         if periodic:
             found["periodic"] = periodic
-    types = columns.get("type", columns.get("species"))
+    if "shape" in columns:
+        with open_regular(f"{path}.shapes.json") as file:
+            found["shapes"] = [*map(_shape, json.load(file)["shapes"])]
+        found["shape"] = columns["shape"][:, 0].astype(int)
+    types = columns["kind"].astype(int) if "kind" in columns else columns.get("type", columns.get("species"))
     if types is not None and len(np.unique(types)) > 1:
         found["kind"] = types[:, 0].tolist()
     return found
+
+
+def _shape(described: dict[str, Any]) -> Shape:
+    """Returns the shape that GSD describes so."""
+    if described["type"] == "Polygon":
+        return polygon(dict.fromkeys(map(tuple, described["vertices"])), described["rounding_radius"])
+    return disc(described["diameter"] / 2)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import shutil
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ import pytest
 import kinetile as kt
 from command_line import kinetile, refused
 from kinetile.errors import BadOption, RecordError
+from kinetile.records import recover
 from kinetile.records.frames import frames_of, write_frames
 
 TIMES = [0.0, 0.25, 0.5]
@@ -30,39 +33,105 @@ def written(path, form: str, of=None) -> tuple:
     return file, sim
 
 
-def test_ase_reads_what_is_written(tmp_path):
+def torus() -> kt.Scene:
+    """Discs of two sizes, fast ones, in a box that is periodic along x; one begins in another box."""
+    made = kt.make_scene("mixture", bodies=16, density=0.3, seed=5, periodic="x")
+    place = made.position + np.array([3.0 * made.arena[0], 0.0]) * (np.arange(16) == 7)[:, None]
+    return made.replace(position=place, velocity=8.0 * made.velocity)
+
+
+def shaped() -> kt.Scene:
+    """A box, a capsule, a disc and a hexagon with a rim, immovable, two kinds."""
+    hexagon = kt.polygon([(1, 0), (0.5, 1), (-0.5, 1), (-1, 0), (-0.5, -1), (0.5, -1)], 0.25)
+    return kt.Scene(
+        [(1.0, 1.0), (1.0, 3.0), (4.0, 1.0), (4.0, 4.0), (1.0, 5.0)],
+        [(1.0, 0.5), (0.0, 0.0), (-1.0, 0.0), (0.0, 0.0), (0.5, 0.0)],
+        mass=[1.0, 2.0, 0.5, np.inf, 1.0],
+        arena=(6.0, 6.0),
+        shapes=[kt.box(1.0, 0.5), kt.capsule((-0.5, 0.0), (0.5, 0.0), 0.25), kt.disc(0.5), hexagon],
+        shape=[0, 1, 2, 3, 0],
+        kind=["a", "a", "b", "b", "b"],
+        commands=[kt.Remove(4, 0.3)],
+    )
+
+
+SCENES = {"kinds, one comes and one goes": scene, "a torus": torus, "shapes": shaped}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_ase_reads_what_is_written(name, tmp_path):
     ase = pytest.importorskip("ase.io")
-    file, sim = written(tmp_path, ".xyz")
+    file, sim = written(tmp_path, ".xyz", SCENES[name]())
     frames = ase.read(file, ":", format="extxyz")
     assert [each.info["Time"] for each in frames] == TIMES
-    assert [len(each) for each in frames] == [9, 8, 9]
-    last = frames[-1]
+    last, mass, velocity = frames[-1], sim.masses(), sim.velocities()
     assert last.positions[:, :2].tobytes() == sim.positions().tobytes()
-    assert last.arrays["velo"][:, :2].tobytes() == sim.velocities().tobytes()
+    assert last.arrays["velo"][:, :2].tobytes() == velocity.tobytes()
+    moves = (velocity != 0.0).any(axis=1)
+    assert last.get_momenta()[moves, :2].tobytes() == (mass[moves, None] * velocity[moves]).tobytes()
+    assert not last.get_momenta()[~moves].any()
     assert last.arrays["radius"].tolist() == sim.radii().tolist()
-    assert last.arrays["mass"].tolist() == sim.masses().tolist()
-    assert last.arrays["id"].tolist() == sim.bodies.tolist() == [*range(8), 9]
-    assert last.arrays["type"].tolist() == [1] * 8 + [2]
+    assert last.get_masses().tolist() == last.arrays["mass"].tolist() == mass.tolist()
+    assert last.arrays["id"].tolist() == sim.bodies.tolist()
+    assert [sim.scene.kinds[each] for each in last.arrays["kind"]] == sim.kinds.tolist()
     assert last.cell.lengths().tolist() == [*sim.scene.arena, 1.0]
-    assert not last.pbc.any()
+    assert last.pbc.tolist() == [axis in sim.scene.periodic for axis in "xyz"]
+    away = last.arrays["map_shift"] * last.cell.lengths()
+    assert (last.positions + away)[:, :2] == pytest.approx(sim.unwrapped(), rel=1e-14)
+    together = [*zip(sim.kinds, sim.shapes() if sim.scene.shapes else sim.radii(), strict=True)]
+    assert len({*zip(last.symbols, together, strict=True)}) == len({*last.symbols}) == len({*together})
 
 
-def test_gsd_reads_what_is_written(tmp_path):
+@pytest.mark.parametrize("name", SCENES)
+def test_gsd_reads_what_is_written(name, tmp_path):
     hoomd = pytest.importorskip("gsd.hoomd")
-    file, sim = written(tmp_path, ".gsd")
+    file, sim = written(tmp_path, ".gsd", SCENES[name]())
     with hoomd.open(str(file)) as frames:
         assert [float(each.log["time"][0]) for each in frames] == TIMES
         last = frames[2]
-    width, height = sim.scene.arena
+    found, sides = last.particles, np.array(sim.scene.arena)
     assert last.configuration.dimensions == 2
-    assert last.configuration.box[:2].tolist() == np.float32([width, height]).tolist()
-    middle = np.array([width, height]) / 2
-    expected = (sim.positions() - middle).astype(np.float32)
-    assert last.particles.position[:, :2].tobytes() == expected.tobytes()
-    assert last.particles.types == ["early", "late"]
-    assert last.particles.typeid.tolist() == [0] * 8 + [1]
-    assert last.particles.diameter.tolist() == (2.0 * sim.radii()).astype(np.float32).tolist()
+    assert last.configuration.box[:2].tolist() == np.float32(sides).tolist()
+    expected = (sim.positions() - sides / 2).astype(np.float32)
+    assert found.position[:, :2].tobytes() == expected.tobytes()
+    unwrapped = expected + sides / 2 + found.image[:, :2] * sides
+    assert unwrapped == pytest.approx(sim.unwrapped(), rel=1e-6)
+    assert not found.image[:, ["x" not in sim.scene.periodic, True, True]].any()
+    assert [found.types[each].split()[0] for each in found.typeid] == [*map(str, sim.kinds)]
+    assert found.diameter.tolist() == (2.0 * sim.radii()).astype(np.float32).tolist()
+    assert found.mass.tolist() == sim.masses().astype(np.float32).tolist()
     assert last.log["particles/number"].tolist() == sim.bodies.tolist()
+    for number, shape in zip(found.typeid, sim.shapes(), strict=True):
+        described = [*found.type_shapes, {}, {}][number]
+        if shape >= 0 and not sim.scene.shapes[shape].is_disc:
+            corners = dict.fromkeys(map(tuple, described["vertices"]))
+            assert (*corners,) == sim.scene.shapes[shape].core
+            assert len(described["vertices"]) >= 3
+            assert described["rounding_radius"] == sim.scene.shapes[shape].radius
+        elif described:
+            assert described["type"] == "Sphere"
+
+
+def test_shapes_are_beside_xyz(tmp_path):
+    file, sim = written(tmp_path, ".xyz", shaped())
+    beside = json.loads((tmp_path / "frames.xyz.shapes.json").read_text())
+    assert [each["type"] for each in beside["shapes"]] == ["Polygon", "Polygon", "Sphere", "Polygon"]
+    assert beside["bodies"] == {"0": 0, "1": 1, "2": 2, "3": 3, "4": 0}
+    again = kt.make_scene("frame", file=str(file))
+    assert again.shapes == sim.scene.shapes
+    assert again.shape.tolist() == [0, 1, 2, 3]
+    assert again.position.tobytes() == sim.positions().tobytes()
+    assert again.kind == (0, 0, 1, 1)
+
+
+def test_images_of_a_torus_are_those_of_the_run(tmp_path):
+    _, sim = written(tmp_path, ".xyz", torus())
+    first = sim.unwrapped()[7] - torus().position[7]
+    assert np.abs(first).max() < 8.0
+    frame = next(frames_of(sim, [0.5]))
+    assert frame.images(sim.scene)[:, 0].tolist() == (sim.unwrapped()[:, 0] // sim.scene.arena[0]).tolist()
+    assert len({*frame.images(sim.scene)[:, 0].tolist()}) > 2
+    assert not frame.images(sim.scene)[:, 1:].any()
 
 
 def test_a_frame_is_a_scene_again(tmp_path):
@@ -71,7 +140,7 @@ def test_a_frame_is_a_scene_again(tmp_path):
     assert again.position.tobytes() == sim.positions().tobytes()
     assert again.velocity.tobytes() == sim.velocities().tobytes()
     assert (again.radius.tolist(), again.mass.tolist()) == (sim.radii().tolist(), sim.masses().tolist())
-    assert (again.arena, again.start, again.kind) == (sim.scene.arena, 0.5, ("1",) * 8 + ("2",))
+    assert (again.arena, again.start, again.kind) == (sim.scene.arena, 0.5, (0,) * 8 + (1,))
     first = kt.make_scene("frame", file=str(file), frame=0)
     assert first.position.tobytes() == sim.scene.position.tobytes()
     assert len(set(first.kind)) == 1
@@ -83,7 +152,7 @@ def test_a_frame_of_gsd_is_a_scene_in_single_precision(tmp_path):
     file, sim = written(tmp_path, ".gsd")
     again = kt.make_scene("frame", file=str(file), shrink=1e-6)
     assert again.position == pytest.approx(sim.positions(), abs=1e-7)
-    assert again.kind == ("early",) * 8 + ("late",)
+    assert again.kind == (0,) * 8 + (1,)
 
 
 def test_an_event_file_gives_the_frames_of_its_run(tmp_path, monkeypatch):
@@ -98,6 +167,27 @@ def test_an_event_file_gives_the_frames_of_its_run(tmp_path, monkeypatch):
         said = kinetile(f"export {source} --every 0.25 --to out.xyz --overwrite").stdout
         assert said == "out.xyz: 3 frames, from time 0 to 0.5\n"
         assert (tmp_path / "out.xyz").read_bytes() == written(tmp_path, ".xyz")[0].read_bytes()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_file_of_a_run_that_was_resumed_or_killed_gives_its_frames(name, tmp_path):
+    pytest.importorskip("pyarrow")
+    made, path = SCENES[name](), tmp_path / "run.parquet"
+    sim = kt.Simulation(made, "naive")
+    with kt.EventRecorder(path, made) as recorder:
+        sim.run(0.35, recorder=recorder)
+        recorder.flush()
+        shutil.copy(recorder.partial, tmp_path / "killed.parquet.partial")
+    sim.save(tmp_path / "run.kt")
+    recover(tmp_path / "killed.parquet.partial")
+    again = kt.resume(tmp_path / "run.kt", "naive")
+    with kt.EventRecorder(path, made, behind=again) as recorder:
+        again.run(0.5, recorder=recorder)
+    for file, times in (("run", [0.25, 0.5]), ("killed", [0.25, 0.35])):
+        source = kt.Trajectory.read(tmp_path / f"{file}.parquet")
+        write_frames(tmp_path / "of_file.xyz", made, frames_of(source, times))
+        write_frames(tmp_path / "of_run.xyz", made, frames_of(kt.Simulation(made, "naive"), times))
+        assert (tmp_path / "of_file.xyz").read_bytes() == (tmp_path / "of_run.xyz").read_bytes()
 
 
 def test_a_body_inserted_by_hand_has_no_radius_in_an_event_file(tmp_path):

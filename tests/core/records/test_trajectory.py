@@ -23,6 +23,20 @@ def test_positions_and_velocities_are_those_of_the_run(name):
         assert trajectory.velocities(time).tobytes() == again.velocities().tobytes()
 
 
+@pytest.mark.parametrize("axes", ["x", "y", "xy"])
+def test_places_without_periods_are_those_of_the_run(axes):
+    made = kt.make_scene("grid", bodies=9, density=0.3, seed=3, periodic=axes)
+    away = np.array([5.0 * ("x" in axes), -2.0 * ("y" in axes)]) * made.arena
+    place = made.position + away * (np.arange(9) % 3 == 0)[:, None]
+    back = kt.Insert(0.25, tuple(place[3] - 3.0 * away), (-9.0, 2.0), 1e-4)
+    scene = made.replace(position=place, commands=[kt.Remove(3, 0.2), back])
+    trajectory = Trajectory(record(kt.Simulation(scene, "naive"), 3.0), scene)
+    again = kt.Simulation(scene, "naive")
+    for time in (0.0, 0.1, 0.25, 0.5, 3.0):
+        again.run(time)
+        assert trajectory.unwrapped(time).tobytes() == again.unwrapped().tobytes()
+
+
 def test_an_event_counts_at_its_own_tick():
     scene = kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.5)
     trajectory = Trajectory(record(kt.Simulation(scene, "naive"), 1.0), scene)
