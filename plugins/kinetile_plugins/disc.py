@@ -44,7 +44,11 @@ from kinetile.toolbox.lanes import (
 )
 from kinetile.toolbox.ticks import (
     HALVES,
+    Plans,
+    discs_overlap,
+    discs_touch,
     first_image,
+    first_image_of,
     first_touch,
     last_touch,
     nearest_whole,
@@ -81,6 +85,19 @@ def meet(k: Kernel, a: int, b: int) -> int:
 def meet_among_shapes(k: Kernel, a: int, b: int) -> int:
     """As ``meet``; two immovable bodies never do (rule 7s)."""
     return NEVER if math.isinf(k.mass[a]) and math.isinf(k.mass[b]) else meet(k, a, b)
+
+
+@hook
+def touch_among_shapes(k: Kernel, early: int, late: int, plans: Plans) -> int:
+    """As ``discs_touch``; two immovable bodies never do (rule 7s)."""
+    return (
+        NEVER
+        if math.isinf(k.mass[early]) and math.isinf(k.mass[late])
+        else discs_touch(k, early, late, plans)
+    )
+
+
+first_image_among_shapes = first_image_of(touch_among_shapes, discs_overlap)
 
 
 @hook
@@ -317,12 +334,13 @@ class Disc:
         """
         if scene.periodic:
             return PairParts(
-                meet=first_image,
+                meet=first_image_among_shapes if scene.shapes else first_image,
                 collide=collide_images,
-                soonest=soonest_of_images,
+                soonest=None if scene.shapes else soonest_of_images,
                 touch=touch_images,
                 part=part_images,
                 periodic=True,
+                shapes=bool(scene.shapes),
                 contact_distance="sum of radii",
             )
         if scene.shapes:

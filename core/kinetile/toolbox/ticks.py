@@ -34,6 +34,8 @@ from kinetile.kernel.compiled import Numbers as Numbers
 from kinetile.kernel.compiled import pointer as pointer
 from kinetile.kernel.compiled import with_shapes as with_shapes
 from kinetile.kernel.images import HALVES as HALVES
+from kinetile.kernel.images import discs_overlap as discs_overlap
+from kinetile.kernel.images import discs_touch as discs_touch
 from kinetile.kernel.images import first_image as first_image
 from kinetile.kernel.images import first_image_of as first_image_of
 from kinetile.kernel.images import near_zero as near_zero

@@ -81,6 +81,17 @@ def test_phases_for_some_shapes_and_one_for_all_give_what_the_one_gives(narrow, 
     together.audit()
 
 
+@pytest.mark.small
+@pytest.mark.parametrize("periodic", ["x", "xy"])
+def test_discs_and_other_shapes_meet_through_images(periodic):
+    walls = ("wall",) if periodic == "x" else ()
+    scene = MIXED.replace(periodic=periodic, mass=[np.inf, *[1.0] * 23, np.inf])
+    alone, together = run(scene, "convex", *walls), run(scene, "disc", "convex", *walls)
+    assert len(alone.contacts) == 60
+    assert together.fingerprint == alone.fingerprint
+    together.audit()
+
+
 @pytest.mark.parametrize("seed", [3, 5, 8])
 def test_immovable_bodies_and_segments_are_somebody_s(seed):
     scene = convex_scenes.drawn(seed, (8,))
