@@ -363,7 +363,47 @@ def _bounds(
 
 soonest, soonest_of_plain = _bounds(False), _bounds(True)
 soonest_of_boxes = _bounds(True, boxes=True)
-soonest_of_images = _bounds(False, periodic=True)
+_among_images = _bounds(False, periodic=True)
+
+
+@hook
+def barred_nearby(k: Kernel, body: int, at: int) -> int:
+    """Return the body from which a body is barred through the image that is nearest at a tick, or NOBODY."""
+    other = k.bodies[body].last
+    if other < 0 or k.bodies[other].last != body:
+        return NOBODY
+    elapsed = since_origin(k, at)
+    one = k.places[body]
+    two = k.places[other]
+    torus = k.clock[0].torus
+    own = k.images[body]
+    its = k.images[other]
+    sense = 1 if k.queue[body].number < k.queue[other].number else -1
+    m = nearest_whole(((two.x - one.x) + (two.vx - one.vx) * elapsed) * torus.per_x)
+    n = nearest_whole(((two.y - one.y) + (two.vy - one.vy) * elapsed) * torus.per_y)
+    is_barred = (
+        int(m) + sense * own.last_m + its.kx == own.kx and int(n) + sense * own.last_n + its.ky == own.ky
+    )
+    return int(other) if is_barred else NOBODY
+
+
+@unchecked
+@hook
+def soonest_of_images(
+    k: Kernel, body: int, count: int, barred: int, known: int, at: int
+) -> tuple[float, float, int]:
+    """Return what ``soonest`` does among images. Two that have just met touch, and would have a bound of now:
+    of the image through which they are barred there is none."""
+    met = barred_nearby(k, body, at)
+    soon, rest, who = _among_images(k, body, count, met, known, at)
+    if met != NOBODY and met != known:
+        one = k.places[body]
+        two = k.places[met]
+        delay = until_others(k, body, met, two.vx - one.vx, two.vy - one.vy, k.clock[0].limits.fat)
+        if delay < soon:
+            return delay, soon, met
+        rest = smaller(rest, delay)
+    return soon, rest, who
 
 
 @hook
