@@ -43,10 +43,11 @@ def exchange(engine: Engine, body: int, velocity: tuple[float, float]) -> None:
     slot = engine.k.slots[body : body + 1]
     x, y = positions_now(engine.k, slot)[0].tolist()
     radius, mass = float(engine.k.bodies["radius"][slot[0]]), float(engine.k.mass[slot[0]])
+    shape = int(engine.k.bodies["form"][slot[0]]) if engine.scene.shapes else None
     engine.carry_out(REMOVED, read_removal(engine, body))
     with contextlib.suppress(KinetileError, ValueError):
-        rows = read_insertion(engine, (x, y), velocity, radius, mass, None)
-        engine.carry_out(INSERTED, rows)
+        rows, new = read_insertion(engine, (x, y), velocity, radius, mass, None, shape)
+        engine.carry_out(INSERTED, rows, new)
 
 
 ZONE = 1024

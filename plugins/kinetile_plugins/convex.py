@@ -14,8 +14,6 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from kinetile.errors import Refused
 from kinetile.scene import Scene
 from kinetile.toolbox import (
@@ -565,9 +563,8 @@ class Convex:
         """Returns the parts; refuses a scene of discs alone, and one with too many different shapes."""
         if not scene.shapes:
             raise Refused("convex is for scenes with shapes, and this one has discs alone: choose disc")
-        moving = set(scene.shape[np.isfinite(scene.mass)].tolist())
-        there = set(scene.shape.tolist())
-        pairs = {pair for i in moving for j in there for pair in ((i, j), (j, i))}
+        every = range(len(scene.shapes))
+        pairs = {pair for i in scene.movable_shapes for j in every for pair in ((i, j), (j, i))}
         numbers = difference_table(scene.shapes, pairs)
         rows = [int(row) for row in numbers[1 : 1 + len(scene.shapes) ** 2] if row]
         bounds = soonest

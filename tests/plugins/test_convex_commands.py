@@ -141,5 +141,3 @@ def test_losses_are_along_the_face_alone():
     sim = kt.Simulation(scene, "cells", audit=1)
     sim.run(until=4.0)
     assert sim.velocities().tolist() == [[-0.5, 0.25], [0.0, 0.0]]
-    with pytest.raises(ValueError, match="no disc is inserted"):
-        sim.insert((9.0, 9.0), (0.0, 0.0), 0.5)

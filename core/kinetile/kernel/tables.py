@@ -60,6 +60,14 @@ BODY = np.dtype(
 SIDES = np.dtype([(name, "f8") for name in ("left", "right", "down", "up")])
 """How far a body reaches to each side, where not all are discs (rule 6s)."""
 
+FORM = np.dtype(
+    [
+        *((name, "f8") for name in SIDES.names),  # type: ignore[union-attr]
+        ("fits", "i8"),  # whether the phases are prepared for a body of this shape
+    ]
+)
+"""A shape of the table of shapes."""
+
 SHAPED = np.dtype(
     [
         *((name, BODY[name]) for name in BODY.names),  # type: ignore[union-attr]
@@ -134,6 +142,7 @@ COMMAND = np.dtype(
         ("after", "i8"),  # after this many contacts of its tick
         ("kind", "i4"),
         ("overtakes", "i4"),  # planned commands of its tick that came after it (a history's alone)
+        ("form", "i8"),  # the shape of an inserted body, where not all are discs
     ],
     align=True,
 )
@@ -298,6 +307,7 @@ class Kernel(NamedTuple):
     mass: Records  # (n,) where bodies are alike, this and the next are one number, n times (``equal``)
     radii: Records  # (n,) the radii again, close together
     sides: Records  # (n,) the sides again, close together; empty where all are discs
+    forms: Records  # the shapes that bodies have, or may have; empty where all are discs
     places: Records  # (n,) place and velocity at the common clock ``clock[0].origin``
     queue: Records  # (n,) what awaits each body
     links: Records  # (n + 2^m,) the calendar: a ring for each slice, of its own link n + slice and its bodies
@@ -348,6 +358,7 @@ def allocate(bodies: int, near: int, log_rows: int, alike: bool = False, shaped:
         mass=equal(1.0, bodies) if alike else np.ones(bodies),
         radii=equal(0.0, bodies) if alike else np.zeros(bodies),
         sides=record_table(SIDES, bodies if shaped else 0),
+        forms=record_table(FORM, 0),
         places=record_table(PLACE, bodies),
         queue=record_table(ENTRY, bodies),
         links=record_table(LINK, bodies + slices),

@@ -15,17 +15,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.errors import Mistake
 from kinetile.kernel.log import INSERTED, REMOVED, TURNED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.tables import NOBODY, OFFER, record_table
 from kinetile.run.advance import End
-from kinetile.run.engine.agenda import Rows
+from kinetile.run.engine.agenda import Rows, number_of
 from kinetile.run.engine.bounds import MOST_FLOWN
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.questions.places import Box, Point
 from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import LARGEST, WALL, Extent, is_finite, shown
-from kinetile.scene.commands import check_command
+from kinetile.scene.commands import check_command, shape_of, with_shape
 from kinetile.scene.responses import Kind, no_kind
 from kinetile.scene.shapes import Shape
 from kinetile.toolbox.differences import DISC, Outline, circle_around
@@ -252,13 +253,20 @@ def _slots_of(engine: Engine, numbers: npt.NDArray[Any]) -> npt.NDArray[np.int32
 
 
 def read_insertion(
-    engine: Engine, position: object, velocity: object, radius: float, mass: float, kind: Kind | None
-) -> Rows:
-    """Returns the command that inserts a body now; ValueError for values that a scene would refuse."""
+    engine: Engine,
+    position: object,
+    velocity: object,
+    radius: float,
+    mass: float,
+    kind: Kind | None,
+    shape: Shape | int | None = None,
+) -> tuple[Rows, tuple[Shape, ...]]:
+    """Returns the command that inserts a body now, and its shape, if the table of shapes does not have it;
+    ValueError for values that a scene would refuse."""
     kinds = engine.scene.kinds
     kind = kinds[0] if kind is None else kind
-    if engine.scene.shapes:
-        raise ValueError("this body cannot come: no disc is inserted into a scene of other shapes yet")
+    if engine.scene.shapes and engine.composition.gapless:
+        raise ValueError(f"this body cannot come: {engine.composition.gapless}")
     if kind not in kinds:
         raise ValueError(f"this body cannot come: {no_kind(kind, kinds)}")
     if mass == math.inf and engine.composition.rules is None:
@@ -266,10 +274,17 @@ def read_insertion(
             "this body cannot come: its mass is infinite, and this run is not made for bodies that nothing "
             "can move; give the scene responses='elastic', and it is"
         )
-    insertion = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind)  # type: ignore[arg-type]
-    scene = engine.scene
+    insertion = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind, shape)  # type: ignore[arg-type]
+    scene, mistakes = engine.scene, list[Mistake]()
     extent = None if scene.arena is None else Extent(scene.arena, scene.periodic)
-    mistakes = check_command(insertion, "", None, extent)
+    has = shape_of(insertion, "", scene.shapes, mistakes)
+    if has is not None and not scene.shapes and not has.is_disc:
+        raise ValueError(
+            f"this body cannot come: it is a {has.kind}, and this run is made for discs alone; list "
+            "the shape in the scene, shapes=[...], and it is made for such bodies as well"
+        )
+    insertion = with_shape(insertion, has, bool(scene.shapes))
+    mistakes += check_command(insertion, "", None, extent)
     if mistakes:
         said = "; ".join(
             f"{mistake.where.removeprefix('.')} is {mistake.found}, expected {mistake.expected}"
@@ -279,12 +294,16 @@ def read_insertion(
     rows = engine.command_rows(INSERTED)
     x, y = map(float, insertion.position)
     vx, vy = map(float, insertion.velocity)
+    radius = float(insertion.radius)
     _check_speed(engine, math.hypot(vx, vy), min(engine.bounds.smallest, radius))
-    new = (x, y, vx, vy, float(radius), float(mass), engine.numbers)
+    new = (x, y, vx, vy, radius, float(mass), engine.numbers)
     for name, value in zip(("x", "y", "vx", "vy", "radius", "mass", "body"), new, strict=True):
         rows[name] = value
     rows["kind"] = kinds.index(kind)
-    return rows
+    if has is None or not scene.shapes:
+        return rows, ()
+    rows["form"] = number_of(has, mass, scene)
+    return rows, (has,) if rows["form"][0] == len(scene.shapes) else ()
 
 
 def read_removal(engine: Engine, body: object) -> Rows:

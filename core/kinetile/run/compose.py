@@ -34,7 +34,7 @@ from kinetile.plugin.protocols import (
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
 from kinetile.run.pair_phases import pair_parts, spec_of, who_takes
-from kinetile.scene import Response, Scene, Turn
+from kinetile.scene import Insert, Response, Scene, Turn
 from kinetile.scene.responses import ELASTIC, PASS
 from kinetile.toolbox.reach import skin_at_start
 
@@ -202,6 +202,21 @@ class Composition:
         """Whether bodies of some kinds pass through each other, by the rules of the scene."""
         return self.rules is not None and self.rules.passing and self.pair is not None
 
+    @property
+    def of_shapes(self) -> dict[str, Any]:
+        """The values for templates that insert bodies into a scene with shapes; none where the narrow phases
+        say nothing of gaps, and so no body is inserted."""
+        gap = self.pair.gap if self.prepared.shapes and self.pair is not None else None
+        return {} if gap is None else {"SHAPED": True, "gap": gap}
+
+    @property
+    def gapless(self) -> str:
+        """Why no body can be inserted into the scene, in which there are shapes; "" where it can."""
+        if self.pair is not None and self.pair.gap is not None:
+            return ""
+        who = " and ".join(self.narrow_phases) if self.pair is not None else "no narrow phase for pairs"
+        return f"{who} says how far apart two shapes are (gap), by which it has room: choose convex"
+
     def loop(self, commands: Commands) -> Callable[..., Any]:
         """Returns the loop for these phases, compiled at the first call or when it is made ready."""
         return compose(advance, self._parts(commands), self.label, type(self.broad.state))
@@ -230,6 +245,8 @@ class Composition:
             "PASSING": self.passing,
             "PERIODIC": bool(self.prepared.periodic),
         }
+        if self.prepared.shapes and commands == Commands.ALL:
+            parts |= self.of_shapes
         if self.rules is not None:
             parts |= self.rules.parts(self.pair, self.wall)
         if parts["AHEAD"]:
@@ -351,7 +368,10 @@ def _prepared(
     if broad.solid:
         _demand_solid(name, given, pair)
     rules = read_rules(scene, (name, broad), given)
-    return Composition(name, broad_options, narrow_options, broad, pair, wall, scene, rules)
+    found = Composition(name, broad_options, narrow_options, broad, pair, wall, scene, rules)
+    if scene.shapes and found.gapless and any(isinstance(each, Insert) for each in scene.commands):
+        raise Refused(f"no body is inserted into this scene of shapes: {found.gapless}")
+    return found
 
 
 def _demand_periodic(

@@ -9,6 +9,7 @@ import numpy as np
 
 from kinetile.kernel.clock import TICKS
 from kinetile.scene import Scene
+from kinetile.scene.shapes import Shape
 
 if TYPE_CHECKING:
     from kinetile.run.engine.contents import Contents
@@ -25,10 +26,12 @@ class Prepared(Scene):
         capacity: the number of bodies for which a phase makes room.
         ruled: whether the scene of the start has kinds, or contacts other than elastic ones of movable
             bodies.
+        movable_shapes: those of the scene of the start, and those that were added to it.
     """
 
     capacity: int = 0
     ruled: bool = False
+    movable_shapes: frozenset[int] = frozenset()
 
     @classmethod
     def of(cls, scene: Scene, capacity: int | None = None) -> Prepared:
@@ -36,8 +39,20 @@ class Prepared(Scene):
         LEAST if that is more."""
         room = max(2 * len(scene), LEAST) if capacity is None else capacity
         copy = object.__new__(cls)
-        copy.__dict__.update(vars(scene) | {"capacity": room, "ruled": scene.ruled})
+        of_the_start = {"ruled": scene.ruled, "movable_shapes": scene.movable_shapes}
+        copy.__dict__.update(vars(scene) | {"capacity": room} | of_the_start)
         return copy
+
+
+def with_shapes(scene: Scene, shapes: tuple[Shape, ...]) -> Scene:
+    """Returns a scene with more shapes in its table, which bodies of finite mass may have."""
+    if not shapes:
+        return scene
+    first, copy = len(scene.shapes), Prepared.of(scene, scene.capacity)
+    more = {number for number, each in enumerate(shapes, first) if each.is_solid}
+    table = {"shapes": (*scene.shapes, *shapes), "movable_shapes": scene.movable_shapes | more}
+    copy.__dict__.update(table)
+    return copy
 
 
 def standing(contents: Contents, scene: Scene, capacity: int, coming: Any = None) -> Prepared:
@@ -52,6 +67,7 @@ def standing(contents: Contents, scene: Scene, capacity: int, coming: Any = None
         "radius": plans["radius"],
         "mass": plans["mass"],
         "kind_numbers": plans["kind"].astype(np.int64),
+        "shape": plans["form"].astype(np.int64),
     }
     if coming is not None:
         new = {
@@ -60,13 +76,10 @@ def standing(contents: Contents, scene: Scene, capacity: int, coming: Any = None
             "radius": coming.radius,
             "mass": coming.mass,
             "kind_numbers": coming.kind,
+            "shape": coming.form if scene.shapes else -1,
         }
         columns = {name: np.concatenate([column, [new[name]]]) for name, column in columns.items()}
     columns = {name: np.ascontiguousarray(column) for name, column in columns.items()}
-    if scene.shapes:  # no body is inserted into such a scene: numbers are those of the start
-        columns["shape"] = scene.shape[plans["number"]]
-    else:
-        columns["shape"] = np.full(len(columns["radius"]), -1)
     for column in columns.values():
         column.flags.writeable = False
     copy = Prepared.of(scene, max(capacity, len(columns["radius"])))

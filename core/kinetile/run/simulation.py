@@ -355,24 +355,30 @@ class Simulation(Moment):
         radius: float | None = None,
         mass: float = 1.0,
         kind: Kind | None = None,
+        shape: Shape | int | None = None,
     ) -> int:
-        """Inserts a disc now, and returns its number, which no other body of this run has or had.
+        """Inserts a disc now, or a body of a ``shape``, given as it is or by its number in the scene's table.
+        Returns its own number, which no other body of this run has or had.
 
-        It may touch others and the walls, and overlap those that it passes through. ``kind`` is one of the
-        scene's, by default the first. A refused call leaves everything unchanged.
+        A shape that the scene's table does not list is added to it: the tables are made again, which takes
+        longer. It may touch others and the walls, and overlap those that it passes through. ``kind`` is one
+        of the scene's, by default the first. A refused call leaves everything unchanged.
 
         Raises:
             Refused: it would reach into a body or beyond a wall (the error names it, with the depth), or
                 the broad phase does not accept a scene with it.
             ValueError: a scene would refuse a number, or the speed is too fast for the clock.
-            TypeError: there is no radius.
+            TypeError: there is neither radius nor shape.
             BusyError: as ``set_velocities``.
         """
-        if radius is None:
-            raise TypeError("insert() needs the radius of the body that comes: insert(position, radius=...)")
+        if radius is None and shape is None:
+            raise TypeError(
+                "insert() needs the radius of the body that comes, or its shape: insert(position, radius=...)"
+            )
+        size = 0.0 if radius is None else radius
         with self._alone("take a body in"):
-            rows = arguments.read_insertion(self._engine, position, velocity, radius, mass, kind)
-            self._engine.carry_out(INSERTED, rows)
+            rows, new = arguments.read_insertion(self._engine, position, velocity, size, mass, kind, shape)
+            self._engine.carry_out(INSERTED, rows, new)
         return int(rows["body"][0])
 
     def remove(self, body: int) -> None:
@@ -387,7 +393,7 @@ class Simulation(Moment):
         """Returns the scene together with all interactive commands, each at its exact time, and
         with the present moment as its exact end: under any phase it has the contacts of this run."""
         engine = self._engine
-        played = engine.history.in_scene(self.scene, engine.clock)
+        played = engine.history.in_scene(engine.scene, engine.clock)
         end = (*divmod(engine.clock.total(engine.now), TICKS), engine.met_now)
         return relabelled(played, settings=replace(played.settings, until=engine.time, end=end))
 
@@ -728,9 +734,8 @@ class Simulation(Moment):
 
     def _query(self) -> Query:
         engine = self._engine
-        slots, scene = engine.taken.astype(np.int64), self.scene
-        overlapping = engine.overlapping
-        return Query(engine.k, slots, engine.clock, self.composition, scene.shapes, scene.shape, overlapping)
+        slots, shapes = engine.taken.astype(np.int64), engine.scene.shapes
+        return Query(engine.k, slots, engine.clock, self.composition, shapes, engine.overlapping)
 
     def _among(self, kinds: Kind | Iterable[Kind] | None) -> Query:
         """Returns the present bodies, with the bodies of these kinds alone; ValueError for what is none."""

@@ -36,7 +36,7 @@ from kinetile.scene.checks import (
     Extent,
     shown,
 )
-from kinetile.scene.shapes import Table, overlapping_shapes
+from kinetile.scene.shapes import SEGMENTS, Table, overlapping_shapes
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -167,9 +167,8 @@ def check_bodies(bodies: Bodies, extent: Extent | None, passing: Passing) -> lis
     movable = np.asarray(right["mass"] & np.isfinite(bodies.mass))
     mistakes += _check_masses(bodies.mass, np.flatnonzero(movable & bodies.known("mass")))
     if bodies.table is not None:
-        right_shape = "a shape with an interior, or mass = inf: segments are for obstacles"
         for i in np.flatnonzero(movable & bodies.table.hollow).tolist():
-            mistakes.append(Mistake(f"bodies[{i}].shape", "a segment, which has no interior", right_shape))
+            mistakes.append(Mistake(f"bodies[{i}].shape", *SEGMENTS))
     placed = right["position"] & right["radius"] & bodies.known("position", "radius")
     periods = (0.0, 0.0)
     if extent is not None:

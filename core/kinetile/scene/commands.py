@@ -13,7 +13,7 @@ import math
 import operator
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, cast
 
 from kinetile.errors import Mistake
 from kinetile.kernel.clock import TICKS
@@ -22,6 +22,7 @@ from kinetile.scene.checks import (
     FARTHEST,
     LARGEST,
     PERIODIC_BODY,
+    PERIODIC_SHAPE,
     SMALLEST,
     TOLERANCE,
     Extent,
@@ -32,6 +33,7 @@ from kinetile.scene.checks import (
     is_kind,
     shown,
 )
+from kinetile.scene.shapes import SEGMENTS, Shape, disc
 
 
 class Turn(NamedTuple):
@@ -44,17 +46,19 @@ class Turn(NamedTuple):
 
 
 class Insert(NamedTuple):
-    """An insertion at ``time``; ``body`` is its number, -1 before it has one; ``kind`` is by default the
-    scene's first."""
+    """An insertion at ``time``, of a disc of some ``radius`` or of a ``shape``, which may be given by its
+    number in the scene's table; ``body`` is its number, -1 before it has one; ``kind`` is by default the
+    scene's first. In a scene with shapes it has a shape, and the radius of the circle that holds it."""
 
     time: float
     position: Numbers
     velocity: Numbers
-    radius: float
+    radius: float = 0.0
     mass: float = 1.0
     body: int = -1
     at: tuple[int, int, int] | None = None
     kind: str | int | None = None
+    shape: Shape | int | None = None
 
 
 class Remove(NamedTuple):
@@ -108,6 +112,37 @@ def speeds(commands: Iterable[Command]) -> list[float]:
     return [vx * vx + vy * vy for vx, vy in given]
 
 
+def shape_of(command: Any, where: str, table: Sequence[Shape], mistakes: list[Mistake]) -> Shape | None:
+    """Returns the shape of a body that a command inserts, a disc by its radius; None for other commands, and
+    for a shape or a radius that is none. Appends the mistakes of a shape."""
+    if not isinstance(command, Insert):
+        return None
+    shape: Any = command.shape
+    if shape is None:
+        right = is_finite(command.radius) and SMALLEST <= command.radius <= LARGEST
+        return disc(command.radius) if right else None
+    if not isinstance(shape, Shape):
+        if not _is_number_of_body(shape, False) or shape >= len(table):
+            wanted = f"a shape, or the number of one, 0 to {len(table) - 1}" if table else "a shape"
+            mistakes.append(Mistake(f"{where}.shape", shown(shape), wanted))
+            return None
+        shape = table[shape]
+    if not is_finite(command.radius) or command.radius not in (0.0, shape.reach):
+        mistakes.append(Mistake(f"{where}.radius", "a radius beside a shape", "one of the two"))
+    if not shape.is_solid and command.mass != math.inf:
+        mistakes.append(Mistake(f"{where}.shape", *SEGMENTS))
+    return cast(Shape, shape)
+
+
+def with_shape(command: Any, shape: Shape | None, shaped: bool) -> Any:
+    """Returns an insertion with the shape of its body, if the scene has shapes, and with its radius; other
+    commands as they are. The mistakes of a shape have been reported."""
+    if shape is not None:
+        return command._replace(shape=shape if shaped else None, radius=shape.reach)
+    wrong = isinstance(command, Insert) and command.shape is not None
+    return command._replace(shape=None, radius=SMALLEST) if wrong else command
+
+
 def check_command(command: Any, where: str, start: float | None, extent: Extent | None) -> list[Mistake]:
     """Checks one command by itself; ``check_presence`` checks that its body is present.
 
@@ -155,14 +190,20 @@ def _check_body(command: Any, where: str, extent: Extent | None) -> list[Mistake
                 Mistake(f"{where}.{name}", shown(number), "a number from 2**-200 to 2**200, greater than 0")
             )
     if extent is not None and not mistakes:
-        for place, side, period in zip(command.position, extent.sides, extent.periods, strict=True):
-            least = command.radius * (1 - TOLERANCE)
-            if period and not (2.0 * command.radius < period and abs(place) <= FARTHEST * period):
-                mistakes.append(Mistake(where, shown(command), PERIODIC_BODY))
+        shape, r, allowed = command.shape, command.radius, TOLERANCE * command.radius
+        reaches = shape.reaches if isinstance(shape, Shape) else (r, r, r, r)
+        wide, narrow = (2.0, PERIODIC_BODY) if shape is None else (4.0, PERIODIC_SHAPE)
+        each_axis = zip(
+            command.position, extent.sides, extent.periods, (reaches[:2], reaches[2:]), strict=True
+        )
+        for place, side, period, (low, high) in each_axis:
+            if period and not (wide * r < period and abs(place) <= FARTHEST * period):
+                mistakes.append(Mistake(where, shown(command), narrow))
                 break
-            if not period and not least <= place <= side - least:
+            if not period and not low - allowed <= place <= side - (high - allowed):
+                what = "disc" if shape is None else "body"
                 expected = (
-                    f"the whole disc inside the arena, [0, {extent.sides[0]!r}] x [0, {extent.sides[1]!r}]"
+                    f"the whole {what} inside the arena, [0, {extent.sides[0]!r}] x [0, {extent.sides[1]!r}]"
                 )
                 mistakes.append(Mistake(f"{where}.position", shown(command.position), expected))
                 break
@@ -206,14 +247,4 @@ def check_presence(commands: Sequence[Command], places: Sequence[str], bodies: i
         elif isinstance(command, Remove):
             there.remove(body)
             gone.add(body)
-    return mistakes
-
-
-def check_shaped(commands: Iterable[tuple[str, Any]]) -> list[Mistake]:
-    """Refuses what scenes with shapes cannot have yet; the commands are given with their places."""
-    mistakes = []
-    for where, command in commands:
-        if isinstance(command, Insert):
-            right = "turns and removals: into a scene of other shapes than discs no body is inserted yet"
-            mistakes.append(Mistake(where, "an insertion in a scene with shapes", right))
     return mistakes

@@ -208,11 +208,12 @@ class _File:
         rows = self._usable("bodies", [])
         columns, unread = self._columns(rows)
         shapes = self._shapes()
-        if rows and ("shapes" in self.tables or any("shape" in row for _, row in self._whole(rows))):
+        if any("shape" in row for _, row in self._whole(rows)):
             numbers, unread["shape"] = self._shape_numbers(rows)
             if shapes is None:
                 unread["shape"][:] = True
-            columns |= {"radius": None, "shape": numbers, "shapes": shapes or ()}
+            columns |= {"radius": None, "shape": numbers}
+        columns["shapes"] = shapes or ()
         given = Given(
             **columns,
             arena=self.tables.get("arena"),
@@ -228,7 +229,10 @@ class _File:
             obstacles=self._obstacles(),
         )
         turns = [turn for i, row in self._whole(rows) for turn in self._turns(i, row)]
-        return self._scene_of(given, turns, self._commands(), unread)
+        commands = self._commands()
+        if shapes is None:
+            commands = [each for each in commands if getattr(each[1], "shape", None) is None]
+        return self._scene_of(given, turns, commands, unread)
 
     def _scene_of(
         self,
@@ -425,7 +429,8 @@ def _command(row: Mapping[str, Any]) -> Command:
         return Turn(row["turn"], time, tuple(row["velocity"]), at)
     new = {"velocity": (0.0, 0.0), "mass": 1.0, "body": -1} | row["insert"]
     place, flies = tuple(new["position"]), tuple(new["velocity"])
-    return Insert(time, place, flies, new["radius"], new["mass"], new["body"], at, new.get("kind"))
+    size, shape = new.get("radius", 0.0), new.get("shape")
+    return Insert(time, place, flies, size, new["mass"], new["body"], at, new.get("kind"), shape)
 
 
 def _written_commands(scene: Scene) -> list[str]:
@@ -444,10 +449,12 @@ def _written_commands(scene: Scene) -> list[str]:
         elif isinstance(each, Turn):
             lines += [f"turn = {_toml(each.body)}", f"velocity = {_toml(each.velocity)}"]
         else:
-            fields = ["position", "velocity", "radius", "mass", "body"]
-            fields += ["kind"] if each.kind is not None else []
-            inside = ", ".join(f"{name} = {_toml(getattr(each, name))}" for name in fields)
-            lines.append(f"insert = {{ {inside} }}")
+            names = ["position", "velocity", "radius" if each.shape is None else "shape", "mass", "body"]
+            names += ["kind"] if each.kind is not None else []
+            values = each._asdict()
+            if isinstance(each.shape, Shape):
+                values["shape"] = scene.shapes.index(each.shape)
+            lines.append(f"insert = {_toml({name: values[name] for name in names})}")
     return lines
 
 

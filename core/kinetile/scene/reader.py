@@ -32,14 +32,15 @@ from kinetile.scene.commands import (
     Turn,
     check_command,
     check_presence,
-    check_shaped,
     check_turn,
     numbered,
+    shape_of,
     speeds,
+    with_shape,
 )
 from kinetile.scene.responses import SceneRules, read_rules
 from kinetile.scene.settings import Settings, check_end, check_settings
-from kinetile.scene.shapes import Obstacle, Table, are_given, beside, read_table
+from kinetile.scene.shapes import Obstacle, Shape, Table, are_given, beside, read_table
 
 
 class Given(NamedTuple):
@@ -99,7 +100,14 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     """Returns the values of a scene's fields; raises SceneError with every mistake, those of the file too."""
     mistakes: list[Mistake] = []
     settings = _read_settings(given, mistakes)
-    bodies = _read_bodies(given, places.unread, mistakes)
+    commands = _listed("commands", given.commands, "a sequence of commands", places.commands, mistakes)
+    listed = _listed_shapes(given)
+    coming = [shape_of(command, where, listed, mistakes) for where, command in commands]
+    bodies = _read_bodies(given, places.unread, [each for each in coming if each is not None], mistakes)
+    commands = [
+        (where, with_shape(command, shape, bodies.table is not None))
+        for (where, command), shape in zip(commands, coming, strict=True)
+    ]
     framed = check_frame(given.arena, given.start, settings.until if given.until is None else given.until)
     amiss = {mistake.where for mistake in framed}
     wrong = check_periodic(given.periodic, given.arena is not None)
@@ -107,7 +115,6 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     known_arena = given.arena is not None and "arena" not in amiss
     sides = (float(given.arena[0]), float(given.arena[1])) if known_arena else None
     extent = None if sides is None else Extent(sides, "" if wrong else given.periodic)
-    commands = _listed("commands", given.commands, "a sequence of commands", places.commands, mistakes)
     rules = _read_rules(given, len(bodies), commands, places.complete, mistakes)
     mistakes += check_bodies(bodies, extent, (rules.kind, rules.passing))
     start = None if "start" in amiss else float(given.start)
@@ -117,8 +124,6 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         mistakes += check_turn(turn, where, len(bodies), start)
     for where, command in commands:
         mistakes += check_command(command, where, start, extent)
-    if bodies.table is not None:
-        mistakes += check_shaped(commands)
     mistakes += check_unit(given.unit) + check_settings(settings)
     _raise(mistakes, places)
 
@@ -175,9 +180,22 @@ def _read_settings(given: Given, mistakes: list[Mistake]) -> Settings:
     return given.settings if isinstance(given.settings, Settings) else Settings()
 
 
-def _read_bodies(given: Given, unread: Mapping[str, Bools], mistakes: list[Mistake]) -> Bodies:
-    """Returns the bodies, and the obstacles after them; appends what makes their columns unreadable."""
-    shaped = are_given(given.shape, given.shapes)
+def _listed_shapes(given: Given) -> tuple[Shape, ...]:
+    """Returns the table of shapes that is given; none, if it is none."""
+    if isinstance(given.shape, Shape):
+        return (given.shape,)
+    listed = isinstance(given.shapes, tuple | list) and all(isinstance(each, Shape) for each in given.shapes)
+    return tuple(given.shapes) if listed else ()
+
+
+def _read_bodies(
+    given: Given, unread: Mapping[str, Bools], coming: Sequence[Shape], mistakes: list[Mistake]
+) -> Bodies:
+    """Returns the bodies, and the obstacles after them; appends what makes their columns unreadable. The
+    table of shapes has those of bodies that are still to come as well."""
+    listed = _listed_shapes(given)
+    radii = given.radius is not None and not are_given(given.shape, ())
+    shaped = are_given(given.shape, given.shapes) and not (radii and listed)
     if (given.radius is not None) == shaped:
         both = ("radii beside shapes", "one of the two: a shape has its own radius")
         mistakes.append(Mistake("radius", *(both if shaped else ("nothing", "radii, or shapes"))))
@@ -190,12 +208,16 @@ def _read_bodies(given: Given, unread: Mapping[str, Bools], mistakes: list[Mista
         unknown = {**bodies.unknown, "radius": table.unknown}
         bodies = replace(bodies, radius=table.radius, unknown=unknown, table=table)
     if given.obstacles:
-        bodies = _with_obstacles(bodies, given.obstacles)
+        bodies = _with_obstacles(bodies, given.obstacles, listed)
+    if bodies.table is not None or not all(each.is_disc for each in (*listed, *coming)):
+        table = bodies.table or beside(None, bodies.radius, bodies.unknown["radius"], (), listed)
+        more = [each for each in dict.fromkeys((*listed, *coming)) if each not in table.shapes]
+        bodies = replace(bodies, table=replace(table, shapes=(*table.shapes, *more)))
     return replace(bodies, table=None) if bodies.table is not None and bodies.table.discs else bodies
 
 
-def _with_obstacles(bodies: Bodies, obstacles: Sequence[Obstacle]) -> Bodies:
-    table = beside(bodies.table, bodies.radius, bodies.unknown["radius"], obstacles)
+def _with_obstacles(bodies: Bodies, obstacles: Sequence[Obstacle], listed: Sequence[Shape]) -> Bodies:
+    table = beside(bodies.table, bodies.radius, bodies.unknown["radius"], obstacles, listed)
     known = np.zeros(len(obstacles), dtype=np.bool_)
     return Bodies(
         position=np.concatenate([bodies.position, [each.position for each in obstacles]]),

@@ -40,8 +40,10 @@ class Scene:
     ``position`` and ``velocity`` are (n, 2); ``radius`` and ``mass`` are (n,), or one number for all; all are
     kept as read-only arrays of float64. Bodies of other shapes, which do not rotate, have ``shapes``, a list,
     and ``shape`` in the place of ``radius``: (n,) the index of each body's shape, or one for all, or one
-    ``Shape`` for all. Then ``radius`` is the circle around a body's position that holds it. If all are
-    discs, the scene is the one that ``radius`` makes: ``shapes`` is empty, and ``shape`` is -1.
+    ``Shape`` for all. Then ``radius`` is the circle around a body's position that holds it. The list has the
+    shapes of inserted bodies as well, and may stand beside ``radius``, where bodies of other shapes are
+    inserted among discs. If all are discs, the scene is the one that ``radius`` makes: ``shapes`` is empty,
+    and ``shape`` is -1.
 
     ``arena`` is (width, height), for walls around [0, width] x [0, height], or None for no walls.
     ``periodic`` names the axes, "x", "y" or "xy", along which the arena has no walls but repeats itself: the
@@ -162,6 +164,18 @@ class Scene:
     def periods(self) -> tuple[float, float]:
         """The periods of the two axes; 0 for one that is not periodic."""
         return (0.0, 0.0) if self.arena is None else Extent(self.arena, self.periodic).periods
+
+    @property
+    def movable_shapes(self) -> frozenset[int]:
+        """The numbers of the shapes that bodies of finite mass have, or may have when they are inserted: all
+        but those that bodies of infinite mass alone have at the start."""
+        coming = {each.shape for each in self.commands if isinstance(each, Insert) and each.mass < math.inf}
+        moving, there = set(self.shape[np.isfinite(self.mass)].tolist()), set(self.shape.tolist())
+        return frozenset(
+            number
+            for number, shape in enumerate(self.shapes)
+            if number in moving or shape in coming or (shape.is_solid and number not in there)
+        )
 
     @property
     def answer(self) -> int:

@@ -76,13 +76,16 @@ class _Body(_Disc):
 
 
 class _Insertion(_Disc):
+    shape: _Number = Field(_ABSENT, description="the number of a shape")
     body: _Number = _ABSENT
 
 
 class _Command(_FileTable):
     time: _Time
     at: _Moment = _ABSENT
-    insert: _Insertion = Field(_ABSENT, description="a table with position, velocity, radius and mass")
+    insert: _Insertion = Field(
+        _ABSENT, description="a table with position, velocity, radius or shape, and mass"
+    )
     remove: _Number = _ABSENT
     turn: _Number = _ABSENT
     velocity: _Velocity = _ABSENT
@@ -169,9 +172,8 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
     for kind, place in found:
         if kind == "extra_forbidden":
             continue
-        of_a_body = kind == "missing" and place[::2] == ("bodies", "radius")
-        if of_a_body and ("shapes" in tables or "shape" in _at(tables, place[:-1])):
-            continue  # it has a shape, or lacks one
+        if kind == "missing" and place[-1] == "radius" and _has_shape(tables, place[:-1]):
+            continue
         while isinstance(place[-1], int) and place[-2] not in _LISTS:
             place = place[:-1]  # the message is about a position, not its second number
         faults.add(place)
@@ -181,6 +183,12 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
             also = ", or a recipe by name" if place == ("bodies",) else ""
             mistakes[place] = Mistake(written(place), "nothing", expected(place) + also)
     return list(mistakes.values()), faults
+
+
+def _has_shape(tables: Mapping[str, Any], place: Place) -> bool:
+    """Whether a body, or one that is inserted, has a shape, or lacks one as other bodies have."""
+    rows = [row for row in tables.get("bodies", ()) if isinstance(row, dict)] if place[0] == "bodies" else []
+    return any("shape" in row for row in (_at(tables, place), *rows))
 
 
 def written(place: Place) -> str:

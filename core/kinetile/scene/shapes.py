@@ -245,6 +245,12 @@ def shape_row(shape: Shape) -> dict[str, Any]:
     return {key: values[key] for key in _FORMS[shape.kind][1]}
 
 
+SEGMENTS = (
+    "a segment, which has no interior",
+    "a shape with an interior, or mass = inf: segments are for obstacles",
+)
+"""What a mistake says of a body of finite mass that is a segment, and what would be right."""
+
 OBSTACLE = "obstacle"
 """The kind of obstacles that are given none."""
 
@@ -303,9 +309,8 @@ class Table:
 
     @property
     def discs(self) -> bool:
-        """Whether the bodies are discs, all of them."""
-        known = np.unique(self.index[~self.unknown]).tolist()
-        return not self.unknown.any() and all(self.shapes[each].is_disc for each in known)
+        """Whether all shapes are discs, those that no body has yet too."""
+        return not self.unknown.any() and all(each.is_disc for each in self.shapes)
 
     @property
     def radius(self) -> npt.NDArray[np.float64]:
@@ -355,8 +360,11 @@ def read_table(
     return Table(table, index, ~(known & there))
 
 
-def beside(table: Table | None, radius: Floats, unread: Bools, obstacles: Sequence[Obstacle]) -> Table:
-    """Returns the shapes of bodies and of the obstacles after them, numbered as they come.
+def beside(
+    table: Table | None, radius: Floats, unread: Bools, obstacles: Sequence[Obstacle], listed: Iterable[Shape]
+) -> Table:
+    """Returns the shapes of bodies and of the obstacles after them: those that are listed come first, others
+    as they are met.
 
     ``table`` is None for discs of (n,) these radii, of which those that are unread or no radii are unknown.
     """
@@ -368,7 +376,7 @@ def beside(table: Table | None, radius: Floats, unread: Bools, obstacles: Sequen
     else:
         rows = zip(table.index.tolist(), table.unknown.tolist(), strict=True)
         own = [None if unknown else table.shapes[each] for each, unknown in rows]
-    numbers: dict[Shape, int] = {}
+    numbers = {each: number for number, each in enumerate(dict.fromkeys(listed))}
     every = [*own, *(each.shape for each in obstacles)]
     index = [0 if each is None else numbers.setdefault(each, len(numbers)) for each in every]
     return Table(tuple(numbers), np.array(index), np.array([each is None for each in every]))

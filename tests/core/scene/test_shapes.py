@@ -160,7 +160,32 @@ def test_a_scene_of_discs_is_the_ordinary_scene() -> None:
         assert hash(made) == hash(plain)
         assert dumps_scene(made) == dumps_scene(plain)
         assert pickle.dumps(made) == pickle.dumps(plain)
-    assert kt.Scene([], [], shape=[], shapes=SHAPES) == kt.Scene([], [], 1.0)
+    assert kt.Scene([], [], shape=[], shapes=[kt.disc(1.0)]) == kt.Scene([], [], 1.0)
+
+
+def test_shapes_that_no_body_has_yet_are_kept() -> None:
+    listed, box = (kt.disc(0.5), kt.box(1.0, 1.0)), kt.box(0.5, 2.0)
+    plain = kt.Scene(PLACES, REST, 0.5, arena=(8.0, 8.0))
+    coming = [kt.Insert(1.0, (7.0, 7.0), (0.0, 0.0), shape=box), kt.Insert(2.0, (4.0, 7.0), (0.0, 0.0), 0.25)]
+    among = kt.Scene(PLACES, REST, 0.5, arena=(8.0, 8.0), shapes=listed, commands=coming)
+    assert (
+        among
+        == scene(shape=0, shapes=listed, commands=coming)
+        == plain.replace(shapes=listed, commands=coming)
+    )
+    assert among.shapes == (*listed, box, kt.disc(0.25))
+    assert [each.shape for each in among.commands] == [box, kt.disc(0.25)]
+    assert [each.radius for each in among.commands] == [box.reach, 0.25]
+    by_number = coming[0]._replace(shape=1)
+    assert among.replace(commands=[by_number]).commands[0].shape == kt.box(1.0, 1.0)
+    assert kt.loads_scene(dumps_scene(among)) == pickle.loads(pickle.dumps(among)) == among
+    discs = [each._replace(shape=kt.disc(0.25)) for each in coming]
+    assert plain.replace(commands=discs).commands[0].radius == 0.25
+    assert plain.replace(commands=discs).shapes == ()
+    walls = kt.with_obstacles(among, kt.polyline([(1.0, 5.0), (3.0, 5.0)]))
+    assert walls.shapes == (*among.shapes, walls.shapes[-1])
+    assert among.movable_shapes == {0, 1, 2, 3}
+    assert walls.movable_shapes == {0, 1, 2, 3}
 
 
 def test_scenes_differ_by_their_shapes() -> None:
@@ -171,6 +196,21 @@ def test_scenes_differ_by_their_shapes() -> None:
         assert made != other
     circles = kt.Scene([(0.0, 0.0)], [(0.0, 0.0)], SHAPES[0].reach)
     assert kt.Scene([(0.0, 0.0)], [(0.0, 0.0)], shape=SHAPES[0]) != circles
+
+
+def inserted(**more: Any) -> kt.Insert:
+    return kt.Insert(1.0, (7.0, 7.0), (0.0, 0.0))._replace(**more)
+
+
+INSERTED: list[tuple[dict[str, Any], str]] = [
+    ({}, r"commands\[0\].radius: found 0.0"),
+    ({"shape": 9}, r"commands\[0\].shape: found 9, expected a shape, or the number of one, 0 to "),
+    ({"shape": True}, r"commands\[0\].shape: found True"),
+    ({"shape": "box"}, r"commands\[0\].shape: found 'box'"),
+    ({"shape": kt.box(1, 1), "radius": 0.5}, r"commands\[0\].radius: found a radius beside a shape"),
+    ({"shape": kt.segment((0, 0), (0, 1))}, r"commands\[0\].shape: found a segment"),
+    ({"shape": kt.box(4, 1)}, r"commands\[0\].position: .*the whole body inside"),
+]
 
 
 @pytest.mark.parametrize(
@@ -187,7 +227,7 @@ def test_scenes_differ_by_their_shapes() -> None:
         ({"shape": kt.box(1, 1)}, "shape: found a shape beside the table"),
         ({"shape": 4}, r"bodies\[0\].shape: found a segment, which has no interior.*for obstacles"),
         ({"periodic": "x", "arena": (2.0, 8.0)}, "shape: found a body .*narrower than half a"),
-        ({"commands": [kt.Insert(1.0, (7.0, 7.0), (0.0, 0.0), 0.1)]}, r"commands\[0\].*no body is inserted"),
+        *(({"commands": [inserted(**wrong)]}, message) for wrong, message in INSERTED),
     ],
 )
 def test_mistakes_of_a_scene(more: dict[str, Any], message: str) -> None:

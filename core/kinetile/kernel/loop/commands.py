@@ -33,8 +33,8 @@ FREE = -(1 << 30)
 """What ``blocked_by`` returns where there is room."""
 
 LIVING = WALLS = RULES = PASSING = True
-PERIODIC = False
-enter = leave = to_be_filled_in
+PERIODIC = SHAPED = False
+enter = leave = gap = to_be_filled_in
 
 
 @hook
@@ -65,12 +65,14 @@ def window_of(bodies: int) -> int:
     return 200 * bodies + 2000
 
 
-@hook
+@template
 def has_vacancy(k: Kernel, command: Records) -> bool:
-    """Whether there is a slot for a new body, and the broad phase was prepared for its radius."""
+    """Whether there is a slot for a new body, and the broad phase was prepared for its radius and shape."""
     clock = k.clock[0]
     limits = clock.limits
     room = clock.lists.vacant >= 0 or clock.bodies < len(k.bodies)
+    if SHAPED:
+        room = room and k.forms[command.form].fits != 0
     return bool(room and limits.least <= command.radius and command.radius <= limits.widest)
 
 
@@ -84,16 +86,23 @@ def blocked_by(k: Kernel, command: Records) -> int:
     x = command.x
     y = command.y
     if WALLS and limits.width > 0.0:  # else there is no arena
-        least = radius - ROOM * radius
+        left = right = down = up = radius
+        if SHAPED:
+            form = k.forms[command.form]
+            left = form.left
+            right = form.right
+            down = form.down
+            up = form.up
+        allowed = ROOM * radius
         if not PERIODIC or torus.x == 0.0:
-            if x < least:
+            if x < left - allowed:
                 return LEFT
-            if limits.width - x < least:
+            if limits.width - x < right - allowed:
                 return RIGHT
         if not PERIODIC or torus.y == 0.0:
-            if y < least:
+            if y < down - allowed:
                 return BOTTOM
-            if limits.height - y < least:
+            if limits.height - y < up - allowed:
                 return TOP
     if PERIODIC:
         x = near_zero(x, torus.x)
@@ -114,8 +123,14 @@ def blocked_by(k: Kernel, command: Records) -> int:
             if PERIODIC:
                 dx = near_zero(dx, torus.x)
                 dy = near_zero(dy, torus.y)
-            reach = (radius + body.radius) - ROOM * (radius + body.radius)
-            if dx * dx + dy * dy < reach * reach:
+            if SHAPED:
+                apart = gap(k, command.form, body.form, dx, dy)
+                meets = not (math.isinf(command.mass) and math.isinf(k.mass[other]))
+                overlaps = meets and apart < -(ROOM * (radius + body.radius))
+            else:
+                reach = (radius + body.radius) - ROOM * (radius + body.radius)
+                overlaps = dx * dx + dy * dy < reach * reach
+            if overlaps:
                 found = other if found < 0 else elder(k, found, other)
     return found
 
@@ -157,6 +172,14 @@ def arrive(k: Kernel, command: Records) -> int:
         wrap(k, body)
     k.radii[body] = command.radius
     k.mass[body] = command.mass
+    if SHAPED:
+        form = k.forms[command.form]
+        side = k.sides[body]
+        new.form = command.form
+        new.left = side.left = form.left
+        new.right = side.right = form.right
+        new.down = side.down = form.down
+        new.up = side.up = form.up
     entry = k.queue[body]
     entry.key = NEVER
     entry.own = NEVER

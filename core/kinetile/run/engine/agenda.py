@@ -28,6 +28,7 @@ from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
 from kinetile.kernel.tables import COMMAND, Kernel, record_table
 from kinetile.run.engine.fields import Fields
 from kinetile.scene import Insert, Remove, Scene, Turn, with_commands
+from kinetile.scene.shapes import Shape
 
 Rows = npt.NDArray[np.void]
 """Commands in the kernel's form (``kinetile.kernel.tables.COMMAND``), in its ticks."""
@@ -58,6 +59,7 @@ class Command(NamedTuple):
     mass: float = 0.0
     after: int = 0
     kind: int = 0
+    form: int = 0
 
     @property
     def squares(self) -> float:
@@ -74,7 +76,8 @@ class Command(NamedTuple):
             return Turn(self.body, time, (self.vx, self.vy), at)
         place, flies = (self.x, self.y), (self.vx, self.vy)
         kind = scene.kinds[self.kind] if scene.kinds != (0,) else None
-        return Insert(time, place, flies, self.radius, self.mass, self.body, at, kind)
+        shape = scene.shapes[self.form] if scene.shapes else None
+        return Insert(time, place, flies, self.radius, self.mass, self.body, at, kind, shape)
 
 
 def planned(scene: Scene, clock: Clock) -> list[Command]:
@@ -93,10 +96,21 @@ def _command(command: Turn | Insert | Remove, clock: Clock, mass: dict[int, floa
     mass[command.body] = command.mass
     x, y = command.position
     kind = 0 if command.kind is None else scene.kinds.index(command.kind)
-    return Command(ticks, command.body, INSERTED, x, y, vx, vy, command.radius, command.mass, after, kind)
+    form = number_of(command.shape, command.mass, scene) if isinstance(command.shape, Shape) else 0
+    place, flight = (x, y, vx, vy), (command.radius, command.mass, after, kind)
+    return Command(ticks, command.body, INSERTED, *place, *flight, form)
 
 
-_FIELDS = ("x", "y", "vx", "vy", "radius", "mass", "after", "kind")
+def number_of(shape: Shape, mass: float, scene: Scene) -> int:
+    """Returns the number of a shape in the table of a scene, as bodies of this mass may have it; if there is
+    none, the number of shapes."""
+    for number, each in enumerate(scene.shapes):
+        if each == shape and (mass == math.inf or number in scene.movable_shapes):
+            return number
+    return len(scene.shapes)
+
+
+_FIELDS = ("x", "y", "vx", "vy", "radius", "mass", "after", "kind", "form")
 
 
 def command_of(row: Any, base: int) -> Command:

@@ -38,6 +38,7 @@ from kinetile.run.engine.ledger import Entries
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import nearest_image, overlapping_images
 from kinetile.scene.checks import TOLERANCE
+from kinetile.scene.shapes import Shape
 
 OF_BODIES = ("x", "y", "vx", "vy", "anchor", "radius")
 OF_TRAITS = ("kind", "touched")
@@ -50,6 +51,7 @@ PLAN = np.dtype(
         ("last", "i4"),  # the number of the partner of the contact that made this plan, or NOBODY
         ("mass", "f8"),
         *((name, BODY[name]) for name in OF_BODIES),
+        ("form", "i4"),  # its shape; -1 where all bodies are discs. Before the kind, so that no byte is spare
         *((name, TRAIT[name]) for name in OF_TRAITS),  # 0 and LONG_AGO in a scene without rules
         *((name, IMAGE[name]) for name in OF_IMAGES),  # 0 where no axis is periodic
     ],
@@ -92,6 +94,7 @@ def contents_of(k: Kernel) -> Contents:
     plans["touched"] = LONG_AGO
     plans["number"], plans["mass"] = number[taken], k.mass[taken]
     plans["last"] = number[bodies["last"]]
+    plans["form"] = bodies["form"] if len(k.sides) else -1
     sources: list[tuple[Any, tuple[str, ...]]] = [(bodies, OF_BODIES)]
     if len(k.traits):
         sources.append((k.traits.view(np.ndarray).take(taken), OF_TRAITS))
@@ -118,6 +121,7 @@ def contents_at_start(scene: Scene) -> Contents:
     plans["x"], plans["y"] = place.T
     plans["vx"], plans["vy"] = scene.velocity.T
     plans["radius"], plans["mass"], plans["kind"] = scene.radius, scene.mass, scene.kind_numbers
+    plans["form"] = scene.shape
     for name, axis, period in zip(("kx", "ky"), range(2), scene.periods, strict=True):
         if period:
             plans[name] = np.rint((scene.position[:, axis] - place[:, axis]) / period)
@@ -141,6 +145,7 @@ class RunState:
         entries: the contents of the ledger.
         requested: the requested time, if the run has ended at it.
         overlapping: (m, 2) the pairs that overlap at the start and have not begun to pass yet.
+        shapes: the shapes that were added by hand, after those of the scene.
         audits: the number of audits; ``cpu_seconds`` and ``compile_seconds`` as of the engine.
     """
 
@@ -153,6 +158,7 @@ class RunState:
     entries: Entries
     requested: float | None
     overlapping: npt.NDArray[np.int64]
+    shapes: tuple[Shape, ...] = ()
     audits: int = 0
     cpu_seconds: float = 0.0
     compile_seconds: float = 0.0

@@ -68,7 +68,9 @@ from kinetile.run.engine.failures import blocked, demand_room, failure
 from kinetile.run.engine.fields import Tables
 from kinetile.run.engine.ledger import Ledger
 from kinetile.run.interrupts import Interruptible, Unbroken
+from kinetile.run.prepared import with_shapes
 from kinetile.scene import Scene
+from kinetile.scene.shapes import Shape
 from kinetile.toolbox.reach import SPANS, extent_of
 
 UNLIMITED = 2**62
@@ -92,6 +94,7 @@ class Engine(Tables):
     """Tables, clock, agenda and loop of one simulation. Only the engine assigns its attributes.
 
     Attributes:
+        scene: the scene, with the shapes that were added by hand.
         state: the broad phase's state.
         clock: conversions between time and ticks.
         ledger: contacts and log rows.
@@ -118,7 +121,8 @@ class Engine(Tables):
     ) -> None:
         """An engine of a scene, at its start or in a ``state`` of its run; the phases of the composition are
         prepared for the bodies of that moment."""
-        self.scene = scene
+        self.scene = scene if state is None else with_shapes(scene, state.shapes)
+        self._listed = len(scene.shapes)
         self.composition = composition
         self.state = composition.broad.state
         self.clock = Clock(scene.start, scene.time_unit)
@@ -475,8 +479,9 @@ class Engine(Tables):
         rows["tick"] = self.now
         return rows
 
-    def carry_out(self, code: int, rows: Rows) -> None:
-        """Runs commands of one code, of the present tick, now. No contact happens meanwhile.
+    def carry_out(self, code: int, rows: Rows, shapes: tuple[Shape, ...] = ()) -> None:
+        """Runs commands of one code, of the present tick, now. No contact happens meanwhile. ``shapes`` are
+        those of inserted bodies that are not in the table yet; it is made again with them.
 
         Raises Refused, with nothing changed, if the broad phase does not accept the skin that they need, or
         if there is no room for an inserted body.
@@ -493,12 +498,15 @@ class Engine(Tables):
         if faster:
             self.bounds_for(2.0 * needed)  # a refusal must come here: nothing has changed yet
         others_first = due(self.k, self.fields, self.met_now) > 0  # of the scene, which stopped before them
-        if inserts and not others_first:
+        if inserts and not others_first and not shapes:
             demand_room(self.k, self.composition, self.walled, self.clock, rows)
         # From here on a command is refused only if tables are laid out again, or other commands come first:
         # in these cases a copy of the tables is kept, to go back to.
-        plain = not faster and not others_first and self._has_place_for(code, rows, wanted)
+        plain = not (faster or others_first or shapes) and self._has_place_for(code, rows, wanted)
         with Unbroken(), nullcontext() if plain else self.unchanged_if(Refused):
+            if shapes:
+                self.scene = with_shapes(self.scene, shapes)
+                self.renew()
             self._allow(wanted)
             self.compile()
             self.bounds = self.bounds._replace(
@@ -562,6 +570,8 @@ class Engine(Tables):
             return True
         fields, radius = self.fields, float(rows["radius"][0])
         vacant = fields.lists.vacant[0] >= 0 or fields.bodies[0] < len(self.k.bodies)
+        if len(self.k.forms):
+            vacant = vacant and self.k.forms.view(np.ndarray)["fits"][rows["form"]].all()
         return bool(vacant and fields.limits.least[0] <= radius <= fields.limits.widest[0])
 
     # Spans of the clock
@@ -637,6 +647,7 @@ class Engine(Tables):
             entries=self.ledger.entries,
             requested=self._requested,
             overlapping=self._overlapping,
+            shapes=self.scene.shapes[self._listed :],
             audits=self.audits,
             cpu_seconds=self.cpu_seconds,
             compile_seconds=self.compile_seconds,

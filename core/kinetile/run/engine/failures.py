@@ -111,6 +111,8 @@ def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
     tick, x, y, radius = (command[name].item() for name in ("tick", "x", "y", "radius"))
     if blocker < 0:
         said = f"it reaches beyond the {WALLS[blocker]} wall"
+    elif len(k.forms):
+        said = f"it reaches into body {int(k.queue.view(np.ndarray)[blocker]['number'])}"
     else:
         other = k.bodies.view(np.ndarray)[blocker]
         elapsed = (tick - int(other["anchor"])) * row["tick"].item()
@@ -118,7 +120,8 @@ def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
         (apart,) = nearest_image(apart, (row["torus"]["x"].item(), row["torus"]["y"].item()))
         deep = radius + other["radius"].item() - math.hypot(*apart.tolist())
         said = f"it reaches {deep:.6g} into body {int(k.queue.view(np.ndarray)[blocker]['number'])}"
-    place, when = f"at ({x!r}, {y!r}) with radius {radius!r}", f"at time {clock.time(tick)!r}"
+    size = "" if len(k.forms) else f" with radius {radius!r}"
+    place, when = f"at ({x!r}, {y!r}){size}", f"at time {clock.time(tick)!r}"
     return Refused(f"{when} there is no room for body {number} {place}: {said}; nothing has changed")
 
 
@@ -136,7 +139,7 @@ def demand_room(k: Kernel, composition: Composition, walls: bool, clock: Clock, 
     """Raises Refused if the body that the first of some commands inserts would reach into another, or
     beyond a wall. The loop would find the same, but only after a copy of all tables."""
     periodic = bool(composition.prepared.periodic)
-    parts = {"WALLS": walls, "PASSING": composition.passing, "PERIODIC": periodic}
+    parts = {"WALLS": walls, "PASSING": composition.passing, "PERIODIC": periodic, **composition.of_shapes}
     blocker = compose(find_blocker, parts, "room", Kernel)(k, rows.view(np.recarray))
     if blocker != FREE:
         raise blocked(k, clock, rows[0], int(blocker))

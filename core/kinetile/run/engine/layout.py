@@ -19,6 +19,7 @@ from kinetile.kernel.log import INSERTED
 from kinetile.kernel.loop.commands import LONG_AGO, window_of
 from kinetile.kernel.passings import MOST_IMAGES
 from kinetile.kernel.tables import (
+    FORM,
     IMAGE,
     NEVER,
     NOBODY,
@@ -46,6 +47,9 @@ from kinetile.run.engine.fields import Fields
 from kinetile.run.prepared import LEAST, standing
 from kinetile.scene import Scene
 
+OF_SIDES = ["left", "right", "down", "up"]
+"""The reaches of a shape in the order of ``Shape.reaches``."""
+
 LOG_ROWS = 1 << 14
 """Contacts of a chunk: few enough that the log stays in the processor's cache until it is hashed."""
 
@@ -67,11 +71,12 @@ def tables_of(contents: Contents, numbers: int, composition: Composition, unit: 
     bodies.last = np.append(slots, np.int32(NOBODY))[plans["last"]]
     k.radii[:n], k.mass[:n] = plans["radius"], plans["mass"]
     if prepared.shapes:
-        shape = prepared.shape[:n]
-        bodies.form = shape
-        reaches = np.array([each.reaches for each in prepared.shapes])[shape]
-        for side, column_of_side in zip(("left", "right", "down", "up"), reaches.T, strict=True):
-            bodies[side] = k.sides[side][:n] = column_of_side
+        forms = record_table(FORM, len(prepared.shapes))
+        forms.view(np.ndarray)[OF_SIDES] = [each.reaches for each in prepared.shapes]
+        bodies.form = plans["form"]
+        for side in OF_SIDES:
+            bodies[side] = k.sides[side][:n] = forms[side][plans["form"]]
+        k = k._replace(forms=forms)
     for table, names in ((k.traits, OF_TRAITS), (k.images, OF_IMAGES)):
         for name in names if len(table) else ():
             table[name][:n] = plans[name]
@@ -189,6 +194,10 @@ def set_limits(k: Kernel, bounds: Bounds, prepared: Scene) -> None:
     # Where masses are one number, no insertion finds a place before the phases are prepared for it.
     limits.least = math.inf if k.mass.strides == (0,) else prepared.radius.min(initial=math.inf)
     limits.widest = prepared.radius.max(initial=0.0)
+    if len(k.forms):  # the longest reach to a side may be that of a body whose circle is not the widest
+        longest = np.max([k.forms[side] for side in OF_SIDES], axis=0)
+        widest = longest[prepared.shape].max(initial=0.0)
+        k.forms.fits = (longest <= widest) & (longest >= longest[prepared.shape].min(initial=math.inf))
     k.bodies.reach = k.bodies.radius + skin.delta
     limits.speed2, limits.faster = speed * speed, 0
     limits.skin, limits.theta, limits.tolerance = skin.delta, skin.theta, skin.tolerance

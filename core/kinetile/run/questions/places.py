@@ -49,7 +49,6 @@ class Query:
         clock: what a tick is in the scene's time.
         composition: the phases; of them only the narrow ones are used.
         shapes: the shapes of a scene that has some.
-        shape: int64, the index of each body's shape by the body's number, where there are shapes.
         overlapping: (m, 2) slots, the pairs that overlap at the start and have not begun to pass yet.
     """
 
@@ -58,7 +57,6 @@ class Query:
     clock: Clock
     composition: Composition
     shapes: tuple[Shape, ...] = ()
-    shape: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     overlapping: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
 
     @property
@@ -102,8 +100,7 @@ class Query:
     @cached_property
     def forms(self) -> Integers:
         """(n,) the indices of their shapes; 0 where all are discs."""
-        numbers = self.k.queue["number"][self.slots]
-        return np.asarray(self.shape[numbers]) if self.shapes else np.zeros(len(numbers), np.int64)
+        return self.k.bodies["form"][self.slots] if self.shapes else np.zeros(len(self.slots), np.int64)
 
     def cores(self, few: Integers, box: Box | None = None) -> tuple[Floats, Floats]:
         """Returns the corners of the cores of a few bodies, (m, most, 2), the last one repeated where there

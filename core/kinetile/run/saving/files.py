@@ -207,7 +207,7 @@ _ROWS = {"plans": PLAN, "passings": PASSED, "commands": COMMAND, "counts": COUNT
 _OF_STATE: dict[str, Any] = {
     **dict.fromkeys(("base", "audits"), int),
     **dict.fromkeys(("cpu_seconds", "compile_seconds"), int | float),
-    **{"requested": float | int | None, "overlapping": np.ndarray},
+    **{"requested": float | int | None, "overlapping": np.ndarray, "shapes": tuple},
 }
 """Fields of a run's state that are in the head under their names, with their types."""
 
@@ -290,6 +290,8 @@ def _check_kinds(said: Mapping[str, Any]) -> None:
             raise TypeError(f"{name} is {shown(value)}")
     if not all(isinstance(each, Command) for each in said["later"]):
         raise TypeError("a command is none")
+    if not all(isinstance(each, Shape) for each in said["shapes"]):
+        raise TypeError("a shape is none")
     if said["overlapping"].dtype != np.int64 or said["overlapping"].shape[1:] != (2,):
         raise TypeError("overlapping has no pairs of bodies")
 

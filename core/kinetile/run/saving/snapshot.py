@@ -22,7 +22,7 @@ from kinetile.run.compose import Composition
 from kinetile.run.engine.agenda import command_of
 from kinetile.run.engine.contents import CARRIED, COSTS, RunState, numbers_of
 from kinetile.run.engine.engine import Engine
-from kinetile.run.prepared import standing
+from kinetile.run.prepared import standing, with_shapes
 from kinetile.scene import Scene
 from kinetile.scene.checks import LARGEST
 
@@ -115,7 +115,8 @@ def gone_on(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engin
             f"{', '.join(mine)}, or other options of them: they make the contacts, so they have to be the "
             "same"
         )
-    present = standing(snapshot.state.contents, scene, composition.prepared.capacity)
+    table = with_shapes(scene, snapshot.state.shapes)
+    present = standing(snapshot.state.contents, table, composition.prepared.capacity)
     return Engine(scene, composition.prepared_for(present), state=snapshot.state)
 
 
@@ -155,7 +156,11 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
     radius = plans["radius"]
     if not ((radius > 0.0) & (radius <= LARGEST) & (plans["mass"] > 0.0)).all():
         yield "a body has no radius or no mass"
-    if scene.shapes and not np.array_equal(radius, scene.radius[number]):
+    shapes = (*scene.shapes, *state.shapes)
+    if not ((plans["form"] >= -(not shapes)) & (plans["form"] < len(shapes))).all():
+        yield "a body has a shape that there is not"
+    reach = np.array([each.reach for each in shapes])
+    if shapes and not np.array_equal(radius, reach[plans["form"]]):
         yield "a body has not the radius of its shape"
     pairs = state.overlapping
     whole = np.array_equal(number, np.arange(len(scene)))  # their slots are their numbers
@@ -184,6 +189,7 @@ def _of_numbers(state: RunState, scene: Scene) -> Iterator[str]:
 def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:
     """Each command is for a body that is there by then, or inserts one that is not, in the order of time."""
     contents, numbers = state.contents, numbers_of(scene, state.history)
+    shapes = (*scene.shapes, *state.shapes)
     present = set(contents.plans["number"].tolist())
     waiting = [command_of(row, state.base) for row in contents.commands]
     last = contents.clock["now"] + state.base * TICKS
@@ -199,6 +205,8 @@ def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:
         elif each.code == REMOVED:
             present.remove(each.body)
         right = not new or (0.0 < each.radius <= LARGEST and each.mass > 0.0)
+        if new and shapes:
+            right = right and 0 <= each.form < len(shapes) and each.radius == shapes[each.form].reach
         flies = all(abs(each[at]) <= LARGEST for at in range(3, 7))
         if not right or not flies or not 0 <= each.kind < len(scene.kinds):
             yield f"a command for body {each.body} has values that no body has"
