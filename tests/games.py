@@ -6,7 +6,7 @@ Most have kinds with responses (elastic, restitution, stop, pass, for pairs and 
 of them are on a lattice, with dyadic numbers and times, so that many things happen at one tick. Some are
 dense: touching bodies that stop or lose energy between walls and moving bodies of infinite mass; most of
 these jam. Some insertions have no room. ``draw_game_of_shapes`` gives boxes and discs the same rules and
-commands but those that are refused for shapes: passing, insertions, periodic axes."""
+commands but those that are refused for shapes: passing."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ def draw_game(seed: int) -> kt.Scene:
     rng = random.Random(f"game {seed}")
     dense, lattice = rng.random() < 0.15, rng.random() < 0.6
     base = _dense(rng) if dense else _discs(rng, lattice)
-    return _with_end(rng, _with_commands(rng, base, lattice or dense, inserting=True))
+    return _with_end(rng, _with_commands(rng, base, lattice or dense))
 
 
 def draw_game_of_shapes(seed: int) -> kt.Scene:
     """Returns a game of boxes and discs, always the same for a seed."""
     rng = random.Random(f"game of shapes {seed}")
-    base = box_scenes.drawn(seed, (3, 4, 6, 8))
+    base = box_scenes.drawn(seed, (3, 4, 6, 8), ("", "", "x", "xy"))
     kinds = [rng.choice(KINDS) for _ in range(len(base))]
     mass = [math.inf if rng.random() < 0.2 else each for each in base.mass.tolist()]
     base = base.replace(mass=mass, kind=kinds)
@@ -49,7 +49,7 @@ def draw_game_of_shapes(seed: int) -> kt.Scene:
             break
         except SceneError:  # two rules with "*" contradict each other
             continue
-    return _with_end(rng, _with_commands(rng, base, lattice=True, inserting=False))
+    return _with_end(rng, _with_commands(rng, base, lattice=True))
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,7 @@ def _response(rng: random.Random, name: str) -> kt.Response:
     return kt.Response(name, e=rng.choice((0.1, 0.5, 0.9, 1.0)), contact_time=contact_time)
 
 
-def _with_commands(rng: random.Random, base: kt.Scene, lattice: bool, *, inserting: bool) -> kt.Scene:
+def _with_commands(rng: random.Random, base: kt.Scene, lattice: bool) -> kt.Scene:
     """The scene with commands for bodies that are there, and perhaps a unit of its own."""
     if rng.random() < 0.15:
         base = base.replace(unit=2.0 ** -rng.randrange(8))
@@ -170,14 +170,20 @@ def _with_commands(rng: random.Random, base: kt.Scene, lattice: bool, *, inserti
     for _ in range(rng.randrange(1, 9)):
         time += rng.choice((0.0, 0.25, 0.5, 1.0)) if lattice else rng.uniform(0.0, 1.0)
         at = _moment(rng, base, time) if exact and rng.random() < 0.7 else None
-        what = rng.choice(("turn", "turn", "insert", "insert", "remove") if inserting else ("turn", "remove"))
+        what = rng.choice(("turn", "turn", "insert", "insert", "remove"))
         command: Command
         if what == "insert":
             place = _place(rng, base.arena or (5.0, 4.0), lattice, base.periodic)
             kind = rng.choice((None, *base.kinds)) if base.responses else None
             number = following + 3 if numbers_written and rng.random() < 0.5 else -1
             radius, mass = rng.choice((0.125, 0.125, 0.25)), rng.choice((1.0, 1.0, 2.0))
-            command = kt.Insert(time, place, _pace(rng, lattice), radius, mass, number, at, kind)
+            pace, shape = _pace(rng, lattice), None
+            if base.shapes:
+                shape = rng.choice(
+                    (*base.shapes, kt.box(0.25, 0.25), kt.capsule((0, -0.25), (0, 0.25), 0.125))
+                )
+                radius, mass = 0.0, mass if shape.is_solid and rng.random() < 0.8 else math.inf
+            command = kt.Insert(time, place, pace, radius, mass, number, at, kind, shape)
         elif what == "turn":
             command = kt.Turn(rng.choice(present), time, _pace(rng, lattice), at)
         else:

@@ -120,7 +120,8 @@ def game_tables(game: kt.Scene, folder: Path) -> dict[str, Any]:
     """Returns the tables of a scene as JSON has them."""
     kt.save_scene(game, folder / "scene.toml")
     tables = tomllib.loads((folder / "scene.toml").read_text())
-    for body in tables["bodies"]:
+    inserted = [each["insert"] for each in tables.get("commands", ()) if "insert" in each]
+    for body in [*tables["bodies"], *inserted]:
         if body.get("mass") == math.inf:
             body["mass"] = "inf"  # JSON has no such number
     return tables

@@ -1,7 +1,7 @@
 // Rules 7 to 11, and 7s: what happens in a scene, event by event.
 //
-// A scene is {bodies, commands, responses, arena, periods, start, unit, until, end}: bodies {x, y, vx, vy, r, m, shape, kind}, r being that of
-// rules 3 and 3s and m perhaps Infinity, commands and responses as commands.js and responses.js have them, an arena [W, H] or null, the periods
+// A scene is {bodies, commands, responses, shaped, arena, periods, start, unit, until, end}: bodies {x, y, vx, vy, r, m, shape, kind}, r being that of
+// rules 3 and 3s and m perhaps Infinity, commands and responses as commands.js and responses.js have them, `shaped` whether not all is discs, an arena [W, H] or null, the periods
 // of x and y, null for an axis that is not periodic, a start time, and a unit, a time and an exact end, or null for each; all numbers doubles.
 
 import { anchor, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
@@ -11,7 +11,7 @@ import { along, exchange } from "./exchange.js";
 import { hasRoom, overlaps } from "./overlaps.js";
 import { offWall, pairResponse, returned, stopped, wallResponse } from "./responses.js";
 import { sha256 } from "./sha256.js";
-import { areDiscs, difference, shapeNormal, shapePart, shapesOverlap, shapeTouch } from "./shapes.js";
+import { difference, shapeNormal, shapePart, shapesOverlap, shapeTouch } from "./shapes.js";
 
 const CLOCK = 1;
 const COMMAND = 2;
@@ -29,7 +29,7 @@ export class Run {
     this.scene = scene;
     this.periodic = periods.some((period) => period !== null);
     this.span = this.periodic ? BEAT : SPAN; // rules 8 and 8p
-    this.shaped = !areDiscs(bodies);
+    this.shaped = scene.shaped;
     this.e = unit(scene);
     this.q = tickLength(this.e);
     const masses = [...bodies, ...commands.filter(({ what }) => what === "insertion")].map(({ m }) => m);
@@ -131,7 +131,8 @@ export class Run {
       const { arena, periods, responses } = this.scene;
       const plan = wrap(makePlan(command.x, command.y, vx, vy, this.now), periods);
       const others = [...this.bodies.values()].filter(({ kind }) => pairResponse(responses, kind, command.kind).name !== "pass");
-      if (!hasRoom(command, plan, others.map((other) => ({ r: other.r, plan: this.present(other) })), arena, periods)) {
+      const there = others.map((other) => ({ ...other, plan: this.present(other) }));
+      if (!hasRoom(command, plan, there, arena, periods, this.shaped)) {
         this.ended = "no room";
         return;
       }

@@ -7,10 +7,22 @@ import { readKind } from "./responses.js";
 import { makeShape } from "./shapes.js";
 import { count, keys, mass, moment, number, pair, positive } from "./tables.js";
 
+/** The shape of a body: one of the scene's, or the disc of its radius. */
+export function bodyShape(table, shapes, m, name) {
+  if (!("shape" in table)) return makeShape([[0, 0]], positive(table.radius, `${name}.radius`));
+  if ("radius" in table) throw new Error(`${name} has a shape and a radius.`);
+  if (!Number.isInteger(table.shape) || !(table.shape in shapes)) {
+    throw new Error(`${name}.shape is ${JSON.stringify(table.shape)}, and there are ${shapes.length} shapes.`);
+  }
+  const shape = shapes[table.shape];
+  if (shape.r === 0 && shape.corners.length < 3 && m < Infinity) throw new Error(`${name} is a segment, and its mass is not infinite.`);
+  return shape;
+}
+
 /** The commands of these tables, after the turns that are written with their n bodies; `kind` is the kind of who is inserted without one. */
-export function readCommands(tables, turns, n, kind, start) {
+export function readCommands(tables, turns, n, shapes, kind, start) {
   turns.sort((s, t) => s.time - t.time || s.body - t.body); // the sort leaves equals as they are
-  const commands = [...turns, ...tables.map((table, i) => readCommand(table, kind, `commands[${i}]`))];
+  const commands = [...turns, ...tables.map((table, i) => readCommand(table, shapes, kind, `commands[${i}]`))];
   const early = commands.find(({ time }) => time < start);
   if (early) throw new Error(`A command is at the time ${early.time}, before the start, ${start}.`);
   const inserted = commands.filter(({ what }) => what === "insertion");
@@ -43,20 +55,21 @@ export function readTurn(table, body, name) {
   return { what: "turn", body, time: number(table.time, `${name}.time`), at: null, vx, vy };
 }
 
-function readCommand(table, kind, name) {
+function readCommand(table, shapes, kind, name) {
   keys(table, ["time", "at", "turn", "velocity", "insert", "remove"], name);
   const time = number(table.time, `${name}.time`);
   const at = "at" in table ? moment(table.at, `${name}.at`) : null;
   if ("remove" in table) return { what: "removal", body: count(table.remove, `${name}.remove`), time, at };
-  if ("insert" in table) return { what: "insertion", time, at, ...readInserted(table.insert, kind, `${name}.insert`) };
+  if ("insert" in table) return { what: "insertion", time, at, ...readInserted(table.insert, shapes, kind, `${name}.insert`) };
   return { ...readTurn({ time, velocity: table.velocity }, count(table.turn, `${name}.turn`), name), at };
 }
 
-function readInserted(table, kind, name) {
-  keys(table, ["position", "velocity", "radius", "mass", "kind", "body"], name);
+function readInserted(table, shapes, kind, name) {
+  keys(table, ["position", "velocity", "radius", "shape", "mass", "kind", "body"], name);
   const [x, y] = pair(table.position, `${name}.position`);
   const [vx, vy] = pair(table.velocity ?? [0, 0], `${name}.velocity`);
-  const r = positive(table.radius, `${name}.radius`);
+  const m = mass(table.mass, `${name}.mass`);
+  const shape = bodyShape(table, shapes, m, name);
   const body = "body" in table ? count(table.body, `${name}.body`) : null;
-  return { body, x, y, vx, vy, r, m: mass(table.mass, `${name}.mass`), shape: makeShape([[0, 0]], r), kind: readKind(table.kind ?? kind, `${name}.kind`) };
+  return { body, x, y, vx, vy, r: shape.size, m, shape, kind: readKind(table.kind ?? kind, `${name}.kind`) };
 }

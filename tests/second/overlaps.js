@@ -1,16 +1,19 @@
-// Rules 9, 11 and 11p: who overlaps at the start or when a body is inserted. All of it is in doubles, from plans that are anchored there.
+// Rules 9, 9s, 11 and 11p: who overlaps at the start or when a body is inserted. All of it is in doubles, from plans that are anchored there.
 
 import { rem } from "./clock.js";
+import { difference, shapeGap } from "./shapes.js";
 
 const SLACK = 1e-12;
 
-/** Whether there is room for a body with this plan among others, {r, plan} each, with which it does not pass. */
-export function hasRoom({ r }, plan, others, arena, periods) {
+/** Whether there is room for a body with this plan among others, {r, m, shape, plan} each, with which it does not pass: rules 9 and 9s. */
+export function hasRoom({ r, m, shape }, plan, others, arena, periods, shaped) {
   const { x, y } = plan;
-  const sides = arena ? [periods[0] === null ? [x, arena[0] - x] : [], periods[1] === null ? [y, arena[1] - y] : []].flat() : [];
-  if (sides.some((side) => side < r - SLACK * r)) return false;
+  const ends = arena ? [x, arena[0] - x, y, arena[1] - y] : [];
+  if (ends.some((end, i) => periods[i >> 1] === null && end < shape.sides[i] - SLACK * r)) return false;
   return others.every((other) => {
     const [dx, dy] = [rem(other.plan.x - x, periods[0]), rem(other.plan.y - y, periods[1])];
+    if (shaped && m === Infinity && other.m === Infinity) return true;
+    if (shaped) return !(shapeGap([dx, dy], difference(shape, other.shape)) < -(SLACK * (r + other.r)));
     const reach = r + other.r - SLACK * (r + other.r);
     return !(dx * dx + dy * dy < reach * reach);
   });

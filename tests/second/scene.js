@@ -1,6 +1,6 @@
 // Rules 2 and 2s: a scene from the tables of a scene file, read from TOML or written as JSON. What is wrong is said in a sentence.
 
-import { readCommands, readTurn } from "./commands.js";
+import { bodyShape, readCommands, readTurn } from "./commands.js";
 import { lowestKind, readKind, readResponses } from "./responses.js";
 import { areDiscs, makeShape } from "./shapes.js";
 import { keys, list, mass, moment, number, pair, positive } from "./tables.js";
@@ -31,24 +31,23 @@ export function readScene(tables) {
     const [vx, vy] = pair(table.velocity ?? [0, 0], `${name}.velocity`);
     const m = mass(table.mass, `${name}.mass`);
     const kind = readKind(table.kind ?? kinds[0] ?? 0, `${name}.kind`);
-    const shape = bodyShape(table, shapes, name);
+    const shape = bodyShape(table, shapes, m, name);
     const r = shape.size;
-    if (shape.r === 0 && shape.corners.length < 3 && m < Infinity) throw new Error(`${name} is a segment, and its mass is not infinite.`);
     bodies.push({ x, y, vx, vy, r, m, shape, kind });
     list(table.turns ?? [], `${name}.turns`).forEach((turn, i) => turns.push(readTurn(turn, body, `${name}.turns[${i}]`)));
   });
-  const shaped = !areDiscs(bodies);
-  const widest = Math.max(0, ...bodies.map(({ r }) => r)); // rules 2p and 2s
+  const written = list(tables.commands ?? [], "commands");
+  const inserted = written.map((table) => Object(Object(table).insert).kind);
+  const kind = kinds[0] ?? bodies[0]?.kind ?? inserted.find((each) => each !== undefined) ?? lowestKind(responses) ?? 0;
+  const commands = readCommands(written, turns, bodies.length, shapes, kind, start);
+  const every = [...bodies, ...commands.filter(({ what }) => what === "insertion")];
+  const shaped = !areDiscs([...every.map(({ shape }) => shape), ...shapes]);
+  const widest = Math.max(0, ...every.map(({ r }) => r)); // rules 2p and 2s
   if (periods.some((period) => period !== null && (shaped ? 4 : 2) * widest >= period)) {
     throw new Error(`The size of a body is ${widest}, and twice that is less than ${shaped ? "half a period" : "a period"}.`);
   }
   phases(tables["narrow-phases"], [shaped ? "convex" : "disc", ...(arena !== null && periodic !== "xy" ? ["wall"] : [])]);
-  const written = list(tables.commands ?? [], "commands");
-  const inserted = written.map((table) => Object(Object(table).insert).kind);
-  const kind = kinds[0] ?? bodies[0]?.kind ?? inserted.find((each) => each !== undefined) ?? lowestKind(responses) ?? 0;
-  const commands = readCommands(written, turns, bodies.length, kind, start);
-  if (shaped && commands.some(({ what }) => what === "insertion")) throw new Error("With shapes that are no discs no body is inserted.");
-  return { bodies, commands, responses, arena, periods, start, unit, until, end };
+  return { bodies, commands, responses, shaped, arena, periods, start, unit, until, end };
 }
 
 function readPeriodic(axes, arena) {
@@ -86,16 +85,6 @@ function readShape(table, i) {
     default:
       throw new Error(`${name}.kind is ${JSON.stringify(Object(table).kind)}, not disc, box, capsule, segment or polygon.`);
   }
-}
-
-/** The shape of a body: one of the scene's, or the disc of its radius. */
-function bodyShape(table, shapes, name) {
-  if (!("shape" in table)) return makeShape([[0, 0]], positive(table.radius, `${name}.radius`));
-  if ("radius" in table) throw new Error(`${name} has a shape and a radius.`);
-  if (!Number.isInteger(table.shape) || !(table.shape in shapes)) {
-    throw new Error(`${name}.shape is ${JSON.stringify(table.shape)}, and there are ${shapes.length} shapes.`);
-  }
-  return shapes[table.shape];
 }
 
 function phases(names, wanted) {

@@ -20,9 +20,9 @@ export function makeShape(core, r) {
   return { corners, r, size, sides: [r - Math.min(...xs), r + Math.max(...xs), r - Math.min(...ys), r + Math.max(...ys)] };
 }
 
-/** Whether all bodies are discs around their places, for which the rules of shapes say nothing. */
-export function areDiscs(bodies) {
-  return bodies.every(({ shape: { corners } }) => corners.length === 1 && corners[0].every((each) => sign(each) === 0));
+/** Whether all shapes are discs around their places, for which the rules of shapes say nothing. */
+export function areDiscs(shapes) {
+  return shapes.every(({ corners }) => corners.length === 1 && corners[0].every((each) => sign(each) === 0));
 }
 
 /**
@@ -134,20 +134,31 @@ function isEntered({ g, u, tt, w, along, margin, before, after }, v, M) {
 /** The unit normal along which two bodies a < b that are [dx, dy] apart exchange momentum, after both are anchored: rule 9s. */
 export function shapeNormal(a, b, [dx, dy], M) {
   const v = [subtract(exact(b.vx), exact(a.vx)), subtract(exact(b.vy), exact(a.vy))];
-  const noMargin = sign(M.R) === 0;
-  const faces = M.faces.map((face) => {
+  const approaching = sign(M.R) === 0 ? M.faces.filter(({ n }) => sign(dot(n, v)) < 0) : [];
+  const { way, normal } = rounded([dx, dy], M, approaching.length ? approaching : M.faces);
+  return way ? along(...way) : normal;
+}
+
+/** How far apart two bodies that are [dx, dy] apart are, as rule 9s has it for the room of an inserted one: the gap less R. */
+export function shapeGap(apart, M) {
+  const { way, gap } = rounded(apart, M, M.faces);
+  return (way ? Math.sqrt(way[0] * way[0] + way[1] * way[1]) : gap) - nearest(M.R);
+}
+
+/** In doubles, the way from the corner of M that counts at [dx, dy], or else the face of these that does: its normal and gap. */
+function rounded([dx, dy], M, faces) {
+  if (faces.length === 0) return { way: [dx - nearest(M.corners[0][0]), dy - nearest(M.corners[0][1])] };
+  const seen = faces.map((face) => {
     const [px, py, nextX, nextY, tx, ty] = [face.p, face.next, face.t].flat().map(nearest);
     const length = Math.sqrt(tx * tx + ty * ty);
     const [nx, ny] = [ty / length, -tx / length];
-    const gap = nx * (dx - px) + ny * (dy - py);
-    return { px, py, nextX, nextY, nx, ny, gap, approaches: sign(dot(face.n, v)) < 0 };
+    return { from: [dx - px, dy - py], next: [dx - nextX, dy - nextY], normal: [nx, ny], gap: nx * (dx - px) + ny * (dy - py) };
   });
-  if (faces.length === 0) return along(dx - nearest(M.corners[0][0]), dy - nearest(M.corners[0][1]));
-  const among = noMargin && faces.some(({ approaches }) => approaches) ? faces.filter(({ approaches }) => approaches) : faces;
-  const { px, py, nextX, nextY, nx, ny } = among.reduce((first, face) => (face.gap > first.gap ? face : first));
-  if (!noMargin && nx * (dy - py) - ny * (dx - px) < 0) return along(dx - px, dy - py);
-  if (!noMargin && nx * (dy - nextY) - ny * (dx - nextX) > 0) return along(dx - nextX, dy - nextY);
-  return [nx, ny];
+  const { from, next, normal, gap } = seen.reduce((first, face) => (face.gap > first.gap ? face : first));
+  const [nx, ny] = normal;
+  if (sign(M.R) > 0 && nx * from[1] - ny * from[0] < 0) return { way: from };
+  if (sign(M.R) > 0 && nx * next[1] - ny * next[0] > 0) return { way: next };
+  return { normal, gap };
 }
 
 /** The corners of the hull of some points, anticlockwise from the leftmost, of these the lowest. */

@@ -29,6 +29,7 @@ import numpy as np
 
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
 from kinetile.scene import Insert, Remove, Turn
+from kinetile.scene.shapes import Shape
 from kinetile_accuracy.specification.answers import Answers
 from kinetile_accuracy.specification.arithmetic import (
     BEAT,
@@ -47,11 +48,11 @@ from kinetile_accuracy.specification.arithmetic import (
     wall_tick,
 )
 from kinetile_accuracy.specification.bounds import ContactBounds
-from kinetile_accuracy.specification.shapes import Difference, contact, overlap, parting
+from kinetile_accuracy.specification.shapes import Difference, contact, overlap, parting, room
 from kinetile_accuracy.specification.shapes import wall_tick as wall_tick_of
 
 if TYPE_CHECKING:
-    from kinetile import Scene, Shape
+    from kinetile import Scene
 
 
 _BOUND, _ANCHORING, _WALL, _PAIR, _PARTING = range(5)
@@ -137,7 +138,8 @@ class Course:
         for each in inserted:
             self._radius[each.body] = each.radius
         self._answers = Answers(scene, count)
-        self._shapes = [scene.shapes[each] for each in scene.shape.tolist()] if scene.shapes else None
+        self._shapes = dict(enumerate(scene.shapes[each] for each in scene.shape.tolist() if each >= 0))
+        self._shapes |= {each.body: each.shape for each in inserted if isinstance(each.shape, Shape)}
         self._differences: dict[tuple[Shape, Shape], Difference] = {}
         self._passing: dict[_Passing, int] = {}  # with the first tick of each
         self._at_once: list[_Passing] = []  # those that begin now, before all else
@@ -214,8 +216,12 @@ class Course:
             return True
         r = command.radius
         x, y = command.position
-        for place, side, period in zip((x, y), self._arena, self.frame.periods, strict=False):
-            if not period and min(place, side - place) < r - 1e-12 * r:
+        reaches = self._shapes[command.body].reaches if self._shapes else (r, r, r, r)
+        both = reaches[:2], reaches[2:]
+        for place, side, period, (low, high) in zip(
+            (x, y), self._arena, self.frame.periods, both, strict=False
+        ):
+            if not period and (place < low - 1e-12 * r or side - place < high - 1e-12 * r):
                 return False
         plan = FlightPlan(x, y, 0.0, 0.0, self.now, r, self.frame)
         centre = plan.x, plan.y
@@ -227,6 +233,13 @@ class Course:
                 math.remainder(there - here, period) if period else there - here
                 for here, there, period in zip(centre, (its.x, its.y), self.frame.periods, strict=True)
             )
+            m = self._difference(command.body, other)
+            if m is not None:
+                if not self._both_immovable(command.body, other) and room(m, (dx, dy)) < -(
+                    1e-12 * (r + self._radius[other])
+                ):
+                    return False
+                continue
             reach = (r + self._radius[other]) - 1e-12 * (r + self._radius[other])
             if dx * dx + dy * dy < reach * reach:
                 return False
@@ -378,7 +391,7 @@ class Course:
         which they are barred or pass are left out.
         """
         m, one, two = self._difference(a, b), self.plans[a], self.plans[b]
-        if m is not None and math.isinf(self._answers.masses[a]) and math.isinf(self._answers.masses[b]):
+        if m is not None and self._both_immovable(a, b):
             return None  # rule 7s
 
         def tick_through(image: Whole) -> int | None:
@@ -400,13 +413,16 @@ class Course:
     def wall(self, body: int) -> tuple[int, int] | None:
         """Returns the tick of contact of a body with a wall by its plan, and which one; None: none."""
         plan = self.plans[body]
-        if self._shapes is None:
+        if not self._shapes:
             return wall_tick(plan, self.frame)
         return wall_tick_of(self._shapes[body], plan, self.frame)
 
+    def _both_immovable(self, a: int, b: int) -> bool:
+        return math.isinf(self._answers.masses[a]) and math.isinf(self._answers.masses[b])
+
     def _difference(self, a: int, b: int) -> Difference | None:
         """Returns the difference of the shapes of two bodies; None in a scene of discs."""
-        if self._shapes is None:
+        if not self._shapes:
             return None
         pair = self._shapes[a], self._shapes[b]
         if pair not in self._differences:

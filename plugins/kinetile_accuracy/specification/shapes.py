@@ -267,24 +267,40 @@ def _floor(middle: Fraction, sign: int, square: Fraction) -> int:
 def normal(m: Difference, d: Vector, v: Exact) -> Vector:
     """Returns the unit normal of an exchange (rule 9s), from the separation of both bodies, anchored, as
     doubles, and the relative velocity."""
-    x, y = map(float, m.corners[0])
-    away = d[0] - x, d[1] - y
-    if m.faces:
-        faces = [_RoundedFace(face, d, v) for face in m.faces]
-        closing = [face for face in faces if face.closes] if not m.radius else []
-        face = max(closing or faces, key=lambda each: each.gap)  # of several the first
-        if not m.radius or (face.before[0] <= 0 and face.after[0] >= 0):
-            return face.normal
-        away = face.before[1] if face.before[0] > 0 else face.after[1]
+    closing = [face for face in m.faces if _dot(face.normal, v) < 0] if not m.radius else []
+    face, away = _rounded(m, closing or m.faces, d)
+    if face is not None and away is None:
+        return face.normal
+    assert away is not None
     length = math.sqrt(away[0] * away[0] + away[1] * away[1])
     return away[0] / length, away[1] / length
 
 
-class _RoundedFace:
-    """A face with rounded numbers: its normal, its gap, whether it closes, and how far a place is before its
-    first corner and, negated, after its second, each with the way from that corner."""
+def room(m: Difference, d: Vector) -> float:
+    """Returns how far apart two bodies are (rule 9s, room of the first), as a double: the gap less R."""
+    face, away = _rounded(m, m.faces, d)
+    if away is None:
+        assert face is not None
+        return face.gap - float(m.radius)
+    return math.sqrt(away[0] * away[0] + away[1] * away[1]) - float(m.radius)
 
-    def __init__(self, face: Face, d: Vector, v: Exact) -> None:
+
+def _rounded(m: Difference, faces: list[Face], d: Vector) -> tuple[_RoundedFace | None, Vector | None]:
+    """Returns the one of some faces that counts at a place, and the way from the corner that does instead."""
+    if not faces:
+        x, y = map(float, m.corners[0])
+        return None, (d[0] - x, d[1] - y)
+    face = max((_RoundedFace(face, d) for face in faces), key=lambda each: each.gap)  # of several the first
+    if m.radius and face.before[0] > 0:
+        return face, face.before[1]
+    return face, face.after[1] if m.radius and face.after[0] < 0 else None
+
+
+class _RoundedFace:
+    """A face with rounded numbers: its normal, its gap, and how far a place is before its first corner and,
+    negated, after its second, each with the way from that corner."""
+
+    def __init__(self, face: Face, d: Vector) -> None:
         tx, ty = map(float, face.way)
         length = math.sqrt(tx * tx + ty * ty)
         nx, ny = self.normal = ty / length, -tx / length
@@ -292,7 +308,6 @@ class _RoundedFace:
         ways = [(d[0] - float(x), d[1] - float(y)) for x, y in (face.start, second)]
         (x, y), (x2, y2) = ways
         self.gap = nx * x + ny * y
-        self.closes = _dot(face.normal, v) < 0
         self.before = -(nx * y - ny * x), ways[0]
         self.after = -(nx * y2 - ny * x2), ways[1]
 
