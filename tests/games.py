@@ -179,9 +179,8 @@ def _with_commands(rng: random.Random, base: kt.Scene, lattice: bool) -> kt.Scen
             radius, mass = rng.choice((0.125, 0.125, 0.25)), rng.choice((1.0, 1.0, 2.0))
             pace, shape = _pace(rng, lattice), None
             if base.shapes:
-                shape = rng.choice(
-                    (*base.shapes, kt.box(0.25, 0.25), kt.capsule((0, -0.25), (0, 0.25), 0.125))
-                )
+                rod = kt.capsule((0.0, -0.25), (0.0, 0.25), 0.125)
+                shape = rng.choice((*base.shapes, kt.box(0.25, 0.25), rod))
                 radius, mass = 0.0, mass if shape.is_solid and rng.random() < 0.8 else math.inf
             command = kt.Insert(time, place, pace, radius, mass, number, at, kind, shape)
         elif what == "turn":

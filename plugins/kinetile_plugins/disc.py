@@ -302,6 +302,13 @@ collide_images, touch_images, part_images = _hooks(True)
 
 @unchecked
 @hook
+def gap(k: Kernel, one: int, other: int, dx: float, dy: float) -> float:
+    """Return how far apart two discs among other shapes are, below 0 where they overlap."""
+    return math.sqrt(dx * dx + dy * dy) - float(k.forms[one].right + k.forms[other].right)
+
+
+@unchecked
+@hook
 def collide_equals(k: Kernel, a: int, b: int) -> float:
     """As ``collide``, for bodies of one mass: they exchange their velocities along the line of centres."""
     nx, ny, depth = touch(k, a, b)
@@ -341,10 +348,13 @@ class Disc:
                 part=part_images,
                 periodic=True,
                 shapes=bool(scene.shapes),
+                gap=gap if scene.shapes else None,
                 contact_distance="sum of radii",
             )
         if scene.shapes:
-            return PairParts(meet=meet_among_shapes, collide=collide, touch=touch, part=part, shapes=True)
+            return PairParts(
+                meet=meet_among_shapes, collide=collide, touch=touch, part=part, gap=gap, shapes=True
+            )
         alike = scene.alike and not self.general
         return PairParts(
             meet=meet,
