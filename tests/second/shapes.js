@@ -38,11 +38,13 @@ export function difference(a, b) {
   });
   faces.forEach((face, i) => Object.assign(face, { before: faces.at(i - 1).n, after: faces[(i + 1) % faces.length].n }));
   faces.sort((f, g) => sign(cross(up(g.n), up(f.n))) || isUp(g.n) - isUp(f.n));
-  return { corners, faces: corners.length > 1 ? faces : [], R: add(exact(a.r), exact(b.r)) };
+  const strip = exact(corners.length > 1 ? 1e-12 * (a.size + b.size) : 0);
+  return { corners, faces: corners.length > 1 ? faces : [], R: add(exact(a.r), exact(b.r)), strip };
 }
 
 /** When and at which feature two bodies a < b meet, as `relative` has them, M being their difference: {tick, face} or {tick, corner}, or null. */
 export function shapeTouch({ s, d, v }, M, q) {
+  if (!reachesBeside(d, v, M, (x) => x) || !reachesBeside(d, v, M, minus)) return null;
   const { faces, corners } = seen(d, v, M);
   const near = nearestFeature(faces, corners, v);
   if (isTouching(near, M.R)) return near.falls ? { tick: s, ...near.feature } : null;
@@ -55,6 +57,12 @@ export function shapeTouch({ s, d, v }, M, q) {
   const rounded = corners.map(({ corner, d }) => ({ tick: firstTouch({ s, d, v, R: M.R }, q), corner }));
   const met = [...entered, ...rounded].filter(({ tick }) => tick !== null);
   return met.reduce((first, each) => (first === null || each.tick < first.tick ? each : first), null);
+}
+
+/** Whether, on one side of the line of d, a point within R of M is farther from the line than the strip. */
+function reachesBeside(d, v, M, turned) {
+  const least = multiply(signedSquare(subtract(M.strip, M.R)), dot(v, v));
+  return M.corners.some((c) => compare(signedSquare(turned(cross(v, less(c, d)))), least) > 0);
 }
 
 /** The faces and corners of M as the body at d sees them. */

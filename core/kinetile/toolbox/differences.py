@@ -17,8 +17,9 @@ import numpy.typing as npt
 
 from kinetile.errors import Refused
 from kinetile.kernel.certificates.convex_integers import HEAD, WIDE
+from kinetile.scene.checks import TOLERANCE
 from kinetile.scene.differences import Exact, Place, core_difference, cross, dot, exact, less
-from kinetile.scene.shapes import Shape
+from kinetile.scene.shapes import Shape, reach_of
 
 Outline = tuple[tuple[Place, ...], float]
 """A core and a radius."""
@@ -65,7 +66,8 @@ def difference_row(one: Outline, other: Outline) -> tuple[float, ...]:
     count = len(corners)
     ways = [less(corners[(k + 1) % count], corner) for k, corner in enumerate(corners)]
     ranks = _ranks([(y, -x) for x, y in ways]) if count > 1 else [0]
-    exactly = [*_parts(radius)]
+    flush = TOLERANCE * (reach_of(*one) + reach_of(*other)) if count > 1 else 0.0
+    exactly = [*_parts(radius), flush]
     body: list[float] = []
     for corner, way, rank in zip(corners, ways, ranks, strict=True):
         along = _in_parts(way, edges)
@@ -89,6 +91,7 @@ def difference_row(one: Outline, other: Outline) -> tuple[float, ...]:
         max([2.0 * size, *sizes]),
         min(sizes, default=0.0),
         float(upright or (count == 1 and not any(corners[0]))),
+        flush,
     ]
     assert len(head) == HEAD
     assert len(body) == WIDE * count

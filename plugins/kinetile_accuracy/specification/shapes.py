@@ -62,10 +62,12 @@ class Difference:
             line.
         faces: in the order of their numbers; two for a line, none for a point.
         radius: R.
+        flush: the width of the strip that counts for nothing.
     """
 
     def __init__(self, one: Shape, two: Shape) -> None:
         self.radius = Fraction(one.radius) + Fraction(two.radius)
+        self.flush = Fraction(0)
         places = {_less(_exact(a), _exact(b)) for a in one.core for b in two.core}
         first = min(places)
         self.corners = [first]
@@ -74,6 +76,8 @@ class Difference:
         ways = [_less(q, p) for p, q in zip(self.corners, [*self.corners[1:], first], strict=True)]
         faces = [Face(p, (x, y), (y, -x)) for p, (x, y) in zip(self.corners, ways, strict=True)]
         self.faces = sorted(faces, key=lambda face: _direction(face.normal)) if len(faces) > 1 else []
+        if self.faces:
+            self.flush = Fraction(1e-12 * (one.reach + two.reach))
 
 
 def _next(here: Exact, places: set[Exact]) -> Exact:
@@ -141,6 +145,19 @@ def _course(course: PairQuadratic) -> tuple[Exact, Exact]:
 
 def entry(m: Difference, d: Exact, v: Exact) -> Contact | None:
     """Returns the contact of the place d + v t with a difference, from t = 0 on (rule 5s); None: none."""
+    return _entry(m, d, v) if all(_is_beside(m, d, v, side) for side in (1, -1)) else None
+
+
+def _is_beside(m: Difference, d: Exact, v: Exact, side: int) -> bool:
+    """Whether M with its margin has points on a side of the line of d + v t, farther than what is flush."""
+    beyond = m.flush - m.radius  # so far a corner has to be on that side
+    least = beyond * abs(beyond) * _dot(v, v)
+    aways = (side * _cross(v, _less(corner, d)) for corner in m.corners)
+    return any(away * abs(away) > least for away in aways)
+
+
+def _entry(m: Difference, d: Exact, v: Exact) -> Contact | None:
+    """Returns what ``entry`` does where nothing is flush."""
     near = nearest(m, d)
     if near is not None:
         falls = all(_approach(m, feature, d, v) < 0 for feature in near)
@@ -237,7 +254,7 @@ def _is_over(face: Face, square: Fraction, d: Exact, v: Exact) -> bool:
 def exit_(m: Difference, d: Exact, v: Exact) -> int | None:
     """Returns the tick at which a place d + v t leaves a difference with its margin for good (rule 11s); 0 if
     it is outside and does not come in; None: it stays, or leaves after 2^62 ticks."""
-    if (len(m.faces) < 3 and not m.radius) or (nearest(m, d) is None and entry(m, d, v) is None):
+    if (len(m.faces) < 3 and not m.radius) or (nearest(m, d) is None and _entry(m, d, v) is None):
         return 0
     a = _dot(v, v)
     if a == 0:

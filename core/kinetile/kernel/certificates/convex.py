@@ -17,7 +17,8 @@ Scenes on lattices have crossings at whole ticks all the time. There the coordin
 multiples of a power of two, the *grain*: of the lowest bits of places, and of speeds times a tick. So is the
 gap of what has no margin, and a gap that is smaller than its grain is none (``by_ticks``).
 
-What any of these leaves open is decided in whole numbers (``convex_integers``).
+A place that is found to enter may do so where M is only grazed, by no more than what is flush: it does not
+count (``runs_deep``). What any of these leaves open is decided in whole numbers (``convex_integers``).
 """
 
 from __future__ import annotations
@@ -46,6 +47,7 @@ from kinetile.kernel.certificates.convex_integers import (
     CY_LOW,
     FAR_LOW,
     FAR_OUT,
+    FLUSH,
     HEAD,
     NX,
     NY,
@@ -211,6 +213,22 @@ def from_corner(s: Separation, c: float, c_low: float) -> Separation:
     return Separation(d, low + (s.low - c_low), s.size + abs(c), s.u, s.w)
 
 
+@hook
+def runs_deep(f: Numbers, row: int, x: Separation, y: Separation) -> bool:
+    """Whether M with its margin is surely on both sides of the line of a place by more than what is flush."""
+    count = int(f[row + COUNT])
+    speed = math.sqrt(x.u * x.u + y.u * y.u)
+    size = (x.size + y.size) + f[row + SIZE]
+    least = (f[row + FLUSH] - f[row + RADIUS]) * speed + 2.0**-48 * size * speed
+    left = -math.inf
+    right = -math.inf
+    for corner in range(row + HEAD, row + HEAD + count * WIDE, WIDE):
+        side = (x.d - f[corner + CX]) * y.u - (y.d - f[corner + CY]) * x.u
+        left = larger(left, side)
+        right = larger(right, -side)
+    return count == 1 or (left > least and right > least)
+
+
 @apart
 def enters(f: Numbers, row: int, plans: Plans) -> int:
     """Return how many ticks after the later anchor two convex bodies touch, rounded down exactly, or
@@ -226,6 +244,7 @@ def enters(f: Numbers, row: int, plans: Plans) -> int:
     size = (x.size + y.size) + f[row + SIZE]
     speed = abs(x.u) + abs(y.u)
     guess = 0
+    deep = False
     if speed > SMALL and speed < LARGE and size < LARGE:
         doubt = 2.0**-48 * size
         slack = 2.0**-50 * speed
@@ -261,6 +280,7 @@ def enters(f: Numbers, row: int, plans: Plans) -> int:
                     into_error = error
         if into - into_error > out or out < 0.0:
             return NEVER
+        deep = runs_deep(f, row, x, y)
         comes = into - into_error
         known = known and into * speed < 2.0**20 * size and (comes > 0.0 or latest < 0.0)
         known = known and (reach > 0.0 or latest < stays)
@@ -301,8 +321,8 @@ def enters(f: Numbers, row: int, plans: Plans) -> int:
                 ticks = -1
                 if comes > 0.0:
                     ticks = tick_at_face(f, face, t, x, y, per_time, 0.0)
-                known = known and ticks >= 0
-                if ticks >= 0 and reach > 0.0:
+                known = known and ticks >= 0 and deep
+                if ticks >= 0 and reach > 0.0 and deep:
                     return ticks
                 found = larger(found, ticks)
         if known and corner < 0:
@@ -313,7 +333,7 @@ def enters(f: Numbers, row: int, plans: Plans) -> int:
             corner_x = from_corner(x, f[corner + CX], f[corner + CX_LOW])
             corner_y = from_corner(y, f[corner + CY], f[corner + CY_LOW])
             found = filtered(corner_x, corner_y, reach, f[row + RADIUS_LOW], per_time)
-            if found != OPEN:
+            if found == NEVER or (found != OPEN and deep):
                 return found
             at_origin = f[corner + CX] == 0.0 and f[corner + CY] == 0.0
             if count == 1 and at_origin:  # two discs
@@ -322,6 +342,6 @@ def enters(f: Numbers, row: int, plans: Plans) -> int:
         if count > 2 and reach == 0.0:
             grain = smaller(grain_along(plans.x, plans.tick), grain_along(plans.y, plans.tick))
             found = by_ticks(f, row, x, y, per_time, grain)
-            if found != OPEN:
+            if found == NEVER or (found != OPEN and deep):
                 return found
     return enters_exactly(f, row, plans, guess)

@@ -1,7 +1,7 @@
 """Contacts of convex bodies in whole numbers: the last resort, right for all finite doubles.
 
 A place enters a convex polygon with a margin (``convex``; docs/specification.md, rule 5s) if its line has
-corners of M on both sides, or passes one at less than R. And floor(T) is the greatest tick at which it is
+M with its margin on both sides, by more than what is flush. And floor(T) is the greatest tick at which it is
 outside, or touches, and comes nearer: bisection finds that, since both cease for good. All of it are signs of
 sums of products, in rows of digits as in ``integers``.
 
@@ -44,10 +44,10 @@ from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import Numbers, apart, larger, subroutine
 from kinetile.kernel.tables import NEVER
 
-COUNT, RADIUS, RADIUS_LOW, SIZE, LEAST, PLAIN, HEAD = range(7)
+COUNT, RADIUS, RADIUS_LOW, SIZE, LEAST, PLAIN, FLUSH, HEAD = range(8)
 """Columns of a row's head: the corners, R as a sum of two, more than all coordinates and R together, not more
-than any double in the row that is not 0; whether M is an upright box without a margin, or 0; and where the
-corners begin."""
+than any double in the row that is not 0; whether M is an upright box without a margin, or 0; the width of the
+strip that counts for nothing; and where the corners begin."""
 
 CX, CY, CX_LOW, CY_LOW, TX, TY, TX_LOW, TY_LOW, FAR_OUT, FAR_LOW, NX, NY, OUT, RANK, WIDE = range(15)
 """Columns of a corner and the face that goes from it: the corner; the face's way, or another vector along it;
@@ -236,16 +236,22 @@ def distance_at(m: Cells, f: Numbers, row: int, first: int, end: int, ticks: int
 
 @subroutine
 def passes_through(m: Cells, f: Numbers, row: int, first: int, end: int) -> bool:
-    """Whether the line on which a place moves comes nearer to M than R; into it, if R = 0."""
+    """Whether M with its margin is on both sides of the line on which a place moves, by more than a strip:
+    a corner is not as far on the other side as R is wider than the strip, or farther on this one."""
     left = False
     right = False
+    copy(m, WAY_X, REACH, first, end)
+    put(m, WAY_X, f[row + FLUSH], 0, -1)
+    wider = carry(m, WAY_X, first, end, 1) > 0
+    clear(m, LEAST_GAP, 2 * first, 2 * end)
+    add_product(m, LEAST_GAP, WAY_X, first, end, WAY_X, first, end)
+    carry(m, LEAST_GAP, 2 * first, 2 * end, 1)
     for k in range(int(f[row + COUNT])):
         from_corner(m, f, row + HEAD + k * WIDE, DX, DY, first, end)
         side = cross(m, GAP, AX, AY, UX, UY, first, end)
-        left = left or side > 0
-        right = right or side < 0
-        if f[row + RADIUS] > 0.0 and compare_products(m, GAP, GAP, REACH2, SPEED2, first, end) < 0:
-            return True
+        farther = compare_products(m, GAP, GAP, LEAST_GAP, SPEED2, first, end)
+        left = left or (side >= 0 or farther < 0 if wider else side > 0 and farther > 0)
+        right = right or (side <= 0 or farther < 0 if wider else side < 0 and farther > 0)
     return left and right and (f[row + COUNT] > 2.0 or f[row + RADIUS] > 0.0)
 
 
