@@ -90,6 +90,13 @@ class Question:
                 far = float(sum(shape.radius for shape in self.shapes))
                 turn = rng.choice((rng.uniform(0.0, 6.3), 0.5 * math.pi * rng.randrange(4)))
                 self.two = self.two[0] + far * math.cos(turn), self.two[1] + far * math.sin(turn)
+            if rng.random() < 0.5:  # nearly, and along a face
+                flush = rng.choice((1e-16, 1e-13, 3e-12, 1e-10))
+                self.two = tuple(x + rng.uniform(-flush, flush) for x in self.two)
+                speed = rng.choice((-1.0, 1.0, 0.25, 1e-3))
+                self.v2 = tuple(v + speed * (b - a) for v, a, b in zip(self.v, p, q, strict=True))
+                back = rng.choice((0.0, 0.5, 2.0))
+                self.two = tuple(x - back * (w - v) for x, v, w in zip(self.two, self.v, self.v2, strict=True))
         self.periods = self.turns = 0.0, 0.0
         if rng.random() < 0.4:
             self.periods = tuple(rng.choice((0.0, 5.0 + abs(number(3.0)))) for _ in range(2))

@@ -99,6 +99,7 @@ def questions(count: int, rng: np.random.Generator, lattice: int, tick: float, n
     place += numbers[RADIUS] * np.stack([np.cos(turn), np.sin(turn)], 1)
     then = rng.choice([0.0, 0.0, 1.0, 0.5, 1 / 3, 2 / 3, 7 / 3], len(aimed))[:, None]
     v, v2 = plans[aimed, 2:4], plans[aimed, 6:8]
+    place += rng.choice([0.0, 0.0, 1e-16, 1e-13, 1e-11], (len(aimed), 2)) * rng.normal(size=(len(aimed), 2))
     plans[aimed, 4:6] = plans[aimed, :2] + v * (elapsed[aimed, None] * tick) + place - (v2 - v) * then
     return plans, elapsed
 

@@ -17,7 +17,8 @@ export function makeShape(core, r) {
   let size = r + Math.max(...core.map((corner) => Math.hypot(...corner))); // near it, and the steps go to it
   while (!reaches(size)) size = step(size, 1n);
   while (size > 0 && reaches(step(size, -1n))) size = step(size, -1n);
-  return { corners, r, size, sides: [r - Math.min(...xs), r + Math.max(...xs), r - Math.min(...ys), r + Math.max(...ys)] };
+  const extent = r + Math.max(...core.flat().map(Math.abs));
+  return { corners, r, size, extent, sides: [r - Math.min(...xs), r + Math.max(...xs), r - Math.min(...ys), r + Math.max(...ys)] };
 }
 
 /** Whether all shapes are discs around their places, for which the rules of shapes say nothing. */
@@ -38,7 +39,7 @@ export function difference(a, b) {
   });
   faces.forEach((face, i) => Object.assign(face, { before: faces.at(i - 1).n, after: faces[(i + 1) % faces.length].n }));
   faces.sort((f, g) => sign(cross(up(g.n), up(f.n))) || isUp(g.n) - isUp(f.n));
-  const strip = exact(corners.length > 1 ? 1e-12 * (a.size + b.size) : 0);
+  const strip = exact(corners.length > 1 ? 2 ** -39 * (a.extent + b.extent) : 0);
   return { corners, faces: corners.length > 1 ? faces : [], R: add(exact(a.r), exact(b.r)), strip };
 }
 

@@ -81,7 +81,18 @@ class Shape:
     @cached_property
     def reach(self) -> float:
         """The radius of the circle around the reference point that holds it: the smallest such double."""
-        return reach_of(self.core, self.radius)
+        radius = Fraction(self.radius)
+        farthest = max(x * x + y * y for x, y in map(exact, self.core))
+
+        def holds(of: float) -> bool:
+            return Fraction(of) >= radius and (Fraction(of) - radius) ** 2 >= farthest
+
+        found = self.radius + max(math.hypot(*corner) for corner in self.core)
+        while not holds(found):
+            found = math.nextafter(found, math.inf)
+        while holds(lower := math.nextafter(found, 0.0)):
+            found = lower
+        return found
 
     @property
     def reaches(self) -> tuple[float, float, float, float]:
@@ -89,23 +100,6 @@ class Shape:
         x, y = zip(*self.core, strict=True)
         r = self.radius
         return r - min(x), r + max(x), r - min(y), r + max(y)
-
-
-def reach_of(core: Iterable[Place], radius: float) -> float:
-    """Returns the radius of the circle around the reference point that holds a core and what is within a
-    radius of it: the smallest such double (rule 3s)."""
-    corners = list(core)
-    farthest = max(x * x + y * y for x, y in map(exact, corners))
-
-    def holds(of: float) -> bool:
-        return Fraction(of) >= Fraction(radius) and (Fraction(of) - Fraction(radius)) ** 2 >= farthest
-
-    found = radius + max(math.hypot(*corner) for corner in corners)
-    while not holds(found):
-        found = math.nextafter(found, math.inf)
-    while found > 0.0 and holds(lower := math.nextafter(found, 0.0)):
-        found = lower
-    return found
 
 
 def disc(radius: float) -> Shape:

@@ -17,9 +17,8 @@ import numpy.typing as npt
 
 from kinetile.errors import Refused
 from kinetile.kernel.certificates.convex_integers import HEAD, WIDE
-from kinetile.scene.checks import TOLERANCE
 from kinetile.scene.differences import Exact, Place, core_difference, cross, dot, exact, less
-from kinetile.scene.shapes import Shape, reach_of
+from kinetile.scene.shapes import Shape
 
 Outline = tuple[tuple[Place, ...], float]
 """A core and a radius."""
@@ -66,7 +65,7 @@ def difference_row(one: Outline, other: Outline) -> tuple[float, ...]:
     count = len(corners)
     ways = [less(corners[(k + 1) % count], corner) for k, corner in enumerate(corners)]
     ranks = _ranks([(y, -x) for x, y in ways]) if count > 1 else [0]
-    flush = TOLERANCE * (reach_of(*one) + reach_of(*other)) if count > 1 else 0.0
+    flush = 2.0**-39 * (_extent(one) + _extent(other)) if count > 1 else 0.0
     exactly = [*_parts(radius), flush]
     body: list[float] = []
     for corner, way, rank in zip(corners, ways, ranks, strict=True):
@@ -96,6 +95,12 @@ def difference_row(one: Outline, other: Outline) -> tuple[float, ...]:
     assert len(head) == HEAD
     assert len(body) == WIDE * count
     return (*head, *body)
+
+
+def _extent(outline: Outline) -> float:
+    """Returns the size of an outline that a strip is a part of (rule 5s)."""
+    core, radius = outline
+    return radius + max(abs(c) for corner in core for c in corner)
 
 
 def _edges(core: tuple[Place, ...]) -> list[Exact]:

@@ -77,7 +77,8 @@ class Difference:
         faces = [Face(p, (x, y), (y, -x)) for p, (x, y) in zip(self.corners, ways, strict=True)]
         self.faces = sorted(faces, key=lambda face: _direction(face.normal)) if len(faces) > 1 else []
         if self.faces:
-            self.flush = Fraction(1e-12 * (one.reach + two.reach))
+            sizes = (each.radius + max(abs(c) for corner in each.core for c in corner) for each in (one, two))
+            self.flush = Fraction(2.0**-39 * sum(sizes))
 
 
 def _next(here: Exact, places: set[Exact]) -> Exact:

@@ -7,7 +7,9 @@
  * This one is exact: lengths, and what is flown in a tick, are whole numbers of one size.
  */
 export function timeOfImpact(e, a, b) {
-  const lengths = [a, b].flatMap(({ core, radius, at }) => [...core.flat(), radius, ...at]);
+  const [extentA, extentB] = [a, b].map(({ core, radius }) => radius + Math.max(...core.flat().map(Math.abs)));
+  const strip = 2 ** -39 * (extentA + extentB);
+  const lengths = [strip, ...[a, b].flatMap(({ core, radius, at }) => [...core.flat(), radius, ...at])];
   const size = Math.max(...lengths.map(places), ...[...a.v, ...b.v].map((z) => places(z) + 52 + e));
   const whole = (z) => scaled(z, size);
   const since = a.anchor > b.anchor ? a.anchor : b.anchor;
@@ -16,6 +18,10 @@ export function timeOfImpact(e, a, b) {
   const [d, v, r] = [less(here(b), here(a)), less(pace(b), pace(a)), whole(a.radius) + whole(b.radius)];
   // b's place, seen from a's, flies past the hull of all differences of corners, grown by r
   const corners = hull(a.core.flatMap((p) => b.core.map((q) => less(p.map(whole), q.map(whole)))));
+  // who leaves all of it on one side of the way, but for a strip, does not meet it
+  const beyond = signedSquare((corners.length > 1 ? whole(strip) : 0n) - r) * dot(v, v);
+  const sides = corners.map((p) => less(d, p)).map(([x, y]) => signedSquare(x * v[1] - y * v[0]));
+  if (sides.every((side) => side <= beyond) || sides.every((side) => -side <= beyond)) return null;
   const faces = corners.map((p, i) => {
     const t = less(corners[(i + 1) % corners.length], p);
     const [n, at, tt] = [[t[1], -t[0]], less(d, p), dot(t, t)];

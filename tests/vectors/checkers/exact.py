@@ -12,7 +12,9 @@ def time_of_impact(e, a, b):
     This one is exact: lengths, and what is flown in a tick, are whole numbers of one size.
     """
     (core_a, ra, at_a, va, anchor_a), (core_b, rb, at_b, vb, anchor_b) = a, b
-    lengths = max(z.as_integer_ratio()[1] for z in chain(*core_a, *core_b, (ra, rb), at_a, at_b))
+    extents = (r + max(map(abs, chain(*core))) for core, r in ((core_a, ra), (core_b, rb)))
+    strip = 2.0**-39 * sum(extents)
+    lengths = max(z.as_integer_ratio()[1] for z in chain(*core_a, *core_b, (ra, rb, strip), at_a, at_b))
     size = max(lengths, max(z.as_integer_ratio()[1] for z in (*va, *vb)) << 52 + e)
 
     def whole(z, size=size):
@@ -26,6 +28,11 @@ def time_of_impact(e, a, b):
     v, r = [w - v for v, w in zip(pace_a, pace_b, strict=True)], whole(ra) + whole(rb)
     # b's place, seen from a's, flies past the hull of all differences of corners, grown by r
     corners = hull({(whole(x) - whole(p), whole(y) - whole(q)) for x, y in core_a for p, q in core_b})
+    # who leaves all of it on one side of the way, but for a strip, does not meet it
+    beyond = signed_square((whole(strip) if corners[1:] else 0) - r) * dot(v, v)
+    sides = [(d[0] - x) * v[1] - (d[1] - y) * v[0] for x, y in corners]
+    if not max(map(signed_square, sides)) > beyond < -min(map(signed_square, sides)):
+        return None
     faces = []  # g, u: the place across and along it; w, z: how they grow; t.t: the square of its length
     for (x, y), (p, q) in zip(corners, corners[1:] + corners[:1], strict=True) if corners[1:] else ():
         n, t, at = (q - y, x - p), (p - x, q - y), (d[0] - x, d[1] - y)
