@@ -96,7 +96,9 @@ class Question:
                 speed = rng.choice((-1.0, 1.0, 0.25, 1e-3))
                 self.v2 = tuple(v + speed * (b - a) for v, a, b in zip(self.v, p, q, strict=True))
                 back = rng.choice((0.0, 0.5, 2.0))
-                self.two = tuple(x - back * (w - v) for x, v, w in zip(self.two, self.v, self.v2, strict=True))
+                self.two = tuple(
+                    x - back * (w - v) for x, v, w in zip(self.two, self.v, self.v2, strict=True)
+                )
         self.periods = self.turns = 0.0, 0.0
         if rng.random() < 0.4:
             self.periods = tuple(rng.choice((0.0, 5.0 + abs(number(3.0)))) for _ in range(2))

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import random
 
-import numpy as np
 import pytest
 
 import kinetile as kt
 from kinetile.errors import ZenoError
+from lanes import first
+
+pytestmark = pytest.mark.small
 
 FLOORS = ("tiles", "tiles of many heights", "polyline")
 TILES = 9
 
 
 def hundredths(rng: random.Random, low: int, high: int) -> float:
+    """Return a number of whole hundredths, as a double."""
     return rng.randrange(low, high) / 100
 
 
@@ -24,9 +27,7 @@ def floor_of(kind: str, width: float, top: float, rng: random.Random) -> list[kt
         return kt.polyline([(width * i, top) for i in range(TILES + 1)])
     heights = [top if kind == "tiles" else hundredths(rng, 5, 90) for _ in range(TILES)]
     places = [(width / 2 + width * i, top - height / 2) for i, height in enumerate(heights)]
-    return [
-        kt.Obstacle(kt.box(width, height), place) for height, place in zip(heights, places, strict=True)
-    ]
+    return [kt.Obstacle(kt.box(width, height), place) for height, place in zip(heights, places, strict=True)]
 
 
 def drawn(seed: int, kind: str) -> kt.Scene:
@@ -44,12 +45,59 @@ def drawn(seed: int, kind: str) -> kt.Scene:
 
 
 def met(scene: kt.Scene, phase: str = "naive") -> str:
-    """Return what becomes of a scene in which nothing should happen: "jams", "snags", "met" or ""."""
+    """Return what becomes of a scene in which nothing should happen: "jams", "snags", "met" or nothing."""
     sim = kt.Simulation(scene, phase)
     try:
-        sim.run(until=12.0, max_contacts=1000)
+        sim.run(until=12.0, max_contacts=50)
     except ZenoError:
         return "jams"
-    if not (sim.velocities()[0] > 0).any():
+    if sim.velocities()[0, 0] <= 0.0:
         return "snags"
     return "met" if len(sim.contacts) else ""
+
+
+@pytest.mark.parametrize("kind", FLOORS)
+@pytest.mark.parametrize("block", first(1, range(10)))
+def test_what_slides_along_a_flush_floor_meets_nothing(kind: str, block: int) -> None:
+    """Before there was a strip, 62, 100 and 67 of 200 of each kind met something."""
+    seeds = range(20 * block, 20 * (block + 1))
+    phases = ("naive", "cells", "sap-1d", "sap-2d")
+    assert [met(drawn(seed, kind), phases[seed % 4]) for seed in seeds] == [""] * 20
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_lands_on_a_floor_slides_on(seed: int) -> None:
+    """It falls, and where it lands is rounded; there it is given a velocity along the floor."""
+    resting = drawn(seed, FLOORS[seed % 3])
+    place, velocity = resting.position.copy(), resting.velocity.copy()
+    place[0, 1] += 0.3
+    velocity[0] = 0.0, -0.7
+    sim = kt.Simulation(resting.replace(position=place, velocity=velocity), "naive")
+    sim.run(until=12.0, max_contacts=1)
+    landed = len(sim.contacts)
+    assert landed
+    sim.set_velocity(0, resting.velocity[0])
+    sim.run(until=12.0, max_contacts=50)
+    assert len(sim.contacts) == landed
+    assert sim.velocities()[0].tolist() == resting.velocity[0].tolist()
+
+
+@pytest.mark.parametrize(("step", "turns"), [(1e-13, False), (1e-9, True)])
+@pytest.mark.parametrize("shape", [kt.box(0.1, 0.2), kt.disc(0.1)])
+def test_a_step_that_is_higher_is_met(shape: kt.Shape, step: float, turns: bool) -> None:
+    tile = kt.box(0.3, 0.7)
+    floor = [kt.Obstacle(tile, (0.15, 0.35)), kt.Obstacle(tile, (0.45, 0.35 + step))]
+    scene = kt.with_obstacles(kt.Scene([(0.15, 0.7 + 0.1)], [(0.5, 0.0)], shape=shape), floor)
+    assert met(scene) == ("" if not turns else "snags" if shape.kind == "box" else "met")
+
+
+@pytest.mark.parametrize("slope", [1e-9, 0.5])
+def test_who_comes_down_on_a_floor_meets_it(slope: float) -> None:
+    floor = kt.polyline([(0.1 * i, 0.7) for i in range(10)])
+    scene = kt.with_obstacles(
+        kt.Scene([(0.15, 0.7 + 0.1)], [(0.5, -0.5 * slope)], shape=kt.box(0.1, 0.2)), floor
+    )
+    sim = kt.Simulation(scene, "naive")
+    sim.run(until=0.5, max_contacts=10)
+    assert sim.contacts["tick"][0] == 0
+    assert sim.velocities()[0].tolist() == [0.5, 0.5 * slope]
