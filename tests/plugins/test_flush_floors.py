@@ -1,4 +1,4 @@
-"""Floors of tiles and lines that are flush but for rounding: what slides along them meets nothing on its way."""
+"""Floors of tiles and lines that are flush but for rounding: what slides along them meets nothing."""
 
 from __future__ import annotations
 
