@@ -38,7 +38,7 @@ def draw_game(seed: int) -> kt.Scene:
 def draw_game_of_shapes(seed: int) -> kt.Scene:
     """Returns a game of boxes and discs, always the same for a seed."""
     rng = random.Random(f"game of shapes {seed}")
-    base = box_scenes.drawn(seed, (3, 4, 6, 8), ("", "", "x", "xy"))
+    base = box_scenes.drawn(seed, (3, 4, 6, 8), ("", "", "x", "y", "xy"))
     kinds = [rng.choice(KINDS) for _ in range(len(base))]
     mass = [math.inf if rng.random() < 0.2 else each for each in base.mass.tolist()]
     base = base.replace(mass=mass, kind=kinds)
