@@ -40,8 +40,7 @@ FORMS = (".xyz", ".extxyz", ".gsd")
 
 class Frame(NamedTuple):
     """The bodies at one moment: positions, unwrapped positions and velocities are (n, 2), the others (n,).
-    ``kinds`` and ``shapes`` are the places in those of the scene; -1 for the shape of a disc in a scene
-    without shapes."""
+    ``kinds`` are the places in those of the scene, and ``shapes`` objects; None in a scene of discs."""
 
     time: float
     bodies: npt.NDArray[Any]
@@ -78,13 +77,21 @@ class _Species:
         self._scene = scene
         self._by_radius = len(scene.kinds) == 1 and len(np.unique(scene.radius)) <= _FEW
         self._known: dict[tuple[Any, Any], int] = {}
+        self.table = {shape: number for number, shape in enumerate(scene.shapes)}
 
     def of(self, frame: Frame) -> npt.NDArray[Any]:
         """Returns the types of the bodies of a frame, (n,), from 0."""
-        by_radius = self._by_radius and not self._scene.shapes
-        sizes = (frame.radii if by_radius else frame.shapes).tolist()
-        both = zip(frame.kinds.tolist(), sizes, strict=True)
+        by_radius = self._by_radius and not self.table
+        sizes = frame.radii if by_radius else self.numbers(frame)
+        both = zip(frame.kinds.tolist(), sizes.tolist(), strict=True)
         return np.array([self._known.setdefault(each, len(self._known)) for each in both], dtype=int)
+
+    def numbers(self, frame: Frame) -> npt.NDArray[Any]:
+        """Returns the places of shapes in the table, (n,); -1 for discs in a scene without shapes. Those that
+        were inserted by hand come behind those of the scene."""
+        shapes = frame.shapes.tolist() if self.table else []
+        found = [self.table.setdefault(each, len(self.table)) for each in shapes]
+        return np.array(found or [-1] * len(frame.bodies), dtype=int)
 
     @property
     def names(self) -> list[str]:
@@ -95,9 +102,9 @@ class _Species:
     @property
     def shapes(self) -> list[dict[str, Any]]:
         """The shape of each type as GSD describes it; {} for discs of any radius."""
-        sizes = [size for _, size in self._known]
-        if self._scene.shapes:
-            return [_described(self._scene.shapes[size]) for size in sizes]
+        sizes, table = [size for _, size in self._known], [*self.table]
+        if table:
+            return [_described(table[size]) for size in sizes]
         return [{} if size == -1 else _described(disc(size)) for size in sizes]
 
 
@@ -124,12 +131,13 @@ def frames_of(source: Simulation | Trajectory, times: Iterable[float]) -> Iterat
             sizes = source.radii(), source.masses(), source.shapes()
             yield Frame(time, source.bodies, numbers, *moving, *sizes)
         return
-    columns = scene.kind_numbers, scene.radius, scene.mass, scene.shape
+    shapes = [scene.shapes[each] if each >= 0 else None for each in scene.shape.tolist()]
+    columns = scene.kind_numbers, scene.radius, scene.mass, shapes
     known = dict(enumerate(zip(*columns, strict=True)))
     for each in scene.commands:
         if isinstance(each, Insert):
             kind = kinds[scene.kinds[0] if each.kind is None else each.kind]
-            known[each.body] = kind, each.radius, each.mass, -1
+            known[each.body] = kind, each.radius, each.mass, each.shape
     for time in times:
         bodies = source.bodies(time)
         unknown = [body for body in bodies.tolist() if body not in known]
@@ -139,9 +147,9 @@ def frames_of(source: Simulation | Trajectory, times: Iterable[float]) -> Iterat
                 "the file of a run of Simulation.recorded()"
             )
         moving = source.positions(time), source.unwrapped(time), source.velocities(time)
-        traits = np.array([known[body] for body in bodies.tolist()], dtype=float).reshape(-1, 4).T
-        numbers, radii, masses, shapes = traits
-        yield Frame(time, bodies, numbers.astype(int), *moving, radii, masses, shapes.astype(int))
+        traits = np.array([known[body] for body in bodies.tolist()], dtype=object).reshape(-1, 4).T
+        sizes = traits[1].astype(float), traits[2].astype(float), traits[3]
+        yield Frame(time, bodies, traits[0].astype(int), *moving, *sizes)
 
 
 def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
@@ -161,10 +169,11 @@ def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
         else:
             for frame in frames:
                 many += 1
-                file.write(_xyz(frame, scene, species.of(frame)).encode())
-                of_bodies |= zip(frame.bodies.tolist(), frame.shapes.tolist(), strict=True)
+                numbers = species.numbers(frame)
+                file.write(_xyz(frame, scene, species.of(frame), numbers).encode())
+                of_bodies |= zip(frame.bodies.tolist(), numbers.tolist(), strict=True)
     if scene.shapes and form != ".gsd":
-        table = {"shapes": [*map(_described, scene.shapes)], "bodies": of_bodies}
+        table = {"shapes": [*map(_described, species.table)], "bodies": of_bodies}
         with replacing(writable_target(f"{target}.shapes.json")) as file:
             file.write(json.dumps(table).encode())
     return many
@@ -196,7 +205,7 @@ _COLUMNS = (
 )
 
 
-def _xyz(frame: Frame, scene: Scene, types: npt.NDArray[Any]) -> str:
+def _xyz(frame: Frame, scene: Scene, types: npt.NDArray[Any], shapes: npt.NDArray[Any]) -> str:
     borders = " ".join("T" if axis in scene.periodic else "F" for axis in "xyz")
     box = ""
     if scene.arena is not None:
@@ -207,7 +216,7 @@ def _xyz(frame: Frame, scene: Scene, types: npt.NDArray[Any]) -> str:
     pairs = frame.positions, frame.velocities, frame.momenta
     columns: list[Any] = [types, *(column for pair in pairs for column in (*pair.T, np.zeros(len(types))))]
     columns += [frame.radii, frame.masses, frame.masses, *frame.images(scene).T, frame.bodies, frame.kinds]
-    columns += [frame.shapes] if scene.shapes else []
+    columns += [shapes] if scene.shapes else []
     for kind, *numbers in zip(*(each.tolist() for each in columns), strict=True):
         symbol = symbols[kind] if kind < len(symbols) else "X"
         lines.append(f"{symbol} {' '.join(map(repr, numbers))}")

@@ -78,12 +78,14 @@ class Moment:
         """Returns the masses, (n,), in the order of ``bodies``; ``math.inf`` for immovable ones."""
         return np.asarray(self._engine.k.mass)[self._engine.taken]
 
-    def shapes(self) -> npt.NDArray[np.int64]:
-        """Returns the places of the bodies' shapes in those of the scene, (n,), in the order of ``bodies``;
-        -1 in a scene without shapes."""
-        if not self.scene.shapes:
-            return np.full(len(self._engine.taken), -1, dtype=np.int64)
-        return np.asarray(self._engine.k.bodies.view(np.ndarray)["form"][self._engine.taken])
+    def shapes(self) -> npt.NDArray[Any]:
+        """Returns the shapes (``kinetile.Shape``), (n,) objects, in the order of ``bodies``; None for each in
+        a scene of discs."""
+        engine = self._engine
+        table = np.array([*engine.scene.shapes, None], dtype=object)
+        if not engine.scene.shapes:
+            return table.repeat(len(engine.taken))
+        return np.asarray(table[engine.k.bodies.view(np.ndarray)["form"][engine.taken]])
 
     @property
     def kinds(self) -> npt.NDArray[Any]:

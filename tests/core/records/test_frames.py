@@ -41,7 +41,7 @@ def torus() -> kt.Scene:
 
 
 def shaped() -> kt.Scene:
-    """A box, a capsule, a disc and a hexagon with a rim, immovable, two kinds."""
+    """A box, a capsule, a disc and a hexagon with a rim, immovable, two kinds; another box comes."""
     hexagon = kt.polygon([(1, 0), (0.5, 1), (-0.5, 1), (-1, 0), (-0.5, -1), (0.5, -1)], 0.25)
     return kt.Scene(
         [(1.0, 1.0), (1.0, 3.0), (4.0, 1.0), (4.0, 4.0), (1.0, 5.0)],
@@ -51,7 +51,10 @@ def shaped() -> kt.Scene:
         shapes=[kt.box(1.0, 0.5), kt.capsule((-0.5, 0.0), (0.5, 0.0), 0.25), kt.disc(0.5), hexagon],
         shape=[0, 1, 2, 3, 0],
         kind=["a", "a", "b", "b", "b"],
-        commands=[kt.Remove(4, 0.3)],
+        commands=[
+            kt.Remove(4, 0.3),
+            kt.Insert(0.3, (1.0, 5.0), (0.0, 0.5), shape=kt.box(0.25, 0.5), kind="a"),
+        ],
     )
 
 
@@ -103,11 +106,11 @@ def test_gsd_reads_what_is_written(name, tmp_path):
     assert last.log["particles/number"].tolist() == sim.bodies.tolist()
     for number, shape in zip(found.typeid, sim.shapes(), strict=True):
         described = [*found.type_shapes, {}, {}][number]
-        if shape >= 0 and not sim.scene.shapes[shape].is_disc:
+        if shape is not None and not shape.is_disc:
             corners = dict.fromkeys(map(tuple, described["vertices"]))
-            assert (*corners,) == sim.scene.shapes[shape].core
+            assert (*corners,) == shape.core
             assert len(described["vertices"]) >= 3
-            assert described["rounding_radius"] == sim.scene.shapes[shape].radius
+            assert described["rounding_radius"] == shape.radius
         elif described:
             assert described["type"] == "Sphere"
 
@@ -115,13 +118,29 @@ def test_gsd_reads_what_is_written(name, tmp_path):
 def test_shapes_are_beside_xyz(tmp_path):
     file, sim = written(tmp_path, ".xyz", shaped())
     beside = json.loads((tmp_path / "frames.xyz.shapes.json").read_text())
-    assert [each["type"] for each in beside["shapes"]] == ["Polygon", "Polygon", "Sphere", "Polygon"]
-    assert beside["bodies"] == {"0": 0, "1": 1, "2": 2, "3": 3, "4": 0}
+    assert [each["type"] for each in beside["shapes"]] == [
+        "Polygon",
+        "Polygon",
+        "Sphere",
+        "Polygon",
+        "Polygon",
+    ]
+    assert beside["bodies"] == {"0": 0, "1": 1, "2": 2, "3": 3, "4": 0, "5": 4}
     again = kt.make_scene("frame", file=str(file))
     assert again.shapes == sim.scene.shapes
-    assert again.shape.tolist() == [0, 1, 2, 3]
+    assert again.shape.tolist() == [0, 1, 2, 3, 4]
     assert again.position.tobytes() == sim.positions().tobytes()
-    assert again.kind == (0, 0, 1, 1)
+    assert again.kind == (0, 0, 1, 1, 0)
+
+
+def test_a_shape_that_was_inserted_by_hand_is_in_the_table(tmp_path):
+    sim, new = kt.Simulation(shaped(), "naive", live=True), kt.capsule((0.0, 0.0), (0.25, 0.0), 0.125)
+    sim.insert((2.5, 5.0), shape=new)
+    for form in (".xyz", ".gsd"):
+        write_frames(tmp_path / f"frames{form}", sim.scene, frames_of(sim, [sim.time]))
+        again = kt.make_scene("frame", file=str(tmp_path / f"frames{form}"))
+        assert new in again.shapes
+        assert [again.shapes[each] for each in again.shape] == sim.shapes().tolist()
 
 
 def test_images_of_a_torus_are_those_of_the_run(tmp_path):
