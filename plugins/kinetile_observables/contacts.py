@@ -40,6 +40,8 @@ class Pressure(Observable):
     and all contacts are elastic.
     """
 
+    keeps = ("virial", "at_walls", "energy", "bodies", "movable", "last")
+
     def __init__(self, by: str | None = None) -> None:
         if by not in (None, "counts", "impulses"):
             raise BadOption(f"observable 'pressure': by is {by!r}; expected counts or impulses")
@@ -72,6 +74,7 @@ class Pressure(Observable):
         self.inverse_mass = np.append(1.0 / scene.mass, np.zeros(4))
         self.alike = bool((scene.radius == scene.radius[:1]).all() and (scene.mass == scene.mass[:1]).all())
         self.virial = self.at_walls = self.energy = 0.0
+        self.bodies = self.movable = 0
         self.last: float | None = None
 
     def collect(self, collisions: Collisions) -> None:
@@ -85,43 +88,57 @@ class Pressure(Observable):
             to_wall = np.choose(np.where(pair, 0, -b - 1), [x, width - x, y, height - y])
             push = np.hypot(*collisions.impulse.T)
             along = (apart * collisions.impulse).sum(axis=1)
-            self.virial += float(np.nansum(np.where(pair, along, to_wall * push)))
-            self.at_walls += float(np.nansum(push[~pair]))
-        elif self.alike:
-            walls = np.count_nonzero(b < 0)
-            push, r = 1.0 / math.sqrt(self.inverse_mass[0]), self.radius[0]
-            self.virial += r * push * (walls + math.sqrt(2.0) * (len(b) - walls))
-            self.at_walls += push * walls
+            self.virial = _added(self.virial, np.where(pair, along, to_wall * push))
+            self.at_walls = _added(self.at_walls, push[~pair])
+            return
+        if max(a.max(initial=0), b.max(initial=0)) >= len(self.radius) - 4:
+            raise Refused(
+                "a body was inserted by hand, and pressure by counts is of the bodies of the scene: expected "
+                "pressure:by=impulses"
+            )
+        if self.alike:  # counted; a weight for all of them is in sample
+            self.at_walls += np.count_nonzero(b < 0)
+            self.virial += np.count_nonzero(b >= 0)
         else:
             pushes = 1.0 / np.sqrt(self.inverse_mass[a] + self.inverse_mass[b])
-            self.virial += float(((self.radius[a] + self.radius[b]) * pushes).sum())  # BLAS starts threads
-            self.at_walls += float(pushes[b < 0].sum())
+            self.virial = _added(self.virial, (self.radius[a] + self.radius[b]) * pushes)
+            self.at_walls = _added(self.at_walls, pushes[b < 0])
 
     def sample(self, moment: Moment) -> dict[str, float]:
         """Returns the pressures of the time since the last sample."""
         found: dict[str, float] = {}
         last, self.last = self.last, moment.time
-        energy = self.energy
-        if last is None or self.by == "impulses":  # else nothing changes it
-            self.energy, masses = inner_energy(moment), moment.masses()
-            self.bodies, self.movable = len(masses), int(np.isfinite(masses).sum())
+        energy, masses = self.energy, moment.masses()
+        self.energy = inner_energy(moment)
+        self.bodies, self.movable = len(masses), int(np.isfinite(masses).sum())
+        virial, at_walls = self.virial, self.at_walls
+        if self.by == "counts" and self.alike and len(self.radius) > 4:
+            at_walls *= 1.0 / math.sqrt(self.inverse_mass[0])
+            virial = float(self.radius[0]) * (at_walls + virial * math.sqrt(2.0 / self.inverse_mass[0]))
         if last is not None:
             time, all_move = moment.time - last, self.movable == self.bodies
             degrees = 2 * self.movable - (len(self.scene.periodic) if all_move else 0)  # momentum is kept
-            if not degrees:
-                return {}  # one body alone on a torus
+            self.virial = self.at_walls = 0.0
+            if degrees <= 0 or energy + self.energy <= 0.0:
+                return {}  # one body alone on a torus, or none
             heat = (energy + self.energy) / degrees  # kT
             unit = 1.0
             if self.by == "counts":
                 ratio = math.exp(math.lgamma((degrees + 1) / 2) - math.lgamma(degrees / 2))
                 unit = 2.0 * ratio * math.sqrt(math.pi * heat / degrees)  # 2 kT F
             if all_move:
-                virial = self.bodies * heat + unit * self.virial / (2.0 * time)
+                virial = self.bodies * heat + unit * virial / (2.0 * time)
                 found = {"P": virial / self.area, "Z": virial / (self.bodies * heat)}
             if self.perimeter:
-                found["P_walls"] = unit * self.at_walls / (time * self.perimeter)
+                found["P_walls"] = unit * at_walls / (time * self.perimeter)
         self.virial = self.at_walls = 0.0
         return found
+
+
+def _added(total: float, terms: npt.NDArray[np.float64]) -> float:
+    """Returns a sum and further terms that are not NaN, added one by one: the bits do not depend on how the
+    terms are divided into calls, as those of ``numpy.sum`` would."""
+    return float(np.cumsum(np.append(total, np.where(np.isnan(terms), 0.0, terms)))[-1])
 
 
 class Rates(Observable):
@@ -132,6 +149,7 @@ class Rates(Observable):
     """
 
     needs = "contacts"
+    keeps = ("met", "last")
 
     def prepare(self, scene: Scene) -> None:
         """Notes the kinds of the scene."""

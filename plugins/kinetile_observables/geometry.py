@@ -43,7 +43,7 @@ def inner_energy(moment: Moment) -> float:
     """Returns the kinetic energy of movable bodies, without that of the common motion along periodic axes."""
     mass, velocity = movable(moment)
     energy = float((mass * velocity**2).sum()) / 2
-    for axis in moment.scene.periodic:
+    for axis in moment.scene.periodic if len(mass) else "":
         energy -= float((mass * velocity)[:, "xy".index(axis)].sum()) ** 2 / (2.0 * float(mass.sum()))
     return energy
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
@@ -30,6 +29,8 @@ def _whole(name: str, value: Any) -> int:
 class Energy(Observable):
     """``E``: the kinetic energy of all movable bodies."""
 
+    keeps = ()
+
     def sample(self, moment: Moment) -> dict[str, float]:
         """Returns the energy."""
         mass, velocity = movable(moment)
@@ -38,6 +39,8 @@ class Energy(Observable):
 
 class Momentum(Observable):
     """``px`` and ``py``: the momentum of all movable bodies."""
+
+    keeps = ()
 
     def sample(self, moment: Moment) -> dict[str, float]:
         """Returns both components."""
@@ -53,10 +56,15 @@ class Temperature(Observable):
     Where there are several kinds, or masses, the same of each: the mean of m v^2 / 2, as ``kT of big``.
     """
 
+    keeps = ()
+
     def sample(self, moment: Moment) -> dict[str, float]:
         """Returns the temperatures."""
         scene, (mass, velocity) = moment.scene, movable(moment)
-        found = {"kT": 2.0 * inner_energy(moment) / (2 * len(mass) - len(scene.periodic))}
+        degrees = 2 * len(mass) - len(scene.periodic)
+        if degrees <= 0:
+            return {}  # nobody is there, or one alone on a torus
+        found = {"kT": 2.0 * inner_energy(moment) / degrees}
         energies = (mass * velocity**2).sum(axis=1) / 2
         several = len(scene.kinds) > 1
         groups = moment.kinds[np.isfinite(moment.masses())].astype(str) if several else mass[:, 0]
@@ -72,10 +80,11 @@ class _Lagged(Observable):
     ``lags`` intervals."""
 
     name = ""
+    keeps = ("kept", "times", "bodies")
 
     def __init__(self, lags: int = 50) -> None:
         self.lags = np.arange(_whole("lags", lags) + 1)
-        self.kept: deque[Floats] = deque(maxlen=len(self.lags))
+        self.kept: list[Floats] = []
         self.times: list[float] = []
         self.bodies: npt.NDArray[np.int32] = np.zeros(0, dtype=np.int32)
 
@@ -83,10 +92,10 @@ class _Lagged(Observable):
         """Returns the means with this moment as the later one; NaN for lags before the first."""
         self.times = [*self.times, moment.time][:2]
         if not np.array_equal(self.bodies, moment.bodies):
-            self.kept.clear()  # bodies have come or gone
+            self.kept = []  # bodies have come or gone
             self.bodies = moment.bodies
         now = self.read(moment)[np.isfinite(moment.masses())]
-        self.kept.appendleft(now)
+        self.kept = [now, *self.kept][: len(self.lags)]
         found = np.full(len(self.lags), math.nan)
         found[: len(self.kept)] = [
             float(self.compare(then, now).sum() / max(len(now), 1)) for then in self.kept
@@ -143,6 +152,7 @@ class _InArena(Observable):
     """An observable of places in an arena."""
 
     name = ""
+    keeps = ()
 
     def prepare(self, scene: Scene) -> None:
         """Raises Refused in the open plane."""
@@ -189,7 +199,7 @@ class PairCorrelation(_InArena):
         found = np.zeros(self.bins)
         for _, _, apart in neighbours(self.scene, moment.positions(), self.edges[-1]):
             found += np.histogram(np.hypot(*apart.T), self.edges)[0]
-        return {"g": found / (self.expected * (n * (n - 1) / 2))}
+        return {"g": found / (self.expected * (n * (n - 1) / 2))} if n > 1 else {}
 
 
 class StructureFactor(_InArena):
@@ -254,5 +264,7 @@ class BondOrder(_InArena):
             for ends in (one[bonded], other[bonded]):  # seen from the other end, six half turns more
                 np.add.at(psi, ends, turn)
                 np.add.at(many, ends, 1.0)
+        if not n:
+            return {}
         psi /= np.maximum(many, 1.0)
         return {"psi6": float(abs(psi.mean())), "psi6_local": float(np.abs(psi).mean())}

@@ -7,6 +7,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
 
 from kinetile.cli.files import check_new, file_errors
@@ -34,9 +35,11 @@ ObserveTo = Annotated[
 _FORMS = (".csv", ".svg", ".png", ".pdf")
 
 
-def read_observables(observe: str | None, out: Path | None, overwrite: bool) -> list[str]:
+def read_observables(
+    observe: str | None, out: Path | None, overwrite: bool, *, saved: bool = False
+) -> list[str]:
     """Returns the observables of ``--observe``. Raises BadOption and MissingExtra for a file that cannot be
-    written."""
+    written, and for observables that cannot be ``saved``, if they are to be."""
     if out is not None:
         form = out.suffix.lower()
         if observe is None:
@@ -48,7 +51,13 @@ def read_observables(observe: str | None, out: Path | None, overwrite: bool) -> 
 
             check_printing("Drawing observables")
         check_new("--observe-to", out, overwrite)
-    return read_phases(observe or "")
+    wanted = read_phases(observe or "")
+    if saved and wanted:
+        from kinetile.run.observing import check_observable
+
+        for each in wanted:
+            check_observable(each, saved=True)
+    return wanted
 
 
 def observed_table(observed: Observed) -> Table:
@@ -59,8 +68,9 @@ def observed_table(observed: Observed) -> Table:
             "observable": lambda row: row[0],
             "quantity": lambda row: row[1],
             "> mean": lambda row: _mean(row[2]),
-            "> standard error": lambda row: "" if row[2].axis else f"{row[2].error:.2g}",
-            "> blocks": lambda row: str(row[2].blocks),
+            "> standard error": lambda row: _error(row[2]),
+            "> 95 % within": lambda row: _error(row[2], row[2].interval),
+            "> blocks": lambda row: str(np.min(row[2].blocks)),
         },
         shared=1,
     )
@@ -68,6 +78,12 @@ def observed_table(observed: Observed) -> Table:
 
 def _mean(estimate: Any) -> str:
     return f"{len(estimate.at)} values over {estimate.axis}" if estimate.axis else f"{estimate.mean:.7g}"
+
+
+def _error(estimate: Any, error: Any = None) -> str:
+    if estimate.axis:
+        return ""
+    return f"{estimate.error if error is None else error:.2g}" if estimate.blocks else "run too short"
 
 
 def write_observed(observed: Observed, path: Path) -> None:

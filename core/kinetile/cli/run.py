@@ -85,7 +85,7 @@ def run(
         written = {"--events": events, "--contacts": contacts, "--checkpoint": checkpoint}
         source = Path(scene) if scene.lower().endswith(".toml") else None
         check_files({**written, "--save-scene": save_scene, "the scene": source}, overwrite)
-        wanted = read_observables(observe, observe_to, overwrite)
+        wanted = read_observables(observe, observe_to, overwrite, saved=checkpoint is not None)
         runner.check_checkpoint(checkpoint, every, overwrite)
         this_scene = find_scene(scene, parameters)
         name, options = broad_choice(broad_phase, option)
@@ -117,7 +117,8 @@ def run(
             return
         saves = None
         if checkpoint is not None:
-            saves = runner.Checkpoint(simulation, recorder, checkpoint, every, requested)
+            note = {**requested, "observe": wanted}
+            saves = runner.Checkpoint(simulation, recorder, checkpoint, every, note)
         ending = runner.run_to_end(
             simulation,
             requested,
@@ -151,9 +152,14 @@ def resume(
         typer.Option(metavar="FILE", help="Write every event to this file, instead of the one before."),
     ] = None,
     every: Every = None,
+    observe: Observe = None,
+    observe_to: ObserveTo = None,
     json: Json = False,
 ) -> None:
-    """Continue a run from its checkpoint, and go on saving it there."""
+    """Continue a run from its checkpoint, and go on saving it there.
+
+    What the run observes is observed further; --observe with other observables begins them now, instead.
+    """
     with runner.only_writer(file):
         with file_errors():
             simulation, note = _load(file, broad_phase)
@@ -164,12 +170,29 @@ def resume(
         done = read.contacts_disc + read.contacts_wall
         requested = _requested_end(simulation, note, done, until, max_contacts)
         recorder = None if events is None else _resumed_recorder(simulation, events, requested)
-        saves = runner.Checkpoint(simulation, recorder, file, every or note.get("every"), requested)
+        wanted = note.get("observe")
+        before = wanted if isinstance(wanted, list) and all(isinstance(x, str) for x in wanted) else []
+        begun = read_observables(observe or ",".join(before) or None, observe_to, False, saved=True)
+        goes_on = begun == before and bool(before and simulation.observed)
+        if not goes_on and (done if begun else simulation.observed):
+            said = ", ".join(begun) or "nothing"
+            notice(f"kinetile: {said} is observed from time {simulation.time:.10g} on, and nothing of before")
+        saves = runner.Checkpoint(
+            simulation, recorder, file, every or note.get("every"), {**requested, "observe": begun}
+        )
         most = requested["max_contacts"]
         further = None if most is None else max(most - done, 0)
         ending = runner.run_to_end(
-            simulation, requested, further, recorder=recorder, checkpoint=saves, json=json
+            simulation,
+            requested,
+            further,
+            recorder=recorder,
+            checkpoint=saves,
+            json=json,
+            observe=simulation.observed if goes_on else begun,
         )
+        if observe_to is not None:
+            write_observed(simulation.observed, observe_to)
     runner.leave(ending)
 
 

@@ -25,6 +25,7 @@ from kinetile.plugin.choices import called
 
 if TYPE_CHECKING:
     from kinetile.records.events import EventRecorder
+    from kinetile.run.observing import Observed
     from kinetile.run.simulation import Progress, Simulation
     from kinetile.scene import Scene
 
@@ -49,7 +50,7 @@ def run_to_end(
     checkpoint: Checkpoint | None,
     json: bool,
     contacts: Path | None = None,
-    observe: Sequence[str] = (),
+    observe: Sequence[str] | Observed = (),
 ) -> RunEnd:
     """Runs, writes the contacts if requested, prints the result, and returns how all of it ended.
 
@@ -82,7 +83,7 @@ def _carry_out(
     until: float | None,
     max_contacts: int | None,
     checkpoint: Checkpoint | None,
-    observe: Sequence[str],
+    observe: Sequence[str] | Observed,
 ) -> RunEnd:
     """Runs, saves if requested, and closes the events file in any case."""
     said = ""

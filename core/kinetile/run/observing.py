@@ -11,6 +11,7 @@ hundredth of what is observed; and ``after``, the time from which on it is obser
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
@@ -30,6 +31,7 @@ from kinetile.run.engine.engine import UNLIMITED, Engine
 from kinetile.run.engine.ledger import RowFunction
 from kinetile.run.flights import Flights
 from kinetile.run.moment import Moment
+from kinetile.run.saving.files import to_plain
 from kinetile.scene.checks import shown
 
 if TYPE_CHECKING:
@@ -38,7 +40,10 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 _INTERVALS = 100
-_MOST_BLOCKS = 32
+_MOST_BLOCKS = 256
+_FEWEST_BLOCKS = 8
+_ROUNDING = 2.0**-40
+"""What scatters by no more than this part of its mean is constant, but for rounding."""
 
 
 class Collisions(NamedTuple):
@@ -67,6 +72,12 @@ class Observable:
     "velocities": with velocities before and after, and with impulses, which costs more. It is read after
     ``prepare``."""
 
+    keeps: Sequence[str] | None = None
+    """The names of the attributes that ``collect`` and ``sample`` change, for snapshots and saved runs: their
+    values are numbers, text, None, arrays of numbers, and lists, tuples or dicts of these. They are set
+    again after ``prepare``, and the observable goes on as if it had not been stopped: so what is kept may
+    not depend on how contacts are divided into calls of ``collect``. None: it cannot be saved."""
+
     axes: Mapping[str, tuple[str, npt.ArrayLike]] = MappingProxyType({})
     """For each quantity that is an array, the name and the values of what it depends on. It is read when the
     run has ended."""
@@ -84,14 +95,31 @@ class Observable:
 
 
 class Estimate(NamedTuple):
-    """A quantity, averaged over a run: a mean, its standard error (from the spread of the means of
-    ``blocks`` successive parts of the run), and for an array what it depends on: a name and values."""
+    """A quantity, averaged over a run: a mean, its standard error, the number of independent ``blocks`` that
+    the error is from, and for an array what it depends on: a name and values.
+
+    The error is NaN, and ``blocks`` is 0, where the run is too short for an error. Of an array these are
+    arrays as well.
+    """
 
     mean: Any
     error: Any
-    blocks: int
+    blocks: Any
     axis: str = ""
     at: Any = None
+
+    @property
+    def interval(self) -> Any:
+        """Half the width of the 95 % interval around the mean: the error times Student's factor."""
+        return self.error * _student(np.maximum(self.blocks, 2) - 1)
+
+
+def _student(degrees: Any) -> Any:
+    """Returns the factor of a 95 % interval for degrees of freedom, right to a thousandth from 7 on (series
+    in 1/degrees: Abramowitz and Stegun 26.7.5)."""
+    z, d = 1.959963984540054, np.asarray(degrees, dtype=np.float64)
+    first, second = (z**3 + z) / 4, (5 * z**5 + 16 * z**3 + 3 * z) / 96
+    return z + first / d + second / d**2 + (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / (384 * d**3)
 
 
 class ObservedRow(NamedTuple):
@@ -116,21 +144,33 @@ class Observed(dict[str, dict[str, Estimate]]):
         for name, quantities in self.items():
             for quantity, (mean, error, blocks, axis, at) in quantities.items():
                 places = [None] if at is None else at.tolist()
-                numbers = zip(places, np.atleast_1d(mean), np.atleast_1d(error), strict=True)
-                for place, one, its_error in numbers:
-                    row = ObservedRow(name, quantity, axis, place, float(one), float(its_error), blocks)
-                    rows.append(row)
+                values = (np.atleast_1d(each).tolist() for each in (mean, error, blocks))
+                for place, *numbers in zip(places, *values, strict=True):
+                    rows.append(ObservedRow(name, quantity, axis, place, *numbers))
         return rows
 
 
 class Blocks:
-    """Averages of successive values, in equal blocks; their number is kept between 16 and 32 by joining
+    """Averages of successive values, in equal blocks; their number is kept between 128 and 256 by joining
     neighbours, so that memory does not grow with the run."""
 
     def __init__(self) -> None:
         self._blocks: list[Floats] = []  # sums of values, and how many they are
         self._open: Any = 0.0
         self._length, self._filled = 1, 0
+
+    @property
+    def state(self) -> list[Any]:
+        """All that it holds, in values that are never changed."""
+        return [np.array(self._blocks), self._open, self._length, self._filled]
+
+    @classmethod
+    def of(cls, state: Sequence[Any]) -> Blocks:
+        """Returns the blocks of a state."""
+        blocks = cls()
+        kept, blocks._open, blocks._length, blocks._filled = state
+        blocks._blocks = list(kept)
+        return blocks
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -150,18 +190,37 @@ class Blocks:
             self._length *= 2
 
     def estimate(self, axis: str = "", at: Any = None) -> Estimate:
-        """Returns the mean of all values, and the standard error from the complete blocks."""
+        """Returns the mean of all values, and the standard error from complete blocks.
+
+        Blocks are made longer until the error levels off (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461,
+        1989). Of n blocks, b joined are long enough if b^3 > 2 n R^2, where R is how much the square of the
+        error has grown (Lee et al., Phys. Rev. E 83, 066706, 2011): then blocks still depend on each other by
+        less than what is uncertain in the spread of so few.
+        """
         with np.errstate(all="ignore"):
-            sums, counts = self._open + np.sum(self._blocks, axis=0)
-            means = np.array([block[0] / block[1] for block in self._blocks])
-            known = (~np.isnan(means)).sum(axis=0)
-            spread = np.nansum((means - np.nansum(means, axis=0) / known) ** 2, axis=0)
-            error = np.where(known > 1, np.sqrt(spread / (known - 1.0) / known), math.nan)
-            mean = sums / counts
+            mean = np.divide(*(self._open + np.sum(self._blocks, axis=0)))
+            error, blocks = np.full(np.shape(mean), math.nan), np.zeros(np.shape(mean), dtype=np.int64)
+            kept = np.array(self._blocks)
+            for joined in range(1, len(kept) // _FEWEST_BLOCKS + 1):
+                whole = kept[len(kept) % joined :]
+                sums = whole.reshape(len(whole) // joined, joined, *whole.shape[1:]).sum(axis=1)
+                means = sums[:, 0] / sums[:, 1]
+                known = (~np.isnan(means)).sum(axis=0)
+                spread = np.nansum((means - np.nansum(means, axis=0) / known) ** 2, axis=0)
+                square = spread / (known - 1.0) / known
+                if joined == 1:
+                    least, many = square, known
+                    constant = least <= (_ROUNDING * mean) ** 2
+                grown = np.where(constant, 1.0, square / least)
+                found = (blocks == 0) & (known >= _FEWEST_BLOCKS) & (joined**3 > 2.0 * many * grown**2)
+                error, blocks = np.where(found, np.sqrt(square), error), np.where(found, known, blocks)
         if np.ndim(mean) == 0:
-            return Estimate(float(mean), float(error), len(self._blocks))
+            return Estimate(float(mean), float(error), int(blocks))
         axis, at = (axis, at) if axis else ("index", np.arange(len(mean)))
-        return Estimate(mean, error, len(self._blocks), axis, at)
+        return Estimate(mean, error, blocks, axis, at)
+
+
+_TIMES = ("begin", "until", "interval", "taken")
 
 
 class _Observation:
@@ -207,6 +266,41 @@ class _Observation:
         self.interval = self.every or interval or math.inf
         if self.begin + self.interval == self.begin:
             raise BadOption(f"observable {self.text!r}: an interval of {self.interval!r} is lost in rounding")
+
+    @property
+    def unsaved(self) -> str:
+        """Why a saved run cannot hold this observable, or nothing."""
+        if getattr(self.observable, "keeps", None) is not None:
+            return ""
+        return (
+            f"{described('observable', self.name)} does not name in keeps what a saved run is to hold of it, "
+            "so it cannot go on from one"
+        )
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """All that it goes on from, as copies; ``kept`` is None if the observable cannot be saved."""
+        kept = None
+        if not self.unsaved:
+            with calling("observable", self.name, "keeps", may_refuse=False):
+                kept = {
+                    name: copy.deepcopy(getattr(self.observable, name))
+                    for name in self.observable.keeps or ()
+                }
+            to_plain(kept, {}, described("observable", self.name))
+        times = {name: getattr(self, name) for name in _TIMES}
+        return times | {"blocks": {name: each.state for name, each in self.blocks.items()}, "kept": kept}
+
+    def take_up(self, state: Mapping[str, Any]) -> None:
+        """Goes on from a state; BadOption if it has none of the observable."""
+        if state["kept"] is None:
+            raise BadOption(f"{self.unsaved}: expected observables by their names, to observe from here on")
+        for name in _TIMES:
+            setattr(self, name, state[name])
+        self.blocks = {name: Blocks.of(each) for name, each in state["blocks"].items()}
+        with calling("observable", self.name, "keeps", may_refuse=False):
+            for name in self.observable.keeps or ():
+                setattr(self.observable, name, copy.deepcopy(state["kept"][name]))
 
     @property
     def next_time(self) -> float:
@@ -272,9 +366,12 @@ def _axis(axis: Any, quantity: str, shape: tuple[int, ...]) -> tuple[str, Floats
     return name, at
 
 
-def check_observable(text: str) -> None:
-    """Raises UnknownName, BadOption or PhaseError unless an observable of this name has these options."""
-    _Observation(text)
+def check_observable(text: str, saved: bool = False) -> None:
+    """Raises UnknownName, BadOption or PhaseError unless an observable of this name has these options, and
+    can be saved, if it is to be."""
+    found = _Observation(text)
+    if saved and found.unsaved:
+        raise BadOption(f"{found.unsaved}: expected no checkpoint, or other observables")
 
 
 class Observers:
@@ -283,21 +380,73 @@ class Observers:
     Raises UnknownName, BadOption, Refused and PhaseError for what cannot be observed.
     """
 
-    def __init__(self, moment: Moment, engine: Engine, observe: Sequence[str], end: End) -> None:
+    def __init__(self, scene: Scene, observe: Sequence[str]) -> None:
         if isinstance(observe, str) or not isinstance(observe, Iterable):
             raise BadOption(
                 f"observe is {shown(observe)}; expected a list of observables, such as ['pressure']"
             )
-        self._moment, self._engine = moment, engine
         self._observations = [_Observation(text) for text in observe]
         for each in self._observations:
-            each.prepare(moment.scene)
+            each.prepare(scene)
+        self._first: tuple[float, int] | None = None
+        self._fresh = self._running = False
+        self._there: tuple[int, int] | None = None
+
+    @classmethod
+    def of(cls, state: Mapping[str, Any], scene: Scene) -> Observers:
+        """Returns the observables of a saved state."""
+        observers = cls(scene, state["observe"])
+        for each, its in zip(observers._observations, state["states"], strict=True):
+            each.take_up(its)
+        observers._there, observers._first = state["there"], state["first"]
+        return observers
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """All that they go on from, in values that a saved run can hold."""
+        observed = self._observations
+        return {
+            "observe": [each.text for each in observed],
+            "states": [each.state for each in observed],
+            "there": _place(self._engine) if self._running else self._there,
+            "first": self._first,
+        }
+
+    def begin(self, moment: Moment, engine: Engine, end: End) -> None:
+        """Begins to observe at the present moment."""
+        self._enter(moment, engine)
+        self._fresh = True
+        for each in self._observations:
             each.plan(moment.time, end.until)
             if each.interval == math.inf and end.contacts == UNLIMITED:
                 raise BadOption(
                     f"observable {each.text!r}: how often it is sampled follows from the end of the run; "
                     f"expected until= or max_contacts=, or an interval, as in {each.name}:every=0.1"
                 )
+        if any(each.interval == math.inf for each in self._observations):
+            # The end is a number of contacts: the time of their first hundredth is the interval of samples.
+            part = max((end.contacts - engine.contacts) // _INTERVALS, 1)
+            self._first = moment.time, min(engine.contacts + part, end.contacts)
+
+    def go_on(self, moment: Moment, engine: Engine, end: End) -> None:
+        """Goes on observing to another end. Raises BadOption if something has happened since, unobserved."""
+        if self._there != _place(engine):
+            raise BadOption(
+                "what this simulation has observed cannot go on: it has run since without being observed, or "
+                "an error came between. Expected observables by their names, to observe from here on"
+            )
+        self._enter(moment, engine)
+        for each in self._observations:
+            each.until = end.until
+
+    def _enter(self, moment: Moment, engine: Engine) -> None:
+        self._moment, self._engine, self._running = moment, engine, True
+        engine.ledger.delivered = True
+
+    def leave(self) -> None:
+        """Notes where a run has ended, unless contacts of it were lost by an error."""
+        self._running = False
+        self._there = _place(self._engine) if self._engine.ledger.delivered else None
 
     def __len__(self) -> int:
         return len(self._observations)
@@ -335,25 +484,31 @@ class Observers:
         """Runs to an end by ``run_to``, with a stop at each time of a sample; returns what the last call
         returns."""
         moment, engine, observed = self._moment, self._engine, self._observations
-        if any(each.interval == math.inf for each in observed):
-            # The end is a number of contacts: the time of their first hundredth is the interval of samples.
-            begin, part = moment.time, max((end.contacts - engine.contacts) // _INTERVALS, 1)
-            event = run_to(end._replace(contacts=min(engine.contacts + part, end.contacts)))
+        event = None
+        if self._first is not None:
+            begin, contacts = self._first
+            if engine.contacts < contacts:
+                event = run_to(end._replace(contacts=min(contacts, end.contacts)))
             interval = moment.time - begin
-            if event is not None or engine.events >= end.events or interval == 0.0:
+            if event is not None or engine.contacts < contacts or engine.events >= end.events or not interval:
                 return event
+            self._first, self._fresh = None, True
             for each in observed:
                 each.plan(moment.time, None, interval)
-        event = None
         while (time := min((each.next_time for each in observed), default=math.inf)) < math.inf:
-            if time > moment.time:
+            # A run that goes on may have been stopped among the contacts of this time, before a sample.
+            if time > moment.time or not self._fresh:
                 stop = End(time, engine.clock.ticks(time), contacts=end.contacts, events=end.events)
                 event = run_to(end if time == end.until else stop)
-                if event is not None or moment.time < time:
+                spent = engine.contacts >= end.contacts or engine.events >= end.events
+                if event is not None or moment.time < time or spent:
                     return event
+            self._fresh = False
+            engine.ledger.delivered = False  # until all have taken their samples
             for each in observed:
                 if each.next_time == time:
                     each.sample(moment)
+            engine.ledger.delivered = True
         return event if observed and moment.time == end.until else run_to(end)
 
     def results(self) -> Observed:
@@ -363,6 +518,11 @@ class Observers:
             (each.name if names.count(each.name) == 1 else each.text, each.estimates())
             for each in self._observations
         )
+
+
+def _place(engine: Engine) -> tuple[int, int]:
+    """Returns where a run is: its tick, and the number of contacts."""
+    return engine.clock.total(engine.now), engine.contacts
 
 
 class _Plans:

@@ -119,7 +119,9 @@ class Simulation(Moment):
         self._fault: str | None = None
         self._lock = threading.RLock()
         self._start_energy = energy(self._engine.k)
-        self._observed = Observed()
+        self._observed: Observed | None = Observed()
+        self._observers: Observers | None = None
+        self._saved_observed: Mapping[str, Any] | None = None
 
     def __repr__(self) -> str:
         bodies = len(self.bodies)
@@ -204,7 +206,7 @@ class Simulation(Moment):
         progress: Callable[[Progress], None] | None = None,
         recorder: Recorder | RowFunction | None = None,
         stop_at: StopAt | None = None,
-        observe: Sequence[str] = (),
+        observe: Sequence[str] | Observed = (),
     ) -> Event | None:
         """Runs until a time, or for a number of further contacts or events, whichever comes first; returns
         the contact of ``stop_at`` at which the run stopped before that, if it did.
@@ -219,7 +221,8 @@ class Simulation(Moment):
             recorder: a function that is called with the log rows of each chunk, before a fault is raised; or
                 a ``Recorder``.
             stop_at: contacts to stop at, at their exact time (``StopAt``).
-            observe: what to measure, such as ``["pressure", "msd:every=0.1"]``; results are in ``observed``.
+            observe: what to measure from here on, such as ``["pressure", "msd:every=0.1"]``; results are in
+                ``observed``. To go on with what the last run has measured, that: ``observe=sim.observed``.
 
         Raises:
             ZenoError: the bodies are jammed.
@@ -246,7 +249,11 @@ class Simulation(Moment):
                     f"{shown(recorder)}"
                 )
             moment = Moment(self.scene, engine)
-            observers = Observers(moment, engine, observe, end)
+            observers = self._observers_for(observe)
+            if isinstance(observe, Observed):
+                observers.go_on(moment, engine, end)
+            else:
+                observers.begin(moment, engine, end)
             engine.compile()
             began = engine.cpu_seconds
 
@@ -256,6 +263,8 @@ class Simulation(Moment):
                     progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
 
             self._running = True
+            if observers:
+                self._observers = observers
             engine.watch(stop)
             try:
                 with engine.ledger.recording(recorder, moment, observers.counter, observers.observer):
@@ -268,6 +277,7 @@ class Simulation(Moment):
                 raise
             finally:
                 self._running = False
+                observers.leave()
                 engine.watch(None)
             self._observe(observers)
             return event
@@ -428,7 +438,16 @@ class Simulation(Moment):
 
     @property
     def observed(self) -> Observed:
-        """What the last run with ``observe`` has measured: estimates by observable and quantity."""
+        """What the last run with ``observe`` has measured: estimates by observable and quantity.
+
+        Of a simulation that was restored or resumed, what had been measured by then. Raises as ``run`` where
+        an observable of a saved run is not installed here.
+        """
+        if self._observed is None:
+            assert self._saved_observed is not None
+            with no_simulation("what was observed in this saved run"):
+                self._observers = Observers.of(self._saved_observed, self.scene)
+            self._observed = self._observers.results()
         return self._observed
 
     @property
@@ -649,7 +668,7 @@ class Simulation(Moment):
         Raises RecordError where a run has ended with a fault, BusyError while a chunk of a run is under way.
         """
         with self._alone("be saved"):
-            return take(self._engine, self.scene, self._audit, self._start_energy)
+            return take(self._engine, self.scene, self._audit, self._start_energy, self._observed_state)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Continues from a snapshot of this simulation, or of another one of the same scene.
@@ -697,6 +716,8 @@ class Simulation(Moment):
         """Continues from a snapshot; unchanged if that is refused."""
         self._engine = gone_on(snapshot, self.scene, self.composition)
         self._audit, self._start_energy = snapshot.audit, snapshot.start_energy
+        self._observers, self._saved_observed = None, snapshot.observed
+        self._observed = None if snapshot.observed else Observed()
 
     @contextmanager
     def _alone(self, what: str) -> Iterator[None]:
@@ -720,6 +741,21 @@ class Simulation(Moment):
                 raise
             finally:
                 self._lock.release()
+
+    def _observed_state(self) -> Mapping[str, Any] | None:
+        """Returns what observables go on from, for a snapshot; None if there are none."""
+        return self._saved_observed if self._observers is None else self._observers.state
+
+    def _observers_for(self, observe: Sequence[str] | Observed) -> Observers:
+        """Returns the observables of a run: new ones, or those that have measured what it goes on with."""
+        if not isinstance(observe, Observed):
+            return Observers(self.scene, observe)
+        if observe is not self.observed:
+            raise BadOption(
+                "observe has what another run has observed: expected observables by their names, or "
+                "observe=sim.observed of this simulation, to go on with what it has measured last"
+            )
+        return self._observers or Observers(self.scene, ())
 
     def _observe(self, observers: Observers) -> None:
         """Keeps what the observables of a run have measured, if there are any."""

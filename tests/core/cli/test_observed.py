@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 
 import pytest
 
@@ -34,6 +35,8 @@ def test_json_has_the_estimates_of_a_simulation():
     ]
     assert [row["at"] for row in found[-3:]] == [0.0, 0.5, 1.0]
     for row, expected in zip(found, rows, strict=True):
+        if not expected["blocks"]:  # NaN in the run, null in JSON: too short for an error
+            assert (row.pop("error"), math.isnan(expected.pop("error"))) == (None, True)
         assert row == pytest.approx(expected)
 
 

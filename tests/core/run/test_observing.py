@@ -256,17 +256,38 @@ def test_blocks_have_the_mean_of_all_and_the_error_of_their_means():
     blocks, values = Blocks(), np.random.default_rng(1).normal(5.0, 2.0, 1000)
     for value in values:
         blocks.add(np.array([value, math.nan, 1.0]))
-    mean, error, many, *_ = blocks.estimate()
-    means = values[: many * 32].reshape(many, 32).mean(axis=1)  # 1000 = 31 * 32 + 8
-    assert many == 31
+    mean, error, many, *_ = estimate = blocks.estimate()
+    joined = 250 // many[0]  # of 250 blocks of 4
+    means = values[(250 % joined) * 4 :].reshape(-1, joined * 4).mean(axis=1)
+    assert many[0] == len(means) == 25
     assert mean[0] == pytest.approx(values.mean())
-    assert error[0] == pytest.approx(means.std(ddof=1) / math.sqrt(many))
+    assert error[0] == pytest.approx(means.std(ddof=1) / math.sqrt(many[0]))
     assert np.isnan([mean[1], error[1]]).all()
+    assert many[1] == 0
     assert (mean[2], error[2]) == (1.0, 0.0)
+    assert estimate.interval[0] / error[0] == pytest.approx(2.06390, rel=1e-5)
     few = Blocks()
     few.add(3.0)
     assert few.estimate().mean == 3.0
-    assert math.isnan(few.estimate().error)
+    assert (few.estimate().blocks, math.isnan(few.estimate().error)) == (0, True)
+
+
+def test_blocks_follow_the_time_that_values_depend_on_each_other():
+    """Of an autoregression the error of a mean is known; values in their own blocks have a fifth of it."""
+    made, value, found = np.random.default_rng(4), 0.0, []
+    for _ in range(20):
+        blocks = Blocks()
+        for _ in range(20_000):
+            value = 0.96 * value + made.normal()
+            blocks.add(np.array(value))
+        found.append(blocks.estimate())
+    assert {each.blocks > 8 for each in found} == {True}
+    error = 1.0 / 0.04 / math.sqrt(20_000)
+    assert np.sqrt(np.mean([each.error**2 for each in found])) == pytest.approx(error, rel=0.15)
+    short = Blocks()
+    for value in np.linspace(0.0, 1.0, 100):  # one half of a wave
+        short.add(np.array(value))
+    assert math.isnan(short.estimate().error)
 
 
 # Observables that fail, at each of their hooks

@@ -76,7 +76,7 @@ def test_what_is_there_is_not_done_again_and_what_is_added_is(tmp_path):
 @pytest.mark.small
 def test_observables_are_columns_with_their_errors(tmp_path):
     tables = {"phases": ["naive"], "until": 2.0, "scenes": [{"recipe": "grid", "parameters": {"bodies": 4}}]}
-    observe = ["rates:every=0.5", "g:bins=2"]
+    observe = ["rates:every=0.01", "g:bins=2"]
     study, outcome = run({**tables, "observe": observe}, tmp_path)
     assert outcome.well
     (row,) = study.rows()

@@ -71,6 +71,7 @@ class Ledger:
     contacts are kept at all. ``unstepped`` are the contacts that no step has returned yet: passings that
     begin at the start, or begin or end together with a command; None while a run goes past all events.
     ``latest`` is the number of contacts that were taken over last: still the first rows of ``k.met``.
+    ``delivered`` is False if an error has kept rows from a recorder or an observer.
     """
 
     def __init__(self, clock: Clock, entries: Entries) -> None:
@@ -78,6 +79,7 @@ class Ledger:
         self._counter: RowFunction | None = None
         self._observer: RowFunction | None = None
         self._puts_aside = False
+        self.delivered = True
         self._clock = clock
         self.unstepped: list[ContactRow] | None = []
         self.latest = 0
@@ -192,7 +194,7 @@ class Ledger:
 
     def take(self, k: Kernel, fields: Fields, rows: int) -> None:
         """Takes over the rows of the loop's log, a number since the start, and empties the log."""
-        self.rows = rows
+        self.rows, self.delivered = rows, False
         logged, written = fields.lists.logged[0], fields.lists.written[0]
         fields.lists.logged[0] = fields.lists.written[0] = 0
         self.latest = int(logged)
@@ -214,6 +216,7 @@ class Ledger:
                 self._observer(_rows(long, self._clock))
         if logged and self._counter is not None:
             self._counter(np.asarray(k.met)[:logged])
+        self.delivered = True
 
     def _put(self, waiting: list[tuple[int, Any]]) -> None:
         """Keeps contacts; the array grows by doubling, and a view that was returned is never moved."""

@@ -220,6 +220,7 @@ _KINDS: dict[str, Any] = {
     "commands": int,
     "audit": int | None,
     "start_energy": float,
+    "observed": dict | None,
 }
 
 
@@ -228,7 +229,8 @@ def layout() -> str:
     """Returns a digest of how all that is saved is laid out."""
     said = [f"{name} {elements(dtype)}" for name, dtype in _ROWS.items()]
     said += [elements(CONTACT), elements(LOG), *CARRIED, *Command._fields, *Bounds._fields]
-    said += [*(field.name for field in fields(RunState)), *Entries._fields]
+    said += [*(field.name for field in fields(Snapshot)), *(field.name for field in fields(RunState))]
+    said += Entries._fields
     return hashlib.sha256("\n".join(said).encode()).hexdigest()
 
 
@@ -256,6 +258,7 @@ def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
         "history": [list(base) for base in bases],
         "audit": snapshot.audit,
         "start_energy": snapshot.start_energy,
+        "observed": snapshot.observed,
     }
 
 
@@ -277,7 +280,9 @@ def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
         **{name: said[name] for name in _OF_STATE},
     )
     check_state(state, scene)
-    return Snapshot(scene, SavedPhases(*said["phases"]), state, said["audit"], said["start_energy"])
+    return Snapshot(
+        scene, SavedPhases(*said["phases"]), state, said["audit"], said["start_energy"], said["observed"]
+    )
 
 
 def _check_kinds(said: Mapping[str, Any]) -> None:

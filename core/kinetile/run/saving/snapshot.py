@@ -8,7 +8,7 @@ another broad phase alike. That cannot change an answer, only take time.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,8 +47,8 @@ class Snapshot:
     """A simulation at one moment, as ``Simulation.snapshot`` returns it: to restore, to compare.
 
     Two snapshots are equal if they hold the same bits: the same scene under the same phases, the same plans,
-    commands and contacts. CPU times are not compared, nor counts that depend on the structure. The contents
-    of a snapshot are private, and may change in the next version.
+    commands and contacts. CPU times are not compared, nor counts that depend on the structure, nor what was
+    observed. The contents of a snapshot are private, and may change in the next version.
     """
 
     scene: Scene
@@ -56,6 +56,7 @@ class Snapshot:
     state: RunState
     audit: int | None
     start_energy: float
+    observed: Mapping[str, Any] | None = None
 
     def __eq__(self, other: object) -> bool:
         return self._values() == other._values() if isinstance(other, Snapshot) else NotImplemented
@@ -84,7 +85,13 @@ class Snapshot:
         )
 
 
-def take(engine: Engine, scene: Scene, audit: int | None, energy: float) -> Snapshot:
+def take(
+    engine: Engine,
+    scene: Scene,
+    audit: int | None,
+    energy: float,
+    observed: Callable[[], Mapping[str, Any] | None],
+) -> Snapshot:
     """Returns a snapshot of an engine, between two chunks, and of the further state of its
     simulation.
 
@@ -95,7 +102,7 @@ def take(engine: Engine, scene: Scene, audit: int | None, energy: float) -> Snap
             "this simulation has ended with a fault and cannot go on, so it is not saved: what was saved "
             "before it can be taken up"
         )
-    return Snapshot(scene, SavedPhases.of(engine.composition), engine.run_state(), audit, energy)
+    return Snapshot(scene, SavedPhases.of(engine.composition), engine.run_state(), audit, energy, observed())
 
 
 def gone_on(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engine:
