@@ -86,7 +86,7 @@ class Draft:
     def newcomer(self) -> dict[str, Any]:
         """Returns the arguments of the inserted body but its place and velocity."""
         form = self.form(7)
-        return {"radius": form.reach}
+        return {"shape": form} if self.shaped else {"radius": form.reach}
 
     def scene(self) -> kt.Scene:
         """Returns the scene."""
@@ -160,7 +160,7 @@ def _sizes(draft: Draft) -> Draft:
 
 
 def _obstacles(draft: Draft) -> Draft:
-    rail = kt.polyline([(4.25, 4.75), (4.75, 5.0), (5.5, 4.75)])
+    rail = kt.polyline([(4.25, 5.25), (4.75, 5.5), (5.5, 5.25)])
     return draft.framed(obstacles=[kt.Obstacle(kt.box(1.0, 0.25), (2.0, 2.25)), *rail])
 
 

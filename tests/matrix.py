@@ -60,10 +60,6 @@ REFUSED_TOGETHER: dict[Cell, str] = {
     ),
     ("pass", "shapes"): "does not say when two bodies part that pass through each other",
     ("pass", "obstacles"): "does not say when two bodies part that pass through each other",
-    ("commands, planned", "shapes"): "into a scene of other shapes than discs no body is inserted yet",
-    ("commands, planned", "obstacles"): "into a scene of other shapes than discs no body is inserted yet",
-    ("commands, by hand", "shapes"): "no disc is inserted into a scene of other shapes yet",
-    ("commands, by hand", "obstacles"): "no disc is inserted into a scene of other shapes yet",
 }
 """Pairs of capabilities that are refused."""
 

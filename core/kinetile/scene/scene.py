@@ -302,9 +302,12 @@ def around(scene: Scene) -> str:
 
 def with_obstacles(scene: Scene, obstacles: Iterable[Obstacle]) -> Scene:
     """Returns a scene with obstacles after its bodies, in their order: numbers 0 to n - 1 stay, and theirs
-    follow. Raises SceneError if they do not fit."""
-    added = list(obstacles)
-    return scene_of(arguments_of(scene)._replace(obstacles=added)) if added else scene
+    follow, and after them those of bodies that are inserted. Raises SceneError if they do not fit."""
+    added, own = list(obstacles), len(scene)
+    later = [
+        each._replace(body=each.body + len(added)) if each.body >= own else each for each in scene.commands
+    ]
+    return scene_of(arguments_of(scene)._replace(obstacles=added, commands=later)) if added else scene
 
 
 def with_commands(
