@@ -48,10 +48,8 @@ def with_shapes(scene: Scene, shapes: tuple[Shape, ...]) -> Scene:
     """Returns a scene with more shapes in its table, which bodies of finite mass may have."""
     if not shapes:
         return scene
-    first, copy = len(scene.shapes), Prepared.of(scene, scene.capacity)
-    more = {number for number, each in enumerate(shapes, first) if each.is_solid}
-    table = {"shapes": (*scene.shapes, *shapes), "movable_shapes": scene.movable_shapes | more}
-    copy.__dict__.update(table)
+    copy = object.__new__(Scene)
+    copy.__dict__.update(vars(scene) | {"shapes": (*scene.shapes, *shapes)})
     return copy
 
 

@@ -178,6 +178,14 @@ class Scene:
         )
 
     @property
+    def shape_of(self) -> dict[int, int]:
+        """By the number of a body, those that are inserted too, the place of its shape in ``shapes``; empty
+        where all are discs."""
+        coming = (each for each in self.commands if isinstance(each, Insert) and self.shapes)
+        own = dict(enumerate(self.shape.tolist())) if self.shapes else {}
+        return own | {each.body: self.shapes.index(each.shape) for each in coming}
+
+    @property
     def answer(self) -> int:
         """The number of the specification that its contacts follow: ``ANSWER`` with shapes, 2 with a periodic
         axis, and otherwise 1; each contains those before."""

@@ -120,7 +120,8 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
     odd = sorted(set(roles or ()) - set(ROLES))
     if odd:
         raise ValueError(f"{odd[0]!r} is no role; expected some of {', '.join(ROLES)}")
-    discs = _discs(sim.scene, sim.bodies, sim.positions(), sim.velocities(), sim.radii())
+    of_bodies = sim.positions(), sim.velocities(), sim.radii(), sim.shapes()
+    discs = _discs(sim.scene, sim.bodies, *of_bodies)
     drawn = [item for item in sim.drawing() if not isinstance(item, Entry)] if structure else []
     wanted = [item for item in drawn if roles is None or item.role in roles]
     places = {disc.number: disc.at for disc in discs}
@@ -143,7 +144,7 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
 def picture_of_scene(scene: Scene) -> Picture:
     """Returns the picture of a scene at its start: its bodies and its arena, under no broad phase."""
     places = in_box(scene.position, scene.periods)
-    discs = _discs(scene, np.arange(len(scene)), places, scene.velocity, scene.radius)
+    discs = _discs(scene, np.arange(len(scene)), places, scene.velocity, scene.radius, scene.shape)
     low, high = _extent(scene, discs, ())
     caption = f"{counted(scene, len(scene))} at time {scene.start:.6g}"
     seen = (*discs, *_images(discs, scene))
@@ -151,13 +152,12 @@ def picture_of_scene(scene: Scene) -> Picture:
 
 
 def _discs(
-    scene: Scene, numbers: Array, positions: Array, velocities: Array, radii: Array
+    scene: Scene, numbers: Array, positions: Array, velocities: Array, radii: Array, shapes: Array
 ) -> tuple[PlacedDisc, ...]:
-    rows = zip(numbers.tolist(), positions.tolist(), velocities.tolist(), radii.tolist(), strict=True)
-    shapes = [scene.shapes[each] for each in scene.shape.tolist()] if scene.shapes else []
+    columns = (column.tolist() for column in (numbers, positions, velocities, radii, shapes))
     return tuple(
-        PlacedDisc(number, (x, y), (vx, vy), radius, shapes[number] if shapes else None)
-        for number, (x, y), (vx, vy), radius in rows
+        PlacedDisc(number, (x, y), (vx, vy), radius, scene.shapes[shape] if shape >= 0 else None)
+        for number, (x, y), (vx, vy), radius, shape in zip(*columns, strict=True)
     )
 
 

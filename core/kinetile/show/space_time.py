@@ -127,12 +127,10 @@ def _mark(row: np.void, axis: str, reaches: tuple[tuple[float, float], ...], sce
 def _reaches(scene: Scene, which: int, count: int) -> tuple[tuple[float, float], ...]:
     """Returns how far bodies reach along an axis, inserted ones too."""
     found = {each.body: (each.radius, each.radius) for each in scene.commands if isinstance(each, Insert)}
-    for body, radius in enumerate(scene.radius.tolist()):
-        if scene.shapes:
-            left, right, below, above = scene.shapes[int(scene.shape[body])].reaches
-            found[body] = (below, above) if which else (left, right)
-        else:
-            found[body] = radius, radius
+    found |= {body: (radius, radius) for body, radius in enumerate(scene.radius.tolist())}
+    for body, shape in scene.shape_of.items():
+        left, right, below, above = scene.shapes[shape].reaches
+        found[body] = (below, above) if which else (left, right)
     return tuple(found.get(body, (0.0, 0.0)) for body in range(count))  # of one by hand it is not known
 
 

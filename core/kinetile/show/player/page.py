@@ -89,7 +89,7 @@ class Page:
             "kind": _kinds(scene, len(first.plans.x)),
             "responses": [[each.name for each in row] for row in scene.meets] if scene.responses else [],
             "shapes": list(map(_drawn, scene.shapes)),
-            "shape": scene.shape.tolist() if scene.shapes else [],
+            "shape": _shapes(scene, len(first.plans.x)),
             "runs": runs,
             "looks": {role: look._asdict() for role, look in LOOKS.items()},
             "next": NEXT._asdict(),
@@ -176,8 +176,9 @@ def _box(scene: Scene, plans: Plans) -> Sequence[float]:
         return (-1.0, -1.0, 1.0, 1.0)
     x, y = plans.x[there], plans.y[there]
     left, right, down, up = [np.nan_to_num(plans.radius[there])] * 4
-    if scene.shapes:  # no body can be inserted: the bodies are those of the scene
-        left, right, down, up = np.array([shape.reaches for shape in scene.shapes])[scene.shape[there]].T
+    if scene.shapes:  # present are at first the bodies of the scene
+        here = np.flatnonzero(there)
+        left, right, down, up = np.array([shape.reaches for shape in scene.shapes])[scene.shape[here]].T
     box = (float((x - left).min()), float((y - down).min()), float((x + right).max()), float((y + up).max()))
     wide, high = box[2] - box[0], box[3] - box[1]
     return (box[0] - 0.25 * wide, box[1] - 0.25 * high, box[2] + 0.25 * wide, box[3] + 0.25 * high)
@@ -192,6 +193,12 @@ def _kinds(scene: Scene, bodies: int) -> list[int]:
         if isinstance(each, Insert) and each.kind is not None:
             kinds[each.body] = scene.kinds.index(each.kind)
     return kinds
+
+
+def _shapes(scene: Scene, bodies: int) -> list[int]:
+    """Returns the shape of each body as its place in the scene's, -1 if it is not known; none among discs."""
+    of = scene.shape_of
+    return [of.get(body, -1) for body in range(bodies)] if scene.shapes else []
 
 
 def _drawn(shape: Shape) -> dict[str, Any]:

@@ -58,9 +58,9 @@ export class Player {
   /** Take runs to be played, as the page holds them or as they were computed in it, until a moment. */
   hold(bodies, runs, end = this.held.end) {
     const { held } = this;
-    bodies.outline = held.shape.map((shape) => held.shapes[shape].outline);
+    bodies.outline = held.shape.map((shape) => held.shapes[shape]?.outline ?? null);
     bodies.kind = held.kinds.length ? held.kind : null;
-    bodies.room = held.shape.map((shape) => held.shapes[shape].room);
+    bodies.room = held.shape.map((shape) => held.shapes[shape]?.room ?? 0);
     Object.assign(this, { bodies, runs });
     this.playback = new Playback(bodies, runs, { ...held, end });
     this.sentences = runs.map((run, at) => new Sentences(run, this.playback.runs[at].events, bodies, held));
