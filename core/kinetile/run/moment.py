@@ -19,17 +19,15 @@ from kinetile.scene.checks import WALL, shown
 
 
 class Moment:
-    """The present moment of a run; what it returns follows the run."""
+    """The present moment of a run; what it returns follows the run.
+
+    Attributes:
+        scene: the scene.
+    """
 
     def __init__(self, scene: Scene, engine: Engine) -> None:
-        self._scene = scene
+        self.scene = scene
         self._engine = engine
-
-    @property
-    def scene(self) -> Scene:
-        """The scene. Its table of shapes has those that were added by hand, after the others."""
-        there = self._engine.scene
-        return self._scene if len(there.shapes) == len(self._scene.shapes) else there
 
     @property
     def time(self) -> float:

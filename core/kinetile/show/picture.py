@@ -121,7 +121,7 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
     if odd:
         raise ValueError(f"{odd[0]!r} is no role; expected some of {', '.join(ROLES)}")
     of_bodies = sim.positions(), sim.velocities(), sim.radii(), sim.shapes()
-    discs = _discs(sim.scene, sim.bodies, *of_bodies)
+    discs = _discs(sim.bodies, *of_bodies)
     drawn = [item for item in sim.drawing() if not isinstance(item, Entry)] if structure else []
     wanted = [item for item in drawn if roles is None or item.role in roles]
     places = {disc.number: disc.at for disc in discs}
@@ -144,7 +144,8 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
 def picture_of_scene(scene: Scene) -> Picture:
     """Returns the picture of a scene at its start: its bodies and its arena, under no broad phase."""
     places = in_box(scene.position, scene.periods)
-    discs = _discs(scene, np.arange(len(scene)), places, scene.velocity, scene.radius, scene.shape)
+    forms = np.array([scene.shapes[each] if each >= 0 else None for each in scene.shape.tolist()])
+    discs = _discs(np.arange(len(scene)), places, scene.velocity, scene.radius, forms)
     low, high = _extent(scene, discs, ())
     caption = f"{counted(scene, len(scene))} at time {scene.start:.6g}"
     seen = (*discs, *_images(discs, scene))
@@ -152,11 +153,11 @@ def picture_of_scene(scene: Scene) -> Picture:
 
 
 def _discs(
-    scene: Scene, numbers: Array, positions: Array, velocities: Array, radii: Array, shapes: Array
+    numbers: Array, positions: Array, velocities: Array, radii: Array, shapes: Array
 ) -> tuple[PlacedDisc, ...]:
     columns = (column.tolist() for column in (numbers, positions, velocities, radii, shapes))
     return tuple(
-        PlacedDisc(number, (x, y), (vx, vy), radius, scene.shapes[shape] if shape >= 0 else None)
+        PlacedDisc(number, (x, y), (vx, vy), radius, shape)
         for number, (x, y), (vx, vy), radius, shape in zip(*columns, strict=True)
     )
 
