@@ -1,0 +1,146 @@
+"""A game without graphics: 1,000 discs and boxes in a level of polygons, bullets, coins, debris, and rewind.
+
+``python docs/examples/game.py`` plays 600 frames under two phases and compares the fingerprints. A hero heads
+for the nearest coin, which goes when it is touched, and shoots: bullets bounce off balls, and end at rocks
+and crates, which burst. Every hundred frames the game is rewound by twenty and played again to the same contacts.
+"""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import math
+import random
+import sys
+import time
+from collections import Counter, deque
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+import kinetile as kt
+from kinetile.errors import Refused
+
+FRAME, WIDTH, HEIGHT = 1 / 60, 48, 30
+BULLET, BALL, COIN, CRATE = kt.disc(0.0625), kt.disc(0.25), kt.disc(0.125), kt.box(0.5, 0.375)
+PIECES = [kt.box(0.125, 0.0625), kt.polygon([(-0.0625, -0.0625), (0.0625, -0.0625), (0.0, 0.0625)])]
+AROUND = np.array([(x, y) for x in (-0.1875, -0.0625, 0.0625, 0.1875) for y in (-0.09375, 0.09375)])
+ROCK = kt.polygon([(0.8, 0.0), (0.4, 0.7), (-0.4, 0.7), (-0.8, 0.0), (-0.4, -0.7), (0.4, -0.7)], 0.125)
+ROCKS = [(x, y) for x in range(4, WIDTH, 8) for y in range(7, HEIGHT, 8)]
+HILLS = kt.polyline([(x, 1.0 + 0.75 * (x // 2 % 2)) for x in range(0, WIDTH + 1, 2)], kind="rock")
+RULES = {("bullet", each): "stop" for each in ("crate", "rock", "wall")}
+
+
+def level(bodies: int, seed: int) -> kt.Scene:
+    """Returns the start: the hero, balls and crates, coins, rocks, and hills at the bottom."""
+    rng = random.Random(seed)
+    free = [(x + 0.5, y + 0.5) for x in range(1, WIDTH - 1) for y in range(3, HEIGHT - 1)]
+    free = [place for place in free if min(math.dist(place, rock) for rock in ROCKS) > 1.5]
+    rng.shuffle(free)
+    rows: list[tuple[Any, ...]] = [("hero", kt.disc(0.375), free.pop(), 20.0)]
+    rows += [(("ball", BALL), ("crate", CRATE))[k % 2] + (free.pop(), 1.0) for k in range(bodies)]
+    rows += [("coin", COIN, free.pop(), math.inf) for _ in range(40)]
+    rows += [("rock", ROCK, place, math.inf) for place in ROCKS]
+    kind, shape, position, mass = zip(*rows, strict=True)
+    velocity = [(rng.uniform(-2, 2), rng.uniform(-2, 2)) if each == 1.0 else (0.0, 0.0) for each in mass]
+    shapes, kinds = [*dict.fromkeys([*shape, BULLET, *PIECES])], [*dict.fromkeys([*kind, "bullet", "debris"])]
+    forms, arena = [shapes.index(each) for each in shape], (WIDTH, HEIGHT)
+    rules: Any = {"kind": kind, "kinds": kinds, "responses": RULES, "unit": 2.0**-6}
+    scene = kt.Scene(position, velocity, None, mass, arena, shape=forms, shapes=shapes, **rules)
+    return kt.with_obstacles(scene, HILLS)
+
+
+class Game:
+    """A simulation, and what the game knows beside it; body 0 is the hero."""
+
+    def __init__(self, scene: kt.Scene, phase: str, seed: int) -> None:
+        self.sim, self.seed = kt.Simulation(scene, phase, live=True, room=2 * len(scene)), seed
+        self.counts: Counter[str] = Counter()  # of all that happened, and of contacts that were seen
+        self.debris: dict[int, int] = {}  # until which frame a piece is there
+        self.before: deque[Any] = deque(maxlen=20)
+
+    def play(self) -> None:
+        """Plays the next frame."""
+        sim, counts, frame = self.sim, self.counts, self.counts["frames"]
+        self.before.append((sim.snapshot(), copy.deepcopy((counts, self.debris))))
+        rng = random.Random(f"{self.seed} {frame}")  # the same orders when it is played again
+        hero = sim.positions()[0]
+        for coin in sim.bodies_near(hero, k=1, kinds="coin") if frame % 5 == 0 else ():
+            ahead = sim.positions()[sim.bodies == coin][0] - hero
+            sim.set_velocity(0, 8.0 * ahead / math.sqrt((ahead * ahead).sum()))
+        with suppress(Refused):  # somebody is in the way
+            way = direction(rng)
+            sim.insert(hero + 0.4375 * way, 15.0 * way, shape=BULLET, mass=0.125, kind="bullet")
+            counts["bullets"] += 1
+        counts["frames"] += 1
+        while hit := sim.run(until=counts["frames"] * FRAME, stop_at=kt.StopAt(kinds=["bullet"])):
+            of = dict(zip(hit.kinds, hit.bodies, strict=True))
+            if {*of} & {"rock", "wall", "crate"}:  # at this very tick, and not at the end of the frame
+                sim.remove(of["bullet"])
+                if "crate" in of:
+                    self.burst(of["crate"], rng)
+        news = sim.contacts_since(counts["contacts"])
+        counts["contacts"] += len(news)
+        gone = {body for body, until in self.debris.items() if until <= counts["frames"]}
+        for body in news["b"][news["a"] == 0][sim.kinds_of(news["b"][news["a"] == 0]) == "coin"].tolist():
+            counts["coins"] += body not in gone
+            gone.add(body)
+        for body in sorted(gone):
+            sim.remove(body)
+            self.debris.pop(body, None)
+
+    def burst(self, crate: int, rng: random.Random) -> None:
+        """A crate becomes eight pieces, as far as there is room for them."""
+        place = self.sim.positions()[self.sim.bodies == crate][0]
+        self.sim.remove(crate)
+        for way, shape in zip(AROUND, PIECES * 4, strict=True):
+            with suppress(Refused):
+                flies = 3.0 * direction(rng)
+                piece = self.sim.insert(place + way, flies, shape=shape, mass=0.125, kind="debris")
+                self.debris[piece] = self.counts["frames"] + 60
+                self.counts["pieces"] += 1
+
+    def rewind(self) -> None:
+        """Goes back by twenty frames."""
+        snapshot, (self.counts, self.debris) = self.before[0]
+        self.sim.restore(snapshot)
+        self.before.clear()
+
+
+def direction(rng: random.Random) -> Any:
+    """Returns a vector of length 1, by operations that round in one way everywhere."""
+    x, y = rng.uniform(-1, 1), rng.uniform(-1, 1)
+    return np.array([x, y]) / math.sqrt(x * x + y * y)
+
+
+def main(words: list[str] | None = None) -> int:
+    """Plays the game under each phase; returns 1 if a fingerprint differs, from another or after a rewind."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    for name, default in {"frames": 600, "bodies": 1000, "seed": 1, "phases": "cells,sap-1d"}.items():
+        parser.add_argument(f"--{name}", type=type(default), default=default)
+    wish = parser.parse_args(words)
+    scene, found = level(wish.bodies, wish.seed), set()
+    for phase in wish.phases.split(","):
+        game, spent, was = Game(scene, phase, wish.seed), [], dict[int, str]()
+        while (frame := game.counts["frames"]) < wish.frames:
+            if frame % 100 == 50 and frame not in was:
+                was[frame] = game.sim.fingerprint
+                game.rewind()
+            began = time.thread_time()
+            game.play()
+            spent.append(1000.0 * (time.thread_time() - began))
+            if was.get(game.counts["frames"], game.sim.fingerprint) != game.sim.fingerprint:
+                print(f"DIFFERENT: {phase}, frame {game.counts['frames']} after a rewind")
+                return 1
+        found.add(game.sim.fingerprint)
+        costs = sorted(spent[3:])  # the first frames load the loop
+        median, worst, there = costs[len(costs) // 2], costs[len(costs) * 99 // 100], len(game.sim.bodies)
+        print(f"{phase}: median {median:.2f} ms, p99 {worst:.2f} ms, {there} bodies, {game.sim.fingerprint}")
+    print(", ".join(f"{name}: {count}" for name, count in sorted(game.counts.items())))
+    print("one fingerprint" if len(found) == 1 else f"DIFFERENT: {', '.join(sorted(found))}")
+    return int(len(found) != 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,33 @@
+"""Programs of docs/examples: they play to the end, and their own comparisons hold."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+def play(words: str, capsys) -> str:
+    """Returns what the game prints."""
+    main = runpy.run_path(str(ROOT / "docs/examples/game.py"))["main"]
+    assert main(words.split()) == 0
+    return str(capsys.readouterr().out)
+
+
+@pytest.mark.small
+def test_a_game_of_few_bodies_is_rewound_and_played_again(capsys):
+    said = play("--frames 52 --bodies 30 --phases cells", capsys)
+    assert "one fingerprint" in said
+    for counted in ("bullets", "frames: 52"):
+        assert counted in said
+
+
+@pytest.mark.slow
+def test_the_game_is_one_under_two_phases(capsys):
+    said = play("", capsys)
+    assert "one fingerprint" in said
+    for counted in ("bullets", "coins", "pieces", "frames: 600"):
+        assert counted in said
