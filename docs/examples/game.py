@@ -2,7 +2,8 @@
 
 ``python docs/examples/game.py`` plays 600 frames under two phases and compares the fingerprints. A hero heads
 for the nearest coin, which goes when it is touched, and shoots: bullets bounce off balls, and end at rocks
-and crates, which burst. Every hundred frames the game is rewound by twenty and played again to the same contacts.
+and crates, which burst. Every hundred frames the game is rewound by twenty, and played again to the same
+contacts.
 """
 
 from __future__ import annotations
