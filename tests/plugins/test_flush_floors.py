@@ -65,6 +65,20 @@ def test_what_slides_along_a_flush_floor_meets_nothing(kind: str, block: int) ->
     assert [met(drawn(seed, kind), phases[seed % 4]) for seed in seeds] == [""] * 20
 
 
+@pytest.mark.parametrize("kind", FLOORS)
+def test_a_floor_may_go_round(kind: str) -> None:
+    """The last tile is flush with the image of the first, and what slides comes round some times."""
+    scenes = [drawn(seed, kind) for seed in range(8)]
+    periods = [round(200 * TILES * float(scene.position[1, 0])) / 100 for scene in scenes]
+    rings = [
+        scene.replace(arena=(period, 9.0), periodic="xy")
+        for scene, period in zip(scenes, periods, strict=True)
+        if 4.0 * scene.radius.max() < period
+    ]
+    assert [met(ring) for ring in rings] == [""] * len(rings)
+    assert len(rings) > 4
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_what_lands_on_a_floor_slides_on(seed: int) -> None:
     """It falls, and where it lands is rounded; there it is given a velocity along the floor."""
