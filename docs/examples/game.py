@@ -9,7 +9,6 @@ contacts.
 from __future__ import annotations
 
 import argparse
-import copy
 import math
 import random
 import sys
@@ -64,7 +63,7 @@ class Game:
     def play(self) -> None:
         """Plays the next frame."""
         sim, counts, frame = self.sim, self.counts, self.counts["frames"]
-        self.before.append((sim.snapshot(), copy.deepcopy((counts, self.debris))))
+        self.before.append((sim.snapshot(), (counts.copy(), self.debris.copy())))
         rng = random.Random(f"{self.seed} {frame}")  # the same orders when it is played again
         hero = sim.positions()[0]
         for coin in sim.bodies_near(hero, k=1, kinds="coin") if frame % 5 == 0 else ():
