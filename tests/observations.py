@@ -23,6 +23,7 @@ from capabilities import BY_NAME, LASTS, Game, differs, rows_of
 from judged_games import game_tables, second_list
 from kinetile.errors import KinetileError, Refused
 from kinetile.records import EventRecorder, Trajectory, read_events, recover
+from kinetile.run.observing import Observed
 from kinetile.scene.files import dumps_scene, load_scene, save_scene
 from kinetile.show.html import as_svg
 from kinetile.show.player import view_scene
@@ -267,8 +268,10 @@ OBSERVED = ("energy", "momentum", "temperature", "rates", "pressure", "msd", "va
 
 
 def observables(game: Game, folder: Path) -> None:
-    """Each observable has the same estimates under two phases, or refuses the scene by the same sentence."""
-    found = []
+    """Each observable has the same estimates under two phases and in a run that is stopped, saved and resumed
+    under a third, or refuses the scene by the same sentence."""
+    found: list[dict[str, str]] = []
+    measured = []
     for phase in ("naive", "cells"):
         said = {}
         for name in OBSERVED:
@@ -277,10 +280,18 @@ def observables(game: Game, folder: Path) -> None:
             try:
                 sim.run(until=1.25, observe=[name + every])
                 said[name] = repr(sim.observed.rows())
+                measured += [name + every] if found else []
             except KinetileError as error:
                 said[name] = str(error)
         found.append(said)
     assert found[0] == found[1]
+    sim = game.simulation("cells")
+    sim.run(until=1.25, max_contacts=3, observe=measured)
+    sim.save(folder / "observed.kt")
+    sim = kt.resume(folder / "observed.kt", "sap-1d")
+    sim.run(until=1.25, observe=sim.observed)
+    for name, estimates in sim.observed.items():
+        assert repr(Observed({name: estimates}).rows()) == found[0][name]
 
 
 def queries(game: Game, folder: Path) -> None:

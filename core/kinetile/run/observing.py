@@ -42,6 +42,7 @@ Floats = npt.NDArray[np.float64]
 _INTERVALS = 100
 _MOST_BLOCKS = 256
 _FEWEST_BLOCKS = 8
+_LEAST_INDEPENDENT = 50
 _ROUNDING = 2.0**-40
 """What scatters by no more than this part of its mean is constant, but for rounding."""
 
@@ -195,7 +196,8 @@ class Blocks:
         Blocks are made longer until the error levels off (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461,
         1989). Of n blocks, b joined are long enough if b^3 > 2 n R^2, where R is how much the square of the
         error has grown (Lee et al., Phys. Rev. E 83, 066706, 2011): then blocks still depend on each other by
-        less than what is uncertain in the spread of so few.
+        less than what is uncertain in the spread of so few. The n blocks are worth n/R independent ones: if
+        these are fewer than 50, R itself is too uncertain, mostly too small, and there is no error.
         """
         with np.errstate(all="ignore"):
             mean = np.divide(*(self._open + np.sum(self._blocks, axis=0)))
@@ -213,7 +215,9 @@ class Blocks:
                     constant = least <= (_ROUNDING * mean) ** 2
                 grown = np.where(constant, 1.0, square / least)
                 found = (blocks == 0) & (known >= _FEWEST_BLOCKS) & (joined**3 > 2.0 * many * grown**2)
-                error, blocks = np.where(found, np.sqrt(square), error), np.where(found, known, blocks)
+                enough = np.sqrt(np.where(many >= _LEAST_INDEPENDENT * grown, square, math.nan))
+                error, blocks = np.where(found, enough, error), np.where(found, known, blocks)
+        blocks = np.where(np.isnan(error), 0, blocks)
         if np.ndim(mean) == 0:
             return Estimate(float(mean), float(error), int(blocks))
         axis, at = (axis, at) if axis else ("index", np.arange(len(mean)))
