@@ -250,7 +250,7 @@ class Simulation(Moment):
                 )
             moment = Moment(self.scene, engine)
             observers = self._observers_for(observe)
-            if isinstance(observe, Observed):
+            if observers and isinstance(observe, Observed):
                 observers.go_on(moment, engine, end)
             else:
                 observers.begin(moment, engine, end)
@@ -760,7 +760,9 @@ class Simulation(Moment):
     def _observe(self, observers: Observers) -> None:
         """Keeps what the observables of a run have measured, if there are any."""
         if observers:
+            self._observers, self._observed = None, Observed()  # if there are no results, for an error
             self._observed = observers.results()
+            self._observers = observers
 
     def _with_kinds(self, event: Event | None) -> Event | None:
         """Returns an event with the kinds of its bodies, where the scene has kinds."""

@@ -142,6 +142,7 @@ def test_an_interval_by_contacts_is_found_by_a_run_that_goes_on():
 
 def test_names_begin_anew_and_an_unobserved_time_is_refused():
     sim = kt.Simulation(discs(), "naive")
+    sim.run(0.0, observe=sim.observed)  # nothing so far, so nothing further
     sim.run(0.5, observe=["energy:every=0.1"])
     first = sim.observed
     sim.run(1.0, observe=["energy:every=0.1"])
