@@ -215,6 +215,8 @@ class Blocks:
                     constant = least <= (_ROUNDING * mean) ** 2
                 grown = np.where(constant, 1.0, square / least)
                 found = (blocks == 0) & (known >= _FEWEST_BLOCKS) & (joined**3 > 2.0 * many * grown**2)
+                # What blocks of this length leave out, where the dependence decays exponentially:
+                square = square / (1.0 - np.maximum(grown - 1.0 / grown, 0.0) / (2.0 * joined))
                 enough = np.sqrt(np.where(many >= _LEAST_INDEPENDENT * grown, square, math.nan))
                 error, blocks = np.where(found, enough, error), np.where(found, known, blocks)
         blocks = np.where(np.isnan(error), 0, blocks)

@@ -261,7 +261,10 @@ def test_blocks_have_the_mean_of_all_and_the_error_of_their_means():
     means = values[(250 % joined) * 4 :].reshape(-1, joined * 4).mean(axis=1)
     assert many[0] == len(means) == 25
     assert mean[0] == pytest.approx(values.mean())
-    assert error[0] == pytest.approx(means.std(ddof=1) / math.sqrt(many[0]))
+    square, least = (x.var(ddof=1) / len(x) for x in (means, values.reshape(-1, 4).mean(axis=1)))
+    assert square > least  # and what blocks of this length leave out is added:
+    left_out = (square / least - least / square) / (2 * joined)
+    assert error[0] == pytest.approx(math.sqrt(square / (1.0 - left_out)))
     assert np.isnan([mean[1], error[1]]).all()
     assert many[1] == 0
     assert (mean[2], error[2]) == (1.0, 0.0)

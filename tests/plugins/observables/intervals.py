@@ -1,8 +1,8 @@
 """Coverage of 95 % intervals: how many of 200 runs have the true mean within what they give for it.
 
-``python tests/plugins/observables/intervals.py [RUNS]`` prints the table of docs/observables.md. The true mean
-of a temperature of one mass is that of equipartition; of a pressure, the mean of all runs, whose own error is
-a fourteenth of that of one.
+``python tests/plugins/observables/intervals.py [RUNS]`` prints the table of docs/observables.md. The true
+mean of a temperature of one mass is that of equipartition; of a pressure, the mean of all runs, whose own
+error is a fourteenth of that of one.
 """
 
 from __future__ import annotations
