@@ -70,7 +70,7 @@ def observed_table(observed: Observed) -> Table:
             "> mean": lambda row: _mean(row[2]),
             "> standard error": lambda row: _error(row[2]),
             "> 95 % within": lambda row: _error(row[2], row[2].interval),
-            "> blocks": lambda row: str(np.min(row[2].blocks)),
+            "> blocks": lambda row: _blocks(row[2].blocks),
         },
         shared=1,
     )
@@ -78,6 +78,11 @@ def observed_table(observed: Observed) -> Table:
 
 def _mean(estimate: Any) -> str:
     return f"{len(estimate.at)} values over {estimate.axis}" if estimate.axis else f"{estimate.mean:.7g}"
+
+
+def _blocks(blocks: Any) -> str:
+    fewest, most = np.min(blocks), np.max(blocks)
+    return str(most) if fewest == most else f"{fewest} to {most}"
 
 
 def _error(estimate: Any, error: Any = None) -> str:
