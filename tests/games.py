@@ -6,7 +6,7 @@ Most have kinds with responses (elastic, restitution, stop, pass, for pairs and 
 of them are on a lattice, with dyadic numbers and times, so that many things happen at one tick. Some are
 dense: touching bodies that stop or lose energy between walls and moving bodies of infinite mass; most of
 these jam. Some insertions have no room. ``draw_game_of_shapes`` gives boxes and discs the same rules and
-commands but those that are refused for shapes: passing."""
+commands."""
 
 from __future__ import annotations
 
@@ -40,10 +40,11 @@ def draw_game_of_shapes(seed: int) -> kt.Scene:
     rng = random.Random(f"game of shapes {seed}")
     base = box_scenes.drawn(seed, (3, 4, 6, 8), ("", "", "x", "y", "xy"))
     kinds = [rng.choice(KINDS) for _ in range(len(base))]
+    passing = random.Random(f"passing {seed}").random() < 0.6  # bullets and sensors
     mass = [math.inf if rng.random() < 0.2 else each for each in base.mass.tolist()]
     base = base.replace(mass=mass, kind=kinds)
     for _ in range(5):
-        rules = _responses(rng, [*dict.fromkeys(kinds)], SOLID)
+        rules = _responses(rng, [*dict.fromkeys(kinds)], (*SOLID, "pass", "pass") if passing else SOLID)
         try:
             base = base.replace(responses=rules)
             break

@@ -64,9 +64,12 @@ from kinetile.toolbox.ticks import (
     difference_table,
     enters,
     first_image_of,
+    leaves,
     nearest_whole,
     plans_of,
+    plans_through,
     pointer,
+    turns_between,
 )
 from kinetile_plugins.disc import exchange
 from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, circles_meet, merged, two_least
@@ -484,7 +487,7 @@ def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, flo
 
 
 def _hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
-    """Returns ``collide`` and ``touch``, of two bodies or of the image through which they meet."""
+    """Returns ``collide``, ``touch`` and ``part``, of two bodies or of the image through which they meet."""
 
     @unchecked
     @hook
@@ -505,11 +508,27 @@ def _hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
         exchange(k, a, b, nx, ny)
         return float(depth)
 
-    return collide, touch
+    @unchecked
+    @hook
+    def part(k: Kernel, a: int, b: int) -> int:
+        """Return the tick at which two bodies part that pass through each other, or ``NEVER``; through the
+        image that is on the clock."""
+        early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+        late = a + b - early
+        one = k.bodies[early]
+        two = k.bodies[late]
+        plans = plans_of(k, one, two)
+        if periodic:
+            right, up = turns_between(k, early, late, a)
+            plans = plans_through(k, one, two, right, up)
+        delay = leaves(pointer(k.numbers), row_of(k, early, late), plans)
+        return int(two.anchor + delay) if delay != NEVER else NEVER
+
+    return collide, touch, part
 
 
-collide, touch = _hooks(False)
-collide_images, touch_images = _hooks(True)
+collide, touch, part = _hooks(False)
+collide_images, touch_images, part_images = _hooks(True)
 
 
 @unchecked
@@ -576,6 +595,7 @@ class Convex:
             collide=collide_images if periodic else collide,
             soonest=soonest_of_images if periodic else bounds,
             touch=touch_images if periodic else touch,
+            part=part_images if periodic else part,
             gap=gap,
             shapes=True,
             periodic=periodic,

@@ -11,7 +11,7 @@ import { along, exchange } from "./exchange.js";
 import { hasRoom, overlaps } from "./overlaps.js";
 import { offWall, pairResponse, returned, stopped, wallResponse } from "./responses.js";
 import { sha256 } from "./sha256.js";
-import { difference, shapeNormal, shapePart, shapesOverlap, shapeTouch } from "./shapes.js";
+import { difference, shapeGap, shapeNormal, shapePart, shapeTouch } from "./shapes.js";
 
 const CLOCK = 1;
 const COMMAND = 2;
@@ -181,9 +181,9 @@ export class Run {
   /** Begins the passings of two that may pass and overlap, at the start or when one of them is inserted. */
   *beginOverlaps(pair, isStart) {
     const { a, b, response, M } = pair;
-    if (response.name !== "pass") return;
+    if (response.name !== "pass" || (this.shaped && a.m === Infinity && b.m === Infinity)) return; // rule 11s
     const [planA, planB] = [this.present(a), this.present(b)];
-    const isIn = this.shaped && ((image) => shapesOverlap(this.seen(pair, image), M, a.r, b.r));
+    const isIn = this.shaped && ((apart) => shapeGap(apart, M) < -(1e-12 * (a.r + b.r)));
     const images = overlaps({ r: a.r, plan: planA }, { r: b.r, plan: planB }, this.scene.periods, isStart, isIn);
     for (const image of images) yield this.begin(pair, image);
   }

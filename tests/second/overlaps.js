@@ -20,8 +20,8 @@ export function hasRoom({ r, m, shape }, plan, others, arena, periods, shaped) {
 }
 
 /**
- * The images {m, n} through which two bodies a < b, {r, plan} each, overlap; `begins`: at the start of the scene. `isIn` says that of an image of
- * bodies with shapes, exactly; null for discs.
+ * The images {m, n} through which two bodies a < b, {r, plan} each, overlap; `begins`: at the start of the scene. `isIn` says that of
+ * bodies with shapes that are [dx, dy] apart; null for discs.
  */
 export function overlaps(a, b, periods, begins, isIn) {
   const reach = (a.r + b.r) * (1 - SLACK);
@@ -37,7 +37,7 @@ export function overlaps(a, b, periods, begins, isIn) {
       const square = dx * dx + dy * dy;
       const root = begins && periods.every((period) => period === null);
       const isClose = root ? Math.sqrt(square) < reach : square < reach * reach;
-      if (isIn ? isIn(image) : isClose) found.push(image);
+      if (isIn ? isIn([dx, dy]) : isClose) found.push(image);
     }
   }
   return found;

@@ -91,14 +91,6 @@ export function shapePart({ s, d, v }, M, q) {
   return ticks >= FAR ? null : s + ticks;
 }
 
-/** Whether two bodies a < b of these sizes that may pass overlap, as `relative` has them, enough to begin there (rule 11s). */
-export function shapesOverlap({ d, v }, M, sizeA, sizeB) {
-  const slack = multiply(exact(1e-12), add(exact(sizeA), exact(sizeB)));
-  const { faces, corners } = seen(d, v, M);
-  const [above, below] = nearestFeature(faces, corners, v).distance;
-  return compare(above, multiply(signedSquare(subtract(M.R, slack)), below)) < 0;
-}
-
 /** The nearest feature; the distance from it, squared with its sign, as a quotient; and whether the distance falls. */
 function nearestFeature(faces, corners, v) {
   const isFlat = faces.length === 2;

@@ -105,7 +105,7 @@ def read_rules(
             f"{broad[0]} is right only while bodies cannot pass through each other, and this scene has kinds "
             "that pass"
         )
-    _check_narrow(narrow, passing, bool(needed))
+    _check_narrow(narrow, passing, bool(needed), bool(scene.shapes))
     names = tuple(dict.fromkeys(response.name for response in meets))
     return Rules(rows, kinds, tuple(hooks), passing, names)
 
@@ -125,13 +125,18 @@ def _parts(response: Response, scene: Scene) -> ResponseParts:
     return parts
 
 
-def _check_narrow(narrow: dict[str, PairParts | WallParts], passing: bool, hooks: bool) -> None:
+def _check_narrow(narrow: dict[str, PairParts | WallParts], passing: bool, hooks: bool, shapes: bool) -> None:
     """Refuses narrow phases that do not support rules."""
     for name, parts in narrow.items():
         label = described("narrow phase", name)
         if passing and isinstance(parts, PairParts) and parts.part is None:
             raise Refused(
                 f"{label} does not say when two bodies part that pass through each other: it has no part"
+            )
+        if passing and shapes and isinstance(parts, PairParts) and parts.gap is None:
+            raise Refused(
+                f"{label} does not say how far apart two shapes are that may pass through each other: it has "
+                "no gap"
             )
         if hooks and parts.touch is None:
             raise Refused(
@@ -204,7 +209,7 @@ class Composition:
 
     @property
     def of_shapes(self) -> dict[str, Any]:
-        """The values for templates that insert bodies into a scene with shapes; none where the narrow phases
+        """The values for templates that insert bodies, or let them pass, in a scene with shapes; none where the narrow phases
         say nothing of gaps, and so no body is inserted."""
         gap = self.pair.gap if self.prepared.shapes and self.pair is not None else None
         return {} if gap is None else {"SHAPED": True, "gap": gap}
@@ -245,7 +250,7 @@ class Composition:
             "PASSING": self.passing,
             "PERIODIC": bool(self.prepared.periodic),
         }
-        if self.prepared.shapes and commands == Commands.ALL:
+        if self.prepared.shapes and (commands == Commands.ALL or self.passing):
             parts |= self.of_shapes
         if self.rules is not None:
             parts |= self.rules.parts(self.pair, self.wall)

@@ -22,7 +22,6 @@ import heapq
 import itertools
 import math
 from collections.abc import Iterable
-from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -48,7 +47,7 @@ from kinetile_accuracy.specification.arithmetic import (
     wall_tick,
 )
 from kinetile_accuracy.specification.bounds import ContactBounds
-from kinetile_accuracy.specification.shapes import Difference, contact, overlap, parting, room
+from kinetile_accuracy.specification.shapes import Difference, contact, parting, room
 from kinetile_accuracy.specification.shapes import wall_tick as wall_tick_of
 
 if TYPE_CHECKING:
@@ -255,22 +254,21 @@ class Course:
         """Returns the passings that begin at once, since bodies overlap (rules 11 and 11p)."""
         found = []
         for a, b in pairs:
-            if not self._answers.passes(a, b):
+            m = self._difference(a, b)
+            if not self._answers.passes(a, b) or (m is not None and self._both_immovable(a, b)):
                 continue
             one, two = self._anchored(a), self._anchored(b)
-            m = self._difference(a, b)
-            size = Fraction(self._radius[a]) + Fraction(self._radius[b])
             reach = (self._radius[a] + self._radius[b]) * (1.0 - 1e-12)
             # A reach is less than a period, and places are within half a period of 0.
             sides = ((-1, 0, 1) if period else (0,) for period in self.frame.periods)
             for side in itertools.product(*sides):
                 image = side[0] + one.turns[0] - two.turns[0], side[1] + one.turns[1] - two.turns[1]
-                if m is not None:
-                    if overlap(m, one, two, size, self.frame, image):
-                        found.append(_Passing(a, b, image))
-                    continue
                 right, up = self._away(one, two, image)
                 dx, dy = (two.x - one.x) + right, (two.y - one.y) + up
+                if m is not None:
+                    if room(m, (dx, dy)) < -(1e-12 * (self._radius[a] + self._radius[b])):
+                        found.append(_Passing(a, b, image))
+                    continue
                 square = dx * dx + dy * dy
                 by_root = at_start and not self._periodic
                 if math.sqrt(square) < reach if by_root else square < reach * reach:

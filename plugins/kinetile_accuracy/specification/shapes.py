@@ -123,20 +123,6 @@ def parting(
     return None if wait is None else course.since + wait
 
 
-def overlap(
-    m: Difference,
-    one: FlightPlan,
-    two: FlightPlan,
-    size: Fraction,
-    frame: Frame | None = None,
-    image: Whole = (0, 0),
-) -> bool:
-    """Returns whether two bodies overlap by more than 1e-12 of a size, now (rule 11s)."""
-    d, _ = _course(PairQuadratic(one, two, frame, image))
-    margin = m.radius - Fraction(1e-12) * size
-    return _nearest(m, d)[0] < margin * abs(margin)
-
-
 def _course(course: PairQuadratic) -> tuple[Exact, Exact]:
     """Returns d at the later anchor, and its change in a tick."""
     d, v = ((x, y) for x, y in ((course.dx, course.dy), (course.vx, course.vy)))

@@ -61,6 +61,7 @@ from kinetile.kernel.certificates.convex_integers import (
     TY_LOW,
     WIDE,
     enters_exactly,
+    leaves_exactly,
 )
 from kinetile.kernel.certificates.integers import LIMIT, as_count
 from kinetile.kernel.certificates.plans import Axis, Plans
@@ -345,3 +346,32 @@ def enters(f: Numbers, row: int, plans: Plans) -> int:
             if found == NEVER or (found != OPEN and deep):
                 return found
     return enters_exactly(f, row, plans, guess)
+
+
+@apart
+def leaves(f: Numbers, row: int, plans: Plans) -> int:
+    """Return how many ticks after the later anchor two convex bodies part that pass through each other,
+    rounded down exactly, or ``NEVER`` (rule 11s). As for discs: in whole numbers, from a guess in double.
+    """
+    x, y = separations(plans)
+    count = int(f[row + COUNT])
+    reach = f[row + RADIUS]
+    speed2 = x.u * x.u + y.u * y.u
+    if speed2 == 0.0:
+        return leaves_exactly(f, row, plans, 0)
+    out = math.inf
+    last = 0.0
+    for k in range(count):
+        corner = row + HEAD + k * WIDE
+        px = x.d - f[corner + CX]
+        py = y.d - f[corner + CY]
+        across = px * y.u - py * x.u
+        inside = reach * reach * speed2 - across * across
+        if inside >= 0.0:
+            last = larger(last, (math.sqrt(inside) - (px * x.u + py * y.u)) / speed2)
+        rate = f[corner + NX] * x.u + f[corner + NY] * y.u
+        if count > 1 and rate > 0.0:
+            out = smaller(out, (f[corner + OUT] - (f[corner + NX] * x.d + f[corner + NY] * y.d)) / rate)
+    if count == 1 or (reach > 0.0 and last > 0.0 and last < out):
+        out = last
+    return leaves_exactly(f, row, plans, as_count(out * plans.per_time))

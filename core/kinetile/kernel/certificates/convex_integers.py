@@ -288,6 +288,54 @@ def enters_exactly(f: Numbers, row: int, plans: Plans, guess: int) -> int:
     return low if low < LIMIT else NEVER
 
 
+@subroutine
+def goes_into(m: Cells, f: Numbers, row: int, first: int, end: int) -> bool:
+    """Whether the line on which a place moves has points nearer to M than R, or inside it."""
+    left = False
+    right = False
+    for k in range(int(f[row + COUNT])):
+        from_corner(m, f, row + HEAD + k * WIDE, DX, DY, first, end)
+        side = cross(m, GAP, AX, AY, UX, UY, first, end)
+        nearer = compare_products(m, GAP, GAP, REACH2, SPEED2, first, end) < 0
+        left = left or side > 0 or nearer
+        right = right or side < 0 or nearer
+    return left and right
+
+
+@apart
+def leaves_exactly(f: Numbers, row: int, plans: Plans, guess: int) -> int:
+    """Return what ``leaves`` does, for finite numbers of any size; for others 0.
+
+    Until it has parted for good a place is in M with its margin, or comes nearer to it on a line that goes
+    into it.
+    """
+    if f[row + COUNT] < 3.0 and f[row + RADIUS] == 0.0:
+        return 0
+    m = np.zeros(ROOM, dtype=np.int64)
+    first, end = room(CELLS, 0, f[row + SIZE], 0)
+    first, end = room(first, end, f[row + LEAST], 0)
+    first, end = read_in(m, plans, f[row + RADIUS], f[row + RADIUS_LOW], first, end)
+    if end > CELLS:
+        return 0
+    dot(m, SPEED2, UX, UY, UX, UY, first, end)
+    add_product(m, REACH2, REACH, first, end, REACH, first, end)
+    carry(m, REACH2, 2 * first, 2 * end, 1)
+    gap, falls = distance_at(m, f, row, first, end, 0)
+    returns = gap > 0
+    if returns and not (falls and goes_into(m, f, row, first, end)):
+        return 0
+    if plans.x.v == plans.x.v2 and plans.y.v == plans.y.v2:
+        return NEVER
+    low = 0
+    high = LIMIT + 1
+    stride = 1
+    guess = between(low, high, guess)
+    while high - low > 1:
+        gap, falls = distance_at(m, f, row, first, end, guess)
+        low, high, guess, stride = narrowed(low, high, guess, stride, gap <= 0 or (returns and falls))
+    return low if low < LIMIT else NEVER
+
+
 @apart
 def comes_nearer(f: Numbers, row: int, face: int, vx: float, vy: float, vx2: float, vy2: float) -> int:
     """Return 1 if a second body comes nearer to the line of a face, seen from a first, exactly; else 0."""

@@ -39,11 +39,13 @@ MOST_RESPONSES = 4
 """Hooks of responses that there can be in a loop."""
 
 RESPONSES = 0
-PERIODIC = False
-respond_1 = respond_2 = respond_3 = respond_4 = collide = touch = bounce = touch_wall = part = to_be_filled_in
+PERIODIC = SHAPED = False
+respond_1 = respond_2 = respond_3 = respond_4 = collide = touch = bounce = touch_wall = part = gap = (
+    to_be_filled_in
+)
 
 
-@hook
+@template
 def have_passed(k: Kernel, a: int, b: int) -> bool:
     """Whether two bodies overlap where their plans begin, and that is past: the contact was before."""
     early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
@@ -54,7 +56,21 @@ def have_passed(k: Kernel, a: int, b: int) -> bool:
     x, y = position_at(k, one, two.anchor)
     dx = two.x - x
     dy = two.y - y
+    if SHAPED:
+        return bool(gap(k, one.form, two.form, dx, dy) < -1e-10 * (one.radius + two.radius))
     reach = (one.radius + two.radius) * (1.0 - 1e-10)
+    return bool(dx * dx + dy * dy < reach * reach)
+
+
+@template
+def _reach_into(k: Kernel, a: int, b: int, dx: float, dy: float) -> bool:
+    """Whether two bodies, ``a`` the elder, overlap that are so far apart: so that their passing begins."""
+    one = k.bodies[a]
+    two = k.bodies[b]
+    if SHAPED:
+        meet = passes(k, a, b) and not (math.isinf(k.mass[a]) and math.isinf(k.mass[b]))
+        return bool(meet and gap(k, one.form, two.form, dx, dy) < -(ROOM * (one.radius + two.radius)))
+    reach = (one.radius + two.radius) * (1.0 - ROOM)
     return bool(dx * dx + dy * dy < reach * reach)
 
 
@@ -252,14 +268,13 @@ def begin_through_images(k: Kernel, a: int, b: int, tick: int) -> None:
     dy = remainder(two_y, torus.y, two_ky) - remainder(one_y, torus.y, one_ky)
     left = int(one_kx - two_kx) + k.images[a].kx - k.images[b].kx
     down = int(one_ky - two_ky) + k.images[a].ky - k.images[b].ky
-    reach = (one.radius + two.radius) * (1.0 - ROOM)
     across = 1 if torus.x > 0.0 else 0
     upwards = 1 if torus.y > 0.0 else 0
     for m in range(-across, across + 1):
         for n in range(-upwards, upwards + 1):
             x = dx + float(m) * torus.x
             y = dy + float(n) * torus.y
-            if x * x + y * y < reach * reach:
+            if _reach_into(k, a, b, x, y):
                 begin_passing(k, a, b, tick, left + m, down + n)
 
 
@@ -278,12 +293,16 @@ def begin_with_all(k: Kernel, body: int, tick: int) -> None:
                 x, y = position_at(k, one, tick)
                 dx = x - new.x
                 dy = y - new.y
-                reach = (one.radius + new.radius) * (1.0 - ROOM)
                 if PERIODIC:  # through which images, if any, is found when they begin
                     dx = near_zero(dx, k.clock[0].torus.x)
                     dy = near_zero(dy, k.clock[0].torus.y)
                     reach = one.radius + new.radius
-                if dx * dx + dy * dy < reach * reach and (next_one < 0 or number < k.queue[next_one].number):
+                    begins = dx * dx + dy * dy < reach * reach
+                elif elder(k, other, body) == other:
+                    begins = _reach_into(k, other, body, -dx, -dy)
+                else:
+                    begins = _reach_into(k, body, other, dx, dy)
+                if begins and (next_one < 0 or number < k.queue[next_one].number):
                     next_one = other
         if next_one < 0:
             return
@@ -320,7 +339,9 @@ def begin_at_start(k: Kernel, pairs: Any) -> None:
     ``advance``."""
     k = disowned(k)
     for at in range(len(pairs)):
+        a = pairs[at, 0]
+        b = pairs[at, 1]
         if PERIODIC:
-            begin_through_images(k, pairs[at, 0], pairs[at, 1], 0)
-        else:
-            begin_passing(k, pairs[at, 0], pairs[at, 1], 0, 0, 0)
+            begin_through_images(k, a, b, 0)
+        elif not SHAPED or _reach_into(k, a, b, k.bodies[b].x - k.bodies[a].x, k.bodies[b].y - k.bodies[a].y):
+            begin_passing(k, a, b, 0, 0, 0)

@@ -181,10 +181,10 @@ class RunState:
 
 def overlapping(scene: Scene) -> npt.NDArray[np.int64]:
     """Returns (m, 2) the bodies that overlap at the start, the elder first, in their order; where an axis is
-    periodic those that may: ``responses.begin_through_images`` decides that for each image."""
-    if not scene.responses or scene.shapes:  # no narrow phase for shapes lets bodies pass, so none overlap
+    periodic, or there are shapes, those that may: ``responses.begin_at_start`` decides that."""
+    if not scene.responses:
         return np.zeros((0, 2), dtype=np.int64)
-    tolerance = 0.0 if scene.periodic else TOLERANCE
+    tolerance = 0.0 if scene.periodic or scene.shapes else TOLERANCE
     overlaps = overlapping_images(scene.position, scene.radius, scene.periods, tolerance)
     pairs = np.concatenate([*overlaps, np.zeros((0, 2), dtype=np.int64)])
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]

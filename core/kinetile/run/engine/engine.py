@@ -408,11 +408,11 @@ class Engine(Tables):
         k, pair = self.k, self.composition.pair
         rows = min(len(k.met), len(k.log) or len(k.met)) // MOST_IMAGES
         now, self._overlapping = self._overlapping[:rows], self._overlapping[rows:]
-        if pair is None:
+        if pair is None or not self.composition.passing:
             return
         begun = int(k.clock[0].lists.passings)
         self.k = layout.more_passings(k, begun + MOST_IMAGES * len(now) + len(k.bodies))
-        parts = {"part": pair.part, "PERIODIC": bool(self.scene.periodic)}
+        parts = {"part": pair.part, "PERIODIC": bool(self.scene.periodic)} | self.composition.of_shapes
         compose(begin_at_start, parts, f"begin_{self.composition.label}", Kernel)(self.k, now)
         self.k.clock[0].stops.due = 0  # ``advance`` looks among them for a watched one
 

@@ -226,6 +226,7 @@ def _ticks_with(query: Query, a: int, others: Integers) -> dict[int, Integers]:
         return {}
     meets = np.full(len(others), NEVER)
     parts = {"meet": pair.meet, "PERIODIC": any(query.periods), "PASSING": passing}
+    parts |= query.composition.of_shapes
     _composed(ticks_of_partners, **parts)(k, a, others, meets)
     meets[meets < query.now] = NEVER
     if not passing:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
 from itertools import product
 from typing import Any, NamedTuple
@@ -21,11 +22,12 @@ import numpy.typing as npt
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.responses import ROOM
+from kinetile.kernel.passings import PASS
 from kinetile.kernel.tables import Kernel
 from kinetile.run.compose import Composition
 from kinetile.scene.bodies import in_box, nearest_image
 from kinetile.scene.differences import core_difference
-from kinetile.scene.shapes import Shape
+from kinetile.scene.shapes import Shape, overlap
 from kinetile.toolbox.differences import DISC
 
 Floats = npt.NDArray[np.float64]
@@ -81,10 +83,21 @@ class Query:
         the start; where an axis is periodic their nearest images."""
         pairs, k = self.overlapping[(self.overlapping == body).any(axis=1)], self.k
         others = np.asarray(pairs.sum(axis=1) - body)
-        if not any(self.periods):
+        if self.shapes:
+            rules = k.traits.kind[body] * (int(k.clock[0].kinds) + 1) + k.traits.kind[others]
+            meet = np.isfinite(k.mass[body]) | np.isfinite(k.mass[others])
+            others = others[(k.rules.response[rules] == PASS) & meet]
+        elif not any(self.periods):
             return others
         apart = positions_now(k, others) - positions_now(k, np.full(len(others), body))
         apart = nearest_image(apart, self.periods)
+        if self.shapes:
+            forms = k.bodies.form
+            deep = [
+                overlap(self.shapes[forms[body]], self.shapes[forms[other]], (Fraction(x), Fraction(y)))
+                for other, (x, y) in zip(others.tolist(), apart.tolist(), strict=True)
+            ]
+            return np.asarray(others[np.array(deep, dtype=np.bool_)])
         return np.asarray(others[np.hypot(*apart.T) < (k.radii[others] + k.radii[body]) * (1.0 - ROOM)])
 
     @cached_property
