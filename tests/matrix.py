@@ -58,8 +58,6 @@ REFUSED_TOGETHER: dict[Cell, str] = {
         "no arena",
         {"periodic x | periodic y | periodic xy": "expected an arena: its sides are the periods"},
     ),
-    ("pass", "shapes"): "does not say when two bodies part that pass through each other",
-    ("pass", "obstacles"): "does not say when two bodies part that pass through each other",
 }
 """Pairs of capabilities that are refused."""
 

@@ -30,13 +30,17 @@ PHASES = ("naive", "cells", "sap-1d", "sap-2d")
 
 @pytest.mark.parametrize("block", first(1, range(50)))
 def test_ticks_are_those_of_rationals(block):
-    rng, hits = random.Random(block), 0
+    rng, hits, partings = random.Random(block), 0, 0
     for _ in range(400):
         question = Question(rng)
+        parting = question.tick_by_rationals(parting=True)
+        assert question.tick_of_kernel(parting=True) == parting, vars(question)
+        partings += 0 < parting < NEVER
         expected = question.tick_by_rationals()
         assert question.tick_of_kernel() == expected, vars(question)
         hits += expected != NEVER
     assert hits > 40
+    assert partings > 40
 
 
 @pytest.mark.parametrize("seed", first(6, range(80)))

@@ -209,8 +209,8 @@ class Composition:
 
     @property
     def of_shapes(self) -> dict[str, Any]:
-        """The values for templates that insert bodies, or let them pass, in a scene with shapes; none where the narrow phases
-        say nothing of gaps, and so no body is inserted."""
+        """The values for templates that insert bodies, or let them pass, in a scene with shapes; none where
+        the narrow phases say nothing of gaps, and so no body is inserted."""
         gap = self.pair.gap if self.prepared.shapes and self.pair is not None else None
         return {} if gap is None else {"SHAPED": True, "gap": gap}
 

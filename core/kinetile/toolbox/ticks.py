@@ -1,8 +1,8 @@
 """Exact ticks, for narrow phases: when two bodies touch and part, or reach a wall, also through images.
 
 The flight plans of two bodies are one value, which ``plans_of`` makes, and ``plans_through`` of an image. It
-is what discs (``first_touch``, ``last_touch``) and convex bodies (``enters``, ``leaves``) take; walls take coordinates
-(``reaches``). The difference of two convex shapes is a row of a table (``difference_table``,
+is what discs (``first_touch``, ``last_touch``) and convex bodies (``enters``, ``leaves``) take; walls take
+coordinates (``reaches``). The difference of two convex shapes is a row of a table (``difference_table``,
 ``comes_nearer``), whose columns are named here. Along periodic axes ``first_image`` is the first contact
 of two discs through any image, and ``first_image_of`` makes the same for other bodies.
 """

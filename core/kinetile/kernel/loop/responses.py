@@ -40,9 +40,8 @@ MOST_RESPONSES = 4
 
 RESPONSES = 0
 PERIODIC = SHAPED = False
-respond_1 = respond_2 = respond_3 = respond_4 = collide = touch = bounce = touch_wall = part = gap = (
-    to_be_filled_in
-)
+respond_1 = respond_2 = respond_3 = respond_4 = to_be_filled_in
+collide = touch = bounce = touch_wall = part = gap = to_be_filled_in
 
 
 @template
