@@ -202,7 +202,7 @@ def said_tick(tick: int) -> str:
     return "never" if tick == NEVER else f"at tick {tick}"
 
 
-part = to_be_filled_in
+part = gap = to_be_filled_in
 
 
 def compute_partings(k: Kernel, pairs: Records, parting: Any) -> None:
@@ -241,12 +241,22 @@ def of_passings(k: Kernel, composition: Composition, place: Any) -> Iterator[str
     for body in np.flatnonzero((inside != traits.inside) & (number != NOBODY)).tolist():
         said = f"body {number[body]} is counted to pass {traits.inside[body]} others"
         yield f"{said}, and passes {inside[body]}"
-    yield from _overlapping(k, place, set(passings[["a", "b", "m", "n"]].tolist()))
+    yield from _overlapping(k, composition, place, set(passings[["a", "b", "m", "n"]].tolist()))
 
 
-def _overlapping(k: Kernel, place: Any, passing: set[tuple[int, int, int, int]]) -> Iterator[str]:
+def gap_between(k: Kernel, a: int, b: int, dx: float, dy: float) -> float:
+    """Returns how far apart two shapes are; a template, as ``advance``."""
+    k = disowned(k)
+    return float(gap(k, k.bodies[a].form, k.bodies[b].form, dx, dy))
+
+
+def _overlapping(
+    k: Kernel, composition: Composition, place: Any, passing: set[tuple[int, int, int, int]]
+) -> Iterator[str]:
     """Two bodies that overlap by more than rounding, through an image, and may pass, pass through it."""
     kinds, kind, radius = k.clock[0].kinds, k.traits.kind, k.bodies.radius
+    shaped = composition.of_shapes
+    between = compose(gap_between, {"gap": shaped["gap"]}, "gap", Kernel) if shaped else None
     periods = np.array([k.clock[0].torus.x, k.clock[0].torus.y])
     turns = np.column_stack([k.images.kx, k.images.ky]) if len(k.images) else np.zeros((len(place), 2), "i8")
     steps = list(product(*(range(-1, 2) if period else range(1) for period in periods)))
@@ -255,8 +265,13 @@ def _overlapping(k: Kernel, place: Any, passing: set[tuple[int, int, int, int]])
         nearest = -np.rint((place - place[a]) / np.where(periods > 0.0, periods, math.inf))
         for step in steps:
             image = nearest + step
-            apart = np.hypot(*(place - place[a] + image * periods).T) - (radius + radius[a])
+            away = place - place[a] + image * periods
+            apart = np.hypot(*away.T) - (radius + radius[a])
             for b in np.flatnonzero(may & (apart < -1e-9 * (radius + radius[a]))).tolist():
+                if between is not None:
+                    meet = math.isfinite(k.mass[a]) or math.isfinite(k.mass[b])
+                    if not meet or not between(k, a, b, *away[b].tolist()) < -1e-9 * (radius[a] + radius[b]):
+                        continue
                 if (a, b, *(image[b] - turns[b] + turns[a]).astype(np.int64).tolist()) not in passing:
                     said = f"bodies {k.queue.number[a]} and {k.queue.number[b]} overlap"
                     yield f"{said} and are not passing each other"
@@ -338,6 +353,7 @@ def _computed_again(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[
     pair, wall = composition.pair, composition.wall
     parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None}
     parts |= {"PASSING": composition.passing, "PERIODIC": bool(composition.prepared.periodic)}
+    parts |= composition.of_shapes if composition.passing else {}
     if pair is not None:
         parts["meet"] = pair.meet
     if wall is not None:
