@@ -29,5 +29,5 @@ def test_a_game_of_few_bodies_is_rewound_and_played_again(capsys):
 def test_the_game_is_one_under_two_phases(capsys):
     said = play("", capsys)
     assert "one fingerprint" in said
-    for counted in ("bullets", "coins", "pieces", "frames: 600"):
+    for counted in ("bullets", "coins", "pieces", "frames: 600", "in the polygon", "seconds in sensors"):
         assert counted in said
