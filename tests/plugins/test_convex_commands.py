@@ -6,19 +6,28 @@ snapshots, saving, copies.
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import math
 import pickle
 import random
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import pytest
 
 import box_scenes
+import by_the_rules
 import convex_scenes
 import kinetile as kt
-from kinetile.errors import ZenoError
+from kinetile.errors import Refused, ZenoError
+from kinetile_accuracy import certify_log
+from kinetile_accuracy.specification.arithmetic import tick_of, unit_bits
+from kinetile_conformance.strategies.living import played
+from kinetile_plugins.convex import Convex
 from lanes import first
+from registering import registered
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d")
 RULES = {
@@ -72,19 +81,24 @@ def test_one_answer_under_commands_and_responses(seed):
 
 
 def by_hand(seed: int, phase: str, folder: Path) -> tuple[str, kt.Simulation]:
-    """Returns how a run ends in which each leap is followed by a turn, by a removal, by nothing, or by the
-    simulation's being taken up again from a copy, a pickle, a snapshot, a file; and the simulation."""
+    """Returns how a run ends in which each leap is followed by a turn, an insertion, a removal, nothing, or a
+    resumption from a copy, a pickle, a snapshot or a file; and the simulation."""
     rng, scene = random.Random(seed), commanded(seed)
     sim = kt.Simulation(scene.replace(commands=[each for each in scene.commands if len(scene) > 3]), phase)
     try:
         for leap in range(8):
             sim.run(until=0.75 * (leap + 1), max_contacts=12)
             body = rng.choice(sim.bodies.tolist())
-            what = rng.choice(("turn", "turn", "remove", "copy", "back", "file", "none"))
+            what = rng.choice(("turn", "insert", "insert", "remove", "copy", "back", "file", "none"))
             if what == "turn":
                 sim.set_velocity(body, (rng.choice((0.0, 0.5)), rng.choice((-1.0, 0.0, 0.25))))
             elif what == "remove" and len(sim.bodies) > 2 and not scene.commands:
                 sim.remove(body)
+            elif what == "insert":
+                shape = rng.choice((kt.box(0.5, 0.25), kt.disc(0.25), *scene.shapes))
+                place, mass = (rng.randrange(12) / 2.0, rng.randrange(12) / 2.0), rng.choice((1.0, math.inf))
+                with contextlib.suppress(Refused, ValueError):
+                    sim.insert(place, (rng.choice((0.0, 0.5)), 0.25), mass=mass, shape=shape, kind="brick")
             elif what == "copy":
                 sim = pickle.loads(pickle.dumps(copy.deepcopy(sim)))
             elif what == "back":
@@ -141,3 +155,89 @@ def test_losses_are_along_the_face_alone():
     sim = kt.Simulation(scene, "cells", audit=1)
     sim.run(until=4.0)
     assert sim.velocities().tolist() == [[-0.5, 0.25], [0.0, 0.0]]
+
+
+@pytest.mark.slow  # games of shapes are the cheaper sibling
+@pytest.mark.parametrize("seed", range(4))
+def test_living_scenes_of_shapes_have_the_answer_of_the_rules(seed):
+    for scene in islice(played("shapes", seed), 2):
+        until = tick_of(scene.settings.until, scene.start, unit_bits(scene))
+        wanted = by_the_rules.answer(scene, 60, until).contacts
+        for phase in PHASES:
+            sim = kt.Simulation(scene, phase, audit=20)
+            with contextlib.suppress(Refused, ZenoError):
+                sim.run(max_contacts=60)
+            assert by_the_rules.rows(sim) == wanted, phase
+
+
+def test_what_is_no_shape_of_the_scene_is_added_and_replays():
+    """Shapes that the table has, that it does not have, and that obstacles alone had there so far."""
+    scene = kt.Scene(
+        [(1.0, 1.0), (5.0, 1.0)], [(1.0, 0.0), (-1.0, 0.5)], 0.5, arena=(8.0, 8.0), responses="elastic"
+    )
+    scene = kt.with_obstacles(
+        scene.replace(shapes=[kt.box(1.0, 0.5)]), [kt.Obstacle(kt.box(2.0, 0.5), (4.0, 6.0))]
+    )
+    sims = [kt.Simulation(scene, phase, live=True, audit=1) for phase in PHASES]
+    for sim in sims:
+        sim.run(until=0.5)
+        before = sim.snapshot()
+        with pytest.raises(
+            Refused, match=r"no room for body 3 at .*: it reaches into body 2; nothing has changed"
+        ):
+            sim.insert((4.5, 5.75), (0.0, 0.0), shape=kt.box(1.0, 0.25))
+        assert sim.snapshot() == before
+        bodies = [
+            sim.insert((1.0, 4.0), (1.0, 0.25), shape=0),
+            sim.insert((4.0, 4.0), (0.0, 0.5), shape=kt.box(2.0, 0.5)),
+            sim.insert((6.5, 4.0), (-0.5, 0.0), shape=kt.capsule((0.0, -0.5), (0.0, 0.5), 0.25)),
+            sim.insert((6.5, 6.5), (-0.5, -0.5), 0.125, mass=0.5),
+        ]
+        assert bodies == [3, 4, 5, 6]
+        assert [each.kind for each in sim.shapes()] == [
+            "disc",
+            "disc",
+            "box",
+            "box",
+            "box",
+            "capsule",
+            "disc",
+        ]
+        sim.run(until=6.0)
+        sim.restore(pickle.loads(pickle.dumps(sim.snapshot())))
+        sim.run(until=12.0)
+        recorded = sim.recorded()
+        again = kt.Simulation(recorded, "naive")
+        again.run()
+        assert again.fingerprint == sim.fingerprint
+        assert certify_log(recorded, sim.contacts, fingerprint=sim.fingerprint).right
+    assert len({sim.fingerprint for sim in sims}) == 1
+    assert 4 in sims[0].contacts["b"]
+
+
+class Gapless:
+    def prepare(self, scene):
+        return replace(Convex().prepare(scene), gap=None)
+
+
+GAPLESS = kt.NarrowPhaseSpec("gapless", f"{__name__}:Gapless", "no gap", role="pair", shapes=("disc", "box"))
+
+
+@pytest.mark.parametrize("phase", ["cells", "naive"])
+def test_no_shape_comes_where_nothing_says_how_it_would_stand(phase):
+    discs = kt.Simulation(kt.Scene([(1.0, 1.0)], [(0.0, 0.0)], 0.5), phase)
+    with pytest.raises(
+        ValueError, match=r"it is a box, and this run is made for discs alone; list the shape"
+    ):
+        discs.insert((5.0, 5.0), shape=kt.box(1.0, 1.0))
+    boxes = kt.Scene([(1.0, 1.0), (4.0, 1.0)], [(1.0, 0.0), (0.0, 0.0)], shape=kt.box(1.0, 1.0))
+    coming = boxes.replace(commands=[kt.Insert(1.0, (9.0, 9.0), (0.0, 0.0), shape=0)])
+    with registered(GAPLESS):
+        for narrow, said in (
+            (["gapless"], "gapless do not say how far apart"),
+            ([], "no narrow phase for pairs"),
+        ):
+            with pytest.raises(Refused, match=f"no body is inserted into this scene of shapes: {said}"):
+                kt.Simulation(coming, phase, narrow_phases=narrow)
+            with pytest.raises(ValueError, match=f"this body cannot come: {said}"):
+                kt.Simulation(boxes, phase, narrow_phases=narrow).insert((9.0, 9.0), shape=0)

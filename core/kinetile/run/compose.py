@@ -219,8 +219,10 @@ class Composition:
         """Why no body can be inserted into the scene, in which there are shapes; "" where it can."""
         if self.pair is not None and self.pair.gap is not None:
             return ""
-        who = " and ".join(self.narrow_phases) if self.pair is not None else "no narrow phase for pairs"
-        return f"{who} says how far apart two shapes are (gap), by which it has room: choose convex"
+        who = "no narrow phase for pairs is named"
+        if self.pair is not None:
+            who = f"{' and '.join(self.narrow_phases)} do not say how far apart two shapes are (gap)"
+        return f"{who}, which decides whether a body of a shape has room: convex does"
 
     def loop(self, commands: Commands) -> Callable[..., Any]:
         """Returns the loop for these phases, compiled at the first call or when it is made ready."""

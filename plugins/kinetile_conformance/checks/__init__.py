@@ -30,6 +30,7 @@ CHECKS: tuple[Check, ...] = (
     commands.same_contacts_while_some_pass,
     commands.its_structure_is_true_while_some_pass,
     commands.resumes_as_bodies_come_and_go,
+    commands.same_contacts_as_shapes_come_and_go,
     between_events.never_misses_a_pair,
     between_events.its_structure_is_true,
     between_events.can_be_drawn,

@@ -36,6 +36,7 @@ LIVING = {
     "living": "living scenes",
     "solid": "living scenes with responses",
     "passing": "living scenes in which some pass",
+    "shapes": "living scenes of shapes",
 }
 """The kinds of living scenes, in words."""
 

@@ -120,9 +120,9 @@ def _by_hand(tested: Subject, scene: Scene, between: Callable[[Simulation, int],
                 sim.run(until=command.time, max_contacts=CONTACTS)
             had = len(sim.contacts)
             if isinstance(command, Insert):
-                _, place, flies, radius, mass, *_ = command
+                _, place, flies, radius, mass, *_, shape = command
                 try:
-                    numbers[command.body] = sim.insert(place, flies, radius, mass, command.kind)
+                    numbers[command.body] = sim.insert(place, flies, radius, mass, command.kind, shape)
                 except (KinetileError, ValueError):
                     continue
             elif command.body not in numbers:
@@ -153,6 +153,14 @@ def _audit(subject: Subject, scene: Scene) -> None:
         return sim
 
     _by_hand(subject, scene, audited)
+
+
+@check(living="shapes", share=0.04, judges="broad")
+def same_contacts_as_shapes_come_and_go(subject: Subject, scene: Scene, reference: Reference) -> None:
+    """The reference's contacts while bodies of several shapes come and go; what must hold between events
+    does."""
+    agree(subject, scene, reference, contacts=LIVING_CONTACTS)
+    _audit(subject, scene)
 
 
 @check(living="solid", share=0.08)

@@ -40,7 +40,9 @@ from hypothesis.stateful import (
 from kinetile.errors import KinetileError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.scene import Response, Scene, Settings, relabelled
+from kinetile.scene.shapes import Shape
 from kinetile_conformance.cases import REFERENCE, Subject, is_living
+from kinetile_conformance.strategies.shapes import SHAPES, scaled, shape_scenes
 from kinetile_conformance.strategies.small import box_scenes, generating, plane_scenes, speeds
 from kinetile_conformance.strategies.swarms import KINDS as SWARMS
 from kinetile_conformance.strategies.swarms import swarm
@@ -129,6 +131,7 @@ STARTS: dict[str, Callable[[], st.SearchStrategy[Scene]]] = {
     "living": _of_any_size,
     "passing": lambda: _with_responses(True),
     "solid": lambda: _with_responses(False),
+    "shapes": lambda: shape_scenes.make().map(lambda scene: scene.replace(turns=())),
 }
 """What living scenes begin with, by kind."""
 
@@ -182,12 +185,21 @@ class _Play:
         it has come."""
         kind = None if self.scene.kinds == (0,) else KINDS[int(random.integers(len(KINDS)))]
         for smaller in (1.0, 2.0, 4.0)[:sizes]:
+            size: dict[str, Any] = {"radius": radius / smaller}
+            if self.scene.shapes:
+                size = {"shape": self.shape(radius / smaller, random)}
             try:
-                self.sim.insert(place, velocity, radius / smaller, kind=kind)
+                self.sim.insert(place, velocity, **size, kind=kind)
             except (KinetileError, ValueError):  # no room, or too fast for the scene's clock
                 continue
             return True
         return False
+
+    def shape(self, radius: float, random: np.random.Generator) -> Shape:
+        """Return one of a few shapes that a circle of a radius holds: in few sizes, as each new one has its
+        differences from all others."""
+        shape = SHAPES[int(random.integers(len(SHAPES)))]
+        return scaled(shape, 2.0 ** math.floor(math.log2(radius / shape.reach)))
 
     def chosen(self, most: int, random: np.random.Generator) -> list[int]:
         """Return some of those present, in any order."""
@@ -370,6 +382,11 @@ def _some(kind: str) -> tuple[Scene, ...]:
     # In a thread of its own: to Hypothesis a machine that runs within a test would be a test within a test.
     with ThreadPoolExecutor(1) as thread:
         return thread.submit(lambda: tuple(islice(played(kind), 4 if INTERPRETED else 40))).result()
+
+
+def living_shape_scenes() -> st.SearchStrategy[Scene]:
+    """Bodies of several shapes, and more that come, in the small scenes of shapes."""
+    return st.deferred(lambda: st.sampled_from(_some("shapes")))
 
 
 def living_scenes() -> st.SearchStrategy[Scene]:

@@ -41,7 +41,8 @@ SHAPES = (
 """Shapes as wide as a disc of radius 1, or less."""
 
 
-def _scaled(shape: Shape, by: float) -> Shape:
+def scaled(shape: Shape, by: float) -> Shape:
+    """Return a shape that is so many times as large."""
     return Shape(tuple((x * by, y * by) for x, y in shape.core), shape.radius * by)
 
 
@@ -57,7 +58,7 @@ def _shaped(
     Where there is none, body 1 cannot be moved, and mostly stands still.
     """
     chosen = [shapes[0], *(draw(st.sampled_from(shapes)) for _ in range(len(scene) - 1))]
-    of_each = [_scaled(shape, float(r)) for shape, r in zip(chosen, scene.radius, strict=True)]
+    of_each = [scaled(shape, float(r)) for shape, r in zip(chosen, scene.radius, strict=True)]
     of_each += [shape for _, _, shape in obstacles]
     table = list(dict.fromkeys(of_each))
     velocity, mass = scene.velocity.copy(), scene.mass.copy()
@@ -80,7 +81,7 @@ def _shaped(
 @st.composite
 def _among_bricks(draw: st.DrawFn, shapes: Sequence[Shape]) -> Scene:
     """Bodies below a wall of bricks that touch: each row is shifted by half a brick."""
-    brick = _scaled(draw(st.sampled_from([shape for shape in shapes if shape.kind == "box"])), 0.5)
+    brick = scaled(draw(st.sampled_from([shape for shape in shapes if shape.kind == "box"])), 0.5)
     _, _, down, up = brick.reaches
     rows = [draw(st.integers(1, 4)) for _ in range(2)]
     wall = [

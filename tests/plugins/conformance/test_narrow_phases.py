@@ -63,6 +63,7 @@ LEFT_OUT = {
     "near-holds-while-bodies-pass": "for a broad phase alone: judge it without a narrow phase named",
     "same-contacts-of-shapes": "for a broad phase alone: judge it without a narrow phase named",
     "same-contacts-of-shapes-on-a-torus": "for a broad phase alone: judge it without a narrow phase named",
+    "same-contacts-as-shapes-come-and-go": "for a broad phase alone: judge it without a narrow phase named",
     "its-features-are-known": "for a broad phase alone: judge it without a narrow phase named",
     "rejects-unknown-options": "for a broad phase alone: judge it without a narrow phase named",
     "same-contacts-while-some-pass": "it has no part",
