@@ -24,6 +24,7 @@ __all__ = [
     "MissedContactError",
     "MissingExtra",
     "Mistake",
+    "NoRoom",
     "NotJudged",
     "PhaseError",
     "PluginApiMismatch",
@@ -138,6 +139,24 @@ class StudyError(KinetileError, ValueError):
 
 class Refused(KinetileError, ValueError):
     """A phase does not accept this scene; the message gives the reason and names phases that do."""
+
+
+class NoRoom(Refused):
+    """A body that is to be inserted has no room. Its message is made when it is read."""
+
+    def __init__(self, text: Callable[[], str] | str) -> None:
+        super().__init__(text)
+
+    def __str__(self) -> str:
+        if callable(self.args[0]):
+            self.args = (legible(self.args[0](), _LONGEST_LINE),)
+        return str(self.args[0])
+
+    def __repr__(self) -> str:
+        return f"NoRoom({str(self)!r})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return NoRoom, (str(self),)
 
 
 class ZenoError(KinetileError, RuntimeError):

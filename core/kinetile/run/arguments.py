@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -25,7 +25,7 @@ from kinetile.run.engine.bounds import MOST_FLOWN
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.questions.places import Box, Point
 from kinetile.scene import Insert, Scene
-from kinetile.scene.checks import LARGEST, WALL, Extent, is_finite, shown
+from kinetile.scene.checks import FARTHEST, LARGEST, WALL, Extent, is_finite, shown
 from kinetile.scene.commands import check_command, shape_of, with_shape
 from kinetile.scene.responses import Kind, no_kind
 from kinetile.scene.shapes import Shape
@@ -260,9 +260,10 @@ def read_insertion(
     mass: float,
     kind: Kind | None,
     shape: Shape | int | None = None,
+    whole: bool = True,
 ) -> tuple[Rows, tuple[Shape, ...]]:
     """Returns the command that inserts a body now, and its shape, if the table of shapes does not have it;
-    ValueError for values that a scene would refuse."""
+    ValueError for values that a scene would refuse. ``whole``: it has to be within the walls."""
     kinds = engine.scene.kinds
     kind = kinds[0] if kind is None else kind
     if engine.scene.shapes and engine.composition.gapless:
@@ -276,7 +277,8 @@ def read_insertion(
         )
     insertion = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind, shape)  # type: ignore[arg-type]
     scene, mistakes = engine.scene, list[Mistake]()
-    extent = None if scene.arena is None else Extent(scene.arena, scene.periodic)
+    checked = scene.arena is not None and (whole or scene.periodic != "")
+    extent = Extent(scene.arena, scene.periodic) if checked and scene.arena is not None else None
     has = shape_of(insertion, "", scene.shapes, mistakes)
     if has is not None and not scene.shapes and not has.is_disc:
         raise ValueError(
@@ -304,6 +306,69 @@ def read_insertion(
         return rows, ()
     rows["form"] = number_of(has, mass, scene)
     return rows, (has,) if rows["form"][0] == len(scene.shapes) else ()
+
+
+def read_insertions(
+    engine: Engine, positions: object, velocities: object, each: Mapping[str, Any]
+) -> tuple[Rows, tuple[Shape, ...]]:
+    """Returns the commands that insert bodies now, and shapes that the table does not have. ``each`` has
+    radius, mass, kind and shape: one for all, or a sequence of one for each. ValueError for values that a
+    scene would refuse; it names the body. That a body is within the walls is not checked."""
+    try:
+        places = np.asarray(positions, dtype=np.float64).reshape(-1, 2)
+        flies = np.broadcast_to(np.asarray(velocities, dtype=np.float64), places.shape)
+    except (TypeError, ValueError):
+        raise ValueError(
+            "insert_many takes positions, (n, 2), and velocities, (n, 2) or one for all; found "
+            f"{shown(positions)} and {shown(velocities)}"
+        ) from None
+    many = len(places)
+    columns = {name: column(name, given, many) for name, given in each.items()}
+    rows, new = engine.command_rows(INSERTED, many), dict[Shape, None]()
+    if not many:
+        return rows, ()
+    rows["x"], rows["y"] = places.T
+    rows["vx"], rows["vy"] = flies.T
+    alike = [*zip(*columns.values(), strict=True)]
+    for values in dict.fromkeys(alike):  # what is alike is read once; then numbers are looked at
+        first = alike.index(values)
+        here, more = _read_one_of(engine, places, flies, first, values)
+        new.update(dict.fromkeys(more))
+        those = [at for at, other in enumerate(alike) if other == values]
+        for name in ("radius", "mass", "kind", "form"):
+            rows[name][those] = here[name][0]
+    size = np.where(np.array(engine.scene.periods) > 0.0, FARTHEST * np.array(engine.scene.periods), LARGEST)
+    fine = (np.abs(places) <= size).all(axis=1) & (np.abs(flies) <= LARGEST).all(axis=1)
+    for at in np.flatnonzero(~fine).tolist():
+        _read_one_of(engine, places, flies, at, alike[at])
+    fastest = int(np.hypot(rows["vx"], rows["vy"]).argmax())
+    smallest = min(engine.bounds.smallest, float(rows["radius"].min()))
+    _check_speed(engine, math.hypot(*flies[fastest].tolist()), smallest)
+    return rows, tuple(new)
+
+
+def _read_one_of(
+    engine: Engine, places: Any, flies: Any, at: int, values: tuple[Any, ...]
+) -> tuple[Rows, tuple[Shape, ...]]:
+    """Returns what ``read_insertion`` does, for one of several bodies; the error names it."""
+    radius, mass, kind, shape = values
+    size = 0.0 if radius is None else radius
+    try:
+        return read_insertion(engine, places[at], flies[at], size, mass, kind, shape, whole=False)
+    except ValueError as error:
+        raise ValueError(f"body {at} of {len(places)}: {error}") from None
+
+
+def column(name: str, given: Any, many: int) -> list[Any]:
+    """Returns one value for each of so many bodies; ValueError for another number of them."""
+    if isinstance(given, np.ndarray | list | tuple) and np.ndim(cast(Any, given)) != 0:
+        values = given.tolist() if isinstance(given, np.ndarray) else list(given)
+        if len(values) != many:
+            raise ValueError(
+                f"{name} has {len(values)} values; expected one, or one for each of {many} bodies"
+            )
+        return values
+    return [given] * many
 
 
 def read_removal(engine: Engine, body: object) -> Rows:

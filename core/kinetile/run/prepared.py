@@ -55,7 +55,7 @@ def with_shapes(scene: Scene, shapes: tuple[Shape, ...]) -> Scene:
 
 def standing(contents: Contents, scene: Scene, capacity: int, coming: Any = None) -> Prepared:
     """Returns a scene as it is in the middle of a run, on its clock: with the bodies of these contents, and
-    perhaps one more that a command inserts, and without commands. Nothing is checked."""
+    perhaps those that commands insert, and without commands. Nothing is checked."""
     plans = contents.plans
     elapsed = (contents.clock["now"] - plans["anchor"]) * (scene.time_unit / TICKS)
     x, y = plans["x"] + plans["vx"] * elapsed, plans["y"] + plans["vy"] * elapsed
@@ -69,14 +69,14 @@ def standing(contents: Contents, scene: Scene, capacity: int, coming: Any = None
     }
     if coming is not None:
         new = {
-            "position": (coming.x, coming.y),
-            "velocity": (coming.vx, coming.vy),
+            "position": np.column_stack([coming.x, coming.y]),
+            "velocity": np.column_stack([coming.vx, coming.vy]),
             "radius": coming.radius,
             "mass": coming.mass,
             "kind_numbers": coming.kind,
-            "shape": coming.form if scene.shapes else -1,
+            "shape": coming.form if scene.shapes else np.full(len(coming), -1),
         }
-        columns = {name: np.concatenate([column, [new[name]]]) for name, column in columns.items()}
+        columns = {name: np.concatenate([column, new[name]]) for name, column in columns.items()}
     columns = {name: np.ascontiguousarray(column) for name, column in columns.items()}
     for column in columns.values():
         column.flags.writeable = False

@@ -23,7 +23,7 @@ from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.images import FORESEEN
 from kinetile.kernel.log import INSERTED, REMOVED, TURNED, WALLS
-from kinetile.kernel.tables import Kernel, read_only
+from kinetile.kernel.tables import NOBODY, Kernel, read_only
 from kinetile.plugin.drawing import Item
 from kinetile.run import arguments
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
@@ -65,6 +65,20 @@ class Progress(NamedTuple):
     contacts: int
     events: int
     cpu_seconds: float
+
+
+class Inserted(NamedTuple):
+    """What ``insert_many`` has done.
+
+    Attributes:
+        numbers: (n,) the numbers of the bodies; -1 of those that have no room.
+        refused: (n,) which have no room.
+        reasons: why, by the place in the call: errors, whose text is made when it is read.
+    """
+
+    numbers: Integers
+    refused: npt.NDArray[np.bool_]
+    reasons: Mapping[int, Exception]
 
 
 class Simulation(Moment):
@@ -390,6 +404,52 @@ class Simulation(Moment):
             rows, new = arguments.read_insertion(self._engine, position, velocity, size, mass, kind, shape)
             self._engine.carry_out(INSERTED, rows, new)
         return int(rows["body"][0])
+
+    @answering
+    def insert_many(
+        self,
+        positions: npt.ArrayLike,
+        velocities: npt.ArrayLike = (0.0, 0.0),
+        radius: npt.ArrayLike | None = None,
+        mass: npt.ArrayLike = 1.0,
+        kind: Kind | Sequence[Kind] | None = None,
+        shape: Shape | int | Sequence[Shape | int] | None = None,
+    ) -> Inserted:
+        """Inserts bodies now, one after the other, as ``insert`` does: those that have room.
+
+        (n, 2) positions; velocities, (n, 2), or one for all; the others one for all, or a sequence of n. A
+        body without room is left out, and ``Inserted`` says why; it may have none because of a body of this
+        call. The structure of a broad phase is built again once at most. A call that raises leaves
+        everything unchanged.
+
+        Raises:
+            ValueError: a scene would refuse a number, or a speed is too fast for the clock; it names the
+                body by its place in the call.
+            Refused: the broad phase does not accept a scene with them.
+            TypeError: there is neither radius nor shape.
+            BusyError: as ``set_velocities``.
+        """
+        if radius is None and shape is None:
+            raise TypeError("insert_many() needs the radius of the bodies that come, or their shapes")
+        each = {"radius": radius, "mass": mass, "kind": kind, "shape": shape}
+        with self._alone("take bodies in"):
+            engine, reasons = self._engine, dict[int, Exception]()
+            rows, new = arguments.read_insertions(engine, positions, velocities, each)
+            if engine.waits_for_nobody and not new:
+                reasons.update(engine.insert_those_with_room(rows))
+            else:  # a command of the scene comes first, or the table of shapes gets more
+                for at in range(len(rows)):
+                    row = rows[at : at + 1]
+                    own = {name: arguments.column(name, given, len(rows))[at] for name, given in each.items()}
+                    place, flies = (row["x"][0], row["y"][0]), (row["vx"][0], row["vy"][0])
+                    try:
+                        row["body"] = self.insert(place, flies, **own)
+                    except ValueError as error:  # no room, or beyond a wall
+                        reasons[at] = error
+            refused = np.zeros(len(rows), dtype=np.bool_)
+            refused[[*reasons]] = True
+            numbers = np.where(refused, NOBODY, rows["body"]).astype(np.int64)
+            return Inserted(numbers, refused, reasons)
 
     def remove(self, body: int) -> None:
         """Removes a body now, with its scheduled events.

@@ -77,8 +77,29 @@ def has_vacancy(k: Kernel, command: Records) -> bool:
 
 
 @template
-def blocked_by(k: Kernel, command: Records) -> int:
-    """Return the slot of the eldest body, or the wall, that an inserted body would overlap; or FREE."""
+def reaches_into(
+    k: Kernel, command: Records, dx: float, dy: float, other: Records, mass: float, kind: int
+) -> bool:
+    """Whether an inserted body would overlap another one, a body's record or a command's, whose place is
+    (dx, dy) away."""
+    clock = k.clock[0]
+    if PASSING and k.rules[row_of(clock.kinds, kind, command.kind)].response == PASS:
+        return False
+    if PERIODIC:  # of its images the nearest
+        dx = near_zero(dx, clock.torus.x)
+        dy = near_zero(dy, clock.torus.y)
+    radius = command.radius
+    if SHAPED:
+        apart = gap(k, command.form, other.form, dx, dy)
+        meets = not (math.isinf(command.mass) and math.isinf(mass))
+        return bool(meets and apart < -(ROOM * (radius + other.radius)))
+    reach = (radius + other.radius) - ROOM * (radius + other.radius)
+    return bool(dx * dx + dy * dy < reach * reach)
+
+
+@template
+def wall_beyond(k: Kernel, command: Records) -> int:
+    """Return the wall beyond which an inserted body would reach, or FREE."""
     clock = k.clock[0]
     limits = clock.limits
     torus = clock.torus
@@ -104,33 +125,34 @@ def blocked_by(k: Kernel, command: Records) -> int:
                 return BOTTOM
             if limits.height - y < up - allowed:
                 return TOP
+    return FREE
+
+
+@template
+def as_anchored(k: Kernel, x: float, y: float) -> tuple[float, float]:
+    """Return a place as a plan that is anchored has it."""
+    torus = k.clock[0].torus
     if PERIODIC:
-        x = near_zero(x, torus.x)
-        y = near_zero(y, torus.y)
-    found = FREE
-    for other in range(clock.bodies):
-        solid = is_there(k, other)
-        if PASSING and solid:
-            solid = k.rules[row_of(clock.kinds, k.traits[other].kind, command.kind)].response != PASS
-        if solid:
+        return near_zero(x, torus.x), near_zero(y, torus.y)
+    return x, y
+
+
+@template
+def blocked_by(k: Kernel, command: Records) -> int:
+    """Return the slot of the eldest body, or the wall, that an inserted body would overlap; or FREE."""
+    found = wall_beyond(k, command)
+    if found != FREE:
+        return found
+    x, y = as_anchored(k, command.x, command.y)
+    for other in range(k.clock[0].bodies):
+        if is_there(k, other):
             body = k.bodies[other]
             there_x, there_y = position_at(k, body, command.tick)
-            if PERIODIC:  # as anchored there, and of its images the nearest
-                there_x = near_zero(there_x, torus.x)
-                there_y = near_zero(there_y, torus.y)
-            dx = there_x - x
-            dy = there_y - y
-            if PERIODIC:
-                dx = near_zero(dx, torus.x)
-                dy = near_zero(dy, torus.y)
-            if SHAPED:
-                apart = gap(k, command.form, body.form, dx, dy)
-                meets = not (math.isinf(command.mass) and math.isinf(k.mass[other]))
-                overlaps = meets and apart < -(ROOM * (radius + body.radius))
-            else:
-                reach = (radius + body.radius) - ROOM * (radius + body.radius)
-                overlaps = dx * dx + dy * dy < reach * reach
-            if overlaps:
+            there_x, there_y = as_anchored(k, there_x, there_y)
+            kind = 0
+            if PASSING:
+                kind = k.traits[other].kind
+            if reaches_into(k, command, there_x - x, there_y - y, body, k.mass[other], kind):
                 found = other if found < 0 else elder(k, found, other)
     return found
 

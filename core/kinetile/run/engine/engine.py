@@ -24,10 +24,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import PhaseError, Refused, ZenoError
+from kinetile.errors import NoRoom, PhaseError, Refused, ZenoError
 from kinetile.kernel.certificates.wall import inside_arena
 from kinetile.kernel.clock import SPAN, TICKS, Clock
-from kinetile.kernel.compiled import INTERPRETED, NotCompiled, compose, make_ready
+from kinetile.kernel.compiled import INTERPRETED, NotCompiled, compose, make_ready, python_of
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
 from kinetile.kernel.loop import (
@@ -41,7 +41,8 @@ from kinetile.kernel.loop import (
     NO_ROOM,
     TIME_REACHED,
 )
-from kinetile.kernel.loop.commands import LONG_AGO
+from kinetile.kernel.loop.bookkeeping import log_is_full
+from kinetile.kernel.loop.commands import FREE, LONG_AGO
 from kinetile.kernel.loop.responses import begin_at_start
 from kinetile.kernel.passings import MOST_IMAGES
 from kinetile.kernel.skin import Skin, too_thick
@@ -64,7 +65,7 @@ from kinetile.run.engine import layout, spans
 from kinetile.run.engine.agenda import Agenda, Command, Rows, due, squares_of, to_the_front
 from kinetile.run.engine.bounds import MOST_FLOWN, NO_SKIN, Bounds, fastest, squares_of_bodies
 from kinetile.run.engine.contents import RunState, contents_of, numbers_of
-from kinetile.run.engine.failures import blocked, demand_room, failure
+from kinetile.run.engine.failures import blocked, blockers_of, failure
 from kinetile.run.engine.fields import Tables
 from kinetile.run.engine.ledger import Ledger
 from kinetile.run.interrupts import Interruptible, Unbroken
@@ -74,6 +75,9 @@ from kinetile.scene.shapes import Shape
 from kinetile.toolbox.reach import SPANS, extent_of
 
 UNLIMITED = 2**62
+NONE_BEHIND = 2**62
+"""While commands of the scene run, one at a time."""
+
 MOST_UNITS = 2**62
 """Units of the clock that a run with bodies can have: contacts have them in 64 bits."""
 
@@ -145,6 +149,7 @@ class Engine(Tables):
         self.numbers = numbers_of(scene, self.history)
         self._requested = state.requested
         self._ready = False
+        self._behind = NONE_BEHIND
         self._budget = FIRST_BUDGET
         self._overlapping = state.overlapping
         tables = layout.tables_of(state.contents, self.numbers, composition, self.clock.unit)
@@ -260,7 +265,7 @@ class Engine(Tables):
             raise failure(self.k, self.composition, self.clock.time(self.now))
         if reason == BLOCKED:
             command = self.k.commands.view(np.ndarray)[self.fields.lists.command[0]]
-            raise blocked(self.k, self.clock, command, int(self.fields.fault.b[0]))
+            raise blocked(self.k, self.clock, command.copy(), int(self.fields.fault.b[0]))
         if reason == NO_ROOM:
             self._grow_pairs()
         elif reason == FASTER:
@@ -438,11 +443,14 @@ class Engine(Tables):
         """Prepares the phases again for an insertion or removal; returns whether the command has still to
         run."""
         k, composition = self.k, self.composition
+        first, many = int(k.clock[0].lists.command), max(self._waiting - self._behind, 1)
         if composition.living:
-            command = k.commands[int(k.clock[0].lists.command)]
-            self._go_on_with(layout.renewed(k, self.scene, composition, command))
+            coming = k.commands[first : first + many]
+            self._go_on_with(layout.renewed(k, self.scene, composition, coming))
         else:
-            self._go_on_with(layout.carried_out(k, self.scene, composition))
+            if composition.passing or python_of(log_is_full)(k, many):
+                many = 1
+            self._go_on_with(layout.carried_out(k, self.scene, composition, many))
         return composition.living
 
     def _number(self, numbers: int) -> None:
@@ -498,8 +506,10 @@ class Engine(Tables):
         if faster:
             self.bounds_for(2.0 * needed)  # a refusal must come here: nothing has changed yet
         others_first = due(self.k, self.fields, self.met_now) > 0  # of the scene, which stopped before them
-        if inserts and not others_first and not shapes:
-            demand_room(self.k, self.composition, self.walled, self.clock, rows)
+        if inserts and len(rows) == 1 and not others_first and not shapes:
+            (blocker,) = blockers_of(self.k, self.composition, self.walled, rows).tolist()
+            if blocker != FREE:
+                raise blocked(self.k, self.clock, rows[0], blocker)
         # From here on a command is refused only if tables are laid out again, or other commands come first:
         # in these cases a copy of the tables is kept, to go back to.
         plain = not (faster or others_first or shapes) and self._has_place_for(code, rows, wanted)
@@ -515,25 +525,51 @@ class Engine(Tables):
             if faster:
                 self.lay_out(2.0 * needed)
             if inserts:
-                self._number(self.numbers + 1)
+                self._number(self.numbers + len(rows))
             with self.ledger.put_aside():
                 if others_first:
                     with suppress(Refused):  # of an insertion without room: this command comes before it
                         self._run_commands()
                 rows["after"] = self.met_now
                 rows["overtakes"] = due(self.k, self.fields, self.met_now)
-                waiting = self._waiting
+                self._behind = self._waiting
                 self.k = to_the_front(self.k, self.fields, rows)
                 try:
                     self._run_commands()
                 except Refused:
-                    if self._waiting > waiting:
+                    if self._waiting > self._behind:
                         raise
+                finally:
+                    self._behind = NONE_BEHIND
             if inserts:
-                self.numbers += 1
+                self.numbers += len(rows)
             if code == REMOVED:
                 self.agenda.cancel(self.k, self.fields, int(rows["body"][0]))
             self.history = self.history.with_rows(rows, self.clock.base)
+
+    def insert_those_with_room(self, rows: Rows) -> dict[int, Refused]:
+        """Inserts bodies now, one after the other, and numbers them; returns which have no room, and why.
+
+        Raises Refused, with nothing changed, as ``carry_out`` does. Before: no command of the scene is due.
+        """
+        found = blockers_of(self.k, self.composition, self.walled, rows)
+        free = found == FREE
+        rows["body"] = self.numbers + np.cumsum(free) - free
+        reasons: dict[int, Refused] = {}
+        for at in np.flatnonzero(~free).tolist():
+            among = FREE - 1 - int(found[at])
+            if among >= 0:
+                into = int(rows["body"][among])
+                reasons[at] = NoRoom(f"there is no room: it reaches into body {into}, inserted with it")
+            else:
+                reasons[at] = blocked(self.k, self.clock, rows[at], int(found[at]))
+        self.carry_out(INSERTED, rows[free])
+        return reasons
+
+    @property
+    def waits_for_nobody(self) -> bool:
+        """Whether no command of the scene comes before one that is given now."""
+        return due(self.k, self.fields, self.met_now) == 0
 
     def _bounds_with(self, rows: Rows, inserts: bool) -> tuple[Bounds, float]:
         """Returns the bounds with the energy of commands, and the largest speed of a body then."""
@@ -568,11 +604,11 @@ class Engine(Tables):
             return False
         if code != INSERTED:
             return True
-        fields, radius = self.fields, float(rows["radius"][0])
-        vacant = fields.lists.vacant[0] >= 0 or fields.bodies[0] < len(self.k.bodies)
+        fields, least, widest = self.fields, rows["radius"].min(), rows["radius"].max()
+        vacant = int(self.k.clock[0].present) + len(rows) <= len(self.k.bodies)
         if len(self.k.forms):
             vacant = vacant and self.k.forms.view(np.ndarray)["fits"][rows["form"]].all()
-        return bool(vacant and fields.limits.least[0] <= radius <= fields.limits.widest[0])
+        return bool(vacant and fields.limits.least[0] <= least and widest <= fields.limits.widest[0])
 
     # Spans of the clock
 

@@ -10,21 +10,24 @@ import math
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from kinetile.errors import (
     KinetileError,
     MissedContactError,
+    NoRoom,
     PhaseError,
     Refused,
     StalledError,
     ZenoError,
 )
 from kinetile.kernel import tables
-from kinetile.kernel.clock import Clock
+from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.flight import position_at
 from kinetile.kernel.log import WALLS
-from kinetile.kernel.loop.commands import FREE, blocked_by
-from kinetile.kernel.tables import Kernel, Records
+from kinetile.kernel.loop.commands import FREE, as_anchored, reaches_into, wall_beyond
+from kinetile.kernel.tables import Kernel, Records, elder, is_there
 from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition
 from kinetile.run.engine.agenda import Rows
@@ -106,23 +109,30 @@ def _narrow_phases(composition: Composition) -> str:
 
 def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
     """Returns the error for an inserted body without room: the body or wall that it would
-    reach into (``blocker``, a slot or a wall's code), and how deep."""
-    row, number = k.clock.view(np.ndarray)[0], int(command["body"])
-    tick, x, y, radius = (command[name].item() for name in ("tick", "x", "y", "radius"))
-    if blocker < 0:
-        said = f"it reaches beyond the {WALLS[blocker]} wall"
-    elif len(k.forms):
-        said = f"it reaches into body {int(k.queue.view(np.ndarray)[blocker]['number'])}"
-    else:
-        other = k.bodies.view(np.ndarray)[blocker]
-        elapsed = (tick - int(other["anchor"])) * row["tick"].item()
-        apart = np.array([[other["x"] + other["vx"] * elapsed - x, other["y"] + other["vy"] * elapsed - y]])
-        (apart,) = nearest_image(apart, (row["torus"]["x"].item(), row["torus"]["y"].item()))
-        deep = radius + other["radius"].item() - math.hypot(*apart.tolist())
-        said = f"it reaches {deep:.6g} into body {int(k.queue.view(np.ndarray)[blocker]['number'])}"
-    size = "" if len(k.forms) else f" with radius {radius!r}"
-    place, when = f"at ({x!r}, {y!r}){size}", f"at time {clock.time(tick)!r}"
-    return Refused(f"{when} there is no room for body {number} {place}: {said}; nothing has changed")
+    reach into (``blocker``, a slot or a wall's code), and how deep. Its text is made when it is read: a game
+    refuses hundreds a second."""
+    ticks = clock.total(int(command["tick"]))
+    who, other = (
+        (k.queue.number[blocker], k.bodies.view(np.ndarray)[blocker].copy()) if blocker >= 0 else (0, None)
+    )
+
+    def text() -> str:
+        x, y, radius = (command[name].item() for name in ("x", "y", "radius"))
+        said = f"it reaches into body {who}"
+        if other is None:
+            said = f"it reaches beyond the {WALLS[blocker]} wall"
+        elif not len(k.forms):
+            elapsed = float(command["tick"] - other["anchor"]) * clock.unit / TICKS
+            apart = [[other["x"] + other["vx"] * elapsed - x, other["y"] + other["vy"] * elapsed - y]]
+            torus = k.clock[0].torus
+            (away,) = nearest_image(np.array(apart), (float(torus.x), float(torus.y)))
+            deep = radius + other["radius"].item() - math.hypot(*away.tolist())
+            said = f"it reaches {deep:.6g} into body {who}"
+        place = f"at ({x!r}, {y!r})" + ("" if len(k.forms) else f" with radius {radius!r}")
+        when, number = clock.moment(ticks)[0], int(command["body"])
+        return f"at time {when!r} there is no room for body {number} {place}: {said}; nothing has changed"
+
+    return NoRoom(text)
 
 
 def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
@@ -135,20 +145,49 @@ def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
     return f"left its fault {which} ({a}, {b}), and its parts have {has}"
 
 
-def demand_room(k: Kernel, composition: Composition, walls: bool, clock: Clock, rows: Rows) -> None:
-    """Raises Refused if the body that the first of some commands inserts would reach into another, or
-    beyond a wall. The loop would find the same, but only after a copy of all tables."""
+def blockers_of(k: Kernel, composition: Composition, walls: bool, rows: Rows) -> npt.NDArray[np.int64]:
+    """Returns for each body that commands insert, one after the other, the slot or the wall that it would
+    reach into, FREE, or FREE - 1 - i for the i-th of these commands. The loop would find the same, but only
+    after a copy of all tables."""
     periodic = bool(composition.prepared.periodic)
     parts = {"WALLS": walls, "PASSING": composition.passing, "PERIODIC": periodic, **composition.of_shapes}
-    blocker = compose(find_blocker, parts, "room", Kernel)(k, rows.view(np.recarray))
-    if blocker != FREE:
-        raise blocked(k, clock, rows[0], int(blocker))
+    found = np.empty(len(rows), dtype=np.int64)
+    compose(find_blockers, parts, "room", Kernel)(k, rows.view(np.recarray), found)
+    return found
 
 
-def find_blocker(k: Kernel, commands: Records) -> int:
-    """Returns the slot or the wall that a body which a command inserts would reach into, or FREE; a
-    template, as ``kernel.loop`` has."""
-    return int(blocked_by(disowned(k), commands[0]))
+PASSING = False
+
+
+def find_blockers(k: Kernel, commands: Records, found: Any) -> None:
+    """Writes the blockers of commands of one tick; a template, as ``kernel.loop`` has. Each body is placed
+    once: 64 insertions into 1,000 bodies take a third of the time of one after the other."""
+    k = disowned(k)
+    for i in range(len(commands)):
+        found[i] = wall_beyond(k, commands[i])
+    for other in range(k.clock[0].bodies):
+        if is_there(k, other):
+            body = k.bodies[other]
+            there_x, there_y = position_at(k, body, commands[0].tick)
+            there_x, there_y = as_anchored(k, there_x, there_y)
+            kind = 0
+            if PASSING:
+                kind = k.traits[other].kind
+            for i in range(len(commands)):
+                command = commands[i]
+                x, y = as_anchored(k, command.x, command.y)
+                open_yet = found[i] == FREE or found[i] >= 0
+                if open_yet and reaches_into(k, command, there_x - x, there_y - y, body, k.mass[other], kind):
+                    found[i] = other if found[i] < 0 else elder(k, found[i], other)
+    for i in range(len(commands)):
+        command = commands[i]
+        x, y = as_anchored(k, command.x, command.y)
+        for j in range(i):
+            new = commands[j]
+            if found[i] == FREE and found[j] == FREE:
+                new_x, new_y = as_anchored(k, new.x, new.y)
+                if reaches_into(k, command, new_x - x, new_y - y, new, new.mass, new.kind):
+                    found[i] = FREE - 1 - j
 
 
 collide = to_be_filled_in

@@ -218,29 +218,31 @@ class Renewed(NamedTuple):
 def renewed(
     k: Kernel, scene: Scene, composition: Composition, coming: Records | None = None, roomy: bool = False
 ) -> Renewed:
-    """Prepares the phases for the present bodies, and for one that a command inserts, if given;
+    """Prepares the phases for the present bodies, and for those that commands insert, if given;
     with twice as many slots if they are all taken, or if ``roomy``.
 
     Raises Refused if a phase does not accept that.
     """
     contents, slots = contents_of(k), len(k.bodies)
-    full = coming is not None and len(contents.plans) == slots
-    capacity = max(2 * slots, LEAST) if roomy or full else slots
+    needed = len(contents.plans) + (0 if coming is None else len(coming))
+    capacity = max(2 * slots, needed, LEAST) if roomy or needed > slots else slots
     return _renewed(k, contents, scene, composition.prepared_for(standing(contents, scene, capacity, coming)))
 
 
-def carried_out(k: Kernel, scene: Scene, composition: Composition) -> Renewed:
-    """Runs the next command, an insertion or removal, and prepares the phases for the bodies
-    after it.
+def carried_out(k: Kernel, scene: Scene, composition: Composition, many: int) -> Renewed:
+    """Runs the next commands, one insertion or removal, or ``many`` insertions that have room in the log, and
+    prepares the phases for the bodies after them.
 
     Raises Refused if a phase does not accept that.
     """
-    command = k.commands[int(k.clock[0].lists.command)]
-    if int(command.code) == INSERTED:
+    first = int(k.clock[0].lists.command)
+    commands = k.commands[first : first + many]
+    if int(commands[0].code) == INSERTED:
         contents = contents_of(k)
-        composition = composition.prepared_for(standing(contents, scene, 0, command))
-        new = _renewed(k, contents, scene, composition)  # with an empty slot
-        composition.obeying()(new.k, composition.broad.state)
+        composition = composition.prepared_for(standing(contents, scene, 0, commands))
+        new = _renewed(k, contents, scene, composition)  # with empty slots
+        for _ in commands:
+            composition.obeying()(new.k, composition.broad.state)
         return new
     aside = Kernel(*(table.copy() for table in k))._replace(met=k.met, log=k.log)
     composition.obeying()(aside, composition.broad.state)

@@ -1,0 +1,109 @@
+"""Many bodies inserted by one call: as the same insertions one after the other, of which some have no room."""
+
+from __future__ import annotations
+
+import pickle
+import random
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from capabilities import BY_NAME, Game
+from kinetile.errors import NoRoom
+from lanes import first
+
+PHASES = ("cells", "sap-1d", "sweep-tiling", "naive", "sap-2d")
+SCENES = (("discs",), ("pass",), ("periodic xy",), ("shapes",), ("radii of many sizes", "periodic x"))
+
+
+def batch(seed: int, names: tuple[str, ...]):
+    """Return positions, velocities and the rest of a batch that is drawn: some of them reach into others, into
+    walls, or into bodies that are there."""
+    rng, draft = random.Random(seed), Game(*names).draft
+    many = rng.choice((1, 5, 12, 80))
+    places = [(rng.randrange(1, 48) / 8, rng.randrange(1, 48) / 8) for _ in range(many)]
+    speeds = [(rng.randrange(-4, 5) / 2, rng.randrange(-4, 5) / 2) for _ in range(many)]
+    rest = {"mass": [rng.choice((1.0, 2.0)) for _ in range(many)]}
+    if draft.shaped:
+        rest["shape"] = [draft.form(rng.randrange(7)) for _ in range(many)]
+    else:
+        rest["radius"] = [rng.choice((0.25, 0.125, 0.0625)) for _ in range(many)]
+    if draft.rules:
+        rest["kind"] = [rng.choice("ab") for _ in range(many)]
+    return places, speeds, rest
+
+
+@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("names", SCENES)
+@pytest.mark.parametrize("seed", first(2, range(8)))
+def test_a_batch_is_its_insertions_one_after_the_other(names, phase, seed):
+    game = Game(*names)
+    if phase == "sweep-tiling" and {*names} & {"pass", "periodic xy", "shapes"}:
+        phase = "cells"
+    together, apart = (kt.Simulation(game.scene, phase, live=True) for _ in range(2))
+    together.run(0.5), apart.run(0.5)
+    places, speeds, rest = batch(seed, names)
+    numbers, said = [], {}
+    for at, (place, speed) in enumerate(zip(places, speeds, strict=True)):
+        try:
+            numbers.append(apart.insert(place, speed, **{name: given[at] for name, given in rest.items()}))
+        except ValueError as error:
+            numbers.append(-1)
+            said[at] = str(error)
+    found = together.insert_many(places, speeds, **rest)
+    assert found.numbers.tolist() == numbers
+    assert found.refused.tolist() == [number < 0 for number in numbers]
+    assert {*found.reasons} == {*said}
+    together.audit()
+    together.run(1.5), apart.run(1.5)
+    assert together.fingerprint == apart.fingerprint
+    replayed = kt.Simulation(together.recorded(), "sap-1d")
+    replayed.run()
+    assert replayed.fingerprint == together.fingerprint
+
+
+def test_reasons_are_sentences_that_name_what_is_in_the_way():
+    sim = kt.Simulation(kt.Scene([[2.0, 2.0]], [[0.0, 0.0]], 0.5, arena=(4.0, 4.0)), "cells", live=True)
+    found = sim.insert_many([(2.5, 2.0), (3.9, 1.0), (1.0, 1.0), (1.25, 1.0)], radius=0.25)
+    assert found.numbers.tolist() == [-1, -1, 1, -1]
+    assert [str(error) for error in found.reasons.values()] == [
+        "at time 0.0 there is no room for body 1 at (2.5, 2.0) with radius 0.25: it reaches 0.25 into body 0; "
+        "nothing has changed",
+        "at time 0.0 there is no room for body 1 at (3.9, 1.0) with radius 0.25: it reaches beyond the right "
+        "wall; nothing has changed",
+        "there is no room: it reaches into body 1, inserted with it",
+    ]
+
+
+def test_a_reason_is_of_its_moment_when_it_is_read_later_and_elsewhere():
+    sim = kt.Simulation(kt.Scene([[2.0, 2.0]], [[1.0, 0.0]], 0.5, arena=(4.0, 4.0)), "naive", live=True)
+    with pytest.raises(NoRoom) as caught:
+        sim.insert((2.5, 2.0), radius=0.25)
+    sim.run(1.0)
+    assert "at time 0.0 there is no room for body 1" in str(caught.value)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"radius": [0.1, 0.1, -1.0]}, "body 2 of 3: this body cannot come: radius is -1.0"),
+        ({"radius": 0.1, "mass": [1.0, float("nan"), 1.0]}, "body 1 of 3: .*mass is nan"),
+        ({"radius": [0.1, 0.1]}, "radius has 2 values; expected one, or one for each of 3 bodies"),
+        ({"radius": 0.1, "kind": "stone"}, "body 0 of 3: .*stone"),
+        ({"radius": 0.1, "velocities": [[0, 0], [0, np.inf], [0, 0]]}, "body 1 of 3: .*velocity is"),
+        ({"radius": 0.1, "velocities": [[0, 0], [0, 1]]}, r"insert_many takes positions, \(n, 2\)"),
+    ],
+)
+def test_a_wrong_value_raises_before_anything_changes(given, said):
+    sim = kt.Simulation(kt.make_scene("grid", bodies=4, density=0.1), "cells", live=True)
+    before = sim.snapshot()
+    with pytest.raises(ValueError, match=said):
+        sim.insert_many([(0.1, 0.1), (0.2, 0.2), (0.3, 0.3)], **given)
+    assert sim.snapshot() == before
+    assert not sim.insert_many([], radius=0.1).refused.any()
+
+
+def test_scenes_of_the_batch_are_those_of_the_matrix():
+    assert {name for names in SCENES for name in names} <= {*BY_NAME}
