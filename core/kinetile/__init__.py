@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from kinetile.run.questions.meetings import NextContact as NextContact
     from kinetile.run.questions.places import RayHit as RayHit
     from kinetile.run.saving.snapshot import Snapshot as Snapshot
+    from kinetile.run.simulation import Inserted as Inserted
     from kinetile.run.simulation import Progress as Progress
     from kinetile.run.simulation import Simulation as Simulation
     from kinetile.run.simulation import resume as resume
@@ -77,7 +78,7 @@ _HOME = {
         "run.questions.meetings": "CastHit NextContact",
         "run.questions.places": "RayHit",
         "run.saving.snapshot": "Snapshot",
-        "run.simulation": "Progress Simulation resume",
+        "run.simulation": "Inserted Progress Simulation resume",
         "scene": "Insert Remove Response Scene Settings Turn",
         "scene.by_name": "make_scene",
         "scene.files": "load_scene save_scene",

@@ -108,12 +108,11 @@ class Game:
         """A crate becomes eight pieces, as far as there is room for them."""
         place = self.sim.positions()[self.sim.bodies == crate][0]
         self.sim.remove(crate)
-        for way, shape in zip(AROUND, PIECES * 4, strict=True):
-            with suppress(Refused):
-                flies = 3.0 * direction(rng)
-                piece = self.sim.insert(place + way, flies, shape=shape, mass=0.125, kind="debris")
-                self.debris[piece] = self.counts["frames"] + 60
-                self.counts["pieces"] += 1
+        flies = [3.0 * direction(rng) for _ in AROUND]
+        made = self.sim.insert_many(place + AROUND, flies, shape=PIECES * 4, mass=0.125, kind="debris")
+        pieces = made.numbers[~made.refused].tolist()
+        self.debris |= dict.fromkeys(pieces, self.counts["frames"] + 60)
+        self.counts["pieces"] += len(pieces)
 
     def rewind(self) -> None:
         """Goes back by twenty frames."""

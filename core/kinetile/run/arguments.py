@@ -277,8 +277,7 @@ def read_insertion(
         )
     insertion = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind, shape)  # type: ignore[arg-type]
     scene, mistakes = engine.scene, list[Mistake]()
-    checked = scene.arena is not None and (whole or scene.periodic != "")
-    extent = Extent(scene.arena, scene.periodic) if checked and scene.arena is not None else None
+    extent = None if scene.arena is None else Extent(scene.arena, scene.periodic, whole)
     has = shape_of(insertion, "", scene.shapes, mistakes)
     if has is not None and not scene.shapes and not has.is_disc:
         raise ValueError(

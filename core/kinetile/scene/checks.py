@@ -166,10 +166,12 @@ def check_frame(arena: object, start: Any, until: Any) -> list[Mistake]:
 
 
 class Extent(NamedTuple):
-    """An arena, (width, height), and the axes along which it is periodic: "", "x", "y" or "xy"."""
+    """An arena, (width, height), the axes along which it is periodic: "", "x", "y" or "xy"; and whether bodies
+    have to be within its walls."""
 
     sides: tuple[float, float]
     periodic: str
+    walled: bool = True
 
     @property
     def periods(self) -> tuple[float, float]:

@@ -200,7 +200,7 @@ def _check_body(command: Any, where: str, extent: Extent | None) -> list[Mistake
             if period and not (wide * r < period and abs(place) <= FARTHEST * period):
                 mistakes.append(Mistake(where, shown(command), narrow))
                 break
-            if not period and not low - allowed <= place <= side - (high - allowed):
+            if extent.walled and not period and not low - allowed <= place <= side - (high - allowed):
                 what = "disc" if shape is None else "body"
                 expected = (
                     f"the whole {what} inside the arena, [0, {extent.sides[0]!r}] x [0, {extent.sides[1]!r}]"

@@ -1,4 +1,4 @@
-"""Many bodies inserted by one call: as the same insertions one after the other, of which some have no room."""
+"""Many bodies inserted at once: as the same insertions one after the other, some of which have no room."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ SCENES = (("discs",), ("pass",), ("periodic xy",), ("shapes",), ("radii of many 
 
 
 def batch(seed: int, names: tuple[str, ...]):
-    """Return positions, velocities and the rest of a batch that is drawn: some of them reach into others, into
-    walls, or into bodies that are there."""
+    """Return positions, velocities and the rest of a drawn batch: some reach into others, into walls, or into
+    bodies that are there."""
     rng, draft = random.Random(seed), Game(*names).draft
-    many = rng.choice((1, 5, 12, 80))
+    many = (6, 80, 1, 12)[seed % 4]  # 80: more than there are slots for
     places = [(rng.randrange(1, 48) / 8, rng.randrange(1, 48) / 8) for _ in range(many)]
     speeds = [(rng.randrange(-4, 5) / 2, rng.randrange(-4, 5) / 2) for _ in range(many)]
     rest = {"mass": [rng.choice((1.0, 2.0)) for _ in range(many)]}
@@ -36,7 +36,7 @@ def batch(seed: int, names: tuple[str, ...]):
 
 @pytest.mark.parametrize("phase", PHASES)
 @pytest.mark.parametrize("names", SCENES)
-@pytest.mark.parametrize("seed", first(2, range(8)))
+@pytest.mark.parametrize("seed", first(1, range(8)))
 def test_a_batch_is_its_insertions_one_after_the_other(names, phase, seed):
     game = Game(*names)
     if phase == "sweep-tiling" and {*names} & {"pass", "periodic xy", "shapes"}:
@@ -56,7 +56,7 @@ def test_a_batch_is_its_insertions_one_after_the_other(names, phase, seed):
     assert found.refused.tolist() == [number < 0 for number in numbers]
     assert {*found.reasons} == {*said}
     together.audit()
-    together.run(1.5), apart.run(1.5)
+    together.run(1.0), apart.run(1.0)
     assert together.fingerprint == apart.fingerprint
     replayed = kt.Simulation(together.recorded(), "sap-1d")
     replayed.run()
@@ -68,8 +68,8 @@ def test_reasons_are_sentences_that_name_what_is_in_the_way():
     found = sim.insert_many([(2.5, 2.0), (3.9, 1.0), (1.0, 1.0), (1.25, 1.0)], radius=0.25)
     assert found.numbers.tolist() == [-1, -1, 1, -1]
     assert [str(error) for error in found.reasons.values()] == [
-        "at time 0.0 there is no room for body 1 at (2.5, 2.0) with radius 0.25: it reaches 0.25 into body 0; "
-        "nothing has changed",
+        "at time 0.0 there is no room for body 1 at (2.5, 2.0) with radius 0.25: it reaches 0.25 into body "
+        "0; nothing has changed",
         "at time 0.0 there is no room for body 1 at (3.9, 1.0) with radius 0.25: it reaches beyond the right "
         "wall; nothing has changed",
         "there is no room: it reaches into body 1, inserted with it",

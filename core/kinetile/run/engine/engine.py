@@ -552,6 +552,8 @@ class Engine(Tables):
 
         Raises Refused, with nothing changed, as ``carry_out`` does. Before: no command of the scene is due.
         """
+        if not len(rows):
+            return {}
         found = blockers_of(self.k, self.composition, self.walled, rows)
         free = found == FREE
         rows["body"] = self.numbers + np.cumsum(free) - free
