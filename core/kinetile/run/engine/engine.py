@@ -501,15 +501,15 @@ class Engine(Tables):
             return
         inserts = code == INSERTED
         wanted = Commands.TURNS if code == TURNED else Commands.ALL
-        bounds, needed = self._bounds_with(rows, inserts)
-        faster = needed > self.speed
-        if faster:
-            self.bounds_for(2.0 * needed)  # a refusal must come here: nothing has changed yet
         others_first = due(self.k, self.fields, self.met_now) > 0  # of the scene, which stopped before them
         if inserts and len(rows) == 1 and not others_first and not shapes:
             (blocker,) = blockers_of(self.k, self.composition, self.walled, rows).tolist()
             if blocker != FREE:
                 raise blocked(self.k, self.clock, rows[0], blocker)
+        bounds, needed = self._bounds_with(rows, inserts)
+        faster = needed > self.speed
+        if faster:
+            self.bounds_for(2.0 * needed)  # a refusal must come here: nothing has changed yet
         # From here on a command is refused only if tables are laid out again, or other commands come first:
         # in these cases a copy of the tables is kept, to go back to.
         plain = not (faster or others_first or shapes) and self._has_place_for(code, rows, wanted)
