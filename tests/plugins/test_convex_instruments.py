@@ -9,7 +9,6 @@ import pytest
 import kinetile as kt
 from command_line import kinetile, refused
 from kinetile.errors import Refused
-from kinetile.records.frames import frames_of, write_frames
 from kinetile_accuracy import certify_log, oracle_contacts
 from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_accuracy.stepped.engines import run_engine
@@ -81,16 +80,6 @@ def test_the_oracle_and_engines_of_discs_refuse_boxes_and_the_certifier_follows_
     assert certify_log(scene, sim.contacts, 3.0).right
     said = explain_difference(scene, {"cells": sim.contacts, "none": sim.contacts[:0]}, 0)
     assert "cells is right there; none is wrong in contact 0" in said
-
-
-def test_a_file_of_frames_is_refused_and_nothing_is_written(tmp_path):
-    sim = kt.Simulation(bodies(), "cells")
-    with pytest.raises(Refused, match="has a radius for each body"):
-        write_frames(tmp_path / "run.xyz", sim.scene, frames_of(sim, [0.0]))
-    kt.save_scene(bodies(), tmp_path / "boxes.toml")
-    said = refused("export", tmp_path / "boxes.toml", "--to", tmp_path / "run.xyz")
-    assert "--events" in said
-    assert not (tmp_path / "run.xyz").exists()
 
 
 def test_an_event_file_keeps_the_shapes_and_goes_on(tmp_path):

@@ -166,7 +166,7 @@ def check_frame(arena: object, start: Any, until: Any) -> list[Mistake]:
 
 
 class Extent(NamedTuple):
-    """An arena, (width, height), the axes along which it is periodic, "", "x", "y" or "xy", and whether bodies
+    """An arena, (width, height), its periodic axes, "", "x", "y" or "xy", and whether bodies
     have to be within its walls."""
 
     sides: tuple[float, float]

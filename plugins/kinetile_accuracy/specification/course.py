@@ -26,9 +26,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from kinetile import Shape
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
 from kinetile.scene import Insert, Remove, Turn
-from kinetile.scene.shapes import Shape
 from kinetile_accuracy.specification.answers import Answers
 from kinetile_accuracy.specification.arithmetic import (
     BEAT,

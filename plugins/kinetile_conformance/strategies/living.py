@@ -37,10 +37,10 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
+from kinetile import Shape
 from kinetile.errors import KinetileError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.scene import Response, Scene, Settings, relabelled
-from kinetile.scene.shapes import Shape
 from kinetile_conformance.cases import REFERENCE, Subject, is_living
 from kinetile_conformance.strategies.shapes import SHAPES, scaled, shape_scenes
 from kinetile_conformance.strategies.small import box_scenes, generating, plane_scenes, speeds

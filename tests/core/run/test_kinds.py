@@ -180,7 +180,7 @@ def test_a_scene_of_one_kind_can_be_asked_about_it():
         (
             lambda s: s.insert((5.0, 9.0)),
             TypeError,
-            r"^insert\(\) needs the radius of the body that comes: insert",
+            r"^insert\(\) needs the radius of the body that comes, or its shape: insert",
         ),
         (lambda s: s.insert((5.0, 9.0), (1.0, 0.0), kind="ball"), TypeError, "needs the radius"),
     ],
