@@ -32,6 +32,7 @@ from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.run.flights import SIDES, Flights
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
+from kinetile.scene.bodies import nearest_image
 from kinetile.show.picture import ORDER
 
 MOST_ROWS = 200_000
@@ -200,7 +201,7 @@ class Plans:
         columns["radius"][n:] = np.nan
         columns["mass"][n:] = 1.0
         columns["radius"][:n], columns["mass"][:n], columns["there"][:n] = scene.radius, scene.mass, 1.0
-        columns["x"][:n], columns["y"][:n] = scene.position.T
+        columns["x"][:n], columns["y"][:n] = nearest_image(scene.position, scene.periods).T
         columns["vx"][:n], columns["vy"][:n] = scene.velocity.T
         for each in comers:
             columns["radius"][each.body], columns["mass"][each.body] = each.radius, each.mass
