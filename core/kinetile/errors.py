@@ -35,7 +35,6 @@ __all__ = [
     "StudyError",
     "UnknownName",
     "ZenoError",
-    "answering",
     "key_of",
     "legible",
     "nearest",

@@ -46,6 +46,7 @@ from kinetile.scene import Scene, Turn, relabelled
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
+from kinetile.scene.scene import Radii
 from kinetile.scene.shapes import Shape
 
 Integers = npt.NDArray[np.int64]
@@ -76,7 +77,7 @@ class Inserted(NamedTuple):
         reasons: why, by the place in the call: errors, whose text is made when it is read.
     """
 
-    numbers: Integers
+    numbers: npt.NDArray[np.int64]
     refused: npt.NDArray[np.bool_]
     reasons: Mapping[int, Exception]
 
@@ -410,7 +411,7 @@ class Simulation(Moment):
         self,
         positions: npt.ArrayLike,
         velocities: npt.ArrayLike = (0.0, 0.0),
-        radius: npt.ArrayLike | None = None,
+        radius: Radii = None,
         mass: npt.ArrayLike = 1.0,
         kind: Kind | Sequence[Kind] | None = None,
         shape: Shape | int | Sequence[Shape | int] | None = None,
