@@ -155,7 +155,8 @@ class NoRoom(Refused):
         return f"NoRoom({str(self)!r})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return NoRoom, (str(self),)
+        str(self)  # its text cannot be made elsewhere
+        return super().__reduce__()
 
 
 class ZenoError(KinetileError, RuntimeError):

@@ -35,6 +35,7 @@ RAISED: list[BaseException] = [
     errors.KinetileError("a sentence", 7),
     errors.MissedContactError("missed", **PLACED),
     errors.MissingExtra("Reading event files", "pyarrow", "records"),
+    errors.NoRoom(lambda: "no room"),
     errors.NotJudged("a syntax error"),
     errors.PhaseError("a phase"),
     errors.PluginApiMismatch("2.0"),

@@ -7,7 +7,6 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 from kinetile.cli.files import check_new, file_errors
@@ -81,6 +80,8 @@ def _mean(estimate: Any) -> str:
 
 
 def _blocks(blocks: Any) -> str:
+    import numpy as np  # here: help needs no numbers
+
     fewest, most = np.min(blocks), np.max(blocks)
     return str(most) if fewest == most else f"{fewest} to {most}"
 

@@ -15,7 +15,7 @@ def test_the_room_of_a_run_was_a_hidden_attribute_of_its_scene() -> None:
     room = Prepared.of(SCENE)
     assert (SCENE.capacity, room.capacity, Prepared.of(SCENE, 5).capacity) == (2, LEAST, 5)
     assert room == SCENE
-    assert vars(room).keys() - vars(SCENE).keys() == {"capacity", "ruled"}
+    assert vars(room).keys() - vars(SCENE).keys() == {"capacity", "ruled", "movable_shapes"}
     other = room.replace(start=1.0)
     assert type(other) is kt.Scene
     assert other.capacity == 2

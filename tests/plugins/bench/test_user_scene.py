@@ -69,7 +69,7 @@ def test_a_phase_that_refuses_is_named_and_a_fault_too():
     full = [kt.Insert(0.125, (0.1, 0.0), (0.0, 0.0), 0.25)]
     blocked = kt.Scene(plane.position, plane.velocity, 0.25, commands=full)
     (row,) = bench_scene(blocked, ["cells"], 1.0, repeats=1).rows
-    assert row.ended_by.startswith("Refused: at time 0.125 there is no room for body 2")
+    assert row.ended_by.startswith("NoRoom: at time 0.125 there is no room for body 2")
 
 
 @pytest.mark.small

