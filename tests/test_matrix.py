@@ -42,12 +42,12 @@ def _holds(refused, cell, observe) -> None:
         observe()
 
 
-@pytest.mark.parametrize(("row", "column"), _cells(matrix.CELLS, matrix.MEANINGLESS))
+@pytest.mark.parametrize(("row", "column"), [*_cells(matrix.CELLS, matrix.MEANINGLESS)])
 def test_a_capability_with_what_is_done_with_a_run(row, column, tmp_path):
     _holds(matrix.REFUSED, (row, column), lambda: COLUMNS[column].observe(Game(row), tmp_path))
 
 
-@pytest.mark.parametrize(("one", "other"), _cells(matrix.PAIRS, matrix.MEANINGLESS_TOGETHER))
+@pytest.mark.parametrize(("one", "other"), [*_cells(matrix.PAIRS, matrix.MEANINGLESS_TOGETHER)])
 def test_a_capability_with_another_one(one, other, tmp_path):
     _holds(matrix.REFUSED_TOGETHER, (one, other), lambda: together(Game(one, other), tmp_path))
 
