@@ -329,11 +329,12 @@ def read_insertions(
     rows["x"], rows["y"] = places.T
     rows["vx"], rows["vy"] = flies.T
     alike = [*zip(*columns.values(), strict=True)]
-    for values in dict.fromkeys(alike):  # what is alike is read once; then numbers are looked at
-        first = alike.index(values)
-        here, more = _read_one_of(engine, places, flies, first, values)
+    alike_at = dict[tuple[Any, ...], list[int]]()
+    for at, values in enumerate(alike):
+        alike_at.setdefault(values, []).append(at)
+    for values, those in alike_at.items():  # what is alike is read once; then numbers are looked at
+        here, more = _read_one_of(engine, places, flies, those[0], values)
         new.update(dict.fromkeys(more))
-        those = [at for at, other in enumerate(alike) if other == values]
         for name in ("radius", "mass", "kind", "form"):
             rows[name][those] = here[name][0]
     size = np.where(np.array(engine.scene.periods) > 0.0, FARTHEST * np.array(engine.scene.periods), LARGEST)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import FAULTS, BadOption, BusyError, PhaseError, answering
+from kinetile.errors import FAULTS, BadOption, BusyError, NoRoom, PhaseError, answering
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.images import FORESEEN
@@ -400,10 +400,16 @@ class Simulation(Moment):
             raise TypeError(
                 "insert() needs the radius of the body that comes, or its shape: insert(position, radius=...)"
             )
+        return self._insert(position, velocity, radius, mass, kind, shape)
+
+    def _insert(
+        self, position: Any, velocity: Any, radius: Any, mass: Any, kind: Any, shape: Any, whole: bool = True
+    ) -> int:
         size = 0.0 if radius is None else radius
         with self._alone("take a body in"):
-            rows, new = arguments.read_insertion(self._engine, position, velocity, size, mass, kind, shape)
-            self._engine.carry_out(INSERTED, rows, new)
+            engine = self._engine
+            rows, new = arguments.read_insertion(engine, position, velocity, size, mass, kind, shape, whole)
+            engine.carry_out(INSERTED, rows, new)
         return int(rows["body"][0])
 
     @answering
@@ -439,14 +445,15 @@ class Simulation(Moment):
             if engine.waits_for_nobody and not new:
                 reasons.update(engine.insert_those_with_room(rows))
             else:  # a command of the scene comes first, or the table of shapes gets more
-                for at in range(len(rows)):
-                    row = rows[at : at + 1]
-                    own = {name: arguments.column(name, given, len(rows))[at] for name, given in each.items()}
-                    place, flies = (row["x"][0], row["y"][0]), (row["vx"][0], row["vy"][0])
-                    try:
-                        row["body"] = self.insert(place, flies, **own)
-                    except ValueError as error:  # no room, or beyond a wall
-                        reasons[at] = error
+                columns = [arguments.column(name, given, len(rows)) for name, given in each.items()]
+                with engine.unchanged_if(Exception):  # of a phase that does not accept the tenth of them
+                    for at, (row, *values) in enumerate(zip(rows, *columns, strict=True)):
+                        own = dict(zip(each, values, strict=True))
+                        place, flies = (row["x"], row["y"]), (row["vx"], row["vy"])
+                        try:
+                            row["body"] = self._insert(place, flies, **own, whole=False)
+                        except NoRoom as error:
+                            reasons[at] = error
             refused = np.zeros(len(rows), dtype=np.bool_)
             refused[[*reasons]] = True
             numbers = np.where(refused, NOBODY, rows["body"]).astype(np.int64)

@@ -10,7 +10,7 @@ import pytest
 
 import kinetile as kt
 from capabilities import BY_NAME, Game
-from kinetile.errors import NoRoom
+from kinetile.errors import NoRoom, Refused
 from lanes import first
 
 PHASES = ("cells", "sap-1d", "sweep-tiling", "naive", "sap-2d")
@@ -103,6 +103,31 @@ def test_a_wrong_value_raises_before_anything_changes(given, said):
         sim.insert_many([(0.1, 0.1), (0.2, 0.2), (0.3, 0.3)], **given)
     assert sim.snapshot() == before
     assert not sim.insert_many([], radius=0.1).refused.any()
+
+
+@pytest.mark.parametrize("waits", [False, True])
+def test_a_batch_that_a_phase_refuses_in_its_middle_left_some_of_it_in(waits, monkeypatch):
+    """Behind commands of the scene bodies come one after the other; naive refuses the fifth."""
+    monkeypatch.setattr("kinetile_plugins.naive.LIMIT", 12)
+    grid = kt.make_scene("grid", bodies=9, density=0.25, seed=3)
+    own = [kt.Remove(0, 0.25, (0, 1 << 50, 0)), kt.Turn(1, 0.25, (0.5, 0.5), (0, 1 << 50, 0))]
+    scene = kt.Scene(grid.position, grid.velocity, grid.radius, 1.0, grid.arena, commands=own)
+    sim = kt.Simulation(scene, "naive", live=True)
+    while sim.exact_time < (0, 1 << 50):
+        sim.run(0.25, max_events=1)
+    if not waits:
+        sim.run(0.25)
+    assert sim._engine.waits_for_nobody is not waits
+    before, free = (
+        sim.snapshot(),
+        grid.position[0] + [[x / 25, y / 25] for x in (-1, 0, 1) for y in (-1, 0, 1)],
+    )
+    with pytest.raises(Refused, match="naive compares"):
+        sim.insert_many(free, radius=0.001)
+    assert sim.snapshot() == before
+    found = sim.insert_many([sim.positions()[3], (9.0, 0.1), free[4], free[4]], radius=0.001)
+    assert found.numbers.tolist() == [-1, -1, 9, -1]
+    assert all(isinstance(error, NoRoom) for error in found.reasons.values())
 
 
 def test_scenes_of_the_batch_are_those_of_the_matrix():

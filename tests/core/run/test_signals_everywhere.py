@@ -49,6 +49,9 @@ CALLS: dict[str, Call] = {
     "turns": lambda sim, path: sim.set_velocities([1, 2], [[0.5, 0.5], [0.1, -0.7]]),
     "fast turn": lambda sim, path: sim.set_velocity(3, (40.0, -3.0)),
     "insert": lambda sim, path: sim.insert((0.01, 0.01), (0.5, 0.5), 0.005),
+    "insert many": lambda sim, path: sim.insert_many(
+        [(0.01, 0.01), (0.01, 0.02), (0.02, 0.01)], radius=0.004
+    ),
     "remove": lambda sim, path: sim.remove(3),
     "run": lambda sim, path: sim.run(sim.time + 0.05),
     "step": lambda sim, path: sim.step(),

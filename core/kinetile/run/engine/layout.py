@@ -241,8 +241,9 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition, many: int) ->
         contents = contents_of(k)
         composition = composition.prepared_for(standing(contents, scene, 0, commands))
         new = _renewed(k, contents, scene, composition)  # with empty slots
+        obey = composition.obeying()
         for _ in commands:
-            composition.obeying()(new.k, composition.broad.state)
+            obey(new.k, composition.broad.state)
         return new
     aside = Kernel(*(table.copy() for table in k))._replace(met=k.met, log=k.log)
     composition.obeying()(aside, composition.broad.state)
