@@ -12,6 +12,7 @@ from collections.abc import Callable
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -318,7 +319,7 @@ def exports(game: Game, folder: Path) -> None:
     from kinetile.records.frames import frames_of, write_frames
 
     scene = truth(game.names).recorded()
-    for form in ("xyz", "gsd"):
+    for form in ("xyz", "gsd") if find_spec("gsd") else ("xyz",):
         path = folder / f"frames.{form}"
         sim = kt.Simulation(scene, "cells")
         times = [0.0, 1.0, MIDDLE, LASTS]
