@@ -180,17 +180,17 @@ def draw_bounds(k: Kernel, lists: Lists) -> Iterator[Item]:
     if not lists.order.size:
         return
     if len(lists.axes) == 1:
-        yield from _line(k, lists.order[0], lists.due[0], lists.axes[0])
+        yield from _line(k, lists.order[0], lists.place[0], lists.due[0], lists.axes[0])
     else:
         yield from _boxes(k, lists)
 
 
-def _line(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[Item]:
+def _line(k: Kernel, order: Whole, place: Whole, due: Whole, axis: int) -> Iterator[Item]:
     """Yields the axis, at the edge of the arena or of where bodies are, and each bound as a line to it."""
     there = np.sort(order[order & 1 == 0] >> 1)
-    place, away = positions_now(k)[there], offsets(k)[there]
+    now, away = positions_now(k)[there], offsets(k)[there]
     size = (float(k.clock[0].limits.width), float(k.clock[0].limits.height))
-    low, high = (place + away[:, ::2]).min(axis=0), (place + away[:, 1::2]).max(axis=0)
+    low, high = (now + away[:, ::2]).min(axis=0), (now + away[:, 1::2]).max(axis=0)
     if size[axis]:  # a body at a wall reaches a skin beyond it, and only for a moment
         low, high = np.zeros(2), np.array(size)
     foot = float(low[1 - axis])
@@ -203,7 +203,7 @@ def _line(k: Kernel, order: Whole, due: Whole, axis: int) -> Iterator[Item]:
         yield Segment(
             "bound", _point(edge, foot, axis), _point(edge, At(body), axis), int(due[bound]), "LR"[bound & 1]
         )
-    yield from _certificate(k, order, due, axis, foot)
+    yield from _certificate(k, order, place, due, axis, foot)
 
 
 def _boxes(k: Kernel, lists: Lists) -> Iterator[Item]:
@@ -217,24 +217,21 @@ def _boxes(k: Kernel, lists: Lists) -> Iterator[Item]:
     yield from held_pairs(k)
     yield from _entries(order, place)
     axis = int(np.argmin([due[row, order[row]].min() for row in range(2)]))
-    yield from _certificate(k, order[axis], due[axis], axis)
+    yield from _certificate(k, order[axis], place[axis], due[axis], axis)
 
 
 def _certificate(
-    k: Kernel, order: Whole, due: Whole, axis: int, foot: float | None = None
+    k: Kernel, order: Whole, place: Whole, due: Whole, axis: int, foot: float | None = None
 ) -> Iterator[Segment]:
     """Yields the first certificate of an axis to fail: a line between two bounds, at a height or from body to
-    body. Where they are seen on two sides of a periodic border, it ends at the image beyond."""
-    at, period = int(np.argmin(due[order])), _period(k, axis)
-    if at + 1 == len(order) and not period:
+    body; of a periodic axis, to the image that is watched."""
+    at = int(np.argmin(due[order]))
+    if at + 1 == len(order) and not _period(k, axis):
         return
     first, other = int(order[at]), int(order[(at + 1) % len(order)])
     one, two = _edge(k, first, axis), _edge(k, other, axis)
-    if period:
-        shown = np.mod(positions_now(k)[[one.body, two.body], axis], period).tolist()
-        apart = (shown[1] + two.offset) - (shown[0] + one.offset)
-        turns = np.floor(apart / period + 2.0**-20)  # what has just passed is not a period away
-        two = At(two.body, float(two.offset - turns * period))
+    if _period(k, axis):
+        two = At(two.body, two.offset, int((place[first] - place[other]) // len(order)) + 1)
     begin, end = (_point(edge, At(edge.body) if foot is None else foot, axis) for edge in (one, two))
     yield Segment("certificate", begin, end, int(due[first]), _outcome(first, other))
 

@@ -174,7 +174,8 @@ def test_a_certificate_over_the_border_is_drawn_to_the_image_beyond():
     (line,) = [item for item in kt.Simulation(scene, "sap-1d").drawing() if item.role == "certificate"]
     assert isinstance(line, Segment)
     assert (line.a[0].body, line.b[0].body) == (0, 1)
-    assert (0.9 + line.a[0].offset, 0.1 + line.b[0].offset) == pytest.approx((0.95, 1.05))
+    assert (line.a[0].turns, line.b[0].turns) == (0, 1)
+    assert (0.9 + line.a[0].offset, 0.1 + line.b[0].offset) == pytest.approx((0.95, 0.05))
 
 
 def test_the_matrix_shows_which_bodies_overlap_through_an_image():

@@ -11,7 +11,7 @@ the numbers of the bodies.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple, TypeAlias
@@ -36,10 +36,16 @@ class At(NamedTuple):
     """A coordinate that moves with a body: x or y of its centre, by its place in a point, and an offset.
 
     ``body`` is a slot in a phase's ``draw``, and a body's number in the result of ``Simulation.drawing``.
+
+    On a periodic axis it is ``turns`` periods further: from where the plan has the body in ``draw``, from
+    ``Simulation.unwrapped`` in ``Simulation.drawing``. So a shape stays whole where one of its bodies crosses
+    the border, and a viewer draws it with all its images. Beside a fixed number on the same axis a body is
+    where ``Simulation.positions`` has it.
     """
 
     body: int
     offset: float = 0.0
+    turns: int = 0
 
 
 Coordinate: TypeAlias = float | At
@@ -131,6 +137,25 @@ class Entry(_Shape):
 
 Item: TypeAlias = Segment | Box | Polygon | Link | Entry
 """One element of a drawing."""
+
+
+def points_of(item: Item) -> tuple[Point, ...]:
+    """Returns the points of a shape, in their order; of a link, the centres of its bodies."""
+    if isinstance(item, Segment):
+        return item.a, item.b
+    if isinstance(item, Box):
+        return item.low, item.high
+    if isinstance(item, Polygon):
+        return item.corners
+    return (At(item.a), At(item.a)), (At(item.b), At(item.b))
+
+
+def with_points(item: Item, points: Sequence[Point], fails: int | None) -> Segment | Box | Polygon:
+    """Returns a shape with other points and another tick; of a link, a segment."""
+    if isinstance(item, Polygon):
+        return Polygon(item.role, tuple(points), fails, item.label)
+    shape = Box if isinstance(item, Box) else Segment
+    return shape(item.role, points[0], points[1], fails, item.label)
 
 
 def pair_links(pairs: Iterable[tuple[int, int]]) -> Iterator[Link]:

@@ -19,7 +19,19 @@ from kinetile.kernel.clock import Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.tables import NEVER, Kernel, is_there, read_only
 from kinetile.plugin.calling import calling, described
-from kinetile.plugin.drawing import At, Box, Coordinate, Entry, Item, Link, Point, Polygon, Segment
+from kinetile.plugin.drawing import (
+    At,
+    Box,
+    Coordinate,
+    Entry,
+    Item,
+    Link,
+    Point,
+    Polygon,
+    Segment,
+    points_of,
+    with_points,
+)
 from kinetile.run.compose import Composition
 
 near = to_be_filled_in
@@ -83,7 +95,9 @@ def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]
         return ()
     with calling("broad phase", name, "draw"):
         items = list(parts.draw(read_only(k), read_only(parts.state)))
-    return tuple(map(_Reader(name, np.asarray(k.queue["number"]).tolist(), clock).read, items))
+    numbers, images = np.asarray(k.queue["number"]).tolist(), np.asarray(k.images)
+    taken_off = (images["kx"].tolist(), images["ky"].tolist()) if len(images) else None
+    return tuple(map(_Reader(name, numbers, clock, taken_off).read, items))
 
 
 @dataclass
@@ -93,6 +107,8 @@ class _Reader:
     phase: str
     numbers: list[int]
     clock: Clock
+    taken_off: tuple[list[int], list[int]] | None
+    """How many periods were taken off the body in each slot, along x and y; None: no axis is periodic."""
 
     def _wrong(self, said: str) -> PhaseError:
         return PhaseError(f"{described('broad phase', self.phase)}: draw returned {said}")
@@ -109,32 +125,45 @@ class _Reader:
             a, b = self._body(item, item.a), self._body(item, item.b)
             same = a == item.a and b == item.b and fails == item.fails
             return item if same else type(item)(item.role, a, b, fails, item.label)
-        point = self._point
-        if isinstance(item, Segment):
-            return Segment(item.role, point(item, item.a), point(item, item.b), fails, item.label)
-        if isinstance(item, Box):
-            return Box(item.role, point(item, item.low), point(item, item.high), fails, item.label)
-        corners = tuple(point(item, corner) for corner in item.corners)
-        return Polygon(item.role, corners, fails, item.label)
+        points = [self._point(item, point) for point in points_of(item)]
+        if self.taken_off is not None:
+            x, y = (_whole(column) for column in zip(*points, strict=True))
+            points = list(zip(x, y, strict=True))
+        return with_points(item, points, fails)
 
     def _point(self, item: Item, point: Point) -> Point:
         if not isinstance(point, tuple) or len(point) != 2:
             raise self._wrong(f"{item!r}, and {point!r} is no point; expected two coordinates")
         x, y = point
-        return self._coordinate(item, x), self._coordinate(item, y)
+        return self._coordinate(item, x, 0), self._coordinate(item, y, 1)
 
-    def _coordinate(self, item: Item, value: Coordinate) -> Coordinate:
-        if type(value) is At and type(value.offset) is float and math.isfinite(value.offset):  # as mostly
-            number = self._body(item, value.body)
-            return value if number == value.body else At(number, value.offset)
-        at = value.offset if isinstance(value, At) else value
-        if not isinstance(at, int | float | np.integer | np.floating) or not math.isfinite(at):
+    def _coordinate(self, item: Item, value: Coordinate, axis: int) -> Coordinate:
+        at, turns = (value.offset, value.turns) if isinstance(value, At) else (value, 0)
+        fit = type(at) is float or isinstance(at, int | float | np.integer | np.floating)
+        if not (fit and math.isfinite(at) and (type(turns) is int or isinstance(turns, np.integer))):
             wanted = "expected a finite number or At(slot, ...)"
             raise self._wrong(f"{item!r}, and {value!r} is no coordinate; {wanted}")
-        return At(self._body(item, value.body), float(at)) if isinstance(value, At) else float(at)
+        if not isinstance(value, At):
+            return float(at)
+        number = self._body(item, value.body)
+        if self.taken_off is not None:
+            return At(number, float(at), int(turns) - self.taken_off[axis][value.body])
+        same = number == value.body and type(at) is float and turns == 0  # as mostly
+        return value if same else At(number, float(at))
 
     def _body(self, item: Item, slot: int) -> int:
         fit = isinstance(slot, int | np.integer) and 0 <= slot < len(self.numbers)
         if not fit or self.numbers[slot] < 0:
             raise self._wrong(f"{item!r}, and there is no body in slot {slot!r}")
         return self.numbers[slot]
+
+
+def _whole(column: tuple[Coordinate, ...]) -> list[Coordinate]:
+    """Returns the coordinates of a shape along an axis with turns that count from its first body; they are 0
+    where a coordinate is a fixed number."""
+    first, *_ = turns = [each.turns for each in column if isinstance(each, At)] or [0]
+    fixed = len(turns) < len(column)
+    return [
+        At(each.body, each.offset, 0 if fixed else each.turns - first) if isinstance(each, At) else each
+        for each in column
+    ]

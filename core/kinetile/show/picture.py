@@ -21,10 +21,23 @@ import numpy.typing as npt
 
 from kinetile.errors import legible, printable
 from kinetile.kernel.clock import TICKS
-from kinetile.plugin.drawing import ROLES, At, Box, Coordinate, Entry, Item, Link, Point, Polygon, Segment
+from kinetile.plugin.drawing import (
+    ROLES,
+    At,
+    Box,
+    Coordinate,
+    Entry,
+    Item,
+    Link,
+    Point,
+    Polygon,
+    Segment,
+    points_of,
+    with_points,
+)
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
-from kinetile.scene.bodies import in_box, nearest_image
+from kinetile.scene.bodies import in_box
 from kinetile.scene.shapes import Shape
 
 Place = tuple[float, float]
@@ -125,7 +138,10 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
     drawn = [item for item in sim.drawing() if not isinstance(item, Entry)] if structure else []
     wanted = [item for item in drawn if roles is None or item.role in roles]
     places = {disc.number: disc.at for disc in discs}
-    shapes = tuple(_placed(item, places, sim.scene) for item in wanted)
+    periods = np.array(sim.scene.periods)
+    taken_off = np.rint((sim.unwrapped() - of_bodies[0]) / np.where(periods > 0.0, periods, np.inf))
+    turns = dict(zip(places, taken_off.tolist(), strict=True))
+    shapes = tuple(shape for item in wanted for shape in _placed(item, places, turns, sim.scene))
     low, high = _extent(sim.scene, discs, shapes)
     ticks = {shape.fails for shape in shapes if shape.fails is not None}
     start, unit = Fraction(sim.scene.start), Fraction(sim.time_unit)
@@ -215,27 +231,35 @@ def _number(value: Coordinate) -> float:
     return value
 
 
-def _placed(item: Segment | Box | Polygon | Link, places: dict[int, Place], scene: Scene) -> Item:
-    """Returns a shape with present coordinates; a link as a segment, to the second body's nearest image."""
-
-    def placed(point: Point) -> Point:
-        x, y = (
-            places[value.body][axis] + value.offset if isinstance(value, At) else value
-            for axis, value in enumerate(point)
-        )
-        return x, y
-
-    if isinstance(item, Segment):
-        return replace(item, a=placed(item.a), b=placed(item.b))
-    if isinstance(item, Box):
-        return replace(item, low=placed(item.low), high=placed(item.high))
-    if isinstance(item, Polygon):
-        return replace(item, corners=tuple(map(placed, item.corners)))
-    (x, y), (other_x, other_y) = places[item.a], places[item.b]
-    if scene.periodic:
-        dx, dy = nearest_image(np.array([[other_x - x, other_y - y]]), scene.periods)[0].tolist()
-        other_x, other_y = x + dx, y + dy
-    return Segment(item.role, (x, y), (other_x, other_y), item.fails, item.label)
+def _placed(
+    item: Segment | Box | Polygon | Link,
+    places: dict[int, Place],
+    turns: dict[int, list[float]],
+    scene: Scene,
+) -> Iterator[Item]:
+    """Yields a shape with present coordinates, and where axes are periodic all its images that are seen; a
+    link as a segment, to the second body's nearest image."""
+    columns, moves = [], []
+    for axis, (column, period) in enumerate(
+        zip(zip(*points_of(item), strict=True), scene.periods, strict=True)
+    ):
+        at = [places[each.body][axis] + each.offset if isinstance(each, At) else each for each in column]
+        shifts = [0.0]
+        if period and all(isinstance(each, At) for each in column):
+            first, *_ = hung = [each for each in column if isinstance(each, At)]
+            taken_off = turns[first.body][axis]
+            at = [
+                x + (each.turns + turns[each.body][axis] - taken_off) * period
+                for x, each in zip(at, hung, strict=True)
+            ]
+            if isinstance(item, Link):
+                at[1] = at[0] + math.remainder(at[1] - at[0], period)
+            turned = range(math.ceil(-max(at) / period), math.floor(1.0 - min(at) / period) + 1)
+            shifts = [turn * period for turn in turned]
+        columns.append(at)
+        moves.append(shifts)
+    for right, up in product(*moves):
+        yield with_points(item, [(x + right, y + up) for x, y in zip(*columns, strict=True)], item.fails)
 
 
 def _extent(scene: Scene, discs: tuple[PlacedDisc, ...], shapes: tuple[Item, ...]) -> tuple[Place, Place]:

@@ -20,7 +20,6 @@ This file has the hooks that the kernel calls, and the drawing.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TypeAlias
 
 import numpy as np
 
@@ -37,7 +36,6 @@ from kinetile.toolbox import (
     hook,
     offer,
     pair_links,
-    positions_now,
     unchecked,
 )
 
@@ -151,13 +149,13 @@ class SweepTiling:
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
     """Yields tiles, each with the tick at which it fails, bounds, and the pairs of those that have a tile
-    between them. On a cylinder a tile that reaches over the border comes twice."""
+    between them."""
     n = len(s.level)
     bodies = np.flatnonzero(k.queue.number >= 0).tolist()
     there, pairs = {*bodies, n}, set()
     due, flips = s.due.tolist(), s.web[FLIPS:].tolist()
     across, height = _across(k, n), _height(k, n)
-    place, period = positions_now(k)[:, 0].tolist(), float(k.clock[0].torus.x)
+    period = float(k.clock[0].torus.x)
     for p, q, top, bottom, away in zip(*(column.tolist() for column in tiles_of(k, s)), strict=True):
         owner = p >> 4
         if owner not in there:
@@ -165,34 +163,16 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
         if top < n and bottom < n:
             pairs.add((top, bottom) if top < bottom else (bottom, top))
         label = "corner" if owner < n and flips[p] else ""
-        for left, right in _shown(place, period, across[p >> 3], across[q >> 3], away):
-            corners = (left, height[bottom]), (right, height[top])
-            yield Box("tile", *corners, due[4 * owner + (p & 3)], label)
+        left, right = across[p >> 3], across[q >> 3]
+        if period and isinstance(right, At):
+            right = right._replace(turns=round(away / period))
+        yield Box("tile", (left, height[bottom]), (right, height[top]), due[4 * owner + (p & 3)], label)
     for body in bodies:
         for bound in (16 * body, 16 * body + 8):
-            ((x, _), *_) = _shown(place, period, across[bound >> 3], across[bound >> 3], 0.0)
+            x = across[bound >> 3]
             low, high = (height[int(s.web[bound + ENDS + side])] for side in (LOWER, UPPER))
             yield Segment("bound", (x, low), (x, high), label="R" if bound & 8 else "L")
     yield from pair_links(pairs)
-
-
-Span: TypeAlias = tuple[Coordinate, Coordinate]
-
-
-def _shown(place: list[float], period: float, left: Coordinate, right: Coordinate, away: float) -> list[Span]:
-    """Returns from where to where something reaches in the picture; on a cylinder, where bodies are drawn
-    from 0 to a period, twice if it reaches over the border."""
-    if not (period and isinstance(left, At) and isinstance(right, At)):
-        return [(left, right)]
-    here, there = place[left.body] % period, place[right.body] % period
-    start = (here + left.offset) % period
-    width = (place[right.body] + right.offset + away) - (place[left.body] + left.offset)
-    first = left.offset + period * round((start - here - left.offset) / period)
-    last = right.offset + period * round((start + width - there - right.offset) / period)
-    found: list[Span] = [(At(left.body, first), At(right.body, last))]
-    if start + width > period:
-        found.append((At(left.body, first - period), At(right.body, last - period)))
-    return found
 
 
 def _across(k: Kernel, n: int) -> list[Coordinate]:

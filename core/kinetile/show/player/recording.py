@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any, Self
 
 import numpy as np
@@ -27,7 +28,7 @@ from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED
 from kinetile.kernel.tables import NEVER
-from kinetile.plugin.drawing import At, Box, Coordinate, Entry, Item, Link, Polygon, Segment
+from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Polygon, Segment, points_of
 from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.run.flights import SIDES, Flights
 from kinetile.run.simulation import Simulation
@@ -178,7 +179,8 @@ again."""
 @dataclass(frozen=True)
 class Plans:
     """The bodies by number, (n,) each: radius (NaN if it is not known) and mass; whether each is present,
-    and its plan: (epoch, tick) of its anchor, its position there, and its velocity."""
+    and its plan: (epoch, tick) of its anchor, its position there, and its velocity; and how many periods were
+    taken off its position since its first one, along x and y, or will be when it is inserted."""
 
     radius: Floats
     mass: Floats
@@ -189,6 +191,8 @@ class Plans:
     y: Floats
     vx: Floats
     vy: Floats
+    kx: Floats
+    ky: Floats
 
     @classmethod
     def of(cls, scene: Scene, rows: npt.NDArray[Any]) -> Self:
@@ -205,6 +209,11 @@ class Plans:
         columns["vx"][:n], columns["vy"][:n] = scene.velocity.T
         for each in comers:
             columns["radius"][each.body], columns["mass"][each.body] = each.radius, each.mass
+        if scene.periodic:
+            first = np.concatenate([scene.position, np.reshape([each.position for each in comers], (-1, 2))])
+            off = np.rint((first - nearest_image(first, scene.periods)) / np.maximum(scene.periods, 1e-300))
+            numbers = [*range(n), *(each.body for each in comers)]
+            columns["kx"][numbers], columns["ky"][numbers] = off.T
         return cls(**columns)
 
     def of_run(self, simulation: Simulation) -> Plans:
@@ -219,6 +228,9 @@ class Plans:
         _, columns["epoch"][numbers], columns["tick"][numbers] = clock.split(bodies["anchor"])
         for name in ("x", "y", "vx", "vy", "radius"):
             columns[name][numbers] = bodies[name]
+        if len(tables.images):
+            for name in ("kx", "ky"):
+                columns[name][numbers] = np.asarray(tables.images[name])[taken]
         return Plans(**columns)
 
 
@@ -312,7 +324,7 @@ class StructureLog:
         number of events at which it is there and first at which it is not, (epoch, tick) at which its
         certificate fails (NaN: it does not), whether it is ``fresh`` then (1), or existed before with another
         certificate (0), and its coordinates, x before y, ``size`` of all the columns
-        ``body`` (-1: fixed) and ``offset``. None where there is nothing to see."""
+        ``body`` (-1: fixed), ``offset`` and ``turns``. None where there is nothing to see."""
         spans = [*self._closed, *((first, self.seen + 1, item) for item, first in self._open.items())]
         if not spans:
             return None
@@ -328,7 +340,8 @@ class StructureLog:
             "role": [ORDER.index(item.role) for *_, item in spans],
             "label": [labels.index(item.label) for *_, item in spans],
             "size": [len(coordinates) for coordinates in points],
-            "body": [body for body, _ in flat],
+            "body": [body for body, _, _ in flat],
+            "turns": [turns for _, _, turns in flat],
         }
         columns: dict[str, npt.NDArray[Any]] = {
             name: np.array(values, np.int32) for name, values in whole.items()
@@ -337,7 +350,7 @@ class StructureLog:
         columns["fresh"] = np.array(fresh, np.uint8)
         for at, name in enumerate(("epoch", "tick")):
             columns[name] = np.array([each[at] for each in fails], np.float64)
-        return columns | {"offset": np.array([offset for _, offset in flat], np.float64)}
+        return columns | {"offset": np.array([offset for _, offset, _ in flat], np.float64)}
 
     @property
     def labels(self) -> list[str]:
@@ -350,17 +363,8 @@ def _without_certificate(item: Item) -> tuple[Any, ...]:
     return type(item), item.label if isinstance(item, Entry) else "", *_coordinates(item)
 
 
-def _coordinates(item: Item) -> Iterator[tuple[int, float]]:
-    """Yields the coordinates of a shape, x before y: with which body (-1: fixed), and how far from it."""
-    points: Iterable[tuple[Coordinate, Coordinate]]
-    if isinstance(item, Segment):
-        points = (item.a, item.b)
-    elif isinstance(item, Box):
-        points = (item.low, item.high)
-    elif isinstance(item, Polygon):
-        points = item.corners
-    else:
-        points = ((At(item.a), At(item.a)), (At(item.b), At(item.b)))
-    for point in points:
-        for each in point:
-            yield (each.body, each.offset) if isinstance(each, At) else (-1, each)
+def _coordinates(item: Item) -> Iterator[tuple[int, float, int]]:
+    """Yields the coordinates of a shape, x before y: with which body (-1: fixed), and how far from it, with
+    how many periods."""
+    for each in chain.from_iterable(points_of(item)):
+        yield each if isinstance(each, At) else (-1, each, 0)

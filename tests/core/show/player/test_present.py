@@ -18,7 +18,7 @@ WHERE = ["grid", "masses", "come and go", "sizes", "crowd"]
 COMPARED = """
 const [run] = play.runs;
 const { events, structure, present, motion } = run;
-const places = { x: new Float64Array(bodies.x.length), y: new Float64Array(bodies.x.length) };
+const places = { x: bodies.x.slice(), y: bodies.y.slice() };
 const side = ([body, offset]) => (body < 0 ? offset : [body, Math.sign(offset)].join(" "));
 const bare = (from, done) => from.at(done).map((shape) => from.plain(shape))
     .filter(({ role, label }) => role !== "certificate" && label !== "corner")
@@ -31,7 +31,7 @@ for (let event = 1; event < events.count && event < structure.seen; event += 1) 
     const moment = clock.between(momentOf(event - 1), momentOf(event), 0.5);
     if (clock.compare(moment, momentOf(event - 1)) <= 0) continue;
     play.seek(moment);
-    motion.places(play.moment, places.x, places.y);
+    motion.places(play.moment, places);
     const drawn = bare(structure, run.done);
     const computed = bare(present.at(play.moment.join(), places, motion.plans.there), 0);
     const missing = drawn.filter((each) => !computed.includes(each));

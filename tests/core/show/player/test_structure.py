@@ -41,7 +41,7 @@ def plain(item: Item) -> dict[str, object]:
         "role": item.role,
         "label": item.label,
         "fails": None if item.fails is None else list(divmod(item.fails, 2**52)),
-        "coordinates": [[each.body, each.offset] if isinstance(each, At) else [-1, each] for each in flat],
+        "coordinates": [list(each) if isinstance(each, At) else [-1, each, 0] for each in flat],
     }
 
 

@@ -3,7 +3,6 @@
 
 import { HUGE, SMALL, addArea, addBody, addLine, boxOf, fillSmall } from "./paper.mjs";
 import { GROUPS } from "../run/events.mjs";
-import { apartAlong } from "../run/motion.mjs";
 import { KINDS } from "../run/rows.mjs";
 import { SHAPES } from "../run/structure.mjs";
 
@@ -105,7 +104,7 @@ export function drawNumbers({ pen, camera, width, height }, bodies, places, ther
  * has come with the last event have looks of their own; what is only scheduled anew has a wider line. Of a crowded
  * structure only what hangs on the body `around` is drawn, unless that is null.
  */
-export function drawStructure(view, structure, done, places, { looks, next, fresh, periods, hidden, around }, over) {
+export function drawStructure(view, structure, done, places, { looks, next, fresh, hidden, around }, over) {
   const { pen } = view;
   for (const { role, state, shapes: all } of structure.layers(done)) {
     const shapes = around === null ? all : all.filter((shape) => structure.hangsOn(shape, around));
@@ -114,7 +113,7 @@ export function drawStructure(view, structure, done, places, { looks, next, fres
     if (hidden.has(role)) continue;
     if ((own.over || state === "next" || state === "fresh") !== over) continue;
     const look = { next, fresh }[state] ?? own;
-    addShapes(view, structure, shapes, places, look, periods);
+    addShapes(view, structure, shapes, places, look);
     pen.setLineDash(look.dashes);
     pen.strokeStyle = look.colour;
     pen.lineWidth = look.width + (state === "again" ? 1 : 0);
@@ -125,52 +124,59 @@ export function drawStructure(view, structure, done, places, { looks, next, fres
 }
 
 /** One shape that a reader has picked, over the others. */
-export function drawPicked(view, structure, shape, places, theme, periods) {
-  addShapes(view, structure, [shape], places, { filled: 0.3, colour: theme.groups.structural }, periods);
+export function drawPicked(view, structure, shape, places, theme) {
+  addShapes(view, structure, [shape], places, { filled: 0.3, colour: theme.groups.structural });
   view.pen.strokeStyle = theme.selected;
   view.pen.lineWidth = 3;
   view.pen.stroke();
 }
 
-/** Fill shapes of a kind, and add them to a new path. Each is filled by itself: a path of many is slow to fill. */
-function addShapes(view, structure, shapes, places, look, periods) {
+/** Fill shapes of a kind, with their images, and add them to a new path. Each is filled by itself: a path of many is slow to fill. */
+function addShapes(view, structure, shapes, places, look) {
   const { pen } = view;
   const kind = SHAPES[structure.shape[shapes[0]]];
   pen.globalAlpha = look.filled;
   pen.fillStyle = look.colour;
+  const moved = (shape, [right, up]) => structure.points(shape, places).map(([x, y]) => [x + right, y + up]);
   if (kind === "polygon") {
     for (const shape of look.filled ? shapes : []) {
-      pen.beginPath();
-      addArea(view, structure.points(shape, places));
-      pen.fill();
+      for (const image of structure.images(shape, places)) {
+        pen.beginPath();
+        addArea(view, moved(shape, image));
+        pen.fill();
+      }
     }
   }
   pen.beginPath();
   for (const shape of shapes) {
-    if (kind === "polygon") {
-      addArea(view, structure.points(shape, places));
-    } else if (kind === "box") {
-      const box = boxOf(view, ...corners(structure, shape, places));
+    for (const image of structure.images(shape, places)) {
+      if (kind === "polygon") {
+        addArea(view, moved(shape, image));
+        continue;
+      }
+      const [right, up] = image;
+      const [x, y, otherX, otherY] = corners(structure, shape, places);
+      if (kind !== "box") {
+        addLine(view, x + right, y + up, otherX + right, otherY + up);
+        continue;
+      }
+      const box = boxOf(view, x + right, y + up, otherX + right, otherY + up);
       if (!box) continue;
       if (look.filled) pen.fillRect(...box);
       pen.rect(...box);
-    } else {
-      const [x, y, otherX, otherY] = corners(structure, shape, places);
-      const link = kind === "link"; // to the nearest image of the other body
-      addLine(view, x, y, link ? x + apartAlong(x, otherX, periods[0]) : otherX, link ? y + apartAlong(y, otherY, periods[1]) : otherY);
     }
   }
   pen.globalAlpha = 1;
 }
 
 /** The coordinates of a shape of two points: x, y, x, y. */
-function corners(structure, shape, { x, y }) {
+function corners(structure, shape, places) {
   const at = structure.start[shape];
-  return [structure.coordinate(at, x), structure.coordinate(at + 1, y), structure.coordinate(at + 2, x), structure.coordinate(at + 3, y)];
+  return [structure.coordinate(shape, at, places), structure.coordinate(shape, at + 1, places), structure.coordinate(shape, at + 2, places), structure.coordinate(shape, at + 3, places)];
 }
 
-/** A body's plan: from its anchor to where it is, and on to where it will be. */
-export function drawPlan(view, [anchor, now, then], radius, outline, colour) {
+/** A flight: from an anchor to where the body is, and on to where it will be. */
+export function drawFlight(view, [anchor, now, then], colour) {
   const { pen } = view;
   pen.strokeStyle = colour;
   pen.lineWidth = 1.5;
@@ -181,8 +187,17 @@ export function drawPlan(view, [anchor, now, then], radius, outline, colour) {
   pen.beginPath();
   addLine(view, ...now, ...then);
   pen.stroke();
+  pen.setLineDash([]);
+}
+
+/** The edge of a body where it will be. */
+export function drawOutline(view, x, y, radius, outline, colour) {
+  const { pen } = view;
+  pen.strokeStyle = colour;
+  pen.lineWidth = 1.5;
+  pen.setLineDash([6, 4]);
   pen.beginPath();
-  if (addBody(view, ...then, radius, outline)) pen.stroke();
+  if (addBody(view, x, y, radius, outline)) pen.stroke();
   pen.setLineDash([]);
 }
 

@@ -53,28 +53,36 @@ export class Lens {
     return structure.at(done).find(isIt) ?? null;
   }
 
-  /** The shape at a place of a pane, in pixels right of and above its middle: the nearest line, or the smallest area; or null. */
+  /**
+   * The shape at a place of a pane, in pixels right of and above its middle: one that fails next, if its line or edge
+   * is near, for other lines are beside it; or the nearest line; or the smallest area; or null.
+   */
   shapeAt(at, [right, up]) {
     const { player } = this;
     const run = player.playback.runs[at];
     const structure = player.structureOf(run);
-    if (!structure || !player.structured) return null;
+    if (!structure || !player.structured || !player.isDrawnAt([right, up])) return null;
     const places = player.placesOf(run);
-    let [line, nearest, area, smallest] = [null, TOUCH, null, Infinity];
+    const failing = new Set(structure.failing(run.done));
+    const near = { next: [null, TOUCH], line: [null, TOUCH], area: [null, Infinity] };
+    const take = (name, shape, size) => size < near[name][1] && (near[name] = [shape, size]);
     for (const shape of structure.at(run.done)) {
       const kind = SHAPES[structure.shape[shape]];
       if (kind === "entry" || player.hidden.has(structure.roles[structure.role[shape]])) continue;
-      let corners = structure.points(shape, places).map(([x, y]) => player.camera.see(x, y)).map(([x, y]) => [x - right, y - up]);
-      if (kind === "link" || kind === "segment") {
-        const away = toSegment(...corners);
-        if (away < nearest) [line, nearest] = [shape, away];
-        continue;
+      const points = structure.points(shape, places);
+      for (const [aside, above] of structure.images(shape, places)) {
+        let corners = points.map(([x, y]) => player.camera.see(x + aside, y + above)).map(([x, y]) => [x - right, y - up]);
+        if (kind === "box") corners = [corners[0], [corners[1][0], corners[0][1]], corners[1], [corners[0][0], corners[1][1]]];
+        const isLine = kind === "link" || kind === "segment";
+        if (isLine) take("line", shape, toSegment(...corners));
+        else {
+          const [size, inside] = areaAround(corners);
+          if (inside) take("area", shape, size);
+        }
+        if (failing.has(shape)) corners.forEach((corner, nth) => take("next", shape, toSegment(corner, corners[(nth + 1) % corners.length])));
       }
-      if (kind === "box") corners = [corners[0], [corners[1][0], corners[0][1]], corners[1], [corners[0][0], corners[1][1]]];
-      const [size, inside] = areaAround(corners);
-      if (inside && size < smallest) [area, smallest] = [shape, size];
     }
-    return line ?? area;
+    return near.next[0] ?? near.line[0] ?? near.area[0];
   }
 
   /** What is at a place of a pane, in words; nothing where nothing is. */

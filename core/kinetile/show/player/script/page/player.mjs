@@ -1,7 +1,7 @@
 // The state of the page: what plays, what is selected, where one looks; and what is seen of it.
 
 import { Camera, gapOf, nearest } from "./camera.mjs";
-import { CROWDED, KIND_COLOURS, drawBodies, drawNote, drawNumbers, drawPicked, drawPlan, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
+import { CROWDED, KIND_COLOURS, drawBodies, drawFlight, drawNote, drawNumbers, drawOutline, drawPicked, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
 import { Lens, areaAround } from "./lens.mjs";
 import { drawMatrix } from "./matrix.mjs";
 import { prepare } from "./paper.mjs";
@@ -12,7 +12,7 @@ import { Timeline, lanesOf } from "./timeline.mjs";
 import { Trial } from "./trial.mjs";
 import { compare, elapsed, later, momentAt, timeOf } from "../run/clock.mjs";
 import { GROUPS, momentOfEvent, seek } from "../run/events.mjs";
-import { apartAlong } from "../run/motion.mjs";
+import { apartAlong, imagesAlong, wrapped } from "../run/motion.mjs";
 import { Playback } from "../run/playback.mjs";
 import { KINDS } from "../run/rows.mjs";
 import { Sentences } from "../run/sentences.mjs";
@@ -64,7 +64,8 @@ export class Player {
     Object.assign(this, { bodies, runs });
     this.playback = new Playback(bodies, runs, { ...held, end });
     this.sentences = runs.map((run, at) => new Sentences(run, this.playback.runs[at].events, bodies, held));
-    this.places = { x: new Float64Array(bodies.x.length), y: new Float64Array(bodies.x.length) };
+    const [x, y, kx, ky] = Array.from({ length: 4 }, () => new Float64Array(bodies.x.length));
+    this.places = { x, y, kx, ky, periods: held.periods.some((period) => period) ? held.periods : null };
     this.counts = this.playback.runs.map(({ events }) => countUp(events));
     this.lanes = lanesOf(this.counts.map((count) => count.total));
     this.timeline = new Timeline(document.getElementById("timeline"), this.playback, this.lanes);
@@ -199,7 +200,7 @@ export class Player {
     this.follows = false;
     if (pair) {
       const [[ax, ay], [bx, by]] = pair.map((body) => motion.place(body, this.playback.moment));
-      const [dx, dy] = [bx - ax, by - ay];
+      const [dx, dy] = [apartAlong(ax, bx, motion.periods[0]), apartAlong(ay, by, motion.periods[1])];
       const [one, other] = pair.map((body) => this.bodies.outline[body]);
       if (one) this.camera.look(ax, ay, ...nearest(one, dx, dy));
       else if (other) this.camera.look(bx, by, ...nearest(other, -dx, -dy));
@@ -286,7 +287,7 @@ export class Player {
 
   /** The places of all bodies in a run now. */
   placesOf(run) {
-    run.motion.places(this.playback.moment, this.places.x, this.places.y);
+    run.motion.places(this.playback.moment, this.places);
     return this.places;
   }
 
@@ -310,18 +311,17 @@ export class Player {
     const looks = { ...held, hidden: this.hidden, around: isCrowded ? this.selected : null };
     view.pen.clearRect(0, 0, view.width, view.height);
     const places = this.placesOf(run);
-    const repeats = held.periods.some((period) => period > 0);
-    if (held.arena) drawWalls(view, held.arena, theme.wall, repeats);
+    if (held.arena) drawWalls(view, held.arena, theme.wall, places.periods);
     if (structure) drawStructure(view, structure, run.done, places, looks, false);
     this.drawImages(places, (seen) => drawBodies(view, bodies, seen, there, theme, this.marks(run)));
     if (structure) drawStructure(view, structure, run.done, places, looks, true);
     const picked = structure && this.lens.shapeOf(at, structure, run.done);
-    if (picked !== null) drawPicked(view, structure, picked, places, theme, held.periods);
+    if (picked !== null) drawPicked(view, structure, picked, places, theme);
     const body = this.selected;
-    if (body !== null && there[body]) drawPlan(view, this.plan(run, body), bodies.radius[body] || 0, bodies.outline[body], theme.selected);
+    if (body !== null && there[body]) this.drawPlan(view, run, body);
     this.trial.draw(view, places, theme);
     drawNumbers(view, bodies, places, there, theme);
-    if (repeats) view.pen.restore();
+    if (places.periods) view.pen.restore();
     if (structure && run.done > structure.seen) drawNote(view, `the structure is recorded up to event ${structure.seen} only`, theme);
     else if (this.trial.recorded) drawNote(view, this.trial.note, theme);
     else if (isCrowded) drawNote(view, `the structure around body ${this.selected}; Escape: all of it`, theme);
@@ -357,19 +357,24 @@ export class Player {
     return marks;
   }
 
-  /** A body's plan: the points of its anchor, where it is, and where it is at its next event. */
+  /** A body's plan, through borders: to where it is, on to its next event, and the body there. */
+  drawPlan(view, run, body) {
+    const { bodies, theme, held: { periods } } = this;
+    const points = this.plan(run, body);
+    for (const [right, up] of imagesAlong(points[0], points[2], periods)) drawFlight(view, points.map(([x, y]) => [x + right, y + up]), theme.selected);
+    const [x, y] = points[2].map((place, axis) => [wrapped(place, periods[axis])]);
+    this.drawImages({ x, y }, (seen) => drawOutline(view, seen.x[0], seen.y[0], bodies.radius[body] || 0, bodies.outline[body], theme.selected));
+  }
+
+  /** A body's plan: the points of its anchor, where it is, and where it is at its next event, on one straight line. */
   plan(run, body) {
     const { plans } = run.motion;
     let until = this.playback.end;
     let event = seek(run.events, run.done, 1, "all", body);
     while (event >= 0 && KINDS[run.events.kind[event]] === "structural") event = seek(run.events, event + 1, 1, "all", body);
     if (event >= 0) until = momentOfEvent(run.events, event);
-    const now = run.motion.place(body, this.playback.moment);
-    const seen = ([x, y]) => {
-      const [width, height] = this.held.periods;
-      return [now[0] + apartAlong(now[0], x, width), now[1] + apartAlong(now[1], y, height)];
-    };
-    return [seen([plans.x[body], plans.y[body]]), now, seen(run.motion.place(body, until))];
+    const { moment } = this.playback;
+    return [[plans.epoch[body], plans.tick[body]], moment, until].map((each) => run.motion.flown(body, each, moment));
   }
 
   /** The gap between the surfaces of two bodies. */
@@ -379,15 +384,23 @@ export class Player {
     return gapOf(one, this.bodies.radius[a], there, this.bodies.radius[b]);
   }
 
-  /** The body at a place of a canvas, in pixels right of and above its middle; or null. */
-  bodyAt(canvas, [right, up]) {
+  /** Whether something may be drawn at a point in pixels right of and above the middle: images end at the borders. */
+  isDrawnAt([right, up]) {
+    const { held: { arena }, places: { periods }, camera: { x, y, dx, dy, scale } } = this;
+    return !periods || [x + dx + right / scale, y + dy + up / scale].every((at, axis) => at >= 0 && at <= arena[axis]);
+  }
+
+  /** The body at a place of a canvas, in pixels right of and above its middle, by its nearest image; or null. */
+  bodyAt(canvas, point) {
     const { motion } = this.playback.runs[this.panes.indexOf(canvas)];
+    if (!this.isDrawnAt(point)) return null;
     for (let body = 0; body < this.bodies.x.length; body += 1) {
       if (!motion.plans.there[body]) continue;
-      const [x, y] = this.camera.see(...motion.place(body, this.playback.moment));
-      const away = Math.hypot(x - right, y - up);
+      const seen = this.camera.see(...motion.place(body, this.playback.moment));
+      const [right, up] = seen.map((at, axis) => apartAlong(point[axis], at, motion.periods[axis] * this.camera.scale));
+      const away = Math.hypot(right, up);
       const outline = this.bodies.outline[body];
-      if (outline && away > 6 && !areaAround(outline.map(([ax, ay]) => [x - right + ax * this.camera.scale, y - up + ay * this.camera.scale]))[1]) continue;
+      if (outline && away > 6 && !areaAround(outline.map(([ax, ay]) => [right + ax * this.camera.scale, up + ay * this.camera.scale]))[1]) continue;
       if (away <= Math.max((this.bodies.radius[body] || 0) * this.camera.scale, 6)) return body;
     }
     return null;

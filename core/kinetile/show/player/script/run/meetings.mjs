@@ -57,17 +57,15 @@ export function meetingOf(structure, shape, motion, moment, owner, size, rivals 
 }
 
 /** A coordinate in words: by the label of a bound that is drawn there, or the side of the body. */
-export function sideInWords(structure, done, { body, offset }, axis, periods) {
+export function sideInWords(structure, done, { body, offset }, axis) {
   if (body < 0) return `${"xy"[axis]} = ${Number(offset.toPrecision(6))}`;
-  const isSame = (other) => Math.abs(apartAlong(offset, other, periods[axis])) <= NEAR * periods[axis]; // through any image
   const bound = structure.at(done).find((shape) => {
     if (structure.roles[structure.role[shape]] !== "bound" || SHAPES[structure.shape[shape]] !== "segment") return false;
     const ends = [0, 2].map((point) => coordinateOf(structure, structure.start[shape] + point + axis));
-    return ends.every((end) => end.body === body && isSame(end.offset));
+    return ends.every((end) => end.body === body && end.offset === offset);
   });
   const label = bound === undefined ? "" : structure.labels[structure.label[bound]];
   if (label) return `${label} of ${body}`;
-  const own = apartAlong(0, offset, periods[axis]);
-  if (own === 0) return `body ${body}`;
-  return `${[["left side", "right side"], ["bottom", "top"]][axis][own > 0 ? 1 : 0]} of ${body}`;
+  if (offset === 0) return `body ${body}`;
+  return `${[["left side", "right side"], ["bottom", "top"]][axis][offset > 0 ? 1 : 0]} of ${body}`;
 }

@@ -18,9 +18,29 @@ export function apartAlong(one, other, period) {
   return period === 0 ? apart : apart - period * Math.round(apart / period);
 }
 
+const MOST_TURNS = 200; // borders of an axis: a longer flight is drawn up to there
+
+/** By how much a straight flight is to be moved so that it is seen in the box, however often it crosses a border: [right, up] of each part. */
+export function imagesAlong(from, to, periods) {
+  const parts = [0, 1];
+  periods.forEach((period, axis) => {
+    const way = to[axis] - from[axis];
+    if (!period || way === 0) return;
+    const first = Math.ceil(Math.min(from[axis], to[axis]) / period);
+    const count = Math.min(Math.floor(Math.max(from[axis], to[axis]) / period) - first + 1, MOST_TURNS);
+    for (let border = first; border < first + count; border += 1) parts.push((border * period - from[axis]) / way);
+  });
+  parts.sort((one, other) => one - other);
+  return parts.slice(1).map((part, at) => periods.map((period, axis) => {
+    const middle = from[axis] + 0.5 * (part + parts[at]) * (to[axis] - from[axis]);
+    return period ? -Math.floor(middle / period) * period : 0;
+  }));
+}
+
 export class Motion {
   constructor(bodies, rows, unit, periods = [0, 0]) {
     this.periods = periods;
+    this.names = ["x", "y", "vx", "vy", ...(periods.some((period) => period) ? ["kx", "ky"] : [])];
     this.bodies = bodies;
     this.rows = rows;
     this.unit = unit;
@@ -42,13 +62,28 @@ export class Motion {
     return [wrapped(x[body] + vx[body] * time, width), wrapped(y[body] + vy[body] * time, height)];
   }
 
-  /** The places of all bodies at a moment, into two arrays. */
-  places(moment, intoX, intoY) {
+  /** The place of a body at a moment under its plan in force, as far as it flies from where it is shown at another: [x, y]. */
+  flown(body, moment, from) {
     const { x, y, vx, vy, epoch, tick } = this.plans;
+    const [then, now] = [moment, from].map((each) => elapsed(each, epoch[body], tick[body], this.unit));
+    return [[x, vx], [y, vy]].map(([at, speed], axis) => {
+      const period = this.periods[axis];
+      const shown = at[body] + speed[body] * now;
+      return at[body] + speed[body] * then - (period && shown - wrapped(shown, period));
+    });
+  }
+
+  /** The places of all bodies at a moment, into arrays x, y; and into kx, ky the periods that are taken off to show them. */
+  places(moment, into) {
+    const { x, y, vx, vy, kx, ky, epoch, tick } = this.plans;
+    const [width, height] = this.periods;
     for (let body = 0; body < x.length; body += 1) {
       const time = elapsed(moment, epoch[body], tick[body], this.unit);
-      intoX[body] = wrapped(x[body] + vx[body] * time, this.periods[0]);
-      intoY[body] = wrapped(y[body] + vy[body] * time, this.periods[1]);
+      const [flownX, flownY] = [x[body] + vx[body] * time, y[body] + vy[body] * time];
+      into.x[body] = wrapped(flownX, width);
+      into.y[body] = wrapped(flownY, height);
+      if (width) into.kx[body] = kx[body] + Math.round((flownX - into.x[body]) / width);
+      if (height) into.ky[body] = ky[body] + Math.round((flownY - into.y[body]) / height);
     }
   }
 
@@ -64,7 +99,7 @@ export class Motion {
 
   #put(body, flight) {
     const { plans, rows, bodies } = this;
-    for (const name of ["x", "y", "vx", "vy"]) {
+    for (const name of this.names) {
       plans[name][body] = flight < 0 ? bodies[name][body] : rows[name][flight];
     }
     const row = flight >> 1;

@@ -15,7 +15,7 @@ export async function load(held) {
   let rows = null;
   const runs = [];
   for (const run of held.runs) {
-    rows = run.rows ? rebuild(bodies, await decode(run.rows), held.unit) : rows; // null: as the run before
+    rows = run.rows ? rebuild(bodies, await decode(run.rows), held.unit, held.periods) : rows; // null: as the run before
     const steps = run.steps ? await decode(run.steps) : null;
     const structure = run.structure ? new Structure(await decode(run.structure), run.labels, Object.keys(held.looks), run.seen) : null;
     runs.push({ rows, steps, structure, present: new Present(run.drawn_as, bodies, held) });

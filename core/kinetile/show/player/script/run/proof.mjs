@@ -47,7 +47,7 @@ export function proofOf(run, shape, moment, held, owner = -1) {
   if (!found) return { title, formula: `${when}; its drawing does not show what its certificate watches`, gap: null, fails };
   const since = elapsed(fails, ...moment, held.unit);
   const gap = (time) => found.gap + found.slope * (time - since);
-  const [one, other] = [found.one, found.other].map((side) => sideInWords(structure, done, side, found.axis, motion.periods));
+  const [one, other] = [found.one, found.other].map((side) => sideInWords(structure, done, side, found.axis));
   const formula = `${other} \u2212 ${one} = ${short(gap(0))} ${signed(found.slope)} t > 0; ${when}`;
   return { title, formula, gap, fails };
 }

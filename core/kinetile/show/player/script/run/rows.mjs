@@ -5,6 +5,7 @@ import { elapsed } from "./clock.mjs";
 
 export const KINDS = ["structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor"];
 const DISC = 1;
+const INSERT = 4;
 const REMOVE = 5;
 const PASS = 6;
 const PART = 7;
@@ -25,10 +26,10 @@ function sums(column) {
   return column;
 }
 
-/** A copy of the plans of bodies (columns there, epoch, tick, x, y, vx, vy). */
+/** A copy of the plans of bodies (columns there, epoch, tick, x, y, vx, vy; where axes are periodic kx, ky). */
 export function copyPlans(bodies) {
   const plans = {};
-  for (const name of ["there", "epoch", "tick", "x", "y", "vx", "vy"]) plans[name] = bodies[name].slice();
+  for (const name of ["there", "epoch", "tick", "x", "y", "vx", "vy", "kx", "ky"]) plans[name] = bodies[name].slice();
   return plans;
 }
 
@@ -44,13 +45,14 @@ export function isThereAfter(kind) {
 
 /**
  * The rows of a run: columns kind, epoch, tick, a, b, and of flight 2 * row + side (0 for a, 1 for b) place
- * x, y, velocity vx, vy, and the flight `before` it of the same body (-1: the plan that it began with).
+ * x, y, velocity vx, vy, the periods kx, ky that were taken off the place since the body's first one, and the flight
+ * `before` it of the same body (-1: the plan that it began with).
  */
-export function rebuild(bodies, coded, unit) {
+export function rebuild(bodies, coded, unit, periods) {
   const { kind, a, b } = coded;
   const count = kind.length;
   const rows = { count, kind, a, b, epoch: sums(coded.epoch), tick: sums(coded.tick) };
-  for (const name of ["x", "y", "vx", "vy"]) rows[name] = new Float64Array(2 * count);
+  for (const name of ["x", "y", "vx", "vy", "kx", "ky"]) rows[name] = new Float64Array(2 * count);
   rows.before = new Int32Array(2 * count).fill(-1);
   const now = copyPlans(bodies);
   const last = new Int32Array(bodies.x.length).fill(-1);
@@ -72,8 +74,14 @@ export function rebuild(bodies, coded, unit) {
       const gains = side === 1 && kind[row] === DISC && bodies.mass[a[row]] === bodies.mass[b[row]];
       const keepsX = gains ? now.vx[body] + lostX : now.vx[body];
       const keepsY = gains ? now.vy[body] + lostY : now.vy[body];
-      rows.x[flight] = differing(now.x[body] + now.vx[body] * time, x[row]);
-      rows.y[flight] = differing(now.y[body] + now.vy[body] * time, y[row]);
+      const [fliesX, fliesY] = [now.x[body] + now.vx[body] * time, now.y[body] + now.vy[body] * time];
+      rows.x[flight] = differing(fliesX, x[row]);
+      rows.y[flight] = differing(fliesY, y[row]);
+      if (kind[row] !== INSERT) {
+        if (periods[0]) now.kx[body] += Math.round((fliesX - rows.x[flight]) / periods[0]);
+        if (periods[1]) now.ky[body] += Math.round((fliesY - rows.y[flight]) / periods[1]);
+      }
+      [rows.kx[flight], rows.ky[flight]] = [now.kx[body], now.ky[body]];
       rows.vx[flight] = differing(keepsX, vx[row]);
       rows.vy[flight] = differing(keepsY, vy[row]);
       lostX = now.vx[body] - rows.vx[flight];

@@ -48,7 +48,7 @@ export class Sentences {
       if (!found) continue;
       const role = structure.roles[structure.role[shape]];
       const label = structure.labels[structure.label[shape]];
-      const words = meetingInWords(structure, event, found, role, motion.periods);
+      const words = meetingInWords(structure, event, found, role);
       return label ? `${words} (${label})` : words;
     }
     return due.some((shape) => structure.roles[structure.role[shape]] === "cell") ? `body ${body} leaves its cell` : null;
@@ -93,8 +93,8 @@ export class Sentences {
 }
 
 /** What passes what; of a cell, who leaves it. */
-export function meetingInWords(structure, done, { axis, one, other }, role, periods) {
-  const [passes, passed] = [one, other].map((each) => sideInWords(structure, done, each, axis, periods));
+export function meetingInWords(structure, done, { axis, one, other }, role) {
+  const [passes, passed] = [one, other].map((each) => sideInWords(structure, done, each, axis));
   const [body, place] = one.body < 0 ? [passed, passes] : [passes, passed];
   if (role === "cell" && Math.min(one.body, other.body) < 0) return `${body} leaves its cell at ${place}`;
   return one.body < 0 ? `${body} passes ${place}` : `${passes} passes ${passed}`;

@@ -1,10 +1,12 @@
 // The structure that a phase draws: shapes that hang on bodies, each there from one number of events to another.
 
 import { compare } from "./clock.mjs";
+import { apartAlong } from "./motion.mjs";
 
 export const SHAPES = ["segment", "box", "polygon", "link", "entry"];
 export const ENTRY = SHAPES.indexOf("entry");
 const PLURALS = { axis: "axes" };
+const ITSELF = [[0, 0]];
 const STATES = ["old", "again", "fresh", "next"];
 
 /** More than one of a role. */
@@ -148,13 +150,26 @@ export class Structure {
     return found.sort((one, other) => one - other);
   }
 
-  /** The points [x, y] of a shape, with places {x, y} of the bodies. */
+  /** The points [x, y] of a shape, with places of the bodies: {x, y}, and where axes are periodic {kx, ky, periods}. */
   points(shape, places) {
     const found = [];
     for (let at = this.start[shape]; at < this.start[shape] + this.size[shape]; at += 2) {
-      found.push([this.coordinate(at, places.x), this.coordinate(at + 1, places.y)]);
+      found.push([this.coordinate(shape, at, places), this.coordinate(shape, at + 1, places)]);
     }
     return found;
+  }
+
+  /** How far the images of a shape that can be seen in the box are from it: [right, up] of each. */
+  images(shape, places) {
+    if (!places.periods) return ITSELF;
+    const [across, upwards] = places.periods.map((period, axis) => {
+      if (!period || this.#leader(shape, axis) < 0) return [0];
+      const side = this.points(shape, places).map((point) => point[axis]);
+      const first = Math.ceil(-Math.max(...side) / period);
+      const count = Math.floor(1 - Math.min(...side) / period) - first + 1;
+      return Array.from({ length: Math.max(count, 0) }, (_, at) => (first + at) * period);
+    });
+    return across.flatMap((right) => upwards.map((up) => [right, up]));
   }
 
   /** What a shape is: plain data, to be compared. */
@@ -163,13 +178,29 @@ export class Structure {
     const fails = Number.isNaN(this.epoch[shape]) ? null : [this.epoch[shape], this.tick[shape]];
     const coordinates = [];
     for (let at = this.start[shape]; at < this.start[shape] + this.size[shape]; at += 1) {
-      coordinates.push([this.body[at], this.offset[at]]);
+      coordinates.push([this.body[at], this.offset[at], this.turns?.[at] ?? 0]);
     }
     return { ...own, fails, coordinates };
   }
 
-  /** A coordinate by its place in `body` and `offset`, with the places of the bodies on its axis. */
-  coordinate(at, places) {
-    return this.body[at] < 0 ? this.offset[at] : places[this.body[at]] + this.offset[at];
+  /** A coordinate of a shape by its place in `body` and `offset`: x and y by turns. A body is where it is shown; the others of a shape are beside the first one, through the image that the shape has; of a link, through the nearest. */
+  coordinate(shape, at, places) {
+    const body = this.body[at];
+    if (body < 0) return this.offset[at];
+    const axis = (at - this.start[shape]) & 1;
+    const shown = axis ? places.y : places.x;
+    const place = shown[body] + this.offset[at];
+    const period = places.periods?.[axis];
+    const leader = period ? this.#leader(shape, axis) : -1;
+    if (leader < 0) return place;
+    if (SHAPES[this.shape[shape]] === "link") return shown[leader] + apartAlong(shown[leader], place, period);
+    const taken = axis ? places.ky : places.kx;
+    return place + (this.turns[at] + taken[body] - taken[leader]) * period;
+  }
+
+  /** The first body of a shape on an axis; -1 where a coordinate is a fixed number. */
+  #leader(shape, axis) {
+    for (let at = this.start[shape] + axis; at < this.start[shape] + this.size[shape]; at += 2) if (this.body[at] < 0) return -1;
+    return this.body[this.start[shape] + axis];
   }
 }
