@@ -146,6 +146,12 @@ def hangs(k: Kernel, s: State) -> None:
         pass
 
 
+def dawdles(k: Kernel, s: State) -> None:
+    until = time.process_time() + 1.5
+    while time.process_time() < until:
+        pass
+
+
 def takes_all(k: Kernel, s: State) -> None:
     heap = []
     while True:
@@ -236,6 +242,7 @@ HOSTILE = {
     "touches-bodies-in-arrange": phase(arrange=touches),
     "audits-badly": phase(audit=audits_badly),
     "has-no-such-field": phase(build=no_such_field),
+    "dawdles-in-arrange": phase(arrange=dawdles),
     "hangs-in-a-hook": phase(repair=for_ever),
     "schedules-one-too-many": phase(repair=one_too_many),
     "offers-nobody": phase(build=nobody_and_nobody),

@@ -41,6 +41,7 @@ from kinetile_conformance.processes import (
 from kinetile_conformance.reporting import Result, saved
 from kinetile_conformance.runner import CheckRun, Plan, Runner, verdict
 from kinetile_conformance.strategies.changes import without
+from kinetile_conformance.strategies.gallery import smallest
 
 DEATHS = 3
 """After this number of deaths the checks that are left are not run."""
@@ -230,7 +231,13 @@ class IsolatedRunner:
             result = replace(result, status="failed", said="\n".join(lines))
         elif status == "not judged":
             return replace(result, said="", reason=dying)
-        elif scene is not None and self._plan.shrink and thorough and died.how != "endless":
+        elif died.how == "endless":
+            if self._is_slow(name, scene):
+                slow = (
+                    f"{self._scene_seconds:g} CPU s are too few for it, in check {name!r}; it comes to an end"
+                )
+                return replace(result, status="not judged", said="", reason=slow)
+        elif scene is not None and self._plan.shrink and thorough:
             scene = self._fewest(name, scene)
         if scene is None:
             return result
@@ -240,6 +247,18 @@ class IsolatedRunner:
                 slow = f"{dying}; and so it is under kinetile's other phases"
                 return replace(result, status="not judged", said="", reason=slow)
         return saved(replace(result, bodies=len(scene)), scene, self._plan.subject, self._plan.save_to)
+
+    def _is_slow(self, check: str, scene: Scene | None) -> bool:
+        """Whether a check that seemed endless comes to an end if it may take longer."""
+        usual, self._scene_seconds = self._scene_seconds, deadline.LONGER * self._scene_seconds
+        try:
+            self._call(_alone, check, scene or smallest(), again=True)
+        except Died:
+            return False
+        finally:
+            self.close()  # this child has the longer limit
+            self._scene_seconds = usual
+        return True
 
     def _fewest(self, check: str, scene: Scene) -> Scene:
         """Leave out one body after the other where the process dies without it too, for as long as a check

@@ -181,6 +181,13 @@ def test_an_endless_loop_is_ended_and_located(monkeypatch: pytest.MonkeyPatch) -
     assert result.verdict.startswith("only hangs-in-arrange")
 
 
+def test_a_slow_phase_was_taken_for_an_endless_loop(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(deadline, "SCENE_SECONDS", 1.0)
+    (result,) = isolated("dawdles-in-arrange", shrink=False).results
+    assert result.status == "not judged"
+    assert result.reason == "1 CPU s are too few for it, in check 'same-contacts'; it comes to an end"
+
+
 def test_processes_of_a_check_inherited_the_limit_of_its_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     """A slow phase that was right ended there by SIGXCPU: "in a process of its own it does not run"."""
     resource = pytest.importorskip("resource")
