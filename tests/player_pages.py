@@ -73,6 +73,16 @@ HARD = ("H07", "H11", "H12", "H14", "H15", "H16", "H19", "H21", "H23", "H28", "H
 FILES = Path(__file__).parent / "scenes"
 
 
+def torus(periodic: str, shaped: bool = False) -> kt.Scene:
+    """Nine discs, or boxes, discs and triangles, several of which cross each periodic border soon."""
+    if not shaped:
+        return kt.make_scene("grid", bodies=9, density=0.4, seed=3, periodic=periodic)
+    places = [(0.8 + right, 0.8 + up) for up in (0.0, 2.0, 4.0) for right in (0.0, 2.0, 4.0)]
+    velocities = np.random.default_rng(2).uniform(-2.0, 2.0, (9, 2))
+    shapes = [kt.box(1.2, 0.6), kt.disc(0.4), kt.polygon([(-0.5, -0.3), (0.6, -0.3), (0.0, 0.6)])]
+    return kt.Scene(places, velocities, shape=[0, 1, 2] * 3, shapes=shapes, arena=(6, 6), periodic=periodic)
+
+
 def case_of(name: str) -> tuple[kt.Scene, Trajectory, Page, list[float]]:
     """One of ``SCENES`` or ``HARD``: the scene, what it does for up to 200 contacts, the page of that, and a
     thousand moments."""

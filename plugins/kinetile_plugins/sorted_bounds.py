@@ -25,6 +25,7 @@ from kinetile.toolbox import (
     NEVER,
     At,
     Box,
+    Coordinate,
     Entry,
     Item,
     Kernel,
@@ -224,7 +225,7 @@ def _certificate(
     k: Kernel, order: Whole, place: Whole, due: Whole, axis: int, foot: float | None = None
 ) -> Iterator[Segment]:
     """Yields the first certificate of an axis to fail: a line between two bounds, at a height or from body to
-    body; of a periodic axis, to the image that is watched."""
+    body; of a periodic axis, to the image that is watched, and along the other axis to the nearest."""
     at = int(np.argmin(due[order]))
     if at + 1 == len(order) and not _period(k, axis):
         return
@@ -232,7 +233,11 @@ def _certificate(
     one, two = _edge(k, first, axis), _edge(k, other, axis)
     if _period(k, axis):
         two = At(two.body, two.offset, int((place[first] - place[other]) // len(order)) + 1)
-    begin, end = (_point(edge, At(edge.body) if foot is None else foot, axis) for edge in (one, two))
+    heights: list[Coordinate] = [At(one.body), At(two.body)] if foot is None else [foot, foot]
+    if foot is None and (period := _period(k, 1 - axis)):
+        low, high = positions_now(k, np.array([one.body, two.body]))[:, 1 - axis].tolist()
+        heights[1] = At(two.body, turns=round((low - high) / period))
+    begin, end = (_point(edge, height, axis) for edge, height in zip((one, two), heights, strict=True))
     yield Segment("certificate", begin, end, int(due[first]), _outcome(first, other))
 
 
@@ -255,7 +260,7 @@ def _edge(k: Kernel, bound: int, axis: int) -> At:
     return At(bound >> 1, float(away if bound & 1 else -away))
 
 
-def _point(along: float | At, across: float | At, axis: int) -> Point:
+def _point(along: Coordinate, across: Coordinate, axis: int) -> Point:
     """Returns a point by its coordinates along an axis and across it."""
     return (along, across) if axis == 0 else (across, along)
 

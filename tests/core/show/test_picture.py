@@ -8,14 +8,16 @@ import sys
 from dataclasses import replace
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 import kinetile as kt
 from kinetile.errors import MissingExtra
-from kinetile.plugin.drawing import ROLES
+from kinetile.plugin.drawing import ROLES, Box, points_of
 from kinetile.show.picture import LOOKS, picture_of_scene, take_picture
 from kinetile.show.printed import as_printed
 from kinetile.show.svg import MARGIN, SIZE, as_svg
+from player_pages import torus
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -143,3 +145,27 @@ def test_a_segment_is_within_the_view_and_has_no_number_on_it():
     assert (picture.low, picture.high) == ((0.0, 0.0), (4.0, 3.0))
     (numbers,) = (group for group in read(as_svg(picture)).iter(f"{SVG}g") if group.get("class") == "number")
     assert [text.text for text in numbers] == ["2"]
+
+
+def test_tiles_cover_a_cylinder_once_wherever_its_bodies_cross_the_border():
+    sim = kt.Simulation(torus("x"), "sweep-tiling")
+    for time in np.linspace(0.0, 3.0, 20).tolist():
+        sim.run(time)
+        tiles = [each for each in take_picture(sim, ["tile"]).shapes if isinstance(each, Box)]
+        corners = np.clip([(*each.low, *each.high) for each in tiles], 0.0, 1.0)
+        assert ((corners[:, 2:] - corners[:, :2]).prod(axis=1)).sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("periodic", "shaped"), [("xy", False), ("y", False), ("xy", True), ("x", True)])
+def test_lines_between_two_bodies_go_the_short_way_round(periodic, shaped):
+    """A certificate of sap-2d went the long way round along the axis on which it watches nothing."""
+    scene = torus(periodic, shaped)
+    sim, lines = kt.Simulation(scene, "sap-2d"), 0
+    for time in np.linspace(0.0, 2.0, 20).tolist():
+        sim.run(time)
+        for each in take_picture(sim, ["pair", "certificate"]).shapes:
+            for period, (one, other) in zip(scene.periods, zip(*points_of(each), strict=True), strict=True):
+                # From centre to centre it is half a period at most; bounds may be a body further.
+                assert not period or abs(other - one) <= 0.5 * period + 2.0 * scene.radius.max()
+            lines += 1
+    assert lines > 20

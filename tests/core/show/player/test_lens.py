@@ -209,3 +209,31 @@ def test_kinds_have_colours_and_passings_show(browser, tmp_path):
         browser.value("[...kinetilePlayer.playback.runs[0].passing.at(kinetilePlayer.playback.runs[0].done)]")
     ) == [1, 2]
     assert browser.said() == []
+
+
+BESIDE = """(() => {
+    const { lens, camera, panes, playback: { runs: [{ structure }] } } = kinetilePlayer;
+    const [right, up] = camera.see(4.0, 0.5);
+    return [-40, -3, 0, 1, 40].map((pixels) => {
+        const shape = lens.shapeAt(0, [right + pixels, up]);
+        return shape === null ? null : [structure.labels[structure.label[shape]], ...structure.plain(shape).coordinates[2]];
+    });
+})()"""  # noqa: E501
+
+
+@needs_chromium
+def test_what_fails_next_is_found_before_a_line_that_is_nearer(browser, tmp_path):
+    """R of body 0 fails next, a few pixels left of L of body 1: that line hid it from the pointer."""
+    scene = kt.Scene(
+        [(3.0, 2.0), (5.0, 2.0), (9.0, 3.0)],
+        [(0.01, 0.0), (0.0, 0.0), (0.0, 0.0)],
+        [0.97, 1.0, 0.5],
+        arena=(10, 4),
+    )
+    browser.open(view_scene(scene, [("sap-1d", {})], until=5.0).save(tmp_path / "page.html"))
+    scale = browser.value("kinetilePlayer.camera.scale")
+    assert 1.0 < 0.03 * scale < 4.0  # pixels
+    far, *near, beyond = browser.value(BESIDE)
+    assert far is None
+    assert [each[:2] for each in near] == [["R", 0]] * 3
+    assert beyond is None

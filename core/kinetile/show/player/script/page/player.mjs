@@ -33,6 +33,12 @@ export function readTheme() {
   return { groups, kinds, ...Object.fromEntries(names.map((name) => [name, colour(name)])) };
 }
 
+/** The box of points [x, y]: left, bottom, right, top. */
+function boxAround(points) {
+  const [x, y] = [0, 1].map((axis) => points.map((point) => point[axis]));
+  return [Math.min(...x), Math.min(...y), Math.max(...x), Math.max(...y)];
+}
+
 /** The state of the page, what a reader can do, and what is seen of it. */
 export class Player {
   constructor(held, { bodies, runs }) {
@@ -202,12 +208,10 @@ export class Player {
       const [[ax, ay], [bx, by]] = pair.map((body) => motion.place(body, this.playback.moment));
       const [dx, dy] = [apartAlong(ax, bx, motion.periods[0]), apartAlong(ay, by, motion.periods[1])];
       const [one, other] = pair.map((body) => this.bodies.outline[body]);
-      if (one) this.camera.look(ax, ay, ...nearest(one, dx, dy));
-      else if (other) this.camera.look(bx, by, ...nearest(other, -dx, -dy));
-      else {
-        const part = this.bodies.radius[pair[0]] / Math.hypot(dx, dy);
-        this.camera.look(ax, ay, dx * part, dy * part);
-      }
+      const part = this.bodies.radius[pair[0]] / Math.hypot(dx, dy);
+      if (one) this.camera.look(...this.shown([ax, ay], nearest(one, dx, dy)));
+      else if (other) this.camera.look(...this.shown([bx, by], nearest(other, -dx, -dy)));
+      else this.camera.look(...this.shown([ax, ay], [dx * part, dy * part]));
     } else {
       const room = 1.2 * Math.max(...this.bodies.radius.filter((radius) => radius > 0), 0); // a disc on each side
       this.fit([box[0] - room, box[1] - room, box[2] + room, box[3] + room]);
@@ -215,14 +219,24 @@ export class Player {
     return this.changed();
   }
 
+  /** A place, and a little beside it, moved by periods to where it is drawn: images end at the borders. */
+  shown(place, beside) {
+    const { periods } = this.held;
+    return [...place.map((at, axis) => (periods[axis] ? at - periods[axis] * Math.floor((at + beside[axis]) / periods[axis]) : at)), ...beside];
+  }
+
   /** The box of what is new in the structure after the present event, or of what fails next; or null. */
   newsBox() {
     for (const run of this.playback.runs) {
       const structure = this.structureOf(run);
-      const corners = (structure?.news(run.done) ?? []).flatMap((shape) => structure.points(shape, this.placesOf(run)));
-      if (!corners.length) continue;
-      const [x, y] = [corners.map((corner) => corner[0]), corners.map((corner) => corner[1])];
-      return [Math.min(...x), Math.min(...y), Math.max(...x), Math.max(...y)];
+      const places = this.placesOf(run);
+      const corners = (structure?.news(run.done) ?? []).flatMap((shape) => {
+        const [left, bottom, right, top] = boxAround(structure.points(shape, places));
+        const half = [(right - left) / 2, (top - bottom) / 2];
+        const [x, y] = this.shown([left, bottom], half);
+        return [[x, y], [x + 2 * half[0], y + 2 * half[1]]];
+      });
+      if (corners.length) return boxAround(corners);
     }
     return null;
   }

@@ -69,7 +69,8 @@ export function proofOfPair({ motion, events, done, passing }, [a, b], moment, h
   const gap = (time) => Math.hypot(dx + wx * time, dy + wy * time) - reach;
   const fails = met ?? rootOf([dx, dy], [wx, wy], reach, moment, held.unit);
   const square = (from, speed) => `(${short(from)} ${signed(speed)} t)\u00b2`;
-  const when = fails ? `contact at ${inTime(fails, held)}${met ? "" : " if nothing comes before"}` : "no contact under these plans";
+  const none = motion.periods.some((period) => period) ? "no contact through the nearest image under these plans" : "no contact under these plans";
+  const when = fails ? `contact at ${inTime(fails, held)}${met ? "" : " if nothing comes before"}` : none;
   return { title, formula: `\u221a(${square(dx, wx)} + ${square(dy, wy)}) \u2212 ${short(reach)} > 0; ${when}`, gap, fails };
 }
 
