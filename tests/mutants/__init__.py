@@ -1,37 +1,61 @@
-"""Mutants: built-in broad phases with one thing wrong each, to see whether the conformance kit notices.
+"""Mutants: phases with one thing wrong each, to see whether the conformance kit notices.
 
-``mutants.toml`` is the table: texts of the built-in phases, the texts in their place, and the check that
-kills the mutant. Some are spared: variations that are right, which no check may condemn. A few are wrong and
-unseen by the kit with its default budget. A mutant is loaded as a package of its own, a copy of
-``kinetile_plugins`` with the changes, and registered under its own name.
+Two tables have the texts of phases, and the texts in their place: ``mutants.toml`` those against which the
+kit was made, each with the check that kills it, and ``families.toml`` those that were written from the
+contract alone, in families, before there were checks for them. Their bases are the built-in phases,
+responses, and ``margins.py`` of this folder, a phase as authors write it. Some rows are spared: variations
+that are right, which no check may condemn. A few are wrong and unseen with the default budget. A mutant is
+loaded as a package of its own, a copy of ``kinetile_plugins`` with the changes, and registered under its own
+name.
 
-Run as a program, it judges the mutants whose names contain one of its arguments, or all, as ``kinetile
-conform`` would with the default budget; it prints a line for each, and ends with 1 where a mutant lives that
-should not, or is killed and should not be. With ``NUMBA_DISABLE_JIT=1`` nothing has to be compiled: those
-that die on small scenes do so within seconds, and the others take ten minutes.
+Run as a program (``--help``), it judges them as ``kinetile conform`` would with the default budget, and
+writes what it found into ``faults.json`` of the kit, from which ``--table`` prints the two tables of
+``docs/what-the-kit-finds.md``. With ``NUMBA_DISABLE_JIT=1`` nothing has to be compiled: those that die on
+small scenes do so within seconds, and the others take ten minutes.
 """
 
 from __future__ import annotations
 
+import argparse
 import importlib
+import json
 import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import kinetile as kt
+import kinetile_conformance
 import kinetile_plugins
 from kinetile_conformance import Result, check_broad_phase
 from registering import registered
 
-TABLE = Path(__file__).with_name("mutants.toml")
+HERE = Path(__file__).parent
+TABLES = HERE / "mutants.toml", HERE / "families.toml"
+FOUND = Path(str(kinetile_conformance.__file__)).with_name("faults.json")
+"""What the kit finds, as the runner has last measured it; shipped with the kit."""
+
 PLUGINS = Path(str(kinetile_plugins.__file__)).parent
-HEAD = {"killed_by", "spared", "unseen", "features"}
+FILES = {path.relative_to(PLUGINS).as_posix(): path for path in PLUGINS.rglob("*.py")}
+FILES["margins.py"] = HERE / "margins.py"
+"""The files of a mutant's package."""
+
+HEAD = {"killed_by", "spared", "unseen", "features", "family"}
+FAMILY = "built-in phases"
+"""The family of the mutants against which the kit was made."""
+
+Spec: TypeAlias = kt.BroadPhaseSpec | kt.NarrowPhaseSpec | kt.ResponseSpec
+
+KINDS = {"disc": "narrow phase", "convex": "narrow phase", "wall": "narrow phase", "restitution": "response"}
+"""The kinds of bases that are no broad phases."""
+
+UNDER = "cells"
+"""The broad phase under which mutants of other kinds are judged."""
 
 
 @dataclass(frozen=True)
@@ -51,10 +75,11 @@ class Change:
 
 @dataclass(frozen=True)
 class Mutant:
-    """A built-in phase with one thing wrong.
+    """A phase, or a response, with one thing wrong.
 
     Attributes:
         base: the phase from which it is made.
+        family: what it is wrong with; "variations" where it is right.
         name: the name under which it is registered.
         changes: what is changed.
         killed_by: the check that fails; "" where none does.
@@ -64,6 +89,7 @@ class Mutant:
 
     base: str
     name: str
+    family: str
     changes: Sequence[Change]
     killed_by: str
     right: bool
@@ -74,34 +100,69 @@ class Mutant:
         """Return the mutant of a row of the table."""
         files = {key: value for key, value in row.items() if key not in HEAD}
         changes = [Change(file, old, new) for file, texts in files.items() for old, new in texts]
-        features = frozenset(row.get("features", ()))
-        return cls(base, f"{base}-{name}", changes, row.get("killed_by", ""), "spared" in row, features)
+        right = "spared" in row
+        return cls(
+            base,
+            f"{base}-{name}",
+            "variations" if right else row.get("family", FAMILY),
+            changes,
+            row.get("killed_by", ""),
+            right,
+            frozenset(row.get("features", ())),
+        )
 
-    def spec(self, folder: Path) -> kt.BroadPhaseSpec:
-        """Write its package into a folder from which it can be imported; return its spec."""
-        package = f"mutant_{self.name.replace('-', '_')}"
-        for path in PLUGINS.rglob("*.py"):
-            file = path.relative_to(PLUGINS).as_posix()
+    @property
+    def kind(self) -> str:
+        """What its base is: a broad phase, a narrow phase or a response."""
+        return KINDS.get(self.base, "broad phase")
+
+    def sources(self) -> Iterator[tuple[str, str]]:
+        """Yield the files of its package, each with its text."""
+        if unknown := {each.file for each in self.changes} - FILES.keys():
+            raise LookupError(f"{self.name} changes files that do not exist: {', '.join(sorted(unknown))}")
+        for file, path in FILES.items():
             text = path.read_text(encoding="utf-8")
             for change in self.changes:
                 text = change.made(text) if change.file == file else text
+            yield file, text
+
+    def spec(self, folder: Path) -> Spec:
+        """Write its package into a folder from which it can be imported; return its spec."""
+        package = f"mutant_{self.name.replace('-', '_')}"
+        for file, text in self.sources():
             there = folder / package / file
             there.parent.mkdir(parents=True, exist_ok=True)
             there.write_text(text.replace("from kinetile_plugins", f"from {package}"), encoding="utf-8")
-        if unknown := {each.file for each in self.changes if not (PLUGINS / each.file).is_file()}:
-            raise LookupError(f"{self.name} changes files that do not exist: {', '.join(sorted(unknown))}")
-        target = kt.registry().spec("broad phase", self.base).target
-        return kt.BroadPhaseSpec(
-            self.name, str(target).replace("kinetile_plugins", package), features=self.features
-        )
+        if self.base == "margins":
+            return kt.BroadPhaseSpec(self.name, f"{package}.margins:Margins", features=self.features)
+        spec = kt.registry().spec(self.kind, self.base)
+        target = str(spec.target).replace("kinetile_plugins", package)
+        if isinstance(spec, kt.NarrowPhaseSpec):
+            return kt.NarrowPhaseSpec(self.name, target, role=spec.role, shapes=spec.shapes)
+        if isinstance(spec, kt.ResponseSpec):
+            return kt.ResponseSpec(self.name, target)
+        return kt.BroadPhaseSpec(self.name, target, features=self.features)
 
 
 ALL = {
     mutant.name: mutant
-    for base, rows in tomllib.loads(TABLE.read_text(encoding="utf-8")).items()
+    for table in TABLES
+    for base, rows in tomllib.loads(table.read_text(encoding="utf-8")).items()
     for mutant in (Mutant.of(base, name, row) for name, row in rows.items())
 }
 """The mutants by name."""
+
+
+class ResponsePlugin:
+    """A plugin that provides one response."""
+
+    def __init__(self, spec: kt.ResponseSpec) -> None:
+        self.__name__ = spec.name
+        self._spec = spec
+
+    @kt.hookimpl
+    def kinetile_responses(self) -> list[kt.ResponseSpec]:
+        return [self._spec]
 
 
 @contextmanager
@@ -109,8 +170,9 @@ def loaded(name: str, folder: Path) -> Iterator[Mutant]:
     """Within this context a mutant is registered, and its package can be imported from a folder."""
     mutant = ALL[name]
     sys.path.insert(0, str(folder))
+    spec = mutant.spec(folder)
     try:
-        with registered(mutant.spec(folder)):
+        with registered(ResponsePlugin(spec) if isinstance(spec, kt.ResponseSpec) else spec):
             importlib.invalidate_caches()
             yield mutant
     finally:
@@ -121,25 +183,37 @@ class _Found(Exception):
     """A check has failed: no other is run."""
 
 
+def run_checks(name: str, folder: Path, on_result: Callable[[Result], None], **options: Any) -> None:
+    """Judge a mutant with these options of the kit: it itself, or ``UNDER`` with it."""
+    with loaded(name, folder) as mutant:
+        if mutant.kind == "narrow phase":
+            check_broad_phase(UNDER, narrow_phases=[name], on_result=on_result, **options)
+        elif mutant.kind == "broad phase":  # no check judges a response
+            check_broad_phase(name, on_result=on_result, **options)
+
+
 def judge(name: str, folder: Path, checks: Sequence[str] | None = None, **options: Any) -> Result | None:
     """Judge a mutant with the default budget, by the check that kills it or by others.
 
-    Returns the first result that is not ok; None where there is none. One that is to be spared is judged by
-    all checks.
+    Returns the first result that is not ok, of those that came to an end if there is one; None where there is
+    none. One that is to be spared is judged by all checks.
     """
+    unjudged: list[Result] = []
 
     def stop(result: Result) -> None:
-        if not result.ok:
+        if result.unjudged:
+            unjudged.append(result)
+        elif not result.ok:
             raise _Found(result)
 
-    with loaded(name, folder) as mutant:
-        checks = checks or ([mutant.killed_by] if mutant.killed_by else None)
-        try:
-            check_broad_phase(name, checks=checks, on_result=stop, **options)
-        except _Found as found:
-            (result,) = found.args
-            return result if isinstance(result, Result) else None
-    return None
+    mutant = ALL[name]
+    checks = checks or ([mutant.killed_by] if mutant.killed_by else None)
+    try:
+        run_checks(name, folder, stop, checks=checks, **options)
+    except _Found as found:
+        (result,) = found.args
+        return result if isinstance(result, Result) else None
+    return unjudged[0] if unjudged else None
 
 
 def as_expected(name: str, found: Result | None) -> bool:
@@ -149,18 +223,156 @@ def as_expected(name: str, found: Result | None) -> bool:
     return found.check == ALL[name].killed_by
 
 
+def matrix_row(name: str, folder: Path, **options: Any) -> dict[str, Any]:
+    """Return which checks fail on a mutant, and which come to no end, of all that are run."""
+    results: list[Result] = []
+    run_checks(name, folder, results.append, shrink=False, **options)
+    failed = [result.check for result in results if not result.ok and not result.unjudged]
+    return {
+        "name": name,
+        "family": ALL[name].family,
+        "failed": failed,
+        "not judged": [result.check for result in results if result.unjudged],
+        "not run": [] if options.get("checks") else _not_run(results),
+        "seconds": round(sum(result.seconds for result in results)),
+    }
+
+
+def _not_run(results: Sequence[Result]) -> list[str]:
+    """Return the checks without a result: the kit gives up after some deaths."""
+    done = {result.check for result in results}
+    return [check.name for check in kinetile_conformance.CHECKS if check.name not in done]
+
+
+def outcomes() -> dict[str, Any]:
+    """Return what the runner has written: ``faults``, each with its family and the check that killed it, or
+    None, and ``variations``, each with the check that condemned it, or None."""
+    if not FOUND.is_file():
+        return {"kit": "", "faults": {}, "variations": {}}
+    found: dict[str, Any] = json.loads(FOUND.read_text(encoding="utf-8"))
+    return found
+
+
+def note(name: str, check: str | None) -> None:
+    """Write the outcome of a mutant down."""
+    found = outcomes()
+    if ALL[name].right:
+        found["variations"][name] = {"condemned_by": check}
+    else:
+        found["faults"][name] = {"family": ALL[name].family, "killed_by": check}
+    for kind in ("faults", "variations"):
+        there = {each for each in found[kind] if each in ALL and ALL[each].right == (kind == "variations")}
+        found[kind] = {each: found[kind][each] for each in sorted(there)}
+    found["kit"] = kinetile_conformance.KIT_VERSION
+    FOUND.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+def families() -> dict[str, tuple[int, int]]:
+    """Return how many faults of each family are killed, and how many there are."""
+    counts: dict[str, tuple[int, int]] = {}
+    for fault in outcomes()["faults"].values():
+        killed, of = counts.get(fault["family"], (0, 0))
+        counts[fault["family"]] = killed + (fault["killed_by"] is not None), of + 1
+    return counts
+
+
+def table() -> str:
+    """Return the page of the two tables."""
+    found, counts = outcomes(), families()
+    written = [counts[family] for family in counts if family != FAMILY]
+    rows = [(family, *counts[family]) for family in sorted(counts)]
+    rows += [("in families", sum(k for k, _ in written), sum(n for _, n in written))]
+    lines = [
+        "# What the conformance kit finds",
+        "",
+        f"Measured by `python tests/mutants --write` with kit {found['kit']}, each mutant with the default",
+        "budget of `kinetile conform`; printed by `python tests/mutants --table`. A fault is a phase with",
+        "one thing wrong (`tests/mutants`). Those of *built-in phases* are the faults against which the kit was",
+        "made; those in the other families were written from",
+        "[the contract](writing-a-broad-phase.md#the-contract) alone, before their checks.",
+        "",
+        "| family | killed | faults | |",
+        "|---|---|---|---|",
+        *(f"| {family} | {killed} | {of} | {100 * killed // max(of, 1)} % |" for family, killed, of in rows),
+        "",
+        "## Faults",
+        "",
+        "| family | fault | killed by |",
+        "|---|---|---|",
+    ]
+    faults = sorted(found["faults"].items(), key=lambda each: (each[1]["family"], each[0]))
+    lines += [f"| {row['family']} | {name} | {_shown(row['killed_by'], 'lives')} |" for name, row in faults]
+    lines += ["", "## Variations that are right", "", "| variation | condemned by |", "|---|---|"]
+    variations = found["variations"].items()
+    lines += [f"| {name} | {_shown(row['condemned_by'], 'spared')} |" for name, row in variations]
+    return "\n".join(lines) + "\n"
+
+
+def _shown(check: str | None, none: str) -> str:
+    return f"*{none}*" if check is None else f"`{check}`"
+
+
 def main(*words: str) -> int:
-    """Judge mutants and print a line for each; return the exit code."""
+    """Judge mutants and print a line for each; return the exit code, 1 where one is not as expected."""
+    parser = argparse.ArgumentParser(prog="python tests/mutants", description="judge mutants by the kit")
+    parser.add_argument("words", nargs="*", help="those whose names contain one of these; all")
+    parser.add_argument("--family", action="append", help="those of this family; may be repeated")
+    parser.add_argument("--check", action="append", help="by this check; may be repeated; else by its own")
+    parser.add_argument("--anew", action="store_true", help="by all checks until one fails")
+    parser.add_argument("--all-checks", action="store_true", help="the matrix: by all checks, to the end")
+    parser.add_argument("--examples", type=int, help="scenes for each check")
+    parser.add_argument("--json", type=Path, help="append a line for each, and leave out those that it has")
+    parser.add_argument("--write", action="store_true", help="write outcomes into faults.json of the kit")
+    parser.add_argument("--table", action="store_true", help="print the page of the two tables")
+    chosen = parser.parse_args(words)
+    if chosen.table:
+        print(table(), end="")
+        return 0
     wrong = 0
-    for name in ALL:
-        if any(word in name for word in words or ("",)):
-            began = time.perf_counter()
-            with tempfile.TemporaryDirectory() as folder:
-                found = judge(name, Path(folder), shrink=False)
-            wrong += not as_expected(name, found)
-            said = "spared"
-            if found is not None:
-                said = f"{found.status} {found.check}: {(found.said or found.reason).splitlines()[0][:80]}"
-            verdict = "ok   " if as_expected(name, found) else "WRONG"
-            print(f"{verdict} {name} ({time.perf_counter() - began:.0f} s): {said}", flush=True)
+    done = _names_in(chosen.json)
+    for name, mutant in ALL.items():
+        if not any(word in name for word in chosen.words or ("",)) or name in done:
+            continue
+        if chosen.family and mutant.family not in chosen.family:
+            continue
+        checks = chosen.check or (
+            [each.name for each in kinetile_conformance.CHECKS] if chosen.anew else None
+        )
+        options = {key: value for key in ("examples",) if (value := getattr(chosen, key)) is not None}
+        with tempfile.TemporaryDirectory() as folder:
+            if chosen.all_checks:
+                row = matrix_row(name, Path(folder), checks=checks, **options)
+                print(f"{name}: {', '.join(row['failed']) or 'none'}", flush=True)
+            else:
+                row, fine = _line(name, Path(folder), checks, options, chosen.write)
+                wrong += not fine
+        if chosen.json is not None:
+            with chosen.json.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(row) + "\n")
     return int(wrong > 0)
+
+
+def _line(
+    name: str, folder: Path, checks: Sequence[str] | None, options: dict[str, Any], write: bool
+) -> tuple[dict[str, Any], bool]:
+    """Judge a mutant, print its line, and write its outcome if that is wanted; return it, and whether it is
+    as expected."""
+    began = time.perf_counter()
+    found = judge(name, folder, checks, shrink=False, **options)
+    fine = as_expected(name, found)
+    killed = found.check if found is not None and not found.unjudged else None
+    said = "spared" if ALL[name].right else "lives"
+    if found is not None:
+        said = f"{found.status} {found.check}: {(found.said or found.reason).splitlines()[0][:80]}"
+    verdict = "ok   " if fine else "WRONG"
+    print(f"{verdict} {name} ({time.perf_counter() - began:.0f} s): {said}", flush=True)
+    if write:
+        note(name, killed)
+    return {"name": name, "family": ALL[name].family, "killed_by": killed}, fine
+
+
+def _names_in(path: Path | None) -> set[str]:
+    """Return the mutants that a file of lines has."""
+    if path is None or not path.is_file():
+        return set()
+    return {json.loads(line)["name"] for line in path.read_text(encoding="utf-8").splitlines()}
