@@ -12,7 +12,7 @@ import numpy as np
 
 import kinetile as kt
 from kinetile.errors import SceneError
-from kinetile.kernel.certificates.convex import enters
+from kinetile.kernel.certificates.convex import enters, leaves
 from kinetile.kernel.certificates.convex_integers import (
     COUNT,
     CX,
@@ -23,6 +23,7 @@ from kinetile.kernel.certificates.convex_integers import (
     RADIUS,
     WIDE,
     enters_exactly,
+    leaves_exactly,
 )
 from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import compose, pointer
@@ -36,7 +37,7 @@ TICKS = 2.0**-52, 2.0**-52, 2.0**-30, 2.0**-10, 2.0**-3
 
 
 def ask_both(numbers, plans, elapsed, tick, answers):
-    """Write the answer of all stages, and of the last one, to each question."""
+    """Write the answers of all stages, and of the last one, to each question: when they touch, and part."""
     for i in range(len(plans)):
         x, y, vx, vy, x2, y2, vx2, vy2 = plans[i]
         f = pointer(numbers)
@@ -44,6 +45,8 @@ def ask_both(numbers, plans, elapsed, tick, answers):
         both = Plans(across, up, elapsed[i], tick, 1.0 / tick)
         answers[i, 0] = enters(f, 0, both)
         answers[i, 1] = enters_exactly(f, 0, both, 0)
+        answers[i, 2] = leaves(f, 0, both)
+        answers[i, 3] = leaves_exactly(f, 0, both, 0)
 
 
 def shape(kind: str, rng: random.Random, lattice: int) -> kt.Shape:
@@ -114,10 +117,10 @@ def disagreements(kinds: tuple[str, str], count: int, seed: int = 0) -> tuple[in
         shapes = [shape(kind, rng, lattice) for kind in kinds]
         numbers = np.array(difference_row(*((each.core, each.radius) for each in shapes)))
         plans, elapsed = questions(min(1000, count - begin), draw, lattice, tick, numbers)
-        answers = np.zeros((len(plans), 2), np.int64)
+        answers = np.zeros((len(plans), 4), np.int64)
         asking(numbers, plans, elapsed, tick, answers)
         contacts += int((answers[:, 1] < 2**62).sum())
-        wrong += int((answers[:, 0] != answers[:, 1]).sum())
+        wrong += int((answers[:, ::2] != answers[:, 1::2]).sum())
     return contacts, wrong
 
 

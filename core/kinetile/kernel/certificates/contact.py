@@ -31,8 +31,7 @@ ties. The rest goes to ``integers``, and so do sizes that doubles cannot square,
     v = 0                     never: they overlap, and keep doing so
     else                      s + floor(last root of q); never from s + 2^62 on
 
-Passing is rare beside contact, and a parting is computed once a plan: so there is no filter in double, only
-an estimate from which whole numbers go on.
+It is found as the first is, with time turned round: by an estimate and a step (``left``), or ``integers``.
 
 docs/exact-ticks.md derives the bounds and each constant.
 """
@@ -343,16 +342,38 @@ first_touch_apart = apart(python_of(first_touch))
 """The same, compiled for all loops at once: for a search among images, which has no room for it."""
 
 
+@hook
+def left(x: Separation, y: Separation, radius: float, radius2: float, per_time: float) -> tuple[int, float]:
+    """Return what ``last_touch`` does for a separation and a relative velocity, or ``OPEN``; and when,
+    to a tick unless it is ``OPEN``."""
+    reach, reach_low = plus(radius, radius2)
+    speed = abs(x.u) + abs(y.u)
+    speed2 = x.u * x.u + y.u * y.u
+    t = 0.0
+    if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE:
+        bend = x.d * x.u + y.d * y.u
+        cross = x.d * y.u - y.d * x.u
+        root = math.sqrt(larger(reach * reach * speed2 - cross * cross, 0.0))
+        if bend <= 0.0:
+            t = (root - bend) / speed2
+        elif root > 0.0:
+            t = (reach * reach - (x.d * x.d + y.d * y.d)) / (root + bend)
+        ticks = t * per_time
+        if root > 0.0 and abs(ticks) < FAR:
+            q, q_error, slope, slope_error = gap_at(t, x, y, reach, reach_low)
+            if -slope > 8.0 * slope_error:
+                step, bound, bent = newton(q, q_error, -slope, slope_error, speed2, per_time)
+                if bent < 0.125 and bound < 0.5:
+                    return floor_of(ticks, -step, bound), t - step / per_time
+    return OPEN, t
+
+
 @apart
 def last_touch(plans: Plans, radius: float, radius2: float) -> int:
     """Return how many ticks after the later anchor two overlapping discs part, rounded down exactly, or
     ``NEVER``."""
-    guess = 0
     x, y = separations(plans)
-    reach = radius + radius2
-    speed2 = x.u * x.u + y.u * y.u
-    if speed2 > 0.0:
-        cross = x.d * y.u - y.d * x.u
-        inside = larger(reach * reach * speed2 - cross * cross, 0.0)
-        guess = as_count((math.sqrt(inside) - (x.d * x.u + y.d * y.u)) / speed2 * plans.per_time)
-    return touch_of_integers(plans, radius, radius2, guess, True)
+    found, t = left(x, y, radius, radius2, plans.per_time)
+    if found != OPEN:
+        return found
+    return touch_of_integers(plans, radius, radius2, as_count(t * plans.per_time), True)
