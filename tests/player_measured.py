@@ -67,7 +67,7 @@ def busy() -> str:
 def page_of(bodies: int, folder: Path, begin: float, until: float) -> tuple[View, Path, float]:
     scene = kt.make_scene("grid", bodies=bodies, density=0.5)
     began = time.process_time()
-    view = view_scene(scene, [(PHASE, {})], begin=begin, until=until)
+    view = view_scene(scene, [(PHASE, {})], begin=begin, until=until, pairs=True)
     path = view.save(folder / f"{bodies}-{begin}.html", overwrite=True)
     return view, path, time.process_time() - began
 
@@ -90,7 +90,7 @@ def measure_sizes(folder: Path) -> None:
     few = kt.make_scene("random", bodies=24, density=0.3, radius_ratio=4, seed=4)
     many = kt.make_scene("grid", bodies=1024, density=0.5)
     for scene, until, steps in ((few, 0.12, True), (few, 0.3, True), (many, 0.2, False), (many, 0.2, True)):
-        view = view_scene(scene, [(PHASE, {})], until=until, steps=steps)
+        view = view_scene(scene, [(PHASE, {})], until=until, steps=steps, pairs=True)
         size = view.save(folder / "size.html", overwrite=True).stat().st_size
         stepped = "with" if steps else "without"
         print(f"{len(scene)} discs until {until}, {stepped} steps: {size / 1e6:.2f} MB", flush=True)
@@ -138,5 +138,7 @@ if __name__ == "__main__":
         scene = kt.make_scene("grid", bodies=5000, density=0.5)
         print("5000 discs up to 0.02, their structure computed in the page", flush=True)
         measure_frames(
-            view_scene(scene, [(PHASE, {})], until=0.02, steps=False).save(Path(folder) / "5000.html")
+            view_scene(scene, [(PHASE, {})], until=0.02, steps=False, pairs=True).save(
+                Path(folder) / "5000.html"
+            )
         )

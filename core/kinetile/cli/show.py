@@ -31,6 +31,11 @@ VIEWS_GROUP = "kinetile.views"
 """Entry points by which plugins show scene files of their own kind: each is a function of a path, a broad
 phase (or None) and ``until``, and returns a View, or None for a file that is not of its kind."""
 
+PairsOption = Annotated[
+    bool | None,
+    typer.Option("--pairs/--no-pairs", help="Draw lines between pairs of bodies; by default, of up to 250."),
+]
+
 FORMS = ("svg", "png", "pdf")
 """File formats of ``kinetile draw``."""
 
@@ -50,6 +55,7 @@ def draw(
             metavar="ROLE,...", help="Only these parts of the structure: bound, tile, cell, pair, ..."
         ),
     ] = None,
+    pairs: PairsOption = None,
     velocities: Annotated[bool, typer.Option("--velocities", help="Draw velocities as arrows.")] = False,
     space_time: Annotated[
         str | None,
@@ -83,13 +89,13 @@ def draw(
 
     simulation = Simulation(this_scene, name, options=options or None)
     wanted = None if roles is None else [role.strip() for role in roles.split(",")]
-    if space_time is not None and (form != "svg" or wanted is not None or velocities):
+    if space_time is not None and (form != "svg" or wanted is not None or pairs is not None or velocities):
         raise BadOption("--space-time draws an .svg, with no structure and no velocities")
     if until is not None and space_time is None:
         raise BadOption("--until is the end of --space-time; a moment is chosen by --at")
     _run_to(simulation, at)
     if space_time is None:
-        drawn = _drawn(simulation, wanted, form, velocities)
+        drawn = _drawn(simulation, wanted, pairs, form, velocities)
     else:
         drawn = _drawn_in_space_time(simulation, space_time, until)
     with file_errors(f"--out {out}"):
@@ -103,15 +109,19 @@ def _run_to(simulation: Simulation, at: float | None) -> None:
             simulation.run(until=at, progress=bar)
 
 
-def _drawn(simulation: Simulation, roles: list[str] | None, form: str, velocities: bool) -> bytes:
-    from kinetile.show.picture import take_picture
+def _drawn(
+    simulation: Simulation, roles: list[str] | None, pairs: bool | None, form: str, velocities: bool
+) -> bytes:
+    from kinetile.show.picture import MOST_PAIRED, take_picture
     from kinetile.show.printed import as_printed
     from kinetile.show.svg import as_svg
 
     try:
-        picture = take_picture(simulation, roles)
+        picture = take_picture(simulation, roles, pairs=pairs)
     except ValueError as error:
         raise BadOption(f"--roles: {error}") from error
+    if picture.left_out:
+        notice(f"kinetile: pairs are left out, of more than {MOST_PAIRED} bodies; --pairs draws them")
     return as_svg(picture, velocities) if form == "svg" else as_printed(picture, form, velocities)
 
 
@@ -155,6 +165,7 @@ def view(
         bool,
         typer.Option("--steps/--no-steps", help="Include every step of the broad phase between contacts."),
     ] = True,
+    pairs: PairsOption = None,
     out: Annotated[
         Path,
         typer.Option(metavar="FILE", help="A new file: .html, a page, or .gif, a film (extra `figures`)."),
@@ -179,7 +190,7 @@ def view(
     if form == ".html":
         if options:
             raise BadOption(f"--{next(iter(options))} is for a film: expected --out FILE.gif")
-        page = _view(scene, parameters, broad_phase, beside, (begin, until, at), steps)
+        page = _view(scene, parameters, broad_phase, beside, (begin, until, at), steps, pairs)
         for note in page.notes:
             notice(f"kinetile: {note}")
         page.save(out, overwrite=overwrite)
@@ -187,7 +198,7 @@ def view(
         if beside is not None or at is not None or scene.lower().endswith(".parquet"):
             raise BadOption("a film shows a scene under one broad phase: no --beside, --at, event file")
         phase = (None, {}) if broad_phase is None else read_phase(broad_phase)
-        options |= {"structure": steps}
+        options |= {"structure": steps, "pairs": pairs}
         _write_film(find_scene(scene, parameters), phase, out, (begin, until), overwrite, options)
     echo(f"{out}: {out.stat().st_size / 1e6:.2f} MB")
     if show:
@@ -229,6 +240,7 @@ def _view(
     beside: str | None,
     times: tuple[float | None, float | None, float | None],
     steps: bool,
+    pairs: bool | None,
 ) -> View:
     begin, until, at = times
     phases: list[tuple[str | None, dict[str, Any]]] = [
@@ -262,4 +274,6 @@ def _view(
     from kinetile.show.player import view_scene
 
     found = find_scene(scene, parameters)
-    return view_scene(found, phases or [(None, {})], begin=begin, until=until, at=at, steps=steps)
+    return view_scene(
+        found, phases or [(None, {})], begin=begin, until=until, at=at, steps=steps, pairs=pairs
+    )

@@ -44,12 +44,14 @@ class Film:
         times: the times of the frames, in the scene's time.
         width: of a frame, in pixels.
         structure: whether the structure of the broad phase is drawn.
+        pairs: whether lines between pairs of bodies are drawn; None: as in a picture.
     """
 
     simulation: Simulation
     times: tuple[float, ...]
     width: int
     structure: bool = True
+    pairs: bool | None = None
 
     def frames(self) -> Iterator[Image]:
         """Yields the frames as RGB images of Pillow. Raises MissingExtra without matplotlib, and as
@@ -104,7 +106,7 @@ class Film:
         simulation = copy(self.simulation)
         for time in self.times:
             simulation.run(time)
-            yield time, take_picture(simulation, structure=structure)
+            yield time, take_picture(simulation, structure=structure, pairs=self.pairs)
 
     def _view(self) -> tuple[Place, Place]:
         """Returns the corners of what the film shows; without an arena, by a run for the positions alone."""
@@ -125,7 +127,7 @@ class Film:
         now = f"{time:.{digits}f}" if 0 < digits < 10 else f"{time:.6g}"
         bodies = len({disc.number for disc in picture.discs})  # images over periodic borders are no bodies
         what = counted(self.simulation.scene, bodies)
-        return f"time {now}: {what} under {self.simulation.broad_phase}"
+        return f"time {now}: {what} under {self.simulation.broad_phase}{picture.left_out}"
 
 
 def film(
@@ -136,6 +138,7 @@ def film(
     seconds: float = 8.0,
     width: int = 640,
     structure: bool = True,
+    pairs: bool | None = None,
 ) -> Film:
     """Returns a film of the run of a simulation so far, including interactive commands; before a run, of its
     future. It is run again from the start, and the simulation does not change.
@@ -148,6 +151,7 @@ def film(
         seconds: how long the film plays, at 25 frames a second.
         width: of a frame, in pixels; a scene taller than twice that is drawn smaller.
         structure: whether the structure of the broad phase is drawn.
+        pairs: whether lines between pairs of bodies are drawn; None: of up to 250 bodies.
 
     Raises BadOption for values that make no film.
     """
@@ -168,7 +172,7 @@ def film(
         options=dict(simulation.options) or None,
         keep_contacts=False,
     )
-    return Film(again, times, width, structure)
+    return Film(again, times, width, structure, pairs)
 
 
 def _palette() -> Iterator[int]:

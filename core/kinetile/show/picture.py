@@ -40,6 +40,12 @@ from kinetile.scene import Scene
 from kinetile.scene.bodies import in_box
 from kinetile.scene.shapes import Shape
 
+MOST_PAIRED = 250
+"""The most bodies between which lines are drawn without ``pairs``: of more, they cover the picture."""
+
+WITHOUT_PAIRS = ", without pairs (--pairs)"
+"""The end of the caption of a picture from which they are left out."""
+
 Place = tuple[float, float]
 Array = npt.NDArray[Any]
 
@@ -88,6 +94,7 @@ class Picture:
         shapes: what the broad phase draws, every coordinate a number.
         next: when the first certificate of a shape fails; ticks since the start, None: never.
         times: when certificates fail, in the scene's time, by their ticks.
+        left_out: the end of the caption, where pairs are left out.
     """
 
     caption: str
@@ -98,6 +105,7 @@ class Picture:
     shapes: tuple[Item, ...]
     next: int | None
     times: dict[int, float]
+    left_out: str = ""
 
     @property
     def roles(self) -> list[str]:
@@ -124,11 +132,22 @@ class Picture:
         return ", ".join(words)
 
 
-def take_picture(sim: Simulation, roles: Collection[str] | None = None, structure: bool = True) -> Picture:
+def wants_pairs(pairs: bool | None, bodies: int) -> bool:
+    """Returns whether lines between pairs are drawn, of so many bodies; None: of up to ``MOST_PAIRED``."""
+    return bodies <= MOST_PAIRED if pairs is None else pairs
+
+
+def take_picture(
+    sim: Simulation,
+    roles: Collection[str] | None = None,
+    structure: bool = True,
+    pairs: bool | None = None,
+) -> Picture:
     """Returns the picture of a simulation now; with ``roles``, only shapes of these roles.
 
-    Without ``structure`` there are none, and the broad phase is neither compiled nor
-    built. Raises ValueError for an unknown role.
+    Lines between ``pairs`` are drawn of up to 250 bodies, or where a role is ``pair``; of more the caption
+    says that they are left out. Without ``structure`` there is no shape, and the broad phase is neither
+    compiled nor built. Raises ValueError for an unknown role.
     """
     odd = sorted(set(roles or ()) - set(ROLES))
     if odd:
@@ -136,7 +155,10 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
     of_bodies = sim.positions(), sim.velocities(), sim.radii(), sim.shapes()
     discs = _discs(sim.bodies, *of_bodies)
     drawn = [item for item in sim.drawing() if not isinstance(item, Entry)] if structure else []
-    wanted = [item for item in drawn if roles is None or item.role in roles]
+    asked = [item for item in drawn if roles is None or item.role in roles]
+    paired = wants_pairs(True if pairs is None and "pair" in (roles or ()) else pairs, len(discs))
+    wanted = [item for item in asked if paired or not isinstance(item, Link)]
+    left_out = WITHOUT_PAIRS if pairs is None and len(wanted) < len(asked) else ""
     places = {disc.number: disc.at for disc in discs}
     periods = np.array(sim.scene.periods)
     taken_off = np.rint((sim.unwrapped() - of_bodies[0]) / np.where(periods > 0.0, periods, np.inf))
@@ -146,7 +168,7 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
     ticks = {shape.fails for shape in shapes if shape.fails is not None}
     start, unit = Fraction(sim.scene.start), Fraction(sim.time_unit)
     return Picture(
-        caption=f"{counted(sim.scene, len(discs))} under {sim.broad_phase} at time {sim.time:.6g}",
+        caption=f"{counted(sim.scene, len(discs))} under {sim.broad_phase} at time {sim.time:.6g}{left_out}",
         low=low,
         high=high,
         arena=sim.scene.arena is not None,
@@ -154,6 +176,7 @@ def take_picture(sim: Simulation, roles: Collection[str] | None = None, structur
         shapes=shapes,
         next=min(ticks, default=None),
         times={tick: float(start + Fraction(tick, TICKS) * unit) for tick in ticks},
+        left_out=left_out,
     )
 
 

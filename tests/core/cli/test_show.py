@@ -58,3 +58,11 @@ def test_overwrite_replaces_a_file(tmp_path):
 def test_without_matplotlib_png_names_the_extra_before_anything_runs(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert "kinetile[figures]" in refused("draw no-such-scene --out", tmp_path / "a.png")
+
+
+@pytest.mark.parametrize(("option", "lines"), [("", 512), ("--pairs", 1070), ("--no-pairs", 512)])
+def test_the_command_says_that_pairs_are_left_out_and_how_to_draw_them(tmp_path, option, lines):
+    out = tmp_path / "a.svg"
+    result = kinetile(f"draw grid -s bodies=256 --broad-phase sweep-tiling {option} --out", out)
+    assert ("--pairs draws them" in result.stderr) == (option == "")
+    assert out.read_text(encoding="utf-8").count("<line") == lines

@@ -161,3 +161,14 @@ def test_what_the_command_refuses(more, said, tmp_path):
         small_film().save("there.gif")
     assert [each.name for each in tmp_path.iterdir()] == ["there.gif"]
     assert (tmp_path / "there.gif").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("bodies", "pairs", "drawn", "said"),
+    [(256, None, False, True), (256, True, True, False), (16, None, True, False), (16, False, False, False)],
+)
+def test_a_film_says_in_each_frame_that_pairs_are_left_out(bodies, pairs, drawn, said):
+    film = small_film(kt.make_scene("grid", bodies=bodies), pairs=pairs)
+    time, picture = next(film._pictures(True))
+    assert ("pair" in picture.roles) == drawn
+    assert film._caption(time, picture).endswith(", without pairs (--pairs)") == said

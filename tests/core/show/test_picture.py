@@ -169,3 +169,20 @@ def test_lines_between_two_bodies_go_the_short_way_round(periodic, shaped):
                 assert not period or abs(other - one) <= 0.5 * period + 2.0 * scene.radius.max()
             lines += 1
     assert lines > 20
+
+
+@pytest.mark.parametrize(
+    ("bodies", "asked", "drawn", "said"),
+    [
+        (225, {}, True, False),
+        (225, {"pairs": False}, False, False),
+        (256, {}, False, True),
+        (256, {"pairs": True}, True, False),
+        (256, {"roles": ["pair"]}, True, False),
+        (256, {"roles": ["bound"]}, False, False),
+    ],
+)
+def test_pairs_of_many_bodies_are_drawn_when_they_are_asked_for(bodies, asked, drawn, said):
+    sim = kt.Simulation(kt.make_scene("grid", bodies=bodies, seed=1), "sweep-tiling")
+    picture = take_picture(sim, **asked)
+    assert ("pair" in picture.roles, picture.caption.endswith(", without pairs (--pairs)")) == (drawn, said)

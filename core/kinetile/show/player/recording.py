@@ -34,13 +34,17 @@ from kinetile.run.flights import SIDES, Flights
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import nearest_image
-from kinetile.show.picture import ORDER
+from kinetile.show.picture import MOST_PAIRED, ORDER, wants_pairs
 
 MOST_ROWS = 200_000
 """Rows of a page, some 30 bytes each; a longer run is shown up to there."""
 
 MOST_STEPS = 5_000
 """Events of a run that is stepped; beyond, a page has rows alone."""
+
+
+_PAIRED = ("tiling", "boxes")
+"""Structures that a page computes with pairs."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,7 @@ class Recording:
     ticks since the scene's start.
 
     ``notes`` are sentences for the reader: how it ended, and what is left out; ``drawn_as`` is that of the
-    broad phase's parts.
+    broad phase's parts; ``pairs`` says whether lines between bodies are drawn.
     """
 
     label: str
@@ -74,6 +78,7 @@ class Recording:
     stepped: Steps | None = None
     notes: tuple[str, ...] = ()
     drawn_as: str = ""
+    pairs: bool = True
 
 
 def record(
@@ -84,11 +89,13 @@ def record(
     begin: float,
     until: float,
     max_contacts: int | None = None,
+    pairs: bool | None = None,
 ) -> Recording:
     """Runs a simulation that has not begun, and returns its window from ``begin`` to ``until``, or to a
     number of contacts; None: as many as fit.
 
     ``again`` is a second one, to be stepped; None: no stepping. A fault ends the recording with a note.
+    ``pairs``: whether lines between bodies are drawn; None: of up to ``MOST_PAIRED``.
     """
     rows = BoundedRows(MOST_ROWS)
     notes: list[str] = []
@@ -112,8 +119,15 @@ def record(
         notes.append(f"The run ended with a fault, {type(error).__name__}: {error}")
     last = max(_ticks(rows.rows[-1:]).max(initial=first), _now(simulation, clock) if not notes else first)
     recording = Recording(label, plans, rows.rows, first, int(last), None, tuple(notes))
-    recording = replace(recording, drawn_as=simulation.composition.broad.drawn_as)
-    return recording if again is None else _with_steps(recording, again, clock, begin)
+    drawn_as, paired = simulation.composition.broad.drawn_as, wants_pairs(pairs, len(plans.x))
+    recording = replace(recording, drawn_as=drawn_as, pairs=paired)
+    if again is not None:
+        recording = _with_steps(recording, again, clock, begin)
+    has_links = drawn_as in _PAIRED or (recording.stepped and recording.stepped.structure.unpaired)
+    if pairs is None and not paired and has_links:
+        left_out = f"Pairs are left out, of more than {MOST_PAIRED} bodies; --pairs (pairs=True) draws them."
+        recording = replace(recording, notes=(*recording.notes, left_out))
+    return recording
 
 
 def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: float) -> Recording:
@@ -121,7 +135,7 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
     events = np.append(-1, np.flatnonzero(recording.rows["b"] != REANCHORED)) + 1
     seen: list[tuple[int, int, int, int]] = []
     met = 0
-    log, queue, notes = StructureLog(), [], recording.notes
+    log, queue, notes = StructureLog(recording.pairs), [], recording.notes
     until = math.nextafter(clock.moment(recording.end)[0], math.inf)
     try:
         if begin > again.time:
@@ -290,11 +304,14 @@ MOST_LOOKS = 4_000_000
 class StructureLog:
     """Log of the present shapes after each number of events.
 
-    ``full``: the limit of checked shapes is reached, after ``seen`` events.
+    ``full``: the limit of checked shapes is reached, after ``seen`` events. ``unpaired``: links are left
+    out.
     """
 
-    def __init__(self) -> None:
-        self.full = False
+    def __init__(self, pairs: bool = True) -> None:
+        """Makes a log, without links between bodies unless there are ``pairs``."""
+        self.full = self.unpaired = False
+        self._pairs = pairs
         self.seen = 0
         self._looks = 0
         self._open: dict[Item, int] = {}
@@ -306,6 +323,9 @@ class StructureLog:
         self.seen = done
         before, now, new = self._open, {}, []
         for item in items:
+            if not self._pairs and isinstance(item, Link):
+                self.unpaired = True
+                continue
             first = before.pop(item, None)
             if first is not None:
                 now[item] = first

@@ -77,6 +77,7 @@ def view_scene(
     narrow_phases: Mapping[str, Mapping[str, Any]] | None = None,
     at: float | None = None,
     notes: Sequence[str] = (),
+    pairs: bool | None = None,
 ) -> View:
     """Returns a view of a scene under one broad phase, or under several side by side: then a note says where
     they part, if they do, and the page opens there.
@@ -92,6 +93,7 @@ def view_scene(
         narrow_phases: names and options; None: the scene's, or those that it needs.
         at: the time at which the page opens; None: where the phases part, or the beginning of the window.
         notes: sentences at the head of the page.
+        pairs: whether lines between pairs of bodies are drawn; None: of up to 250 bodies.
 
     Raises UnknownName, BadOption and Refused as ``Simulation``.
     """
@@ -108,7 +110,7 @@ def view_scene(
         first = simulation(choice)
         again = simulation(choice) if steps else None
         label = write_phase(first.broad_phase, first.options)
-        recordings.append(record(scene, first, again, label, begin, until, max_contacts))
+        recordings.append(record(scene, first, again, label, begin, until, max_contacts, pairs))
     labels = [recording.label for recording in recordings]
     title = title or _title(scene, labels, begin, until)
     tick, body, said = _parting(recordings)
@@ -178,13 +180,14 @@ def view_file(path: str | os.PathLike[str]) -> View:
     return View(Page(scene, [recording], f"{Path(path).name}: {_name(scene)}"))
 
 
-def view(simulation: Simulation, until: float | None = None) -> View:
+def view(simulation: Simulation, until: float | None = None, *, pairs: bool | None = None) -> View:
     """Returns a view of the run of a simulation so far, including interactive commands; before a run,
-    of its future. It is played again from the start, and the simulation does not change."""
+    of its future. It is played again from the start, and the simulation does not change. Lines between
+    ``pairs`` of bodies are drawn; None: of up to 250 bodies."""
     scene = simulation.recorded()
     choice = (simulation.broad_phase, simulation.options)
     narrow_phases = simulation.composition.narrow_phases
-    return view_scene(scene, [choice], until=until, narrow_phases=narrow_phases)
+    return view_scene(scene, [choice], until=until, narrow_phases=narrow_phases, pairs=pairs)
 
 
 def _title(scene: Scene, labels: Sequence[str], begin: float, until: float) -> str:

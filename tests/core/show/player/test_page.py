@@ -17,7 +17,7 @@ from kinetile.show.player import recording, view_scene
 from kinetile.show.player.page import MODULES, encode, script
 from kinetile_conformance.cases import Subject, save_case
 from kinetile_conformance.view import view_saved
-from player_pages import SCENES, decode, needs_node
+from player_pages import SCENES, ask_node, decode, needs_node
 from programs import program
 
 DOM = Path(__file__).parents[3] / "player_dom.mjs"
@@ -200,3 +200,23 @@ def test_the_first_view_is_around_the_shapes_and_not_around_their_circles():
     held = view_scene(floor, until=1.0, steps=False).page.held
     assert held["box"] == (-1.0, -0.3125, 5.0, 1.5625)  # a quarter more on each side of 4 by 1.25
     assert [shape["room"] for shape in held["shapes"]] == [0.0, 0.25]  # for numbers
+
+
+@needs_node
+@pytest.mark.parametrize(
+    ("steps", "phase"), [(True, "sweep-tiling"), (False, "sweep-tiling"), (False, "cells")]
+)
+def test_pairs_of_many_bodies_are_recorded_and_computed_when_they_are_asked_for(steps, phase, tmp_path):
+    count = """
+        const { structure, present, motion } = play.runs[0];
+        const places = { x: bodies.x, y: bodies.y };
+        const drawn = structure ?? present.at("now", places, motion.plans.there);
+        return drawn ? drawn.partners(0, 100).length : 0;
+    """
+    scene = kt.make_scene("grid", bodies=256, seed=1)
+    for pairs in (None, True, False):
+        page = view_scene(scene, [(phase, {})], until=1e-4, steps=steps, pairs=pairs).page
+        is_drawn = steps or phase == "sweep-tiling"
+        said = any("--pairs (pairs=True) draws them" in note for note in page.all_notes)
+        assert (ask_node(tmp_path, page, count) > 0) == (is_drawn and pairs is True)
+        assert said == (is_drawn and pairs is None)

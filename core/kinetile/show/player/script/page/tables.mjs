@@ -118,7 +118,7 @@ export class BodyTable {
       ["place", `${x}, ${y}`],
       ["velocity", `${plans.vx[body]}, ${plans.vy[body]}`],
       ["anchor", `${plans.x[body]}, ${plans.y[body]} at ${anchored}`],
-      ["pairs drawn", partners.length ? `with ${partners.join(", ")}` : "none"],
+      ["pairs drawn", partners.length ? `with ${partners.join(", ")}` : held.pairs ? "none" : "left out"],
       bodies.outline[body]
         ? ["shape, mass", `${held.shapes[held.shape[body]].words}, ${bodies.mass[body]}`]
         : ["radius, mass", `${bodies.radius[body]}, ${bodies.mass[body]}`],

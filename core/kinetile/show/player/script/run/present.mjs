@@ -40,7 +40,7 @@ export class Present {
     if (this.key !== key) {
       this.key = key;
       const those = [...there.keys()].filter((body) => there[body]);
-      const sheet = new Sheet(this.roles, those.length);
+      const sheet = new Sheet(this.roles, those.length, this.held.pairs);
       this.draw(sheet, { those, places: [places.x, places.y], radius: this.bodies.radius.map((r) => r || 0), arena: this.held.arena });
       this.found = sheet.structure();
     }
@@ -50,9 +50,9 @@ export class Present {
 
 /** Shapes of one moment, each of two points, in columns: there are some ten a body, again for every frame. */
 class Sheet {
-  constructor(roles, bodies) {
+  constructor(roles, bodies, paired) {
     const room = 8 * bodies + 64;
-    this.roles = roles;
+    Object.assign(this, { roles, paired });
     this.count = 0;
     this.columns = { shape: new Uint8Array(room), role: new Uint8Array(room), label: new Uint8Array(room), body: new Int32Array(4 * room), offset: new Float64Array(4 * room) };
   }
@@ -70,7 +70,9 @@ class Sheet {
     this.count += 1;
   }
 
+  /** Adds a line between two bodies, if there are any, or an entry of the matrix. */
   pair(a, b, role = "pair", shape = LINK, label = "") {
+    if (shape === LINK && !this.paired) return;
     const [low, high] = [Math.min(a, b), Math.max(a, b)];
     this.add(shape, role, label, low, 0, low, 0, high, 0, high, 0);
   }
