@@ -207,8 +207,8 @@ def advance_one(engine: Engine, end: End) -> Event | None:
         head = _look(engine, until, quota)
         if head is not None:
             event = _event_of(engine, head)
-            while engine.chunk(head.tick, UNLIMITED, most=1) == COMMAND_DUE:
-                pass  # tables have grown, and no event has run yet
+            if engine.chunk(head.tick, UNLIMITED, most=1) == COMMAND_DUE:
+                continue  # no event has run yet: in tables that have grown another one may be the next
             engine.build()
             if event is not None and event.kind == "remove":  # it comes after the passings that it ends
                 unstepped.append((event.epoch, event.tick, event.bodies[0], REMOVED))

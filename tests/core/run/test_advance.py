@@ -153,6 +153,19 @@ def test_steps_left_out_passings_that_begin_at_the_start_or_by_an_insertion(phas
     assert stepped.fingerprint == free.fingerprint
 
 
+@pytest.mark.parametrize("phase", ["cells", "sap-1d", "sap-2d", "sweep-tiling"])
+def test_an_insertion_that_made_room_was_two_steps_and_a_structural_event_none(phase):
+    """A structure that is built again for more bodies may have an event before the insertion."""
+    for seed in range(12):
+        velocities = np.random.default_rng(seed).uniform(-2.0, 2.0, (3, 2))
+        places = [(0.5, 0.5), (0.9 + 0.02 * seed, 1.5), (1.2, 2.5)]
+        insert = kt.Insert(0.3, (3.5, 3.5), (0.0, 0.0), 0.05)
+        stepped = kt.Simulation(kt.Scene(places, velocities, 0.2, arena=(4, 4), commands=[insert]), phase)
+        events = list(stepped.steps(0.35))
+        assert [event.kind for event in events].count("insert") == 1
+        assert len(events) == stepped.readings.events
+
+
 def test_a_step_may_be_saved_between_two_contacts_of_one_command():
     sim = kt.Simulation(on_top(commands=COMES_AND_GOES), "cells")
     kinds = []
