@@ -15,6 +15,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.kernel.clock import Clock
+from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Segment
 from kinetile.records import Trajectory
 from kinetile.show.player import view_scene
 from kinetile.show.player.page import Page
@@ -115,6 +116,30 @@ def record(sim: kt.Simulation, until: float) -> np.ndarray:
     parts = [np.zeros(0, kt.LOG)]
     sim.run(until, recorder=parts.append)
     return np.concatenate(parts)
+
+
+def in_order(shapes: list[dict[str, Any]], timeless: bool = False) -> list[dict[str, Any]]:
+    """Shapes in an order of their own; ``timeless``: without the ticks at which they fail."""
+    shapes = [shape | {"fails": None} for shape in shapes] if timeless else shapes
+    return sorted(shapes, key=lambda shape: [shape["role"], shape["coordinates"]])
+
+
+def plain(item: Item) -> dict[str, object]:
+    """A shape as the page's script says it."""
+    if isinstance(item, Link | Entry):
+        points = [(At(item.a), At(item.a)), (At(item.b), At(item.b))]
+    elif isinstance(item, Segment):
+        points = [item.a, item.b]
+    else:
+        points = [item.low, item.high] if isinstance(item, Box) else list(item.corners)
+    flat = [each for point in points for each in point]
+    return {
+        "shape": type(item).__name__.lower(),
+        "role": item.role,
+        "label": item.label,
+        "fails": None if item.fails is None else list(divmod(item.fails, 2**52)),
+        "coordinates": [list(each) if isinstance(each, At) else [-1, each, 0] for each in flat],
+    }
 
 
 PLACES_OF = """(motion, moment) => {

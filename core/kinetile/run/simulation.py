@@ -331,7 +331,8 @@ class Simulation(Moment):
         """The event that ``step`` would run, as scheduled now; None if nothing is scheduled.
 
         A body that flies for more than a thousand time units without an event is anchored again
-        meanwhile, which can move later events by its rounding.
+        meanwhile, which can move later events by its rounding; and where tables grow for an insertion, the
+        new structure may have an event before it.
 
         Raises BusyError during a chunk of a run: to look ahead, the loop computes the first contact.
         """

@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 import kinetile as kt
 import torus_scenes
 from agreement import PHASES, TILING
+from fresh_scenes import fresh, row_of
 from kinetile.errors import KinetileError, Refused, SceneError
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
+from kinetile.kernel.log import REANCHORED, WALLS
 from kinetile_conformance.strategies import scenes
 from kinetile_conformance.strategies.living import ruled_scenes
 from kinetile_conformance.strategies.small import box_scenes
@@ -114,26 +115,10 @@ def passing_scenes(draw: st.DrawFn) -> kt.Scene:
     return scene
 
 
-def row_of(event: kt.Event) -> tuple[int, ...]:
-    """Return the row of the log that an event is, if it is not structural."""
-    codes = {"turn": TURNED, "insert": INSERTED, "remove": REMOVED}
-    codes |= {name: code for code, name in WALLS.items()}
-    bodies = (*event.bodies, *(codes[name] for name in (event.wall, event.kind) if name in codes))
-    return event.epoch, event.tick, *(bodies[::-1] if event.kind == "part" else bodies)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("phase", first(1, ["cells", "sap-1d"]))
-@settings(max_examples=examples(15), deadline=None)
-@given(scene=passing_scenes())
-@example(scene=on_top(commands=COMES_AND_GOES))
-@example(
-    scene=on_top(commands=[kt.Remove(1, 0.0), kt.Insert(0.0, (1.5, 1.5), (0.0, 0.0), 0.5, kind="sensor")])
-)
-def test_steps_left_out_passings_that_begin_at_the_start_or_by_an_insertion(phase, scene):
-    """One numbering: events are the rows of the log, in its order, and the structural events."""
+def assert_one_numbering(phase: str, scene: kt.Scene, until: float) -> None:
+    """Events are the rows of the log, in its order, and the structural events."""
     free, stepped = (kt.Simulation(scene, phase) for _ in range(2))
-    parts, until = [np.zeros(0, kt.LOG)], 1.0 if scene.settings.until is None else scene.settings.until
+    parts = [np.zeros(0, kt.LOG)]
     try:
         free.run(until, max_contacts=40, recorder=parts.append)
         free.run(free.time, recorder=parts.append)
@@ -145,12 +130,30 @@ def test_steps_left_out_passings_that_begin_at_the_start_or_by_an_insertion(phas
     while len(events) < free.readings.events:
         ahead = stepped.next_event
         events.append(stepped.step())
-        assert ahead == events[-1] or scene.periodic  # there plans are written down anew on the way
+        # Not foreseen: plans that are written down anew on the way, and structures that are for an insertion.
+        assert ahead == events[-1] or scene.periodic or events[-1].kind == "structural"
     assert [row_of(event) for event in events if event.kind != "structural"] == [
         tuple(row) for row in rows[["epoch", "tick", "a", "b"]].tolist()
     ]
     assert sum(event.kind == "structural" for event in events) == free.readings.structural_events
     assert stepped.fingerprint == free.fingerprint
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("phase", first(1, ["cells", "sap-1d"]))
+@settings(max_examples=examples(15), deadline=None)
+@given(scene=passing_scenes())
+@example(scene=on_top(commands=COMES_AND_GOES))
+@example(
+    scene=on_top(commands=[kt.Remove(1, 0.0), kt.Insert(0.0, (1.5, 1.5), (0.0, 0.0), 0.5, kind="sensor")])
+)
+def test_steps_left_out_passings_that_begin_at_the_start_or_by_an_insertion(phase, scene):
+    assert_one_numbering(phase, scene, 1.0 if scene.settings.until is None else scene.settings.until)
+
+
+@pytest.mark.parametrize("seed", first(4, [10, 13, 17, 49, *range(100, 130)]))
+def test_steps_of_scenes_drawn_freshly_are_the_rows_of_the_log(seed):
+    assert_one_numbering("sap-2d", *fresh(seed, 8))
 
 
 @pytest.mark.parametrize("phase", ["cells", "sap-1d", "sap-2d", "sweep-tiling"])
@@ -253,13 +256,13 @@ def test_bodies_may_be_turned_between_two_steps():
 
 @pytest.mark.parametrize(("phase", "options"), ALL)
 def test_state_is_right_before_the_first_run(phase, options):
-    fresh, begun = (kt.Simulation(grid(), phase, options=options) for _ in range(2))
-    state = fresh.state
+    unbuilt, begun = (kt.Simulation(grid(), phase, options=options) for _ in range(2))
+    state = unbuilt.state
     begun.build()  # and no event: under cells, bodies on an edge go over at the first tick
     for mine, other in zip(state, begun.state, strict=True):
         assert mine.tobytes() == other.tobytes()
-    fresh.audit()
-    assert (fresh.time, len(fresh.contacts)) == (0.0, 0)
+    unbuilt.audit()
+    assert (unbuilt.time, len(unbuilt.contacts)) == (0.0, 0)
 
 
 def test_tables_and_state_can_only_be_read():

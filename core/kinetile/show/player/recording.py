@@ -150,7 +150,8 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
             else:
                 met = min(met + 1, len(events) - 1)
             queue.append(_queued(again))
-            if not log.full:
+            leaves = event.kind == "part" and not set(event.bodies) <= set(again.bodies.tolist())
+            if not log.full and not leaves:  # its removal, which has ended the passing, comes behind it
                 log.see(number, again.drawing())
             if number >= MOST_STEPS:
                 most = f"a page has those of {MOST_STEPS:,} steps"

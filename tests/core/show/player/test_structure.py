@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Segment
+from kinetile.plugin.drawing import Box, Entry, Link
 from kinetile.show.player import recording, view_scene
 from kinetile.show.player.page import encode
-from player_pages import SCENES, ask_node, decode, needs_node
+from player_pages import SCENES, ask_node, decode, in_order, needs_node, plain
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
 
@@ -21,28 +19,6 @@ DRAWN = """
         return runs[0].structure.at(play.runs[0].done).map((shape) => runs[0].structure.plain(shape));
     });
 """
-
-
-def in_order(shapes: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    return sorted(shapes, key=lambda shape: [shape["role"], shape["coordinates"]])
-
-
-def plain(item: Item) -> dict[str, object]:
-    """A shape as the page's script says it."""
-    if isinstance(item, Link | Entry):
-        points = [(At(item.a), At(item.a)), (At(item.b), At(item.b))]
-    elif isinstance(item, Segment):
-        points = [item.a, item.b]
-    else:
-        points = [item.low, item.high] if isinstance(item, Box) else list(item.corners)
-    flat = [each for point in points for each in point]
-    return {
-        "shape": type(item).__name__.lower(),
-        "role": item.role,
-        "label": item.label,
-        "fails": None if item.fails is None else list(divmod(item.fails, 2**52)),
-        "coordinates": [list(each) if isinstance(each, At) else [-1, each, 0] for each in flat],
-    }
 
 
 @needs_node

@@ -1,0 +1,92 @@
+"""Scenes that are drawn freshly, in the page against the library: places, events and structures are the same.
+
+The seed is 0, unless KINETILE_SEED gives another one; KINETILE_SCENES is how many scenes are drawn.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from fresh_scenes import fresh, row_of
+from kinetile.kernel.clock import Clock
+from kinetile.records import Trajectory
+from kinetile.show.player import view_scene
+from kinetile.show.player.recording import KINDS
+from player_pages import ask_node, in_order, needs_node, plain
+
+SEED, SCENES = int(os.environ.get("KINETILE_SEED", "0")), int(os.environ.get("KINETILE_SCENES", "50"))
+
+SHOWN = """
+    const shapes = (run) => run.structure?.at(run.done).map((shape) => run.structure.plain(shape)) ?? [];
+    const there = (run) => [...run.motion.plans.there.keys()].filter((body) => run.motion.plans.there[body]);
+    const shown = () => {
+        const [run] = play.runs;
+        return [there(run), placesOf(run.motion, play.moment), shapes(run)];
+    };
+    const told = [shown()];
+    const { events: list } = play.runs[0];
+    for (let event = 0; event < list.count; event += 1) {
+        play.jump(0, event);
+        const { kind, a, b } = list;
+        told.push([kind[event], ...play.moment, a[event], b[event], play.runs[0].done, ...shown()]);
+    }
+    const moments = given.times.map((time) => {
+        play.seek(clock.momentAt(time, held.start, held.unit));
+        const [{ motion, events, done }] = play.runs;
+        return [motion.done > (done && events.rows[done - 1]), ...shown()];
+    });
+    return [told, moments];
+"""
+
+
+def phase_of(scene: kt.Scene, seed: int) -> str:
+    """Each phase in turn; sweep-tiling where it takes the scene."""
+    may_tile = "y" not in scene.periodic and not any(
+        each.name == "pass" for row in scene.meets for each in row
+    )
+    phases = ("sap-2d", "sap-1d", "cells", "naive", *["sweep-tiling"] * may_tile)
+    return phases[seed // 2 % len(phases)]
+
+
+def state(sim: kt.Simulation) -> list[Any]:
+    """What a simulation has now: bodies, places, shapes."""
+    return [sim.bodies.tolist(), sim.positions().tolist(), in_order([plain(item) for item in sim.drawing()])]
+
+
+def ordered(shown: list[Any]) -> list[Any]:
+    """What a page shows, with its shapes in the order of ``state``."""
+    return [*shown[:-1], in_order(shown[-1])]
+
+
+@needs_node
+@pytest.mark.parametrize("seed", range(SEED, SEED + SCENES))
+def test_the_page_has_the_places_and_the_structure_of_the_library(seed, tmp_path):
+    scene, until = fresh(seed)
+    phase = phase_of(scene, seed)
+    view = view_scene(scene, [(phase, {})], until=until)
+    assert not view.notes
+    (recording,) = view.page.recordings
+    clock, rng = Clock(scene.start, scene.time_unit), np.random.default_rng(seed)
+    drawn = {*recording.rows["time"].tolist(), *rng.uniform(scene.start, until, 30).tolist()}
+    times = sorted(time for time in drawn if 0 < clock.ticks(time) <= clock.ticks(until))
+    told, moments = ask_node(tmp_path, view.page, SHOWN, times=times)
+
+    now, *events = (ordered(each) for each in told)
+    stepped = kt.Simulation(scene, phase)
+    assert now == state(stepped)
+    for done, (event, shown) in enumerate(zip(stepped.steps(until), events, strict=True), 1):
+        if event.kind != "part" or set(event.bodies) <= set(stepped.bodies.tolist()):
+            now = state(stepped)  # else its removal comes behind it
+        assert shown == [KINDS.index(event.kind), *row_of(event), done, *now], event
+
+    trajectory, sim = Trajectory(recording.rows, scene), kt.Simulation(scene, phase)
+    for time, (anchored, *shown) in zip(times, moments, strict=True):
+        sim.run(time)
+        bodies, places, shapes = state(sim)
+        assert [*shown[:2], in_order(shown[2], anchored)] == [bodies, places, in_order(shapes, anchored)]
+        assert places == trajectory.positions(time).tolist()
