@@ -64,8 +64,8 @@ SYMPTOMS = (
         "shared",
         "state kept in the class or in the module: an array made once for all simulations, a counter, a "
         "random number. What a simulation changes belongs into the state that `prepare` makes.",
-        checks=("instances-are-independent", "state-is-not-kept"),
-        pattern=r"^(the first run|side by side)",
+        checks=("state-is-not-kept",),
+        pattern=r"^(after|side by side)",
     ),
     Symptom(
         "surroundings",
@@ -77,13 +77,14 @@ SYMPTOMS = (
         "start",
         "times are computed from `scene.start`, or as floating-point numbers since then. Hooks know "
         "ticks: `anchor` and `now`.",
-        checks=("does-not-see-the-start",),
+        checks=("same-contacts-after-a-change-of-view",),
+        pattern=r"^started",
     ),
     Symptom(
         "anew",
         "rebuilt on what is there: `arrange` or `build` does not clear what it wrote before, or does "
         "its work the first time only.",
-        checks=("survives-being-built-anew",),
+        pattern=r"^(built anew|put back|resumed from a file),",
     ),
     Symptom(
         "ticks",
@@ -126,8 +127,8 @@ SYMPTOMS = (
     Symptom(
         "empty",
         "nobody was thought of: the largest of no numbers, body 0 of none, a remainder by 0.",
-        checks=("survives-the-smallest-scenes",),
-        pattern=r"raised|with 0 bodies",
+        checks=("same-contacts-in-the-gallery",),
+        pattern=r"raised",
     ),
     Symptom(
         "pair-set",
@@ -152,7 +153,7 @@ SYMPTOMS = (
         "more is claimed than kept: `solid=True` or `skin_limit` left out, or the feature `boxes` for "
         "pairs of another kind.",
         checks=(
-            "near-holds-while-bodies-pass",
+            "never-misses-a-pair-while-all-pass",
             "skin-limit-holds-at-its-edge",
             "pairs-are-overlapping-boxes",
         ),

@@ -1,7 +1,7 @@
 """Scenes for checks: drawn by Hypothesis, and minimised where they fail.
 
-Small and living scenes are drawn once and shown to all checks that use them: drawing one takes longer than
-running it. What is drawn depends on the seed alone.
+The scenes of a strategy are drawn once and shown to all its checks: drawing one takes longer than running it.
+What is drawn depends on the seed alone.
 
 A failing scene of any kind is minimised here and not by Hypothesis: that minimises the numbers of which a
 scene is made, cannot leave the one body out of a swarm that has nothing to do with the failure, and takes a
@@ -23,27 +23,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from functools import partial
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from hypothesis import given
-from hypothesis import seed as seeded
 
 from kinetile.errors import KinetileError
-from kinetile.kernel.compiled import INTERPRETED
 from kinetile.scene import Scene
 from kinetile_conformance.cases import horizon, is_living
+from kinetile_conformance.checks import most
 from kinetile_conformance.checks.check import Check
 from kinetile_conformance.strategies.changes import changed, ended_at, only_bodies, only_commands
-from kinetile_conformance.strategies.living import played
-from kinetile_conformance.strategies.small import generating, scenes
-
-
-class _Fails(Exception):
-    """A scene on which the check fails: Hypothesis is to draw no more."""
+from kinetile_conformance.strategies.gallery import smallest
 
 
 class Drawing:
@@ -57,57 +48,29 @@ class Drawing:
     def __init__(self, examples: int, seed: int) -> None:
         self.examples = examples
         self.seed = seed
-        self._small: dict[bool, list[Scene]] = {}
-        self._living: dict[str, tuple[list[Scene], Iterator[Scene]]] = {}
+        self._drawn: dict[str, tuple[list[Scene], Iterator[Scene]]] = {}
 
-    def small(self, turns: bool) -> list[Scene]:
-        """Return the small scenes, with or without turns."""
-        if turns not in self._small:
-            drawn: list[Scene] = []
-
-            def keep(scene: Scene) -> bool:
-                drawn.append(scene)
-                return True
-
-            draw(scenes(turns), keep, self.examples, self.seed)
-            self._small[turns] = drawn
-        return self._small[turns]
-
-    def living(self, kind: str, count: int) -> Iterator[Scene]:
-        """Yield a number of living scenes of a kind; each is played when it is needed, and once."""
-        if kind not in self._living:
-            self._living[kind] = [], played(kind, self.seed)
-        had, more = self._living[kind]
-        for at in range(max(1, count // 10) if INTERPRETED else count):
+    def scenes(self, each: Check) -> Iterator[Scene]:
+        """Yield the scenes of a check: those of its strategy, each drawn when it is needed, and once."""
+        strategy = each.strategy
+        if strategy is None:
+            yield smallest()
+            return
+        if strategy.name not in self._drawn:
+            drawn = strategy.draw(most(strategy, self.examples), self.seed)
+            self._drawn[strategy.name] = [], iter(drawn)
+        had, more = self._drawn[strategy.name]
+        for at in range(each.count(self.examples)):
             if at == len(had):
-                had.append(next(more))
+                scene = next(more, None)
+                if scene is None:
+                    return
+                had.append(scene)
             yield had[at]
 
     def scenes_fail(self, each: Check, holds: Callable[[Scene], bool]) -> bool:
         """Show scenes to a check until it fails on one; return whether it does."""
-        count = each.count(self.examples)
-        if each.scenes is not None:
-            return not draw(each.scenes.make(), holds, count, self.seed)
-        shown = self.living(each.living, count) if each.living else self.small(each.turns)[:count]
-        return any(not holds(scene) for scene in shown)
-
-
-def draw(strategy: Any, holds: Callable[[Scene], bool], examples: int, seed: int) -> bool:
-    """Draw scenes until one does not hold; return whether all hold."""
-    failed = False
-
-    @seeded(seed)
-    @generating(examples)
-    @given(strategy)
-    def look(scene: Scene) -> None:
-        nonlocal failed
-        failed = failed or not holds(scene)
-        if failed:  # Hypothesis runs the example once more, to report it
-            raise _Fails
-
-    with suppress(_Fails):
-        look()
-    return not failed
+        return any(not holds(scene) for scene in self.scenes(each))
 
 
 Floats = npt.NDArray[np.float64]

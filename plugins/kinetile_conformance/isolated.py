@@ -241,7 +241,7 @@ class IsolatedRunner:
             scene = self._fewest(name, scene)
         if scene is None:
             return result
-        if thorough and (check.compares or not seen):
+        if thorough and (check.observation.compares or not seen):
             result = replace(result, verdict=self._verdict(check.replay or name, scene))
             if died.how == "endless" and not seen and not result.verdict:
                 slow = f"{dying}; and so it is under kinetile's other phases"

@@ -34,12 +34,11 @@ from kinetile_conformance.checks import CHECKS, check_named
 from kinetile_conformance.checks.check import Check, Disagreement, DoesNotApply
 from kinetile_conformance.deadline import SECONDS, Deadline, TimeIsUp, begin_scene, spent
 from kinetile_conformance.diagnosis import diagnosed
-from kinetile_conformance.drawing import Drawing, draw, reduced
+from kinetile_conformance.drawing import Drawing, reduced
 from kinetile_conformance.reporting import Report, Result, saved
 from kinetile_conformance.smoke_test import smoke_test, tightness
 from kinetile_conformance.strategies.changes import ended_at
-from kinetile_conformance.strategies.gallery import smallest
-from kinetile_conformance.strategies.small import scenes
+from kinetile_conformance.strategies.small import FEW
 
 NOT_AUTHORS.add(Path(__file__).parent)
 
@@ -49,8 +48,8 @@ EXAMPLES = 100
 MEMORY = 4 << 30
 """Bytes that a child may take by default."""
 
-FEW = 3
-"""Bodies in a scene that a reader can follow in the head."""
+KEPT = 400
+"""Outcomes of the reference that are kept, for other checks on the same scenes."""
 
 REDUCING = 20.0
 """CPU seconds for minimising a scene of hundreds of bodies."""
@@ -186,26 +185,21 @@ def _subject(
 
 
 class References:
-    """Outcomes of scenes under the reference, with the narrow phases under test; computed once for scenes
-    that many checks share."""
+    """Outcomes of scenes under the reference, with the narrow phases under test; the last ones are kept, for
+    the checks that share a scene."""
 
     def __init__(self, subject: Subject | None = None) -> None:
         self._subject = (subject or Subject(REFERENCE, {})).reference
-        self._kept: dict[int, tuple[Scene, dict[int, RunOutcome]]] = {}
-
-    def keep(self, scenes: list[Scene]) -> None:
-        """Keep the outcomes of these scenes from now on."""
-        for scene in scenes:
-            self._kept.setdefault(id(scene), (scene, {}))
+        self._kept: dict[tuple[int, int], tuple[Scene, RunOutcome]] = {}
 
     def __call__(self, scene: Scene, contacts: int = CONTACTS) -> RunOutcome:
         """Return the reference's outcome of a scene, with a number of contacts at most."""
-        if is_living(scene):
-            self.keep([scene])  # played once, for several checks
-        _, known = self._kept.get(id(scene), (scene, {}))
-        if contacts not in known:
-            known[contacts] = outcome(self._subject, scene, contacts)
-        return known[contacts]
+        key = id(scene), contacts
+        if key not in self._kept:
+            while len(self._kept) >= KEPT:
+                del self._kept[next(iter(self._kept))]
+            self._kept[key] = scene, outcome(self._subject, scene, contacts)
+        return self._kept[key][1]
 
 
 def applicable(subject: Subject, each: Check) -> str | None:
@@ -215,8 +209,8 @@ def applicable(subject: Subject, each: Check) -> str | None:
     if each.judges == "pair" and subject.pair is None:
         return "for a narrow phase for pairs that is named"
     features = registry().spec("broad phase", subject.name).features
-    if each.feature is not None and each.feature not in features:
-        return f"for phases that declare the feature {each.feature!r}"
+    if each.observation.feature is not None and each.observation.feature not in features:
+        return f"for phases that declare the feature {each.observation.feature!r}"
     return None
 
 
@@ -271,7 +265,7 @@ class CheckRun:
 
     def _affordable(self, scene: Scene) -> Scene:
         """Return a living scene, or its beginning, where each command is dear."""
-        if not self.each.living or len(scene.commands) <= BUILT:
+        if not is_living(scene) or len(scene.commands) <= BUILT:
             return scene
         if self.subject.composition(scene).living:
             return scene
@@ -354,8 +348,6 @@ class Runner:
         skipped = applicable(self.subject, each)
         if skipped is not None:
             return Result(each.name, each.sentence, "skipped", 0, 0.0, reason=skipped)
-        if each.draws and each.scenes is None and not each.living:
-            self._references.keep(self._drawing.small(each.turns))
         began = spent()
         self._count = 0
         run = self._check_run(each, self._references, Deadline(self.plan.seconds))
@@ -373,11 +365,8 @@ class Runner:
 
     def _run(self, run: CheckRun, shrink: bool) -> bool:
         """Run a check on its scenes; return whether its time was up before the last one."""
-        if not run.each.draws:
-            run.holds(smallest())
-            return False
         try:
-            if self._drawing.scenes_fail(run.each, run.holds) and shrink:
+            if self._drawing.scenes_fail(run.each, run.holds) and shrink and run.each.draws:
                 self._minimise(run)
         except TimeIsUp:
             return run.said is None
@@ -390,10 +379,11 @@ class Runner:
         do. So where more than a few are left, scenes of a few bodies are drawn as well.
         """
         self._reduce(run)
-        if run.each.scenes is not None or run.each.living or run.scene is None or len(run.scene) <= FEW:
+        draw = run.each.strategy.few if run.each.strategy else None
+        if draw is None or run.scene is None or len(run.scene) <= FEW:
             return
         few = self._check_run(run.each, self._references, Deadline(self.plan.seconds))
-        if not draw(scenes(run.each.turns, FEW), few.holds, 8 * self.plan.examples, self.plan.seed):
+        if any(not few.holds(scene) for scene in draw(8 * self.plan.examples, self.plan.seed)):
             self._reduce(few)
             run.said, run.scene = few.said, few.scene
         run.count += few.count
@@ -419,7 +409,7 @@ class Runner:
             return result
         lines = [result.said, *self._how_often(run), *diagnosed(each.name, result.said, self.subject)]
         replayed = check_named(each.replay) if each.replay else each
-        compared = each.compares and scene is not None
+        compared = each.observation.compares and scene is not None
         return replace(
             result,
             said="\n".join(lines),

@@ -199,8 +199,8 @@ def test_what_does_not_start_is_said(command, why):
         ("--command cat --in-process", "--in-process is for broad phases"),
         ("--command cat --within 0", "--within 0: expected a number above 0"),
         (
-            "--command cat --check makes-progress",
-            "there is no check 'makes-progress'; expected one of same-contacts, same",
+            "--command cat --check can-be-drawn",
+            "there is no check 'can-be-drawn'; expected one of same-contacts, same",
         ),
     ],
 )

@@ -16,6 +16,7 @@ import lanes
 import mutants
 from kinetile_conformance import CHECKS
 from kinetile_conformance.checks import check_named
+from kinetile_conformance.strategies.small import small_scenes, turning_scenes
 
 DEFAULT = (
     "naive-crashes-with-three-bodies",
@@ -24,12 +25,12 @@ DEFAULT = (
     "sap-1d-takes-the-other-end-of-the-right-body",
 )
 EVERY = 10
-LARGE = ("does-not-see-who-asks", "same-contacts-in-the-gallery", "skin-limit-holds-at-its-edge")
+FEW = (None, small_scenes, turning_scenes)
+LARGE = ("does-not-see-who-asks", "skin-limit-holds-at-its-edge")
 SMALL = [
     name
     for name, each in mutants.ALL.items()
-    if each.killed_by and each.killed_by not in LARGE and not check_named(each.killed_by).living
-    if check_named(each.killed_by).scenes is None
+    if each.killed_by and each.killed_by not in LARGE and check_named(each.killed_by).strategy in FEW
 ]
 """Mutants that die on small scenes, so with plain hooks; for the others these take ten minutes."""
 

@@ -1,33 +1,27 @@
-"""Checks of claims: what a phase declares of itself, and what it must not depend on.
+"""Observations of claims: what a phase declares of itself, and what it must not depend on.
 
-A phase declares that it is right while bodies pass through each other (``solid`` is False), up to a skin
-(``skin_limit``), or that it has a feature. It must not depend on what ran before.
+A phase declares that it is right up to a skin (``skin_limit``), or that it has a feature. It must not depend
+on what runs before or beside it, nor on the view of a scene: one that is mirrored, has its axes exchanged, is
+renumbered, enlarged, moved, slowed, or begun later. All factors are powers of two and all shifts dyadic, so
+rounding does not make a transformed scene another scene.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
-from kinetile.errors import Refused
+from kinetile.errors import BadOption, KinetileError, Refused
 from kinetile.plugin.registry import registry
-from kinetile.scene import Scene, Settings, with_commands
-from kinetile_conformance.cases import SWARM_CONTACTS, Subject, horizon, run_summary
-from kinetile_conformance.checks.check import (
-    Disagreement,
-    DoesNotApply,
-    Reference,
-    agree,
-    check,
-    near_fault,
-)
-from kinetile_conformance.strategies.changes import changed
-from kinetile_conformance.strategies.living import ABSENT, SAME_LOOP
-from kinetile_conformance.strategies.swarms import swarm, walled_scenes
-
-LOOKS = 8
-"""Tests of `near` while bodies pass through each other."""
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Scene, Settings, Turn
+from kinetile_conformance.cases import CONTACTS, Subject, horizon, outcome, run_summary
+from kinetile_conformance.checks.check import Case, Disagreement, compare, observation
+from kinetile_conformance.strategies.changes import changed, enlarged, shifted_in_time, slowed
+from kinetile_conformance.strategies.swarms import swarm
 
 FINEST = 45
 """Halvings of a scene within its arena; then its bodies are no larger than the rounding of their places."""
@@ -37,21 +31,6 @@ THICK = 2.0**-44
 
 EDGES = 6
 """Scenes at the limit of the skin."""
-
-
-@check(scenes=walled_scenes, share=0.5, judges="broad")
-def near_holds_while_bodies_pass(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Where it does not need solid bodies, bodies that touch are near while all pass through all."""
-    if subject.composition(scene).broad.solid:
-        raise DoesNotApply("it declares that bodies are solid")
-    rules: dict[Any, Any] = {("*", "*"): "pass", **SAME_LOOP}
-    sim = subject.simulation(with_commands(scene, scene.commands, rules, (*scene.kinds, *ABSENT)))
-    step = (horizon(scene) - scene.start) / LOOKS
-    for look in range(1, LOOKS + 1):
-        sim.run(until=max(scene.start + look * step, sim.time), max_contacts=SWARM_CONTACTS)
-        said = near_fault(sim)
-        if said is not None:
-            raise Disagreement(f"while bodies pass through each other, at time {sim.time!r} {said}")
 
 
 def _cluster(seed: int, size: float) -> Scene:
@@ -68,49 +47,43 @@ def _cluster(seed: int, size: float) -> Scene:
     )
 
 
-@check(draws=False, replayed_by="same-contacts")
-def skin_limit_holds_at_its_edge(subject: Subject, scene: Scene, reference: Reference) -> None:
+@observation(replayed_by="same-contacts")
+def skin_limit_holds_at_its_edge(case: Case) -> None:
     """Just below the skin limit that it declares it gives the reference's contacts, and above, it refuses;
     without a limit it gives them where the skin is several times as thick as bodies are wide."""
-    if subject.simulation(_cluster(0, 2.0**-4)).composition.broad.skin_limit is None:
-        for seed in range(EDGES):
-            thick = _cluster(seed, THICK)
-            try:
-                agree(subject, thick, reference, "with a skin far thicker than bodies are wide, ")
-            except Disagreement as error:
-                raise Disagreement(str(error), thick) from error
-        return
     for seed in range(EDGES):
-        accepted, refused = 2.0**-4, 2.0**-FINEST
-        for _ in range(FINEST):
-            size = float(np.sqrt(accepted * refused))
-            try:
-                sim = subject.simulation(_cluster(seed, size))
-            except Refused:
-                refused = size
-                continue
-            accepted = size
-            limit = sim.composition.broad.skin_limit
-            if limit is not None and limit < sim.tables.clock[0].limits.skin:
-                raise Disagreement(
-                    f"it declares a skin limit of {limit!r}, and runs with a skin of "
-                    f"{float(sim.tables.clock[0].limits.skin)!r}",
-                    _cluster(seed, size),
-                )
-        edge = _cluster(seed, accepted)
+        size, how = THICK, "far thicker than bodies are wide"
+        if case.subject.composition(_cluster(0, 2.0**-4)).broad.skin_limit is not None:
+            size, how = _thickest(case.subject, seed), "just below its limit"
+        edge = replace(case, scene=_cluster(seed, size))
+        compare(edge, outcome(case.subject, edge.scene), f"with a skin {how}, ")
+
+
+def _thickest(subject: Subject, seed: int) -> float:
+    """Return the smallest size of a cluster that a phase does not refuse, found by bisection."""
+    accepted, refused = 2.0**-4, 2.0**-FINEST
+    for _ in range(FINEST):
+        size = float(np.sqrt(accepted * refused))
         try:
-            agree(subject, edge, reference, "with a skin just below its limit, ")
-        except Disagreement as error:
-            raise Disagreement(str(error), edge) from error
+            sim = subject.simulation(_cluster(seed, size))
+        except Refused:
+            refused = size
+            continue
+        accepted = size
+        limit, skin = sim.composition.broad.skin_limit, float(sim.tables.clock[0].limits.skin)
+        if limit is not None and limit < skin:
+            said = f"it declares a skin limit of {limit!r}, and runs with a skin of {skin!r}"
+            raise Disagreement(said, _cluster(seed, size))
+    return accepted
 
 
-@check(draws=False, judges="broad")
-def its_features_are_known(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Every feature that it declares is one for which there is a check."""
+@observation(judges="broad")
+def its_features_are_known(case: Case) -> None:
+    """Every feature that it declares is one for which there is a check"""
     from kinetile_conformance.checks import CHECKS
 
-    known = sorted({each.feature for each in CHECKS if each.feature is not None})
-    declared = registry().spec("broad phase", subject.name).features
+    known = sorted({each.observation.feature for each in CHECKS if each.observation.feature is not None})
+    declared = registry().spec("broad phase", case.subject.name).features
     for feature in sorted(declared.difference(known)):
         raise Disagreement(
             f"it declares the feature {feature!r}, which nothing can disprove; features that are put to the "
@@ -118,16 +91,100 @@ def its_features_are_known(subject: Subject, scene: Scene, reference: Reference)
         )
 
 
-@check(turns=True, share=0.5)
-def state_is_not_kept(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """It repeats itself, also after other simulations: it gives the same contacts."""
+@observation(judges="broad")
+def rejects_unknown_options(case: Case) -> None:
+    """An option that it does not have is refused by name"""
+    with suppress(BadOption):
+        Simulation(case.scene, case.subject.name, options={**case.subject.options, "no_such_option": 1})
+        raise Disagreement("it takes an option called 'no_such_option' without a word")
+
+
+TURNS = 8
+"""How often each of two simulations takes its turn."""
+
+
+@observation()
+def state_is_not_kept(case: Case) -> None:
+    """It repeats itself after other simulations, one of bodies half as large among them, and beside one: it
+    gives the same contacts"""
+    subject, scene = case.subject, case.scene
+    # Of a size at which nothing has run: what is kept of the first scene of a size is that of half radii.
+    large = enlarged(scene, 8.0)
+    for each in (changed(large, radius=0.5 * large.radius), large):
+        compare(replace(case, scene=each), outcome(subject, each, case.contacts), "after half radii, ")
     first = run_summary(subject, scene)
     run_summary(subject, swarm("gas" if scene.arena is not None else "cloud", 16))
-    run_summary(subject, changed(scene, velocity=-scene.velocity, radius=0.5 * scene.radius))
-    again = run_summary(subject, scene)
-    if again != first:
-        raise Disagreement(
-            f"the first run {first[0]}; after other simulations the same run {again[0]}"
-            + ("" if again[1] == first[1] else ", and the contacts are others")
+    # As many bodies, flying the other way: state shared between two simulations would show.
+    sims = [subject.simulation(each) for each in (scene, changed(scene, velocity=-scene.velocity))]
+    ends = ["ran", "ran"]
+    for _ in range(TURNS):
+        for which, sim in enumerate(sims):
+            left = min(CONTACTS - len(sim.contacts), 1 + CONTACTS // TURNS)
+            if ends[which] == "ran" and left:
+                try:
+                    sim.run(until=max(horizon(scene), sim.time), max_contacts=left)
+                except KinetileError as error:
+                    ends[which] = type(error).__name__
+    beside, again = (ends[0], sims[0].fingerprint), run_summary(subject, scene)
+    for how, found in (("side by side with another", beside), ("after others", again)):
+        if found != first:
+            raise Disagreement(
+                f"{how} it {found[0]}; the first run {first[0]}"
+                + ("" if found[1] == first[1] else ", and the contacts are others")
+            )
+
+
+@observation()
+def same_contacts_after_a_change_of_view(case: Case) -> None:
+    """The reference's contacts on the mirrored, renumbered, enlarged, moved, slowed or later scene"""
+    for how, view in _views(case.scene):
+        compare(replace(case, scene=view), outcome(case.subject, view, case.contacts), f"{how}, ")
+
+
+def _views(scene: Scene) -> Iterator[tuple[str, Scene]]:
+    """Yield (name of the transformation, transformed scene)."""
+    arena = scene.arena
+    flip = np.array([-1.0, 1.0])
+    width = np.array([arena[0] if arena else 0.0, 0.0])
+    columns = ("position", "velocity", "radius", "mass")
+
+    def turned(turn: Callable[[Turn], Turn]) -> list[Turn]:
+        return [turn(each) for each in scene.turns]
+
+    yield (
+        "mirrored",
+        changed(
+            scene,
+            position=width + scene.position * flip,
+            velocity=scene.velocity * flip,
+            turns=turned(lambda t: t._replace(velocity=(-t.velocity[0], t.velocity[1]))),
+        ),
+    )
+    yield (
+        "with its axes exchanged",
+        changed(
+            scene,
+            position=scene.position[:, ::-1],
+            velocity=scene.velocity[:, ::-1],
+            arena=None if arena is None else (arena[1], arena[0]),
+            turns=turned(lambda t: t._replace(velocity=(t.velocity[1], t.velocity[0]))),
+        ),
+    )
+    yield (
+        "renumbered",
+        changed(
+            scene,
+            **{name: getattr(scene, name)[::-1] for name in columns},
+            turns=turned(lambda t: t._replace(body=len(scene) - 1 - t.body)),
+        ),
+    )
+    yield "32 times as large", enlarged(scene, 32.0)
+    yield "2^40 times as small", enlarged(scene, 2.0**-40)
+    yield "256 times as slow", slowed(scene, 256.0)  # so long that the clock's base moves on
+    yield "started at 2^40", shifted_in_time(scene, 2.0**40)
+    if arena is None and len(scene):
+        yield "moved", changed(scene, position=scene.position + np.array([2.0**12, -(2.0**9)]))
+        yield (
+            "moved to where all coordinates are negative",
+            changed(scene, position=scene.position - np.ceil(scene.position.max(axis=0))),
         )
-    agree(subject, scene, reference, "after other simulations, ")

@@ -1,4 +1,4 @@
-"""Checks of memory: what hooks change that is not theirs, and what they touch outside of their arrays.
+"""Observations of memory: what hooks change that is not theirs, and what they touch outside of their arrays.
 
 They run on fixed scenes. A breach is named with hook, field and line, and often has no effect on any contact:
 on another machine, or in a larger scene, it would have.
@@ -18,7 +18,7 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.scene import Scene
 from kinetile_conformance.canaries import look_for_writes
 from kinetile_conformance.cases import Subject
-from kinetile_conformance.checks.check import Disagreement, DoesNotApply, Reference, check
+from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, observation
 from kinetile_conformance.processes import Died, in_a_child
 from kinetile_conformance.strategies.gallery import MANY, SMALL
 from kinetile_conformance.watched_hooks import watch_hooks
@@ -77,20 +77,20 @@ def _first(look: Callable[[Scene], str | None], scenes: Titled) -> str | None:
     return None
 
 
-@check(draws=False, compares=False)
-def writes_only_where_it_may(subject: Subject, scene: Scene, reference: Reference) -> None:
+@observation(compares=False)
+def writes_only_where_it_may(case: Case) -> None:
     """Interpreted, its hooks change nothing that is not theirs, use no index outside of an array, and raise
-    nothing."""
-    said = first_breach(subject, SMALL)
+    nothing"""
+    said = first_breach(case.subject, SMALL)
     if said is not None:
         raise Disagreement(said)
 
 
-@check(draws=False, compares=False)
-def stays_within_its_arrays(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """It writes nothing just before or behind an array of its state or of the kernel."""
+@observation(compares=False)
+def stays_within_its_arrays(case: Case) -> None:
+    """It writes nothing just before or behind an array of its state or of the kernel"""
     if INTERPRETED:
         raise DoesNotApply("hooks are interpreted here: writes-only-where-it-may looks at every index")
-    said = _first(partial(look_for_writes, subject), MANY)
+    said = _first(partial(look_for_writes, case.subject), MANY)
     if said is not None:
         raise Disagreement(said)

@@ -1,5 +1,4 @@
-"""Checks of narrow phases for pairs: lower bounds that say nothing, and what the tick of a contact depends
-on.
+"""Observations of narrow phases: lower bounds that say nothing, and what the tick of a contact depends on.
 
 Between a body and its first contact the kernel has lower bounds, and computes the exact tick only when a
 bound has come to the head of the queue. With the bounds of ``disc`` it seldom has to solve exactly for all
@@ -18,6 +17,7 @@ import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -28,13 +28,12 @@ from kinetile.kernel.tables import column, fields_in
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import NarrowPhaseSpec
 from kinetile.run.audit import said_tick
+from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 from kinetile.toolbox import NOBODY, Kernel, PairParts, hook
-from kinetile_conformance.cases import GENERAL, PhasePlugin, RunOutcome, Subject, difference, outcome
-from kinetile_conformance.checks.between_events import stepped
-from kinetile_conformance.checks.check import Disagreement, Reference, agree, check
-from kinetile_conformance.strategies.shapes import shape_and_square_scenes
-from kinetile_conformance.strategies.small import crowded_scenes
+from kinetile_conformance.cases import GENERAL, PhasePlugin, RunOutcome, difference, outcome
+from kinetile_conformance.checks.check import Case, Disagreement, compare, observation
+from kinetile_conformance.checks.runs import STEPS, STOPS, watch
 
 NAME = "conformance-loose"
 
@@ -90,57 +89,54 @@ def _registered() -> Iterator[str]:
         registry().remove(plugin)
 
 
-@check(scenes=crowded_scenes)
-def same_contacts_with_loose_bounds(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """The reference's contacts with bounds as loose as they may be, so that all are computed exactly."""
-    expected = reference(scene)
-    of, options = next(iter(subject.of_role("pair").items()), ("disc", GENERAL))
+@observation()
+def same_contacts_with_loose_bounds(case: Case) -> None:
+    """The reference's contacts with bounds as loose as they may be, so that all are computed exactly"""
+    of, options = next(iter(case.subject.of_role("pair").items()), ("disc", GENERAL))
     with _registered() as name:
-        loose = replace(subject, narrow=subject.of_role("wall") | {name: {"of": of, "options": options}})
-        found = outcome(loose, scene)
-    said = difference(found, expected, subject.name)
-    if said is not None:
-        raise Disagreement(f"with bounds as loose as they may be, {said}")
+        narrow = case.subject.of_role("wall") | {name: {"of": of, "options": options}}
+        found = outcome(replace(case.subject, narrow=narrow), case.scene, case.contacts)
+    compare(case, found, "with bounds as loose as they may be, ")
 
 
-@check(share=0.25, judges="pair", compares=False)
-def a_contact_depends_on_two_plans_alone(subject: Subject, scene: Scene, reference: Reference) -> None:
+@observation(judges="pair", compares=False)
+def a_contact_depends_on_two_plans_alone(case: Case) -> None:
     """The tick of a contact follows from two flight plans: the present time, the numbers of the bodies and
-    what else the kernel holds make no difference, and computing it changes nothing."""
-    for count, sim in enumerate(stepped(subject, scene, 60)):
-        pair = sim.composition.pair
-        if count % EVERY or pair is None:
-            continue
-        k = sim.tables
-        pairs = np.column_stack(np.triu_indices(len(k.bodies), 1)).astype(np.int32)
-        aside = _copied(k)
-        expected = _ticks(pair, aside, pairs)
-        changed = _changed(k, aside)
-        if changed is not None:
-            raise Disagreement(f"at time {sim.time!r} meet wrote {changed}")
-        for how, other, numbered in _variants(k, pairs):
-            found = _ticks(pair, other, numbered)
-            for at in np.flatnonzero(found != expected):
-                a, b = pairs[at].tolist()
-                said = f"at time {sim.time!r} bodies {a} and {b} meet {said_tick(int(expected[at]))}"
-                raise Disagreement(f"{said}; {how}, {said_tick(int(found[at]))}")
+    what else the kernel holds make no difference, and computing it changes nothing"""
+    number = count()
+
+    def look(sim: Simulation) -> None:
+        if next(number) % EVERY == 0 and sim.composition.pair is not None:
+            _check_ticks(sim, sim.composition.pair)
+
+    watch(case, look, STOPS, STEPS)
 
 
-a_contact_of_shapes_depends_on_two_plans_alone = replace(
-    a_contact_depends_on_two_plans_alone,
-    name="a-contact-of-shapes-depends-on-two-plans-alone",
-    sentence="The same where it takes bodies of other shapes.",
-    scenes=shape_and_square_scenes,
-)
+def _check_ticks(sim: Simulation, pair: PairParts) -> None:
+    """Compute the contact of each pair again, in other surroundings; raise unless it is the same."""
+    k = sim.tables
+    pairs = np.column_stack(np.triu_indices(len(k.bodies), 1)).astype(np.int32)
+    aside = _copied(k)
+    expected = _ticks(pair, aside, pairs)
+    changed = _changed(k, aside)
+    if changed is not None:
+        raise Disagreement(f"at time {sim.time!r} meet wrote {changed}")
+    for how, other, numbered in _variants(k, pairs):
+        found = _ticks(pair, other, numbered)
+        for at in np.flatnonzero(found != expected):
+            a, b = pairs[at].tolist()
+            said = f"at time {sim.time!r} bodies {a} and {b} meet {said_tick(int(expected[at]))}"
+            raise Disagreement(f"{said}; {how}, {said_tick(int(found[at]))}")
 
 
-@check(scenes=shape_and_square_scenes, share=0.5, judges="pair")
-def same_contacts_as_convex(subject: Subject, scene: Scene, reference: Reference) -> None:
+@observation(judges="pair")
+def same_contacts_as_convex(case: Case) -> None:
     """Where it takes bodies of other shapes, its contacts, and all places and velocities at the end, are
-    those of `convex`, under the reference and under this broad phase."""
-    agree(subject, scene, reference)
+    those of `convex`, under the reference and under this broad phase"""
+    subject = case.subject
+    compare(case, outcome(subject, case.scene, case.contacts))
     convex = replace(subject, narrow=subject.of_role("wall") | {"convex": {}}).reference
-    found, expected = (_answer_of(each) for each in (reference(scene), outcome(convex, scene)))
+    found, expected = (_answer_of(each) for each in (case.expected, outcome(convex, case.scene)))
     said = difference(found, expected, str(subject.pair))
     if said is not None:
         raise Disagreement(f"compared with convex, {said}")

@@ -1,16 +1,19 @@
-"""The check that a run does not depend on its process, its thread, or what a scene says beside the motion.
+"""The observation that a run does not depend on its process, its thread, or what else a scene says.
 
 The same scenes are run with other ends and another origin, in another thread, and in another process, where
-strings have other hashes and so sets another order.
+strings have other hashes and so sets another order. There a saved run goes on, too.
 """
 
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
+import kinetile as kt
 from kinetile.scene import Scene, Settings, relabelled
-from kinetile_conformance.cases import Subject, horizon, run_summary
-from kinetile_conformance.checks.check import Disagreement, Reference, check
+from kinetile_conformance.cases import CONTACTS, Subject, horizon, run_summary
+from kinetile_conformance.checks.check import Case, Disagreement, observation
 from kinetile_conformance.processes import Died, in_a_child
 from kinetile_conformance.strategies.bulk import lattices
 from kinetile_conformance.strategies.swarms import swarm
@@ -45,11 +48,31 @@ def _in_another_thread(subject: Subject, scenes: list[Scene], ends: list[float])
         return pool.submit(_summaries, subject, scenes, ends).result()
 
 
-def _in_another_process(subject: Subject, scenes: list[Scene], ends: list[float]) -> Summaries:
-    try:
-        return list(in_a_child(_summaries, subject, scenes, ends, environment=OTHER_HASHES))
-    except Died as died:
-        raise Disagreement(f"in another process it does not run: {died}") from None
+def _elsewhere(
+    subject: Subject, scenes: list[Scene], ends: list[float], saved: list[Path]
+) -> tuple[Summaries, list[str]]:
+    """Run scenes in another process, and go on there with saved simulations; return the summaries, and the
+    fingerprints, or what was raised."""
+    found = _summaries(subject, scenes, ends)
+    resumed = []
+    for path, end in zip(saved, ends, strict=True):
+        try:
+            sim = kt.resume(path)
+            sim.run(until=end, max_contacts=CONTACTS - len(sim.contacts))
+            resumed.append(sim.fingerprint)
+        except Exception as error:  # a foreign phase may raise anything; the verdict says what
+            resumed.append(f"{type(error).__name__}: {error}")
+    return found, resumed
+
+
+def _saved(subject: Subject, scenes: list[Scene], folder: str) -> list[Path]:
+    """Save each scene after some of its contacts; return the files."""
+    paths = [Path(folder) / f"saved-{at}" for at in range(len(scenes))]
+    for scene, path in zip(scenes, paths, strict=True):
+        sim = subject.simulation(scene)
+        sim.run(until=horizon(scene), max_contacts=CONTACTS // 3)
+        sim.save(path)
+    return paths
 
 
 def _relabelled(scenes: list[Scene], until: float | None) -> list[Scene]:
@@ -58,17 +81,24 @@ def _relabelled(scenes: list[Scene], until: float | None) -> list[Scene]:
     return [relabelled(each, settings=Settings(until=until), origin=origin) for each in scenes]
 
 
-@check(draws=False)
-def does_not_see_who_asks(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Contacts do not depend on process, thread, origin, or the end of the scene."""
-    scenes = _scenes()
+@observation()
+def does_not_see_who_asks(case: Case) -> None:
+    """Contacts do not depend on process, thread, origin, or the end of the scene; a saved run goes
+    on in another process"""
+    subject, scenes = case.subject, _scenes()
     ends = [horizon(each) for each in scenes]
     plain = _summaries(subject, scenes, ends)
+    with TemporaryDirectory() as folder:
+        saved = _saved(subject, scenes, folder)
+        try:
+            there, resumed = in_a_child(_elsewhere, subject, scenes, ends, saved, environment=OTHER_HASHES)
+        except Died as died:
+            raise Disagreement(f"in another process it does not run: {died}") from None
     views = {
         "with another origin and a later end": _summaries(subject, _relabelled(scenes, 2.0**20), ends),
         "with another origin and no end": _summaries(subject, _relabelled(scenes, None), ends),
         "in another thread": _in_another_thread(subject, scenes, ends),
-        "in another process": _in_another_process(subject, scenes, ends),
+        "in another process": there,
     }
     for how, summaries in views.items():
         for shown, one, other in zip(scenes, plain, summaries, strict=True):
@@ -76,3 +106,7 @@ def does_not_see_who_asks(subject: Subject, scene: Scene, reference: Reference) 
                 if one[0] != other[0]:
                     raise Disagreement(f"{how}, the run {other[0]}; before it {one[0]}", shown)
                 raise Disagreement(f"{how}, the contacts are others", shown)
+    for shown, (_, fingerprint), found in zip(scenes, plain, resumed, strict=True):
+        if found != fingerprint:
+            how = found if ":" in found else "other contacts"
+            raise Disagreement(f"saved, and resumed in another process: {how}", shown)

@@ -1,4 +1,4 @@
-"""Checks of what a phase does to its process, and of what it keeps of one in a saved simulation.
+"""Observations of what a phase does to its process.
 
 A phase is a guest in a user's program. What it prints breaks ``--json``, a seed that it sets makes a study
 repeat itself, and what each simulation leaves behind ends a long one. What it reads, and a cache that is
@@ -25,12 +25,10 @@ from typing import Any
 
 import numpy as np
 
-import kinetile as kt
 from kinetile.errors import KinetileError
 from kinetile.scene import Scene
 from kinetile_conformance.cases import CONTACTS, Subject, horizon
-from kinetile_conformance.checks.check import Disagreement, Reference, check
-from kinetile_conformance.processes import Died, in_a_child
+from kinetile_conformance.checks.check import Case, Disagreement, observation
 from kinetile_conformance.strategies.swarms import swarm
 
 SIMULATIONS = 60
@@ -120,18 +118,18 @@ def _run(subject: Subject, scene: Scene) -> None:
         pass  # whether a run may end so, other checks compare
 
 
-@check(draws=False, compares=False)
-def leaves_the_process_alone(subject: Subject, scene: Scene, reference: Reference) -> None:
+@observation(compares=False)
+def leaves_the_process_alone(case: Case) -> None:
     """It prints nothing, and changes nothing that belongs to the process: random numbers, environment,
-    locale, warnings, signals, open files. It runs where an event loop does."""
+    locale, warnings, signals, open files. It runs where an event loop does"""
     shown = swarm("gas", 12)
-    subject.simulation(shown).compile()  # a compiler may warn
+    case.subject.simulation(shown).compile()  # a compiler may warn
     random.random(), np.random.random()  # a seed that has been set already would change nothing
 
     async def run() -> str:
         before = {what: read() for what, read in PARTS.items()}
         with _written() as written:
-            _run(subject, shown)
+            _run(case.subject, shown)
             said = written()
         changed = [what for what, read in PARTS.items() if read() != before[what]]
         if said:
@@ -145,14 +143,14 @@ def leaves_the_process_alone(subject: Subject, scene: Scene, reference: Referenc
             raise Disagreement(said)
 
 
-@check(draws=False, compares=False)
-def memory_does_not_grow(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """What a simulation took is free when it is gone, and a cache has an end."""
+@observation(compares=False)
+def memory_does_not_grow(case: Case) -> None:
+    """What a simulation took is free when it is gone, and a cache has an end"""
     shown = swarm("gas", 12)
 
     def simulate() -> int:
         for _ in range(SIMULATIONS):
-            subject.simulation(shown).build()
+            case.subject.simulation(shown).build()
         gc.collect()
         return tracemalloc.get_traced_memory()[0]
 
@@ -170,33 +168,3 @@ def memory_does_not_grow(subject: Subject, scene: Scene, reference: Reference) -
         tracemalloc.stop()
     mib = (taken - first) / 2**20
     raise Disagreement(f"each simulation leaves {grown / 1024:.0f} KiB behind, all together {mib:.0f} MiB")
-
-
-def _resumed(subject: Subject, path: Path, until: float) -> str:
-    """Go on with a saved simulation; return its fingerprint, or what was raised."""
-    try:
-        sim = kt.resume(path)
-        sim.run(until=until)
-    except Exception as error:  # a foreign phase may raise anything; the verdict says what
-        return f"{type(error).__name__}: {error}"
-    return sim.fingerprint
-
-
-@check(draws=False, compares=False)
-def resumes_in_another_process(subject: Subject, scene: Scene, reference: Reference) -> None:
-    """Saved, it can be resumed in another process, and goes on to the same contacts."""
-    for shown in (swarm("gas", 12), swarm("lattice", 60)):
-        sim = subject.simulation(shown)
-        sim.run(max_contacts=CONTACTS)
-        until = sim.time + 1.0
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "saved"
-            sim.save(path)
-            try:
-                found = in_a_child(_resumed, subject, path, until)
-            except Died as died:
-                found = f"the process ended: {died}"
-        sim.run(until=until)
-        if found != sim.fingerprint:
-            how = found if ":" in found else "other contacts"
-            raise Disagreement(f"saved, and resumed in another process: {how}", shown)

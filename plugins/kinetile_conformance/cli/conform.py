@@ -266,7 +266,7 @@ def _expectation(text: str) -> tuple[str, str]:
     """Return the check and the reason of ``CHECK=REASON``."""
     check, equals, reason = text.partition("=")
     if not equals or not reason.strip():
-        raise BadOption(f"--expect-failure {text!r}: expected CHECK=REASON, such as makes-progress='issue 7'")
+        raise BadOption(f"--expect-failure {text!r}: expected CHECK=REASON, such as can-be-drawn='issue 7'")
     return _check(check.strip()), reason.strip()
 
 

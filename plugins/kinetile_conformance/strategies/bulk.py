@@ -13,16 +13,13 @@ rounded a little wrong at each event has become visible at the end.
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.scene import Scene, Settings
-from kinetile_conformance.cases import MARATHON_CONTACTS
-from kinetile_conformance.strategies.small import Strategy
-from kinetile_conformance.strategies.swarms import by_number
+from kinetile_conformance.cases import LATTICE_CONTACTS, MARATHON_CONTACTS
+from kinetile_conformance.strategies.strategy import Strategy, numbered
 
 LATTICES = 100
 """Lattices in a scene."""
@@ -87,7 +84,13 @@ def _numbered_lattices(number: int) -> Scene:
     return lattices(LATTICES, number, bool(number & 1), APART[number >> 1 & 1])
 
 
-lattice_scenes = Strategy("lattices", partial(by_number, _numbered_lattices))
+lattice_scenes = Strategy(
+    "lattices",
+    "-on-lattices",
+    "on a hundred small lattices at once, where exact ties abound",
+    numbered(_numbered_lattices),
+    LATTICE_CONTACTS,
+)
 
 BASES = 40
 """How often the base of the clock moves in a marathon, or more often."""
@@ -115,4 +118,10 @@ def _numbered_marathon(number: int) -> Scene:
     return marathon(FEWEST + number % (MOST - FEWEST + 1), number)
 
 
-marathon_scenes = Strategy("marathons", partial(by_number, _numbered_marathon))
+marathon_scenes = Strategy(
+    "marathons",
+    "-in-a-marathon",
+    "over a hundred thousand contacts, while the base of the clock moves often",
+    numbered(_numbered_marathon),
+    MARATHON_CONTACTS,
+)

@@ -18,6 +18,7 @@ import numpy as np
 
 from kinetile.scene import Scene, Settings, Turn
 from kinetile.scene.by_name import make_scene
+from kinetile_conformance.strategies.strategy import Strategy
 
 SCENES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("grid", {"bodies": 25, "density": 0.5}),
@@ -57,6 +58,26 @@ def row_between_two() -> Scene:
 def smallest() -> Scene:
     """Return one body in a box."""
     return Scene([[0.5, 0.5]], [[0.0, 0.0]], 0.25, arena=(1.0, 1.0))
+
+
+def _shown() -> Iterator[Scene]:
+    """Yield scenes with nothing, one body, or nothing that moves, and the gallery."""
+    nobody = np.zeros((0, 2))
+    yield Scene(nobody, nobody, np.zeros(0), arena=(1.0, 1.0))
+    yield smallest()
+    yield smallest().replace(velocity=[[1.0, 0.5]])
+    yield Scene([[0.25, 0.5], [0.75, 0.5]], np.zeros((2, 2)), 0.25, arena=(1.0, 1.0))
+    yield Scene([[0.5, 0.5], [1.5, 0.5]], [[1.0, 0.0], [1.0, 0.0]], 0.5, arena=(8.0, 1.0))
+    yield from (scene for _, scene in gallery())
+
+
+gallery_scenes = Strategy(
+    "the gallery",
+    "-in-the-gallery",
+    "on fixed scenes: of no body, of one, and worst cases",
+    lambda count, seed: _shown(),
+    fixed=6 + len(SCENES),
+)
 
 
 LARGEST = 0.375

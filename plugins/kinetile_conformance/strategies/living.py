@@ -40,10 +40,11 @@ from hypothesis.stateful import (
 from kinetile import Shape
 from kinetile.errors import KinetileError
 from kinetile.kernel.compiled import INTERPRETED
-from kinetile.scene import Response, Scene, Settings, relabelled
-from kinetile_conformance.cases import REFERENCE, Subject, is_living
-from kinetile_conformance.strategies.shapes import SHAPES, scaled, shape_scenes
-from kinetile_conformance.strategies.small import box_scenes, generating, plane_scenes, speeds
+from kinetile.scene import Response, Scene, Settings, relabelled, with_commands
+from kinetile_conformance.cases import LIVING_CONTACTS, REFERENCE, SWARM_CONTACTS, Subject, is_living
+from kinetile_conformance.strategies.shapes import SHAPES, of_all_shapes, scaled
+from kinetile_conformance.strategies.small import box_scenes, plane_scenes, speeds
+from kinetile_conformance.strategies.strategy import Draw, Strategy, drawn, generating
 from kinetile_conformance.strategies.swarms import KINDS as SWARMS
 from kinetile_conformance.strategies.swarms import swarm
 
@@ -131,7 +132,7 @@ STARTS: dict[str, Callable[[], st.SearchStrategy[Scene]]] = {
     "living": _of_any_size,
     "passing": lambda: _with_responses(True),
     "solid": lambda: _with_responses(False),
-    "shapes": lambda: shape_scenes.make().map(lambda scene: scene.replace(turns=())),
+    "shapes": lambda: of_all_shapes().map(lambda scene: scene.replace(turns=())),
 }
 """What living scenes begin with, by kind."""
 
@@ -375,6 +376,62 @@ def played(kind: str, start: int = 0) -> Iterator[Scene]:
         run_state_machine_as_test(machine, settings=generating(BATCH, stateful_step_count=steps))
         batch += 1
         yield from filter(is_living, found[1:])  # the others have loops of their own, and other checks
+
+
+def _played(kind: str) -> Draw:
+    """Return what plays scenes of a kind: few with plain Python hooks, with which one takes over a second."""
+    return lambda count, start: islice(played(kind, start), max(1, count // 10) if INTERPRETED else count)
+
+
+living_strategy = Strategy(
+    "living scenes",
+    "-as-bodies-come-and-go",
+    "while bodies come and go",
+    _played("living"),
+    LIVING_CONTACTS,
+)
+solid_strategy = Strategy(
+    "living scenes with responses",
+    "-with-responses",
+    "where bodies stop, lose energy, or cannot be moved",
+    _played("solid"),
+    LIVING_CONTACTS,
+)
+passing_strategy = Strategy(
+    "living scenes in which some pass",
+    "-while-some-pass",
+    "where bodies pass through others",
+    _played("passing"),
+    LIVING_CONTACTS,
+)
+living_shape_strategy = Strategy(
+    "living scenes of shapes",
+    "-as-shapes-come-and-go",
+    "while bodies of several shapes come and go",
+    _played("shapes"),
+    LIVING_CONTACTS,
+    broad=True,
+)
+
+
+def _all_pass() -> st.SearchStrategy[Scene]:
+    """Return small scenes, and swarms, in which all bodies pass through all."""
+    kinds = st.sampled_from(["gas", "lattice", "giants"])
+    swarms = st.builds(swarm, kinds, st.integers(8, 120), st.integers(0, 1000), st.integers(0, 7))
+    rules: dict[Any, Any] = {("*", "*"): "pass", **SAME_LOOP}
+    return st.one_of(box_scenes(turns=False), box_scenes(turns=False), swarms).map(
+        lambda scene: with_commands(scene, scene.commands, rules, (*scene.kinds, *ABSENT))
+    )
+
+
+passing_swarms = Strategy(
+    "swarms in which all pass",
+    "-while-all-pass",
+    "while all bodies pass through all",
+    drawn(_all_pass),
+    SWARM_CONTACTS,
+    broad=True,
+)
 
 
 @cache

@@ -17,13 +17,13 @@ from kinetile.scene import Scene
 from kinetile_conformance.strategies.small import (
     FEWEST,
     MOST,
-    Strategy,
     body_in_cell,
     on_a_torus,
     scene_of,
     scenes,
     several,
 )
+from kinetile_conformance.strategies.strategy import Strategy, drawn
 
 CAPSULE = capsule((-0.5, 0.0), (0.5, 0.0), 0.5)
 SQUARE = box(2.0, 2.0)
@@ -112,7 +112,7 @@ def _scenes_of(shapes: Sequence[Shape]) -> list[st.SearchStrategy[Scene]]:
     return [plain, plain, _among_bricks(shapes)]
 
 
-def _of_all_shapes() -> st.SearchStrategy[Scene]:
+def of_all_shapes() -> st.SearchStrategy[Scene]:
     """Return scenes in each of which a capsule can move and some body cannot.
 
     So they share one loop: ``convex`` has another form where all bodies are upright boxes, and the kernel one
@@ -130,6 +130,12 @@ def _on_a_torus() -> st.SearchStrategy[Scene]:
     return on_a_torus([(3, 3), (4, 3), (4, 4)], FEWEST).flatmap(lambda scene: _shaped(scene, SHAPES))
 
 
-shape_scenes = Strategy("shapes", _of_all_shapes)
-shape_torus_scenes = Strategy("shapes on a torus", _on_a_torus)
-shape_and_square_scenes = Strategy("shapes, and squares alone", _of_shapes_and_squares)
+shape_scenes = Strategy(
+    "shapes", "-of-shapes", "where bodies are boxes, capsules and polygons", drawn(of_all_shapes), broad=True
+)
+shape_torus_scenes = Strategy(
+    "shapes on a torus", "-of-shapes-on-a-torus", "the same on periodic axes", drawn(_on_a_torus), broad=True
+)
+shape_and_square_scenes = Strategy(
+    "shapes, and squares alone", "-of-shapes", "where bodies have other shapes", drawn(_of_shapes_and_squares)
+)

@@ -12,36 +12,16 @@ equal ones keep small dyadic numbers what they are.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
-from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 
 from kinetile.scene import Scene, Settings, Turn
+from kinetile_conformance.strategies.strategy import Draw, Strategy, drawn
 
 Body = dict[str, Any]
-
-
-def generating(examples: int, **more: Any) -> settings:
-    """Return settings with which Hypothesis draws examples, and does nothing else."""
-    return settings(
-        max_examples=examples,
-        database=None,
-        deadline=None,
-        phases=[Phase.generate],
-        report_multiple_bugs=False,
-        suppress_health_check=list(HealthCheck),
-        **more,
-    )
-
-
-class Strategy(NamedTuple):
-    """What draws scenes: its name in the kit's table, and a function that makes the Hypothesis strategy."""
-
-    name: str
-    make: Callable[[], st.SearchStrategy[Scene]]
 
 
 FEWEST, MOST = 2, 6
@@ -117,9 +97,6 @@ def box_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Scene:
     least = min(draw(st.sampled_from([FEWEST, 5])), most, columns * rows)
     bodies = draw(several(body_in_cell(columns, rows, turns), most, least))
     return scene_of(bodies, (float(columns), float(rows)), 8.0)
-
-
-crowded_scenes = Strategy("small scenes in boxes", partial(box_scenes, turns=False))
 
 
 @st.composite
@@ -234,11 +211,6 @@ def on_a_torus(draw: st.DrawFn, boxes: Sequence[tuple[int, int]], least: int) ->
     return scene_of(bodies, (float(sides[0]), float(sides[1])), 8.0, periodic)
 
 
-torus_scenes = Strategy(
-    "torus", lambda: on_a_torus([(1, 1), (1, 3), (2, 2), (3, 2), (2, 4), (4, 4)], least=1)
-)
-
-
 def scenes(turns: bool = True, most: int = MOST) -> st.SearchStrategy[Scene]:
     """Return the mix that the kit draws from, with up to so many bodies (at least 3)."""
     return st.one_of(
@@ -252,3 +224,29 @@ def scenes(turns: bool = True, most: int = MOST) -> st.SearchStrategy[Scene]:
         sized_scenes(most),
         wide_scenes(most),
     )
+
+
+def _small(turns: bool, most: int = MOST) -> Draw:
+    return drawn(partial(scenes, turns, most))
+
+
+FEW = 3
+"""Bodies in a scene that a reader can follow in the head."""
+
+small_scenes = Strategy("small scenes", "", "with few bodies", _small(False), few=_small(False, FEW))
+turning_scenes = Strategy(
+    "small scenes with turns",
+    "-with-turns",
+    "while bodies turn at scheduled times",
+    _small(True),
+    few=_small(True, FEW),
+)
+crowded_scenes = Strategy(
+    "small scenes in boxes", "-in-a-box", "in small boxes", drawn(partial(box_scenes, turns=False))
+)
+torus_scenes = Strategy(
+    "small scenes on a torus",
+    "-on-a-torus",
+    "where axes are periodic",
+    drawn(lambda: on_a_torus([(1, 1), (1, 3), (2, 2), (3, 2), (2, 4), (4, 4)], least=1)),
+)

@@ -17,12 +17,12 @@ from functools import partial
 
 import numpy as np
 import numpy.typing as npt
-from hypothesis import strategies as st
 
 from kinetile.errors import SceneError
 from kinetile.scene import Scene, Settings, Turn
+from kinetile_conformance.cases import SCALED_CONTACTS, SWARM_CONTACTS
 from kinetile_conformance.strategies.changes import enlarged, slowed
-from kinetile_conformance.strategies.small import Strategy, box_scenes
+from kinetile_conformance.strategies.strategy import Draw, Strategy, numbered
 
 Floats = npt.NDArray[np.float64]
 
@@ -367,7 +367,7 @@ def swarm(kind: str, bodies: int = 100, seed: int = 0, variation: int = 0) -> Sc
     return (KINDS | GIANTS | BURSTS | CORRIDORS)[kind](np.random.default_rng(seed), bodies, variation)
 
 
-def numbered(kinds: Iterable[str], number: int) -> Scene:
+def swarm_numbered(kinds: Iterable[str], number: int) -> Scene:
     """Return the swarm of a number: its kind is the remainder, the rest is drawn from the quotient."""
     names = tuple(kinds)
     seed, kind = divmod(number, len(names))
@@ -398,27 +398,37 @@ def scaled(number: int) -> Scene:
     return enlarged(slowed(scene, slower), larger)
 
 
-def by_number(make: Callable[[int], Scene]) -> st.SearchStrategy[Scene]:
-    """Return scenes that are each made of one number.
-
-    Of several numbers, Hypothesis draws the first and the last values over and over, and of twelve kinds
-    leaves out three or four in fifty scenes.
-    """
-    return st.integers(0, 2**24 - 1).map(make)
+def swarms_of(kinds: Iterable[str]) -> Draw:
+    """Return what draws swarms of some kinds."""
+    return numbered(partial(swarm_numbered, kinds))
 
 
-swarm_scenes = Strategy("swarms", partial(by_number, partial(numbered, KINDS)))
-giant_scenes = Strategy("giants", partial(by_number, partial(numbered, GIANTS)))
-scaled_scenes = Strategy("scaled swarms", partial(by_number, scaled))
-burst_scenes = Strategy("bursts", partial(by_number, partial(numbered, BURSTS)))
-corridor_scenes = Strategy("corridors", partial(by_number, partial(numbered, CORRIDORS)))
-
-
-def _walled() -> st.SearchStrategy[Scene]:
-    """Return small scenes, and swarms in which bodies may pass through each other."""
-    kinds = st.sampled_from(["gas", "lattice", "giants"])
-    swarms = st.builds(swarm, kinds, st.integers(8, 120), st.integers(0, 1000), st.integers(0, 7))
-    return st.one_of(box_scenes(turns=False), box_scenes(turns=False), swarms)
-
-
-walled_scenes = Strategy("scenes within walls", _walled)
+swarm_scenes = Strategy("swarms", "-in-a-swarm", "among hundreds of bodies", swarms_of(KINDS), SWARM_CONTACTS)
+giant_scenes = Strategy(
+    "giants",
+    "-beside-giants",
+    "where few large bodies fly through many small ones that hardly move",
+    swarms_of(GIANTS),
+    SWARM_CONTACTS,
+)
+scaled_scenes = Strategy(
+    "scaled swarms",
+    "-in-a-scaled-swarm",
+    "in swarms at any scale of length and time, and far from the origin",
+    numbered(scaled),
+    SCALED_CONTACTS,
+)
+burst_scenes = Strategy(
+    "bursts",
+    "-in-a-burst",
+    "where up to two hundred bodies cross one border at one tick",
+    swarms_of(BURSTS),
+    SWARM_CONTACTS,
+)
+corridor_scenes = Strategy(
+    "corridors",
+    "-in-a-corridor",
+    "where all fly fast along a corridor, or almost along an axis",
+    swarms_of(CORRIDORS),
+    SWARM_CONTACTS,
+)

@@ -113,7 +113,7 @@ def demo(tmp_path_factory):
 
 @pytest.mark.slow
 def test_its_tests_pass_at_once(demo):
-    chosen = ("-k", "makes-progress or rejects")
+    chosen = ("-k", "can-be-drawn or rejects")
     done = demo.run("-q", "-p", "no:cacheprovider", "kinetile-demo", *chosen, module="pytest")
     assert done.returncode == 0, done.stdout
     assert "2 passed" in done.stdout
@@ -129,7 +129,7 @@ BROKEN = {
     "repair leaves out its schedule": (
         "b.vy * time\n    watch(k, s, body)\n    return",
         "b.vy * time\n    return",
-        "makes-progress",
+        "same-contacts",
         "does not get on",
     ),
     "repair names nobody": (

@@ -125,9 +125,12 @@ def judged(name: str, check: str, thorough: bool = True):
     ("name", "check", "words"),
     [
         ("flies", "its-features-are-known", "'flies', which nothing can disprove"),
-        ("remembers", "state-is-not-kept", "after other simulations"),
+        ("remembers", "state-is-not-kept", "after others it"),
         pytest.param(
-            "names-two", "near-holds-while-bodies-pass", "while bodies pass", marks=pytest.mark.slow
+            "names-two",
+            "never-misses-a-pair-while-all-pass",
+            "are not near each other",
+            marks=pytest.mark.slow,
         ),
         ("names-two", "same-contacts-with-loose-bounds", "with bounds as loose"),
         ("only-up-to-a-skin", "skin-limit-holds-at-its-edge", "just below its limit"),
@@ -173,9 +176,9 @@ def test_what_is_right_passes(check, status):
 
 
 def test_a_phase_that_asks_for_solid_bodies_refuses_to_do_without_them():
-    result = judged("sweep-tiling", "near-holds-while-bodies-pass")
+    result = judged("sweep-tiling", "never-misses-a-pair-while-all-pass")
     assert result.status == "skipped"
-    assert "declares that bodies are solid" in result.reason
+    assert "it refuses all scenes of this check: " in result.reason
 
 
 def test_the_scene_of_a_disagreement_is_the_one_on_which_it_was_seen():

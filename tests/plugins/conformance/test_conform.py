@@ -41,7 +41,7 @@ def _folder(tmp_path, monkeypatch):
 )
 def test_a_phase_that_conforms(how, tmp_path):
     result = kinetile_(
-        "conform", "naive", how, "--examples", 2, "--check", "same-contacts", "--check", "makes-progress"
+        "conform", "naive", how, "--examples", 2, "--check", "same-contacts", "--check", "can-be-drawn"
     )
     assert result.exit_code == 0, result.output
     head, blank, first, second, *rest = result.stdout.splitlines()
@@ -49,7 +49,7 @@ def test_a_phase_that_conforms(how, tmp_path):
     assert head.endswith(f"broad phase 'naive', of kinetile {kt.__version__}")
     assert blank == ""
     assert first.split()[:4] == ["passed", "same-contacts", "2", "scenes"]
-    assert second.split()[:4] == ["passed", "makes-progress", "2", "scenes"]
+    assert second.split()[:4] == ["passed", "can-be-drawn", "2", "scenes"]
     assert rest[-1].startswith("naive conforms (")
     assert result.stderr.startswith("judging naive on 2 scenes a check")
     assert list(tmp_path.iterdir()) == []
@@ -79,8 +79,8 @@ def test_as_json():
         (["naive", "--narrow-phase", "disc:side=2"], "narrow phase 'disc' has no option 'side'"),
         (["naive", "--narrow-phase", "disc", "--narrow-phase", "wall:side=2"], "'wall' has no option 'side'"),
         (["naive", "--check", "same-contact"], "did you mean 'same-contacts'?"),
-        (["naive", "--expect-failure", "makes-progress"], "expected CHECK=REASON"),
-        (["naive", "--expect-failure", "makes-progres=issue 7"], "did you mean 'makes-progress'?"),
+        (["naive", "--expect-failure", "can-be-drawn"], "expected CHECK=REASON"),
+        (["naive", "--expect-failure", "can-be-draw=issue 7"], "did you mean 'can-be-drawn'?"),
         (["naive", "--examples", "0"], "Invalid value"),
     ],
 )
@@ -198,7 +198,7 @@ def test_its_scene_fails_again_and_passes_under_another(blind):
     assert first.endswith(("(2 bodies)", "(3 bodies)"))
     assert "touch" in rest[1]
     assert rest[2].startswith("  verdict: only blind; ")
-    other = blind.run("replay", "blind", file, "--check", "makes-progress")
+    other = blind.run("replay", "blind", file, "--check", "can-be-drawn")
     assert (other.returncode, other.stdout.partition(":")[0]) == (0, "passes")
     naive = kinetile_("replay", "naive", blind.folder / file, "--json")
     assert naive.exit_code == 0

@@ -25,14 +25,14 @@ SEEN = (
     ("scene", "naive-writes-into-the-scene", "writes-only-where-it-may"),
     ("writes", "naive-brakes-a-body-that-has-a-new-plan", "writes-only-where-it-may"),
     pytest.param(
-        *("shared", "sap-1d-one-state-for-all-instances", "instances-are-independent"), marks=pytest.mark.slow
+        *("shared", "sap-1d-one-state-for-all-instances", "state-is-not-kept"), marks=pytest.mark.slow
     ),
     pytest.param(*("shared", "sap-1d-no-two-runs-alike", "state-is-not-kept"), marks=pytest.mark.slow),
-    ("start", "naive-tires-of-a-late-clock", "does-not-see-the-start"),
-    ("anew", "sap-1d-makes-its-pairs-at-the-first-building-only", "survives-being-built-anew"),
+    ("start", "naive-tires-of-a-late-clock", "same-contacts-after-a-change-of-view"),
+    ("anew", "sap-1d-makes-its-pairs-at-the-first-building-only", "resumes"),
     ("turns", "sap-1d-ignores-turns", "same-contacts-with-turns"),
-    pytest.param(*("stalled", "sap-1d-an-exchange-that-is-none", "makes-progress"), marks=pytest.mark.slow),
-    ("empty", "naive-cannot-do-without-bodies", "survives-the-smallest-scenes"),
+    pytest.param(*("stalled", "sap-1d-an-exchange-that-is-none", "same-contacts"), marks=pytest.mark.slow),
+    ("empty", "naive-cannot-do-without-bodies", "same-contacts-in-the-gallery"),
     ("pair-set", "sap-1d-adds-where-it-should-remove", "same-contacts"),
     ("claims", "sap-1d-says-that-its-pairs-are-boxes", "pairs-are-overlapping-boxes"),
     ("late", "sap-1d-the-true-radius", "same-contacts"),

@@ -247,7 +247,7 @@ def test_what_a_compiled_hook_does_stays_in_the_child(
 ) -> None:
     monkeypatch.setattr(deadline, "SCENE_SECONDS", 2.0)
     compiled(name, ((4.0, 4.0), 1.0))
-    (result,) = isolated(name, "survives-the-smallest-scenes").results
+    (result,) = isolated(name, "same-contacts-in-the-gallery").results
     assert not result.ok
     assert re.search(said, result.said)
     assert re.search(said_of(name), result.said)
@@ -341,7 +341,7 @@ def test_a_scene_that_cannot_be_saved_is_no_fault_of_the_phase(
 
 
 def test_a_conforming_phase_passes_in_a_child_as_it_does_here() -> None:
-    report = check_broad_phase("sap-1d", checks=["rejects-unknown-options", "survives-the-smallest-scenes"])
+    report = check_broad_phase("sap-1d", checks=["rejects-unknown-options", "same-contacts-in-the-gallery"])
     assert [result.status for result in report.results] == ["passed", "passed"]
     assert (report.ok, report.distribution) == (True, f"kinetile {kt.__version__}")
 

@@ -11,10 +11,11 @@ from kinetile.run.compose import Commands
 from kinetile.scene import Insert, Remove, Scene, Turn
 from kinetile_conformance.cases import LIVING_CONTACTS, Subject, difference, is_living, outcome
 from kinetile_conformance.checks import CHECKS, check_named, table
+from kinetile_conformance.checks.check import Observation
 from kinetile_conformance.drawing import Drawing, reduced
 from kinetile_conformance.runner import BUILT, CheckRun
 from kinetile_conformance.strategies.living import STARTS, played
-from kinetile_conformance.strategies.swarms import BURSTS, CORRIDORS, numbered, scaled
+from kinetile_conformance.strategies.swarms import BURSTS, CORRIDORS, scaled, swarm_numbered
 
 
 @pytest.mark.parametrize(
@@ -50,7 +51,8 @@ def test_scenes_of_all_kinds_have_one_loop_and_a_slot_for_each_body_where_none_c
 def shown(name, scene):
     """Return a living scene as a check sees it that judges a phase."""
     seen = []
-    check = replace(check_named("resumes-as-bodies-come-and-go"), run=lambda _, scene, __: seen.append(scene))
+    watching = Observation("watching", "", lambda case: seen.append(case.scene))
+    check = replace(check_named("resumes-as-bodies-come-and-go"), observation=watching)
     assert CheckRun(check, Subject(name, {})).holds(scene)
     return seen[0]
 
@@ -66,8 +68,9 @@ def test_a_phase_that_is_built_anew_for_each_command_sees_the_beginning_of_a_lon
 
 def test_living_scenes_are_played_once_for_all_checks():
     drawing = Drawing(10, 0)
-    first = list(drawing.living("living", 2))
-    assert [id(scene) for scene in drawing.living("living", 2)] == [id(scene) for scene in first]
+    first = list(drawing.scenes(check_named("resumes-as-bodies-come-and-go")))
+    others = drawing.scenes(check_named("its-structure-is-true-as-bodies-come-and-go"))
+    assert next(others) is first[0]
 
 
 def test_of_hundreds_of_commands_those_that_matter_are_left():
@@ -92,7 +95,7 @@ def test_scaled_swarms_are_far_away_fast_and_small():
 
 def test_bursts_and_corridors_can_be_drawn():
     for kinds in (BURSTS, CORRIDORS):
-        assert all(len(numbered(kinds, number)) >= 8 for number in range(20))
+        assert all(len(swarm_numbered(kinds, number)) >= 8 for number in range(20))
 
 
 def test_the_table_has_every_check_once():

@@ -9,7 +9,7 @@ import pytest
 
 from kinetile_conformance import KIT_VERSION, Report, Result
 
-PASSED = Result("makes-progress", "It gets on.", "passed", 100, 0.5)
+PASSED = Result("can-be-drawn", "It gets on.", "passed", 100, 0.5)
 FAILED = Result(
     "same-contacts",
     "The same contacts.",
@@ -65,7 +65,7 @@ def test_the_text_has_all_there_is_to_know():
         [
             f"conformance kit {KIT_VERSION}: broad phase 'demo', of kinetile-demo 0.1.0",
             "",
-            "  passed     makes-progress      100 scenes    0.50 s  It gets on.",
+            "  passed     can-be-drawn       100 scenes    0.50 s  It gets on.",
             "  failed     same-contacts        42 scenes    1.25 s  The same contacts.",
             "             contact 0 is missing: bodies 0 and 1",
             "             second line",
@@ -105,7 +105,7 @@ def test_as_json_it_is_all_there():
     assert (found["conforms"], found["reference_in_doubt"], found["tightness"]) == (False, False, 2.5)
     passed, failed = found["checks"]
     assert passed == {
-        "check": "makes-progress",
+        "check": "can-be-drawn",
         "sentence": "It gets on.",
         "status": "passed",
         "scenes": 100,
@@ -118,7 +118,7 @@ def test_as_json_it_is_all_there():
 def test_a_notebook_shows_each_check_and_what_was_seen_of_those_that_failed():
     page = report(PASSED, FAILED, SKIPPED, notes=("a < b",))._repr_html_()
     assert page.count("<tr>") == 4
-    for said in ("makes-progress", "The same contacts.", "a &lt; b", "demo does not conform: same-contacts"):
+    for said in ("can-be-drawn", "The same contacts.", "a &lt; b", "demo does not conform: same-contacts"):
         assert said in page
     assert "same-contacts: failed\ncontact 0 is missing: bodies 0 and 1\nsecond line\n" in page
     assert "boxes: skipped\nreason: for phases that declare the feature &#x27;boxes&#x27;" in page

@@ -12,11 +12,8 @@ import pytest
 import hostile_phases
 import kinetile as kt
 import kinetile_conformance.runner
-from kinetile.errors import PhaseError, Refused, StalledError
+from kinetile.errors import PhaseError, Refused
 from kinetile.kernel.compiled import compiling_seconds
-from kinetile.kernel.tables import BAD_PAIR, STALLED
-from kinetile.run.engine.engine import Engine
-from kinetile.run.engine.failures import failure
 from kinetile.scene import Scene
 from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook
 from kinetile_conformance import check_broad_phase, deadline
@@ -161,17 +158,16 @@ def test_a_failure_in_the_gallery_is_saved_and_replayed(tmp_path: Path) -> None:
     assert (result.status, result.bodies) == ("failed", 26)
     assert result.case is not None
     case = load_case(result.case)
-    assert (case.check, len(case.scene)) == ("same-contacts", 26)
+    assert (case.check, len(case.scene)) == ("same-contacts-in-the-gallery", 26)
 
 
 def test_small_scenes_are_drawn_once_and_judged_by_the_reference_once() -> None:
-    drawing, references = Drawing(10, seed=3), References()
-    scenes = drawing.small(turns=False)
-    assert drawing.small(turns=False) is scenes
-    references.keep(scenes)
+    drawing, references, each = Drawing(10, seed=3), References(), check_named("same-contacts")
+    scenes = list(drawing.scenes(each))
+    assert all(one is other for one, other in zip(drawing.scenes(each), scenes, strict=True))
     assert references(scenes[0]) is references(scenes[0])
     assert references(scenes[0], 1) is not references(scenes[0])
-    assert scenes == Drawing(10, seed=3).small(turns=False)
+    assert scenes == list(Drawing(10, seed=3).scenes(each))
 
 
 def test_no_scene_is_drawn_after_one_that_fails() -> None:
@@ -243,28 +239,3 @@ def test_the_name_of_a_phase_became_the_path_of_its_case(tmp_path: Path) -> None
     assert result.case == folder / "..-of-mine-same-contacts.toml"
     assert list(tmp_path.iterdir()) == [folder]
     assert load_case(result.case).name == "../of/mine"
-
-
-# A phase that does not get on
-
-
-@pytest.mark.parametrize(("fault", "status"), [(STALLED, "failed"), (BAD_PAIR, "passed")])
-def test_makes_progress_tells_one_that_stalls_from_one_that_is_wrong_by_the_type(
-    fault: int, status: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
-    tables = Kernel(*(table.copy() for table in sim.tables))
-    clock = tables.clock[0]
-    clock.fault.code, clock.fault.a, clock.fault.b = fault, 0, 1
-    found = failure(tables, sim.composition, 0.5)
-    assert isinstance(found, PhaseError)
-    assert isinstance(found, StalledError) == (fault == STALLED)
-    found.args = ("in other words",)
-
-    def chunk(*arguments: object, **more: object) -> int:
-        raise found
-
-    monkeypatch.setattr(Engine, "chunk", chunk)
-    result = Runner(Plan(Subject("naive", {}), examples=2)).run("makes-progress", thorough=False)
-    assert result.status == status
-    assert result.said == ("in other words" if fault == STALLED else "")

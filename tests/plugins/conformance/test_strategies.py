@@ -11,7 +11,7 @@ import pytest
 from kinetile.scene import Scene
 from kinetile_conformance.cases import Subject, difference, outcome
 from kinetile_conformance.strategies.bulk import LATTICES, lattices, marathon
-from kinetile_conformance.strategies.swarms import GIANTS, KINDS, numbered, swarm
+from kinetile_conformance.strategies.swarms import GIANTS, KINDS, swarm, swarm_numbered
 from kinetile_plugins.cells.layout import sides_for
 
 
@@ -51,7 +51,7 @@ def test_a_marathon_is_so_slow_that_the_base_of_the_clock_moves():
 def some(kinds: Iterable[str], count: int) -> list[Scene]:
     """Return swarms by their numbers, as the kit does; Hypothesis would mix in constants of the sources."""
     numbers = np.random.default_rng(0).integers(0, 2**24, count)
-    return [numbered(kinds, int(number)) for number in numbers]
+    return [swarm_numbered(kinds, int(number)) for number in numbers]
 
 
 def test_sizes_are_drawn_for_which_cells_has_three_levels() -> None:

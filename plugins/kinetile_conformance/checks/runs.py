@@ -1,0 +1,330 @@
+"""Observations of a run: its contacts and its end, and what holds while it is stopped on the way.
+
+Each run is compared at its end with the reference's, whatever was done at its stops: to look at a simulation,
+draw it, build it anew, or save it and go on from the file, changes nothing. What must hold between events is
+often broken long before a contact is missed, and names the fault.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+import kinetile as kt
+from kinetile.errors import AuditError, KinetileError
+from kinetile.run.compare import first_difference
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Insert, Remove, with_commands
+from kinetile.toolbox import box_gaps, reaches_of
+from kinetile_conformance.cases import CONTACTS, RunOutcome, Subject, difference, horizon, outcome
+from kinetile_conformance.checks.check import Case, Disagreement, compare, observation
+
+Look = Callable[[Simulation], Simulation | None]
+"""Called at a stop; returns the simulation that goes on, None where that is the same one."""
+
+STOPS = 16
+"""Stops of a run of few bodies. What takes O(n^2) at each is done less often with many (``stops_for``)."""
+
+STEPS = 60
+"""Events of few bodies after each of which a run stops."""
+
+FEW = 8
+"""Bodies that are few."""
+
+DRAWN = 6
+"""Stops from one drawing of few bodies to the next."""
+
+
+def stops_for(case: Case, most: int) -> int:
+    """Return how often a run is stopped: the less often, the more bodies there are."""
+    return int(np.clip(most * 8192 // max(len(case.scene), 1) ** 2, 2, most))
+
+
+def moments(case: Case, most: int) -> list[float]:
+    """Return when a run is stopped: between contacts, at contacts, and at commands, as far as the reference
+    comes."""
+    scene, expected = case.scene, case.expected
+    parts = np.arange(1, most + 1) / (most + 1)
+    met = expected.contacts["time"]
+    found = np.concatenate(
+        [
+            scene.start + parts * (expected.time - scene.start),
+            met[(parts * len(met)).astype(np.int64)] if len(met) else met,
+            [command.time for command in scene.commands],
+        ]
+    )
+    found = np.unique(found[(found >= scene.start) & (found <= expected.time)])
+    if not len(found):
+        return []
+    return [float(found[int(at)]) for at in np.unique(np.linspace(0, len(found) - 1, most).astype(np.int64))]
+
+
+def watch(case: Case, look: Look, most: int = STOPS, steps: int = 0, but: str = "") -> None:
+    """Run a case, and look at it when it is built, after each of its first events, and at moments of its run;
+    raise Disagreement unless its outcome is the reference's, but for one table."""
+    sim = case.subject.simulation(case.scene)
+    ended = "ran"
+    try:
+        sim.build()
+        sim = look(sim) or sim
+        events = sim.steps(horizon(case.scene))
+        for _ in range(steps if len(case.scene) <= FEW else 0):
+            if len(sim.contacts) >= case.contacts or next(events, None) is None:
+                break
+            sim = look(sim) or sim
+        for moment in [*moments(case, most), None]:
+            until = max(horizon(case.scene) if moment is None else moment, sim.time)
+            left = case.contacts - len(sim.contacts)
+            if left > 0:
+                sim.run(until=until, max_contacts=left)
+                sim = sim if moment is None else look(sim) or sim
+    except KinetileError as error:
+        ended = f"{type(error).__name__}: {error}"
+    found = RunOutcome.of(sim, ended)
+    tables = {name: table for name, table in found.tables.items() if name != but}
+    compare(case, replace(found, tables=tables))
+
+
+@observation()
+def same_contacts(case: Case) -> None:
+    """It gives the reference's contacts, end and final state, bit for bit"""
+    expected = case.expected  # first, lest the subject change the scene for both
+    found = outcome(case.subject, case.scene, case.contacts)
+    if found is not expected:
+        compare(case, found)
+
+
+@observation()
+def never_misses_a_pair(case: Case) -> None:
+    """Every two bodies that touch are near each other, at contacts and between them"""
+
+    def look(sim: Simulation) -> None:
+        said = near_fault(sim)
+        if said is not None:
+            raise Disagreement(f"at time {sim.time!r} {said}")
+
+    watch(case, look, stops_for(case, STOPS), STEPS)
+
+
+@observation()
+def its_structure_is_true(case: Case) -> None:
+    """What must hold between events does: queue, pairs, and the phase's own audit"""
+    watch(case, _audit, stops_for(case, STOPS), STEPS)
+
+
+def _audit(sim: Simulation) -> None:
+    try:
+        sim.audit()
+    except AuditError as error:
+        raise Disagreement(str(error)) from error
+
+
+@observation(compares=False)
+def can_be_drawn(case: Case) -> None:
+    """Its structure can be drawn between any two events: draw raises nothing, changes nothing, and is the
+    same when it is called again"""
+    number = count()
+
+    def look(sim: Simulation) -> None:
+        if len(sim.bodies) <= FEW and next(number) % DRAWN:
+            return
+        if repr(sim.drawing()) != repr(sim.drawing()):
+            raise Disagreement(f"at time {sim.time!r} it is drawn otherwise when it is drawn once more")
+
+    watch(case, look, min(4, stops_for(case, STOPS)), STEPS)
+
+
+def look_at(sim: Simulation) -> None:
+    """Read what a user reads between two runs."""
+    sim.candidate_pairs(), sim.near(), sim.next_event, sim.readings
+
+
+def put_back(sim: Simulation) -> None:
+    """Put a simulation back to where it is."""
+    sim.restore(sim.snapshot())
+
+
+def resume(sim: Simulation) -> Simulation:
+    """Save a simulation; return the one that goes on from the file, after it was audited and drawn."""
+    with tempfile.TemporaryDirectory() as folder:
+        sim.save(Path(folder) / "saved")
+        sim = kt.resume(Path(folder) / "saved")
+    _audit(sim)
+    sim.drawing(), sim.near()
+    return sim
+
+
+WAYS: dict[str, Look] = {
+    "stopped and looked at": look_at,
+    "resumed from a file": resume,
+    "built anew": Simulation.rebuild,
+    "put back": put_back,
+}
+"""What is done at the stops of a run, in turn; so what was resumed is also built anew."""
+
+
+@observation()
+def resumes(case: Case) -> None:
+    """Stopped and looked at, built anew, put back, or saved and resumed from the file, it goes on as if
+    nothing had been done"""
+    way, ways = "", list(WAYS.items()) * 2
+    stops = count()
+
+    def look(sim: Simulation) -> Simulation | None:
+        nonlocal way
+        had = sim.contacts
+        if first_difference(had, case.expected.contacts[: len(had)]) is not None:
+            compare(case, RunOutcome.of(sim))
+        way, act = ways[next(stops) % len(ways)]
+        return act(sim)
+
+    try:
+        watch(case, look, len(ways) - 1, but="bodies.stamp")  # a body that is put back has a new plan
+    except Disagreement as error:
+        said = str(error)
+        raise Disagreement(said if said.startswith(way) else f"{way}, {said}", error.scene) from error
+
+
+@observation()
+def same_contacts_when_commanded_by_hand(case: Case) -> None:
+    """The same contacts where commands are given between two runs, and at each the simulation is looked at,
+    drawn, audited, built anew, put back, or saved and resumed"""
+    looks: tuple[Look, ...] = (_refuse, *WAYS.values(), _audit)
+    drawn = 1 + len(case.scene.commands) // 2  # with hundreds of bodies a drawing takes up to a second
+
+    def look(sim: Simulation, at: int) -> Simulation:
+        if at % drawn == 0:
+            sim.drawing()
+        return looks[at % len(looks)](sim) or sim
+
+    expected = _by_hand(case.subject.reference, case, lambda sim, _: sim)
+    said = difference(_by_hand(case.subject, case, look), expected, case.subject.name)
+    if said is not None:
+        raise Disagreement(said)
+
+
+def _by_hand(tested: Subject, case: Case, between: Callable[[Simulation, int], Simulation]) -> RunOutcome:
+    """Run a scene whose commands are given by hand; ``between`` is called after each command, and returns the
+    simulation that goes on. What is refused, as there is no room by now, is left out."""
+    scene = case.scene
+    sim = tested.simulation(with_commands(scene, []), room=None)
+    numbers = {body: body for body in range(len(scene))}
+    ended = "ran"
+    try:
+        for at, command in enumerate(scene.commands):
+            if command.time > sim.time:
+                sim.run(until=command.time, max_contacts=CONTACTS)
+            had = len(sim.contacts)
+            if isinstance(command, Insert):
+                _, place, flies, radius, mass, *_, shape = command
+                try:
+                    numbers[command.body] = sim.insert(place, flies, radius, mass, command.kind, shape)
+                except (KinetileError, ValueError):
+                    continue
+            elif command.body not in numbers:
+                continue
+            elif isinstance(command, Remove):
+                sim.remove(numbers[command.body])
+            else:
+                sim.set_velocity(numbers[command.body], command.velocity)
+            if len(sim.contacts) != had and scene.kinds == (0,):  # with kinds, a passing may begin or end
+                raise Disagreement(f"at time {sim.time!r} a command runs {len(sim.contacts) - had} contacts")
+            sim = between(sim, at)
+        sim.run(until=max(horizon(scene), sim.time), max_contacts=CONTACTS)
+    except KinetileError as error:
+        ended = f"{type(error).__name__}: {error}"
+    return RunOutcome.of(sim, ended)
+
+
+def _refuse(sim: Simulation) -> None:
+    """Give commands that are refused; raise Disagreement unless the simulation is as before."""
+    sim.build()
+    before, there = sim.snapshot(), sim.bodies
+    wrong: list[Callable[[], object]] = [
+        lambda: sim.remove(-1),
+        lambda: sim.set_velocity(1 << 30, (0.0, 0.0)),
+    ]
+    if len(there):
+        wrong.append(lambda: sim.set_velocity(int(there[0]), (math.nan, 0.0)))
+        if sim.scene.kinds == (0,) and not sim.scene.shapes:  # others may be where one is
+            place, radius = sim.positions()[0], float(sim.radii()[0])
+            wrong.append(lambda: sim.insert(place, (0.0, 0.0), radius))
+    for command in wrong:
+        with suppress(KinetileError, IndexError, ValueError):
+            command()
+            raise Disagreement(f"at time {sim.time!r} a command that cannot be carried out is not refused")
+    if sim.snapshot() != before:
+        raise Disagreement(f"at time {sim.time!r} a command that is refused changes the simulation")
+
+
+@observation(feature="boxes")
+def pairs_are_overlapping_boxes(case: Case) -> None:
+    """Its candidate pairs are those whose bounding boxes overlap"""
+
+    def look(sim: Simulation) -> None:
+        if is_due(sim):
+            return
+        gap, skin = _gaps(sim)[1], 2.0 * float(sim.tables.clock[0].limits.skin)
+        held = np.zeros(gap.shape, dtype=np.bool_)
+        held[tuple(sim.candidate_pairs().T)] = True
+        for said, wrong in (
+            ("overlap, and they are no pair", (gap < -skin) & ~held),
+            ("are apart, and they are a pair", (gap > skin) & held),
+        ):
+            for a, b in np.argwhere(np.triu(wrong, 1))[:1].tolist():
+                raise Disagreement(f"at time {sim.time!r} the boxes of {a} and {b} {said}")
+
+    watch(case, look, 4, STEPS)
+
+
+def is_due(sim: Simulation) -> bool:
+    """Whether a certificate fails at this moment: what holds between events holds after its repair."""
+    return bool((sim.tables.queue.own <= sim.tables.clock[0].now).any())
+
+
+def near_fault(sim: Simulation) -> str | None:
+    """Return what is wrong with the phase's `near` now, in a sentence; None: nothing, or a repair is due.
+
+    Every two bodies that touch, each with its reach and with its reaches to the four sides, must be near each
+    other, both ways, and every number must be a body's.
+    """
+    if is_due(sim):
+        return None
+    there, named = sim.bodies, sim.near()
+    strange = np.flatnonzero(~np.isin(named, there).all(axis=1))
+    if len(strange):
+        body, other = named[strange[0]].tolist()
+        return f"{other} is near {body}, and is no body of the scene"
+    near = np.eye(len(there), dtype=np.bool_)
+    near[tuple(np.searchsorted(there, named).T)] = True
+    for body, other in there[np.argwhere(near & ~near.T)].tolist():
+        return f"{other} is near {body}, but {body} is not near {other}"
+    skin = sim.tables.clock[0].limits.skin  # half of what their reaches leave
+    circles, boxes = _gaps(sim)
+    apart = np.maximum(circles, boxes + 2.0 * skin)
+    for a, b in np.argwhere((apart <= skin) & ~near).tolist():
+        two = there[[a, b]].tolist()
+        return f"bodies {two[0]} and {two[1]} touch (gap {apart[a, b]:.3g}) and are not near each other"
+    return None
+
+
+def _gaps(sim: Simulation) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the gaps between the circles, and between the boxes, of each two bodies present: the nearest
+    images of both."""
+    k = sim.tables
+    slots = k.slots[sim.bodies]
+    place, radius, sides = sim.positions(), np.asarray(k.bodies.radius)[slots], reaches_of(k)[slots]
+    between = place[:, None] - place[None]
+    for at, axis in enumerate("xy"):
+        if axis in sim.scene.periodic and sim.scene.arena is not None:
+            between[..., at] -= sim.scene.arena[at] * np.round(between[..., at] / sim.scene.arena[at])
+    between = between.transpose(2, 0, 1)
+    return np.hypot(*between) - (radius[:, None] + radius), box_gaps(between, sides, sides)

@@ -1,0 +1,92 @@
+"""A strategy: what is drawn, and nothing else. What is looked at is an observation's.
+
+Scenes are drawn in three ways: by Hypothesis, from one number each, or they are fixed. Whichever it is, the
+same seed has the same scenes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import seed as seeded
+from hypothesis import strategies as st
+
+from kinetile.scene import Scene
+from kinetile_conformance.cases import CONTACTS
+
+Draw = Callable[[int, int], Iterable[Scene]]
+"""Called with a number of scenes and a seed: returns so many, or more, or less where there are no more."""
+
+
+@dataclass(frozen=True)
+class Strategy:
+    """A row of the table: scenes of one kind.
+
+    Attributes:
+        name: what they are, in the table.
+        suffix: what the name of a check on them ends with.
+        where: what the sentence of a check on them ends with.
+        draw: draws them.
+        contacts: the limit of contacts of a run.
+        few: draws such scenes of a few bodies, to show a failure that cannot be minimised by leaving out
+            bodies one by one; None: there are none.
+        broad: whether only a broad phase is judged on them, and no narrow phase that is named.
+        fixed: how many there are, where these are always the same; 0: they are drawn.
+    """
+
+    name: str
+    suffix: str
+    where: str
+    draw: Draw
+    contacts: int = CONTACTS
+    few: Draw | None = None
+    broad: bool = False
+    fixed: int = 0
+
+
+def generating(examples: int, **more: Any) -> settings:
+    """Return settings with which Hypothesis draws examples, and does nothing else."""
+    return settings(
+        max_examples=examples,
+        database=None,
+        deadline=None,
+        phases=[Phase.generate],
+        report_multiple_bugs=False,
+        suppress_health_check=list(HealthCheck),
+        **more,
+    )
+
+
+def drawn(make: Callable[[], st.SearchStrategy[Scene]]) -> Draw:
+    """Return what draws from a Hypothesis strategy, which is made when it is needed."""
+
+    def draw(count: int, seed: int) -> list[Scene]:
+        found: list[Scene] = []
+
+        @seeded(seed)
+        @generating(count)
+        @given(make())
+        def keep(scene: Scene) -> None:
+            found.append(scene)
+
+        keep()
+        return found
+
+    return draw
+
+
+def numbered(make: Callable[[int], Scene]) -> Draw:
+    """Return what draws scenes that are each made of one number.
+
+    Hypothesis would draw the first and the last numbers over and over, and of twelve kinds leave out three or
+    four in fifty scenes.
+    """
+
+    def draw(count: int, seed: int) -> Iterator[Scene]:
+        return map(make, np.random.default_rng(seed).integers(0, 2**24, count).tolist())
+
+    return draw
