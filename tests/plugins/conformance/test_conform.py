@@ -41,7 +41,15 @@ def _folder(tmp_path, monkeypatch):
 )
 def test_a_phase_that_conforms(how, tmp_path):
     result = kinetile_(
-        "conform", "naive", how, "--examples", 2, "--check", "same-contacts", "--check", "can-be-drawn"
+        "conform",
+        "naive",
+        how,
+        "--examples",
+        2,
+        "--check",
+        "same-contacts",
+        "--check",
+        "same-contacts-with-turns",
     )
     assert result.exit_code == 0, result.output
     head, blank, first, second, *rest = result.stdout.splitlines()
@@ -49,7 +57,7 @@ def test_a_phase_that_conforms(how, tmp_path):
     assert head.endswith(f"broad phase 'naive', of kinetile {kt.__version__}")
     assert blank == ""
     assert first.split()[:4] == ["passed", "same-contacts", "2", "scenes"]
-    assert second.split()[:4] == ["passed", "can-be-drawn", "2", "scenes"]
+    assert second.split()[:4] == ["passed", "same-contacts-with-turns", "2", "scenes"]
     assert rest[-1].startswith("naive conforms (")
     assert result.stderr.startswith("judging naive on 2 scenes a check")
     assert list(tmp_path.iterdir()) == []
@@ -248,7 +256,7 @@ def test_any_scene_can_be_replayed():
         (None, [], "there is no scene file 'case.toml'"),
         ("# check: no-such-check\n", [], "'case.toml' names the check 'no-such-check'"),
         ("", ["--check", "same-contact"], "did you mean 'same-contacts'?"),
-        ("", ["--check", "same-contacts-in-the-gallery"], "expected one that takes a scene"),
+        ("", ["--check", "skin-limit-holds-at-its-edge"], "expected one that takes a scene"),
         ("", ["--check", "pairs-are-overlapping-boxes"], "does not apply to 'naive'"),
         ("bodies = 3\n", [], "case.toml"),
         ("\x00", [], "case.toml"),

@@ -19,6 +19,7 @@ from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance import canaries
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import memory
+from kinetile_conformance.checks.check import Check, Observation
 from kinetile_conformance.checks.memory import first_breach
 from kinetile_conformance.runner import CheckRun
 from kinetile_conformance.strategies.gallery import MANY, SMALL, smallest
@@ -65,9 +66,9 @@ def _registered(monkeypatch) -> Iterator[None]:
         kt.registry().remove(plugin)
 
 
-def said_by(check, name: str, **options) -> str | None:
-    """Return what a check says of a phase, None where its sentence holds."""
-    looked = CheckRun(check, Subject(name, options))
+def said_by(observation: Observation, name: str, **options) -> str | None:
+    """Return what an observation says of a phase, None where its sentence holds."""
+    looked = CheckRun(Check(observation), Subject(name, options))
     looked.holds(smallest())
     assert not looked.refused, looked.refusal
     return looked.said
