@@ -87,8 +87,12 @@ def test_of_a_crowded_structure_only_what_is_around_a_selected_body_is_drawn(lar
         delete pen.lineTo;
         return lines;
     })()"""
+    corner = "[-0.3, -0.3].map((part) => part * kinetilePlayer.camera.scale)"
+    found = f"kinetilePlayer.lens.shapeAt(0, {corner}) !== null"
+    assert browser.value(found)
     whole = browser.value(counted)
     browser.value("kinetilePlayer.select(500)")
+    assert not browser.value(found)  # what is not drawn is not found
     browser.settle()
     around = browser.value(counted)
     assert whole > 2000

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -51,10 +52,22 @@ def rounded(role: str, coordinates: list[float]) -> tuple[str, ...]:
 @needs_node
 @pytest.mark.parametrize(("periodic", "shaped", "phase"), CASES)
 def test_the_page_and_the_picture_show_the_same_shapes_and_images(periodic, shaped, phase, tmp_path):
-    scene = torus(periodic, shaped)
-    sim, times = kt.Simulation(scene, phase), np.random.default_rng(4).uniform(0.0, 0.8, 20)
+    assert_same(torus(periodic, shaped), phase, 0.0, tmp_path)
+
+
+@needs_node
+@pytest.mark.parametrize("begin", [0.0, 0.4])
+@pytest.mark.parametrize("phase", ["sap-1d", "sap-2d"])
+def test_so_they_do_when_bodies_are_inserted_beyond_the_border_and_leave(phase, begin, tmp_path):
+    insert = kt.Insert(0.01, (1 / 3 - 1.0, 1 / 3 + 2.0), (0.9, -0.7), 0.02)
+    commands = [insert, kt.Turn(2, 0.5, (3.0, -2.0)), kt.Remove(0, 0.6)]
+    assert_same(replace(torus("xy"), commands=commands), phase, begin, tmp_path)
+
+
+def assert_same(scene, phase, begin, tmp_path):
+    sim, times = kt.Simulation(scene, phase), np.random.default_rng(4).uniform(begin, 0.8, 20)
     times.sort()
-    page = view_scene(scene, [(phase, {})], until=0.8).page
+    page = view_scene(scene, [(phase, {})], begin=begin, until=0.8).page
     seen = ask_node(tmp_path, page, SHOWN, times=times.tolist())
     moved = 0
     for time, found in zip(times.tolist(), seen, strict=True):

@@ -63,12 +63,14 @@ export class Lens {
     const structure = player.structureOf(run);
     if (!structure || !player.structured || !player.isDrawnAt([right, up])) return null;
     const places = player.placesOf(run);
+    const around = player.around(structure, run.done);
     const failing = new Set(structure.failing(run.done));
     const near = { next: [null, TOUCH], line: [null, TOUCH], area: [null, Infinity] };
     const take = (name, shape, size) => size < near[name][1] && (near[name] = [shape, size]);
     for (const shape of structure.at(run.done)) {
       const kind = SHAPES[structure.shape[shape]];
       if (kind === "entry" || player.hidden.has(structure.roles[structure.role[shape]])) continue;
+      if (around !== null && !structure.hangsOn(shape, around)) continue;
       const points = structure.points(shape, places);
       for (const [aside, above] of structure.images(shape, places)) {
         let corners = points.map(([x, y]) => player.camera.see(x + aside, y + above)).map(([x, y]) => [x - right, y - up]);

@@ -315,14 +315,19 @@ export class Player {
     return run.present.at([...this.playback.moment, run.done].join(), this.placesOf(run), run.motion.plans.there) ?? run.structure;
   }
 
+  /** The body around which alone a crowded structure is drawn; null: all of it is. */
+  around(structure, done) {
+    return this.selected !== null && structure?.at(done).length > CROWDED ? this.selected : null;
+  }
+
   drawPane(canvas, at) {
     const run = this.playback.runs[at];
     const { bodies, camera, theme, held } = this;
     const { there } = run.motion.plans;
     const view = { ...prepare(canvas, devicePixelRatio), camera };
     const structure = this.structured ? this.structureOf(run) : null;
-    const isCrowded = this.selected !== null && structure?.at(run.done).length > CROWDED;
-    const looks = { ...held, hidden: this.hidden, around: isCrowded ? this.selected : null };
+    const around = this.around(structure, run.done);
+    const looks = { ...held, hidden: this.hidden, around };
     view.pen.clearRect(0, 0, view.width, view.height);
     const places = this.placesOf(run);
     if (held.arena) drawWalls(view, held.arena, theme.wall, places.periods);
@@ -338,7 +343,7 @@ export class Player {
     if (places.periods) view.pen.restore();
     if (structure && run.done > structure.seen) drawNote(view, `the structure is recorded up to event ${structure.seen} only`, theme);
     else if (this.trial.recorded) drawNote(view, this.trial.note, theme);
-    else if (isCrowded) drawNote(view, `the structure around body ${this.selected}; Escape: all of it`, theme);
+    else if (around !== null) drawNote(view, `the structure around body ${around}; Escape: all of it`, theme);
     const matrix = this.matrices[at];
     if (!matrix.hidden) drawMatrix(matrix, structure?.entries(run.done) ?? [], there, held, theme, this.marks(run));
   }
