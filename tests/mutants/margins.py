@@ -37,10 +37,10 @@ from kinetile.toolbox import (
     smaller,
 )
 
-SHARE = 1.0
+SHARE = 0.25
 """The margin of a box: a factor of what the widest body reaches."""
 
-AHEAD = 4.0
+AHEAD = 2.0
 """How many margins a box is longer in the direction of flight."""
 
 
