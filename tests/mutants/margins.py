@@ -38,7 +38,10 @@ from kinetile.toolbox import (
 )
 
 SHARE = 0.25
-"""The margin of a box: a factor of what the widest body reaches."""
+"""The margin of a box: a factor of what the widest body reaches,"""
+
+SPACING = 16.0
+"""or a part of the mean distance between bodies, if that is more."""
 
 AHEAD = 2.0
 """How many margins a box is longer in the direction of flight."""
@@ -190,7 +193,9 @@ class Margins:
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Returns the parts; any scene will do."""
         n = scene.capacity
-        margin = SHARE * float(reach_of(scene).max(initial=0.0))
+        width, height = scene.arena or (0.0, 0.0)
+        spacing = math.sqrt(width * height / max(n, 1)) / SPACING
+        margin = max(SHARE * float(reach_of(scene).max(initial=0.0)), spacing)
         state = State(np.zeros((n, 4)), np.zeros((n, 2), np.int64), np.array([margin, 0.0]))
         return BroadPhaseParts(
             state=state,
