@@ -46,6 +46,8 @@ class SceneRow:
         contacts_per_cpu_second: contacts over the median.
         of_fastest: its rate, over that of the fastest phase.
         structural_per_contact: structural events for each contact.
+        asked_per_contact, computed_per_contact: candidate checks, and exact contact times, for each contact.
+        structure_bytes: what the structure takes at the end: the phase's state and its pair set.
         contacts, commands: how many there were.
         fingerprint: of the contacts.
     """
@@ -58,6 +60,9 @@ class SceneRow:
     contacts_per_cpu_second: float | None = None
     of_fastest: float | None = None
     structural_per_contact: float | None = None
+    asked_per_contact: float | None = None
+    computed_per_contact: float | None = None
+    structure_bytes: int | None = None
     contacts: int | None = None
     commands: int | None = None
     fingerprint: str | None = None
@@ -116,7 +121,8 @@ def bench_scene(
                     taken, ended[k] = _timed(sim, until, max_contacts)
                     spent.append(taken)
                 if spent:
-                    runs[k].append((statistics.median(spent), sim.readings.as_dict()))
+                    held = {"structure_bytes": _structure_bytes(sim)}
+                    runs[k].append((statistics.median(spent), sim.readings.as_dict() | held))
             except Refused as refused:
                 ended[k] = str(refused)
             if progress is not None:
@@ -138,12 +144,22 @@ def _timed(sim: Any, until: float | None, max_contacts: int | None) -> tuple[flo
     return time.thread_time() - began, error
 
 
+def _structure_bytes(sim: Simulation) -> int:
+    """Returns the size of a phase's state and pair set."""
+    k = sim.tables
+    return sum(each.nbytes for each in (*sim.state, k.pairs, k.lookup, k.firsts))
+
+
 def _row(phase: str, runs: Sequence[tuple[float, dict[str, Any]]], ended_by: str | None) -> SceneRow:
     if not runs:
         return SceneRow(phase, ended_by)
     seconds = [spent for spent, _ in runs]
     found, median = runs[0][1], statistics.median(seconds)
     contacts = found["contacts_disc"] + found["contacts_wall"]
+
+    def per_contact(count: str) -> float | None:
+        return found[count] / contacts if contacts else None
+
     return SceneRow(
         phase=phase,
         ended_by=ended_by,
@@ -151,7 +167,10 @@ def _row(phase: str, runs: Sequence[tuple[float, dict[str, Any]]], ended_by: str
         slowest=max(seconds),
         fastest=min(seconds),
         contacts_per_cpu_second=contacts / median if median > 0.0 else None,
-        structural_per_contact=found["structural_events"] / contacts if contacts else None,
+        structural_per_contact=per_contact("structural_events"),
+        asked_per_contact=per_contact("partners_asked"),
+        computed_per_contact=per_contact("contacts_computed"),
+        structure_bytes=found["structure_bytes"],
         contacts=contacts,
         commands=found["turns"] + found["inserted"] + found["removed"],
         fingerprint=found["fingerprint"],

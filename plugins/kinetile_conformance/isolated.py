@@ -175,6 +175,14 @@ class IsolatedRunner:
             return found
         return None
 
+    def attempt(self, what: str, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Return what a function of the runner in the child returns; raise PhaseError, with the cause, where
+        the child does not survive it."""
+        try:
+            return self._call(function, *arguments)
+        except Died as died:
+            raise PhaseError(self._sentence(died, what)) from died
+
     def _call(
         self,
         function: Callable[..., Any],

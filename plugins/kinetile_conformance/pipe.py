@@ -134,6 +134,20 @@ class Engine:
                 os.killpg(self._child.pid, signal.SIGKILL)
         self._child.kill()
 
+    def cpu_seconds(self) -> float:
+        """Return the CPU seconds of the program, without what it has started; 0 where the system does not
+        tell."""
+        with suppress(OSError, OverflowError, AttributeError):
+            return time.clock_gettime(~self._child.pid << 3 | 2)  # Linux: the clock of another process
+        return 0.0
+
+    def peak_bytes(self) -> int | None:
+        """Return the most memory that the program has had; None where the system does not tell."""
+        with suppress(OSError, ValueError, StopIteration):
+            lines = Path(f"/proc/{self._child.pid}/status").read_text(encoding="utf-8").splitlines()
+            return 1024 * int(next(line for line in lines if line.startswith("VmHWM:")).split()[1])
+        return None
+
     def answer(self, scene: Scene) -> list[Row] | str:
         """Return the engine's contacts of a scene, or why it refuses it; raise EngineError for any other
         answer, and for none."""

@@ -26,6 +26,16 @@ if TYPE_CHECKING:
 EXAMPLES = 100
 """Scenes drawn for each check; ``runner.EXAMPLES``, without what that imports."""
 
+Within = Annotated[
+    float | None,
+    typer.Option(metavar="D", help="Of programs: times to a relative distance, in place of ticks."),
+]
+Examples = Annotated[int, typer.Option(min=1, metavar="N", help="Scenes drawn for each check.")]
+Checks = Annotated[
+    list[str] | None, typer.Option("--check", metavar="CHECK", help="Run this check, not all.")
+]
+Seed = Annotated[int, typer.Option(metavar="N", help="What the drawing of scenes begins with.")]
+
 
 def _list(wanted: bool) -> None:
     """Print the table of strategies and observations, and end."""
@@ -48,10 +58,7 @@ def conform(
         str | None,
         typer.Option(metavar="CMD", help="Judge this program instead, which is sent scenes over a pipe."),
     ] = None,
-    within: Annotated[
-        float | None,
-        typer.Option(metavar="D", help="Of the program: times to a relative distance, in place of ticks."),
-    ] = None,
+    within: Within = None,
     scene_seconds: Annotated[
         float | None,
         typer.Option(metavar="S", help="Seconds that the program has for a scene. [default: 10]"),
@@ -64,12 +71,8 @@ def conform(
             help="A narrow phase to judge with it, instead of the usual one; with options if need be.",
         ),
     ] = None,
-    examples: Annotated[
-        int, typer.Option(min=1, metavar="N", help="Scenes drawn for each check.")
-    ] = EXAMPLES,
-    check: Annotated[
-        list[str] | None, typer.Option("--check", metavar="CHECK", help="Run this check, not all.")
-    ] = None,
+    examples: Examples = EXAMPLES,
+    check: Checks = None,
     expect_failure: Annotated[
         list[str] | None,
         typer.Option("--expect-failure", metavar="CHECK=REASON", help="A check that is known to fail."),
@@ -78,7 +81,7 @@ def conform(
         Path, typer.Option(metavar="DIR", help="Where scenes that fail are saved, if there are any.")
     ] = Path("conformance-failures"),
     shrink: Annotated[bool, typer.Option(help="Look for the smallest scene that fails.")] = True,
-    seed: Annotated[int, typer.Option(metavar="N", help="What the drawing of scenes begins with.")] = 0,
+    seed: Seed = 0,
     seconds: Annotated[
         float | None,
         typer.Option(

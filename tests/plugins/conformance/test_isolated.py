@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,9 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, deadline, processes
 from kinetile_conformance.cases import Subject, load_case
+from kinetile_conformance.isolated import IsolatedRunner
 from kinetile_conformance.processes import Child, Died, Limits, Message, in_a_child, pickled
+from kinetile_conformance.runner import Plan, Runner
 from lanes import first
 from registering import registered
 
@@ -307,6 +310,15 @@ def _exits_with_two() -> Iterator[None]:
     phases = {"exits-with-two": ExitsWithTwo, "raises-with-three": RaisesWithThree}
     with registered(*(kt.BroadPhaseSpec(name, phase) for name, phase in phases.items())):
         yield
+
+
+@pytest.mark.small
+@pytest.mark.usefixtures("_exits_with_two")
+def test_a_death_outside_of_checks_is_an_error_that_says_what_was_done() -> None:
+    with closing(IsolatedRunner(Plan.of("exits-with-two", {}))) as runner:
+        with pytest.raises(PhaseError, match="the process ended itself with status 7 in a measurement"):
+            runner.attempt("a measurement", Runner.smoke_test)
+        assert "Runner" in runner.attempt("another", repr)  # in another child
 
 
 @pytest.mark.small

@@ -1,0 +1,67 @@
+"""The command ``kinetile judge``: a page and a JSON file about broad phases and programs, side by side."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kinetile.cli.files import check_new, try_folder
+from kinetile.cli.options import Json, Repeats, registered_phase
+from kinetile.cli.output import as_json
+from kinetile.cli.terminal import INTERRUPTED, Bar, FirstSignal, echo, notice
+from kinetile.errors import BadOption
+from kinetile_conformance.cli.conform import EXAMPLES, Checks, Examples, Seed, Within, _check, _compiling
+
+
+def judge(
+    phases: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Broad phases, as `conform` takes them.")
+    ] = None,
+    command: Annotated[
+        list[str] | None, typer.Option("--command", metavar="CMD", help="A program, as `conform` takes it.")
+    ] = None,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="For judge.html and judge.json.")] = Path("judged"),
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace these files.")] = False,
+    within: Within = None,
+    examples: Examples = EXAMPLES,
+    check: Checks = None,
+    repeats: Repeats = 3,
+    seed: Seed = 0,
+    json: Json = False,
+) -> None:
+    """Judge broad phases and programs, measure them on a dozen scenes, and write one page about all; exit
+    codes are those of `conform`."""
+    if not (phases or command):
+        raise BadOption("expected the NAME of a broad phase, or --command CMD, or several of both")
+    checks = [_check(each) for each in check] if check else None  # and says it where an extra is missing
+    from kinetile_conformance.judging import SCENES, begun
+    from kinetile_conformance.page import page
+
+    chosen = [registered_phase(each) for each in dict.fromkeys(phases or ())]
+    how = {"examples": examples, "seed": seed, "checks": checks, "within": within, "repeats": repeats}
+    judgement = begun(chosen, [*dict.fromkeys(command or ())], save_to=out / "failures", **how)
+    try_folder("--out", out, keep=True)
+    files = out / "judge.html", out / "judge.json"
+    for path in files:
+        check_new("--out", path, overwrite)
+    names = ", ".join(each.report.label for each in judgement.judged)
+    notice(f"judging {names} on {examples:,} scenes a check, measuring on {len(SCENES)}{_compiling()} ...")
+    first, bar = FirstSignal(), Bar("judging")
+    try:
+        with first, bar:
+            judgement.run(lambda who, what, count: bar.show(None, f"{who}: {what}, {count:,}"))
+    except KeyboardInterrupt:
+        notice("kinetile: interrupted; what was done until then is written")
+    result = as_json(judgement.as_dict())
+    files[0].write_text(page(judgement, shlex.join(["kinetile", *sys.argv[1:]])), encoding="utf-8")
+    files[1].write_text(result + "\n", encoding="utf-8")
+    said = [f"{each.report.label}: {each.error or each.verdict}" for each in judgement.judged]
+    echo(result if json else "\n".join([*said, *map(str, files)]))
+    if judgement.status != "complete":
+        raise typer.Exit(128 + first.number if first.number else INTERRUPTED)
+    if judgement.exit_code:
+        raise typer.Exit(judgement.exit_code)

@@ -1,0 +1,234 @@
+"""A judgement: what the author of a broad phase, or of a program, puts beside the project.
+
+It is made of what there is: the kit's checks, the benchmark of a scene, the reference's contacts, and the
+table of faults that the kit is known to find. What is done when it is interrupted is kept.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack, closing, suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, cast
+
+from kinetile import Insert, Remove, Response, Scene, Settings, box, capsule, make_scene
+from kinetile.errors import KinetileError, NotJudged, PhaseError, Refused, printable
+from kinetile.plugin.choices import write_phase
+from kinetile_accuracy.environment import environment
+from kinetile_bench.user_scene import SceneRow, bench_scene
+from kinetile_conformance.api import check_broad_phase
+from kinetile_conformance.cases import REFERENCE, Subject
+from kinetile_conformance.deadline import begin_scene
+from kinetile_conformance.isolated import IsolatedRunner
+from kinetile_conformance.pipe import JUDGING, Engine, EngineError, EngineReport, check_engine, difference
+from kinetile_conformance.reporting import KIT_VERSION, Report, Result
+from kinetile_conformance.runner import EXAMPLES, Plan, Runner
+from kinetile_conformance.strategies.changes import ended_at
+
+FAULTS = Path(__file__).with_name("faults.json")
+"""What the kit finds of the project's own mutants, as ``tests/mutants`` has measured it."""
+
+BEGINNING = 200
+"""Contacts up to which a program is given a scene: it may take a thousand times as long as a phase."""
+
+RUN = 0.1
+"""CPU seconds of one measurement, about."""
+
+SCENES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+"""The named scenes: ``what`` each is, its ``recipe``, its ``parameters`` and its end, ``until``."""
+
+
+def faults() -> dict[str, list[int]]:
+    """Returns, for each family of the faults in ``FAULTS``, how many the kit finds, of how many."""
+    counts: dict[str, list[int]] = {}
+    if FAULTS.is_file():
+        for fault in json.loads(FAULTS.read_text(encoding="utf-8"))["faults"].values():
+            found, of = counts.get(fault["family"], (0, 0))
+            counts[fault["family"]] = [found + (fault["killed_by"] is not None), of + 1]
+    return counts
+
+
+@dataclass(frozen=True)
+class Measured(SceneRow):
+    """A phase or a program on the named scene ``of``, and where its contacts are not the reference's, in a
+    sentence; of a program time and memory alone are known."""
+
+    of: str = ""
+    differs: str | None = None
+    process_bytes: int | None = None
+
+
+@dataclass
+class Judged:
+    """A phase, with the plan of its checks, or a program without one: its report so far, why it cannot be
+    judged, and what was measured."""
+
+    report: Report
+    plan: Plan | None = None
+    error: str = ""
+    done: bool = False
+    rows: list[Measured] = field(default_factory=list)
+
+    @property
+    def verdict(self) -> str:
+        """The verdict in a few words."""
+        if self.error:
+            return "cannot be judged"
+        if self.report.failed:
+            return "the reference is in doubt" if self.report.in_doubt else "does not conform"
+        return "conforms" if self.done and self.report.ok and self.report.results else "not judged"
+
+
+@dataclass
+class Judgement:
+    """All that is judged, side by side, with what was chosen, and where it was done."""
+
+    judged: list[Judged]
+    examples: int = EXAMPLES
+    seed: int = 0
+    checks: Sequence[str] | None = None
+    within: float | None = None
+    repeats: int = 3
+    save_to: Path | None = None
+    status: str = "interrupted"
+    kit: str = KIT_VERSION
+    faults: Mapping[str, Sequence[int]] = field(default_factory=faults)
+    made: Mapping[str, Any] = field(
+        default_factory=lambda: {"date": time.strftime("%Y-%m-%d")} | environment()
+    )
+
+    @property
+    def exit_code(self) -> int:
+        """That of ``conform``: of several the first of 1, 3, 2 (it cannot be judged), 4 and 0."""
+        codes = [2 if each.error else each.report.exit_code for each in self.judged]
+        return next((code for code in (1, 3, 2, 4) if code in codes), 0)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Returns everything, fit for JSON."""
+        judged = [
+            {"label": each.report.label, "verdict": each.verdict, "error": each.error or None}
+            | {"report": each.report.as_dict(), "measured": [vars(row) for row in each.rows]}
+            for each in self.judged
+        ]
+        return vars(self) | {"judged": judged}
+
+    def run(self, show: Callable[[str, str, int], None]) -> None:
+        """Judges all, then measures all; ``show`` is called with who, on what, and a count."""
+        for each in self.judged:
+            self._judge(each, show)
+        able = {each.report.label: each for each in self.judged if not each.error}
+        with ExitStack() as children:
+            runners = {
+                label: children.enter_context(closing(IsolatedRunner(each.plan)))
+                for label, each in able.items()
+                if each.plan is not None
+            }
+            for name in SCENES:
+                scene = named_scene(name)
+                contacts, fingerprint = _reference(scene)
+                runs: dict[str, list[Measured]] = {label: [] for label in able}
+                for label in [*able] * self.repeats:  # in turns: a machine that slows down slows all
+                    show(label, name, len(runs[label]) + 1)
+                    if all(row.ended_by is None for row in runs[label]):
+                        row = self._measured(label, runners.get(label), scene, contacts)
+                        runs[label].append(row)
+                for label, rows in runs.items():
+                    row = sorted(rows, key=lambda row: row.cpu_seconds or 0.0)[len(rows) // 2]
+                    if row.fingerprint not in (None, fingerprint) and row.ended_by is None:
+                        row = replace(row, differs="its contacts are not the reference's")
+                    able[label].rows.append(replace(row, of=name))
+        self.status = "complete"
+
+    def _judge(self, each: Judged, show: Callable[[str, str, int], None]) -> None:
+        """Runs the checks on one."""
+
+        def hear(result: Result) -> None:
+            each.report = replace(each.report, results=(*each.report.results, result))
+
+        name, label = each.report.name, each.report.label
+        how: dict[str, Any] = {"examples": self.examples, "seed": self.seed, "save_to": self.save_to}
+        how |= {"on_result": hear, "on_scene": lambda check, count: show(label, check, count)}
+        try:
+            if each.plan is None:
+                checks = [check for check in JUDGING if check in (self.checks or JUDGING)]
+                each.report = check_engine(name, checks=checks, within=self.within, **how)
+            else:
+                how |= {"options": each.report.options, "checks": self.checks}
+                each.report = check_broad_phase(name, **how)
+        except KinetileError as error:
+            each.error = str(error)
+        cases = ((each, each.case and Path(os.path.relpath(each.case))) for each in each.report.results)
+        each.report = replace(each.report, results=tuple(replace(of, case=case) for of, case in cases))
+        each.done = True
+
+    def _measured(self, label: str, runner: IsolatedRunner | None, scene: Scene, contacts: Any) -> Measured:
+        """Returns one measurement."""
+        try:
+            if runner is not None:
+                return cast(Measured, runner.attempt("a measurement", _phase_measured, scene))
+            scene = ended_at(scene, float(contacts["time"][:BEGINNING].max(initial=scene.start)))
+            contacts, _ = _reference(scene)
+            with Engine(label, timed=self.within is not None) as engine:
+                began, found, ended = engine.cpu_seconds(), engine.answer(scene), engine.cpu_seconds()
+                most = engine.peak_bytes()
+        except (PhaseError, EngineError) as error:
+            return Measured(label, str(error))
+        if isinstance(found, str):
+            return Measured(label, found)
+        spent = ended - began or None
+        row = Measured(label, None, spent, contacts=len(found), process_bytes=most)
+        differs = None if self.within is not None else difference(scene, found, contacts, None)
+        return replace(row, differs=differs, contacts_per_cpu_second=spent and len(found) / spent)
+
+
+def begun(phases: Sequence[tuple[str, Mapping[str, Any]]], commands: Sequence[str], **how: Any) -> Judgement:
+    """Returns a judgement of which nothing is done yet. Raises UnknownName and BadOption; what else is wrong
+    with a phase will be its verdict."""
+    judged = []
+    for name, options in phases:
+        plan = Plan.of(name, {"options": options})
+        with suppress(NotJudged, PhaseError, Refused):
+            plan.subject.composition(make_scene("two-discs"))
+        judged.append(Judged(plan.report((), None), plan))
+    programs = (EngineReport(each, {}, "", (), within=how.get("within")) for each in commands)
+    return Judgement([*judged, *map(Judged, programs)], **how)
+
+
+def named_scene(name: str) -> Scene:
+    """Returns a scene of ``SCENES``."""
+    said = SCENES[name]
+    scene = make_scene(said["recipe"], **said.get("parameters", {}))
+    r, n = float(scene.radius[0]), len(scene)
+    more: dict[str, Any] = {}
+    if name == "shapes":
+        rod = capsule((0.0, -0.5 * r), (0.0, 0.5 * r), 0.4 * r)
+        more = {"shapes": [box(2 * r, 0.6 * r), box(1.5 * r, 1.5 * r), rod], "shape": [0, 1, 2] * (n // 3)}
+    elif name == "granular":
+        more = {"responses": {(0, 0): Response("restitution", e=0.9, contact_time=1e-6)}}
+    elif name == "come-and-go":  # those that come are so small that there is a place at the floor
+        places = [((k + 0.5) / 40.0, 0.02 * r) for k in range(40)]
+        more["commands"] = [Remove(k, 0.005 * (k + 1)) for k in range(40)]
+        more["commands"] += [Insert(0.005 * (k + 1), places[k], (0.25, 1.0), 0.01 * r) for k in range(40)]
+    return scene.replace(settings=Settings(until=said["until"]), **more)
+
+
+def _reference(scene: Scene) -> tuple[Any, str]:
+    """Returns the reference's contacts of a scene, and their fingerprint."""
+    sim = Subject(REFERENCE, {}).reference.simulation(scene)
+    sim.run()
+    return sim.contacts, sim.fingerprint
+
+
+def _phase_measured(runner: Runner, scene: Scene) -> Measured:
+    """Measures a phase on a scene, in the child."""
+    begin_scene()
+    phase = runner.subject.name, runner.subject.options
+    try:
+        return Measured(**vars(bench_scene(scene, [phase], repeats=1, seconds=RUN).rows[0]))
+    except Exception as error:  # whatever a foreign phase raises is what comes of it
+        return Measured(write_phase(*phase), printable(f"{type(error).__name__}: {error}"))

@@ -1,0 +1,118 @@
+"""The page of a judgement: one HTML file without scripts, for light and dark screens and for paper."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from kinetile.show.html import facts, grid, paragraph
+from kinetile.show.picture import escape
+from kinetile_conformance.checks import CHECKS
+from kinetile_conformance.judging import BEGINNING, RUN, SCENES, Judged, Judgement
+
+STYLE = """:root { color-scheme: light dark; --edge: #d5d8dc; --good: #136f3a; --bad: #b3261e }
+@media (prefers-color-scheme: dark) { :root { --edge: #3d434a; --good: #6fcf97; --bad: #ff8a80 } }
+body { margin: 0 auto; max-width: 76rem; padding: 1rem; font: 1rem/1.45 system-ui, sans-serif }
+h1 { font-size: 1.6rem; overflow-wrap: anywhere } h2 { font-size: 1.2rem; margin: 2rem 0 0 }
+p { max-width: 60rem } tr { border-bottom: 1px solid var(--edge) } td:first-child { min-width: 13em }
+td { white-space: pre-line } .good { color: var(--good); white-space: nowrap } .bad { color: var(--bad) }
+.bar { color: #6c9fca; white-space: nowrap }
+"""
+
+MARKS = {"✓": "good", "✗": "bad", "━": "bar"}
+"""Classes of cells by the mark with which they begin: a colour is never all that is said."""
+
+
+def page(of: Judgement, command: str) -> str:
+    """Returns the page; ``command`` is the one that makes it again."""
+    title = "Judged by kinetile: " + ", ".join(each.report.label for each in of.judged)
+    made = {"again": command, "kit": of.kit, "drawn": f"{of.examples:,} scenes a check, seed {of.seed}"}
+    made |= of.made["versions"] | {name: str(said) for name, said in of.made.items() if name != "versions"}
+    sections = {
+        "Verdict": _checks(of.judged),
+        "Faults and refusals": _seen(of.judged),
+        "On named scenes": _measurements(of),
+        "What the kit is known to find": _faults(of),
+        "Made with": iter([facts("", made.items())]),
+    }
+    parts = [f"<h1>{escape(title)}</h1>"]
+    if of.status != "complete":
+        parts.append(paragraph("✗ This page is partial: the judgement was interrupted before its end."))
+    parts += [f"<h2>{name}</h2>\n{text}" for name, found in sections.items() if (text := "\n".join(found))]
+    body = "\n".join(parts)
+    for mark, kind in MARKS.items():
+        body = body.replace(f'">{mark}', f'" class="{kind}">{mark}')
+    head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>\n{STYLE}</style>'
+    return f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head><body>\n{body}\n</body></html>\n'
+
+
+def _marked(status: str, text: str) -> str:
+    """Returns a text with the mark of a status, or verdict."""
+    good, open_ = ("passed", "xfailed", "conforms"), ("skipped", "not judged")
+    return f"{'✓' if status in good else '–' if status in open_ else '✗'} {text}"
+
+
+def _number(value: float | None) -> str:
+    return (
+        "–" if value is None else f"{value:,.0f}" if value >= 100.0 or value == int(value) else f"{value:.3g}"
+    )
+
+
+def _checks(judged: Sequence[Judged]) -> Iterator[str]:
+    found = [{result.check: result.status for result in each.report.results} for each in judged]
+    rows = [
+        ["verdict", *(_marked(each.verdict, each.verdict) for each in judged), "of all checks together"],
+        [
+            "over-reporting",
+            *(_number(each.report.tightness) for each in judged),
+            "Candidate pairs for each overlap of boxes: they cost time, and are no fault.",
+        ],
+    ]
+    for check in (check for check in CHECKS if any(check.name in each for each in found)):
+        texts = (_marked(each[check.name], each[check.name]) if check.name in each else "" for each in found)
+        rows.append([check.name, *texts, check.sentence])
+    heads = ("", *(each.report.label for each in judged), "what must hold")
+    yield grid("", heads, rows, [False] * len(heads))
+
+
+def _seen(judged: Sequence[Judged]) -> Iterator[str]:
+    for each in judged:
+        results = [result for result in each.report.results if result.status != "passed"]
+        seen = [("\n".join(each.report.details(of)), _marked(of.status, of.check)) for of in results]
+        seen += [(row.differs or row.ended_by or "", row.of) for row in each.rows] + [(each.error, "✗ all")]
+        said: dict[str, list[str]] = {}
+        for sentence, where in seen:
+            said.setdefault(sentence, []).append(where)
+        rows = [["\n".join(where), sentence] for sentence, where in said.items() if sentence]
+        yield from [grid(each.report.label, ("on", "seen"), rows, (False, False))] if rows else []
+
+
+def _measurements(of: Judgement) -> Iterator[str]:
+    heads = ("", "", "", "contacts / CPU s", "events / contact", "checks", "solves", "KiB")
+    rows = []
+    for name in SCENES:
+        mine = [row for each in of.judged for row in each.rows if row.of == name]
+        most = max((row.rate for row in mine), default=0.0)
+        for at, row in enumerate(mine):
+            size = row.process_bytes or row.structure_bytes
+            counts = row.structural_per_contact, row.asked_per_contact, row.computed_per_contact
+            numbers = (row.contacts_per_cpu_second, *counts, size and size / 1024)
+            wrong = "✗ other contacts" if row.differs else "ended early" if row.contacts else "no contacts"
+            said = wrong if row.differs or row.ended_by else "━" * round(10.0 * row.rate / (most or 1.0))
+            first = "" if at else f"{name}: {SCENES[name]['what']}"
+            rows.append([first, row.phase, said, *map(_number, numbers)])
+    if rows:
+        yield grid("", heads, rows, [False] * 3 + [True] * 5)
+        yield paragraph(
+            f"Medians of {of.repeats} runs of some {RUN:g} CPU s, in turns, without compiling. A contact: "
+            "structural events, candidate checks, exact solves. KiB: of a phase its state and pair set at "
+            "the end, of a program the most that its process has had. A program is given the first "
+            f"{BEGINNING} contacts; reading and writing lines is part of its time."
+        )
+
+
+def _faults(of: Judgement) -> Iterator[str]:
+    if of.faults:
+        found, every = map(sum, zip(*of.faults.values(), strict=True))
+        yield paragraph(f"Of {every} faults that were written to test the kit, it finds {found} by default.")
+        rows = [[family, *map(str, counts)] for family, counts in of.faults.items()]
+        yield grid("", ("faults", "found", "of"), rows, (False, True, True))

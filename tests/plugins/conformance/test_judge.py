@@ -1,0 +1,106 @@
+"""``kinetile judge``: one page and one JSON file about phases and programs, side by side."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from pathlib import Path
+
+import pytest
+
+from command_line import kinetile, refused
+from kinetile_conformance import Result, judging
+
+pytestmark = pytest.mark.small
+
+FEW = ("--examples", 3, "--repeats", 1, "--check", "same-contacts", "--check", "same-contacts-on-a-torus")
+TINY = {"what": "two discs", "recipe": "two-discs", "until": 2.0}
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    faults = {name: {"family": "late", "killed_by": check} for name, check in (("a", None), ("b", "x"))}
+    (tmp_path / "faults.json").write_text(json.dumps({"faults": faults}))
+    monkeypatch.setattr(judging, "FAULTS", tmp_path / "faults.json")
+    for name in [*judging.SCENES]:
+        monkeypatch.delitem(judging.SCENES, name)
+    monkeypatch.setitem(judging.SCENES, "tiny", TINY)
+
+
+def program(name: str, answer: object) -> str:
+    """Return the command of a program that gives one answer to all scenes."""
+    text = f"import sys\nfor line in sys.stdin: print({json.dumps(answer)!r}, flush=True)"
+    Path(name).write_text(text, encoding="utf-8")
+    return shlex.join([sys.executable, name])
+
+
+def test_one_that_conforms_one_that_fails_and_one_that_refuses_stand_side_by_side(blind, tmp_path):
+    programs = program("demo.py", {"refused": "it is a <demo>"}), program("wrong.py", {"contacts": []})
+    result = kinetile("judge naive", blind, "--command", programs[0], "--command", programs[1], *FEW)
+    assert (result.exit_code, result.stderr.splitlines()[0].split()[0]) == (1, "judging")
+    *said, _, _ = result.stdout.splitlines()
+    verdicts = ["conforms", "does not conform", "not judged", "does not conform"]
+    assert [line.rpartition(": ")[2] for line in said] == verdicts
+
+    found = json.loads((tmp_path / "judged/judge.json").read_text())
+    assert (found["status"], found["faults"]) == ("complete", {"late": [1, 2]})
+    measured = [each["measured"][0] for each in found["judged"]]
+    assert [row["of"] for row in measured] == ["tiny"] * 4
+    assert measured[0]["structure_bytes"] > 0 < measured[0]["asked_per_contact"]
+    assert [bool(row["differs"]) for row in measured] == [False, True, False, True]
+    assert measured[2]["ended_by"] == "it is a <demo>"
+
+    page = (tmp_path / "judged/judge.html").read_text()
+    assert "✗ does not conform" in page
+    assert "it is a &lt;demo&gt;" in page
+    assert f"replay: kinetile replay {blind} judged/failures/{blind}-same-contacts.toml" in page
+    assert "it finds 1 by default" in page
+    assert "<script" not in page
+    assert "This page is partial" not in page
+    assert str(tmp_path) not in page
+
+
+def test_ctrl_c_keeps_what_is_done_and_the_page_says_that_it_is_partial(monkeypatch, tmp_path):
+    def judge(name, *, on_result, **more):
+        on_result(Result("same-contacts", "It gives them.", "passed", 3, 0.5))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(judging, "check_broad_phase", judge)
+    result = kinetile("judge naive cells --json")
+    assert result.exit_code == 130
+    found = json.loads(result.stdout)
+    assert found["status"] == "interrupted"
+    assert [len(each["report"]["checks"]) for each in found["judged"]] == [1, 0]
+    assert [each["verdict"] for each in found["judged"]] == ["not judged", "not judged"]
+    assert "✗ This page is partial" in (tmp_path / "judged/judge.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("", "expected the NAME of a broad phase, or --command CMD, or several of both"),
+        ("naive nave", "no broad phase is called 'nave'; did you mean 'naive'?"),
+        ("sap-1d:axes=y", "has no option 'axes'; did you mean 'axis'?"),
+        ("naive sap-1d:axis=z", "axis must be 'x' or 'y'"),
+        ("naive --check same-contact", "did you mean 'same-contacts'?"),
+        ("naive --out old", "judge.json is there already: choose another name, or say --overwrite"),
+    ],
+)
+def test_what_cannot_be_judged_is_said_before_anything_is_done(line, said, tmp_path):
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old/judge.json").touch()
+    assert said in refused(f"judge {line}")
+    assert not (tmp_path / "judged").exists()
+
+
+def test_the_dozen_scenes_are_scenes(monkeypatch):
+    monkeypatch.undo()
+    scenes = {name: judging.named_scene(name) for name in judging.SCENES}
+    assert len(scenes) == 12
+    assert all(scene.settings.until > 0.0 for scene in scenes.values())
+    assert {"torus"} == {name for name, scene in scenes.items() if scene.periodic}
+    assert {"shapes"} == {name for name, scene in scenes.items() if scene.shapes}
+    assert {"come-and-go"} == {name for name, scene in scenes.items() if scene.commands}
+    assert {"granular"} == {name for name, scene in scenes.items() if scene.responses}
