@@ -53,7 +53,7 @@ export class Run {
   /** Everything that happens, up to a time or, without one, to the end of the scene: {what, tick, a, b}, at an end of a passing a > b. */
   *events(until = null) {
     const { tick, contacts } = until === null && this.scene.end ? this.scene.end : { tick: this.tickOf(until ?? this.scene.until), contacts: Infinity };
-    for (const pair of [...this.pairs].sort(byNumbers)) yield* this.beginOverlaps(pair, true);
+    for (const pair of [...this.pairs].sort(byNumbers)) yield* this.beginOverlaps(pair);
     for (;;) {
       const event = this.next();
       const isOver = event.tick > tick || (event.tick === tick && event.class >= WALL && this.contactsAt(tick) >= contacts);
@@ -138,7 +138,7 @@ export class Run {
       }
       const { pairs } = this.enter(number, command, plan);
       yield this.told(what, number, null);
-      for (const pair of pairs.sort(byNumbers)) yield* this.beginOverlaps(pair, false);
+      for (const pair of pairs.sort(byNumbers)) yield* this.beginOverlaps(pair);
       return;
     } else {
       for (const pair of body.pairs.sort(byNumbers)) for (const passing of [...pair.passings]) yield this.end(pair, passing);
@@ -179,12 +179,12 @@ export class Run {
   }
 
   /** Begins the passings of two that may pass and overlap, at the start or when one of them is inserted. */
-  *beginOverlaps(pair, isStart) {
+  *beginOverlaps(pair) {
     const { a, b, response, M } = pair;
     if (response.name !== "pass" || (this.shaped && a.m === Infinity && b.m === Infinity)) return; // rule 11s
     const [planA, planB] = [this.present(a), this.present(b)];
     const isIn = this.shaped && ((apart) => shapeGap(apart, M) < -(1e-12 * (a.r + b.r)));
-    const images = overlaps({ r: a.r, plan: planA }, { r: b.r, plan: planB }, this.scene.periods, isStart, isIn);
+    const images = overlaps({ r: a.r, plan: planA }, { r: b.r, plan: planB }, this.scene.periods, isIn);
     for (const image of images) yield this.begin(pair, image);
   }
 

@@ -20,10 +20,10 @@ export function hasRoom({ r, m, shape }, plan, others, arena, periods, shaped) {
 }
 
 /**
- * The images {m, n} through which two bodies a < b, {r, plan} each, overlap; `begins`: at the start of the scene. `isIn` says that of
- * bodies with shapes that are [dx, dy] apart; null for discs.
+ * The images {m, n} through which two bodies a < b, {r, plan} each, overlap, at the start or at an insertion. `isIn` says that of
+ * bodies with shapes that are [dx, dy] apart; false for discs.
  */
-export function overlaps(a, b, periods, begins, isIn) {
+export function overlaps(a, b, periods, isIn) {
   const reach = (a.r + b.r) * (1 - SLACK);
   // No period is as short as the reach, and wrapped places are within half of one: more than one period away nothing overlaps.
   const [rights, ups] = periods.map((period) => (period === null ? [0] : [-1, 0, 1]));
@@ -34,10 +34,7 @@ export function overlaps(a, b, periods, begins, isIn) {
       const image = { m: BigInt(right) - kx, n: BigInt(up) - ky };
       const dx = b.plan.x - a.plan.x + right * (periods[0] ?? 0);
       const dy = b.plan.y - a.plan.y + up * (periods[1] ?? 0);
-      const square = dx * dx + dy * dy;
-      const root = begins && periods.every((period) => period === null);
-      const isClose = root ? Math.sqrt(square) < reach : square < reach * reach;
-      if (isIn ? isIn([dx, dy]) : isClose) found.push(image);
+      if (isIn ? isIn([dx, dy]) : dx * dx + dy * dy < reach * reach) found.push(image);
     }
   }
   return found;

@@ -157,7 +157,7 @@ class Course:
             self._enter(body, tuple(place), tuple(velocity))
         if self._answers.passing:
             pairs = itertools.combinations(range(len(scene)), 2)
-            self._at_once = self._overlaps(pairs, at_start=True)
+            self._at_once = self._overlaps(pairs)
         for body in range(len(scene)):
             self._schedule([body])
         heapq.heapify(self._heap)
@@ -250,7 +250,7 @@ class Course:
             return None
         return min((each for each in self._passing if command.body in each[:2]), default=None)
 
-    def _overlaps(self, pairs: Iterable[tuple[int, int]], at_start: bool = False) -> list[_Passing]:
+    def _overlaps(self, pairs: Iterable[tuple[int, int]]) -> list[_Passing]:
         """Returns the passings that begin at once, since bodies overlap (rules 11 and 11p)."""
         found = []
         for a, b in pairs:
@@ -269,9 +269,7 @@ class Course:
                     if room(m, (dx, dy)) < -(1e-12 * (self._radius[a] + self._radius[b])):
                         found.append(_Passing(a, b, image))
                     continue
-                square = dx * dx + dy * dy
-                by_root = at_start and not self._periodic
-                if math.sqrt(square) < reach if by_root else square < reach * reach:
+                if dx * dx + dy * dy < reach * reach:
                     found.append(_Passing(a, b, image))
         return found
 

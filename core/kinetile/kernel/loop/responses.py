@@ -24,7 +24,7 @@ from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.flight import position_at
-from kinetile.kernel.images import near_zero, remainder, turns_of
+from kinetile.kernel.images import remainder, turns_of
 from kinetile.kernel.loop.bookkeeping import count_row, log_passing
 from kinetile.kernel.loop.calendar import settle
 from kinetile.kernel.pairs import follower, link, unlink
@@ -63,13 +63,15 @@ def have_passed(k: Kernel, a: int, b: int) -> bool:
 
 @template
 def _reach_into(k: Kernel, a: int, b: int, dx: float, dy: float) -> bool:
-    """Whether two bodies, ``a`` the elder, overlap that are so far apart: so that their passing begins."""
+    """Whether two bodies that pass, ``a`` the elder, overlap if they are so far apart (rules 11 and 11s)."""
     one = k.bodies[a]
     two = k.bodies[b]
+    reach = one.radius + two.radius
     if SHAPED:
-        meet = passes(k, a, b) and not (math.isinf(k.mass[a]) and math.isinf(k.mass[b]))
-        return bool(meet and gap(k, one.form, two.form, dx, dy) < -(ROOM * (one.radius + two.radius)))
-    reach = (one.radius + two.radius) * (1.0 - ROOM)
+        if dx * dx + dy * dy >= reach * reach or (math.isinf(k.mass[a]) and math.isinf(k.mass[b])):
+            return False  # the circles around them are apart, or they never meet
+        return bool(gap(k, one.form, two.form, dx, dy) < -(ROOM * reach))
+    reach *= 1.0 - ROOM
     return bool(dx * dx + dy * dy < reach * reach)
 
 
@@ -251,66 +253,76 @@ def plan_partings(k: Kernel, body: int) -> None:
 
 
 @template
-def begin_through_images(k: Kernel, a: int, b: int, tick: int) -> None:
-    """Begin the passings of two bodies, ``a`` the elder, through each image through which they overlap at a
-    tick; their places are as if anchored there. The order cannot be observed."""
+def overlap_through(k: Kernel, a: int, b: int, tick: int, right: int, up: int) -> tuple[bool, int, int]:
+    """Whether two bodies, ``a`` the elder, overlap at a tick, so that a passing begins at the start, or if one
+    is new: by their places as if anchored there, the second some periods away. And which image that is."""
+    x, y = position_at(k, k.bodies[a], tick)
+    x2, y2 = position_at(k, k.bodies[b], tick)
+    if not PERIODIC:
+        return _reach_into(k, a, b, x2 - x, y2 - y), 0, 0
     torus = k.clock[0].torus
-    one = k.bodies[a]
-    two = k.bodies[b]
-    one_x, one_y = position_at(k, one, tick)
-    two_x, two_y = position_at(k, two, tick)
-    one_kx = turns_of(one_x, torus.x)
-    one_ky = turns_of(one_y, torus.y)
-    two_kx = turns_of(two_x, torus.x)
-    two_ky = turns_of(two_y, torus.y)
-    dx = remainder(two_x, torus.x, two_kx) - remainder(one_x, torus.x, one_kx)
-    dy = remainder(two_y, torus.y, two_ky) - remainder(one_y, torus.y, one_ky)
-    left = int(one_kx - two_kx) + k.images[a].kx - k.images[b].kx
-    down = int(one_ky - two_ky) + k.images[a].ky - k.images[b].ky
-    across = 1 if torus.x > 0.0 else 0
-    upwards = 1 if torus.y > 0.0 else 0
-    for m in range(-across, across + 1):
-        for n in range(-upwards, upwards + 1):
-            x = dx + float(m) * torus.x
-            y = dy + float(n) * torus.y
-            if _reach_into(k, a, b, x, y):
-                begin_passing(k, a, b, tick, left + m, down + n)
+    kx = turns_of(x, torus.x)
+    ky = turns_of(y, torus.y)
+    kx2 = turns_of(x2, torus.x)
+    ky2 = turns_of(y2, torus.y)
+    dx = remainder(x2, torus.x, kx2) - remainder(x, torus.x, kx) + float(right) * torus.x
+    dy = remainder(y2, torus.y, ky2) - remainder(y, torus.y, ky) + float(up) * torus.y
+    m = right + int(kx - kx2) + k.images[a].kx - k.images[b].kx
+    n = up + int(ky - ky2) + k.images[a].ky - k.images[b].ky
+    return _reach_into(k, a, b, dx, dy), m, n
+
+
+@template
+def periods_around(k: Kernel) -> tuple[int, int]:
+    """Return how many periods away, along x and y, a body is to be seen."""
+    if PERIODIC:
+        return 1 if k.clock[0].torus.x > 0.0 else 0, 1 if k.clock[0].torus.y > 0.0 else 0
+    return 0, 0
+
+
+@template
+def overlap_now(k: Kernel, one: int, two: int, tick: int) -> bool:
+    """Whether a passing of two bodies begins if one of them is new at a tick, or the tick is the start."""
+    a = elder(k, one, two)
+    if not passes(k, one, two):
+        return False
+    across, upwards = periods_around(k)
+    for right in range(-across, across + 1):
+        for up in range(-upwards, upwards + 1):
+            begins, _, _ = overlap_through(k, a, one + two - a, tick, right, up)
+            if begins:
+                return True
+    return False
+
+
+@template
+def begin_overlap(k: Kernel, a: int, b: int, tick: int) -> None:
+    """Begin the passings of two bodies that pass, ``a`` the elder, through each image through which they
+    overlap at a tick. The order cannot be observed."""
+    across, upwards = periods_around(k)
+    for right in range(-across, across + 1):
+        for up in range(-upwards, upwards + 1):
+            begins, m, n = overlap_through(k, a, b, tick, right, up)
+            if begins:
+                begin_passing(k, a, b, tick, m, n)
 
 
 @template
 def begin_with_all(k: Kernel, body: int, tick: int) -> None:
     """Begin the passings of a new body with all that it overlaps and passes, the eldest first."""
-    clock = k.clock[0]
-    new = k.bodies[body]
     before = -1
     while True:
         next_one = -1
-        for other in range(clock.bodies):
+        for other in range(k.clock[0].bodies):
             number = k.queue[other].number
-            if other != body and is_there(k, other) and number > before and passes(k, other, body):
-                one = k.bodies[other]
-                x, y = position_at(k, one, tick)
-                dx = x - new.x
-                dy = y - new.y
-                if PERIODIC:  # through which images, if any, is found when they begin
-                    dx = near_zero(dx, k.clock[0].torus.x)
-                    dy = near_zero(dy, k.clock[0].torus.y)
-                    reach = one.radius + new.radius
-                    begins = dx * dx + dy * dy < reach * reach
-                elif elder(k, other, body) == other:
-                    begins = _reach_into(k, other, body, -dx, -dy)
-                else:
-                    begins = _reach_into(k, body, other, dx, dy)
-                if begins and (next_one < 0 or number < k.queue[next_one].number):
-                    next_one = other
+            sooner = number > before and (next_one < 0 or number < k.queue[next_one].number)
+            if sooner and other != body and is_there(k, other) and overlap_now(k, other, body, tick):
+                next_one = other
         if next_one < 0:
             return
         before = k.queue[next_one].number
         first = elder(k, next_one, body)
-        if PERIODIC:
-            begin_through_images(k, first, next_one + body - first, tick)
-        else:
-            begin_passing(k, first, next_one + body - first, tick, 0, 0)
+        begin_overlap(k, first, next_one + body - first, tick)
         settle(k, next_one)
 
 
@@ -334,13 +346,9 @@ def end_all_passings(k: Kernel, body: int, tick: int) -> None:
 
 
 def begin_at_start(k: Kernel, pairs: Any) -> None:
-    """Begin the passings of pairs that overlap from the start, (m, 2) slots in their order; a template, as
-    ``advance``."""
+    """Begin the passings of those pairs, (m, 2) slots in their order, that overlap and pass at the start; a
+    template, as ``advance``."""
     k = disowned(k)
     for at in range(len(pairs)):
-        a = pairs[at, 0]
-        b = pairs[at, 1]
-        if PERIODIC:
-            begin_through_images(k, a, b, 0)
-        elif not SHAPED or _reach_into(k, a, b, k.bodies[b].x - k.bodies[a].x, k.bodies[b].y - k.bodies[a].y):
-            begin_passing(k, a, b, 0, 0, 0)
+        if passes(k, pairs[at, 0], pairs[at, 1]):
+            begin_overlap(k, pairs[at, 0], pairs[at, 1], 0)

@@ -37,7 +37,6 @@ from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.ledger import Entries
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import nearest_image, overlapping_images
-from kinetile.scene.checks import TOLERANCE
 from kinetile.scene.shapes import Shape
 
 OF_BODIES = ("x", "y", "vx", "vy", "anchor", "radius")
@@ -144,7 +143,7 @@ class RunState:
         history: the interactive commands so far.
         entries: the contents of the ledger.
         requested: the requested time, if the run has ended at it.
-        overlapping: (m, 2) the pairs that overlap at the start and have not begun to pass yet.
+        overlapping: (m, 2) pairs near each other at the start, before it is decided which begin to pass.
         shapes: the shapes that were added by hand, after those of the scene.
         audits: the number of audits; ``cpu_seconds`` and ``compile_seconds`` as of the engine.
     """
@@ -180,12 +179,11 @@ class RunState:
 
 
 def overlapping(scene: Scene) -> npt.NDArray[np.int64]:
-    """Returns (m, 2) the bodies that overlap at the start, the elder first, in their order; where an axis is
-    periodic, or there are shapes, those that may: ``responses.begin_at_start`` decides that."""
-    if not scene.responses:
+    """Returns (m, 2) the bodies that may overlap at the start, the elder first, in their order: which of them
+    begin to pass is decided where that is done (``responses.begin_at_start``)."""
+    if all(response.name != "pass" for _, response in scene.responses):
         return np.zeros((0, 2), dtype=np.int64)
-    tolerance = 0.0 if scene.periodic or scene.shapes else TOLERANCE
-    overlaps = overlapping_images(scene.position, scene.radius, scene.periods, tolerance)
+    overlaps = overlapping_images(scene.position, scene.radius, scene.periods)
     pairs = np.concatenate([*overlaps, np.zeros((0, 2), dtype=np.int64)])
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 

@@ -26,6 +26,7 @@ from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
 from kinetile.kernel.images import FORESEEN, first_image, first_image_of
 from kinetile.kernel.loop.predictions import barred_with, meeting
+from kinetile.kernel.loop.responses import overlap_now
 from kinetile.kernel.passings import is_passing
 from kinetile.kernel.tables import BODY, IMAGE, NEVER, NOBODY, SHAPED, Kernel, Records, elder, record_table
 from kinetile.run.questions.places import Point, Query
@@ -235,7 +236,12 @@ def _ticks_with(query: Query, a: int, others: Integers) -> dict[int, Integers]:
     for one, other in ((k.passings.a, k.passings.b), (k.passings.b, k.passings.a)):
         due = (one == a) & (k.passings.a >= 0)
         np.minimum.at(ends, other[due], k.passings.tick[due])
-    begins = np.where(np.isin(others, query.begins_with(a)), query.now, NEVER)
+    begins = np.full(len(others), NEVER)
+    pairs = query.overlapping[(query.overlapping == a).any(axis=1)]
+    near = np.flatnonzero(np.isin(others, pairs.sum(axis=1) - a))
+    if len(near):
+        parts = {"PERIODIC": any(query.periods)} | query.composition.of_shapes
+        _composed(beginnings, **parts)(k, a, others, near, begins)
     return {BEGUN: begins, PAIR: meets, PARTING: ends[others]}
 
 
@@ -268,6 +274,16 @@ def ticks_of_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -
                 continue
             first = elder(k, body, other)
             ticks[i] = meeting(k, first, body + other - first)
+
+
+def beginnings(k: Kernel, body: int, others: Integers, near: Integers, ticks: Integers) -> None:
+    """Writes down now where a body begins to pass another one at once, of those that may overlap it at the
+    start; a template."""
+    k = disowned(k)
+    now = k.clock[0].now
+    for i in range(len(near)):
+        if overlap_now(k, body, others[near[i]], now):
+            ticks[near[i]] = now
 
 
 def tick_of_wall(k: Kernel, body: int, answer: Integers) -> None:

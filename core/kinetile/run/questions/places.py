@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from fractions import Fraction
 from functools import cached_property
 from itertools import product
 from typing import Any, NamedTuple
@@ -21,13 +20,11 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.loop.responses import ROOM
-from kinetile.kernel.passings import PASS
 from kinetile.kernel.tables import Kernel
 from kinetile.run.compose import Composition
 from kinetile.scene.bodies import in_box, nearest_image
 from kinetile.scene.differences import core_difference
-from kinetile.scene.shapes import Shape, overlap
+from kinetile.scene.shapes import Shape
 from kinetile.toolbox.differences import DISC
 
 Floats = npt.NDArray[np.float64]
@@ -51,7 +48,7 @@ class Query:
         clock: what a tick is in the scene's time.
         composition: the phases; of them only the narrow ones are used.
         shapes: the shapes of a scene that has some.
-        overlapping: (m, 2) slots, the pairs that overlap at the start and have not begun to pass yet.
+        overlapping: (m, 2) slots, pairs near each other at the start, until it is decided which pass.
     """
 
     k: Kernel
@@ -77,28 +74,6 @@ class Query:
         """The tables with a clock of their own: a narrow phase may report a fault, which is not to end the
         run."""
         return self.k._replace(clock=self.k.clock.copy())
-
-    def begins_with(self, body: int) -> Integers:
-        """Returns the slots of the bodies with which a body begins to pass at once, because they overlap at
-        the start; where an axis is periodic their nearest images."""
-        pairs, k = self.overlapping[(self.overlapping == body).any(axis=1)], self.k
-        others = np.asarray(pairs.sum(axis=1) - body)
-        if self.shapes:
-            rules = k.traits.kind[body] * (int(k.clock[0].kinds) + 1) + k.traits.kind[others]
-            meet = np.isfinite(k.mass[body]) | np.isfinite(k.mass[others])
-            others = others[(k.rules.response[rules] == PASS) & meet]
-        elif not any(self.periods):
-            return others
-        apart = positions_now(k, others) - positions_now(k, np.full(len(others), body))
-        apart = nearest_image(apart, self.periods)
-        if self.shapes:
-            forms = k.bodies.form
-            deep = [
-                overlap(self.shapes[forms[body]], self.shapes[forms[other]], (Fraction(x), Fraction(y)))
-                for other, (x, y) in zip(others.tolist(), apart.tolist(), strict=True)
-            ]
-            return np.asarray(others[np.array(deep, dtype=np.bool_)])
-        return np.asarray(others[np.hypot(*apart.T) < (k.radii[others] + k.radii[body]) * (1.0 - ROOM)])
 
     @cached_property
     def places(self) -> Floats:
