@@ -45,6 +45,18 @@ FILES = {path.relative_to(PLUGINS).as_posix(): path for path in PLUGINS.rglob("*
 FILES["margins.py"] = HERE / "margins.py"
 """The files of a mutant's package."""
 
+
+def outcomes() -> dict[str, Any]:
+    """Return what the runner has written: ``faults``, each with its family and the check that killed it, or
+    None, and ``variations``, each with the check that condemned it, or None."""
+    if not FOUND.is_file():
+        return {"kit": "", "faults": {}, "variations": {}}
+    found: dict[str, Any] = json.loads(FOUND.read_text(encoding="utf-8"))
+    return found
+
+
+WRITTEN = outcomes()
+
 HEAD = {"killed_by", "spared", "unseen", "features", "family"}
 FAMILY = "built-in phases"
 """The family of the mutants against which the kit was made."""
@@ -82,7 +94,7 @@ class Mutant:
         family: what it is wrong with; "variations" where it is right.
         name: the name under which it is registered.
         changes: what is changed.
-        killed_by: the check that fails; "" where none does.
+        killed_by: the check that fails, by its row or by the runner's last run; "" where none does.
         right: whether it is right, so that no check may fail.
         features: the features that it declares.
     """
@@ -106,7 +118,7 @@ class Mutant:
             f"{base}-{name}",
             "variations" if right else row.get("family", FAMILY),
             changes,
-            row.get("killed_by", ""),
+            row.get("killed_by") or WRITTEN["faults"].get(f"{base}-{name}", {}).get("killed_by") or "",
             right,
             frozenset(row.get("features", ())),
         )
@@ -242,15 +254,6 @@ def _not_run(results: Sequence[Result]) -> list[str]:
     """Return the checks without a result: the kit gives up after some deaths."""
     done = {result.check for result in results}
     return [check.name for check in kinetile_conformance.CHECKS if check.name not in done]
-
-
-def outcomes() -> dict[str, Any]:
-    """Return what the runner has written: ``faults``, each with its family and the check that killed it, or
-    None, and ``variations``, each with the check that condemned it, or None."""
-    if not FOUND.is_file():
-        return {"kit": "", "faults": {}, "variations": {}}
-    found: dict[str, Any] = json.loads(FOUND.read_text(encoding="utf-8"))
-    return found
 
 
 def note(name: str, check: str | None) -> None:

@@ -18,6 +18,8 @@ from kinetile_conformance import CHECKS
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.strategies.small import small_scenes, turning_scenes
 
+DOCS = Path(__file__).parents[2] / "docs"
+
 DEFAULT = (
     "naive-crashes-with-three-bodies",
     "naive-draws-into-its-tables",
@@ -70,13 +72,27 @@ def test_the_table_names_checks() -> None:
 
 
 def test_the_page_counts_them() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "conformance.md").read_text(encoding="utf-8")
+    page = (DOCS / "conformance.md").read_text(encoding="utf-8")
     table = tomllib.loads(mutants.TABLES[0].read_text(encoding="utf-8"))
     rows = [row for base in table.values() for row in base.values()]
     killed, right = (sum(key in row for row in rows) for key in ("killed_by", "spared"))
     assert f"has {killed} that give a wrong answer" in page
     assert f"and {right} that are right" in page
     assert f"and {len(rows) - killed - right} that it does not see" in page
+
+
+def test_the_runner_has_written_what_becomes_of_every_mutant() -> None:
+    written = mutants.outcomes()
+    found = written["faults"] | written["variations"]
+    assert found.keys() == mutants.ALL.keys()
+    assert {name for name in found if mutants.ALL[name].right} == written["variations"].keys()
+    by_table = {name: mutant.killed_by for name, mutant in mutants.ALL.items() if mutant.killed_by}
+    assert by_table == {name: row["killed_by"] for name, row in found.items() if row.get("killed_by")}
+    assert not any(row["condemned_by"] for row in written["variations"].values())
+
+
+def test_the_page_of_what_the_kit_finds_is_printed_from_it() -> None:
+    assert (DOCS / "what-the-kit-finds.md").read_text(encoding="utf-8") == mutants.table()
 
 
 @pytest.mark.parametrize("name", CASES)
