@@ -66,3 +66,14 @@ def test_listed_cells_are_cells():
 
 def test_the_page_is_the_table():
     assert (DOCS / "what-works-with-what.md").read_text(encoding="utf-8") == matrix.page()
+
+
+BOTH = [("shapes", column) for column in COLUMNS if ("shapes", column) not in matrix.REFUSED]
+
+
+@pytest.mark.parametrize(("row", "column"), [*_cells(BOTH, matrix.MEANINGLESS)])
+def test_shapes_that_pass_with_what_is_done_with_a_run(row, column, tmp_path):
+    """Two capabilities that meet in more than contacts: a passing of shapes has an exact end of its own."""
+    game = Game(row, "pass")
+    assert any(a > b >= 0 for _, _, a, b in rows_of(truth(game.names)))
+    COLUMNS[column].observe(game, tmp_path)

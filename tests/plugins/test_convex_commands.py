@@ -241,3 +241,8 @@ def test_no_shape_comes_where_nothing_says_how_it_would_stand(phase):
                 kt.Simulation(coming, phase, narrow_phases=narrow)
             with pytest.raises(ValueError, match=f"this body cannot come: {said}"):
                 kt.Simulation(boxes, phase, narrow_phases=narrow).insert((9.0, 9.0), shape=0)
+        passing = boxes.replace(kind=["ball", "wisp"], responses={("ball", "wisp"): "pass"})
+        with pytest.raises(
+            Refused, match=r"gapless.* how far apart two shapes are that may pass .* it has no gap"
+        ):
+            kt.Simulation(passing, phase, narrow_phases=["gapless"])

@@ -1,4 +1,4 @@
-"""Bodies of any shape that pass: who begins at once, and what steps, stops, questions and rewound runs have."""
+"""Bodies of any shape that pass: who begins at once, and what steps, stops and rewound runs have."""
 
 from __future__ import annotations
 

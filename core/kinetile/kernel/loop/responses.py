@@ -254,8 +254,8 @@ def plan_partings(k: Kernel, body: int) -> None:
 
 @template
 def overlap_through(k: Kernel, a: int, b: int, tick: int, right: int, up: int) -> tuple[bool, int, int]:
-    """Whether two bodies, ``a`` the elder, overlap at a tick, so that a passing begins at the start, or if one
-    is new: by their places as if anchored there, the second some periods away. And which image that is."""
+    """Whether two bodies, ``a`` the elder, overlap at a tick, so that a passing begins at the start or with
+    a new body: by their places as if anchored there, the second some periods away. And which image it is."""
     x, y = position_at(k, k.bodies[a], tick)
     x2, y2 = position_at(k, k.bodies[b], tick)
     if not PERIODIC:
