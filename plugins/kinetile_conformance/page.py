@@ -76,7 +76,8 @@ def _checks(judged: Sequence[Judged]) -> Iterator[str]:
 
 def _seen(judged: Sequence[Judged]) -> Iterator[str]:
     for each in judged:
-        results = [result for result in each.report.results if result.status != "passed"]
+        failed = each.report.failed
+        results = [*failed, *(of for of in each.report.results if of.status != "passed" and of not in failed)]
         seen = [("\n".join(each.report.details(of)), _marked(of.status, of.check)) for of in results]
         seen += [(row.differs or row.ended_by or "", row.of) for row in each.rows] + [(each.error, "✗ all")]
         said: dict[str, list[str]] = {}

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from kinetile.plugin.choices import write_phase
+from kinetile.run.audit import OWN
 from kinetile.scene import Scene
 from kinetile.show.html import grid, paragraph
 from kinetile_conformance.cases import Subject, save_case
@@ -86,8 +87,10 @@ class Report:
 
     @property
     def failed(self) -> tuple[Result, ...]:
-        """The results that are not as they should be."""
-        return tuple(result for result in self.results if not (result.ok or result.unjudged))
+        """The results that are not as they should be. A failure of the phase's own audit is the first: the
+        author's own words say what is wrong with the structure, and the others follow from it."""
+        failed = (result for result in self.results if not (result.ok or result.unjudged))
+        return tuple(sorted(failed, key=lambda result: OWN not in result.said))
 
     @property
     def conforms(self) -> bool | None:
@@ -158,7 +161,7 @@ class Report:
             lines.insert(0, f"  over-reporting: {ratio}")
         saved = [result for result in self.failed if result.case is not None]
         if saved:
-            simplest = min(saved, key=lambda result: result.bodies or 0)
+            simplest = min(saved, key=lambda result: (OWN not in result.said, result.bodies or 0))
             lines.append(f"  begin with {simplest.check}: {self.replays(cast(Path, simplest.case))}")
         if self.failed:
             lines.append(f"{self.who} does not conform: {', '.join(result.check for result in self.failed)}")

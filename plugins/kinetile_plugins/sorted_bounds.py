@@ -35,6 +35,7 @@ from kinetile.toolbox import (
     falls_many,
     held_pairs,
     hook,
+    pair_links,
     positions_now,
     reach_to,
     reaches_of,
@@ -215,7 +216,7 @@ def _boxes(k: Kernel, lists: Lists) -> Iterator[Item]:
             [_edge(k, 2 * body + upper, axis) for upper in (0, 1)] for axis in (0, 1)
         )
         yield Box("bound", (left, low), (right, high), int(due[:, 2 * body : 2 * body + 2].min()))
-    yield from held_pairs(k)
+    yield from pair_links(held_pairs(k))
     yield from _entries(order, place)
     axis = int(np.argmin([due[row, order[row]].min() for row in range(2)]))
     yield from _certificate(k, order[axis], place[axis], due[axis], axis)

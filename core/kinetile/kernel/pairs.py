@@ -193,3 +193,10 @@ def remove_pair(k: Kernel, a: int, b: int) -> None:
             hole = probe
         probe = (probe + 1) & mask
     lookup[hole] = -1
+
+
+def held_pairs(k: Kernel) -> list[tuple[int, int]]:
+    """Returns the pairs of the pair set, by slots, each (a, b) with a < b, sorted: for ``audit`` and
+    ``draw``, not for hooks."""
+    held = k.pairs[k.pairs.a >= 0]
+    return sorted(zip(held.a.tolist(), held.b.tolist(), strict=True))

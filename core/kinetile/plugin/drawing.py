@@ -16,8 +16,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
-from kinetile.kernel.tables import Kernel
-
 Role: TypeAlias = str
 """One of ``ROLES``."""
 
@@ -162,12 +160,6 @@ def pair_links(pairs: Iterable[tuple[int, int]]) -> Iterator[Link]:
     """Yields a link for each pair of bodies, sorted. Most are those of the event before, and are reused."""
     for a, b in sorted(pairs):
         yield _pair(a, b)
-
-
-def held_pairs(k: Kernel) -> Iterator[Link]:
-    """Yields the pairs of the pair set, sorted, for phases that keep their pairs there."""
-    held = k.pairs[k.pairs.a >= 0]
-    yield from pair_links(zip(held.a.tolist(), held.b.tolist(), strict=True))
 
 
 @lru_cache(maxsize=1 << 16)

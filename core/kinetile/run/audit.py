@@ -46,6 +46,9 @@ from kinetile.run.structure import named_near, pairs_of_named
 Integers = npt.NDArray[np.int64]
 Pairs = npt.NDArray[np.int32]
 
+OWN = "the phase's own audit: "
+"""What a sentence of the phase's own audit begins with: an author reads it before any other."""
+
 ROWS = 1 << 9
 """Bodies compared with all others at a time: bounds the memory of an audit."""
 
@@ -301,10 +304,13 @@ def check_all(k: Kernel, composition: Composition, delta: float, time: float, ev
 
 
 def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Complaint]:
-    """Yields all present violations; ``delta`` is the skin."""
+    """Yields all present violations; ``delta`` is the skin. The phase's own audit comes before what follows
+    from its structure: it says why a body is not near another."""
     broad = composition.broad
     for check in (of_calendar, of_entries, of_places, of_pair_set):
         yield from map(Complaint, check(k))
+    if broad.audit is not None:
+        yield from (Complaint(f"{OWN}{said}") for said in broad.audit(k, broad.state))
     near = np.zeros((0, 2), dtype=np.int32)
     if composition.pair is not None:
         named = named_near(k, composition)
@@ -315,8 +321,6 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
     if composition.pair is not None and repaired:
         yield from _touching(k, near, delta, composition.prepared.periods)
     yield from map(Complaint, of_passings(k, composition, positions_now(k)))
-    if broad.audit is not None:
-        yield from map(Complaint, broad.audit(k, broad.state))
 
 
 def _near(k: Kernel, named: Pairs) -> Iterator[str]:

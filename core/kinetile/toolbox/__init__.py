@@ -15,7 +15,7 @@ from kinetile.kernel.compiled import hook, larger, smaller, unchecked
 from kinetile.kernel.flight import closing_speed, positions_now, shared, since_anchor, since_origin
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
-from kinetile.kernel.pairs import add_pair, offer, pairs_of, remove_pair
+from kinetile.kernel.pairs import add_pair, held_pairs, offer, pairs_of, remove_pair
 from kinetile.kernel.skin import box_gaps, reach_to, reaches_of
 from kinetile.kernel.tables import MY_FAULT, NEVER, NOBODY, TOO_DEEP, Kernel, Records, blame, is_there
 from kinetile.kernel.vectors import prefetch
@@ -29,7 +29,6 @@ from kinetile.plugin.drawing import (
     Point,
     Polygon,
     Segment,
-    held_pairs,
     pair_links,
 )
 from kinetile.plugin.protocols import (

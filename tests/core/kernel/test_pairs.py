@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinetile.kernel.pairs import add_pair, offer, pairs_of, remove_pair
+from kinetile.kernel.pairs import add_pair, held_pairs, offer, pairs_of, remove_pair
 from kinetile.kernel.tables import BAD_PAIR, OFFERS, UNKNOWN_PAIR, allocate, clear, pair_set
 
 BODIES = 9
@@ -47,6 +47,7 @@ def test_pairs_are_a_multiset(steps):
             remove_pair(k, a, b)
             model[key] -= 1
     live = +model
+    assert held_pairs(k) == sorted(live)
     table = k.pairs[k.pairs.a >= 0]
     assert {(int(r.a), int(r.b)): int(r.holds) for r in table} == dict(live)
     assert int(k.clock[0].lists.pairs) == len(live)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -83,8 +84,12 @@ def test_the_text_has_all_there_is_to_know():
     )
 
 
-def test_it_advises_to_begin_with_the_fewest_bodies():
+def test_it_advises_to_begin_with_the_fewest_bodies_or_the_phases_own_audit():
     assert "begin with can-be-drawn: kinetile replay demo x.toml" in str(report(FAILED, SMALLER))
+    own = replace(FAILED, said="at time 0.5: the phase's own audit: body 3 is in no cell")
+    found = report(SMALLER, own)
+    assert found.failed == (own, SMALLER)  # what the author's own words say comes before fewer bodies
+    assert f"begin with {own.check}: " in str(found)
     assert "begin with" not in str(report(PASSED, SKIPPED))
 
 
