@@ -26,12 +26,13 @@ import numpy.typing as npt
 
 from kinetile.errors import KinetileError, UnknownName
 from kinetile.kernel.tables import column, slots_taken
+from kinetile.plugin.choices import write_phase
 from kinetile.plugin.registry import Provided, registry
-from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, hookimpl
+from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, ResponseSpec, hookimpl
 from kinetile.run.compare import Outcome, describe_row, find_divergence, first_difference, outcome_of
 from kinetile.run.compose import Composition, compose_phases
 from kinetile.run.simulation import Simulation
-from kinetile.scene import Scene, Turn
+from kinetile.scene import Response, Scene, Turn
 from kinetile.scene.files import dumps_scene, load_scene
 from kinetile.scene.schema import read_bytes
 from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, NoState, hook, is_there, unchecked
@@ -84,15 +85,29 @@ COUNTS = (
 
 @dataclass(frozen=True)
 class Subject:
-    """The phases under test: a broad phase with its options, alone or with narrow phases.
+    """The phases under test: a broad phase with its options, alone or with narrow phases and a response.
 
-    ``narrow`` has the options of each named narrow phase. It replaces the usual one of its role: ``disc`` for
-    pairs, or ``convex`` where the scene has shapes, and ``wall`` for walls.
+    ``response`` is the answer to all contacts for which a scene has no other. ``narrow`` has the options
+    of each named narrow phase. It replaces the usual one of its role: ``disc`` for pairs, or ``convex``
+    where the scene has shapes, and ``wall`` for walls.
     """
 
     name: str
     options: Mapping[str, Any]
     narrow: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    response: Response | None = None
+
+    @property
+    def beside(self) -> list[str]:
+        """What is judged with the broad phase, as it is written."""
+        response = [] if self.response is None else [(self.response.name, self.response.options)]
+        return [write_phase(*each) for each in (*self.narrow.items(), *response)]
+
+    def dressed(self, scene: Scene) -> Scene:
+        """Return a scene with the response under test."""
+        if self.response is None:
+            return scene
+        return scene.replace(responses={("*", "*"): self.response, **dict(scene.responses)})
 
     def simulation(self, scene: Scene, **more: Any) -> Simulation:
         """Return a simulation of a scene under these phases.
@@ -134,7 +149,7 @@ class Subject:
 
     def under(self, broad_phase: str) -> Subject:
         """Return another broad phase with the same narrow phases."""
-        return Subject(broad_phase, {}, self.narrow)
+        return Subject(broad_phase, {}, self.narrow, self.response)
 
     @property
     def reference(self) -> Subject:
@@ -147,16 +162,17 @@ class Subject:
 
 
 def provided(subject: Subject) -> tuple[Provided, ...]:
-    """Return the providers of the phases under test, the broad phase's first."""
+    """Return the providers of what is under test, the broad phase's first."""
     narrow = (registry().provided("narrow phase", name) for name in subject.narrow)
-    return registry().provided("broad phase", subject.name), *narrow
+    response = [] if subject.response is None else [registry().provided("response", subject.response.name)]
+    return registry().provided("broad phase", subject.name), *narrow, *response
 
 
 class PhasePlugin:
     """A plugin that provides one phase, under the phase's name: for phases that exist in this process
     only."""
 
-    def __init__(self, spec: BroadPhaseSpec | NarrowPhaseSpec) -> None:
+    def __init__(self, spec: BroadPhaseSpec | NarrowPhaseSpec | ResponseSpec) -> None:
         self.__name__ = spec.name
         self._spec = spec
 
@@ -169,6 +185,11 @@ class PhasePlugin:
     def kinetile_narrow_phases(self) -> list[NarrowPhaseSpec]:
         """Return the phase, if it is a narrow phase."""
         return [self._spec] if isinstance(self._spec, NarrowPhaseSpec) else []
+
+    @hookimpl
+    def kinetile_responses(self) -> list[ResponseSpec]:
+        """Return the response, if it is one."""
+        return [self._spec] if isinstance(self._spec, ResponseSpec) else []
 
 
 @unchecked

@@ -43,9 +43,13 @@ class Drawing:
     Args:
         examples: how many small scenes.
         seed: what the drawing begins with; the same seed draws the same scenes.
+        dressed: returns a scene as it is shown, with a response under test for instance.
     """
 
-    def __init__(self, examples: int, seed: int) -> None:
+    def __init__(
+        self, examples: int, seed: int, dressed: Callable[[Scene], Scene] = lambda scene: scene
+    ) -> None:
+        self._dressed = dressed
         self.examples = examples
         self.seed = seed
         self._drawn: dict[str, tuple[list[Scene], Iterator[Scene]]] = {}
@@ -65,7 +69,7 @@ class Drawing:
                 scene = next(more, None)
                 if scene is None:
                     return
-                had.append(scene)
+                had.append(self._dressed(scene))
             yield had[at]
 
     def scenes_fail(self, each: Check, holds: Callable[[Scene], bool]) -> bool:

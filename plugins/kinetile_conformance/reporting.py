@@ -10,7 +10,7 @@ from typing import Any, cast
 
 from kinetile.plugin.choices import write_phase
 from kinetile.run.audit import OWN
-from kinetile.scene import Scene
+from kinetile.scene import Response, Scene
 from kinetile.show.html import grid, paragraph
 from kinetile_conformance.cases import Subject, save_case
 from kinetile_conformance.checks import check_named
@@ -67,6 +67,7 @@ class Report:
     kit: str = KIT_VERSION
     notes: tuple[str, ...] = field(default=())
     narrow_phases: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    response: Response | None = None
 
     @property
     def ok(self) -> bool:
@@ -104,6 +105,7 @@ class Report:
             "broad_phase": self.name,
             "options": dict(self.options),
             "narrow_phases": {name: dict(options) for name, options in self.narrow_phases.items()},
+            "response": self._response,
             "distribution": self.distribution,
             "conforms": self.conforms,
             "reference_in_doubt": self.in_doubt,
@@ -142,14 +144,21 @@ class Report:
 
     @property
     def who(self) -> str:
-        """What is on trial: the broad phase, and the narrow phases that are named."""
-        return " with ".join([self.name, *(write_phase(*each) for each in self.narrow_phases.items())])
+        """What is on trial: the broad phase, and the narrow phases and the response that are named."""
+        narrow = (write_phase(*each) for each in self.narrow_phases.items())
+        return " with ".join([self.name, *narrow, *([self._response] if self._response else [])])
+
+    @property
+    def _response(self) -> str | None:
+        """The response that is named, as it is written."""
+        return None if self.response is None else write_phase(self.response.name, self.response.options)
 
     @property
     def head(self) -> str:
         """The line above the results."""
         narrow = [repr(write_phase(*each)) for each in self.narrow_phases.items()]
         beside = f" with narrow phase{'s' * (len(narrow) > 1)} {' and '.join(narrow)}" if narrow else ""
+        beside += f" with response {self._response!r}" if self._response else ""
         return f"conformance kit {self.kit}: broad phase {self.label!r}{beside}, of {self.distribution}"
 
     @property

@@ -17,10 +17,9 @@ from typing import Any, TypedDict, cast
 
 from kinetile.errors import Refused
 from kinetile.plugin.calling import NOT_AUTHORS, place_of
-from kinetile.plugin.choices import write_phase
 from kinetile.plugin.registry import registry
 from kinetile.run.compose import check_options, read_narrow_phases
-from kinetile.scene import Scene
+from kinetile.scene import Response, Scene
 from kinetile_conformance.cases import (
     CONTACTS,
     REFERENCE,
@@ -69,6 +68,8 @@ class Options(TypedDict, total=False):
         options: the phase's options.
         narrow_phases: narrow phases that are judged with it, by name, perhaps with options; each takes the
             place of the usual one of its role. None: the broad phase is judged alone.
+        response: a response that is judged with it, by name or with options: it is the answer to all contacts
+            for which a scene has none. None: there is none but those of the scenes.
         examples: scenes drawn for each check; ``EXAMPLES``.
         checks: names of the checks to run; None: all that apply.
         expected_failures: checks that are known to fail, each with the reason. They are run, and their
@@ -88,6 +89,7 @@ class Options(TypedDict, total=False):
 
     options: Mapping[str, Any] | None
     narrow_phases: Mapping[str, Mapping[str, Any]] | Sequence[str] | None
+    response: Response | str | None
     examples: int
     checks: Sequence[str] | None
     expected_failures: Mapping[str, str] | None
@@ -135,7 +137,8 @@ class Plan:
         given = {key: value for key, value in options.items() if value is not None}
         for known in (*given.get("expected_failures", ()), *given.get("checks", ())):
             check_named(known)
-        subject = _subject(name, given.pop("options", {}), given.pop("narrow_phases", ()))
+        of_subject = {key: given.pop(key) for key in ("narrow_phases", "response") if key in given}
+        subject = _subject(name, given.pop("options", {}), **of_subject)
         if "checks" in given:
             given["checks"] = tuple(given["checks"])
         if "save_to" in given:
@@ -161,6 +164,7 @@ class Plan:
             options=self.subject.options,
             distribution=f"{first.distribution or 'this process'} {first.version or ''}".strip(),
             narrow_phases=self.subject.narrow,
+            response=self.subject.response,
             results=tuple(results),
             tightness=tight,
             seconds=time.perf_counter() - self.began,
@@ -171,15 +175,23 @@ class Plan:
 def _subject(
     name: str,
     options: Mapping[str, Any],
-    narrow_phases: Mapping[str, Mapping[str, Any]] | Sequence[str],
+    narrow_phases: Mapping[str, Mapping[str, Any]] | Sequence[str] = (),
+    response: Response | str | None = None,
 ) -> Subject:
-    """Return the phases under test; raise UnknownName for a phase that does not exist, and BadOption for an
-    option that a narrow phase does not have. The smoke test checks the options of the broad phase."""
+    """Return the phases under test; raise UnknownName for one that does not exist, and BadOption for an
+    option that a narrow phase or a response does not have. The smoke test checks the options of the broad
+    phase."""
     narrow: dict[str, Mapping[str, Any]] = {}
     for each, chosen in read_narrow_phases(narrow_phases).items():
         check_options("narrow phase", each, registry().target("narrow phase", each), chosen)
         narrow[registry().spec("narrow phase", each).name] = dict(chosen)
-    subject = Subject(name, dict(options), narrow)
+    if isinstance(response, str):
+        response = Response(response)
+    if response is not None:
+        check_options(
+            "response", response.name, registry().target("response", response.name), response.options
+        )
+    subject = Subject(name, dict(options), narrow, response)
     provided(subject)
     return subject
 
@@ -204,8 +216,15 @@ class References:
 
 def applicable(subject: Subject, each: Check) -> str | None:
     """Return why a check does not apply to phases; None where it does."""
-    if each.judges == "broad" and subject.narrow:
-        return "for a broad phase alone: judge it without a narrow phase named"
+    if each.judges == "broad" and subject.beside:
+        what = "narrow phase" if subject.narrow else "response"
+        return f"for a broad phase alone: judge it without a {what} named"
+    if each.judges == "response" and subject.response is None:
+        return "for a response that is named"
+    if not each.draws and subject.response is not None:
+        return "its scenes have no responses"
+    if each.judges == "wall" and not subject.of_role("wall"):
+        return "for a narrow phase for walls that is named"
     if each.judges == "pair" and subject.pair is None:
         return "for a narrow phase for pairs that is named"
     features = registry().spec("broad phase", subject.name).features
@@ -282,8 +301,9 @@ def verdict(each: Check, subject: Subject, scene: Scene) -> str:
 
     Phases of other distributions are left out: each would have to be compiled, and could hang or crash.
     """
-    named = ", ".join(write_phase(*each) for each in subject.narrow.items())
-    suspect = f"suspect the narrow phase, {named}" if named else "the reference is in doubt"
+    named = ", ".join(subject.beside)
+    what = "narrow phase" if subject.narrow else "response"
+    suspect = f"suspect the {what}, {named}" if named else "the reference is in doubt"
     also: list[str] = []
     fine: list[str] = []
     for other in registry().names("broad phase"):
@@ -316,7 +336,7 @@ class Runner:
         self.plan = plan
         self.subject = plan.subject
         self.deaths = 0
-        self._drawing = Drawing(plan.examples, plan.seed)
+        self._drawing = Drawing(plan.examples, plan.seed, plan.subject.dressed)
         self._references = References(plan.subject)
         self._count = 0
         self._report = observe

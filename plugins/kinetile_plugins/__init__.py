@@ -70,8 +70,13 @@ def kinetile_responses() -> list[ResponseSpec]:
     return [
         ResponseSpec("elastic", f"{rooms}:Elastic", "what the narrow phases do: nothing is lost"),
         ResponseSpec("pass", f"{rooms}:Pass", "nothing changes: begin and end of a passing"),
-        ResponseSpec("restitution", f"{rooms}:Restitution", "a share e of the closing speed comes back"),
-        ResponseSpec("stop", f"{rooms}:Stop", "both come to rest"),
+        ResponseSpec(
+            "restitution",
+            f"{rooms}:Restitution",
+            "a share e of the closing speed comes back",
+            frozenset({"dissipative"}),
+        ),
+        ResponseSpec("stop", f"{rooms}:Stop", "both come to rest", frozenset({"dissipative"})),
     ]
 
 

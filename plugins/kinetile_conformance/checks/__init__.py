@@ -12,6 +12,7 @@ from kinetile_conformance.checks import (
     memory,
     narrow_phases,
     process_independence,
+    responses,
     runs,
     side_effects,
 )
@@ -49,6 +50,11 @@ TABLE: dict[Strategy | None, Cells] = {
         runs.same_contacts: 1.0,
         runs.pairs_are_overlapping_boxes: 0.5,
         narrow_phases.a_contact_depends_on_two_plans_alone: 0.25,
+        narrow_phases.its_bounds_are_never_late: 0.25,
+        narrow_phases.discs_meet_at_the_tick_of_the_specification: 0.25,
+        narrow_phases.a_contact_adds_no_energy: 0.25,
+        responses.a_response_depends_on_the_meeting_alone: 0.25,
+        responses.a_response_adds_no_energy_that_says_so: 0.25,
     },
     turning_scenes: {
         runs.same_contacts: 1.0,
@@ -93,6 +99,8 @@ TABLE: dict[Strategy | None, Cells] = {
     crowded_scenes: {narrow_phases.same_contacts_with_loose_bounds: 1.0},
     shape_and_square_scenes: {
         narrow_phases.a_contact_depends_on_two_plans_alone: 0.25,
+        narrow_phases.its_bounds_are_never_late: 0.25,
+        narrow_phases.a_contact_adds_no_energy: 0.25,
         narrow_phases.same_contacts_as_convex: 0.5,
     },
 }

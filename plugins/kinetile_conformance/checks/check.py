@@ -72,9 +72,9 @@ class Observation:
         look: called with a case; raises ``Disagreement``.
         feature: it applies only to phases that declare this feature; None: to all.
         compares: whether a failure is compared with kinetile's other phases; some concern this phase alone.
-        judges: "broad" where it judges the broad phase alone, and applies where no narrow phase is named;
-            "pair" where it judges the narrow phase for pairs, and applies where one is named; None: it
-            judges all phases together.
+        judges: "broad" where it judges the broad phase alone, and applies where nothing else is named;
+            "pair", "wall" and "response" where it judges the narrow phase for pairs or for walls, or the
+            response, and applies where one is named; None: it judges all together.
         replayed_by: the check that replays a scene on which this one has failed; "": this one itself.
     """
 
@@ -83,7 +83,7 @@ class Observation:
     look: Callable[[Case], None]
     feature: str | None = None
     compares: bool = True
-    judges: Literal["broad", "pair"] | None = None
+    judges: Literal["broad", "pair", "wall", "response"] | None = None
     replayed_by: str = ""
 
 

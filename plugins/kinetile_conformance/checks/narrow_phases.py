@@ -14,7 +14,7 @@ computed again on copies of the kernel's tables that differ in all but the fligh
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import count
@@ -24,20 +24,25 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.flight import note_all_places, position_at
 from kinetile.kernel.tables import column, fields_in
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import NarrowPhaseSpec
 from kinetile.run.audit import said_tick
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
-from kinetile.toolbox import NOBODY, Kernel, PairParts, hook
+from kinetile.toolbox import NEVER, NOBODY, Kernel, PairParts, hook
 from kinetile_conformance.cases import GENERAL, PhasePlugin, RunOutcome, difference, outcome
-from kinetile_conformance.checks.check import Case, Disagreement, compare, observation
+from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
 from kinetile_conformance.checks.runs import STEPS, STOPS, watch
 
 NAME = "conformance-loose"
 
 Integers = npt.NDArray[np.integer]
+Ticks = npt.NDArray[np.int64]
+
+ROUNDED = 2.0**-44
+"""The part of the energy that rounding may add."""
 
 EVERY = 4
 """Events from one test of all pairs to the next."""
@@ -103,30 +108,101 @@ def same_contacts_with_loose_bounds(case: Case) -> None:
 def a_contact_depends_on_two_plans_alone(case: Case) -> None:
     """The tick of a contact follows from two flight plans: the present time, the numbers of the bodies and
     what else the kernel holds make no difference, and computing it changes nothing"""
+    _at_some_moments(case, _check_ticks)
+
+
+def _at_some_moments(case: Case, look: Callable[[Simulation, PairParts, Kernel, Integers], None]) -> None:
+    """Call a function with a simulation at some moments of a run, its narrow phase for pairs, a copy of its
+    tables, and all pairs."""
     number = count()
 
-    def look(sim: Simulation) -> None:
-        if next(number) % EVERY == 0 and sim.composition.pair is not None:
-            _check_ticks(sim, sim.composition.pair)
+    def see(sim: Simulation) -> None:
+        pair = sim.composition.pair
+        if next(number) % EVERY == 0 and pair is not None:
+            pairs = np.column_stack(np.triu_indices(len(sim.tables.bodies), 1)).astype(np.int32)
+            look(sim, pair, copied(sim.tables), pairs)
 
-    watch(case, look, STOPS, STEPS)
+    watch(case, see, STOPS, STEPS)
 
 
-def _check_ticks(sim: Simulation, pair: PairParts) -> None:
+def _check_ticks(sim: Simulation, pair: PairParts, aside: Kernel, pairs: Integers) -> None:
     """Compute the contact of each pair again, in other surroundings; raise unless it is the same."""
     k = sim.tables
-    pairs = np.column_stack(np.triu_indices(len(k.bodies), 1)).astype(np.int32)
-    aside = _copied(k)
     expected = _ticks(pair, aside, pairs)
-    changed = _changed(k, aside)
+    changed = changed_field(k, aside)
     if changed is not None:
         raise Disagreement(f"at time {sim.time!r} meet wrote {changed}")
     for how, other, numbered in _variants(k, pairs):
-        found = _ticks(pair, other, numbered)
-        for at in np.flatnonzero(found != expected):
+        _same_ticks(sim, expected, _ticks(pair, other, numbered), pairs, f"; {how}, ")
+
+
+def _same_ticks(sim: Simulation, one: Ticks, other: Ticks, pairs: Integers, how: str) -> None:
+    """Raise for the first pair whose contact is at another tick."""
+    for at in np.flatnonzero(one != other):
+        a, b = pairs[at].tolist()
+        said = f"at time {sim.time!r} bodies {a} and {b} meet {said_tick(int(one[at]))}"
+        raise Disagreement(f"{said}{how}{said_tick(int(other[at]))}")
+
+
+SLOWER = (0, 4, 8)
+"""By which powers of 1/2 velocities are scaled: bodies then meet late, up to the 1,024 units within which
+contacts are foreseen."""
+
+
+@observation(judges="pair", compares=False)
+def its_bounds_are_never_late(case: Case) -> None:
+    """No contact is before the bound of `soonest` for its pair, however late it is"""
+    parts = case.subject.composition(case.scene).pair
+    if parts is None or parts.soonest is None:
+        raise DoesNotApply("it has no bounds")
+
+    def look(sim: Simulation, pair: PairParts, k: Kernel, pairs: Integers) -> None:
+        for power in SLOWER:
+            k.bodies.vx[:] = sim.tables.bodies.vx * 0.5**power
+            k.bodies.vy[:] = sim.tables.bodies.vy * 0.5**power
+            now, per_time = int(k.clock[0].now), float(k.clock[0].per_time)
+            note_all_places(k, now)
+            met = _ticks(pair, k, pairs)
+            bounds = np.zeros((len(pairs), 2))
+            compose(bound_all, {"soonest": pair.soonest}, "conformance", Kernel)(k, pairs, bounds)
+            delay = (met - now) * (1.0 + 2.0**-50) / per_time
+            late = (bounds.max(axis=1) > delay) & (met >= now) & (met < NEVER)
+            for at in np.flatnonzero(late):
+                a, b = pairs[at].tolist()
+                said = f"bodies {a} and {b} meet after {delay[at]!r}, and the bound is {bounds[at].max()!r}"
+                raise Disagreement(f"at time {sim.time!r}, 2^{power} times as slow, {said}")
+
+    _at_some_moments(case, look)
+
+
+@observation(judges="pair", compares=False)
+def discs_meet_at_the_tick_of_the_specification(case: Case) -> None:
+    """Where it says that bodies touch at the sum of their radii, they meet at the tick of `disc`"""
+    parts = case.subject.composition(case.scene).pair
+    if parts is None or parts.contact_distance != "sum of radii":
+        raise DoesNotApply("it does not say that bodies touch at the sum of their radii")
+    usual = registry().target("narrow phase", "disc")(**GENERAL).prepare(case.scene)
+
+    def look(sim: Simulation, pair: PairParts, k: Kernel, pairs: Integers) -> None:
+        _same_ticks(sim, _ticks(pair, k, pairs), _ticks(usual, k, pairs), pairs, "; by the specification ")
+
+    _at_some_moments(case, look)
+
+
+@observation(judges="pair", compares=False)
+def a_contact_adds_no_energy(case: Case) -> None:
+    """Two bodies that collide have no more energy than before, but for what rounding adds"""
+
+    def look(sim: Simulation, pair: PairParts, k: Kernel, pairs: Integers) -> None:
+        found = np.zeros(len(pairs))
+        ticks = _ticks(pair, k, pairs)
+        compose(collide_all, {"collide": pair.collide}, "conformance", Kernel)(k, pairs, ticks, found)
+        for at in np.flatnonzero(found > 1.0 + ROUNDED):
             a, b = pairs[at].tolist()
-            said = f"at time {sim.time!r} bodies {a} and {b} meet {said_tick(int(expected[at]))}"
-            raise Disagreement(f"{said}; {how}, {said_tick(int(found[at]))}")
+            said = f"bodies {a} and {b} gain {found[at] - 1.0:.3g} of their energy"
+            raise Disagreement(f"at time {sim.time!r} {said}")
+
+    _at_some_moments(case, look)
 
 
 @observation(judges="pair")
@@ -149,9 +225,15 @@ def _answer_of(run: RunOutcome) -> RunOutcome:
 
 def _variants(k: Kernel, pairs: Integers) -> Iterator[tuple[str, Kernel, Integers]]:
     """Yield a difference in words, tables with it and the same flight plans, and the numbers of the pairs."""
-    later = _copied(k)
+    later = copied(k)
     later.clock.now += LATER
     yield "at a later present time", later, pairs
+    yield "with nothing in the kernel's other tables", bared(k), pairs
+    yield "with the bodies numbered the other way round", renumbered(k), len(k.bodies) - 1 - pairs[:, ::-1]
+
+
+def bared(k: Kernel) -> Kernel:
+    """Return tables with the bodies and the rules of a scene alone."""
     bare = Kernel(*map(np.zeros_like, k))
     for name in ("bodies", "mass", "radii", "sides", "traits", "rules", "numbers"):
         getattr(bare, name)[:] = getattr(k, name)
@@ -159,21 +241,20 @@ def _variants(k: Kernel, pairs: Integers) -> Iterator[tuple[str, Kernel, Integer
     bare.bodies.stamp = 0
     for name in OF_THE_SCENE:
         column(bare.clock, name)[:] = column(k.clock, name)
-    yield "with nothing in the kernel's other tables", bare, pairs
-    n = len(k.bodies)
-    reversed_ = {name: getattr(k, name)[::-1].copy() for name in OF_BODIES}
-    yield (
-        "with the bodies numbered the other way round",
-        _copied(k)._replace(**reversed_),
-        n - 1 - pairs[:, ::-1],
-    )
+    return bare
 
 
-def _copied(k: Kernel) -> Kernel:
+def renumbered(k: Kernel) -> Kernel:
+    """Return tables with the bodies the other way round."""
+    return copied(k)._replace(**{name: getattr(k, name)[::-1].copy() for name in OF_BODIES})
+
+
+def copied(k: Kernel) -> Kernel:
+    """Return copies of the tables."""
     return Kernel(*(table.copy() for table in k))
 
 
-def _changed(k: Kernel, aside: Kernel) -> str | None:
+def changed_field(k: Kernel, aside: Kernel) -> str | None:
     """Return which field of which table is not as it was, but for a fault, which ``meet`` may report; None:
     none is."""
     for name, before, after in zip(k._fields, k, aside, strict=True):
@@ -192,7 +273,44 @@ def _ticks(pair: PairParts, k: Kernel, pairs: Integers) -> npt.NDArray[np.int64]
     return ticks
 
 
-meet = to_be_filled_in
+meet = soonest = collide = to_be_filled_in
+
+
+def bound_all(k: Kernel, pairs: Integers, bounds: npt.NDArray[np.float64]) -> None:
+    """Write down the bounds of each pair, from either body; a template."""
+    k = disowned(k)
+    for i in range(len(pairs)):
+        for j in range(2):
+            body = pairs[i, j]
+            k.near[0] = pairs[i, 1 - j]
+            first, _, _ = soonest(k, body, 1, NOBODY, body, k.clock[0].now)
+            bounds[i, j] = first
+
+
+def collide_all(
+    k: Kernel, pairs: Integers, ticks: npt.NDArray[np.int64], found: npt.NDArray[np.float64]
+) -> None:
+    """Write down by how much the energy of each pair is multiplied at its contact, and leave all as it was;
+    a template."""
+    k = disowned(k)
+    for i in range(len(pairs)):
+        found[i] = 1.0
+        if ticks[i] < NEVER:
+            a, b = pairs[i, 0], pairs[i, 1]
+            one, two = k.bodies[a], k.bodies[b]
+            x, y, vx, vy, anchor = one.x, one.y, one.vx, one.vy, one.anchor
+            u, v, wx, wy, other = two.x, two.y, two.vx, two.vy, two.anchor
+            before = k.mass[a] * (vx * vx + vy * vy) + k.mass[b] * (wx * wx + wy * wy)
+            one.x, one.y = position_at(k, one, ticks[i])
+            two.x, two.y = position_at(k, two, ticks[i])
+            one.anchor = two.anchor = ticks[i]
+            collide(k, a, b)
+            after = k.mass[a] * (one.vx * one.vx + one.vy * one.vy)
+            after += k.mass[b] * (two.vx * two.vx + two.vy * two.vy)
+            if before > 0.0:
+                found[i] = after / before
+            one.x, one.y, one.vx, one.vy, one.anchor = x, y, vx, vy, anchor
+            two.x, two.y, two.vx, two.vy, two.anchor = u, v, wx, wy, other
 
 
 def meet_all(k: Kernel, pairs: Integers, ticks: npt.NDArray[np.int64]) -> None:

@@ -71,6 +71,10 @@ def conform(
             help="A narrow phase to judge with it, instead of the usual one; with options if need be.",
         ),
     ] = None,
+    response: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="A response to judge with it; with options if need be."),
+    ] = None,
     examples: Examples = EXAMPLES,
     check: Checks = None,
     expect_failure: Annotated[
@@ -115,6 +119,7 @@ def conform(
         raise BadOption("expected the NAME of a broad phase or --command CMD, one of the two")
     of_phases = {
         "--narrow-phase": narrow_phase,
+        "--response": response,
         "--expect-failure": expect_failure,
         "--seconds": seconds,
         "--in-process": None if isolated else True,
@@ -128,13 +133,13 @@ def conform(
             raise BadOption(f"{option} {value:g}: expected a number above 0")
     if command is None:
         expected = dict(map(_expectation, expect_failure or ()))
-        unfinished, judge = _phase(str(phase), narrow_phase or (), expected, seconds, isolated)
+        unfinished, judge = _phase(str(phase), narrow_phase or (), response, expected, seconds, isolated)
     else:
         unfinished, judge = _program(command, within, scene_seconds)
     checks = [_check(each, command is not None) for each in check or ()]
     try_folder("--save-to", save_to, keep=False)
     show = _ReportPrinter(unfinished, json)
-    who = " with ".join([command or str(phase), *(narrow_phase or ())])
+    who = " with ".join([command or str(phase), *(narrow_phase or ()), *([response] if response else ())])
     notice(f"judging {who} on {examples:,} scenes a check{_compiling()} ...")
     first = FirstSignal()
     try:
@@ -160,18 +165,22 @@ def conform(
 def _phase(
     phase: str,
     narrow_phase: Sequence[str],
+    response: str | None,
     expected: Mapping[str, str],
     seconds: float | None,
     isolated: bool,
 ) -> tuple[Report, Callable[..., Report]]:
     """Return the report without results on a broad phase, and what judges it."""
+    from kinetile.scene import Response
     from kinetile_conformance import check_broad_phase
     from kinetile_conformance.runner import Plan
 
     name, options = registered_phase(phase)
+    answer, with_options = registered_phase(response, "response") if response else ("", {})
     given: dict[str, Any] = {
         "options": options,
         "narrow_phases": dict(registered_phase(each, "narrow phase") for each in narrow_phase),
+        "response": Response(answer, **with_options) if response else None,
         "expected_failures": expected,
         "seconds": seconds,
         "in_process": not isolated,

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -17,6 +18,7 @@ import kinetile as kt
 import square_pairs
 from installing import install, run
 from kinetile.errors import BadOption, Refused, UnknownName
+from kinetile.toolbox import NEVER, Kernel, PairParts, hook
 from kinetile_conformance import check_broad_phase, parametrize_with_checks
 from kinetile_conformance.api import replay
 from kinetile_conformance.cases import GENERAL, Subject, load_case
@@ -216,3 +218,66 @@ def test_each_named_phase_takes_the_place_of_the_usual_one_of_its_role():
 def test_a_broad_phase_that_cannot_do_it_is_not_judged():
     with pytest.raises(Refused, match="touch at the sum of their radii"):
         check_broad_phase("sweep-tiling", narrow_phases=["squares"], in_process=True)
+
+
+usual = kt.registry().target("narrow phase", "disc")(general=True).prepare(WALLED)
+
+
+@hook
+def meets_a_tick_late(k: Kernel, a: int, b: int) -> int:
+    tick = usual.meet(k, a, b)
+    return tick if tick == NEVER else tick + 1
+
+
+@hook
+def heats(k: Kernel, a: int, b: int) -> float:
+    depth = usual.collide(k, a, b)
+    k.bodies[a].vx *= 1.0 + 2.0**-20
+    return depth
+
+
+@hook
+def late_beyond_a_time(
+    k: Kernel, body: int, count: int, barred: int, known: int, at: int
+) -> tuple[float, float, int]:
+    first, second, who = usual.soonest(k, body, count, barred, known, at)
+    return first if first < 100.0 else 2.0 * first, second, who
+
+
+WRONG = {
+    "meet": (meets_a_tick_late, "discs-meet-at-the-tick-of-the-specification", "by the specification"),
+    "collide": (heats, "a-contact-adds-no-energy", "gain .*e-0[67] of their energy"),
+    "soonest": (
+        late_beyond_a_time,
+        "its-bounds-are-never-late",
+        "2.[48] times as slow, .* and the bound is",
+    ),
+}
+OF_PAIRS = [check for _, check, _ in WRONG.values()]
+
+
+class Disc:
+    """The usual narrow phase with one hook in the place of its own."""
+
+    def __init__(self, hook: str = "") -> None:
+        self.parts = replace(usual, **({hook: WRONG[hook][0]} if hook else {}))
+
+    def prepare(self, scene: kt.Scene) -> PairParts:
+        return self.parts
+
+
+class DiscPlugin:
+    @kt.hookimpl
+    def kinetile_narrow_phases(self) -> list[kt.NarrowPhaseSpec]:
+        return [kt.NarrowPhaseSpec("trial-disc", Disc, role="pair")]
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("hook", ["", *WRONG])
+def test_what_is_wrong_under_every_broad_phase_was_not_seen(hook):
+    with registered(DiscPlugin()):
+        chosen = {"narrow_phases": {"trial-disc": {"hook": hook}}, "checks": OF_PAIRS, "in_process": True}
+        report = check_broad_phase("naive", examples=40, **chosen)
+    failed = {result.check: result.said for result in report.failed}
+    assert list(failed) == ([WRONG[hook][1]] if hook else []), str(report)
+    assert all(re.search(WRONG[hook][2], said) for said in failed.values()), failed

@@ -1,0 +1,175 @@
+"""Responses under the kit: a hook reads the two that meet and gives them new velocities, no more."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+import kinetile as kt
+from command_line import kinetile
+from kinetile.errors import BadOption, UnknownName
+from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, hook, shared
+from kinetile_conformance import check_broad_phase
+from registering import registered
+
+ALONE = "a-response-depends-on-the-meeting-alone"
+ENERGY = "a-response-adds-no-energy-that-says-so"
+
+
+@hook
+def exchange(k: Kernel, a: int, b: int, nx: float, ny: float, back: float) -> None:
+    one = k.bodies[a]
+    if b < 0:
+        speed = (1.0 + back) * (one.vx * nx + one.vy * ny)
+        one.vx -= speed * nx
+        one.vy -= speed * ny
+        return
+    two = k.bodies[b]
+    speed = 0.5 * (1.0 + back) * closing_speed(one, two, nx, ny)
+    mine, theirs = shared(k.mass[a], k.mass[b], speed), shared(k.mass[b], k.mass[a], speed)
+    one.vx += mine * nx
+    one.vy += mine * ny
+    two.vx -= theirs * nx
+    two.vy -= theirs * ny
+
+
+@hook
+def right(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    exchange(k, a, b, nx, ny, 1.0)
+
+
+@hook
+def heats(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    exchange(k, a, b, nx, ny, 1.0 + 2.0**-20)
+
+
+@hook
+def favours_a_number(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    exchange(k, a, b, nx, ny, 0.5 if a == 1 else 1.0)
+
+
+@hook
+def favours_the_first(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    exchange(k, a, b, nx, ny, 1.0)
+    k.bodies[a].vx *= 0.5
+
+
+@hook
+def reads_the_clock(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    exchange(k, a, b, nx, ny, 1.0 if k.clock[0].now < 2**43 else 0.5)
+
+
+@hook
+def counts_contacts(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    exchange(k, a, b, nx, ny, 1.0 / (1.0 + k.bodies[a].stamp))
+
+
+@hook
+def reads_others(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    mean = 0.0
+    for body in range(len(k.bodies)):
+        mean += abs(k.bodies[body].vx)
+    exchange(k, a, b, nx, ny, 1.0 / (1.0 + mean))
+
+
+@hook
+def moves(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    exchange(k, a, b, nx, ny, 1.0)
+    k.bodies[a].x += 2.0**-30
+
+
+class Trial:
+    """A response with one of these hooks."""
+
+    def __init__(self, how: str = "right") -> None:
+        self.hook = globals()[how]
+
+    def prepare(self, scene: kt.Scene) -> ResponseParts:
+        return ResponseParts(self.hook)
+
+
+class Plugin:
+    @kt.hookimpl
+    def kinetile_responses(self) -> list[kt.ResponseSpec]:
+        return [kt.ResponseSpec("trial", Trial, "on trial", features=frozenset({"dissipative"}))]
+
+
+@pytest.fixture(autouse=True)
+def _added():
+    with registered(Plugin()):
+        yield
+
+
+def judged(response: kt.Response, *checks: str, broad: str = "naive"):
+    chosen = checks or (ALONE, ENERGY)
+    return check_broad_phase(broad, response=response, checks=chosen, examples=40, in_process=True)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    "response",
+    [
+        kt.Response("trial"),
+        kt.Response("stop"),
+        kt.Response("restitution", e=0.75, contact_time=1e-3),
+    ],
+    ids=lambda each: each.name,
+)
+def test_a_right_response_is_spared(response):
+    report = judged(response)
+    assert [result.status for result in report.results] == ["passed", "passed"], str(report)
+
+
+FAULTS = {
+    "heats": "a meeting of .* adds .*e-0[67] of energy",
+    "favours_a_number": "with the (bodies numbered the other way round|two exchanged)",
+    "favours_the_first": "with the two exchanged",
+    "reads_the_clock": "with another base of the clock",
+    "counts_contacts": "with nothing in the kernel's other tables",
+    "reads_others": "with nobody else there",
+    "moves": "respond wrote bodies.x",
+}
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("how", FAULTS)
+def test_a_wrong_response_is_found(how):
+    report = judged(kt.Response("trial", how=how))
+    said = "\n".join(result.said for result in report.results if result.status == "failed")
+    assert report.exit_code == 1
+    assert re.search(FAULTS[how], said), said
+    assert report.foot.endswith(f"naive with trial:how={how} does not conform: {report.failed[0].check}")
+
+
+@pytest.mark.interpreted
+def test_broad_phases_agree_under_a_response():
+    report = judged(
+        kt.Response("trial"),
+        "same-contacts",
+        "memory-does-not-grow",
+        "its-features-are-known",
+        broad="cells",
+    )
+    assert [result.status for result in report.results] == ["passed", "skipped", "skipped"]
+    assert report.results[1].reason == "its scenes have no responses"
+    assert report.results[2].reason == "for a broad phase alone: judge it without a response named"
+
+
+def test_what_cannot_be_judged_is_an_error():
+    with pytest.raises(UnknownName, match="no response is called 'trail'"):
+        judged(kt.Response("trail"))
+    with pytest.raises(BadOption, match="hwo"):
+        judged(kt.Response("trial", hwo="right"))
+    (result, *_) = judged(kt.Response("elastic")).results
+    assert (result.status, result.reason) == ("skipped", "the kernel itself answers")
+
+
+@pytest.mark.slow
+def test_the_command_judges_a_response():
+    line = "conform naive --response restitution:e=0.75,contact_time=0.001 --examples 8 --check"
+    done = kinetile(f"{line} {ALONE}")
+    assert done.exit_code == 0, done.output
+    assert done.stdout.splitlines()[-1].startswith(
+        "naive with restitution:contact_time=0.001,e=0.75 conforms"
+    )
