@@ -118,9 +118,8 @@ def record(sim: kt.Simulation, until: float) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def in_order(shapes: list[dict[str, Any]], timeless: bool = False) -> list[dict[str, Any]]:
-    """Shapes in an order of their own; ``timeless``: without the ticks at which they fail."""
-    shapes = [shape | {"fails": None} for shape in shapes] if timeless else shapes
+def in_order(shapes: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Shapes in an order of their own."""
     return sorted(shapes, key=lambda shape: [shape["role"], shape["coordinates"]])
 
 

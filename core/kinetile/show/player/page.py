@@ -140,6 +140,7 @@ class Page:
             "labels": labels,
             "seen": 0 if steps is None else steps.structure.seen,
             "drawn_as": recording.drawn_as,
+            "skin": recording.skin,
         }
 
 

@@ -67,7 +67,8 @@ class Recording:
     ticks since the scene's start.
 
     ``notes`` are sentences for the reader: how it ended, and what is left out; ``drawn_as`` is that of the
-    broad phase's parts; ``pairs`` says whether lines between bodies are drawn.
+    broad phase's parts, ``skin`` by how much it saw bodies enlarged at the end; ``pairs`` says whether lines
+    between bodies are drawn.
     """
 
     label: str
@@ -78,6 +79,7 @@ class Recording:
     stepped: Steps | None = None
     notes: tuple[str, ...] = ()
     drawn_as: str = ""
+    skin: float = 0.0
     pairs: bool = True
 
 
@@ -120,7 +122,8 @@ def record(
     last = max(_ticks(rows.rows[-1:]).max(initial=first), _now(simulation, clock) if not notes else first)
     recording = Recording(label, plans, rows.rows, first, int(last), None, tuple(notes))
     drawn_as, paired = simulation.composition.broad.drawn_as, wants_pairs(pairs, len(plans.x))
-    recording = replace(recording, drawn_as=drawn_as, pairs=paired)
+    skin = float(simulation.tables.clock[0].limits.skin)
+    recording = replace(recording, drawn_as=drawn_as, skin=skin, pairs=paired)
     if again is not None:
         recording = _with_steps(recording, again, clock, begin)
     has_links = drawn_as in _PAIRED or (recording.stepped and recording.stepped.structure.unpaired)

@@ -63,6 +63,16 @@ def ordered(shown: list[Any]) -> list[Any]:
     return [*shown[:-1], in_order(shown[-1])]
 
 
+def between_events(shapes: list[dict[str, Any]], anchored: bool) -> list[dict[str, Any]]:
+    """Shapes without what a page has as it was at the last event: the image to which a certificate leads, and
+    ticks of failures where the clock has anchored a plan since."""
+    found = [shape | {"fails": None} if anchored else dict(shape) for shape in shapes]
+    for shape in found:
+        if shape["role"] == "certificate":
+            shape["coordinates"] = [each[:2] for each in shape["coordinates"]]
+    return in_order(found)
+
+
 @needs_node
 @pytest.mark.parametrize("seed", range(SEED, SEED + SCENES))
 def test_the_page_has_the_places_and_the_structure_of_the_library(seed, tmp_path):
@@ -86,7 +96,9 @@ def test_the_page_has_the_places_and_the_structure_of_the_library(seed, tmp_path
 
     trajectory, sim = Trajectory(recording.rows, scene), kt.Simulation(scene, phase)
     for time, (anchored, *shown) in zip(times, moments, strict=True):
-        sim.run(time)
+        for _ in sim.steps(time):  # structures of runs that are not stepped may be laid out at other moments
+            pass
         bodies, places, shapes = state(sim)
-        assert [*shown[:2], in_order(shown[2], anchored)] == [bodies, places, in_order(shapes, anchored)]
+        assert shown[:2] == [bodies, places]
+        assert between_events(shown[2], anchored) == between_events(shapes, anchored)
         assert places == trajectory.positions(time).tolist()

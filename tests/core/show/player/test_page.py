@@ -210,7 +210,7 @@ def test_pairs_of_many_bodies_are_recorded_and_computed_when_they_are_asked_for(
     count = """
         const { structure, present, motion } = play.runs[0];
         const places = { x: bodies.x, y: bodies.y };
-        const drawn = structure ?? present.at("now", places, motion.plans.there);
+        const drawn = structure ?? present.at(play.moment, 0, motion, places);
         return drawn ? drawn.partners(0, 100).length : 0;
     """
     scene = kt.make_scene("grid", bodies=256, seed=1)

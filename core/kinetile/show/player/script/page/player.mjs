@@ -312,7 +312,7 @@ export class Player {
   structureOf(run) {
     if (run.structure && run.done <= run.structure.seen) return run.structure;
     if (this.playing && !this.structured && this.selected === null && !this.lens.picked) return null;
-    return run.present.at([...this.playback.moment, run.done].join(), this.placesOf(run), run.motion.plans.there) ?? run.structure;
+    return run.present.at(this.playback.moment, run.done, run.motion, this.placesOf(run)) ?? run.structure;
   }
 
   /** The body around which alone a crowded structure is drawn; null: all of it is. */

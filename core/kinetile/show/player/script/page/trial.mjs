@@ -117,7 +117,7 @@ export class Trial {
     for (const [name, column] of Object.entries(this.recorded.bodies)) {
       if (ArrayBuffer.isView(column)) bodies[name] = Float64Array.from(run.bodies, (body, at) => column[at] ?? { radius: body.radius, mass: body.mass }[name] ?? 0);
     }
-    const runs = held.runs.map(({ drawn_as: how }) => ({ rows: run.rows, steps: null, structure: null, present: new Present(how, bodies, held), isComputed: true }));
+    const runs = held.runs.map((each) => ({ rows: run.rows, steps: null, structure: null, present: new Present(each, bodies, held), isComputed: true }));
     this.note = isDone ? "computed in this page; O: as recorded" : `computing: up to time ${timeOf(momentOf(run.now), held.start, held.unit).toPrecision(4)} so far`;
     this.#hold(bodies, runs, run.isCut ? momentOf(run.now) : held.end);
     const { playback } = this.player;

@@ -46,6 +46,7 @@ export class Motion {
     this.unit = unit;
     this.done = 0;
     this.plans = copyPlans(bodies);
+    this.flights = new Int32Array(bodies.x.length).fill(-1); // of each body: that of its plan
   }
 
   /** Go forward or back until so many rows are done. */
@@ -99,6 +100,7 @@ export class Motion {
 
   #put(body, flight) {
     const { plans, rows, bodies } = this;
+    this.flights[body] = flight;
     for (const name of this.names) {
       plans[name][body] = flight < 0 ? bodies[name][body] : rows[name][flight];
     }

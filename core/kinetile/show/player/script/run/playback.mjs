@@ -18,7 +18,7 @@ export async function load(held) {
     rows = run.rows ? rebuild(bodies, await decode(run.rows), held.unit, held.periods) : rows; // null: as the run before
     const steps = run.steps ? await decode(run.steps) : null;
     const structure = run.structure ? new Structure(await decode(run.structure), run.labels, Object.keys(held.looks), run.seen) : null;
-    runs.push({ rows, steps, structure, present: new Present(run.drawn_as, bodies, held) });
+    runs.push({ rows, steps, structure, present: new Present(run, bodies, held) });
   }
   return { bodies, runs };
 }

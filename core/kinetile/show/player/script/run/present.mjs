@@ -4,7 +4,10 @@
 // rightmost point at the height of its centre (thesis, section 4): a vertical bound goes from either end of a line up
 // and down to the next lines. A sweep from left to right keeps the lines that it crosses by their height. Bounds and
 // boxes of sweep-and-prune are those of each disc. When a certificate fails does not follow from positions: none is shown.
+// A phase sees discs that are wider by a skin. Bounds that tie are in the order in which their bodies came there.
 
+import { TICKS, compare, elapsed } from "./clock.mjs";
+import { INSERT } from "./rows.mjs";
 import { ENTRY, SHAPES, Structure } from "./structure.mjs";
 
 const IN_MATRIX = 64; // bodies: as many as a phase draws in its matrix
@@ -24,9 +27,11 @@ const CONSTRUCTIONS = {
 /** The present structure of one run, computed anew when another moment is asked for. */
 export class Present {
   /** `how`: a name of `CONSTRUCTIONS`; without an arena, with shapes or periodic axes nothing is computed. */
-  constructor(how, bodies, held) {
+  constructor({ drawn_as: how, skin }, bodies, held) {
     const plain = held.arena && !held.shapes.length && held.periods.every((period) => period === 0);
-    Object.assign(this, { draw: plain ? CONSTRUCTIONS[how] : null, bodies, held, roles: Object.keys(held.looks) });
+    const reach = bodies.radius.map((r) => (r || 0) + skin);
+    const tie = Math.max(2 ** -46 * Math.max(...(held.arena ?? [0])), skin);
+    Object.assign(this, { draw: plain ? CONSTRUCTIONS[how] : null, bodies, held, reach, tie, roles: Object.keys(held.looks) });
   }
 
   /** Whether there is a matrix. */
@@ -34,18 +39,52 @@ export class Present {
     return this.draw === CONSTRUCTIONS.boxes && this.bodies.x.length <= IN_MATRIX;
   }
 
-  /** The structure at a moment named `key`, with places {x, y} of the bodies, and who is there; null where it cannot be computed. */
-  at(key, places, there) {
+  /** The structure of a motion at a moment, after so many events, with places {x, y} of the bodies; null where it cannot be computed. */
+  at(moment, done, motion, places) {
     if (!this.draw) return null;
+    const { reach, tie, held: { arena, unit } } = this;
+    const key = [...moment, done].join();
     if (this.key !== key) {
       this.key = key;
-      const those = [...there.keys()].filter((body) => there[body]);
+      const those = [...motion.plans.there.keys()].filter((body) => motion.plans.there[body]);
       const sheet = new Sheet(this.roles, those.length, this.held.pairs);
-      this.draw(sheet, { those, places: [places.x, places.y], radius: this.bodies.radius.map((r) => r || 0), arena: this.held.arena });
+      const isFirst = [0, 1].map((axis) => orderOf(axis, places, motion, moment, unit, axis ? tie : 2 ** -46 * Math.max(...arena)));
+      this.draw(sheet, { those, places: [places.x, places.y], radius: reach, arena, isFirst });
       this.found = sheet.structure();
     }
     return this.found;
   }
+}
+
+/**
+ * A function of two bodies and how far a bound of each is from it along an axis: whether the first bound comes first.
+ * Where they are closer than `tie` it follows from their plans, as certificates do: by the tick at which one passes the
+ * other; if neither does, as before the last change of their plans; at last R before L, then by number.
+ */
+function orderOf(axis, places, motion, moment, unit, tie) {
+  const [place, speed] = axis ? ["y", "vy"] : ["x", "vx"];
+  const { rows, bodies, flights } = motion;
+  const planOf = (body, flight) => {
+    const [from, at, row] = flight < 0 ? [bodies, body, body] : [rows, flight, flight >> 1];
+    const since = [from.epoch[row], from.tick[row]];
+    return { row: flight >> 1, at: from[place][at], speed: from[speed][at], since, before: flight < 0 || rows.kind[row] === INSERT ? null : rows.before[flight] };
+  };
+  const edge = (plan, offset, time) => plan.at + plan.speed * elapsed(time, ...plan.since, unit) + offset;
+  return (one, first, other, second) => {
+    const apart = places[place][other] + second - (places[place][one] + first);
+    if (Math.abs(apart) > tie) return apart > 0;
+    let [p, q, now] = [planOf(one, flights[one]), planOf(other, flights[other]), moment];
+    for (;;) {
+      const since = compare(p.since, q.since) > 0 ? p.since : q.since;
+      const [gap, rate] = [edge(q, second, since) - edge(p, first, since), q.speed - p.speed];
+      if (rate !== 0) return (rate > 0) === (Math.floor((-gap / rate) * (TICKS / unit)) <= elapsed(now, ...since, TICKS));
+      const back = [p.row >= q.row && p.before !== null, q.row >= p.row && q.before !== null];
+      if (axis || !(back[0] || back[1])) return gap !== 0 && !axis ? gap > 0 : first === second || first * second > 0 ? one < other : first > 0;
+      if (back[0]) p = planOf(one, p.before);
+      if (back[1]) q = planOf(other, q.before);
+      now = since;
+    }
+  };
 }
 
 /** Shapes of one moment, each of two points, in columns: there are some ten a body, again for every frame. */
@@ -92,26 +131,24 @@ class Sheet {
   }
 }
 
-/** Where a value is in a list of bodies by their height: the first that is not lower. */
-function rank(lines, y, height) {
+/** Where a body is in a list of bodies by their height: before the first that is not lower. */
+function rank(lines, body, isLower) {
   let [low, high] = [0, lines.length];
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (y[lines[middle]] < height) low = middle + 1;
+    if (lines[middle] !== body && isLower(lines[middle], 0, body, 0)) low = middle + 1;
     else high = middle;
   }
   return low;
 }
 
-function drawTiling(sheet, { those, places: [x, y], radius, arena: [width, height] }) {
-  const place = new Float64Array(2 * x.length); // of L and R of each body
+function drawTiling(sheet, { those, places: [, y], radius, arena: [width, height], isFirst: [isLeft, isLower] }) {
   const ends = new Int32Array(2 * those.length);
   those.forEach((body, at) => {
-    [place[2 * body], place[2 * body + 1]] = [x[body] - radius[body], x[body] + radius[body]];
     [ends[2 * at], ends[2 * at + 1]] = [2 * body, 2 * body + 1];
   });
-  ends.sort((one, other) => place[one] - place[other]);
   const offsetOf = (end) => (end & 1 ? radius[end >> 1] : -radius[end >> 1]);
+  ends.sort((one, other) => (isLeft(one >> 1, offsetOf(one), other >> 1, offsetOf(other)) ? -1 : 1));
   const lines = []; // that the sweep crosses, from below
   const since = [LEFT]; // where the tile below each of them began, and that above the last
   const pairs = new Set();
@@ -128,7 +165,7 @@ function drawTiling(sheet, { those, places: [x, y], radius, arena: [width, heigh
   const bounds = new Int32Array(2 * ends.length); // the lines at which the bound of an end ends, below and above
   ends.forEach((end, nth) => {
     const body = end >> 1;
-    let at = rank(lines, y, y[body]);
+    let at = rank(lines, body, isLower);
     if (end & 1) {
       if (lines[at] !== body) at = lines.indexOf(body); // one of the same height
       close(at, end);
@@ -164,18 +201,19 @@ function drawBounds(sheet, { those, radius, arena }, axis) {
   }
 }
 
-function drawBoxes(sheet, { those, places: [x, y], radius }) {
+function drawBoxes(sheet, { those, places: [x], radius, isFirst }) {
   for (const body of those) {
     const r = radius[body];
     sheet.add(BOX, "bound", "", body, -r, body, -r, body, r, body, r);
   }
-  const near = (at, a, b) => Math.abs(at[a] - at[b]) < radius[a] + radius[b];
+  const isBefore = (axis, a, b) => isFirst[axis](a, -radius[a], b, radius[b]);
+  const near = (axis, a, b) => isBefore(axis, a, b) && isBefore(axis, b, a);
   const sorted = [...those].sort((a, b) => x[a] - radius[a] - (x[b] - radius[b]));
   const withMatrix = those.length <= IN_MATRIX;
   sorted.forEach((a, at) => {
     for (let next = at + 1; next < sorted.length; next += 1) {
       const b = sorted[next];
-      const [onX, onY] = [near(x, a, b), near(y, a, b)];
+      const [onX, onY] = [near(0, a, b), near(1, a, b)];
       if (!onX && !withMatrix) break;
       if (onX && onY) sheet.pair(a, b);
       if (withMatrix && (onX || onY)) sheet.pair(a, b, onX && onY ? "pair" : "bound", ENTRY, onX && onY ? "both" : onX ? "x" : "y");

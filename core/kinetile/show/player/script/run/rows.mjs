@@ -5,7 +5,7 @@ import { elapsed } from "./clock.mjs";
 
 export const KINDS = ["structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor"];
 const DISC = 1;
-const INSERT = 4;
+export const INSERT = 4;
 const REMOVE = 5;
 const PASS = 6;
 const PART = 7;
