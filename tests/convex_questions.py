@@ -58,7 +58,8 @@ def drawn_shape(rng: random.Random, lattice: int, sharp: bool = False) -> kt.Sha
 class Question:
     """Two bodies on their paths; the second is seen some periods away, or there are none."""
 
-    def __init__(self, rng: random.Random) -> None:
+    def __init__(self, rng: random.Random, hard: bool = False) -> None:
+        """Draw a question; a ``hard`` one may have speeds of 2^-40 to 2^40, none, and sides of 20 to 1."""
         lattice = rng.choice((1, 2, 4, 16, 1 << 20, 0, 0))
 
         def number(size: float) -> float:
@@ -68,6 +69,10 @@ class Question:
 
         sharp = rng.random() < 0.4
         self.shapes = drawn_shape(rng, lattice, sharp), drawn_shape(rng, lattice, sharp)
+        if hard and rng.random() < 0.5:
+            self.shapes = tuple(
+                kt.Shape(tuple((20.0 * x, y) for x, y in each.core), each.radius) for each in self.shapes
+            )
         self.tick = rng.choice((2.0**-52, 2.0**-52, 2.0**-30, 2.0**-10, 2.0**-3))
         self.elapsed = rng.choice((0, 0, rng.randrange(20), rng.randrange(int(4 / self.tick))))
         self.one, self.two = (number(6.0), number(6.0)), (number(6.0), number(6.0))
@@ -101,6 +106,11 @@ class Question:
                 self.two = tuple(
                     x - back * (w - v) for x, v, w in zip(self.two, self.v, self.v2, strict=True)
                 )
+        if hard:
+            faster = 2.0 ** rng.choice((0, rng.randint(-40, 40)))
+            self.elapsed = int(self.elapsed / max(faster, 1.0))
+            self.v, self.v2 = (tuple(faster * v for v in each) for each in (self.v, self.v2))
+            self.v2 = self.v if rng.random() < 0.05 else self.v2
         self.periods = self.turns = 0.0, 0.0
         if rng.random() < 0.4:
             self.periods = tuple(rng.choice((0.0, 5.0 + abs(number(3.0)))) for _ in range(2))

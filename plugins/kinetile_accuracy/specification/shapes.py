@@ -143,14 +143,14 @@ def _is_beside(m: Difference, d: Exact, v: Exact, side: int) -> bool:
     return any(away * abs(away) > least for away in aways)
 
 
-def _entry(m: Difference, d: Exact, v: Exact) -> Contact | None:
-    """Returns what ``entry`` does where nothing is flush."""
+def _entry(m: Difference, d: Exact, v: Exact, most: float = HORIZON) -> Contact | None:
+    """Returns what ``entry`` does where nothing is flush, before some tick."""
     near = nearest(m, d)
     if near is not None:
         falls = all(_approach(m, feature, d, v) < 0 for feature in near)
         return Contact(0, near[0]) if falls else None
     found = min(_entries(m, d, v) if m.radius else _crossings(m, d, v), default=None, key=_order)
-    return found if found is not None and found.tick < HORIZON else None
+    return found if found is not None and found.tick < most else None
 
 
 def _order(found: Contact) -> tuple[int, bool, int]:
@@ -241,7 +241,7 @@ def _is_over(face: Face, square: Fraction, d: Exact, v: Exact) -> bool:
 def exit_(m: Difference, d: Exact, v: Exact) -> int | None:
     """Returns the tick at which a place d + v t leaves a difference with its margin for good (rule 11s); 0 if
     it is outside and does not come in; None: it stays, or leaves after 2^62 ticks."""
-    if (len(m.faces) < 3 and not m.radius) or (nearest(m, d) is None and _entry(m, d, v) is None):
+    if (len(m.faces) < 3 and not m.radius) or (nearest(m, d) is None and _entry(m, d, v, math.inf) is None):
         return 0
     a = _dot(v, v)
     if a == 0:
