@@ -9,14 +9,13 @@ from __future__ import annotations
 import json
 import os
 import time
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
-from kinetile import Insert, Remove, Response, Scene, Settings, box, capsule, make_scene
+from kinetile import Scene, load_scene, make_scene
 from kinetile.errors import KinetileError, NotJudged, PhaseError, Refused, printable
 from kinetile.plugin.choices import write_phase
 from kinetile_accuracy.environment import environment
@@ -39,8 +38,8 @@ BEGINNING = 200
 RUN = 0.1
 """CPU seconds of one measurement, about."""
 
-SCENES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
-"""The named scenes: ``what`` each is, its ``recipe``, its ``parameters`` and its end, ``until``."""
+SCENES = {path.stem: path for path in sorted(Path(__file__).with_name("scenes").glob("*.toml"))}
+"""The files of the named scenes."""
 
 
 def faults() -> dict[str, list[int]]:
@@ -128,8 +127,8 @@ class Judgement:
                 for label, each in able.items()
                 if each.plan is not None
             }
-            for name in SCENES:
-                scene = named_scene(name)
+            for name, path in SCENES.items():
+                scene = load_scene(path)
                 contacts, fingerprint = _reference(scene)
                 runs: dict[str, list[Measured]] = {label: [] for label in able}
                 for label in [*able] * self.repeats:  # in turns: a machine that slows down slows all
@@ -197,24 +196,6 @@ def begun(phases: Sequence[tuple[str, Mapping[str, Any]]], commands: Sequence[st
         judged.append(Judged(plan.report((), None), plan))
     programs = (EngineReport(each, {}, "", (), within=how.get("within")) for each in commands)
     return Judgement([*judged, *map(Judged, programs)], **how)
-
-
-def named_scene(name: str) -> Scene:
-    """Returns a scene of ``SCENES``."""
-    said = SCENES[name]
-    scene = make_scene(said["recipe"], **said.get("parameters", {}))
-    r, n = float(scene.radius[0]), len(scene)
-    more: dict[str, Any] = {}
-    if name == "shapes":
-        rod = capsule((0.0, -0.5 * r), (0.0, 0.5 * r), 0.4 * r)
-        more = {"shapes": [box(2 * r, 0.6 * r), box(1.5 * r, 1.5 * r), rod], "shape": [0, 1, 2] * (n // 3)}
-    elif name == "granular":
-        more = {"responses": {(0, 0): Response("restitution", e=0.9, contact_time=1e-6)}}
-    elif name == "come-and-go":  # those that come are so small that there is a place at the floor
-        places = [((k + 0.5) / 40.0, 0.02 * r) for k in range(40)]
-        more["commands"] = [Remove(k, 0.005 * (k + 1)) for k in range(40)]
-        more["commands"] += [Insert(0.005 * (k + 1), places[k], (0.25, 1.0), 0.01 * r) for k in range(40)]
-    return scene.replace(settings=Settings(until=said["until"]), **more)
 
 
 def _reference(scene: Scene) -> tuple[Any, str]:

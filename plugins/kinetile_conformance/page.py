@@ -90,7 +90,8 @@ def _seen(judged: Sequence[Judged]) -> Iterator[str]:
 def _measurements(of: Judgement) -> Iterator[str]:
     heads = ("", "", "", "contacts / CPU s", "events / contact", "checks", "solves", "KiB")
     rows = []
-    for name in SCENES:
+    for name, path in SCENES.items():
+        what = path.read_text(encoding="utf-8").partition("\n")[0].strip("# ")
         mine = [row for each in of.judged for row in each.rows if row.of == name]
         most = max((row.rate for row in mine), default=0.0)
         for at, row in enumerate(mine):
@@ -99,8 +100,7 @@ def _measurements(of: Judgement) -> Iterator[str]:
             numbers = (row.contacts_per_cpu_second, *counts, size and size / 1024)
             wrong = "✗ other contacts" if row.differs else "ended early" if row.contacts else "no contacts"
             said = wrong if row.differs or row.ended_by else "━" * round(10.0 * row.rate / (most or 1.0))
-            first = "" if at else f"{name}: {SCENES[name]['what']}"
-            rows.append([first, row.phase, said, *map(_number, numbers)])
+            rows.append(["" if at else f"{name}: {what}", row.phase, said, *map(_number, numbers)])
     if rows:
         yield grid("", heads, rows, [False] * 3 + [True] * 5)
         yield paragraph(

@@ -63,5 +63,4 @@ def judge(
     echo(result if json else "\n".join([*said, *map(str, files)]))
     if judgement.status != "complete":
         raise typer.Exit(128 + first.number if first.number else INTERRUPTED)
-    if judgement.exit_code:
-        raise typer.Exit(judgement.exit_code)
+    raise typer.Exit(judgement.exit_code)

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import pytest
 
+import kinetile as kt
 from command_line import kinetile, refused
 from kinetile_conformance import Result, judging
 
 pytestmark = pytest.mark.small
 
 FEW = ("--examples", 3, "--repeats", 1, "--check", "same-contacts", "--check", "same-contacts-on-a-torus")
-TINY = {"what": "two discs", "recipe": "two-discs", "until": 2.0}
+TINY = '# two discs\nrecipe = "two-discs"\nuntil = 2.0\n'
 
 
 @pytest.fixture(autouse=True)
@@ -24,9 +25,10 @@ def _folder(tmp_path, monkeypatch):
     faults = {name: {"family": "late", "killed_by": check} for name, check in (("a", None), ("b", "x"))}
     (tmp_path / "faults.json").write_text(json.dumps({"faults": faults}))
     monkeypatch.setattr(judging, "FAULTS", tmp_path / "faults.json")
+    (tmp_path / "tiny.toml").write_text(TINY)
     for name in [*judging.SCENES]:
         monkeypatch.delitem(judging.SCENES, name)
-    monkeypatch.setitem(judging.SCENES, "tiny", TINY)
+    monkeypatch.setitem(judging.SCENES, "tiny", tmp_path / "tiny.toml")
 
 
 def program(name: str, answer: object) -> str:
@@ -54,6 +56,7 @@ def test_one_that_conforms_one_that_fails_and_one_that_refuses_stand_side_by_sid
 
     page = (tmp_path / "judged/judge.html").read_text()
     assert "✗ does not conform" in page
+    assert "tiny: two discs" in page
     assert "it is a &lt;demo&gt;" in page
     assert f"replay: kinetile replay {blind} judged/failures/{blind}-same-contacts.toml" in page
     assert "it finds 1 by default" in page
@@ -97,7 +100,7 @@ def test_what_cannot_be_judged_is_said_before_anything_is_done(line, said, tmp_p
 
 def test_the_dozen_scenes_are_scenes(monkeypatch):
     monkeypatch.undo()
-    scenes = {name: judging.named_scene(name) for name in judging.SCENES}
+    scenes = {name: kt.load_scene(path) for name, path in judging.SCENES.items()}
     assert len(scenes) == 12
     assert all(scene.settings.until > 0.0 for scene in scenes.values())
     assert {"torus"} == {name for name, scene in scenes.items() if scene.periodic}
