@@ -406,7 +406,7 @@ def leaves(f: Numbers, row: int, plans: Plans) -> int:
         rate = 0.0
         error = 0.0
         face = -1
-        for k in range(count if count > 1 else 0):
+        for k in range(count if count > 2 or (count == 2 and reach > 0.0) else 0):  # else M has no inside
             this = row + HEAD + k * WIDE
             rises = f[this + NX] * x.u + f[this + NY] * y.u
             if rises > slack:
