@@ -74,6 +74,11 @@ class Clock:
         total = int(relative) + self.base * TICKS
         return float(Fraction(self.start) + Fraction(total, TICKS) * Fraction(self.unit))
 
+    def before(self, ticks: int) -> float:
+        """Return the last time whose tick is before this one."""
+        time = self.time(ticks - self.base * TICKS)
+        return time if self.ticks(time) < ticks else math.nextafter(time, -math.inf)
+
     def split(self, relative: np.ndarray[Any, np.dtype[np.int64]]) -> tuple[Any, Any, Any]:
         """Return (time, epoch, tick) of kernel ticks: see ``kinetile.kernel.log``."""
         epoch = (relative >> 52) + self.base

@@ -6,12 +6,14 @@ that a slow scene has any number of them without a contact.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import KinetileError
+from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import LOG
 
 
@@ -19,24 +21,48 @@ class TooManyRows(KinetileError):
     """A run has more rows than were to be kept."""
 
 
-class BoundedRows:
-    """A recorder that keeps the first ``limit`` rows of a run, and ends it with TooManyRows after them."""
+def ticks_of(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Returns the times of rows as ticks since the start: Python's integers, which have no end."""
+    return np.asarray(rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object))
 
-    def __init__(self, limit: int) -> None:
-        self.limit = limit
+
+def _whole_until(rows: npt.NDArray[Any], limit: int, clock: Clock) -> tuple[int, float]:
+    """Returns how many of the first ``limit`` rows, of more than those, are all rows up to some time, and
+    that time.
+
+    Events that happen at once are in it all or not at all, so that the rows after this time are the rest. If
+    the first ``limit`` rows are of one moment, these are the ones, and the time is that moment.
+    """
+    ticks = ticks_of(rows[: limit + 1])
+    over = ticks[-1]
+    whole = int(np.searchsorted(ticks, over))
+    time = float(rows["time"][max(whole - 1, 0)])
+    if not ticks[whole - 1] <= clock.ticks(time) < over:  # a rounded time is not between the two ticks
+        time = clock.before(over)
+    whole = int(np.searchsorted(ticks, clock.ticks(time), "right"))
+    return (whole, time) if whole else (limit, float(rows["time"][limit]))
+
+
+class BoundedRows:
+    """A recorder that keeps the first ``limit`` rows of a run, and ends it with TooManyRows after them: those
+    of whole moments (``_whole_until``), up to the time ``end``."""
+
+    def __init__(self, limit: int, clock: Clock) -> None:
+        self.limit, self.clock = limit, clock
+        self.end = math.inf
         self._parts: list[npt.NDArray[Any]] = [np.zeros(0, LOG)]
         self._count = 0
 
     def __call__(self, rows: npt.NDArray[Any]) -> None:
         """Takes the next rows; raises TooManyRows where there are more than the limit."""
-        self._parts.append(np.array(rows[: self.limit - self._count]))
+        self._parts.append(np.array(rows[: self.limit + 1 - self._count]))
         self._count += len(rows)
         if self._count > self.limit:
-            time = float(self.rows["time"][-1]) if self.limit else 0.0
-            self._count = self.limit
+            whole, self.end = _whole_until(self.rows, self.limit, self.clock)
+            self._parts, self._count = [self.rows[:whole]], self.limit
             raise TooManyRows(
                 f"the run has more than {self.limit:,} events and plans that the clock anchors again, which "
-                f"is the limit here; the first of them go up to time {time!r}: end there"
+                f"is the limit here; the first of them go up to time {self.end!r}: end there"
             )
 
     @property

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kinetile.errors import BadOption
+from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import REMOVED
 from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.run.flights import Flights
@@ -87,7 +88,7 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
         int(body): (begin, float(place[which]), float(velocity[which]))
         for body, place, velocity in zip(sim.bodies, sim.positions(), sim.velocities(), strict=True)
     }
-    rows = BoundedRows(MOST_PIECES)
+    rows = BoundedRows(MOST_PIECES, Clock(scene.start, scene.time_unit))
     try:
         sim.run(until, recorder=rows)
     except TooManyRows as error:

@@ -29,7 +29,7 @@ from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED
 from kinetile.kernel.tables import NEVER
 from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Polygon, Segment, points_of
-from kinetile.records.bounded import BoundedRows, TooManyRows
+from kinetile.records.bounded import BoundedRows, TooManyRows, ticks_of
 from kinetile.run.flights import SIDES, Flights
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
@@ -68,7 +68,7 @@ class Recording:
 
     ``notes`` are sentences for the reader: how it ended, and what is left out; ``drawn_as`` is that of the
     broad phase's parts, ``skin`` by how much it saw bodies enlarged at the end; ``pairs`` says whether lines
-    between bodies are drawn.
+    between bodies are drawn; ``whole`` is False if the rows after its end were left out.
     """
 
     label: str
@@ -81,6 +81,7 @@ class Recording:
     drawn_as: str = ""
     skin: float = 0.0
     pairs: bool = True
+    whole: bool = True
 
 
 def record(
@@ -99,28 +100,32 @@ def record(
     ``again`` is a second one, to be stepped; None: no stepping. A fault ends the recording with a note.
     ``pairs``: whether lines between bodies are drawn; None: of up to ``MOST_PAIRED``.
     """
-    rows = BoundedRows(MOST_ROWS)
+    clock = Clock(scene.start, scene.time_unit)
+    rows = BoundedRows(MOST_ROWS, clock)
     notes: list[str] = []
     plans = Plans.of(scene, rows.rows)
-    clock = Clock(scene.start, scene.time_unit)
     first = clock.ticks(begin)
+    last, whole = first, True
     try:
         if begin > scene.start:
             try:
                 simulation.run(begin)
             finally:
                 plans = plans.of_run(simulation)
-        simulation.run(until, max_contacts=max_contacts, recorder=rows)
+        # Each contact has a row. Without this limit a far end would be refused, for its rows of the clock.
+        most = MOST_ROWS + 1 if max_contacts is None else max_contacts
+        simulation.run(until, max_contacts=most, recorder=rows)
+        last = _now(simulation, clock)
+        if simulation.time < until:
+            many = f"{most:,} contacts are as many as were to be shown"
+            notes.append(f"Shown up to {simulation.time!r} of {begin!r} to {until!r}: {many}.")
     except TooManyRows:
-        shown = float(rows.rows["time"][-1])
-        notes.append(
-            f"Shown up to {shown!r} of {begin!r} to {until!r}: {MOST_ROWS:,} events are as many as a page "
-            f"takes. The next window: --from {shown!r}"
-        )
+        last, whole = clock.ticks(rows.end), False
+        notes.append(f"{shown_up_to(rows, f' of {begin!r} to {until!r}')} {next_window(rows.end)}")
     except KinetileError as error:
         notes.append(f"The run ended with a fault, {type(error).__name__}: {error}")
-    last = max(_ticks(rows.rows[-1:]).max(initial=first), _now(simulation, clock) if not notes else first)
-    recording = Recording(label, plans, rows.rows, first, int(last), None, tuple(notes))
+    last = max(ticks_of(rows.rows[-1:]).max(initial=first), last)
+    recording = Recording(label, plans, rows.rows, first, int(last), None, tuple(notes), whole=whole)
     drawn_as, paired = simulation.composition.broad.drawn_as, wants_pairs(pairs, len(plans.x))
     skin = float(simulation.tables.clock[0].limits.skin)
     recording = replace(recording, drawn_as=drawn_as, skin=skin, pairs=paired)
@@ -131,6 +136,18 @@ def record(
         left_out = f"Pairs are left out, of more than {MOST_PAIRED} bodies; --pairs (pairs=True) draws them."
         recording = replace(recording, notes=(*recording.notes, left_out))
     return recording
+
+
+def next_window(begin: float) -> str:
+    """Returns the sentence that names the window from a time on."""
+    return f"The next window: --from {begin!r}, in Python begin={begin!r}"
+
+
+def shown_up_to(rows: BoundedRows, of: str) -> str:
+    """Returns the sentence of a page that shows not all rows ``of`` a window."""
+    kept, end = rows.rows, rows.end
+    part = " (where more happens)" if len(kept) == rows.limit and kept["time"][0] == end else ""
+    return f"Shown up to {end!r}{part}{of}: {rows.limit:,} events are as many as a page takes."
 
 
 def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: float) -> Recording:
@@ -148,6 +165,11 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
         for number, event in enumerate(again.steps(until), 1):
             if event.epoch * TICKS + event.tick > recording.end:
                 break
+            if number > MOST_STEPS:
+                before = clock.before(event.epoch * TICKS + event.tick)
+                most = f"a page has those of {MOST_STEPS:,} steps"
+                notes += (f"Structural events are shown up to {before!r}: {most}. {next_window(before)}",)
+                break
             if event.kind == "structural":
                 seen.append((event.epoch, event.tick, int(event.certificate or 0), int(events[met])))
             else:
@@ -156,10 +178,6 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
             leaves = event.kind == "part" and not set(event.bodies) <= set(again.bodies.tolist())
             if not log.full and not leaves:  # its removal, which has ended the passing, comes behind it
                 log.see(number, again.drawing())
-            if number >= MOST_STEPS:
-                most = f"a page has those of {MOST_STEPS:,} steps"
-                notes += (f"Structural events are shown up to time {event.time:.10g}: {most}.",)
-                break
     except KinetileError as error:
         if not recording.notes:  # the free run has said which
             notes += (f"Stepping ended with a fault, {type(error).__name__}: {error}",)
@@ -176,11 +194,6 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
 def _queued(simulation: Simulation) -> int:
     """Returns how many bodies have something scheduled."""
     return int(np.count_nonzero(np.asarray(simulation.tables.queue["key"]) != NEVER))
-
-
-def _ticks(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Returns the times of rows as ticks since the start: Python's integers, which have no end."""
-    return np.asarray(rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object))
 
 
 def _now(simulation: Simulation, clock: Clock) -> int:

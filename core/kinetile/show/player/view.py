@@ -15,6 +15,7 @@ import numpy.typing as npt
 from kinetile.errors import BadOption
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.plugin.choices import write_phase
+from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.compare import describe_row, first_difference
 from kinetile.run.simulation import Simulation
@@ -22,7 +23,14 @@ from kinetile.scene import Scene
 from kinetile.scene.targets import writing_new
 from kinetile.show.picture import escape
 from kinetile.show.player.page import Page
-from kinetile.show.player.recording import MOST_ROWS, Plans, Recording, record
+from kinetile.show.player.recording import (
+    MOST_ROWS,
+    Plans,
+    Recording,
+    next_window,
+    record,
+    shown_up_to,
+)
 
 _NO_STRUCTURE = (
     "An event file has no structural events and no structure: it says what the bodies do, whatever the broad "
@@ -103,7 +111,7 @@ def view_scene(
 
     def simulation(choice: Choice) -> Simulation:
         options = dict(choice[1]) or None
-        return Simulation(scene, choice[0], options=options, narrow_phases=narrow_phases)
+        return Simulation(scene, choice[0], options=options, narrow_phases=narrow_phases, keep_contacts=False)
 
     recordings = []
     for choice in choices:
@@ -112,10 +120,12 @@ def view_scene(
         label = write_phase(first.broad_phase, first.options)
         recordings.append(record(scene, first, again, label, begin, until, max_contacts, pairs))
     labels = [recording.label for recording in recordings]
-    title = title or _title(scene, labels, begin, until)
+    clock = Clock(scene.start, scene.time_unit)
+    end = min(until, clock.moment(max(recording.end for recording in recordings))[0])
+    title = title or _title(scene, labels, begin, end)
     tick, body, said = _parting(recordings)
     if at is not None:
-        tick, body = Clock(scene.start, scene.time_unit).ticks(at), None
+        tick, body = clock.ticks(at), None
     return View(Page(scene, recordings, title, [*notes, *said], tick, body))
 
 
@@ -126,8 +136,8 @@ def _parting(recordings: Sequence[Recording]) -> tuple[int | None, int | None, l
     parted: list[tuple[int, int, str]] = []
     for other in others:
         at = first_difference(_exact(first.rows), _exact(other.rows))
-        if at is None:
-            continue
+        if at is None or any(at == len(each.rows) and not each.whole for each in (first, other)):
+            continue  # rows that were left out are no difference
         rows = {each.label: each.rows[at] for each in (first, other) if at < len(each.rows)}
         said = [f"under {label} it is {describe_row(_plain(row))}" for label, row in rows.items()]
         said += [f"under {each.label} there is none" for each in (first, other) if each.label not in rows]
@@ -170,24 +180,35 @@ def view_file(path: str | os.PathLike[str]) -> View:
     """Returns a view of an event file, up to as many events as a page takes. Raises RecordError as
     ``Trajectory.read``."""
     trajectory = Trajectory.read(path)
-    scene, rows = trajectory.scene, trajectory.rows[:MOST_ROWS]
-    end, notes = trajectory.end, [_NO_STRUCTURE]
-    if len(rows) < len(trajectory.rows):
-        end = float(rows["time"][-1])
-        notes.append(f"Shown up to {end!r}: {MOST_ROWS:,} events are as many as a page takes.")
-    plans, last = Plans.of(scene, rows), Clock(scene.start, scene.time_unit).ticks(end)
+    scene, end, notes = trajectory.scene, trajectory.end, [_NO_STRUCTURE]
+    clock = Clock(scene.start, scene.time_unit)
+    kept = BoundedRows(MOST_ROWS, clock)
+    try:
+        kept(trajectory.rows)
+    except TooManyRows:
+        end = kept.end
+        further = 'The rest is in views of its scene, read_events(FILE).metadata["scene"].'
+        notes.append(f"{shown_up_to(kept, '')} {further} {next_window(end)}")
+    rows = kept.rows
+    plans, last = Plans.of(scene, rows), clock.ticks(end)
     recording = Recording("as recorded", plans, rows, 0, last, None, tuple(notes))
     return View(Page(scene, [recording], f"{Path(path).name}: {_name(scene)}"))
 
 
-def view(simulation: Simulation, until: float | None = None, *, pairs: bool | None = None) -> View:
+def view(
+    simulation: Simulation,
+    until: float | None = None,
+    *,
+    begin: float | None = None,
+    pairs: bool | None = None,
+) -> View:
     """Returns a view of the run of a simulation so far, including interactive commands; before a run,
-    of its future. It is played again from the start, and the simulation does not change. Lines between
-    ``pairs`` of bodies are drawn; None: of up to 250 bodies."""
+    of its future; from ``begin`` on, or its start. It is played again from the start, and the simulation
+    does not change. Lines between ``pairs`` of bodies are drawn; None: of up to 250 bodies."""
     scene = simulation.recorded()
     choice = (simulation.broad_phase, simulation.options)
     narrow_phases = simulation.composition.narrow_phases
-    return view_scene(scene, [choice], until=until, narrow_phases=narrow_phases, pairs=pairs)
+    return view_scene(scene, [choice], begin=begin, until=until, narrow_phases=narrow_phases, pairs=pairs)
 
 
 def _title(scene: Scene, labels: Sequence[str], begin: float, until: float) -> str:

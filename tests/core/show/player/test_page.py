@@ -17,7 +17,7 @@ from kinetile.show.player import recording, view_scene
 from kinetile.show.player.page import MODULES, encode, script
 from kinetile_conformance.cases import Subject, save_case
 from kinetile_conformance.view import view_saved
-from player_pages import SCENES, ask_node, decode, needs_node
+from player_pages import SCENES, UNTIL, ask_node, decode, needs_node
 from programs import program
 
 DOM = Path(__file__).parents[3] / "player_dom.mjs"
@@ -118,36 +118,83 @@ def test_a_page_without_bodies_or_events(tmp_path):
     assert found["tapped"] is None
 
 
-def test_what_does_not_fit_is_a_window(monkeypatch):
-    scene = SCENES["grid"]
-    whole = view_scene(scene, until=1.0, steps=False).page
+@pytest.mark.parametrize("name", SCENES)
+def test_windows_with_few_rows_of_any_kind_are_together_the_run(name, monkeypatch):
+    scene = SCENES[name]
+    until = scene.start + UNTIL.get(name, 1.5)
+    whole = view_scene(scene, until=until, steps=False).page
     assert whole.all_notes == []
-    monkeypatch.setattr(recording, "MOST_ROWS", 20)
-    short = view_scene(scene, until=1.0, steps=False).page
-    (note,) = short.all_notes
-    assert re.fullmatch(r"Shown up to (\S+) of 0\.0 to 1\.0: 20 events .* The next window: --from \1", note)
-    monkeypatch.undo()
-    assert len(short.recordings[0].rows) == 20
-    reached = kt.Simulation(scene, "naive")
-    reached.run(1.0, max_contacts=20)
-    after = view_scene(scene, begin=reached.time, until=1.0, steps=False).page
-    together = [*short.recordings[0].rows.tolist(), *after.recordings[0].rows.tolist()]
-    assert str(together) == str(whole.recordings[0].rows.tolist())
-    monkeypatch.setattr(recording, "MOST_STEPS", 10)
-    (note,) = view_scene(scene, until=1.0).page.all_notes
-    assert note.endswith("a page has those of 10 steps.")
+    monkeypatch.setattr(recording, "MOST_ROWS", 6)
+    begin, rows, windows = scene.start, [], 0
+    while begin is not None:
+        page = view_scene(scene, begin=begin, until=until, steps=False).page
+        assert len(page.recordings[0].rows) <= 6
+        rows += page.recordings[0].rows.tolist()
+        begin, windows = following(page, begin, until, "6 events are as many as a page takes"), windows + 1
+    assert str(rows) == str(whole.recordings[0].rows.tolist())
+    assert windows >= len(rows) / 6
+
+
+def following(page, begin, until, many):
+    """The beginning of the window after a page, by its note, if it has one."""
+    if not page.all_notes:
+        assert page.title.endswith(f" to {until:.6g}")
+        return None
+    (note,) = page.all_notes
+    found = re.fullmatch(rf".* up to (\S+)( of .*)?: {many}.* The next window: --from \1, .*", note)
+    assert float(found[1]) > begin
+    return float(found[1])
+
+
+def test_windows_with_few_steps_have_together_all_structural_events(monkeypatch):
+    scene, until = SCENES["grid"], 0.2
+    whole = view_scene(scene, [("sap-1d", {})], until=until).page
+    assert whole.all_notes == []
+    stepped = whole.recordings[0].stepped
+    events = {*zip(stepped.epoch.tolist(), stepped.tick.tolist(), stepped.body.tolist(), strict=True)}
+    monkeypatch.setattr(recording, "MOST_STEPS", 40)
+    begin, seen = scene.start, set()
+    while begin is not None:
+        page = view_scene(scene, [("sap-1d", {})], begin=begin, until=until).page
+        (found,) = page.recordings
+        stepped = found.stepped
+        assert len(stepped.epoch) <= 40
+        seen |= {*zip(stepped.epoch.tolist(), stepped.tick.tolist(), stepped.body.tolist(), strict=True)}
+        begin = following(page, begin, until, "a page has those of 40 steps")
+    assert {(epoch, tick) for epoch, tick, _ in events} == {(epoch, tick) for epoch, tick, _ in seen}
+
+
+def test_what_happens_at_once_is_in_one_window_if_it_fits(monkeypatch):
+    """Of eight discs that met walls at once, five were shown, and the next window had none of the rest."""
+    places = [[0.3, 0.3 + gap] for gap in range(8)]
+    scene = kt.Scene([*places, [4.0, 4.0]], [*[[-1.0, 0.0]] * 8, [1.0, 0.0]], 0.25, arena=(4.5, 8.0))
+    monkeypatch.setattr(recording, "MOST_ROWS", 8)
+    walls = view_scene(scene, until=1.0, steps=False).page
+    assert len(walls.recordings[0].rows) == 8
+    monkeypatch.setattr(recording, "MOST_ROWS", 5)
+    (note,) = view_scene(scene, until=1.0, steps=False).page.all_notes
+    assert note.startswith("Shown up to 0.05 (where more happens) of 0.0 to 1.0: 5 events")
+
+
+def test_a_window_of_some_contacts_and_a_time_that_is_far_away():
+    scene = SCENES["grid"]
+    page = view_scene(scene, until=1.0, steps=False, max_contacts=5).page
+    (note,) = page.all_notes
+    assert re.fullmatch(r"Shown up to 0\.\d+ of 0\.0 to 1\.0: 5 contacts are as many as were .*", note)
     with pytest.raises(BadOption, match="expected two times from the scene's start on"):
         view_scene(scene, begin=2.0, until=1.0)
 
 
 def test_plans_that_the_clock_anchors_again_counted_towards_no_limit(monkeypatch):
-    """A page of two slow bodies took 2.5 GB in seven minutes, without a contact; and so did its beginning."""
+    """A page of two slow bodies took 2.5 GB in seven minutes, without a contact; and so did its beginning. A
+    time that is further away was called a fault of the run."""
     monkeypatch.setattr(recording, "MOST_ROWS", 50)
     slow = kt.Scene([[0.3, 0.3], [0.7, 0.7]], [[1e-9, 0.0], [0.0, 1e-9]], 0.1, arena=(1.0, 1.0))
-    page = view_scene(slow, until=1e6, steps=False).page
-    assert len(page.recordings[0].rows) == 50
-    (note,) = page.all_notes
-    assert note.startswith("Shown up to 25600.0 of 0.0 to 1000000.0: 50 events are as many as a page takes.")
+    for until in (1e6, 1e14):
+        page = view_scene(slow, until=until, steps=False).page
+        assert len(page.recordings[0].rows) == 50
+        (note,) = page.all_notes
+        assert note.startswith(f"Shown up to 25600.0 of 0.0 to {until!r}: 50 events are as many as a page")
     later = view_scene(slow, begin=25600.0, until=25600.0 + 2048.0, steps=False).page.recordings[0]
     assert 2 <= len(later.rows) <= 4
     sim = kt.Simulation(slow, "naive")
