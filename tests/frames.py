@@ -16,6 +16,7 @@ import kinetile as kt
 from kinetile.kernel.compiled import compiling_seconds
 
 RATE, TURNED, EXCHANGED = 60, 50, 5
+RING = 5.2  # radii: 64 pieces of a quarter of the radius have room beside each other
 
 
 def play(sim: kt.Simulation, frames: int, speed: float = 1.0) -> list[float]:
@@ -48,7 +49,7 @@ def burst(phase: str, pieces: int = 64, bursts: int = 60) -> list[float]:
     for _ in range(bursts):
         place = np.array(scene.arena) * rng.uniform(0.2, 0.8, 2)
         began = time.thread_time()
-        made = sim.insert_many(place + 4.0 * radius * ways, ways, radius / 4)
+        made = sim.insert_many(place + RING * radius * ways, ways, radius / 4)
         spent.append(1e3 * (time.thread_time() - began))
         sim.run(until=sim.time + 1 / RATE)
         for body in made.numbers[~made.refused].tolist():

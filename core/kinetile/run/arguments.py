@@ -260,10 +260,9 @@ def read_insertion(
     mass: float,
     kind: Kind | None,
     shape: Shape | int | None = None,
-    whole: bool = True,
 ) -> tuple[Rows, tuple[Shape, ...]]:
     """Returns the command that inserts a body now, and its shape, if the table of shapes does not have it;
-    ValueError for values that a scene would refuse. ``whole``: it has to be within the walls."""
+    ValueError for values that a scene would refuse. That it is within the walls is not checked."""
     kinds = engine.scene.kinds
     kind = kinds[0] if kind is None else kind
     if engine.scene.shapes and engine.composition.gapless:
@@ -277,7 +276,7 @@ def read_insertion(
         )
     insertion = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind, shape)  # type: ignore[arg-type]
     scene, mistakes = engine.scene, list[Mistake]()
-    extent = None if scene.arena is None else Extent(scene.arena, scene.periodic, whole)
+    extent = None if scene.arena is None else Extent(scene.arena, scene.periodic, False)
     has = shape_of(insertion, "", scene.shapes, mistakes)
     if has is not None and not scene.shapes and not has.is_disc:
         raise ValueError(
@@ -354,7 +353,7 @@ def _read_one_of(
     radius, mass, kind, shape = values
     size = 0.0 if radius is None else radius
     try:
-        return read_insertion(engine, places[at], flies[at], size, mass, kind, shape, whole=False)
+        return read_insertion(engine, places[at], flies[at], size, mass, kind, shape)
     except ValueError as error:
         raise ValueError(f"body {at} of {len(places)}: {error}") from None
 

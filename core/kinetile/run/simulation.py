@@ -403,13 +403,11 @@ class Simulation(Moment):
             )
         return self._insert(position, velocity, radius, mass, kind, shape)
 
-    def _insert(
-        self, position: Any, velocity: Any, radius: Any, mass: Any, kind: Any, shape: Any, whole: bool = True
-    ) -> int:
+    def _insert(self, position: Any, velocity: Any, radius: Any, mass: Any, kind: Any, shape: Any) -> int:
         size = 0.0 if radius is None else radius
         with self._alone("take a body in"):
             engine = self._engine
-            rows, new = arguments.read_insertion(engine, position, velocity, size, mass, kind, shape, whole)
+            rows, new = arguments.read_insertion(engine, position, velocity, size, mass, kind, shape)
             engine.carry_out(INSERTED, rows, new)
         return int(rows["body"][0])
 
@@ -452,7 +450,7 @@ class Simulation(Moment):
                         own = dict(zip(each, values, strict=True))
                         place, flies = (row["x"], row["y"]), (row["vx"], row["vy"])
                         try:
-                            row["body"] = self._insert(place, flies, **own, whole=False)
+                            row["body"] = self._insert(place, flies, **own)
                         except NoRoom as error:
                             reasons[at] = error
             refused = np.zeros(len(rows), dtype=np.bool_)

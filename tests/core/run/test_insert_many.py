@@ -76,6 +76,14 @@ def test_reasons_are_sentences_that_name_what_is_in_the_way():
     ]
 
 
+@pytest.mark.parametrize("place", [(3.9, 1.0), (-50.0, 1.0), (0.25, 5.0)])
+def test_one_body_beyond_a_wall_is_refused_as_one_of_many_is(place):
+    sim = kt.Simulation(kt.Scene([[2.0, 2.0]], [[0.0, 0.0]], 0.5, arena=(4.0, 4.0)), "naive", live=True)
+    with pytest.raises(NoRoom, match=r"it reaches beyond the .* wall; nothing has changed") as caught:
+        sim.insert(place, radius=0.25)
+    assert str(caught.value) == str(sim.insert_many([place], radius=0.25).reasons[0])
+
+
 def test_a_reason_is_of_its_moment_when_it_is_read_later_and_elsewhere():
     sim = kt.Simulation(kt.Scene([[2.0, 2.0]], [[1.0, 0.0]], 0.5, arena=(4.0, 4.0)), "naive", live=True)
     with pytest.raises(NoRoom) as caught:

@@ -71,7 +71,7 @@ def test_only_the_walls_of_walled_axes_count() -> None:
     sim = kt.Simulation(given, "naive")
     sim.run(until=1.0)
     assert sim.insert((-0.75, 0.75), STILL, 0.25) == 1
-    with pytest.raises(ValueError, match="the whole disc inside the arena"):
+    with pytest.raises(Refused, match="it reaches beyond the bottom wall"):
         sim.insert((0.7, 0.2), STILL, 0.25)
 
 

@@ -95,8 +95,8 @@ def test_a_number_that_no_body_was_given_was_accepted(number, call, phase, live,
 
 INSERTIONS = {
     "overlap": ("there", (0.0, 0.0), 0.01, 1.0, r"into body 3; nothing has changed"),
-    "over the wall": ((0.0, 0.5), (0.0, 0.0), 0.01, 1.0, "inside the arena"),
-    "too large": ((0.5, 0.5), (0.0, 0.0), 2.5, 1.0, "inside the arena"),
+    "over the wall": ((0.0, 0.5), (0.0, 0.0), 0.01, 1.0, "beyond the left wall"),
+    "too large": ((0.5, 0.5), (0.0, 0.0), 2.5, 1.0, "no room for body 9"),
     "fast and overlap": ("there", (400.0, 0.0), 0.01, 1.0, "into body 3"),
     "light and overlap": ("there", (1.0, 0.0), 0.001, 1e-6, "into body 3"),
     "too fast": ((0.5, 0.5), (1e300, 0.0), 0.01, 1.0, "velocity"),
