@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -74,10 +74,12 @@ def estimates(case: Case, runs: int, seed: int = FIRST) -> list[Estimate]:
     return found
 
 
-def rows(runs: int, seed: int = FIRST) -> Iterator[tuple[str, int, float, float, float]]:
+def rows(
+    runs: int, seed: int = FIRST, cases: Sequence[Case] = CASES
+) -> Iterator[tuple[str, int, float, float, float]]:
     """Yields for each case the runs that give an error, the percentage of their intervals that have the true
     mean, how often the means scatter by the errors, and the blocks that errors are from."""
-    for case in CASES:
+    for case in cases:
         made = estimates(case, runs, seed)
         given = [each for each in made if each.blocks]
         true = case.true if case.true is not None else float(np.mean([each.mean for each in made]))
