@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+
 from intervals import CASES, rows
 
 RUNS, LEAST = 60, 0.9
