@@ -24,6 +24,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from typing import Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -93,10 +94,14 @@ DIGITS = (0, 1, 2, 3, 4, 6, 8, 10, 13, 17, 21, 26, 32)
 """Binary digits after the point to which numbers are rounded, the fewest first."""
 
 
-class _Search:
-    """The smallest failing scene so far, and whether there is time to look for a smaller one."""
+Case = TypeVar("Case")
 
-    def __init__(self, scene: Scene, fails: Callable[[Scene], bool], seconds: float) -> None:
+
+class Search(Generic[Case]):
+    """The smallest failing scene so far, or other case, and whether there is time to look for a smaller
+    one."""
+
+    def __init__(self, scene: Case, fails: Callable[[Case], bool], seconds: float) -> None:
         self.scene = scene
         self.fails = fails
         self.end = time.process_time() + seconds
@@ -106,7 +111,7 @@ class _Search:
         """Whether the time is up."""
         return time.process_time() >= self.end
 
-    def take(self, make: Callable[[], Scene]) -> bool:
+    def take(self, make: Callable[[], Case]) -> bool:
         """Make a smaller scene, and keep it if it can be and fails; return whether it was kept."""
         if self.over:
             return False
@@ -126,18 +131,26 @@ def reduced(scene: Scene, fails: Callable[[Scene], bool], seconds: float) -> Sce
     ``seconds`` is a limit in CPU time of this process: no scene is begun after it. What is returned is the
     scene itself where nothing smaller fails.
     """
-    search = _Search(scene, fails, seconds)
+    return minimised(scene, fails, seconds, (_shorten, _leave_out_bodies, _leave_out_commands, _round))
+
+
+def minimised(
+    case: Case,
+    fails: Callable[[Case], bool],
+    seconds: float,
+    steps: Sequence[Callable[[Search[Case]], None]],
+) -> Case:
+    """Return a smaller case that fails, by steps that are repeated until none helps; see ``reduced``."""
+    search = Search(case, fails, seconds)
     before = None
     while before != search.scene and not search.over:
         before = search.scene
-        _shorten(search)
-        _leave_out_bodies(search)
-        _leave_out_commands(search)
-        _round(search)
+        for step in steps:
+            step(search)
     return search.scene
 
 
-def _shorten(search: _Search) -> None:
+def _shorten(search: Search[Scene]) -> None:
     """Let the run end soon after what is amiss in it can be seen."""
     start = search.scene.start
     if horizon(search.scene) <= start or search.take(partial(ended_at, search.scene, start)):
@@ -162,10 +175,10 @@ def _simple_between(low: float, high: float) -> float:
     return float(np.round((low + high) / 2.0 / step) * step)
 
 
-def _leave_out_bodies(search: _Search) -> None:
+def _leave_out_bodies(search: Search[Scene]) -> None:
     """Leave out bodies, in order of their numbers, then in order of x."""
     for order in (_by_number, _by_place):
-        _leave_out(search, order, only_bodies, 1 if is_living(search.scene) else FAMILIAR)
+        leave_out(search, order, only_bodies, 1 if is_living(search.scene) else FAMILIAR)
 
 
 def _by_number(scene: Scene) -> Integers:
@@ -176,16 +189,16 @@ def _by_place(scene: Scene) -> Integers:
     return np.argsort(scene.position[:, 0], kind="stable")
 
 
-def _leave_out_commands(search: _Search) -> None:
+def _leave_out_commands(search: Search[Scene]) -> None:
     """Leave out commands, in order of time."""
     if search.scene.commands and not search.take(lambda: changed(search.scene, commands=())):
-        _leave_out(search, lambda scene: np.arange(len(scene.commands)), only_commands, 1)
+        leave_out(search, lambda scene: np.arange(len(scene.commands)), only_commands, 1)
 
 
-def _leave_out(
-    search: _Search,
-    order: Callable[[Scene], Integers],
-    only: Callable[[Scene, Integers], Scene],
+def leave_out(
+    search: Search[Case],
+    order: Callable[[Case], Integers],
+    only: Callable[[Case, Integers], Case],
     least: int,
 ) -> None:
     """Leave out parts of what ``order`` lists, ever smaller ones, for as long as what is left fails and is
@@ -207,10 +220,10 @@ def _leave_out(
 
 
 def _first_that_fails(
-    search: _Search,
+    search: Search[Case],
     listed: Integers,
     cuts: Sequence[Integers],
-    only: Callable[[Scene, Integers], Scene],
+    only: Callable[[Case, Integers], Case],
     least: int,
 ) -> bool:
     """Leave out one part, and go on with the others as long as that fails; return whether one was left out.
@@ -225,7 +238,7 @@ def _first_that_fails(
     return some
 
 
-def _round(search: _Search) -> None:
+def _round(search: Search[Scene]) -> None:
     """Round positions, velocities and radii to few binary digits, of all bodies, then of each."""
     sizes = () if search.scene.shapes else ("radius",)
     for fields in (("position", "velocity", *sizes), ("velocity",), ("position",), sizes):
@@ -235,7 +248,7 @@ def _round(search: _Search) -> None:
             _round_some(search, (name,), np.arange(len(search.scene)) == body)
 
 
-def _round_some(search: _Search, fields: tuple[str, ...], which: npt.NDArray[np.bool_]) -> None:
+def _round_some(search: Search[Scene], fields: tuple[str, ...], which: npt.NDArray[np.bool_]) -> None:
     """Round fields of some bodies to the fewest digits with which the scene still fails."""
     unit = 2.0 ** np.ceil(np.log2(float(search.scene.radius.max())))
     for digits in DIGITS:

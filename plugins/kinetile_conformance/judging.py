@@ -24,7 +24,8 @@ from kinetile_conformance.api import check_broad_phase
 from kinetile_conformance.cases import REFERENCE, Subject
 from kinetile_conformance.deadline import begin_scene
 from kinetile_conformance.isolated import IsolatedRunner
-from kinetile_conformance.pipe import JUDGING, Engine, EngineError, EngineReport, check_engine, difference
+from kinetile_conformance.pipe import JUDGING, Engine, EngineError, EngineReport, check_engine
+from kinetile_conformance.questions import Contacts
 from kinetile_conformance.reporting import KIT_VERSION, Report, Result
 from kinetile_conformance.runner import EXAMPLES, Plan, Runner
 from kinetile_conformance.strategies.changes import ended_at
@@ -172,8 +173,9 @@ class Judgement:
                 return cast(Measured, runner.attempt("a measurement", _phase_measured, scene))
             scene = ended_at(scene, float(contacts["time"][:BEGINNING].max(initial=scene.start)))
             contacts, _ = _reference(scene)
-            with Engine(label, timed=self.within is not None) as engine:
-                began, found, ended = engine.cpu_seconds(), engine.answer(scene), engine.cpu_seconds()
+            exchange = Contacts(self.within).exchange(scene, contacts)
+            with Engine(label) as engine:
+                began, found, ended = engine.cpu_seconds(), engine.answer(exchange), engine.cpu_seconds()
                 most = engine.peak_bytes()
         except (PhaseError, EngineError) as error:
             return Measured(label, str(error))
@@ -181,7 +183,7 @@ class Judgement:
             return Measured(label, found)
         spent = ended - began or None
         row = Measured(label, None, spent, contacts=len(found), process_bytes=most)
-        differs = None if self.within is not None else difference(scene, found, contacts, None)
+        differs = exchange.judge(found)
         return replace(row, differs=differs, contacts_per_cpu_second=spent and len(found) / spent)
 
 

@@ -1,15 +1,14 @@
-"""Engines in any language: a program that reads scenes and writes contacts is judged over a pipe.
+"""Engines in any language: a program that reads lines and answers each of them is judged over a pipe.
 
-One line of JSON goes each way for a scene, and the next scene is sent when the last one is answered: so a
-full pipe stops neither side. The scenes are those of the kit's checks that compare contacts, and a scene on
-which the lists differ is minimised as there. An engine that does not keep to the protocol is not judged:
-``EngineError`` says what it did, and on which scene.
+One line of JSON goes each way, and the next one is sent when the last one is answered: so a full pipe stops
+neither side. What is asked is one of the ``QUESTIONS``; the scenes are those of the kit's checks that compare
+contacts, and a case on which an answer is wrong is minimised as there. An engine that does not keep to the
+protocol is not judged: ``EngineError`` says what it did, and on which line.
 """
 
 from __future__ import annotations
 
 import json
-import math
 import os
 import queue
 import shlex
@@ -17,32 +16,26 @@ import signal
 import subprocess
 import threading
 import time
-import tomllib
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Self, cast
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, NamedTuple, Self
 
 from kinetile.errors import KinetileError
-from kinetile.kernel.log import WALLS
-from kinetile.scene import Insert, Scene
+from kinetile.scene import Scene
 from kinetile.scene.files import dumps_scene
-from kinetile_accuracy.specification.certify import explain_difference
-from kinetile_conformance.cases import CONTACTS, LATTICE_CONTACTS, REFERENCE, Subject, horizon, outcome
+from kinetile_conformance.cases import CONTACTS
 from kinetile_conformance.checks import CHECKS
-from kinetile_conformance.checks.check import JUDGED, Check
+from kinetile_conformance.checks.check import Check
 from kinetile_conformance.deadline import spent
-from kinetile_conformance.drawing import Drawing, reduced
+from kinetile_conformance.drawing import Drawing
+from kinetile_conformance.questions import QUESTIONS, Exchange, Question
 from kinetile_conformance.reporting import Report, Result
 from kinetile_conformance.runner import EXAMPLES, REDUCING
-from kinetile_conformance.strategies.changes import ended_at
 
 SECONDS = 10.0
-"""Seconds by the clock that an engine has for a scene."""
+"""Seconds by the clock that an engine has for a line."""
 
 LONGEST = 2**26
 """Bytes of the longest answer."""
@@ -50,32 +43,41 @@ LONGEST = 2**26
 CHUNK, CHUNKS = 2**16, 64
 """Bytes that are read at once, and how many such pieces wait to be looked at: an engine that floods waits."""
 
-FULL_TICK = 2**52
-"""Ticks of an epoch."""
+FREE = {"", "-in-a-scaled-swarm", "-of-shapes"}
+IN_PLACES = FREE | {"-on-lattices", "-as-bodies-come-and-go"}
+IN_RUNS = {"-with-turns", "-on-a-torus", "-of-shapes-on-a-torus", "-with-responses", "-while-some-pass"}
 
-SHORTENINGS = 20
-"""How often a scene with too many contacts is made to end sooner, before it is passed over."""
-
-JUDGING = {
-    "same-contacts": "It gives the reference's contacts of small scenes.",
-    "same-contacts-with-turns": "The same while bodies turn at scheduled times.",
-    "same-contacts-on-lattices": "The same on a hundred small lattices at once, where exact ties abound.",
-    "same-contacts-in-a-scaled-swarm": "The same of swarms at any scale, and far from the origin.",
-    "same-contacts-on-a-torus": "The same where axes are periodic.",
-    "same-contacts-of-shapes": "The same of boxes, capsules and polygons.",
-    "same-contacts-of-shapes-on-a-torus": "The same of those where axes are periodic.",
-    "same-contacts-as-bodies-come-and-go": "The same while bodies come and go.",
-    "same-contacts-when-commanded-by-hand": "The same where commands come after contacts of their tick.",
-    "same-contacts-with-responses": "The same where bodies have kinds, and other responses than elastic.",
-    "same-contacts-while-some-pass": "The same where some pass through each other.",
+ASKED = {
+    "contacts": ("It gives the reference's contacts", "same-contacts", IN_PLACES | IN_RUNS),
+    "pairs": ("It names every pair that touches, and no false one", "pairs", IN_PLACES),
+    "casts": ("Two bodies meet when they should, within the distance", "casts", FREE),
 }
-"""The checks that an engine is put to, with what each says of it."""
+"""For each question what is said of an engine, what the names of its checks begin with, and what those of the
+kit's checks of contacts end with that have the scenes."""
 
-EXACT, TIMED = ["epoch", "tick", "a", "b"], ["time", "a", "b"]
-"""The fields of a contact in an answer; the second where times are compared within a distance."""
 
-Row = tuple[float, ...]
-"""A contact of an answer, its fields in this order."""
+class Judging(NamedTuple):
+    """A check of engines: the question, the kit's check that has its scenes, and what it says of an
+    engine."""
+
+    asked: str
+    scenes: Check
+    sentence: str
+
+
+def _judging() -> dict[str, Judging]:
+    """Return the checks of engines by name."""
+    found = {}
+    for asked, (says, prefix, wanted) in ASKED.items():
+        for each in CHECKS:
+            suffix, strategy = each.name.removeprefix("same-contacts"), each.strategy
+            if strategy and each.observation.name == "same-contacts" and suffix in wanted:
+                found[prefix + suffix] = Judging(asked, each, f"{says}, {strategy.where}.")
+    return found
+
+
+JUDGING = _judging()
+"""The checks of engines, by name."""
 
 
 class EngineError(KinetileError, RuntimeError):
@@ -83,18 +85,16 @@ class EngineError(KinetileError, RuntimeError):
 
 
 class Engine:
-    """A program that answers scenes, one line for one line; its stderr is passed on.
+    """A program that answers lines, one for one; its stderr is passed on.
 
     Args:
         command: the program and its arguments, as a shell splits them; no shell runs it.
-        seconds: the limit for a scene, by the clock.
-        timed: whether contacts have times in place of ticks.
+        seconds: the limit for a line, by the clock.
     """
 
-    def __init__(self, command: str, seconds: float = SECONDS, timed: bool = False) -> None:
+    def __init__(self, command: str, seconds: float = SECONDS) -> None:
         self.command = command
         self._seconds = seconds
-        self._timed = timed
         self.start()
 
     def start(self) -> None:
@@ -111,7 +111,12 @@ class Engine:
             raise EngineError(f"--command {self.command!r} does not start: {why}") from error
         self._rest = b""
         self._chunks: queue.Queue[bytes] = queue.Queue(CHUNKS)
-        threading.Thread(target=_read, args=(self._child.stdout, self._chunks), daemon=True).start()
+        self._lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        for work, pipe, passed in (
+            (_read, self._child.stdout, self._chunks),
+            (_write, self._child.stdin, self._lines),
+        ):
+            threading.Thread(target=work, args=(pipe, passed), daemon=True).start()
 
     def __enter__(self) -> Self:
         return self
@@ -123,10 +128,7 @@ class Engine:
         """End the program and what it has started."""
         self._kill()
         self._child.wait()
-        for pipe in (self._child.stdin, self._child.stdout):
-            with suppress(OSError):  # a line that was not sent cannot be sent any more
-                if pipe is not None:
-                    pipe.close()
+        self._lines.put(b"")
 
     def _kill(self) -> None:
         if hasattr(os, "killpg"):
@@ -148,10 +150,10 @@ class Engine:
             return 1024 * int(next(line for line in lines if line.startswith("VmHWM:")).split()[1])
         return None
 
-    def answer(self, scene: Scene) -> list[Row] | str:
-        """Return the engine's contacts of a scene, or why it refuses it; raise EngineError for any other
-        answer, and for none."""
-        line = self._exchanged(scene_line(scene))
+    def answer(self, exchange: Exchange) -> Any:
+        """Return the value of an engine's answer to a line, or why it refuses it, as a string; raise
+        EngineError for any other answer, and for none."""
+        line = self._exchanged(exchange.line)
         shown = f"the engine answered {line[:80]!r}"
         try:
             found = json.loads(line)
@@ -160,13 +162,13 @@ class Engine:
         match found:
             case {"refused": str(reason), **rest} if not rest:
                 return reason
-            case {"contacts": list(rows), **rest} if not rest:
-                for at, row in enumerate(rows):
-                    wrong = _fault_of(row, scene, self._timed)
-                    if wrong:
-                        raise EngineError(f"the engine's contact {at} is {json.dumps(row)[:80]}: {wrong}")
-                return [tuple(row) for row in rows]
-        raise EngineError(f'{shown}; expected {{"contacts": [...]}} or {{"refused": "reason"}}')
+            case {exchange.key: value, **rest} if not rest and type(value) in exchange.types:
+                wrong = exchange.fault(value)
+                if wrong:
+                    raise EngineError(wrong)
+                return value
+        form = "[...]" if list in exchange.types else "a number or null"
+        raise EngineError(f'{shown}; expected {{"{exchange.key}": {form}}} or {{"refused": "reason"}}')
 
     def _exchanged(self, line: bytes) -> str:
         """Send a line and return the one that comes back.
@@ -175,7 +177,7 @@ class Engine:
         started in another session may hold it. So threads read and write, and this one waits for so long.
         """
         end = time.monotonic() + self._seconds
-        threading.Thread(target=_write, args=(self._child.stdin, line), daemon=True).start()
+        self._lines.put(line)
         answer = bytearray(self._rest)
         seen = 0  # of it, without the end of a line
         while (at := answer.find(b"\n", seen)) < 0 and len(answer) < LONGEST:
@@ -202,133 +204,39 @@ class Engine:
 
 
 def _read(pipe: Any, chunks: queue.Queue[bytes]) -> None:
-    """Pass on what comes through a pipe, and b"" at its end."""
-    chunk = b"more"
-    while chunk:
-        chunk = b""
-        with suppress(OSError, ValueError):  # it has been closed meanwhile
-            chunk = pipe.read(CHUNK)
-        chunks.put(chunk)
+    """Pass on what comes through a pipe, and b"" at its end; then close it.
 
-
-def _write(pipe: Any, line: bytes) -> None:
-    """Send a line through a pipe, as far as it goes."""
-    rest = memoryview(line)
-    with suppress(OSError, ValueError):
-        while rest:
-            rest = rest[pipe.write(rest) :]
-
-
-def _fault_of(row: object, scene: Scene, timed: bool) -> str:
-    """Return what is wrong with the form of a contact, or ""."""
-    fields = TIMED if timed else EXACT
-    form = f"[{', '.join(fields)}]"
-    if not isinstance(row, list) or len(row) != len(fields):
-        return f"expected {form}"
-    *when, a, b = row
-    if not all(type(each) is int for each in (row[1:] if timed else row)):
-        return f"expected {form}, all {'but the time ' if timed else ''}whole numbers"
-    if timed and not (type(when[0]) in (int, float) and math.isfinite(when[0])):
-        return f"expected {form}, the time a finite number"
-    if not timed and not (0 <= when[1] < FULL_TICK and -FULL_TICK < when[0] < FULL_TICK):
-        return "expected a tick from 0 to 2^52 - 1, and its epoch"
-    for body in (a, b):
-        if body > _last_body(scene) or (body < 0 and (body is a or scene.arena is None or body not in WALLS)):
-            return f"there is no {'body' if body >= 0 or body is a else 'wall'} {body}"
-    return "a body does not meet itself" if a == b else ""
-
-
-def _last_body(scene: Scene) -> int:
-    """Return the highest number of the bodies that there are or will be."""
-    return max([len(scene) - 1, *(each.body for each in scene.commands if isinstance(each, Insert))])
-
-
-def scene_line(scene: Scene) -> bytes:
-    """Return a scene as a line of JSON: the tables of its file, with an infinite mass as "inf"."""
-    tables = tomllib.loads(dumps_scene(scene))
-    for body in tables.get("bodies", ()):
-        if body.get("mass") == math.inf:
-            body["mass"] = "inf"
-    return json.dumps(tables, allow_nan=False).encode() + b"\n"
-
-
-def reference_contacts(scene: Scene, most: int) -> tuple[Scene, NDArray[np.void]] | None:
-    """Return a scene with its contacts by the reference. A scene that has ``most`` and more, or that jams,
-    is made to end sooner; None: it has too many at its start."""
-    scene = ended_at(scene, horizon(scene))
-    for _ in range(SHORTENINGS):
-        run = outcome(Subject(REFERENCE, {}).reference, scene, most)
-        if run.ended == "ran" and len(run.contacts) < most:
-            return scene, run.contacts
-        last = float(run.contacts["time"][-1]) if len(run.contacts) else horizon(scene)
-        scene = ended_at(scene, scene.start + (last - scene.start) / 2.0)
-    return None
-
-
-def difference(
-    scene: Scene, found: Sequence[Row], expected: NDArray[np.void], within: float | None
-) -> str | None:
-    """Return where an engine's contacts first differ from the reference's, in a sentence; None: nowhere.
-
-    ``within`` is the distance of times from the start, relative to these (where they are less than the
-    scene's unit of time, to that); None: ticks are the same. A contact so near to the end may be missing.
+    Only the thread that uses a pipe closes it. Were it closed by another one, the next program's pipe could
+    have its number by the time at which this one reads, and lose an answer.
     """
-    right: list[Row] = expected[EXACT if within is None else TIMED].tolist()
-
-    def near(one: float, other: float) -> bool:
-        size = max(abs(one - scene.start), abs(other - scene.start), scene.time_unit)
-        return abs(one - other) <= cast(float, within) * size
-
-    for at in range(max(len(found), len(right))):
-        mine, theirs = (rows[at] if at < len(rows) else None for rows in (found, right))
-        if mine == theirs:
-            continue
-        if within is not None:
-            if mine and theirs and mine[1:] == theirs[1:] and near(mine[0], theirs[0]):
-                continue
-            one = mine or theirs
-            if (mine is None or theirs is None) and one and near(one[0], horizon(scene)):
-                continue
-        if mine is None:
-            said = f"contact {at} is missing: {_told(theirs)}"
-        elif theirs is None:
-            said = f"contact {at} is one too many: {_told(mine)}"
-        else:
-            said = f"contact {at} is {_told(mine)}, and should be {_told(theirs)}"
-        return said + (_who_is_right(scene, found, expected, at) if within is None else "")
-    return None
+    with pipe:
+        chunk = b"more"
+        while chunk:
+            chunk = pipe.read(CHUNK)
+            chunks.put(chunk)
 
 
-def _told(row: Row | None) -> str:
-    """Return a contact in words."""
-    *when, a, b = row or ()
-    partner = f"the {WALLS[int(b)]} wall" if b < 0 else f"body {b}"
-    moment = f"time {when[0]!r}" if len(when) == 1 else f"epoch {when[0]}, tick {when[1]}"
-    return f"body {a} with {partner} at {moment}"
-
-
-def _who_is_right(scene: Scene, found: Sequence[Row], expected: NDArray[np.void], at: int) -> str:
-    """Return a line that says which contact is right by the specification, where that decides it quickly."""
-    if len(scene) > JUDGED:
-        return ""
-    right = expected[EXACT]
-    mine = np.array([tuple(row) for row in found], right.dtype)
-    said = explain_difference(scene, {"the engine": mine, REFERENCE: right}, at)
-    return f"\n{said}" if said else ""
+def _write(pipe: Any, lines: queue.SimpleQueue[bytes]) -> None:
+    """Send lines through a pipe, as far as they go, until an empty one; then close it."""
+    with pipe, suppress(OSError):  # the program has ended
+        while rest := memoryview(lines.get()):
+            while rest:
+                rest = rest[pipe.write(rest) :]
 
 
 @dataclass(frozen=True)
 class EngineReport(Report):
-    """All results of an engine; ``name`` is its command, ``within`` the relative distance of times allowed,
-    None where ticks are compared."""
+    """All results of an engine; ``name`` is its command, ``asked`` the question, ``within`` the relative
+    distance of times allowed, None where nothing is compared within one."""
 
+    asked: str = "contacts"
     within: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Return the report, fit for JSON."""
         of_phases = ("broad_phase", "options", "narrow_phases", "distribution", "tightness")
         kept = {key: value for key, value in super().as_dict().items() if key not in of_phases}
-        return {"command": self.name, "within": self.within} | kept
+        return {"command": self.name, "asked": self.asked, "within": self.within} | kept
 
     @property
     def refuses_all(self) -> bool:
@@ -348,86 +256,95 @@ class EngineReport(Report):
     @property
     def head(self) -> str:
         """The line above the results."""
-        how = "exact ticks" if self.within is None else f"times within {self.within:g}"
+        exact = "exact ticks" if self.asked == "contacts" else self.asked
+        how = exact if self.within is None else f"{self.asked}, times within {self.within:g}"
         return f"conformance kit {self.kit}: command {self.name!r}, {how}"
 
     def replays(self, case: Path) -> str:
         """Return the command that shows a failure again."""
-        return f"head -n 1 {case.with_suffix('.jsonl')} | {self.name}"
+        lines = case.with_suffix(".jsonl")
+        sent = len(lines.read_text(encoding="utf-8").splitlines()) - 2  # the others are the two answers
+        return f"head -n {sent} {lines} | {self.name}"
 
 
 class _Judged:
-    """An engine under one check: what it was shown, and the last scene on which it failed."""
+    """An engine under one check: what it was shown, and the last case on which it failed."""
 
-    def __init__(self, engine: Engine, each: Check, within: float | None, shown: Callable[[], None]) -> None:
+    def __init__(self, engine: Engine, question: Question[Any], shown: Callable[[], None]) -> None:
         self.engine = engine
-        self.most = LATTICE_CONTACTS if each.name == "same-contacts-on-lattices" else CONTACTS
-        self.within = within
+        self.question = question
         self.count = self.refused = 0
         self.refusal = self.said = ""
-        self.scene: Scene | None = None
-        self.found: Sequence[Row] = ()
-        self.expected: NDArray[np.void] | None = None
+        self.exchange: Exchange | None = None
+        self.found: Any = None
         self._shown = shown
 
     def holds(self, scene: Scene) -> bool:
-        """Return whether the engine has the reference's contacts of a scene, or refuses it."""
+        """Return whether the engine is right about all cases of a scene, or refuses them."""
+        return all(map(self.case_holds, self.question.cases(scene)))
+
+    def case_holds(self, case: Any) -> bool:
+        """Return whether the engine's answers to the lines of a case are right, or it refuses one."""
         self.count += 1
         self._shown()
-        judged = reference_contacts(scene, self.most)
-        if judged is None:
-            return True
-        scene, expected = judged
-        try:
-            found = self.engine.answer(scene)
-        except EngineError as error:
-            self.said, self.scene, self.expected = str(error), scene, None
-            raise
-        if isinstance(found, str):
-            self.refused += 1
-            self.refusal = found
-            return True
-        said = difference(scene, found, expected, self.within)
-        if said is None:
-            return True
-        self.said, self.scene, self.found, self.expected = said, scene, found, expected
-        return False
+        for exchange in self.question.exchanges(case):
+            try:
+                found = self.engine.answer(exchange)
+            except EngineError as error:
+                self.said, self.exchange, self.found = str(error), exchange, error
+                raise
+            if isinstance(found, str):
+                self.refused += 1
+                self.refusal = found
+                return True
+            said = exchange.judge(found)
+            if said is not None:
+                self.said, self.exchange, self.found = said, exchange, found
+                return False
+        return True
+
+    @property
+    def case(self) -> Any:
+        """The last case on which it failed."""
+        return self.exchange and self.exchange.case
 
     def minimise(self) -> None:
-        """Search for a smaller scene. Then a fresh process is given it alone: what an engine keeps from one
-        scene to the next shows there."""
+        """Search for a smaller case. Then a fresh process is given it alone: what an engine keeps from one
+        case to the next shows there."""
         end = time.monotonic() + 3.0 * REDUCING  # the CPU time of the engine is not this process's
-        reduced(
-            cast(Scene, self.scene), lambda fewer: time.monotonic() < end and not self.holds(fewer), REDUCING
+        self.question.smaller(
+            self.case, lambda fewer: time.monotonic() < end and not self.case_holds(fewer), REDUCING
         )
-        said, scene = self.said, self.scene
+        said, case = self.said, self.case
         self.engine.end()
         self.engine.start()
-        if self.holds(cast(Scene, scene)):
+        if self.case_holds(case):
             said += "\n(not in a fresh process: the engine keeps something from one scene to the next)"
         self.said = said
 
     def saved(self, folder: Path, check: str) -> Path:
-        """Save the scene as a file, and beside it the line that the engine was sent, with its answer and the
-        reference's, where there are any; return the path."""
-        scene = cast(Scene, self.scene)
-        path = folder / f"engine-{check}.toml"
+        """Save the lines that the engine was sent, with its last answer and the reference's, where there are
+        any, and a scene as a file beside it; return the path."""
+        path = folder / f"engine-{check}.jsonl"
         folder.mkdir(parents=True, exist_ok=True)
+        lines = [each.line.decode() for each in self.question.exchanges(self.case)]
+        if self.exchange and not isinstance(self.found, EngineError):
+            values = self.found, self.exchange.right
+            lines += [json.dumps({self.exchange.key: value}) + "\n" for value in values]
+        path.write_text("".join(lines), encoding="utf-8")
+        if not isinstance(self.case, Scene):
+            return path
         said = "".join(f"# said: {line}\n" for line in self.said.splitlines())
         head = f"# engine: {self.engine.command}\n{said}"
-        path.write_text(head + dumps_scene(scene), encoding="utf-8")
-        lines = [scene_line(scene).decode()]
-        if self.expected is not None:
-            right = self.expected[EXACT if self.within is None else TIMED].tolist()
-            for rows in (self.found, right):
-                lines.append(json.dumps({"contacts": rows}) + "\n")
-        path.with_suffix(".jsonl").write_text("".join(lines), encoding="utf-8")
+        path = path.with_suffix(".toml")
+        path.write_text(head + dumps_scene(self.case), encoding="utf-8")
         return path
 
 
 def check_engine(
     command: str,
     *,
+    asked: str = "contacts",
     within: float | None = None,
     seconds: float = SECONDS,
     examples: int = EXAMPLES,
@@ -438,7 +355,10 @@ def check_engine(
     on_result: Callable[[Result], None] = lambda result: None,
     on_scene: Callable[[str, int], None] = lambda check, count: None,
 ) -> EngineReport:
-    """Judge an engine over a pipe; return the report. ``checks`` are names of ``JUDGING``, None: all.
+    """Judge an engine over a pipe; return the report.
+
+    ``asked`` is one of ``QUESTIONS``, ``within`` the distance of times, which casts need; ``checks`` are
+    names of ``JUDGING``, None: all that ask so.
 
     Raises:
         EngineError: it does not start, or does not keep to the protocol.
@@ -446,19 +366,21 @@ def check_engine(
     began = time.perf_counter()
     drawing = Drawing(examples, seed)
     results: list[Result] = []
-    with Engine(command, seconds, timed=within is not None) as engine:
-        for each in CHECKS:
-            if each.name in (JUDGING if checks is None else checks):
-                results.append(_judge(engine, each, within, drawing, shrink, save_to, on_scene))
-                on_result(results[-1])
+    names = [name for name, each in JUDGING.items() if each.asked == asked and name in (checks or JUDGING)]
+    with Engine(command, seconds) as engine:
+        for name in names:
+            strategy = JUDGING[name].scenes.strategy
+            question = QUESTIONS[asked](within, strategy.contacts if strategy else CONTACTS)
+            results.append(_judge(engine, name, question, drawing, shrink, save_to, on_scene))
+            on_result(results[-1])
     took = time.perf_counter() - began
-    return EngineReport(command, {}, "", tuple(results), seconds=took, within=within)
+    return EngineReport(command, {}, "", tuple(results), seconds=took, asked=asked, within=within)
 
 
 def _judge(
     engine: Engine,
-    each: Check,
-    within: float | None,
+    name: str,
+    question: Question[Any],
     drawing: Drawing,
     shrink: bool,
     save_to: Path | None,
@@ -466,20 +388,21 @@ def _judge(
 ) -> Result:
     """Run one check."""
     began = spent()
-    judged = _Judged(engine, each, within, lambda: on_scene(each.name, judged.count))
+    judged = _Judged(engine, question, lambda: on_scene(name, judged.count))
     try:
-        if drawing.scenes_fail(each, judged.holds) and shrink:
+        if drawing.scenes_fail(JUDGING[name].scenes, judged.holds) and shrink:
             judged.minimise()
     except EngineError as error:
-        where = f"; the scene is saved: {judged.saved(save_to, each.name)}" if save_to else ""
-        raise EngineError(f"{error} ({each.name}, scene {judged.count}{where})") from error
-    result = Result(each.name, JUDGING[each.name], "passed", judged.count, spent() - began)
+        where = f"; the scene is saved: {judged.saved(save_to, name)}" if save_to and judged.exchange else ""
+        raise EngineError(f"{error} ({name}, scene {judged.count}{where})") from error
+    result = Result(name, JUDGING[name].sentence, "passed", judged.count, spent() - began)
     if judged.said:
-        case = judged.saved(save_to, each.name) if save_to else None
-        bodies = len(cast(Scene, judged.scene))
-        return replace(result, status="failed", said=judged.said, bodies=bodies, case=case)
+        case = judged.saved(save_to, name) if save_to else None
+        return replace(
+            result, status="failed", said=judged.said, bodies=question.bodies(judged.case), case=case
+        )
     if judged.refused:
         whole = judged.refused == judged.count
         reason = f"it refuses {judged.refused} of {judged.count} scenes, such as: {judged.refusal}"
-        return replace(result, status="skipped" if whole else "passed", reason=reason)
-    return result
+        result = replace(result, status="skipped" if whole else "passed", reason=reason)
+    return replace(result, said=question.told.format(*question.sums)) if any(question.sums) else result

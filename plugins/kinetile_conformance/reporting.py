@@ -210,7 +210,8 @@ class Report:
             details += f"reason: {result.reason}".splitlines()
         if result.case is not None:
             details.append(f"replay: {self.replays(result.case)}")
-            details.append(f"see it: kinetile view {result.case}")
+            if result.case.suffix == ".toml":
+                details.append(f"see it: kinetile view {result.case}")
         return details
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shlex
 import signal
 import subprocess
 import sys
 import time
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +18,14 @@ import pytest
 
 import kinetile as kt
 from command_line import kinetile, refused
-from kinetile_conformance.pipe import Engine, EngineError, check_engine, difference, reference_contacts
+from kinetile_conformance.pipe import Engine, EngineError, check_engine
+from kinetile_conformance.questions import (
+    Contacts,
+    Moments,
+    Pairs,
+    reference_contacts,
+    touching,
+)
 from lanes import first
 from programs import program
 
@@ -25,6 +34,11 @@ HERE = Path(__file__).parent
 needs_cc = pytest.mark.needs("cc")
 OF_SHAPES = ["same-contacts-of-shapes", "same-contacts-of-shapes-on-a-torus"]
 SMALL = ["same-contacts", "same-contacts-with-turns", "same-contacts-on-a-torus"]
+
+
+def line_of(scene):
+    """Return the line of a scene, whose answer is not judged."""
+    return Contacts().exchange(scene, kt.Simulation(kt.Scene([[0, 0]], [[0, 0]], 1)).contacts)
 
 
 def compiled(folder: Path, *macros: str) -> str:
@@ -106,36 +120,40 @@ def test_a_fault_is_found(fault, tmp_path):
     assert found != right
 
 
+def asked(scene, within=None, most=50):
+    """Return the exchange of a scene."""
+    (exchange,) = Contacts(within, most).exchanges(scene)
+    return exchange
+
+
 @needs_cc
 @pytest.mark.small
 def test_times_within_a_distance(tmp_path):
     """One tick is far below the distance, and a missing wall is not."""
-    report = check_engine(compiled(tmp_path, "-DTIMES"), within=1e-15, examples=40, checks=["same-contacts"])
+    report = check_engine(compiled(tmp_path, "-DTIMES"), within=1e-12, examples=40, checks=["same-contacts"])
     assert report.conforms
 
     end = kt.Settings(until=7.5)
     scene = kt.Scene([[1, 1], [3, 1.2]], [[1.0, 0.25], [0, 0.3]], 0.5, arena=(4.0, 4.0), settings=end)
-    scene, expected = reference_contacts(scene, 50)
     for fault, distance, right in ((5, 1e-9, True), (5, 1e-18, False), (4, 1e-3, False)):
-        with Engine(compiled(tmp_path, "-DTIMES", f"-DFAULT={fault}"), timed=True) as engine:
-            assert (difference(scene, engine.answer(scene), expected, distance) is None) is right
+        exchange = asked(scene, distance)
+        with Engine(compiled(tmp_path, "-DTIMES", f"-DFAULT={fault}")) as engine:
+            assert (exchange.judge(engine.answer(exchange)) is None) is right
 
 
 @pytest.mark.small
 def test_within_a_distance_of_the_end_a_contact_may_be_missing():
     """A disc that meets a wall at times 2.5 and 5.5, where the scene ends."""
     scene = kt.Scene([[1.0, 1.0]], [[1.0, 0.0]], 0.5, arena=(4.0, 4.0), settings=kt.Settings(until=5.5))
-    _, expected = reference_contacts(scene, 10)
-    one, two = expected[["time", "a", "b"]].tolist()
+    exchange = asked(scene, 1e-9)
+    one, two = exchange.right
     assert (one, two) == ((2.5, 0, -2), (5.5, 0, -1))
-    assert difference(scene, [one], expected, 1e-9) is None
-    assert difference(scene, [one, two, (5.5, 0, -3)], expected, 1e-9) is None
-    assert difference(scene, [two], expected, 1e-9).startswith(
-        "contact 0 is body 0 with the left wall at time 5.5"
-    )
-    assert difference(scene, [one, two, (5.4, 0, -3)], expected, 1e-9).startswith("contact 2 is one too many")
-    assert difference(scene, [], expected, 1e-9).startswith("contact 0 is missing")
-    assert difference(scene, [(2.5 * (1 + 3e-9), 0, -2), two], expected, 1e-9) is not None
+    assert exchange.judge([one]) is None
+    assert exchange.judge([one, two, (5.5, 0, -3)]) is None
+    assert exchange.judge([one, two, (5.4, 0, -3)]).startswith("contact 2 is body 0 with the bottom wall at")
+    assert exchange.judge([one, (5.4, 0, -3), two]).startswith("contact 1 is one too many: body 0 with the")
+    assert exchange.judge([two]).startswith("contact 0 is missing: body 0 with the right wall at time 2.5")
+    assert exchange.judge([(2.5 * (1 + 3e-9), 0, -2), two]).startswith("contact 0 is body 0 with the right")
 
 
 @pytest.mark.small
@@ -250,7 +268,7 @@ def test_a_child_in_a_session_of_its_own_that_kept_the_pipe_hung_the_judge(then,
         with Engine(shlex.join([sys.executable, str(program), str(file)]), seconds=2.0) as engine:
             for _ in range(2):
                 with pytest.raises(EngineError, match="the engine gave no answer within 2 s"):
-                    engine.answer(scene)
+                    engine.answer(line_of(scene))
         assert is_running(file.read_text()), "the judge has waited for it"
     finally:
         os.kill(int(file.read_text()), signal.SIGKILL)
@@ -271,7 +289,7 @@ def test_lines_longer_than_a_pipe(capfd, tmp_path):
     )
     scene = kt.Scene(np.arange(20_000).reshape(-1, 2) * 1.5, np.zeros((10_000, 2)), 0.5)
     with Engine(command) as engine:
-        answers = {engine.answer(scene) for _ in range(3)}
+        answers = {engine.answer(line_of(scene)) for _ in range(3)}
     (answer,) = answers
     assert int(answer.lstrip("x")) > 2**20
     assert capfd.readouterr().err == "hello" * 3
@@ -304,3 +322,95 @@ def test_nothing_is_left_running(tmp_path):
     while is_running(file.read_text()) and time.monotonic() < late:
         time.sleep(0.01)
     assert not is_running(file.read_text())
+
+
+def in_python_as(name, *fault):
+    """Return the command of an engine in Python."""
+    return shlex.join([sys.executable, str(HERE / "engines" / f"{name}.py"), *fault])
+
+
+BROAD_PHASES = {"plain": "sys", "chipmunk": "pymunk", "box2d": "Box2D"}
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("name", BROAD_PHASES)
+def test_candidate_pairs_of_a_broad_phase(name):
+    """In plain Python, and of two engines that others wrote."""
+    pytest.importorskip(BROAD_PHASES[name])
+    checks = ["pairs", "pairs-as-bodies-come-and-go"]
+    report = check_engine(in_python_as(name), asked="pairs", examples=4, checks=checks)
+    assert [result.status for result in report.results] == ["passed", "passed"]
+    for result in report.results:
+        candidates, touch = (int(n.replace(",", "")) for n in re.findall(r"[\d,]*\d", result.said))
+        assert 0 < touch <= candidates < 4 * touch
+
+
+@pytest.mark.small
+@pytest.mark.parametrize(
+    ("name", "fault", "moments", "bodies"),
+    [
+        ("plain", "closed", 1, 2),
+        ("plain", "gone", 2, 2),
+        ("plain", "come", 2, 2),
+        ("plain", "swap", 2, 4),
+        ("chipmunk", "stale", 2, 2),
+        ("box2d", "sleepy", 2, 2),
+    ],
+)
+def test_a_fault_of_a_broad_phase_is_found_and_minimised(name, fault, moments, bodies, tmp_path):
+    pytest.importorskip(BROAD_PHASES[name])
+    living = fault in ("gone", "come", "swap")
+    how = {"examples": 70 if living else 40, "checks": ["pairs-as-bodies-come-and-go" if living else "pairs"]}
+    report = check_engine(in_python_as(name, fault), asked="pairs", save_to=tmp_path, **how)
+    (result,) = report.results
+    assert result.status == "failed"
+    *sent, found, right = result.case.read_text().splitlines()
+    assert len(sent) <= moments
+    assert result.bodies <= bodies
+    again = subprocess.run(
+        report.replays(result.case), shell=True, capture_output=True, text=True, check=True
+    )
+    assert again.stdout.splitlines()[-1] == found != right
+
+
+CLAIMS = {
+    "[[0, 1]]": None,
+    "[[1, 0], [0, 2]]": None,
+    "[]": "at moment 0 bodies 0 and 1 touch, and are no pair: (0.0, 0.0, 1.0), (3.0, 4.0, 4.0)",
+    "[[0, 1], [1, 0]]": "at moment 0 the engine names pair [1, 0], once more",
+    "[[0, 1], [1, 1]]": "at moment 0 the engine names pair [1, 1], a body with itself",
+    "[[0, 1], [0, 3]]": "at moment 0 the engine names pair [0, 3], and there is no body 3",
+}
+
+
+@pytest.mark.parametrize("found", CLAIMS)
+def test_what_candidate_pairs_are_right(found):
+    discs = Moments("discs", ({0: (0.0, 0.0, 1.0), 1: (3.0, 4.0, 4.0), 2: (9.0, 0.0, 0.5)},))
+    (exchange,) = Pairs().exchanges(discs)
+    assert exchange.judge(json.loads(found)) == CLAIMS[found]
+    assert exchange.line == (
+        b'{"moment": 0, "discs": [[0, 0.0, 0.0, 1.0], [1, 3.0, 4.0, 4.0], [2, 9.0, 0.0, 0.5]]}\n'
+    )
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ((0.0, 0.0, 1.0), (3.0, 4.0, 4.0)),
+        ((0.0, 0.0, 1.0), (3.0, 4.0, np.nextafter(4.0, 0.0))),
+        ((0.0, 0.0, 0.1), (0.3, 0.0, 0.2)),
+        ((0.0, 0.0, 0.1), (0.8, 0.0, 0.7)),
+        ((0.1, 0.0, 0.1), (0.4, 0.0, 0.2)),
+        ((1e150, 0.0, 1e150), (-1e150, 0.0, 1e150)),
+        ((5e-324, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        ((0.0, 0.0, 1.0, 1.0), (1.0, 1.0, 2.0, 1.0)),
+        ((0.0, 0.0, 1.0, 1.0), (np.nextafter(1.0, 2.0), 0.0, 2.0, 1.0)),
+    ],
+)
+def test_two_discs_or_boxes_touch_exactly(one, other):
+    (*here, r), (*there, s) = ([Fraction(number) for number in row] for row in (one, other))
+    if len(one) == 3:
+        touch = sum((x - z) ** 2 for x, z in zip(here, there, strict=True)) <= (r + s) ** 2
+    else:
+        touch = all(one[i] <= other[i + 2] and other[i] <= one[i + 2] for i in (0, 1))
+    assert touching({3: one, 1: other}) == ([(1, 3)] if touch else [])

@@ -58,10 +58,18 @@ def conform(
         str | None,
         typer.Option(metavar="CMD", help="Judge this program instead, which is sent scenes over a pipe."),
     ] = None,
+    ask: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WHAT",
+            help="Of the program: contacts of a run, pairs that may touch, or casts of two bodies. "
+            "[default: contacts]",
+        ),
+    ] = None,
     within: Within = None,
     scene_seconds: Annotated[
         float | None,
-        typer.Option(metavar="S", help="Seconds that the program has for a scene. [default: 10]"),
+        typer.Option(metavar="S", help="Seconds that the program has for a line. [default: 10]"),
     ] = None,
     narrow_phase: Annotated[
         list[str] | None,
@@ -125,7 +133,8 @@ def conform(
         "--in-process": None if isolated else True,
     }
     of_programs = {"--within": within, "--scene-seconds": scene_seconds}
-    for option, value in (of_programs if command is None else of_phases).items():
+    strange: dict[str, Any] = of_phases if command is not None else {"--ask": ask, **of_programs}
+    for option, value in strange.items():
         if value is not None:
             raise BadOption(f"{option} is for {'--command' if command is None else 'broad phases'}")
     for option, value in {"--seconds": seconds, **of_programs}.items():
@@ -135,8 +144,8 @@ def conform(
         expected = dict(map(_expectation, expect_failure or ()))
         unfinished, judge = _phase(str(phase), narrow_phase or (), response, expected, seconds, isolated)
     else:
-        unfinished, judge = _program(command, within, scene_seconds)
-    checks = [_check(each, command is not None) for each in check or ()]
+        unfinished, judge = _program(command, ask or "contacts", within, scene_seconds)
+    checks = [_check(each, (ask or "contacts") if command is not None else "") for each in check or ()]
     try_folder("--save-to", save_to, keep=False)
     show = _ReportPrinter(unfinished, json)
     who = " with ".join([command or str(phase), *(narrow_phase or ()), *([response] if response else ())])
@@ -189,13 +198,21 @@ def _phase(
 
 
 def _program(
-    command: str, within: float | None, seconds: float | None
+    command: str, ask: str, within: float | None, seconds: float | None
 ) -> tuple[Report, Callable[..., Report]]:
     """Return the report without results on a program, and what judges it."""
+    from kinetile.errors import one_of
     from kinetile_conformance.pipe import SECONDS, EngineReport, check_engine
+    from kinetile_conformance.questions import QUESTIONS
 
-    judge = partial(check_engine, command, within=within, seconds=seconds or SECONDS)
-    return EngineReport(command, {}, "", (), within=within), judge
+    if ask not in QUESTIONS:
+        raise BadOption(f"--ask {ask}: expected {one_of(ask, QUESTIONS)}")
+    if ask == "casts" and within is None:
+        raise BadOption("--ask casts needs --within D, the distance within which a time is right")
+    if ask == "pairs" and within is not None:
+        raise BadOption("--within is for times: whether two bodies touch is decided exactly")
+    judge = partial(check_engine, command, asked=ask, within=within, seconds=seconds or SECONDS)
+    return EngineReport(command, {}, "", (), asked=ask, within=within), judge
 
 
 def _compiling() -> str:
@@ -259,16 +276,17 @@ def _from_here(path: Path | None) -> Path | None:
     return path.relative_to(here) if path is not None and path.is_relative_to(here) else path
 
 
-def _check(name: str, of_programs: bool = False) -> str:
-    """Return the name of a check; raise BadOption where there is none of this name."""
+def _check(name: str, asked: str = "") -> str:
+    """Return the name of a check, or of one that asks a program so; raise BadOption where there is none of
+    this name."""
     from kinetile.errors import one_of
     from kinetile_conformance import CHECKS
 
     known = [check.name for check in CHECKS]
-    if of_programs:
+    if asked:
         from kinetile_conformance.pipe import JUDGING
 
-        known = list(JUDGING)
+        known = [each for each, judging in JUDGING.items() if judging.asked == asked]
     if name not in known:
         raise BadOption(f"there is no check {name!r}; expected {one_of(name, known)}")
     return name

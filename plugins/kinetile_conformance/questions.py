@@ -1,0 +1,568 @@
+"""What an engine is asked over a pipe: the contacts of a whole run, the candidate pairs of a sequence of
+moments, or the time at which two bodies meet.
+
+A question makes cases of the kit's scenes. A case is one line or several; each has an answer, and a failing
+case is minimised. All verdicts follow from the numbers as they are sent: nothing is compared with a tolerance
+that the author did not choose.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from abc import ABC, abstractmethod
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import combinations, islice
+from typing import Any, Generic, NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetile.errors import KinetileError
+from kinetile.kernel.log import WALLS
+from kinetile.scene import Insert, Scene, Settings
+from kinetile.scene.files import dumps_scene
+from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, pair_tick, unit_bits
+from kinetile_accuracy.specification.certify import explain_difference
+from kinetile_accuracy.specification.shapes import Difference, contact
+from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, outcome
+from kinetile_conformance.checks.check import JUDGED
+from kinetile_conformance.drawing import DIGITS, Case, Search, leave_out, minimised, reduced
+from kinetile_conformance.strategies.changes import changed, ended_at, only_bodies
+from kinetile_conformance.strategies.shapes import scaled
+
+FULL_TICK = 2**52
+"""Ticks of an epoch."""
+
+SHORTENINGS = 20
+"""How often a scene with too many contacts is made to end sooner, before it is passed over."""
+
+MOMENTS = 12
+"""Moments of a scene at which an engine is asked for pairs, besides its start."""
+
+GROWTH = (1.0, 2.0)
+"""How many times as large as in its scene a body is in a case. Bodies of a scene touch at contacts alone, and
+those that are twice as large overlap."""
+
+DISTURBED = 1000.0
+"""Which part of the distance a disturbance has: what rounding does to an engine should be less."""
+
+CASTS = 15
+"""Pairs of bodies of a scene that are cast."""
+
+EXACT, TIMED = ["epoch", "tick", "a", "b"], ["time", "a", "b"]
+"""The fields of a contact in an answer; the second where times are compared within a distance."""
+
+Row = tuple[float, ...]
+"""A contact of an answer, its fields in this order."""
+
+
+class Exchange(NamedTuple):
+    """A line for an engine, and how the answer is judged.
+
+    ``key`` is that of the answer, whose value has one of these ``types``; ``fault`` returns what is wrong
+    with the form of the value, "" if nothing, and ``judge`` what is wrong with what it says. ``right`` is the
+    reference's, and ``case`` the case up to this line.
+    """
+
+    line: bytes
+    key: str
+    types: tuple[type, ...]
+    fault: Callable[[Any], str]
+    judge: Callable[[Any], str | None]
+    right: Any
+    case: Any
+
+
+class Question(ABC, Generic[Case]):
+    """What an engine is asked.
+
+    Args:
+        within: the distance within which times are right, where there is one.
+        most: the limit of contacts of a run.
+
+    ``sums`` counts what ``told`` puts into words.
+    """
+
+    told = ""
+
+    def __init__(self, within: float | None = None, most: int = CONTACTS) -> None:
+        self.within = within
+        self.most = most
+        self.sums = [0, 0]
+
+    @abstractmethod
+    def cases(self, scene: Scene) -> Iterator[Case]:
+        """Yield the cases of a scene."""
+
+    @abstractmethod
+    def exchanges(self, case: Case) -> Iterator[Exchange]:
+        """Yield the lines of a case, in order."""
+
+    @abstractmethod
+    def smaller(self, case: Case, fails: Callable[[Case], bool], seconds: float) -> Case:
+        """Return a minimised case."""
+
+    @abstractmethod
+    def bodies(self, case: Case) -> int:
+        """Return how many bodies are in a case."""
+
+    def _count(self, one: int, other: int) -> None:
+        """Add to the sums."""
+        self.sums = [self.sums[0] + one, self.sums[1] + other]
+
+
+class OfScenes(Question[Scene]):
+    """A question whose cases are scenes."""
+
+    def smaller(self, case: Scene, fails: Callable[[Scene], bool], seconds: float) -> Scene:
+        """Return a minimised scene."""
+        return reduced(case, fails, seconds)
+
+    def bodies(self, case: Scene) -> int:
+        """Return how many bodies there are at the start."""
+        return len(case)
+
+
+class Contacts(OfScenes):
+    """All contacts of a run, as ticks, or, ``within`` a distance, as times.
+
+    The comparison within a distance ends where errors have grown too large: the reference's run is compared
+    with those of scenes that are disturbed by a thousandth of the distance, and ends before the first contact
+    that is not the same there, within half of it; and before two contacts of one body within it, whose order
+    decides what comes after them.
+    """
+
+    @property
+    def told(self) -> str:  # type: ignore[override]
+        """What is counted."""
+        return "" if self.within is None else "{:,} of {:,} contacts compared, before errors have grown"
+
+    def cases(self, scene: Scene) -> Iterator[Scene]:
+        """Yield the scene."""
+        yield scene
+
+    def exchanges(self, case: Scene) -> Iterator[Exchange]:
+        """Yield the scene as it ends before it has too many contacts; nothing where that is not to be had."""
+        judged = reference_contacts(case, self.most)
+        if judged is not None:
+            yield self.exchange(*judged)
+
+    def exchange(self, scene: Scene, expected: NDArray[np.void]) -> Exchange:
+        """Return the line of a scene with these contacts."""
+        fields = EXACT if self.within is None else TIMED
+        right: list[Row] = expected[fields].tolist()
+
+        def fault(rows: Sequence[Any]) -> str:
+            return _fault_of_rows("contact", rows, partial(_fault_of_contact, scene=scene, fields=fields))
+
+        def judge(rows: Sequence[Any]) -> str | None:
+            found = [tuple(row) for row in rows]
+            if self.within is None:
+                return difference(scene, found, expected)
+            end = compared_until(scene, expected, self.within)
+            self._count(sum(row[0] < end for row in right), len(right))
+            parted = parting(found, right, partial(_near, scene, self.within), end)
+            return parted and parted[1]
+
+        return Exchange(scene_line(scene), "contacts", (list,), fault, judge, right, scene)
+
+
+def scene_line(scene: Scene) -> bytes:
+    """Return a scene as a line of JSON: the tables of its file, with an infinite mass as "inf"."""
+    return _line(_tables(scene))
+
+
+def _tables(scene: Scene) -> dict[str, Any]:
+    tables = tomllib.loads(dumps_scene(scene))
+    for body in tables.get("bodies", ()):
+        if body.get("mass") == math.inf:
+            body["mass"] = "inf"
+    return tables
+
+
+def _line(value: object) -> bytes:
+    return json.dumps(value, allow_nan=False).encode() + b"\n"
+
+
+def _fault_of_rows(what: str, rows: Sequence[object], fault_of: Callable[[Any], str]) -> str:
+    """Return what is wrong with the form of the first row that has a fault, or ""."""
+    for at, row in enumerate(rows):
+        wrong = fault_of(row)
+        if wrong:
+            return f"the engine's {what} {at} is {json.dumps(row)[:80]}: {wrong}"
+    return ""
+
+
+def _fault_of_contact(row: object, scene: Scene, fields: Sequence[str]) -> str:
+    """Return what is wrong with the form of a contact, or ""."""
+    form, timed = f"[{', '.join(fields)}]", fields is TIMED
+    if not isinstance(row, list) or len(row) != len(fields):
+        return f"expected {form}"
+    *when, a, b = row
+    if not all(type(each) is int for each in (row[1:] if timed else row)):
+        return f"expected {form}, all {'but the time ' if timed else ''}whole numbers"
+    if timed and not (type(when[0]) in (int, float) and math.isfinite(when[0])):
+        return f"expected {form}, the time a finite number"
+    if not timed and not (0 <= when[1] < FULL_TICK and -FULL_TICK < when[0] < FULL_TICK):
+        return "expected a tick from 0 to 2^52 - 1, and its epoch"
+    for body in (a, b):
+        if body > _last_body(scene) or (body < 0 and (body is a or scene.arena is None or body not in WALLS)):
+            return f"there is no {'body' if body >= 0 or body is a else 'wall'} {body}"
+    return "a body does not meet itself" if a == b else ""
+
+
+def _last_body(scene: Scene) -> int:
+    """Return the highest number of the bodies that there are or will be."""
+    return max([len(scene) - 1, *(each.body for each in scene.commands if isinstance(each, Insert))])
+
+
+def reference_contacts(scene: Scene, most: int) -> tuple[Scene, NDArray[np.void]] | None:
+    """Return a scene with its contacts by the reference. A scene that has ``most`` and more, or that jams,
+    is made to end sooner; None: it has too many at its start."""
+    scene = ended_at(scene, horizon(scene))
+    for _ in range(SHORTENINGS):
+        run = outcome(Subject(REFERENCE, {}).reference, scene, most)
+        if run.ended == "ran" and len(run.contacts) < most:
+            return scene, run.contacts
+        last = float(run.contacts["time"][-1]) if len(run.contacts) else horizon(scene)
+        scene = ended_at(scene, scene.start + (last - scene.start) / 2.0)
+    return None
+
+
+def difference(scene: Scene, found: Sequence[Row], expected: NDArray[np.void]) -> str | None:
+    """Return where an engine's contacts first differ from the reference's, in a sentence; None: nowhere."""
+    right: list[Row] = expected[EXACT].tolist()
+    for at in range(max(len(found), len(right))):
+        mine, theirs = (rows[at] if at < len(rows) else None for rows in (found, right))
+        if mine != theirs:
+            return _told(at, mine, theirs) + _who_is_right(scene, found, expected, at)
+    return None
+
+
+def _told(at: int, mine: Row | None, theirs: Row | None) -> str:
+    """Return how two contacts of a number differ, in words."""
+    if mine is None:
+        return f"contact {at} is missing: {_contact(theirs)}"
+    if theirs is None:
+        return f"contact {at} is one too many: {_contact(mine)}"
+    return f"contact {at} is {_contact(mine)}, and should be {_contact(theirs)}"
+
+
+def _contact(row: Row | None) -> str:
+    """Return a contact in words."""
+    *when, a, b = row or ()
+    partner = f"the {WALLS[int(b)]} wall" if b < 0 else f"body {b}"
+    moment = f"time {when[0]!r}" if len(when) == 1 else f"epoch {when[0]}, tick {when[1]}"
+    return f"body {a} with {partner} at {moment}"
+
+
+def _who_is_right(scene: Scene, found: Sequence[Row], expected: NDArray[np.void], at: int) -> str:
+    """Return a line that says which contact is right by the specification, where that decides it quickly."""
+    if len(scene) > JUDGED:
+        return ""
+    right = expected[EXACT]
+    mine = np.array([tuple(row) for row in found], right.dtype)
+    said = explain_difference(scene, {"the engine": mine, REFERENCE: right}, at)
+    return f"\n{said}" if said else ""
+
+
+def _near(scene: Scene, within: float, one: float, other: float) -> bool:
+    """Whether two times are within a distance, relative to that from the start, or, where this is less than
+    the scene's unit of time, to the unit."""
+    return abs(one - other) <= within * max(abs(one - scene.start), abs(other - scene.start), scene.time_unit)
+
+
+def parting(
+    found: Sequence[Row], right: Sequence[Row], near: Callable[[float, float], bool], end: float
+) -> tuple[float, str] | None:
+    """Return when contacts [time, a, b] first differ from the right ones before an ``end``, and how, in a
+    sentence; None: nowhere. Contacts near each other may be in either order: the k-th of two bodies is to be
+    near the k-th of the same two."""
+    latest = -math.inf
+    for at, row in enumerate(found):
+        if row[0] < min(latest, end) and not near(row[0], latest):
+            return row[0], f"contact {at} is {_contact(row)}, after one at time {latest!r}"
+        latest = max(latest, row[0])
+    both: dict[tuple[float, ...], list[list[tuple[int, Row]]]] = defaultdict(lambda: [[], []])
+    for side, rows in enumerate((found, right)):
+        for at, row in enumerate(rows):
+            both[row[1:]][side].append((at, row))
+    wrong = []
+    for mine, theirs in both.values():
+        for k in range(max(len(mine), len(theirs))):
+            (at, one), (_, other) = (rows[k] if k < len(rows) else (-1, None) for rows in (mine, theirs))
+            if one is None or other is None or not near(one[0], other[0]):
+                first = min(row[0] for row in (one, other) if row is not None)
+                wrong.append((first, _told(at if one else theirs[k][0], one, other)))
+                break
+    wrong = [each for each in wrong if each[0] < end]
+    return min(wrong, default=None)
+
+
+def compared_until(scene: Scene, expected: NDArray[np.void], within: float) -> float:
+    """Return the time before which contacts within a distance of the reference's are to be expected."""
+    right: list[Row] = expected[TIMED].tolist()
+    end = horizon(scene)
+    last: dict[float, float] = {}
+    for time, *bodies in right:
+        before = [
+            last[body] for body in bodies if body in last and _near(scene, 2.0 * within, time, last[body])
+        ]
+        if before:
+            end = min(before)
+            break
+        last |= {body: time for body in bodies if body >= 0}
+    near = partial(_near, scene, within / 2.0)
+    for sign in (1.0, -1.0):
+        other = disturbed(scene, sign * within / DISTURBED)
+        run = outcome(Subject(REFERENCE, {}).reference, other, len(right) + 1)
+        parted = parting(run.contacts[TIMED].tolist(), right, near, end)
+        end = min(end, parted[0]) if parted else end
+    return end - within * max(end - scene.start, scene.time_unit)
+
+
+def disturbed(scene: Scene, by: float) -> Scene:
+    """Return a scene whose velocities are off by so much at random, those that are equal alike, and whose
+    radii are, where bodies do not overlap then."""
+    different, which = np.unique(scene.velocity, axis=0, return_inverse=True)
+    off = 1.0 + by * np.random.default_rng(0).uniform(-1.0, 1.0, different.shape)
+    scene = changed(scene, velocity=(different * off)[which.reshape(-1)])
+    try:
+        return scene if scene.shapes else changed(scene, radius=scene.radius * (1.0 + by))
+    except KinetileError:
+        return scene
+
+
+class Moments(NamedTuple):
+    """A scene as a sequence of moments, each of which has (x, y, radius) of discs, or (left, bottom, right,
+    top) of boxes, by the number of the body."""
+
+    key: str
+    moments: tuple[Mapping[int, tuple[float, ...]], ...]
+
+    def at(self, kept: NDArray[np.integer]) -> Moments:
+        """Return some of the moments."""
+        return self._replace(moments=tuple(self.moments[at] for at in np.sort(kept)))
+
+    def only(self, kept: NDArray[np.integer]) -> Moments:
+        """Return the moments with some of the bodies."""
+        there = set(kept.tolist())
+        return self._replace(moments=tuple({n: b[n] for n in b if n in there} for b in self.moments))
+
+    @property
+    def numbers(self) -> NDArray[np.int64]:
+        """The bodies that are there at some moment."""
+        return np.array(sorted(set().union(*self.moments)), dtype=np.int64)
+
+
+class Pairs(Question[Moments]):
+    """Candidate pairs at each of a sequence of moments: all pairs that touch, each once, and no pair of a
+    body with itself or with one that is not there."""
+
+    told = "{:,} candidate pairs for {:,} that touch"
+
+    def cases(self, scene: Scene) -> Iterator[Moments]:
+        """Yield the moments of the reference's run, with bodies as they are, and larger."""
+        for growth in GROWTH:
+            yield moments_of(scene, growth)
+
+    def exchanges(self, case: Moments) -> Iterator[Exchange]:
+        """Yield a line for each moment, the first of which has number 0."""
+        for at, bodies in enumerate(case.moments):
+            right = touching(bodies)
+            line = _line({"moment": at, case.key: [[number, *row] for number, row in bodies.items()]})
+            fault = partial(_fault_of_rows, "pair", fault_of=_fault_of_pair)
+            judge = partial(self._judged, at, bodies, right)
+            yield Exchange(line, "pairs", (list,), fault, judge, right, case.at(np.arange(at + 1)))
+
+    def _judged(
+        self, at: int, bodies: Mapping[int, tuple[float, ...]], right: list[tuple[int, int]], rows: Any
+    ) -> str | None:
+        """Return what is wrong with the candidate pairs of a moment."""
+        seen: set[tuple[int, int]] = set()
+        for a, b in rows:
+            strange = next((body for body in (a, b) if body not in bodies), None)
+            if strange is not None:
+                return f"at moment {at} the engine names pair [{a}, {b}], and there is no body {strange}"
+            if a == b or (min(a, b), max(a, b)) in seen:
+                why = "a body with itself" if a == b else "once more"
+                return f"at moment {at} the engine names pair [{a}, {b}], {why}"
+            seen.add((min(a, b), max(a, b)))
+        self._count(len(seen), len(right))
+        for a, b in right:
+            if (a, b) not in seen:
+                return f"at moment {at} bodies {a} and {b} touch, and are no pair: {bodies[a]}, {bodies[b]}"
+        return None
+
+    def smaller(self, case: Moments, fails: Callable[[Moments], bool], seconds: float) -> Moments:
+        """Return a minimised case: fewer moments, fewer bodies, simpler numbers."""
+        return minimised(case, fails, seconds, (_leave_out_moments, _leave_out_numbers, _round_moments))
+
+    def bodies(self, case: Moments) -> int:
+        """Return how many bodies there are at all moments together."""
+        return len(case.numbers)
+
+
+def _leave_out_moments(search: Search[Moments]) -> None:
+    leave_out(search, lambda case: np.arange(len(case.moments)), Moments.at, 1)
+
+
+def _leave_out_numbers(search: Search[Moments]) -> None:
+    leave_out(search, lambda case: case.numbers, Moments.only, 1)
+
+
+def _round_moments(search: Search[Moments]) -> None:
+    """Round all numbers to the fewest digits with which the case still fails; no radius becomes 0."""
+    sizes = [abs(x) for bodies in search.scene.moments for row in bodies.values() for x in row]
+    unit = 2.0 ** math.ceil(math.log2(max(sizes, default=0.0) or 1.0))
+    for digits in DIGITS:
+        step = unit * 2.0**-digits
+
+        def rounded(row: tuple[float, ...], step: float = step) -> tuple[float, ...]:
+            new = tuple(round(x / step) * step for x in row)
+            return new if len(row) == 4 or new[2] else (*new[:2], row[2])
+
+        whole = search.scene
+        new = whole._replace(moments=tuple({n: rounded(b[n]) for n in b} for b in whole.moments))
+        if new == whole or search.take(partial(Moments, *new)):
+            return
+
+
+def _fault_of_pair(row: object) -> str:
+    """Return what is wrong with the form of a pair, or ""."""
+    right = isinstance(row, list) and len(row) == 2 and all(type(each) is int for each in row)
+    return "" if right else "expected [a, b], both whole numbers"
+
+
+def moments_of(scene: Scene, growth: float) -> Moments:
+    """Return moments of the reference's run of a scene, at its start, at times at equal distances, and at the
+    first contact after each of these, with bodies so many times as large."""
+    sim = Subject(REFERENCE, {}).reference.simulation(scene)
+    found = []
+    for part in range(MOMENTS + 1):
+        end = scene.start + part / MOMENTS * (horizon(scene) - scene.start)
+        try:
+            sim.run(until=max(end, sim.time), max_contacts=None if part % 2 == 0 else 1)
+        except KinetileError:
+            break  # it jams
+        places, sizes = sim.positions(), growth * sim.radii()[:, None]
+        rows = np.hstack([places, sizes])
+        if scene.shapes:
+            left, right, down, up = (
+                growth * np.array([shape.reaches for shape in sim.shapes()]).reshape(-1, 4).T
+            )
+            x, y = places.T
+            rows = np.column_stack([x - left, y - down, x + right, y + up])
+        found.append(dict(zip(sim.bodies.tolist(), map(tuple, rows.tolist()), strict=True)))
+    return Moments("boxes" if scene.shapes else "discs", tuple(found))
+
+
+def touching(bodies: Mapping[int, tuple[float, ...]]) -> list[tuple[int, int]]:
+    """Return the pairs of closed discs, or boxes, that have a point in common, exactly."""
+    numbers = sorted(bodies)
+    if len(numbers) < 2:
+        return []
+    rows = np.array([bodies[number] for number in numbers])
+    a, b = np.triu_indices(len(rows), 1)
+    if rows.shape[1] == 4:
+        low, high = rows[:, :2], rows[:, 2:]
+        touch = ((low[a] <= high[b]) & (low[b] <= high[a])).all(axis=1)
+        return [(numbers[i], numbers[j]) for i, j in zip(a[touch], b[touch], strict=True)]
+    apart, reach = np.hypot(*(rows[a, :2] - rows[b, :2]).T), rows[a, 2] + rows[b, 2]
+    close = np.abs(apart - reach) <= 1e-12 * reach + 1e-300  # far more than rounding does to either
+    touch = (apart < reach) & ~close
+    whole = {i: tuple(map(_whole, rows[i].tolist())) for i in {*a[close].tolist(), *b[close].tolist()}}
+    for at in np.flatnonzero(close).tolist():
+        (x, y, r), (z, w, s) = whole[int(a[at])], whole[int(b[at])]
+        touch[at] = (x - z) ** 2 + (y - w) ** 2 <= (r + s) ** 2
+    return [(numbers[i], numbers[j]) for i, j in zip(a[touch], b[touch], strict=True)]
+
+
+def _whole(number: float) -> int:
+    """Return a double as a whole number of 2^-1074, the smallest double."""
+    above, below = number.as_integer_ratio()
+    return above * (2**1074 // below)
+
+
+class Casts(OfScenes):
+    """The time at which two bodies meet that fly from time 0 on, up to an end, or None.
+
+    A time is right if it is within the distance of those at which the bodies meet when their radii are
+    smaller, or larger, by the distance: a graze is early, late or none.
+    """
+
+    told = "{:,} of {:,} meet"
+
+    def cases(self, scene: Scene) -> Iterator[Scene]:
+        """Yield scenes of two bodies: those that meet first in the reference's run, and the first ones."""
+        met = outcome(Subject(REFERENCE, {}).reference, scene, self.most).contacts[["a", "b"]].tolist()
+        n = len(scene)
+        pairs = dict.fromkeys(
+            [(a, b) for a, b in met if 0 <= b < n > a] + [*combinations(range(min(n, 6)), 2)]
+        )
+        end = Settings(until=horizon(scene) - scene.start)
+        bare = changed(scene, commands=(), arena=None, start=0.0, settings=end)
+        for pair in islice(pairs, CASTS):
+            yield only_bodies(bare, np.array(pair))
+
+    def exchanges(self, case: Scene) -> Iterator[Exchange]:
+        """Yield the line of two bodies."""
+        if len(case) != 2:
+            return
+        within, end = cast(float, self.within), horizon(case)
+        exact = meeting(case, 1.0, 0.0)
+        right = exact if exact is not None and exact <= end else None
+        early = meeting(case, 1.0 + within, within * case.time_unit)
+        late = meeting(case, 1.0 - within, 0.0)
+        near = partial(_near, case, within)
+
+        def judge(time: float | None) -> str | None:
+            self._count(right is not None, 1)
+            if time is None:
+                wrong = late is not None and late < end and not near(late, end)
+            else:
+                last = end if late is None else min(late, end)
+                after, before = early is not None and early <= time, time <= last
+                wrong = early is None or not ((after or near(time, early)) and (before or near(time, last)))
+            if not wrong:
+                return None
+            return f"they meet {_when(right)}, and the engine says {_when(time)}"
+
+        tables = _tables(case)
+        bodies = [{k: body[k] for k in body if k not in ("mass", "kind")} for body in tables["bodies"]]
+        shapes = {"shapes": tables["shapes"]} if case.shapes else {}
+        line = _line({"cast": bodies, "until": end} | shapes)
+        yield Exchange(line, "time", (float, int, type(None)), _fault_of_time, judge, right, case)
+
+
+def _when(time: float | None) -> str:
+    return "never, up to the end" if time is None else f"at time {time!r}"
+
+
+def _fault_of_time(time: float | None) -> str:
+    """Return what is wrong with the form of a time, or ""."""
+    return "" if time is None or math.isfinite(time) else "the engine's time is not a finite number"
+
+
+def meeting(scene: Scene, by: float, before: float) -> float | None:
+    """Return when the two bodies of a scene meet by the specification, if they are so many times as large,
+    and begin so long ``before`` time 0; None: never."""
+    bits = unit_bits(scene)
+    frame = Frame(None, bits)
+    places, sizes = scene.position - scene.velocity * before, scene.radius * by
+    columns = np.column_stack([places, scene.velocity, sizes]).tolist()
+    one, two = (FlightPlan(x, y, vx, vy, 0, radius, frame) for x, y, vx, vy, radius in columns)
+    if scene.shapes:
+        shapes = (scaled(scene.shapes[at], by) for at in scene.shape)
+        met = contact(Difference(*shapes), one, two)
+        tick = met and met.tick
+    else:
+        tick = pair_tick(one, two)
+    return None if tick is None else math.ldexp(tick, -UNIT_BITS - bits) - before
+
+
+QUESTIONS: dict[str, type[Question[Any]]] = {"contacts": Contacts, "pairs": Pairs, "casts": Casts}

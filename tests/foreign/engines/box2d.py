@@ -1,0 +1,68 @@
+"""The broad phase of Box2D 2.3, a tree of enlarged boxes with a list of pairs, for `conform --ask pairs`.
+
+    python box2d.py [sleepy]
+
+A pair is two bodies that have a contact, which is made as soon as their boxes in the tree meet. Box2D has
+single precision and is made for bodies of about a metre: so a case is scaled, and what is far away is
+refused. With `sleepy` a body that rests from one moment to the next is in the tree no more until it moves, a
+fault that the kit must find.
+"""
+
+import json
+import math
+import sys
+
+import Box2D
+
+FARTHEST = (
+    2.0**18
+)  # here rounding to single precision is less than half of the .1 m by which boxes are larger
+
+
+class World:
+    """A world, and its bodies by number."""
+
+    def __init__(self):
+        self.world, self.bodies, self.scale = Box2D.b2World(gravity=(0, 0), doSleep=False), {}, None
+
+    def answer(self, boxes, sleepy):
+        """Bring the bodies up to date, and return the candidate pairs, or what is refused."""
+        if self.scale is None and boxes:
+            narrowest = min(max(right - left, up - down) for left, down, right, up in boxes.values())
+            self.scale = 2.0 ** -math.floor(math.log2(narrowest)) if narrowest > 0 else 1.0
+        boxes = {number: [self.scale * place for place in box] for number, box in boxes.items()}
+        if any(abs(place) > FARTHEST for box in boxes.values() for place in box):
+            return {"refused": "bodies are too far away for single precision"}
+        for number in self.bodies.keys() - boxes.keys():
+            self.world.DestroyBody(self.bodies.pop(number))
+        come = boxes.keys() - self.bodies.keys()
+        for number, (left, down, right, up) in boxes.items():
+            place = (left + right) / 2, (down + up) / 2
+            if number in come:
+                shape = Box2D.b2PolygonShape(box=(max((right - left) / 2, 0.01), max((up - down) / 2, 0.01)))
+                body = self.world.CreateDynamicBody(position=place, userData=number)
+                body.CreateFixture(shape=shape)
+                self.bodies[number] = body
+            else:
+                body = self.bodies[number]
+                body.active = not sleepy or tuple(body.position) != place
+                body.transform = place, 0.0
+        self.world.contactManager.FindNewContacts()
+        self.world.contactManager.Collide()
+        contacts = self.world.contacts
+        return {"pairs": [[c.fixtureA.body.userData, c.fixtureB.body.userData] for c in contacts]}
+
+
+def answer(line, world, sleepy):
+    """Return the answer to a line."""
+    if "moment" not in line:
+        return {"refused": "it answers moments only"}
+    if line["moment"] == 0:
+        world.__init__()
+    boxes = {n: (x - r, y - r, x + r, y + r) for n, x, y, r in line.get("discs", ())}
+    return world.answer(boxes or {n: box for n, *box in line.get("boxes", ())}, sleepy)
+
+
+world = World()
+for text in sys.stdin:
+    print(json.dumps(answer(json.loads(text), world, "sleepy" in sys.argv)), flush=True)
