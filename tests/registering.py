@@ -13,7 +13,7 @@ from kinetile_conformance.cases import PhasePlugin
 @contextmanager
 def registered(*plugins: Any) -> Iterator[None]:
     """Within this context these are registered: plugins, or specs of phases."""
-    specs = (kt.BroadPhaseSpec, kt.NarrowPhaseSpec)
+    specs = (kt.BroadPhaseSpec, kt.NarrowPhaseSpec, kt.ResponseSpec)
     added = [PhasePlugin(each) if isinstance(each, specs) else each for each in plugins]
     with remove():
         for plugin in added:

@@ -152,7 +152,7 @@ class Mutant:
         if isinstance(spec, kt.NarrowPhaseSpec):
             return kt.NarrowPhaseSpec(self.name, target, role=spec.role, shapes=spec.shapes)
         if isinstance(spec, kt.ResponseSpec):
-            return kt.ResponseSpec(self.name, target)
+            return kt.ResponseSpec(self.name, target, features=spec.features)
         return kt.BroadPhaseSpec(self.name, target, features=self.features)
 
 
@@ -165,26 +165,13 @@ ALL = {
 """The mutants by name."""
 
 
-class ResponsePlugin:
-    """A plugin that provides one response."""
-
-    def __init__(self, spec: kt.ResponseSpec) -> None:
-        self.__name__ = spec.name
-        self._spec = spec
-
-    @kt.hookimpl
-    def kinetile_responses(self) -> list[kt.ResponseSpec]:
-        return [self._spec]
-
-
 @contextmanager
 def loaded(name: str, folder: Path) -> Iterator[Mutant]:
     """Within this context a mutant is registered, and its package can be imported from a folder."""
     mutant = ALL[name]
     sys.path.insert(0, str(folder))
-    spec = mutant.spec(folder)
     try:
-        with registered(ResponsePlugin(spec) if isinstance(spec, kt.ResponseSpec) else spec):
+        with registered(mutant.spec(folder)):
             importlib.invalidate_caches()
             yield mutant
     finally:
@@ -198,10 +185,13 @@ class _Found(Exception):
 def run_checks(name: str, folder: Path, on_result: Callable[[Result], None], **options: Any) -> None:
     """Judge a mutant with these options of the kit: it itself, or ``UNDER`` with it."""
     with loaded(name, folder) as mutant:
-        if mutant.kind == "narrow phase":
-            check_broad_phase(UNDER, narrow_phases=[name], on_result=on_result, **options)
-        elif mutant.kind == "broad phase":  # no check judges a response
+        if mutant.kind == "broad phase":
             check_broad_phase(name, on_result=on_result, **options)
+        elif mutant.kind == "narrow phase":
+            check_broad_phase(UNDER, narrow_phases=[name], on_result=on_result, **options)
+        else:
+            response = kt.Response(name, e=1.0)
+            check_broad_phase(UNDER, response=response, on_result=on_result, **options)
 
 
 def judge(name: str, folder: Path, checks: Sequence[str] | None = None, **options: Any) -> Result | None:

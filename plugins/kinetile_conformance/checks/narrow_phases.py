@@ -163,13 +163,14 @@ def its_bounds_are_never_late(case: Case) -> None:
             now, per_time = int(k.clock[0].now), float(k.clock[0].per_time)
             note_all_places(k, now)
             met = _ticks(pair, k, pairs)
-            bounds = np.zeros((len(pairs), 2))
+            bounds = np.zeros((len(pairs), 4))
             compose(bound_all, {"soonest": pair.soonest}, "conformance", Kernel)(k, pairs, bounds)
             delay = (met - now) * (1.0 + 2.0**-50) / per_time
             late = (bounds.max(axis=1) > delay) & (met >= now) & (met < NEVER)
             for at in np.flatnonzero(late):
                 a, b = pairs[at].tolist()
-                said = f"bodies {a} and {b} meet after {delay[at]!r}, and the bound is {bounds[at].max()!r}"
+                met_after, bound = float(delay[at]), float(bounds[at].max())
+                said = f"bodies {a} and {b} meet after {met_after!r}, and the bound is {bound!r}"
                 raise Disagreement(f"at time {sim.time!r}, 2^{power} times as slow, {said}")
 
     _at_some_moments(case, look)
@@ -277,13 +278,15 @@ meet = soonest = collide = to_be_filled_in
 
 
 def bound_all(k: Kernel, pairs: Integers, bounds: npt.NDArray[np.float64]) -> None:
-    """Write down the bounds of each pair, from either body; a template."""
+    """Write down the bounds of each pair, from either body, alone and beside the body itself: a narrow phase
+    may have another way for one partner than for many; a template."""
     k = disowned(k)
     for i in range(len(pairs)):
-        for j in range(2):
-            body = pairs[i, j]
-            k.near[0] = pairs[i, 1 - j]
-            first, _, _ = soonest(k, body, 1, NOBODY, body, k.clock[0].now)
+        for j in range(4):
+            body = pairs[i, j & 1]
+            k.near[0] = pairs[i, 1 - (j & 1)]
+            k.near[1] = body
+            first, _, _ = soonest(k, body, 1 + (j >> 1), NOBODY, body, k.clock[0].now)
             bounds[i, j] = first
 
 
