@@ -39,17 +39,22 @@ def play(sim: kt.Simulation, frames: int, speed: float = 1.0) -> list[float]:
     return spent
 
 
-def burst(phase: str, pieces: int = 64, bursts: int = 60) -> list[float]:
+def burst(phase: str, boxes: bool = False, pieces: int = 64, bursts: int = 60) -> list[float]:
     """Insert many small bodies at once among 1,000, remove them, run on; return the CPU milliseconds of each
     insertion."""
     scene = kt.make_scene("grid", bodies=1000, density=0.25, seed=1)
-    sim, rng, spent = kt.Simulation(scene, phase, live=True, room=2000), np.random.default_rng(1), []
     radius, angle = float(scene.radius[0]), np.linspace(0.0, 2.0 * np.pi, pieces, endpoint=False)
+    form: dict[str, object] = {"radius": radius / 4}
+    if boxes:
+        shapes = [kt.box(radius * side, radius * side) for side in (1.4, 0.35)]
+        scene = kt.Scene(scene.position, scene.velocity, arena=scene.arena, shape=[0] * 1000, shapes=shapes)
+        form = {"shape": 1}
+    sim, rng, spent = kt.Simulation(scene, phase, live=True, room=2000), np.random.default_rng(1), []
     ways = np.column_stack([np.cos(angle), np.sin(angle)])
     for _ in range(bursts):
         place = np.array(scene.arena) * rng.uniform(0.2, 0.8, 2)
         began = time.thread_time()
-        made = sim.insert_many(place + RING * radius * ways, ways, radius / 4)
+        made = sim.insert_many(place + RING * radius * ways, ways, **form)
         spent.append(1e3 * (time.thread_time() - began))
         sim.run(until=sim.time + 1 / RATE)
         for body in made.numbers[~made.refused].tolist():
@@ -72,5 +77,5 @@ if __name__ == "__main__":
             f"{compiling_seconds() - before:.3g} s compiled"
         )
     for phase in ("cells", "sap-1d", "naive"):
-        spent = burst(phase)
-        print(f"64 bodies at once into 1,000 under {phase}: median {np.median(spent):.2f} ms")
+        print(f"64 discs at once into 1,000 under {phase}: median {np.median(burst(phase)):.2f} ms")
+    print(f"64 boxes at once into 1,000 under cells: median {np.median(burst('cells', True)):.2f} ms")

@@ -88,13 +88,16 @@ def reaches_into(
     if PERIODIC:  # of its images the nearest
         dx = near_zero(dx, clock.torus.x)
         dy = near_zero(dy, clock.torus.y)
-    radius = command.radius
+    reach = command.radius + other.radius
+    between = dx * dx + dy * dy
     if SHAPED:
+        if between >= reach * reach:  # the circles around them are apart, and ROOM is wider than rounding
+            return False
         apart = gap(k, command.form, other.form, dx, dy)
         meets = not (math.isinf(command.mass) and math.isinf(mass))
-        return bool(meets and apart < -(ROOM * (radius + other.radius)))
-    reach = (radius + other.radius) - ROOM * (radius + other.radius)
-    return bool(dx * dx + dy * dy < reach * reach)
+        return bool(meets and apart < -(ROOM * reach))
+    reach -= ROOM * reach
+    return bool(between < reach * reach)
 
 
 @template
