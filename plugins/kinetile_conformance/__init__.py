@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from kinetile_conformance.checks import check_named as check_named
     from kinetile_conformance.checks.check import Check as Check
     from kinetile_conformance.checks.check import Disagreement as Disagreement
+    from kinetile_conformance.pipe import check_engine as check_engine
     from kinetile_conformance.pytest_plugin import parametrize_with_checks as parametrize_with_checks
     from kinetile_conformance.reporting import KIT_VERSION as KIT_VERSION
     from kinetile_conformance.reporting import Report as Report
@@ -34,6 +35,7 @@ _HOME = {
     "Report": "reporting",
     "Result": "reporting",
     "check_broad_phase": "api",
+    "check_engine": "pipe",
     "check_named": "checks",
     "parametrize_with_checks": "pytest_plugin",
 }

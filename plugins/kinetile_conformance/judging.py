@@ -20,11 +20,10 @@ from kinetile.errors import KinetileError, NotJudged, PhaseError, Refused, print
 from kinetile.plugin.choices import write_phase
 from kinetile_accuracy.environment import environment
 from kinetile_bench.user_scene import SceneRow, bench_scene
-from kinetile_conformance.api import check_broad_phase
 from kinetile_conformance.cases import REFERENCE, Subject
 from kinetile_conformance.deadline import begin_scene
 from kinetile_conformance.isolated import IsolatedRunner
-from kinetile_conformance.pipe import JUDGING, Engine, EngineError, EngineReport, check_engine
+from kinetile_conformance.pipe import Engine, EngineError, EngineReport
 from kinetile_conformance.questions import Contacts
 from kinetile_conformance.reporting import KIT_VERSION, Report, Result
 from kinetile_conformance.runner import EXAMPLES, Plan, Runner
@@ -65,14 +64,19 @@ class Measured(SceneRow):
 
 @dataclass
 class Judged:
-    """A phase, with the plan of its checks, or a program without one: its report so far, why it cannot be
-    judged, and what was measured."""
+    """A phase or a program: its report so far, what judges it, why it cannot be judged, and what was
+    measured. Raises BadOption; what else is wrong with a phase will be its verdict."""
 
     report: Report
-    plan: Plan | None = None
+    judge: Callable[..., Report]
     error: str = ""
     done: bool = False
     rows: list[Measured] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.report, EngineReport):
+            with suppress(NotJudged, PhaseError, Refused):
+                Subject(self.report.name, self.report.options).composition(make_scene("two-discs"))
 
     @property
     def verdict(self) -> str:
@@ -92,7 +96,6 @@ class Judgement:
     examples: int = EXAMPLES
     seed: int = 0
     checks: Sequence[str] | None = None
-    within: float | None = None
     repeats: int = 3
     save_to: Path | None = None
     status: str = "interrupted"
@@ -123,11 +126,13 @@ class Judgement:
             self._judge(each, show)
         able = {each.report.label: each for each in self.judged if not each.error}
         with ExitStack() as children:
-            runners = {
-                label: children.enter_context(closing(IsolatedRunner(each.plan)))
-                for label, each in able.items()
-                if each.plan is not None
-            }
+            runners = {}
+            for label, each in [*able.items()]:
+                if not isinstance(each.report, EngineReport):
+                    runner = IsolatedRunner(Plan.of(each.report.name, {"options": each.report.options}))
+                    runners[label] = children.enter_context(closing(runner))
+                elif each.report.asked != "contacts":
+                    del able[label]
             for name, path in SCENES.items():
                 scene = load_scene(path)
                 contacts, fingerprint = _reference(scene)
@@ -135,8 +140,8 @@ class Judgement:
                 for label in [*able] * self.repeats:  # in turns: a machine that slows down slows all
                     show(label, name, len(runs[label]) + 1)
                     if all(row.ended_by is None for row in runs[label]):
-                        row = self._measured(label, runners.get(label), scene, contacts)
-                        runs[label].append(row)
+                        report = able[label].report
+                        runs[label].append(_measured(report, runners.get(label), scene, contacts))
                 for label, rows in runs.items():
                     row = sorted(rows, key=lambda row: row.cpu_seconds or 0.0)[len(rows) // 2]
                     if row.fingerprint not in (None, fingerprint) and row.ended_by is None:
@@ -150,54 +155,37 @@ class Judgement:
         def hear(result: Result) -> None:
             each.report = replace(each.report, results=(*each.report.results, result))
 
-        name, label = each.report.name, each.report.label
-        how: dict[str, Any] = {"examples": self.examples, "seed": self.seed, "save_to": self.save_to}
-        how |= {"on_result": hear, "on_scene": lambda check, count: show(label, check, count)}
+        label = each.report.label
+        how = {"examples": self.examples, "seed": self.seed, "checks": self.checks, "save_to": self.save_to}
         try:
-            if each.plan is None:
-                checks = [check for check in JUDGING if check in (self.checks or JUDGING)]
-                each.report = check_engine(name, checks=checks, within=self.within, **how)
-            else:
-                how |= {"options": each.report.options, "checks": self.checks}
-                each.report = check_broad_phase(name, **how)
+            each.report = each.judge(**how, on_result=hear, on_scene=lambda *at: show(label, *at))
         except KinetileError as error:
             each.error = str(error)
         cases = ((each, each.case and Path(os.path.relpath(each.case))) for each in each.report.results)
         each.report = replace(each.report, results=tuple(replace(of, case=case) for of, case in cases))
         each.done = True
 
-    def _measured(self, label: str, runner: IsolatedRunner | None, scene: Scene, contacts: Any) -> Measured:
-        """Returns one measurement."""
-        try:
-            if runner is not None:
-                return cast(Measured, runner.attempt("a measurement", _phase_measured, scene))
-            scene = ended_at(scene, float(contacts["time"][:BEGINNING].max(initial=scene.start)))
-            contacts, _ = _reference(scene)
-            exchange = Contacts(self.within).exchange(scene, contacts)
-            with Engine(label) as engine:
-                began, found, ended = engine.cpu_seconds(), engine.answer(exchange), engine.cpu_seconds()
-                most = engine.peak_bytes()
-        except (PhaseError, EngineError) as error:
-            return Measured(label, str(error))
-        if isinstance(found, str):
-            return Measured(label, found)
-        spent = ended - began or None
-        row = Measured(label, None, spent, contacts=len(found), process_bytes=most)
-        differs = exchange.judge(found)
-        return replace(row, differs=differs, contacts_per_cpu_second=spent and len(found) / spent)
 
-
-def begun(phases: Sequence[tuple[str, Mapping[str, Any]]], commands: Sequence[str], **how: Any) -> Judgement:
-    """Returns a judgement of which nothing is done yet. Raises UnknownName and BadOption; what else is wrong
-    with a phase will be its verdict."""
-    judged = []
-    for name, options in phases:
-        plan = Plan.of(name, {"options": options})
-        with suppress(NotJudged, PhaseError, Refused):
-            plan.subject.composition(make_scene("two-discs"))
-        judged.append(Judged(plan.report((), None), plan))
-    programs = (EngineReport(each, {}, "", (), within=how.get("within")) for each in commands)
-    return Judgement([*judged, *map(Judged, programs)], **how)
+def _measured(report: Report, runner: IsolatedRunner | None, scene: Scene, contacts: Any) -> Measured:
+    """Returns one measurement."""
+    try:
+        if not isinstance(report, EngineReport):
+            return cast(
+                Measured, cast(IsolatedRunner, runner).attempt("a measurement", _phase_measured, scene)
+            )
+        scene = ended_at(scene, float(contacts["time"][:BEGINNING].max(initial=scene.start)))
+        exchange = Contacts(report.within).exchange(scene, _reference(scene)[0])
+        with Engine(report.name) as engine:
+            began, found, ended = engine.cpu_seconds(), engine.answer(exchange), engine.cpu_seconds()
+            most = engine.peak_bytes()
+    except (PhaseError, EngineError) as error:
+        return Measured(report.label, str(error))
+    if isinstance(found, str):
+        return Measured(report.label, found)
+    spent = ended - began or None
+    row = Measured(report.label, None, spent, contacts=len(found), process_bytes=most)
+    rate = spent and len(found) / spent
+    return replace(row, differs=exchange.judge(found), contacts_per_cpu_second=rate)
 
 
 def _reference(scene: Scene) -> tuple[Any, str]:

@@ -6,14 +6,13 @@ from collections.abc import Iterator, Sequence
 
 from kinetile.show.html import facts, grid, paragraph
 from kinetile.show.picture import escape
-from kinetile_conformance.checks import CHECKS
 from kinetile_conformance.judging import BEGINNING, RUN, SCENES, Judged, Judgement
 
 STYLE = """:root { color-scheme: light dark; --edge: #d5d8dc; --good: #136f3a; --bad: #b3261e }
 @media (prefers-color-scheme: dark) { :root { --edge: #3d434a; --good: #6fcf97; --bad: #ff8a80 } }
 body { margin: 0 auto; max-width: 76rem; padding: 1rem; font: 1rem/1.45 system-ui, sans-serif }
 h1 { font-size: 1.6rem; overflow-wrap: anywhere } h2 { font-size: 1.2rem; margin: 2rem 0 0 }
-p { max-width: 60rem } tr { border-bottom: 1px solid var(--edge) } td:first-child { min-width: 13em }
+p { max-width: 60rem } tr { border-bottom: 1px solid var(--edge) } th, td { min-width: 6em } td:first-child { min-width: 13em }
 td { white-space: pre-line } .good { color: var(--good); white-space: nowrap } .bad { color: var(--bad) }
 .bar { color: #6c9fca; white-space: nowrap }
 """
@@ -67,9 +66,10 @@ def _checks(judged: Sequence[Judged]) -> Iterator[str]:
             "Candidate pairs for each overlap of boxes: they cost time, and are no fault.",
         ],
     ]
-    for check in (check for check in CHECKS if any(check.name in each for each in found)):
-        texts = (_marked(each[check.name], each[check.name]) if check.name in each else "" for each in found)
-        rows.append([check.name, *texts, check.sentence])
+    sentences = {result.check: result.sentence for each in judged for result in each.report.results}
+    for check, sentence in sentences.items():
+        texts = (_marked(each[check], each[check]) if check in each else "" for each in found)
+        rows.append([check, *texts, sentence])
     heads = ("", *(each.report.label for each in judged), "what must hold")
     yield grid("", heads, rows, [False] * len(heads))
 

@@ -18,23 +18,10 @@ from kinetile.cli.options import Json, registered_phase
 from kinetile.cli.output import as_json
 from kinetile.cli.terminal import DIFFERENT, INTERRUPTED, Bar, FirstSignal, echo, notice
 from kinetile.errors import BadOption
+from kinetile_conformance.cli.options import EXAMPLES, Ask, Checks, Examples, Seed, Within
 
 if TYPE_CHECKING:
     from kinetile_conformance.reporting import Report, Result
-
-
-EXAMPLES = 100
-"""Scenes drawn for each check; ``runner.EXAMPLES``, without what that imports."""
-
-Within = Annotated[
-    float | None,
-    typer.Option(metavar="D", help="Of programs: times to a relative distance, in place of ticks."),
-]
-Examples = Annotated[int, typer.Option(min=1, metavar="N", help="Scenes drawn for each check.")]
-Checks = Annotated[
-    list[str] | None, typer.Option("--check", metavar="CHECK", help="Run this check, not all.")
-]
-Seed = Annotated[int, typer.Option(metavar="N", help="What the drawing of scenes begins with.")]
 
 
 def _list(wanted: bool) -> None:
@@ -58,14 +45,7 @@ def conform(
         str | None,
         typer.Option(metavar="CMD", help="Judge this program instead, which is sent scenes over a pipe."),
     ] = None,
-    ask: Annotated[
-        str | None,
-        typer.Option(
-            metavar="WHAT",
-            help="Of the program: contacts of a run, pairs that may touch, or casts of two bodies. "
-            "[default: contacts]",
-        ),
-    ] = None,
+    ask: Ask = None,
     within: Within = None,
     scene_seconds: Annotated[
         float | None,
@@ -137,19 +117,19 @@ def conform(
     for option, value in strange.items():
         if value is not None:
             raise BadOption(f"{option} is for {'--command' if command is None else 'broad phases'}")
-    for option, value in {"--seconds": seconds, **of_programs}.items():
-        if value is not None and not 0.0 < value < math.inf:
-            raise BadOption(f"{option} {value:g}: expected a number above 0")
+    above_nought({"--seconds": seconds, "--scene-seconds": scene_seconds})
     if command is None:
         expected = dict(map(_expectation, expect_failure or ()))
-        unfinished, judge = _phase(str(phase), narrow_phase or (), response, expected, seconds, isolated)
+        unfinished, judge = judge_of_phase(
+            str(phase), narrow_phase or (), response, expected, seconds, isolated
+        )
     else:
-        unfinished, judge = _program(command, ask or "contacts", within, scene_seconds)
-    checks = [_check(each, (ask or "contacts") if command is not None else "") for each in check or ()]
+        unfinished, judge = judge_of_program(command, ask or "contacts", within, scene_seconds)
+    checks = [check_called(each, (ask or "contacts") if command is not None else "") for each in check or ()]
     try_folder("--save-to", save_to, keep=False)
     show = _ReportPrinter(unfinished, json)
     who = " with ".join([command or str(phase), *(narrow_phase or ()), *([response] if response else ())])
-    notice(f"judging {who} on {examples:,} scenes a check{_compiling()} ...")
+    notice(f"judging {who} on {examples:,} scenes a check{compiling_first()} ...")
     first = FirstSignal()
     try:
         with first:
@@ -171,7 +151,14 @@ def conform(
         raise typer.Exit(report.exit_code)
 
 
-def _phase(
+def above_nought(numbers: Mapping[str, float | None]) -> None:
+    """Raise BadOption unless the numbers of these options are above 0."""
+    for option, value in numbers.items():
+        if value is not None and not 0.0 < value < math.inf:
+            raise BadOption(f"{option} {value:g}: expected a number above 0")
+
+
+def judge_of_phase(
     phase: str,
     narrow_phase: Sequence[str],
     response: str | None,
@@ -197,14 +184,16 @@ def _phase(
     return Plan.of(name, given).report((), None), partial(check_broad_phase, name, **given)
 
 
-def _program(
+def judge_of_program(
     command: str, ask: str, within: float | None, seconds: float | None
 ) -> tuple[Report, Callable[..., Report]]:
     """Return the report without results on a program, and what judges it."""
     from kinetile.errors import one_of
-    from kinetile_conformance.pipe import SECONDS, EngineReport, check_engine
+    from kinetile_conformance import check_engine  # says which extra is missing
+    from kinetile_conformance.pipe import SECONDS, EngineReport
     from kinetile_conformance.questions import QUESTIONS
 
+    above_nought({"--within": within})
     if ask not in QUESTIONS:
         raise BadOption(f"--ask {ask}: expected {one_of(ask, QUESTIONS)}")
     if ask == "casts" and within is None:
@@ -215,7 +204,7 @@ def _program(
     return EngineReport(command, {}, "", (), asked=ask, within=within), judge
 
 
-def _compiling() -> str:
+def compiling_first() -> str:
     """Return what comes first, where loops are compiled."""
     from kinetile.kernel.compiled import INTERPRETED
 
@@ -276,7 +265,7 @@ def _from_here(path: Path | None) -> Path | None:
     return path.relative_to(here) if path is not None and path.is_relative_to(here) else path
 
 
-def _check(name: str, asked: str = "") -> str:
+def check_called(name: str, asked: str = "") -> str:
     """Return the name of a check, or of one that asks a program so; raise BadOption where there is none of
     this name."""
     from kinetile.errors import one_of
@@ -297,7 +286,7 @@ def _expectation(text: str) -> tuple[str, str]:
     check, equals, reason = text.partition("=")
     if not equals or not reason.strip():
         raise BadOption(f"--expect-failure {text!r}: expected CHECK=REASON, such as can-be-drawn='issue 7'")
-    return _check(check.strip()), reason.strip()
+    return check_called(check.strip()), reason.strip()
 
 
 def replay(

@@ -10,11 +10,12 @@ from typing import Annotated
 import typer
 
 from kinetile.cli.files import check_new, try_folder
-from kinetile.cli.options import Json, Repeats, registered_phase
+from kinetile.cli.options import Json, Repeats
 from kinetile.cli.output import as_json
 from kinetile.cli.terminal import INTERRUPTED, Bar, FirstSignal, echo, notice
 from kinetile.errors import BadOption
-from kinetile_conformance.cli.conform import EXAMPLES, Checks, Examples, Seed, Within, _check, _compiling
+from kinetile_conformance.cli.conform import check_called, compiling_first, judge_of_phase, judge_of_program
+from kinetile_conformance.cli.options import EXAMPLES, Ask, Checks, Examples, Seed, Within
 
 
 def judge(
@@ -26,6 +27,7 @@ def judge(
     ] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="For judge.html and judge.json.")] = Path("judged"),
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace these files.")] = False,
+    ask: Ask = None,
     within: Within = None,
     examples: Examples = EXAMPLES,
     check: Checks = None,
@@ -37,19 +39,26 @@ def judge(
     codes are those of `conform`."""
     if not (phases or command):
         raise BadOption("expected the NAME of a broad phase, or --command CMD, or several of both")
-    checks = [_check(each) for each in check] if check else None  # and says it where an extra is missing
-    from kinetile_conformance.judging import SCENES, begun
+    if not command and (ask or within):
+        raise BadOption(f"{'--ask' if ask else '--within'} is for --command")
+    chosen = [judge_of_phase(each, (), None, {}, None, True) for each in dict.fromkeys(phases or ())]
+    chosen += [
+        judge_of_program(each, ask or "contacts", within, None) for each in dict.fromkeys(command or ())
+    ]
+    checks = [check_called(each, "" if phases else ask or "contacts") for each in check or ()] or None
+    from kinetile_conformance.judging import SCENES, Judged, Judgement
     from kinetile_conformance.page import page
 
-    chosen = [registered_phase(each) for each in dict.fromkeys(phases or ())]
-    how = {"examples": examples, "seed": seed, "checks": checks, "within": within, "repeats": repeats}
-    judgement = begun(chosen, [*dict.fromkeys(command or ())], save_to=out / "failures", **how)
+    judged = [Judged(*each) for each in chosen]
+    judgement = Judgement(judged, examples, seed, checks, repeats, out / "failures")
     try_folder("--out", out, keep=True)
     files = out / "judge.html", out / "judge.json"
     for path in files:
         check_new("--out", path, overwrite)
     names = ", ".join(each.report.label for each in judgement.judged)
-    notice(f"judging {names} on {examples:,} scenes a check, measuring on {len(SCENES)}{_compiling()} ...")
+    notice(
+        f"judging {names} on {examples:,} scenes a check, measuring on {len(SCENES)}{compiling_first()} ..."
+    )
     first, bar = FirstSignal(), Bar("judging")
     try:
         with first, bar:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 import kinetile as kt
+import kinetile_conformance
 from command_line import kinetile, refused
+from installing import OWN
 from kinetile_conformance import Result, judging
 
 pytestmark = pytest.mark.small
@@ -70,7 +74,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_page_says_that_it_is_partial(monkeypa
         on_result(Result("same-contacts", "It gives them.", "passed", 3, 0.5))
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(judging, "check_broad_phase", judge)
+    monkeypatch.setattr(kinetile_conformance, "check_broad_phase", judge)
     result = kinetile("judge naive cells --json")
     assert result.exit_code == 130
     found = json.loads(result.stdout)
@@ -78,6 +82,27 @@ def test_ctrl_c_keeps_what_is_done_and_the_page_says_that_it_is_partial(monkeypa
     assert [len(each["report"]["checks"]) for each in found["judged"]] == [1, 0]
     assert [each["verdict"] for each in found["judged"]] == ["not judged", "not judged"]
     assert "✗ This page is partial" in (tmp_path / "judged/judge.html").read_text()
+
+
+def test_a_program_may_be_asked_for_pairs(tmp_path):
+    result = kinetile(
+        "judge --examples 2 --check pairs --ask pairs --command", program("none.py", {"pairs": []})
+    )
+    assert result.exit_code == 1
+    (found,) = json.loads((tmp_path / "judged/judge.json").read_text())["judged"]
+    assert (found["report"]["asked"], found["measured"]) == ("pairs", [])
+    assert "✗ failed" in (tmp_path / "judged/judge.html").read_text()
+
+
+@pytest.mark.parametrize("line", ["judge naive", "judge --command true", "conform --command true"])
+def test_a_missing_extra_is_said(line):
+    without = "import sys; sys.modules['hypothesis'] = None; from kinetile.cli import app; app(sys.argv[1:])"
+    words = [sys.executable, "-c", without, *line.split()]
+    ran = subprocess.run(
+        words, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": os.pathsep.join(OWN)}
+    )
+    assert (ran.returncode, ran.stdout) == (2, "")
+    assert "pip install 'kinetile[conformance]'" in ran.stderr
 
 
 @pytest.mark.parametrize(
@@ -88,6 +113,9 @@ def test_ctrl_c_keeps_what_is_done_and_the_page_says_that_it_is_partial(monkeypa
         ("sap-1d:axes=y", "has no option 'axes'; did you mean 'axis'?"),
         ("naive sap-1d:axis=z", "axis must be 'x' or 'y'"),
         ("naive --check same-contact", "did you mean 'same-contacts'?"),
+        ("naive --ask pairs", "--ask is for --command"),
+        ("naive --command true --ask touches", "expected one of contacts, pairs, casts"),
+        ("--command true --within 0", "--within 0: expected a number above 0"),
         ("naive --out old", "judge.json is there already: choose another name, or say --overwrite"),
     ],
 )

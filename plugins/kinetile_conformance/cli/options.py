@@ -1,0 +1,28 @@
+"""Options that the commands of the kit share."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+EXAMPLES = 100
+"""Scenes drawn for each check; ``runner.EXAMPLES``, without what that imports."""
+
+Ask = Annotated[
+    str | None,
+    typer.Option(
+        metavar="WHAT",
+        help="Of programs: contacts of a run, pairs that may touch, or casts of two bodies. "
+        "[default: contacts]",
+    ),
+]
+Within = Annotated[
+    float | None,
+    typer.Option(metavar="D", help="Of programs: times to a relative distance, in place of ticks."),
+]
+Examples = Annotated[int, typer.Option(min=1, metavar="N", help="Scenes drawn for each check.")]
+Checks = Annotated[
+    list[str] | None, typer.Option("--check", metavar="CHECK", help="Run this check, not all.")
+]
+Seed = Annotated[int, typer.Option(metavar="N", help="What the drawing of scenes begins with.")]
