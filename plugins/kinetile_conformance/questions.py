@@ -14,6 +14,7 @@ import tomllib
 from abc import ABC, abstractmethod
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from itertools import combinations, islice
 from typing import Any, Generic, NamedTuple, cast
@@ -21,7 +22,7 @@ from typing import Any, Generic, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetile.errors import KinetileError
+from kinetile.errors import KinetileError, SceneError
 from kinetile.kernel.log import WALLS
 from kinetile.scene import Insert, Scene, Settings
 from kinetile.scene.files import dumps_scene
@@ -50,8 +51,8 @@ those that are twice as large overlap."""
 DISTURBED = 1000.0
 """Which part of the distance a disturbance has: what rounding does to an engine should be less."""
 
-CASTS = 15
-"""Pairs of bodies of a scene that are cast."""
+CASTS, FAR = 20, 2
+"""Pairs of bodies of a scene that are cast, and how many of these do not come near each other."""
 
 EXACT, TIMED = ["epoch", "tick", "a", "b"], ["time", "a", "b"]
 """The fields of a contact in an answer; the second where times are compared within a distance."""
@@ -133,7 +134,8 @@ class Contacts(OfScenes):
     The comparison within a distance ends where errors have grown too large: the reference's run is compared
     with those of scenes that are disturbed by a thousandth of the distance, and ends before the first contact
     that is not the same there, within half of it; and before two contacts of one body within it, whose order
-    decides what comes after them.
+    decides what comes after them. Bodies are smaller by the distance than they were drawn: where they touch
+    at the start, or slide along each other, none could be disturbed.
     """
 
     @property
@@ -143,27 +145,29 @@ class Contacts(OfScenes):
 
     def cases(self, scene: Scene) -> Iterator[Scene]:
         """Yield the scene."""
-        yield scene
+        yield scene if self.within is None else resized(scene, 1.0 - self.within)
 
     def exchanges(self, case: Scene) -> Iterator[Exchange]:
-        """Yield the scene as it ends before it has too many contacts; nothing where that is not to be had."""
+        """Yield the scene as it ends before it has too many contacts; nothing where that is not to be had,
+        or the scene cannot be disturbed."""
         judged = reference_contacts(case, self.most)
-        if judged is not None:
-            yield self.exchange(*judged)
+        with suppress(SceneError):
+            if judged is not None:
+                yield self.exchange(*judged)
 
     def exchange(self, scene: Scene, expected: NDArray[np.void]) -> Exchange:
         """Return the line of a scene with these contacts."""
         fields = EXACT if self.within is None else TIMED
         right: list[Row] = expected[fields].tolist()
+        end = None if self.within is None else compared_until(scene, expected, self.within)
 
         def fault(rows: Sequence[Any]) -> str:
             return _fault_of_rows("contact", rows, partial(_fault_of_contact, scene=scene, fields=fields))
 
         def judge(rows: Sequence[Any]) -> str | None:
             found = [tuple(row) for row in rows]
-            if self.within is None:
+            if self.within is None or end is None:
                 return difference(scene, found, expected)
-            end = compared_until(scene, expected, self.within)
             self._count(sum(row[0] < end for row in right), len(right))
             parted = parting(found, right, partial(_near, scene, self.within), end)
             return parted and parted[1]
@@ -326,15 +330,18 @@ def compared_until(scene: Scene, expected: NDArray[np.void], within: float) -> f
 
 
 def disturbed(scene: Scene, by: float) -> Scene:
-    """Return a scene whose velocities are off by so much at random, those that are equal alike, and whose
-    radii are, where bodies do not overlap then."""
+    """Return a scene whose sizes are off by so much, and its velocities by up to so much at random, those
+    that are equal alike."""
     different, which = np.unique(scene.velocity, axis=0, return_inverse=True)
     off = 1.0 + by * np.random.default_rng(0).uniform(-1.0, 1.0, different.shape)
-    scene = changed(scene, velocity=(different * off)[which.reshape(-1)])
-    try:
-        return scene if scene.shapes else changed(scene, radius=scene.radius * (1.0 + by))
-    except KinetileError:
-        return scene
+    return changed(resized(scene, 1.0 + by), velocity=(different * off)[which.reshape(-1)])
+
+
+def resized(scene: Scene, by: float) -> Scene:
+    """Return a scene whose bodies at the start are so many times as large."""
+    if not scene.shapes:
+        return changed(scene, radius=scene.radius * by)
+    return changed(scene, shape=scene.shape, shapes=[scaled(shape, by) for shape in scene.shapes])
 
 
 class Moments(NamedTuple):
@@ -498,16 +505,21 @@ class Casts(OfScenes):
     told = "{:,} of {:,} meet"
 
     def cases(self, scene: Scene) -> Iterator[Scene]:
-        """Yield scenes of two bodies: those that meet first in the reference's run, and the first ones."""
-        met = outcome(Subject(REFERENCE, {}).reference, scene, self.most).contacts[["a", "b"]].tolist()
-        n = len(scene)
-        pairs = dict.fromkeys(
-            [(a, b) for a, b in met if 0 <= b < n > a] + [*combinations(range(min(n, 6)), 2)]
-        )
+        """Yield scenes of two bodies, some of those that meet, or would if they were larger, and a few of
+        the others."""
         end = Settings(until=horizon(scene) - scene.start)
         bare = changed(scene, commands=(), arena=None, start=0.0, settings=end)
+        met = outcome(Subject(REFERENCE, {}).reference, scene, self.most).contacts[["a", "b"]].tolist()
+        n = len(scene)
+        pairs = dict.fromkeys((a, b) for a, b in met if 0 <= b < n > a)
+        pairs |= dict.fromkeys(combinations(range(min(n, 6)), 2))
+        far = 0
         for pair in islice(pairs, CASTS):
-            yield only_bodies(bare, np.array(pair))
+            case = only_bodies(bare, np.array(pair))
+            is_far = meeting(case, GROWTH[-1], 0.0) is None
+            far += is_far
+            if not is_far or far <= FAR:
+                yield case
 
     def exchanges(self, case: Scene) -> Iterator[Exchange]:
         """Yield the line of two bodies."""

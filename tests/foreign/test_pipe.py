@@ -20,12 +20,15 @@ import kinetile as kt
 from command_line import kinetile, refused
 from kinetile_conformance.pipe import Engine, EngineError, check_engine
 from kinetile_conformance.questions import (
+    Casts,
     Contacts,
     Moments,
     Pairs,
+    compared_until,
     reference_contacts,
     touching,
 )
+from kinetile_conformance.strategies.shapes import shape_scenes
 from lanes import first
 from programs import program
 
@@ -41,11 +44,11 @@ def line_of(scene):
     return Contacts().exchange(scene, kt.Simulation(kt.Scene([[0, 0]], [[0, 0]], 1)).contacts)
 
 
-def compiled(folder: Path, *macros: str) -> str:
-    """Compile the engine in C; return the command."""
+def compiled(folder: Path, *macros: str, source: str = "engine-in-c/engine.c") -> str:
+    """Compile an engine in C; return the command."""
     made = folder / "engine"
     how = ("-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", *macros)
-    source = HERE / "engine-in-c" / "engine.c"
+    source = HERE / source
     subprocess.run([program("cc"), *how, "-o", str(made), str(source), "-lm"], check=True)
     return str(made)
 
@@ -414,3 +417,116 @@ def test_two_discs_or_boxes_touch_exactly(one, other):
     else:
         touch = all(one[i] <= other[i + 2] and other[i] <= one[i + 2] for i in (0, 1))
     assert touching({3: one, 1: other}) == ([(1, 3)] if touch else [])
+
+
+def in_doubles(language, fault, folder):
+    """Return the command of an engine in floating point."""
+    if language == "c":
+        return compiled(folder, f"-DFAULT={fault or 0}", source="engines/doubles.c")
+    return shlex.join([program("node"), str(HERE / "engines" / "doubles.js"), *([fault] if fault else [])])
+
+
+in_both = pytest.mark.parametrize(
+    "language", [pytest.param("c", marks=needs_cc), pytest.param("js", marks=pytest.mark.needs("node"))]
+)
+
+
+@pytest.mark.small
+@in_both
+@pytest.mark.parametrize(("asked", "within"), [("contacts", 1e-9), ("casts", 1e-11), ("pairs", None)])
+def test_an_engine_in_floating_point_conforms(language, asked, within, tmp_path):
+    if (language, asked) == ("c", "contacts"):
+        command = compiled(tmp_path, "-DTIMES")
+    else:
+        command = in_doubles(language, None, tmp_path)
+    check = "same-contacts" if asked == "contacts" else asked
+    (result,) = check_engine(command, asked=asked, within=within, examples=30, checks=[check]).results
+    assert result.status == "passed"
+    few, many = sorted(int(n.replace(",", "")) for n in re.findall(r"[\d,]*\d", result.said))
+    assert few > many / 10, "next to nothing was compared"
+
+
+FLOATING_FAULTS = [
+    *(
+        pytest.param("js", *each, marks=pytest.mark.needs("node"))
+        for each in (("late", "contacts"), ("light", "contacts"), ("late", "casts"), ("narrow", "pairs"))
+    ),
+    *(pytest.param("c", *each, marks=needs_cc) for each in (("1", "casts"), ("2", "pairs"))),
+]
+
+
+@pytest.mark.small
+@pytest.mark.parametrize(("language", "fault", "asked"), FLOATING_FAULTS)
+def test_a_fault_in_floating_point_is_found(language, fault, asked, tmp_path):
+    command = in_doubles(language, fault, tmp_path)
+    within, check = (None if asked == "pairs" else 1e-9), ("same-contacts" if asked == "contacts" else asked)
+    report = check_engine(command, asked=asked, within=within, examples=60, checks=[check])
+    (result,) = report.results
+    assert result.status == "failed"
+    assert result.bodies <= 4
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("within", [1e-6, 1e-9])
+def test_the_comparison_ends_before_a_run_in_doubles_parts_from_the_exact_one(within):
+    pytest.importorskip("flint")
+    from kinetile_accuracy.oracle.agreement import certify
+
+    scene = kt.make_scene("grid", bodies=16, density=0.3, seed=1)
+    sim = kt.Simulation(scene)
+    sim.run(max_contacts=400)
+    end = compared_until(scene.replace(settings=kt.Settings(until=sim.time)), sim.contacts, within)
+    compared = int((sim.contacts["time"] < end).sum())
+    assert 16 <= compared < certify(sim).contacts
+
+
+@pytest.mark.small
+def test_contacts_within_the_distance_of_each_other_come_in_either_order():
+    """Two discs fly at the left and at the right wall, and arrive at once, or hardly later."""
+    for later in (0.0, 2.0**-34):
+        places = [[1.0, 1.0], [3.0 - later, 3.0]]
+        end = kt.Settings(until=1.5)
+        scene = kt.Scene(places, [[-1.0, 0.0], [1.0, 0.0]], 0.5, arena=(4.0, 4.0), settings=end)
+        exchange = asked(scene, 1e-9)
+        one, two = exchange.right
+        assert exchange.judge([two, one]) is None
+        assert (asked(scene, 1e-12).judge([two, one]) is None) is (later == 0.0)
+        assert exchange.judge([one, (*two[:1], 0, -1)]).startswith("contact 1 is missing")
+
+
+CASTS = {  # two discs of radius .5, the second at rest so far ahead and aside: right times, and wrong ones
+    (3.0, 0.0): ([2.0, 2.0 + 1e-9], [None, 2.0 + 1e-7, 1.9]),
+    (3.0, 1.0): ([None, 3.0], [2.9, 1.0]),  # they touch in passing
+    (3.0, 1.0 + 1e-10): ([None, 3.0], [2.9, 1.0]),
+    (3.0, 1.0 - 1e-10): ([None, 3.0], [2.9, 1.0]),
+    (3.0, 1.0 + 1e-6): ([None], [3.0]),
+    (3.0, 1.0 - 1e-6): ([3.0 - 2.0**0.5 * 1e-3], [None, 3.0]),
+    (9.0, 0.0): ([None, 8.0], [7.9]),  # at the end
+    (1.0, 0.0): ([0.0], [None, 1e-3]),
+    (-3.0, 0.0): ([None], [0.0, 1.0]),
+}
+
+
+@pytest.mark.parametrize(("ahead", "aside"), CASTS)
+def test_what_times_of_a_cast_are_right(ahead, aside):
+    scene = kt.Scene([[0, 0], [ahead, aside]], [[1, 0], [0, 0]], 0.5, settings=kt.Settings(until=8.0))
+    (case,) = Casts(1e-8).cases(scene)
+    (exchange,) = Casts(1e-8).exchanges(case)
+    right, wrong = CASTS[ahead, aside]
+    assert [time for time in [*right, *wrong] if exchange.judge(time) is None] == right
+
+
+@pytest.mark.small
+def test_casts_of_shapes_are_those_of_the_kernel():
+    drawn = [scene for scene in shape_scenes.draw(12, 0) if not scene.periodic]
+    question = Casts(1e-9)
+    met = 0
+    for case in [case for scene in drawn for case in question.cases(scene)]:
+        sim = kt.Simulation(case, "naive")
+        sim.run(max_contacts=1)
+        for exchange in question.exchanges(case):
+            time = float(sim.contacts["time"][0]) if len(sim.contacts) else None
+            met += time is not None
+            assert exchange.judge(time) is None
+            assert abs((exchange.right or 0.0) - (time or 0.0)) <= 1e-12
+    assert met > 5
