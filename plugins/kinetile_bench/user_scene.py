@@ -60,12 +60,12 @@ class SceneRow:
     contacts_per_cpu_second: float | None = None
     of_fastest: float | None = None
     structural_per_contact: float | None = None
-    asked_per_contact: float | None = None
-    computed_per_contact: float | None = None
-    structure_bytes: int | None = None
     contacts: int | None = None
     commands: int | None = None
     fingerprint: str | None = None
+    asked_per_contact: float | None = None
+    computed_per_contact: float | None = None
+    structure_bytes: int | None = None
 
     @property
     def scene(self) -> None:
