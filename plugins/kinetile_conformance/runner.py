@@ -37,6 +37,7 @@ from kinetile_conformance.drawing import Drawing, reduced
 from kinetile_conformance.reporting import Report, Result, saved
 from kinetile_conformance.smoke_test import smoke_test, tightness
 from kinetile_conformance.strategies.changes import ended_at
+from kinetile_conformance.strategies.kinds import acceptable
 from kinetile_conformance.strategies.small import FEW
 
 NOT_AUTHORS.add(Path(__file__).parent)
@@ -266,7 +267,7 @@ class CheckRun:
         self.count += 1
         begin_scene()
         try:
-            scene = self._affordable(scene)
+            scene = acceptable(self.subject, self._affordable(scene))
             self._observe(scene, None)
             self.each.run(self.subject, scene, self._reference)
         except Refused as error:

@@ -17,7 +17,8 @@ from kinetile.plugin.protocols import check_parts
 from kinetile.run.compose import Commands, compose_phases
 from kinetile.toolbox import ResponseParts, hook
 from kinetile_conformance.strategies.changes import ended_at
-from kinetile_conformance.strategies.living import ABSENT, SAME_LOOP, ruled_scenes
+from kinetile_conformance.strategies.kinds import ABSENT, SAME_LOOP
+from kinetile_conformance.strategies.living import ruled_scenes
 from registering import registered
 
 PASSING = ("naive", "cells", "sap-1d", "sap-2d")

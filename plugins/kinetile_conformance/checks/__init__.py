@@ -19,9 +19,11 @@ from kinetile_conformance.checks import (
 from kinetile_conformance.checks.check import Check, Observation
 from kinetile_conformance.strategies.bulk import lattice_scenes, marathon_scenes
 from kinetile_conformance.strategies.gallery import gallery_scenes
+from kinetile_conformance.strategies.kinds import kind_scenes
 from kinetile_conformance.strategies.living import (
     living_shape_strategy,
     living_strategy,
+    living_torus_strategy,
     passing_strategy,
     passing_swarms,
     solid_strategy,
@@ -31,7 +33,7 @@ from kinetile_conformance.strategies.shapes import (
     shape_scenes,
     shape_torus_scenes,
 )
-from kinetile_conformance.strategies.small import crowded_scenes, small_scenes, torus_scenes, turning_scenes
+from kinetile_conformance.strategies.small import crowded_scenes, small_scenes, turning_scenes
 from kinetile_conformance.strategies.strategy import Strategy
 from kinetile_conformance.strategies.swarms import (
     burst_scenes,
@@ -40,6 +42,7 @@ from kinetile_conformance.strategies.swarms import (
     scaled_scenes,
     swarm_scenes,
 )
+from kinetile_conformance.strategies.torus import torus_scenes, torus_swarms
 
 __all__ = ["CHECKS", "check_named", "table"]
 
@@ -92,7 +95,28 @@ TABLE: dict[Strategy | None, Cells] = {
     scaled_scenes: {runs.same_contacts: 1.0},
     burst_scenes: {runs.same_contacts: 0.3},
     corridor_scenes: {runs.same_contacts: 0.3},
-    torus_scenes: {runs.same_contacts: 0.5},
+    torus_scenes: {
+        runs.same_contacts: 0.5,
+        runs.never_misses_a_pair: 0.2,
+        runs.its_structure_is_true: 0.1,
+        runs.can_be_drawn: 0.1,
+        runs.resumes: 0.2,
+    },
+    torus_swarms: {
+        runs.same_contacts: 0.6,
+        runs.never_misses_a_pair: 0.3,
+        runs.its_structure_is_true: 0.2,
+        runs.can_be_drawn: 0.05,
+        runs.resumes: 0.2,
+    },
+    living_torus_strategy: {
+        runs.same_contacts: 0.16,
+        runs.never_misses_a_pair: 0.08,
+        runs.its_structure_is_true: 0.08,
+        runs.same_contacts_when_commanded_by_hand: 0.04,
+        runs.resumes: 0.06,
+    },
+    kind_scenes: {runs.same_contacts: 0.12, runs.its_structure_is_true: 0.06, runs.resumes: 0.04},
     shape_scenes: {runs.same_contacts: 0.5},
     shape_torus_scenes: {runs.same_contacts: 0.5},
     marathon_scenes: {runs.same_contacts: 0.03},

@@ -11,9 +11,7 @@ four times as many steps. Hypothesis disables rules at random for each scene, wh
 command. It does not minimise commands: that takes a hundred times as long as leaving out parts of a recording
 (``kinetile_conformance.drawing``).
 
-In scenes with responses three kinds of bodies meet by drawn rules. Every such scene also names the same
-responses for kinds that it declares and that no body has, so that one loop serves all of them
-(``only_solid`` leaves out the one that not every phase accepts).
+In scenes with responses three kinds of bodies meet by drawn rules.
 """
 
 from __future__ import annotations
@@ -40,13 +38,15 @@ from hypothesis.stateful import (
 from kinetile import Shape
 from kinetile.errors import KinetileError
 from kinetile.kernel.compiled import INTERPRETED
-from kinetile.scene import Response, Scene, Settings, relabelled, with_commands
+from kinetile.scene import Scene, Settings, relabelled, with_commands
 from kinetile_conformance.cases import LIVING_CONTACTS, REFERENCE, SWARM_CONTACTS, Subject, is_living
+from kinetile_conformance.strategies.kinds import ABSENT, ANSWERS, KINDS, NOBODY_PASSES, SAME_LOOP
 from kinetile_conformance.strategies.shapes import SHAPES, of_all_shapes, scaled
 from kinetile_conformance.strategies.small import box_scenes, plane_scenes, speeds
 from kinetile_conformance.strategies.strategy import Draw, Strategy, drawn, generating
 from kinetile_conformance.strategies.swarms import KINDS as SWARMS
 from kinetile_conformance.strategies.swarms import swarm
+from kinetile_conformance.strategies.torus import torus
 
 STEPS, MANY_STEPS = 50, 200
 """Rules for most scenes, and for every fourth batch."""
@@ -64,19 +64,8 @@ FEWEST, MOST = 3, 300
 UNWALLED = (4.0, 4.0)
 """Width and height of where bodies are inserted that have no arena, where there is no body."""
 
-KINDS = ("ball", "wisp", "block")
-ABSENT = ("nobody", "no one")
-_LOSSY = Response("restitution", e=0.5, contact_time=2.0**-10)
 _COLUMNS = ("position", "velocity", "radius", "mass", "kind")
-SAME_LOOP: dict[Any, Any] = {("nobody", "nobody"): "stop", ("nobody", "no one"): _LOSSY}
-"""Rules for kinds that no body has: with them, scenes of any rules have one loop."""
-
-NOBODY_PASSES: dict[Any, Any] = {("no one", "no one"): "pass"}
-"""One more, which phases refuse that need solid bodies."""
-
-_answers = st.sampled_from(
-    ["elastic", "stop", _LOSSY, Response("restitution", e=0.875, contact_time=2.0**-20)]
-)
+_answers = st.sampled_from(ANSWERS)
 
 
 @st.composite
@@ -122,16 +111,11 @@ def _of_any_size() -> st.SearchStrategy[Scene]:
     return st.one_of(few, st.integers(0, 2**24 - 1).map(_of_many))
 
 
-def only_solid(scene: Scene) -> Scene:
-    """Return a scene without its rule for bodies that pass, if it has this for kinds that no body has."""
-    rules = {pair: answer for pair, answer in scene.responses if pair not in NOBODY_PASSES}
-    return scene.replace(responses=rules)
-
-
 STARTS: dict[str, Callable[[], st.SearchStrategy[Scene]]] = {
     "living": _of_any_size,
     "passing": lambda: _with_responses(True),
     "solid": lambda: _with_responses(False),
+    "torus": lambda: st.integers(0, 2**24 - 1).map(lambda number: torus(number).replace(turns=())),
     "shapes": lambda: of_all_shapes().map(lambda scene: scene.replace(turns=())),
 }
 """What living scenes begin with, by kind."""
@@ -177,6 +161,9 @@ class _Play:
     def place(self, random: np.random.Generator) -> Any:
         """Return a place in 64ths of the scene, or anywhere in it."""
         part = random.integers(1, 64, 2) / 64.0 if random.random() < 0.75 else random.random(2)
+        for at, axis in enumerate("xy"):  # on a periodic axis also on the border, and some periods away
+            if axis in self.scene.periodic and random.random() < 0.5:
+                part[at] = random.choice([part[at], 0.0, 1.0]) + random.integers(-2, 3)
         return self.corner + part * self.size
 
     def insert(
@@ -402,6 +389,13 @@ passing_strategy = Strategy(
     "-while-some-pass",
     "where bodies pass through others",
     _played("passing"),
+    LIVING_CONTACTS,
+)
+living_torus_strategy = Strategy(
+    "living scenes on a torus",
+    "-as-bodies-come-and-go-on-a-torus",
+    "while bodies of several kinds come and go on periodic axes",
+    _played("torus"),
     LIVING_CONTACTS,
 )
 living_shape_strategy = Strategy(

@@ -18,12 +18,12 @@ from kinetile_conformance.strategies.small import (
     FEWEST,
     MOST,
     body_in_cell,
-    on_a_torus,
     scene_of,
     scenes,
     several,
 )
 from kinetile_conformance.strategies.strategy import Strategy, drawn
+from kinetile_conformance.strategies.torus import on_a_torus
 
 CAPSULE = capsule((-0.5, 0.0), (0.5, 0.0), 0.5)
 SQUARE = box(2.0, 2.0)

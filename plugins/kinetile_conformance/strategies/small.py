@@ -12,7 +12,6 @@ equal ones keep small dyadic numbers what they are.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -191,26 +190,6 @@ def wide_scenes(draw: st.DrawFn, most: int = MOST) -> Scene:
     return scene_of(draw(several(_wide_body(far), most)), None, draw(untils))
 
 
-@st.composite
-def on_a_torus(draw: st.DrawFn, boxes: Sequence[tuple[int, int]], least: int) -> Scene:
-    """So many bodies and more in a box with periodic axes, perhaps hardly wider than a body: in corners and
-    on borders, some of them written periods away, some flights many boxes long, some bodies minute."""
-    periodic = draw(st.sampled_from(["xy", "xy", "x", "y"]))
-    sides = draw(st.sampled_from(boxes))
-    bodies = draw(several(body_in_cell(*sides, False), MOST, least))
-    pace, small = draw(st.sampled_from([1.0, 1.0, 32.0])), draw(st.sampled_from([1.0, 1.0, 0.01]))
-    aside = draw(st.sampled_from([0.0, -0.5]))
-    away = st.sampled_from([0, 0, 0, -3, 2])
-    for body in bodies:
-        body["radius"] = min(body["radius"], 1.0 / 2.1) * draw(st.sampled_from([1.0, small]))
-        body["velocity"] = tuple(pace * speed for speed in (body["velocity"][0], draw(speeds)))
-        body["position"] = tuple(
-            place + (aside + draw(away) * side if axis in periodic else 0.0)
-            for place, side, axis in zip(body["position"], sides, "xy", strict=True)
-        )
-    return scene_of(bodies, (float(sides[0]), float(sides[1])), 8.0, periodic)
-
-
 def scenes(turns: bool = True, most: int = MOST) -> st.SearchStrategy[Scene]:
     """Return the mix that the kit draws from, with up to so many bodies (at least 3)."""
     return st.one_of(
@@ -243,10 +222,4 @@ turning_scenes = Strategy(
 )
 crowded_scenes = Strategy(
     "small scenes in boxes", "-in-a-box", "in small boxes", drawn(partial(box_scenes, turns=False))
-)
-torus_scenes = Strategy(
-    "small scenes on a torus",
-    "-on-a-torus",
-    "where axes are periodic",
-    drawn(lambda: on_a_torus([(1, 1), (1, 3), (2, 2), (3, 2), (2, 4), (4, 4)], least=1)),
 )

@@ -1,0 +1,105 @@
+"""Kinds of bodies, and rules for what happens where two of them meet.
+
+Every such scene also names the same responses for kinds that it declares and that no body has, so that one
+loop serves all of them. A phase that does not accept bodies that pass is shown the scenes without that rule
+(``acceptable``).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from kinetile.errors import Refused
+from kinetile.scene import Response, Scene, Settings
+from kinetile_conformance.cases import SWARM_CONTACTS, Subject, is_living
+from kinetile_conformance.strategies.strategy import Strategy, numbered
+from kinetile_conformance.strategies.swarms import anyhow, jitter, radii, slots, square
+
+Rules = dict[Any, Any]
+
+KINDS = ("ball", "wisp", "block")
+ABSENT = ("nobody", "no one")
+LOSSY = Response("restitution", e=0.5, contact_time=2.0**-10)
+SAME_LOOP: Rules = {("nobody", "nobody"): "stop", ("nobody", "no one"): LOSSY}
+"""Rules for kinds that no body has: with them, scenes of any rules have one loop."""
+
+NOBODY_PASSES: Rules = {("no one", "no one"): "pass"}
+"""One more, which phases refuse that need solid bodies."""
+
+ANSWERS = ("elastic", "stop", LOSSY, Response("restitution", e=0.875, contact_time=2.0**-20))
+
+
+def with_kinds(scene: Scene, kinds: Sequence[int] = (), random: np.random.Generator | None = None) -> Scene:
+    """Return a scene whose bodies have the kinds of these numbers: wisps pass through all others, blocks
+    cannot be moved. Without numbers all are balls, and elastic."""
+    rules: Rules = SAME_LOOP | NOBODY_PASSES
+    fields: dict[str, Any] = {}
+    if random is not None:
+        answers = [ANSWERS[int(random.choice([0, 0, 1, 2, 3]))] for _ in range(2)]
+        rules = {("*", "*"): answers[0], ("ball", "ball"): answers[1]} | rules
+        if random.random() < 0.5:
+            rules |= {("wisp", other): "pass" for other in KINDS}
+        fields["mass"] = [
+            math.inf if KINDS[kind] == "block" else float(mass)
+            for kind, mass in zip(kinds, scene.mass, strict=True)
+        ]
+    fields["kind"] = [KINDS[kind] for kind in kinds] or ["ball"] * len(scene)
+    return scene.replace(kinds=(*KINDS, *ABSENT), responses=rules, **fields)
+
+
+def acceptable(subject: Subject, scene: Scene) -> Scene:
+    """Return a scene as phases accept it, if they do: without what no body does; where axes are periodic also
+    without responses."""
+    if not set(NOBODY_PASSES) & {pair for pair, _ in scene.responses}:
+        return scene
+    rules = {pair: answer for pair, answer in scene.responses if pair not in NOBODY_PASSES}
+    plain: list[Rules] = [{}] if scene.periodic and not is_living(scene) else []
+    for each in (scene, *(scene.replace(responses=some) for some in (rules, *plain))):
+        with suppress(Refused):
+            subject.composition(each)
+            return each
+    return scene
+
+
+MANY = (9, 40, 129, 256)
+"""Kinds of a scene of many."""
+
+
+def of_many_kinds(number: int) -> Scene:
+    """Return bodies in a box, of up to 256 kinds of which each two may have a rule of their own; a quarter
+    cannot be moved, and those meet each other, too."""
+    random = np.random.default_rng(number)
+    bodies = int(random.integers(8, 80))
+    kinds = [f"kind {each}" for each in range(MANY[number % len(MANY)])]
+    side = square(bodies, 1.3)
+    radius = radii(random, bodies, int(random.integers(8)))
+    chosen = random.integers(0, len(kinds), bodies)
+    chosen[: bodies // 4] = len(kinds) - 1 - np.arange(bodies // 4) % 3  # the last ones, each many times
+    answers = [*ANSWERS, "pass"]
+    two = chosen[random.integers(0, bodies, (4 * bodies, 2))].tolist()
+    rules: Rules = {(kinds[a], kinds[b]): answers[int(random.integers(5))] for a, b in map(sorted, two)}
+    return Scene(
+        slots(random, bodies, side, side) + jitter(random, radius),
+        anyhow(random, bodies),
+        radius,
+        mass=np.where(random.random(bodies) < 0.25, math.inf, 1.0),
+        kind=[kinds[each] for each in chosen],
+        kinds=(*ABSENT, *kinds),
+        arena=(float(side), float(side)),
+        responses=rules | SAME_LOOP | NOBODY_PASSES,
+        settings=Settings(until=20.0),
+    )
+
+
+kind_scenes = Strategy(
+    "many kinds",
+    "-of-many-kinds",
+    "among bodies of up to 256 kinds, some of which pass through others",
+    numbered(of_many_kinds),
+    SWARM_CONTACTS // 3,
+)

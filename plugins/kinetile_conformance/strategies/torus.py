@@ -1,0 +1,106 @@
+"""Scenes on periodic axes, from one body to forty: on borders and in corners, written some periods away, in
+boxes up to twenty times as long as wide, in which some fly thousands of periods.
+
+All have kinds of bodies with rules of their own, so that one loop serves all of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from hypothesis import strategies as st
+
+from kinetile.scene import Scene, Settings, Turn
+from kinetile_conformance.strategies.kinds import KINDS, with_kinds
+from kinetile_conformance.strategies.small import MOST as FEW
+from kinetile_conformance.strategies.small import body_in_cell, scene_of, several, speeds
+from kinetile_conformance.strategies.strategy import Strategy, drawn, numbered
+from kinetile_conformance.strategies.swarms import anyhow, jitter, radii, slots
+
+MOST = 40
+"""Bodies of a swarm on a torus."""
+
+CONTACTS = 400
+"""The limit for such a swarm."""
+
+
+@st.composite
+def on_a_torus(draw: st.DrawFn, boxes: Sequence[tuple[int, int]], least: int) -> Scene:
+    """So many bodies and more in a box with periodic axes, perhaps hardly wider than a body: in corners and
+    on borders, some of them written periods away, some flights many boxes long, some bodies minute."""
+    periodic = draw(st.sampled_from(["xy", "xy", "x", "y"]))
+    sides = draw(st.sampled_from(boxes))
+    bodies = draw(several(body_in_cell(*sides, False), FEW, least))
+    pace, small = draw(st.sampled_from([1.0, 1.0, 32.0])), draw(st.sampled_from([1.0, 1.0, 0.01]))
+    aside = draw(st.sampled_from([0.0, -0.5]))
+    away = st.sampled_from([0, 0, 0, -3, 2])
+    for body in bodies:
+        body["radius"] = min(body["radius"], 1.0 / 2.1) * draw(st.sampled_from([1.0, small]))
+        body["velocity"] = tuple(pace * speed for speed in (body["velocity"][0], draw(speeds)))
+        body["position"] = tuple(
+            place + (aside + draw(away) * side if axis in periodic else 0.0)
+            for place, side, axis in zip(body["position"], sides, "xy", strict=True)
+        )
+    return scene_of(bodies, (float(sides[0]), float(sides[1])), 8.0, periodic)
+
+
+def torus(number: int) -> Scene:
+    """Return the swarm on a torus of a number: half are dyadic, with turns where bodies touch a border."""
+    random = np.random.default_rng(number)
+    bodies = int(2 * (MOST / 2) ** random.random())
+    long = int(random.choice([1, 1, 2, 5, 20]))
+    rows = max(1, math.ceil(math.sqrt(1.3 * bodies / long)))
+    sides = np.array([long * rows, rows])[:: 1 if number & 1 else -1]
+    periodic = ("xy", "xy", "x", "y")[int(random.integers(4))]
+    is_dyadic = random.random() < 0.5
+    radius = radii(random, bodies, int(random.integers(8)))
+    if is_dyadic:
+        radius = np.where(radius > 0.2, random.choice([0.25, 0.5 - 2.0**-20, 0.375]), 0.125)
+    place = slots(random, bodies, int(sides[0]), int(sides[1]))
+    velocity = random.integers(-4, 5, (bodies, 2)) / 2.0 if is_dyadic else anyhow(random, bodies)
+    if not is_dyadic:
+        place = place + jitter(random, radius)
+    until = 64.0
+    match int(random.integers(6)):
+        case 0:  # hardly any contact, and thousands of periods
+            radius, velocity = radius * 2.0**-6, velocity * 2.0**6
+        case 1:  # all drift together
+            velocity = velocity + 2.0 ** random.integers(4, 9) * random.integers(-1, 2, 2)
+            until = 16.0
+        case 2:
+            velocity[random.random(bodies) < 0.7] = 0.0
+    along = np.array([axis in periodic for axis in "xy"])
+    place = place + along * random.choice([0.0, 0.5]) + along * sides * random.integers(-3, 4, (bodies, 2))
+    moments = random.integers(0, 64, bodies // 3) / 4.0
+    turns = [
+        Turn(int(random.integers(bodies)), float(each), tuple((random.integers(-4, 5, 2) / 2.0).tolist()))
+        for each in np.sort(moments)
+    ]
+    scene = Scene(
+        place,
+        velocity,
+        radius,
+        arena=(float(sides[0]), float(sides[1])),
+        periodic=periodic,
+        turns=turns,
+        settings=Settings(until=until),
+    )
+    kinds = random.choice(len(KINDS), bodies, p=[0.7, 0.15, 0.15]) if number & 2 else np.zeros(bodies, int)
+    return with_kinds(scene, kinds.tolist(), random)
+
+
+def _few() -> st.SearchStrategy[Scene]:
+    boxes = [(1, 1), (1, 3), (2, 2), (3, 2), (2, 4), (4, 4), (1, 20)]
+    return on_a_torus(boxes, 1).map(with_kinds)
+
+
+torus_scenes = Strategy("small scenes on a torus", "-on-a-torus", "where axes are periodic", drawn(_few))
+torus_swarms = Strategy(
+    "swarms on a torus",
+    "-in-a-swarm-on-a-torus",
+    "among up to forty bodies of several kinds on periodic axes",
+    numbered(torus),
+    CONTACTS,
+)
