@@ -47,7 +47,7 @@ def test_what_judges_and_shows_uses_nothing_private(package):
 INSTRUMENTS = tuple(PLUGINS / f"kinetile_{name}" for name in ("accuracy", "bench", "conformance"))
 """Packages that import what docs/api/instruments.md promises, as any foreign instrument may."""
 
-UNDER_THE_ENGINE = {"watched_hooks.py", "canaries.py"}
+UNDER_THE_ENGINE = {"watched_hooks.py"}
 """Two checks of the kernel's memory: the page names them as its limit."""
 
 ROW = re.compile(r"^\| `(kinetile[\w.]*)` \| (.*?) \|", re.MULTILINE)

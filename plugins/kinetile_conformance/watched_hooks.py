@@ -35,16 +35,15 @@ import numpy as np
 
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel import vectors
-from kinetile.kernel.log import TURNED
+from kinetile.kernel.log import INSERTED, REMOVED, TURNED
 from kinetile.kernel.tables import column, fields_in
 from kinetile.plugin.calling import NOT_AUTHORS, line_of_author, place_of
 from kinetile.run.advance import End, advance
-from kinetile.run.arguments import read_turns
+from kinetile.run.arguments import read_insertion, read_removal, read_turns
 from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine.engine import Engine
 from kinetile.scene import Scene
-from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel
-from kinetile_conformance.canaries import exchange
+from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, positions_now
 from kinetile_conformance.cases import Subject, horizon
 
 NOT_AUTHORS.add(Path(__file__).parent)
@@ -358,6 +357,24 @@ def _place(hook: Callable[..., Any]) -> str:
     """Return where a hook begins, to be put behind a sentence."""
     code = getattr(unwrap(hook), "__code__", None)
     return f" (it begins in {Path(code.co_filename).name}, line {code.co_firstlineno})" if code else ""
+
+
+def exchange(engine: Engine, body: int, velocity: tuple[float, float]) -> None:
+    """Remove a body, and insert another of its size in its place, in the middle of a watched run.
+
+    So ``leave`` and ``enter`` are watched too, and a phase that has neither is rebuilt. Does nothing where
+    the body has gone already; where the phase refuses the new body, it stays out.
+    """
+    if not 0 <= body < engine.numbers or engine.k.slots[body] < 0:
+        return
+    slot = engine.k.slots[body : body + 1]
+    x, y = positions_now(engine.k, slot)[0].tolist()
+    radius, mass = float(engine.k.bodies["radius"][slot[0]]), float(engine.k.mass[slot[0]])
+    shape = int(engine.k.bodies["form"][slot[0]]) if engine.scene.shapes else None
+    engine.carry_out(REMOVED, read_removal(engine, body))
+    with contextlib.suppress(KinetileError, ValueError):
+        rows, new = read_insertion(engine, (x, y), velocity, radius, mass, None, shape)
+        engine.carry_out(INSERTED, rows, new)
 
 
 def watch_hooks(subject: Subject, scene: Scene) -> str | None:

@@ -81,7 +81,11 @@ def read_rules(
     """
     if not scene.ruled:
         return None
-    meets, kinds = [response for row in scene.meets for response in row], len(scene.kinds)
+    each_two, kinds = [response for row in scene.meets for response in row], len(scene.kinds)
+    meets = list(
+        {id(response): response for response in each_two}.values()
+    )  # one for all kinds that share it
+    place = {id(response): at for at, response in enumerate(meets)}
     parts = [_parts(response, scene) for response in meets]
     needed = {each.respond for each in parts if each.respond is not None}
     if len(needed) > MOST_RESPONSES:
@@ -92,7 +96,7 @@ def read_rules(
     if len(family) > MOST_RESPONSES or any(each.touch is None for each in narrow.values()):
         family = needed
     hooks = sorted(family, key=_name)
-    rows = record_table(RULE, kinds * (kinds + 1))
+    rows = record_table(RULE, len(meets))
     for row, response, each in zip(rows, meets, parts, strict=True):
         # The kernel runs the two built-in responses itself, as 0 and 1; hooks are numbered after them.
         built_in = response.name in BUILT_IN
@@ -107,7 +111,9 @@ def read_rules(
         )
     _check_narrow(narrow, passing, bool(needed), bool(scene.shapes))
     names = tuple(dict.fromkeys(response.name for response in meets))
-    return Rules(rows, kinds, tuple(hooks), passing, names)
+    table = record_table(RULE, len(each_two))
+    table[:] = rows[[place[id(response)] for response in each_two]]
+    return Rules(table, kinds, tuple(hooks), passing, names)
 
 
 def _name(hook: Any) -> tuple[str, str]:

@@ -17,7 +17,7 @@ from kinetile_conformance.checks import (
     side_effects,
 )
 from kinetile_conformance.checks.check import Check, Observation
-from kinetile_conformance.strategies.bulk import lattice_scenes, marathon_scenes
+from kinetile_conformance.strategies.bulk import large_scenes, lattice_scenes, marathon_scenes
 from kinetile_conformance.strategies.gallery import gallery_scenes
 from kinetile_conformance.strategies.kinds import kind_scenes
 from kinetile_conformance.strategies.living import (
@@ -31,7 +31,9 @@ from kinetile_conformance.strategies.living import (
 from kinetile_conformance.strategies.shapes import (
     shape_and_square_scenes,
     shape_scenes,
+    shape_swarms,
     shape_torus_scenes,
+    shape_torus_swarms,
 )
 from kinetile_conformance.strategies.small import crowded_scenes, small_scenes, turning_scenes
 from kinetile_conformance.strategies.strategy import Strategy
@@ -70,7 +72,6 @@ TABLE: dict[Strategy | None, Cells] = {
     },
     None: {
         memory.writes_only_where_it_may: 0.0,
-        memory.stays_within_its_arrays: 0.0,
         side_effects.leaves_the_process_alone: 0.0,
         side_effects.memory_does_not_grow: 0.0,
         process_independence.does_not_see_who_asks: 0.0,
@@ -88,7 +89,6 @@ TABLE: dict[Strategy | None, Cells] = {
     solid_strategy: {runs.same_contacts: 0.08},
     passing_strategy: {runs.same_contacts: 0.08, runs.its_structure_is_true: 0.08},
     passing_swarms: {runs.never_misses_a_pair: 0.5},
-    living_shape_strategy: {runs.same_contacts: 0.04, runs.its_structure_is_true: 0.04},
     gallery_scenes: {runs.same_contacts: 1.0},
     giant_scenes: {runs.same_contacts: 0.3},
     lattice_scenes: {runs.same_contacts: 0.7},
@@ -117,8 +117,30 @@ TABLE: dict[Strategy | None, Cells] = {
         runs.resumes: 0.06,
     },
     kind_scenes: {runs.same_contacts: 0.12, runs.its_structure_is_true: 0.06, runs.resumes: 0.04},
-    shape_scenes: {runs.same_contacts: 0.5},
-    shape_torus_scenes: {runs.same_contacts: 0.5},
+    shape_scenes: {runs.same_contacts: 0.5, runs.its_structure_is_true: 0.1, runs.resumes: 0.1},
+    shape_torus_scenes: {runs.same_contacts: 0.3, runs.its_structure_is_true: 0.1},
+    shape_swarms: {
+        runs.same_contacts: 0.2,
+        runs.never_misses_a_pair: 0.1,
+        runs.its_structure_is_true: 0.05,
+        runs.can_be_drawn: 0.04,
+        runs.resumes: 0.05,
+    },
+    shape_torus_swarms: {
+        runs.same_contacts: 0.2,
+        runs.never_misses_a_pair: 0.1,
+        runs.its_structure_is_true: 0.05,
+        runs.can_be_drawn: 0.04,
+        runs.resumes: 0.05,
+    },
+    living_shape_strategy: {
+        runs.same_contacts: 0.04,
+        runs.its_structure_is_true: 0.04,
+        runs.can_be_drawn: 0.02,
+        runs.same_contacts_when_commanded_by_hand: 0.02,
+        runs.resumes: 0.02,
+    },
+    large_scenes: {runs.same_contacts: 0.01, runs.never_misses_a_pair: 0.01, runs.resumes: 0.01},
     marathon_scenes: {runs.same_contacts: 0.03},
     crowded_scenes: {narrow_phases.same_contacts_with_loose_bounds: 1.0},
     shape_and_square_scenes: {

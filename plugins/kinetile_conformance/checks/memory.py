@@ -1,29 +1,24 @@
-"""Observations of memory: what hooks change that is not theirs, and what they touch outside of their arrays.
+"""The observation of memory: what hooks change that is not theirs, and what they use outside of their arrays.
 
-They run on fixed scenes. A breach is named with hook, field and line, and often has no effect on any contact:
-on another machine, or in a larger scene, it would have.
-
-Two ways, since neither sees everything. ``watched_hooks`` runs a phase interpreted and names hook, field and
-line, on small scenes; where the kit's own process has compiled hooks, an interpreter of its own does that.
-``canaries`` runs the compiled loop as it is and names the array, on large scenes.
+It runs on fixed scenes. A breach is named with hook, field and line, and often has no effect on any contact:
+on another machine, or in a larger scene, it would have. ``watched_hooks`` runs a phase interpreted; where the
+kit's own process has compiled hooks, an interpreter of its own does that.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.scene import Scene
-from kinetile_conformance.canaries import look_for_writes
 from kinetile_conformance.cases import Subject
-from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, observation
+from kinetile_conformance.checks.check import Case, Disagreement, observation
 from kinetile_conformance.processes import Died, in_a_child
-from kinetile_conformance.strategies.gallery import MANY, SMALL
+from kinetile_conformance.strategies.gallery import SMALL
 from kinetile_conformance.watched_hooks import watch_hooks
 
-SECONDS = 40.0
+SECONDS = 60.0
 """CPU seconds for the child."""
 
 Titled = Sequence[tuple[str, Scene]]
@@ -48,25 +43,19 @@ def first_breach(subject: Subject, scenes: Titled) -> str | None:
 
 
 def _watched(subject: Subject, scenes: Titled) -> str | None:
-    """Return the first breach of a phase whose hooks are watched; raise Refused where there is no other
-    end."""
-    try:
-        return _first(partial(watch_hooks, subject), scenes)
-    except KinetileError as error:
-        raise Refused(str(error)) from error
+    """Return the first breach of a phase whose hooks are watched, and its scene; None where there is none.
 
-
-def _first(look: Callable[[Scene], str | None], scenes: Titled) -> str | None:
-    """Return the first breach that ``look`` finds, and its scene; None where there is none.
-
-    Scenes that the phase refuses are left out; raises Refused where it refuses all.
+    Scenes that the phase refuses are left out; raises Refused where it refuses all, and where there is
+    another end.
     """
-    refusal: Refused | None = None
+    refusal: KinetileError | None = None
     run = 0
     for title, scene in scenes:
         try:
-            said = look(scene)
-        except Refused as error:
+            said = watch_hooks(subject, scene)
+        except KinetileError as error:
+            if not isinstance(error, Refused):
+                raise Refused(str(error)) from error
             refusal = error
             continue
         run += 1
@@ -82,15 +71,5 @@ def writes_only_where_it_may(case: Case) -> None:
     """Interpreted, its hooks change nothing that is not theirs, use no index outside of an array, and raise
     nothing"""
     said = first_breach(case.subject, SMALL)
-    if said is not None:
-        raise Disagreement(said)
-
-
-@observation(compares=False)
-def stays_within_its_arrays(case: Case) -> None:
-    """It writes nothing just before or behind an array of its state or of the kernel"""
-    if INTERPRETED:
-        raise DoesNotApply("hooks are interpreted here: writes-only-where-it-may looks at every index")
-    said = _first(partial(look_for_writes, case.subject), MANY)
     if said is not None:
         raise Disagreement(said)

@@ -39,6 +39,9 @@ STEPS = 60
 FEW = 8
 """Bodies that are few."""
 
+BY_HAND = 21
+"""Commands after which something is done, of those that are given by hand."""
+
 DRAWN = 6
 """Stops from one drawing of few bodies to the next."""
 
@@ -195,20 +198,24 @@ def resumes(case: Case) -> None:
 
 @observation()
 def same_contacts_when_commanded_by_hand(case: Case) -> None:
-    """The same contacts where commands are given between two runs, and at each the simulation is looked at,
-    drawn, audited, built anew, put back, or saved and resumed"""
-    looks: tuple[Look, ...] = (_refuse, *WAYS.values(), _audit)
-    drawn = 1 + len(case.scene.commands) // 2  # with hundreds of bodies a drawing takes up to a second
+    """The same contacts where commands are given between two runs, and after some the simulation is looked
+    at, drawn, audited, built anew, put back, or saved and resumed"""
+    looks: tuple[Look, ...] = (_refuse, *WAYS.values(), _audit, _draw)
+    every = 1 + len(case.scene.commands) // BY_HAND
 
     def look(sim: Simulation, at: int) -> Simulation:
-        if at % drawn == 0:
-            sim.drawing()
-        return looks[at % len(looks)](sim) or sim
+        if at % every:
+            return sim
+        return looks[at // every % len(looks)](sim) or sim
 
     expected = _by_hand(case.subject.reference, case, lambda sim, _: sim)
     said = difference(_by_hand(case.subject, case, look), expected, case.subject.name)
     if said is not None:
         raise Disagreement(said)
+
+
+def _draw(sim: Simulation) -> None:
+    sim.drawing()
 
 
 def _by_hand(tested: Subject, case: Case, between: Callable[[Simulation, int], Simulation]) -> RunOutcome:

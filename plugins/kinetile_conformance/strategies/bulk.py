@@ -1,4 +1,4 @@
-"""Lattices by the hundred, and marathons: many exact ties in one scene, and many contacts in one run.
+"""Many exact ties in one scene, many contacts in one run, many bodies in one box.
 
 A simulation costs a few milliseconds before anything has happened, however small it is. So, to test ties in
 bulk, a hundred lattices of two to nine bodies are in one scene, so far apart that no body comes from one to
@@ -18,8 +18,9 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.scene import Scene, Settings
-from kinetile_conformance.cases import LATTICE_CONTACTS, MARATHON_CONTACTS
+from kinetile_conformance.cases import LATTICE_CONTACTS, MARATHON_CONTACTS, SWARM_CONTACTS
 from kinetile_conformance.strategies.strategy import Strategy, numbered
+from kinetile_conformance.strategies.swarms import swarm
 
 LATTICES = 100
 """Lattices in a scene."""
@@ -124,4 +125,14 @@ marathon_scenes = Strategy(
     "over a hundred thousand contacts, while the base of the clock moves often",
     numbered(_numbered_marathon),
     MARATHON_CONTACTS,
+)
+
+
+def _large(number: int) -> Scene:
+    """Return the gas of a number, of 1,500 bodies."""
+    return swarm("gas", 1_500, number, 1 + number % 7)
+
+
+large_scenes = Strategy(
+    "large scenes", "-in-a-large-scene", "among 1,500 bodies", numbered(_large), SWARM_CONTACTS
 )

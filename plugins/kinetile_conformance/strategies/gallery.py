@@ -1,7 +1,6 @@
-"""Fixed scenes: the gallery that every phase is shown, the smallest scene, and scenes on which memory is
-watched.
+"""Fixed scenes: the gallery that every phase is shown, and scenes on which memory is watched.
 
-Memory is watched on few bodies of all kinds where hooks run interpreted, on many where they run compiled.
+Memory is watched on few bodies of all kinds, with interpreted hooks.
 These scenes come from a generator of their own and not from Hypothesis, since a breach is named with hook,
 field and line, and need not be minimised to be understood. What matters is that each hook runs in each
 situation: crowds and lone bodies, walls and none, turns, sizes that differ, places far from the origin and
@@ -12,35 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from random import Random
-from typing import Any
 
 import numpy as np
 
 from kinetile.scene import Scene, Settings, Turn
-from kinetile.scene.by_name import make_scene
+from kinetile_conformance.strategies.shapes import shape_swarm, shape_torus
 from kinetile_conformance.strategies.strategy import Strategy
-
-SCENES: tuple[tuple[str, dict[str, Any]], ...] = (
-    ("grid", {"bodies": 25, "density": 0.5}),
-    ("grid", {"bodies": 25, "density": 0.01}),
-    ("random", {"bodies": 20, "density": 0.2, "radius_ratio": 20.0, "mass_ratio": 100.0}),
-    ("figure-10", {}),
-    ("figure-11", {}),
-    ("figure-16", {}),
-    ("cradle", {}),
-    ("break", {}),
-    ("lattice", {"bodies": 16, "seed": 3}),
-    ("lattice", {"bodies": 16, "kind": "non-dyadic", "turns": 20, "seed": 4}),
-    ("lattice", {"bodies": 16, "jitter": 1e-12, "seed": 5}),
-)
-
-
-def gallery() -> Iterator[tuple[str, Scene]]:
-    """Yield (title, scene)."""
-    yield "a row between two", row_between_two()
-    for name, parameters in SCENES:
-        title = ", ".join([name, *(f"{key}={value}" for key, value in parameters.items())])
-        yield title, make_scene(name, **parameters)
+from kinetile_conformance.strategies.torus import torus
 
 
 def row_between_two() -> Scene:
@@ -61,22 +38,22 @@ def smallest() -> Scene:
 
 
 def _shown() -> Iterator[Scene]:
-    """Yield scenes with nothing, one body, or nothing that moves, and the gallery."""
+    """Yield scenes with nothing, one body, or nothing that moves, and a row between two."""
     nobody = np.zeros((0, 2))
     yield Scene(nobody, nobody, np.zeros(0), arena=(1.0, 1.0))
     yield smallest()
     yield smallest().replace(velocity=[[1.0, 0.5]])
     yield Scene([[0.25, 0.5], [0.75, 0.5]], np.zeros((2, 2)), 0.25, arena=(1.0, 1.0))
     yield Scene([[0.5, 0.5], [1.5, 0.5]], [[1.0, 0.0], [1.0, 0.0]], 0.5, arena=(8.0, 1.0))
-    yield from (scene for _, scene in gallery())
+    yield row_between_two()
 
 
 gallery_scenes = Strategy(
     "the gallery",
     "-in-the-gallery",
-    "on fixed scenes: of no body, of one, and worst cases",
+    "where there is nothing, one body, nothing that moves, or a row between two",
     lambda count, seed: _shown(),
-    fixed=6 + len(SCENES),
+    fixed=6,
 )
 
 
@@ -141,16 +118,13 @@ SMALL = (
     cells(30, 6, 6, turns=4),
     cells(30, 40, 1, walls=False, corner=-20.0),
     cells(30, 8, 8, ratio=64),
+    *(
+        (title, scene.replace(settings=Settings(until=2.0)))
+        for title, scene in (
+            ("a swarm on a torus", torus(7)),
+            ("a swarm of shapes", shape_swarm(3)),
+            ("a swarm of shapes on a torus", shape_torus(6)),
+        )
+    ),
 )
-"""For interpreted hooks."""
-
-MANY = (
-    *SMALL,
-    cells(36, 6, 6),
-    cells(50, 200, 1, turns=6),
-    cells(64, 9, 9, walls=False, corner=-4.5, ratio=16),
-    cells(80, 10, 10, ratio=1024, turns=8),
-    cells(100, 12, 12, resting=30),
-    cells(100, 20, 20, walls=False, corner=2.0**16),
-)
-"""For compiled ones."""
+"""For interpreted hooks: on many bodies they would take too long."""

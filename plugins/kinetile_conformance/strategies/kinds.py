@@ -8,7 +8,7 @@ loop serves all of them. A phase that does not accept bodies that pass is shown 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -34,22 +34,29 @@ NOBODY_PASSES: Rules = {("no one", "no one"): "pass"}
 ANSWERS = ("elastic", "stop", LOSSY, Response("restitution", e=0.875, contact_time=2.0**-20))
 
 
-def with_kinds(scene: Scene, kinds: Sequence[int] = (), random: np.random.Generator | None = None) -> Scene:
-    """Return a scene whose bodies have the kinds of these numbers: wisps pass through all others, blocks
-    cannot be moved. Without numbers all are balls, and elastic."""
+def of_kinds(
+    kinds: Sequence[int], mass: Iterable[float], random: np.random.Generator, passing: bool | None = None
+) -> dict[str, Any]:
+    """Return the fields of a scene whose bodies have the kinds of these numbers, and masses: wisps pass
+    through all others (None: in half of all scenes), blocks cannot be moved."""
+    answers = [ANSWERS[int(random.choice([0, 0, 1, 2, 3]))] for _ in range(3)]
+    pairs = (("*", "*"), ("*", "wall"), ("ball", "ball"))
+    rules: Rules = dict(zip(pairs, answers, strict=True)) | SAME_LOOP | NOBODY_PASSES
+    if passing if passing is not None else random.random() < 0.5:
+        rules |= {("wisp", other): "pass" for other in KINDS}
+    named = [KINDS[kind] for kind in kinds]
+    return {
+        "kinds": (*KINDS, *ABSENT),
+        "kind": named,
+        "mass": [math.inf if k == "block" else float(m) for k, m in zip(named, mass, strict=True)],
+        "responses": rules,
+    }
+
+
+def with_kinds(scene: Scene) -> Scene:
+    """Return a scene in which all bodies are balls, and elastic, with the loop of scenes with kinds."""
     rules: Rules = SAME_LOOP | NOBODY_PASSES
-    fields: dict[str, Any] = {}
-    if random is not None:
-        answers = [ANSWERS[int(random.choice([0, 0, 1, 2, 3]))] for _ in range(2)]
-        rules = {("*", "*"): answers[0], ("ball", "ball"): answers[1]} | rules
-        if random.random() < 0.5:
-            rules |= {("wisp", other): "pass" for other in KINDS}
-        fields["mass"] = [
-            math.inf if KINDS[kind] == "block" else float(mass)
-            for kind, mass in zip(kinds, scene.mass, strict=True)
-        ]
-    fields["kind"] = [KINDS[kind] for kind in kinds] or ["ball"] * len(scene)
-    return scene.replace(kinds=(*KINDS, *ABSENT), responses=rules, **fields)
+    return scene.replace(kinds=(*KINDS, *ABSENT), responses=rules, kind=["ball"] * len(scene))
 
 
 def acceptable(subject: Subject, scene: Scene) -> Scene:
@@ -66,7 +73,7 @@ def acceptable(subject: Subject, scene: Scene) -> Scene:
     return scene
 
 
-MANY = (9, 40, 129, 256)
+MANY = (9, 17, 40, 256)
 """Kinds of a scene of many."""
 
 

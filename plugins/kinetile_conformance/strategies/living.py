@@ -1,15 +1,13 @@
 """Living scenes: bodies come, go and turn, some pass through others, stop, or lose energy.
 
-Whether there is room for a new body depends on where the others are by then. So a state machine of Hypothesis
-plays each scene under the reference: its rules run, insert, remove, exchange and turn, and what is refused is
-left out. ``Simulation.recorded`` of that run is the scene, with every command at its exact tick: any phase
-can run it, a child that dies of it has written it down, and a file keeps it.
+Whether there is room for a new body depends on where the others are by then. So each scene is played under
+the reference: rules run, insert, remove, exchange and turn, and what is refused is left out.
+``Simulation.recorded`` of that run is the scene, with every command at its exact tick: any phase can run it,
+a child that dies of it has written it down, and a file keeps it.
 
 Rare states of a structure need many arrivals: a free list that wraps round, a cell with twenty bodies, a slot
 that is taken for the fourth time. So most rules do several things at once, and a quarter of the scenes has
-four times as many steps. Hypothesis disables rules at random for each scene, which makes runs of one kind of
-command. It does not minimise commands: that takes a hundred times as long as leaving out parts of a recording
-(``kinetile_conformance.drawing``).
+four times as many steps. Some rules are left out of each scene, which makes runs of one kind of command.
 
 In scenes with responses three kinds of bodies meet by drawn rules.
 """
@@ -17,33 +15,25 @@ In scenes with responses three kinds of bodies meet by drawn rules.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from functools import cache
-from itertools import islice
+from functools import cache, partial
+from itertools import count, islice
 from typing import Any
 
 import numpy as np
-from hypothesis import seed
 from hypothesis import strategies as st
-from hypothesis.stateful import (
-    RuleBasedStateMachine,
-    initialize,
-    precondition,
-    rule,
-    run_state_machine_as_test,
-)
 
 from kinetile import Shape
 from kinetile.errors import KinetileError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.scene import Scene, Settings, relabelled, with_commands
 from kinetile_conformance.cases import LIVING_CONTACTS, REFERENCE, SWARM_CONTACTS, Subject, is_living
-from kinetile_conformance.strategies.kinds import ABSENT, ANSWERS, KINDS, NOBODY_PASSES, SAME_LOOP
-from kinetile_conformance.strategies.shapes import SHAPES, of_all_shapes, scaled
-from kinetile_conformance.strategies.small import box_scenes, plane_scenes, speeds
-from kinetile_conformance.strategies.strategy import Draw, Strategy, drawn, generating
+from kinetile_conformance.strategies.kinds import ABSENT, KINDS, SAME_LOOP, of_kinds, with_kinds
+from kinetile_conformance.strategies.shapes import SHAPES, of_all_shapes, scaled, shape_swarm
+from kinetile_conformance.strategies.small import box_scenes, plane_scenes
+from kinetile_conformance.strategies.strategy import Draw, Strategy, drawn, numbered
 from kinetile_conformance.strategies.swarms import KINDS as SWARMS
 from kinetile_conformance.strategies.swarms import swarm
 from kinetile_conformance.strategies.torus import torus
@@ -51,9 +41,8 @@ from kinetile_conformance.strategies.torus import torus
 STEPS, MANY_STEPS = 50, 200
 """Rules for most scenes, and for every fourth batch."""
 
-BATCH = 3 if INTERPRETED else 10
-"""Scenes that Hypothesis draws in one go; of each batch the first, its simplest, is left out. With plain
-Python hooks one scene takes over a second, and few are drawn."""
+BATCH = 10
+"""Starts of scenes that are drawn in one go."""
 
 CONTACTS = 40
 """Contacts in each piece of a run between two commands."""
@@ -64,37 +53,20 @@ FEWEST, MOST = 3, 300
 UNWALLED = (4.0, 4.0)
 """Width and height of where bodies are inserted that have no arena, where there is no body."""
 
-_COLUMNS = ("position", "velocity", "radius", "mass", "kind")
-_answers = st.sampled_from(ANSWERS)
 
-
-@st.composite
-def _body(draw: st.DrawFn, passing: bool) -> dict[str, Any]:
-    """A body on a lattice of halves, where others may be."""
-    x, y = draw(st.integers(0, 3)), draw(st.integers(0, 3))
-    kind = draw(st.sampled_from(KINDS))
-    aside = draw(st.sampled_from([0.0, 0.25])) if passing and kind == "wisp" else 0.0
-    return {
-        "place": (x, y, kind == "wisp" and passing),
-        "position": (x + 0.5 + aside, y + 0.5),
-        "velocity": (draw(speeds), draw(speeds)),
-        "radius": draw(st.sampled_from([0.5, 0.25, 0.125])) if not aside else 0.25,
-        "mass": math.inf if kind == "block" else 1.0,
-        "kind": kind,
-    }
-
-
-@st.composite
-def _with_responses(draw: st.DrawFn, passing: bool) -> Scene:
-    """Up to seven bodies in a box, of three kinds."""
-    bodies = draw(st.lists(_body(passing), min_size=2, max_size=7, unique_by=lambda one: one["place"]))
-    rules: dict[Any, Any] = (
-        {("*", "*"): draw(_answers), ("*", "wall"): draw(_answers)} | SAME_LOOP | NOBODY_PASSES
-    )
+def _of_kinds(passing: bool, number: int) -> Scene:
+    """Return up to seven bodies in a box, of three kinds; of those that pass one may begin within another."""
+    random = np.random.default_rng(number)
+    bodies = int(random.integers(2, 8))
+    kinds, cells = random.integers(0, len(KINDS), bodies), random.choice(16, bodies, replace=False)
+    place = np.column_stack([cells % 4, cells // 4]) + 0.5
+    radius = random.choice([0.5, 0.25, 0.125], bodies)
     if passing:
-        rules |= {("wisp", other): "pass" for other in KINDS}
-    columns: dict[str, Any] = {name: [body[name] for body in bodies] for name in _COLUMNS}
-    return Scene(**columns, arena=(4.0, 4.0), responses=rules, kinds=(*KINDS, *ABSENT))
+        wisps = np.flatnonzero((kinds == KINDS.index("wisp")) & (random.random(bodies) < 0.5))
+        place[wisps], radius[wisps] = place[kinds.argmin()] + [0.25, 0.0], 0.25
+    velocity = random.integers(-4, 5, (bodies, 2)) / 2.0
+    fields = of_kinds(kinds.tolist(), np.ones(bodies), random, passing)
+    return Scene(place, velocity, radius, arena=(4.0, 4.0), **fields)
 
 
 def _of_many(number: int) -> Scene:
@@ -108,20 +80,26 @@ def _of_many(number: int) -> Scene:
 
 def _of_any_size() -> st.SearchStrategy[Scene]:
     few = st.one_of(box_scenes(turns=False), plane_scenes(turns=False))
-    return st.one_of(few, st.integers(0, 2**24 - 1).map(_of_many))
+    return st.one_of(few, st.builds(_of_many, st.integers(0, 2**24 - 1)))
 
 
-STARTS: dict[str, Callable[[], st.SearchStrategy[Scene]]] = {
-    "living": _of_any_size,
-    "passing": lambda: _with_responses(True),
-    "solid": lambda: _with_responses(False),
-    "torus": lambda: st.integers(0, 2**24 - 1).map(lambda number: torus(number).replace(turns=())),
-    "shapes": lambda: of_all_shapes().map(lambda scene: scene.replace(turns=())),
+_numbers = st.integers(0, 2**24 - 1)
+
+STARTS: dict[str, Draw] = {
+    "living": drawn(_of_any_size),
+    "passing": numbered(partial(_of_kinds, True)),
+    "solid": numbered(partial(_of_kinds, False)),
+    "torus": numbered(lambda number: torus(number).replace(turns=())),
+    "shapes": drawn(
+        lambda: st.one_of(of_all_shapes().map(_still), st.integers(0, 2**24 - 1).map(shape_swarm))
+    ),
 }
 """What living scenes begin with, by kind."""
 
-_numbers = st.integers(0, 2**24 - 1)
-"""For what a rule does in detail: one number costs a tenth of what its parts cost when each is drawn."""
+
+def _still(scene: Scene) -> Scene:
+    """Return a scene without its turns."""
+    return with_kinds(scene.replace(turns=()))
 
 
 class _Play:
@@ -152,12 +130,6 @@ class _Play:
         except KinetileError:
             self.ended = True  # under every phase: what came before is a scene as well
 
-    def moved_on(self, number: int) -> np.random.Generator:
-        """Run on for a while, mostly, and return the random numbers of a rule."""
-        random = np.random.default_rng(number)
-        self.run(int(random.choice([0, 0, 0, 1, 1, 2, 4])))
-        return random
-
     def place(self, random: np.random.Generator) -> Any:
         """Return a place in 64ths of the scene, or anywhere in it."""
         part = random.integers(1, 64, 2) / 64.0 if random.random() < 0.75 else random.random(2)
@@ -184,8 +156,11 @@ class _Play:
         return False
 
     def shape(self, radius: float, random: np.random.Generator) -> Shape:
-        """Return one of a few shapes that a circle of a radius holds: in few sizes, as each new one has its
-        differences from all others."""
+        """Return one of a few shapes that a circle of a radius holds: mostly one that there is, as each new
+        one has its differences from all others."""
+        there = [each for each in self.scene.shapes if each.reach <= radius]
+        if there and random.random() < 0.9:
+            return there[int(random.integers(len(there)))]
         shape = SHAPES[int(random.integers(len(SHAPES)))]
         return scaled(shape, 2.0 ** math.floor(math.log2(radius / shape.reach)))
 
@@ -204,13 +179,14 @@ class _Play:
         for at, by in enumerate(random.permutation(len(bodies))):
             self.insert(places[by], velocities[at], float(min(radii[at], radii[by])), random)
 
-    def open_a_way(self, axis: int, leaves: bool, random: np.random.Generator) -> None:
+    def open_a_way(self, random: np.random.Generator) -> None:
         """Let the next bodies on both sides of one fly at each other, remove that one, and run until they
         meet.
 
-        Where it ``leaves``, it flies out of their way before it is removed. So neither awaits a contact with
+        Where it leaves, it flies out of their way before it is removed. So neither awaits a contact with
         it, after whose end it would look for the other one.
         """
+        axis, leaves = int(random.integers(2)), bool(random.integers(2))
         places, radii = self.sim.positions(), self.sim.radii()
         for row in random.permutation(len(radii))[:16]:
             aside, along = places[:, 1 - axis] - places[row, 1 - axis], places[:, axis] - places[row, axis]
@@ -233,136 +209,99 @@ class _Play:
                 self.run(9)
             return
 
+    def insert_one(self, random: np.random.Generator) -> None:
+        """One comes, as wide as the widest at the start, or narrower, or a little wider."""
+        radius = self.widest * float(random.choice([1.0, 0.5, 0.25, 0.125, 1.5]))
+        for _ in range(4):
+            if self.insert(self.place(random), random.integers(-4, 5, 2) / 4.0, radius, random):
+                return
+
+    def crowd(self, random: np.random.Generator) -> None:
+        """Up to eight small ones come to one place."""
+        radius = self.widest / 16.0
+        place, aside = self.place(random), random.integers(-1, 2, 2) / 8.0
+        for at in range(int(random.integers(2, 9))):
+            step = 2.25 * radius * np.array([at % 3, at // 3])
+            self.insert(place + step, aside, radius, random, sizes=1)
+
+    def remove_some(self, random: np.random.Generator) -> None:
+        """Up to three go."""
+        for body in self.chosen(3, random):
+            self.sim.remove(body)
+
+    def exchange_some(self, random: np.random.Generator) -> None:
+        """Up to eight go, and as many come in their places."""
+        self.exchange(self.chosen(8, random), random)
+
+    def exchange_the_ends(self, random: np.random.Generator) -> None:
+        """The first and the last go, and two come: one takes the low slot, far from where that was."""
+        there = self.sim.bodies
+        ends = [int(there[-1]), int(there[0])][: len(there)]
+        self.exchange(ends[:: int(random.choice([-1, 1]))], random)
+
+    def start_over(self, random: np.random.Generator) -> None:
+        """All of a few go, or all but one, and one comes that may be four times as wide as any was.
+
+        A structure that was built for those present is too narrow for it, or was built for no body.
+        """
+        if len(self.sim.bodies) <= 8:
+            for body in self.sim.bodies[int(random.integers(2)) :].tolist():
+                self.sim.remove(body)
+            self.insert(self.place(random), random.integers(-4, 5, 2) / 4.0, 4.0 * self.widest, random)
+
+    def turn(self, random: np.random.Generator) -> None:
+        """One takes the velocity of another, or its opposite, or stops."""
+        body, other = random.choice(self.sim.bodies), random.integers(len(self.sim.bodies))
+        self.sim.set_velocity(int(body), self.sim.velocities()[other] * float(random.integers(-1, 2)))
+
+    def many_turn(self, random: np.random.Generator) -> None:
+        """Up to 24 fly back, or exchange their velocities, or have one in common."""
+        rows = random.permutation(len(self.sim.bodies))[:24]
+        there = self.sim.velocities()[rows]
+        turned = (-there, random.permutation(there), np.tile(there[:1], (len(there), 1)))
+        self.sim.set_velocities(self.sim.bodies[rows], turned[int(random.integers(3))])
+
     def recorded(self) -> Scene:
         """Return the scene that has been played, with some time to go on."""
         length = 0.25 * (self.sim.time - self.scene.start) + 2.0 * self.unit
         return relabelled(self.sim.recorded(), settings=Settings(until=self.sim.time + float(length)))
 
 
-def _machine(kind: str, found: list[Scene]) -> type[RuleBasedStateMachine]:
-    """Return the state machine that plays scenes of a kind, and puts each into ``found``."""
+RULES = (
+    _Play.insert_one,
+    _Play.insert_one,
+    _Play.crowd,
+    _Play.remove_some,
+    _Play.exchange_some,
+    _Play.exchange_the_ends,
+    _Play.open_a_way,
+    _Play.start_over,
+    _Play.turn,
+    _Play.many_turn,
+)
+"""What may be done at a step of a scene; most do several things at once."""
 
-    class LivingScene(RuleBasedStateMachine):
-        """The rules: each is one or several commands, or a piece of a run."""
 
-        play: _Play | None = None
-
-        @initialize(scene=STARTS[kind]())
-        def begin(self, scene: Scene) -> None:
-            self.play = _Play(scene)
-
-        def teardown(self) -> None:
-            if self.play is not None:
-                found.append(self.play.recorded())
-
-        @property
-        def going(self) -> _Play:
-            assert self.play is not None
-            return self.play
-
-        def may(self) -> bool:
-            return self.play is not None and not self.play.ended
-
-        def may_with_bodies(self) -> bool:
-            return self.may() and len(self.going.sim.bodies) > 0
-
-        @precondition(may)
-        @rule(eighths=st.integers(1, 8))
-        def run(self, eighths: int) -> None:
-            self.going.run(eighths)
-
-        @precondition(may)
-        @rule(number=_numbers)
-        def insert(self, number: int) -> None:
-            """One comes, as wide as the widest at the start, or narrower, or a little wider."""
-            random, play = self.going.moved_on(number), self.going
-            radius = play.widest * float(random.choice([1.0, 0.5, 0.25, 0.125, 1.5]))
-            for _ in range(4):
-                if play.insert(play.place(random), random.integers(-4, 5, 2) / 4.0, radius, random):
-                    return
-
-        @precondition(may)
-        @rule(number=_numbers)
-        def crowd(self, number: int) -> None:
-            """Up to eight small ones come to one place."""
-            random, play = self.going.moved_on(number), self.going
-            radius = play.widest / 16.0
-            place, aside = play.place(random), random.integers(-1, 2, 2) / 8.0
-            for at in range(int(random.integers(2, 9))):
-                step = 2.25 * radius * np.array([at % 3, at // 3])
-                play.insert(place + step, aside, radius, random, sizes=1)
-
-        @precondition(may_with_bodies)
-        @rule(number=_numbers)
-        def remove(self, number: int) -> None:
-            random = self.going.moved_on(number)
-            for body in self.going.chosen(3, random):
-                self.going.sim.remove(body)
-
-        @precondition(may_with_bodies)
-        @rule(number=_numbers)
-        def exchange(self, number: int) -> None:
-            random = self.going.moved_on(number)
-            self.going.exchange(self.going.chosen(8, random), random)
-
-        @precondition(may_with_bodies)
-        @rule(number=_numbers)
-        def exchange_the_ends(self, number: int) -> None:
-            """The first and the last go, and two come: one takes the low slot, far from where that was."""
-            random, there = self.going.moved_on(number), self.going.sim.bodies
-            ends = [int(there[-1]), int(there[0])][: len(there)]
-            self.going.exchange(ends[:: 1 if number & 1 else -1], random)
-
-        @precondition(lambda self: self.may() and len(self.going.sim.bodies) >= 3)
-        @rule(number=_numbers)
-        def open_a_way(self, number: int) -> None:
-            """The one between two goes: they meet, and no new plan comes before that."""
-            random = self.going.moved_on(number)
-            self.going.open_a_way(number & 1, bool(number & 2), random)
-
-        @precondition(lambda self: self.may_with_bodies() and len(self.going.sim.bodies) <= 8)
-        @rule(number=_numbers)
-        def start_over(self, number: int) -> None:
-            """All go, or all but one, and one comes that may be four times as wide as any that there was.
-
-            A structure that was built for those present is too narrow for it, or was built for no body.
-            """
-            random, play = self.going.moved_on(number), self.going
-            for body in play.sim.bodies[number & 1 :].tolist():
-                play.sim.remove(body)
-            play.insert(play.place(random), random.integers(-4, 5, 2) / 4.0, 4.0 * play.widest, random)
-
-        @precondition(may_with_bodies)
-        @rule(number=_numbers)
-        def turn(self, number: int) -> None:
-            """One takes the velocity of another, or its opposite, or stops."""
-            random, sim = self.going.moved_on(number), self.going.sim
-            body, other = random.choice(sim.bodies), random.integers(len(sim.bodies))
-            sim.set_velocity(int(body), sim.velocities()[other] * float(random.integers(-1, 2)))
-
-        @precondition(may_with_bodies)
-        @rule(number=_numbers)
-        def many_turn(self, number: int) -> None:
-            """Up to 24 fly back, or exchange their velocities, or have one in common."""
-            random, sim = self.going.moved_on(number), self.going.sim
-            rows = random.permutation(len(sim.bodies))[:24]
-            there = sim.velocities()[rows]
-            turned = (-there, random.permutation(there), np.tile(there[:1], (len(there), 1)))[number % 3]
-            sim.set_velocities(sim.bodies[rows], turned)
-
-    return LivingScene
+def _play(scene: Scene, number: int) -> Scene:
+    """Return the scene that is played from a start: rules in any order, with pieces of a run between."""
+    random, play = np.random.default_rng(number), _Play(scene)
+    rules = [each for each in RULES if random.random() < 0.7] or [_Play.insert_one]
+    many = random.random() < 0.25 and not INTERPRETED
+    for _ in range(MANY_STEPS if many else STEPS):
+        play.run(int(random.choice([0, 0, 0, 1, 1, 2, 4])))
+        if play.ended:
+            break
+        rule = rules[int(random.integers(len(rules)))] if len(play.sim.bodies) else _Play.insert_one
+        with suppress(KinetileError):  # what is refused, such as a velocity too fast for the scene's clock
+            rule(play, random)
+    return play.recorded()
 
 
 def played(kind: str, start: int = 0) -> Iterator[Scene]:
     """Yield living scenes of a kind without end; the same ``start`` has the same scenes."""
-    batch = 0
-    while True:
-        found: list[Scene] = []
-        steps = MANY_STEPS if batch % 4 == 2 and not INTERPRETED else STEPS
-        machine = seed(start * 1_000 + batch)(_machine(kind, found))
-        run_state_machine_as_test(machine, settings=generating(BATCH, stateful_step_count=steps))
-        batch += 1
-        yield from filter(is_living, found[1:])  # the others have loops of their own, and other checks
+    for batch in count(start * 1_000):
+        scenes = (_play(scene, batch * BATCH + at) for at, scene in enumerate(STARTS[kind](BATCH, batch)))
+        yield from filter(is_living, scenes)  # the others have loops of their own, and other checks
 
 
 def _played(kind: str) -> Draw:
@@ -393,7 +332,7 @@ passing_strategy = Strategy(
 )
 living_torus_strategy = Strategy(
     "living scenes on a torus",
-    "-as-bodies-come-and-go-on-a-torus",
+    "-on-a-living-torus",
     "while bodies of several kinds come and go on periodic axes",
     _played("torus"),
     LIVING_CONTACTS,

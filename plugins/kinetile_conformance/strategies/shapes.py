@@ -10,10 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
 from hypothesis import strategies as st
 
 from kinetile import Shape, box, capsule, disc, polygon, segment
-from kinetile.scene import Scene
+from kinetile.scene import Scene, Settings
+from kinetile_conformance.strategies.kinds import of_kinds, with_kinds
 from kinetile_conformance.strategies.small import (
     FEWEST,
     MOST,
@@ -22,7 +24,8 @@ from kinetile_conformance.strategies.small import (
     scenes,
     several,
 )
-from kinetile_conformance.strategies.strategy import Strategy, drawn
+from kinetile_conformance.strategies.strategy import Strategy, drawn, numbered
+from kinetile_conformance.strategies.swarms import anyhow, slots, square
 from kinetile_conformance.strategies.torus import on_a_torus
 
 CAPSULE = capsule((-0.5, 0.0), (0.5, 0.0), 0.5)
@@ -130,11 +133,82 @@ def _on_a_torus() -> st.SearchStrategy[Scene]:
     return on_a_torus([(3, 3), (4, 3), (4, 4)], FEWEST).flatmap(lambda scene: _shaped(scene, SHAPES))
 
 
+SHAPE_CONTACTS = 200
+"""The limit for a swarm of shapes."""
+
+MANY = 40
+"""Bodies of a swarm of shapes."""
+
+THIN = box(2.0, 0.1)
+
+
+def shape_swarm(number: int, periodic: str = "") -> Scene:
+    """Return up to forty bodies of a few shapes, up to twenty times as long as wide or as large as others,
+    with their positions anywhere in the circle around them or outside; some cannot be moved, some pass."""
+    random = np.random.default_rng(number)
+    bodies = int(random.integers(8, MANY + 1))
+    side = square(bodies, 1.3)
+    table = [CAPSULE]  # body 0 has it: so all scenes have one form of ``convex``
+    for _ in range(6):
+        shape = (*SHAPES, THIN)[int(random.integers(len(SHAPES) + 1))]
+        aside = random.integers(-4, 5, 2) / 4.0 * (random.random() < 0.6)
+        table.append(Shape(tuple((x + aside[0], y + aside[1]) for x, y in shape.core), shape.radius))
+    large = random.choice([1.0, 1.0, 0.5, 0.05], len(table))
+    sized = (scaled(each, 0.45 * by / each.reach) for each, by in zip(table, large, strict=True))
+    table = list(dict.fromkeys(sized))
+    chosen = random.integers(0, len(table), bodies)
+    chosen[0] = 0
+    velocity = anyhow(random, bodies) if number & 1 else random.integers(-4, 5, (bodies, 2)) / 2.0
+    obstacles = np.arange(1, bodies)[: bodies // 4]
+    velocity[obstacles] = 0.0
+    mass = np.ones(bodies)
+    mass[obstacles] = math.inf
+    return Scene(
+        slots(random, bodies, side, side),
+        velocity,
+        shape=chosen,
+        shapes=table,
+        arena=(float(side), float(side)),
+        periodic=periodic,
+        settings=Settings(until=20.0),
+        **of_kinds(random.choice(2, bodies, p=[0.8, 0.2]).tolist(), mass, random),
+    )
+
+
+def shape_torus(number: int) -> Scene:
+    """Return such a swarm on periodic axes."""
+    return shape_swarm(number, ("xy", "x", "y")[number % 3])
+
+
 shape_scenes = Strategy(
-    "shapes", "-of-shapes", "where bodies are boxes, capsules and polygons", drawn(of_all_shapes), broad=True
+    "shapes",
+    "-of-shapes",
+    "where bodies are boxes, capsules and polygons",
+    drawn(lambda: of_all_shapes().map(with_kinds)),
+    broad=True,
 )
 shape_torus_scenes = Strategy(
-    "shapes on a torus", "-of-shapes-on-a-torus", "the same on periodic axes", drawn(_on_a_torus), broad=True
+    "shapes on a torus",
+    "-of-shapes-on-a-torus",
+    "where such bodies are on periodic axes",
+    drawn(lambda: _on_a_torus().map(with_kinds)),
+    broad=True,
+)
+shape_swarms = Strategy(
+    "swarms of shapes",
+    "-in-a-swarm-of-shapes",
+    "among up to forty bodies of shapes off their positions, and obstacles",
+    numbered(shape_swarm),
+    SHAPE_CONTACTS,
+    broad=True,
+)
+shape_torus_swarms = Strategy(
+    "swarms of shapes on a torus",
+    "-in-a-swarm-of-shapes-on-a-torus",
+    "among such bodies on periodic axes",
+    numbered(shape_torus),
+    SHAPE_CONTACTS,
+    broad=True,
 )
 shape_and_square_scenes = Strategy(
     "shapes, and squares alone", "-of-shapes", "where bodies have other shapes", drawn(_of_shapes_and_squares)

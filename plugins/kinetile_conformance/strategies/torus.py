@@ -13,7 +13,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from kinetile.scene import Scene, Settings, Turn
-from kinetile_conformance.strategies.kinds import KINDS, with_kinds
+from kinetile_conformance.strategies.kinds import KINDS, of_kinds, with_kinds
 from kinetile_conformance.strategies.small import MOST as FEW
 from kinetile_conformance.strategies.small import body_in_cell, scene_of, several, speeds
 from kinetile_conformance.strategies.strategy import Strategy, drawn, numbered
@@ -78,7 +78,8 @@ def torus(number: int) -> Scene:
         Turn(int(random.integers(bodies)), float(each), tuple((random.integers(-4, 5, 2) / 2.0).tolist()))
         for each in np.sort(moments)
     ]
-    scene = Scene(
+    kinds = random.choice(len(KINDS), bodies, p=[0.7, 0.15, 0.15]) if number & 2 else np.zeros(bodies, int)
+    return Scene(
         place,
         velocity,
         radius,
@@ -86,9 +87,8 @@ def torus(number: int) -> Scene:
         periodic=periodic,
         turns=turns,
         settings=Settings(until=until),
+        **of_kinds(kinds.tolist(), np.ones(bodies), random),
     )
-    kinds = random.choice(len(KINDS), bodies, p=[0.7, 0.15, 0.15]) if number & 2 else np.zeros(bodies, int)
-    return with_kinds(scene, kinds.tolist(), random)
 
 
 def _few() -> st.SearchStrategy[Scene]:

@@ -125,7 +125,7 @@ def judged(name: str, check: str, thorough: bool = True):
     ("name", "check", "words"),
     [
         ("flies", "its-features-are-known", "'flies', which nothing can disprove"),
-        ("remembers", "state-is-not-kept", "after others it"),
+        ("remembers", "state-is-not-kept", "after half radii, "),
         pytest.param(
             "names-two",
             "never-misses-a-pair-while-all-pass",
@@ -148,10 +148,10 @@ def test_a_claim_that_does_not_hold_is_found_out(name, check, words):
     [
         ("right", ""),
         pytest.param(
-            "looks-at-the-end", "with another origin and a later end, the run ", marks=pytest.mark.slow
+            "looks-at-the-end", "with another origin and a later end, the ", marks=pytest.mark.slow
         ),
-        ("looks-at-the-thread", "in another thread, the run "),
-        ("looks-at-a-hash", "in another process, the run "),
+        ("looks-at-the-thread", "in another thread, the "),
+        ("looks-at-a-hash", "in another process, the "),
     ],
 )
 def test_who_asks_is_found_out(name, words, monkeypatch):

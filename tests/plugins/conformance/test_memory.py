@@ -11,18 +11,14 @@ import pytest
 
 import kinetile as kt
 import trespassing_phases
-from kinetile.errors import Refused
 from kinetile.kernel.compiled import INTERPRETED
-from kinetile.kernel.tables import allocate, pair_set
-from kinetile.run.compose import Commands
 from kinetile.toolbox import BroadPhaseParts
-from kinetile_conformance import canaries
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import memory
 from kinetile_conformance.checks.check import Check, Observation
 from kinetile_conformance.checks.memory import first_breach
 from kinetile_conformance.runner import CheckRun
-from kinetile_conformance.strategies.gallery import MANY, SMALL, smallest
+from kinetile_conformance.strategies.gallery import SMALL, smallest
 from kinetile_conformance.watched_hooks import Breach, guarded
 
 TESTS = Path(__file__).parents[2]
@@ -149,83 +145,3 @@ def test_rows_of_rows_and_single_numbers_are_looked_at():
     ):
         with pytest.raises(Breach, match=said):
             use()
-
-
-# Between canaries
-
-
-@pytest.mark.parametrize("bodies", [0, 1, 7])
-def test_an_array_in_a_cage_is_the_same_kind_of_array(bodies):
-    k = pair_set(allocate(bodies, bodies, 8), 5)
-    k.bodies.x = np.arange(bodies)
-    inside, cages = canaries.caged(k, "k")
-    assert len(cages) == len(k)
-    for name, was, array in zip(k._fields, k, inside, strict=True):
-        assert type(array) is type(was)
-        assert (array.dtype, array.shape) == (was.dtype, was.shape), name
-        assert str(array.flags) == str(was.flags).replace("OWNDATA : True", "OWNDATA : False")
-        assert array.tobytes() == was.tobytes()
-        assert not np.may_share_memory(array, was)
-        assert (canaries.address(array) - canaries.address(was)) % canaries.LINE == 0
-    assert [cage.breach() for cage in cages] == [None] * len(cages)
-
-
-def test_arrays_that_share_memory_stay_where_they_are():
-    line = np.zeros(8)
-    inside, cages = canaries.caged(Arrays(line, line.reshape(2, 4)), "s")
-    assert inside.line is line
-    assert not cages
-
-
-@pytest.mark.parametrize(
-    ("index", "said"),
-    [(-1, "1 row before its first"), (3, "1 row behind its last"), (5, "3 rows behind its last")],
-)
-def test_what_is_written_outside_is_told_with_how_far(index, said):
-    cage = canaries.Cage.of("s.line", np.arange(3))
-    beyond = np.lib.stride_tricks.as_strided(cage.array, (8,), (8,))
-    before = np.ndarray((1,), np.int64, cage.before[-8:])
-    (before if index < 0 else beyond)[index] = 1
-    assert cage.breach() == f"s.line was written to {said}"
-
-
-@pytest.mark.long
-@pytest.mark.compiled
-@pytest.mark.parametrize(
-    ("name", "field"), [("strays-where-told", "s.failed"), ("strays-in-the-kernel", "k.mass")]
-)
-def test_what_compiled_hooks_write_outside_of_an_array_is_told(name, field):
-    check = memory.stays_within_its_arrays
-    before, behind = said_by(check, name, astray=-2), said_by(check, name, astray=1)
-    assert before is not None
-    assert behind is not None
-    assert before.startswith(f"{field} was written to 1 row before its first, on 1 body in ")
-    assert behind.startswith(f"{field} was written to 1 row behind its last, on 1 body in ")
-    assert said_by(check, name, astray=0) is None
-
-
-@pytest.mark.long
-@pytest.mark.compiled
-def test_what_a_compiled_hook_writes_as_a_body_goes_is_told():
-    said = said_by(memory.stays_within_its_arrays, "lets-go-one-further")
-    assert said is not None
-    assert said.startswith("s.failed was written to 4 rows behind its last, on ")
-    assert said_by(memory.stays_within_its_arrays, "takes-in-and-lets-go") is None
-
-
-@pytest.mark.long
-@pytest.mark.compiled
-@pytest.mark.parametrize("name", BUILT_IN)
-def test_the_phases_that_there_are_stay_within_their_arrays(name):
-    subject = Subject(name, {})
-    loops = set()
-    for _, scene in MANY:
-        try:
-            sim = subject.simulation(scene)
-        except Refused:
-            continue
-        sim.compile()
-        loops.add(sim.composition.loop(Commands.ALL))
-    had = sum(len(loop.signatures) for loop in loops)
-    assert said_by(memory.stays_within_its_arrays, name) is None
-    assert sum(len(loop.signatures) for loop in loops) == had, "an array in a cage is another kind of array"

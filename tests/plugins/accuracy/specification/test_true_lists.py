@@ -12,7 +12,6 @@ from kinetile_accuracy import certify_log
 from kinetile_conformance.cases import horizon
 from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.runner import CHECKS
-from kinetile_conformance.strategies.gallery import gallery
 from lanes import first
 
 RECIPES = [*sorted({*kt.registry().names("scene")} - {"frame", "grown"}), "grown"]
@@ -47,9 +46,3 @@ def test_lists_of_recipes_are_right(name):
 def test_lists_of_scenes_of_the_kit_are_right(each, examples):
     drawing = Drawing(examples, seed=examples)
     assert not drawing.scenes_fail(each, lambda scene: is_certified(scene, horizon(scene), 60))
-
-
-@pytest.mark.small
-@pytest.mark.parametrize(("title", "scene"), list(gallery()), ids=lambda value: str(value)[:40])
-def test_lists_of_the_gallery_are_right(title, scene):
-    assert is_certified(scene, horizon(scene), 60), title
