@@ -147,9 +147,7 @@ def test_a_claim_that_does_not_hold_is_found_out(name, check, words):
     ("name", "words"),
     [
         ("right", ""),
-        pytest.param(
-            "looks-at-the-end", "with another origin and a later end, the ", marks=pytest.mark.slow
-        ),
+        pytest.param("looks-at-the-end", "with another origin and a later end, the ", marks=pytest.mark.slow),
         ("looks-at-the-thread", "in another thread, the "),
         ("looks-at-a-hash", "in another process, the "),
     ],
