@@ -137,14 +137,20 @@ def not_before(f: Numbers, row: int, x: float, y: float, vx: float, vy: float, f
         return math.inf
     if reach > 0.0:
         face = crossed if into > 0.0 else nearest
-        after = face + WIDE
-        after = faces if after == faces + count * WIDE else after
+        last = faces + (count - 1) * WIDE
+        after = faces if face == last else face + WIDE
+        before = last if face == faces else face - WIDE
         x += vx * into
         y += vy * into
+        gap = (f[face + NX] * x + f[face + NY] * y) - f[face + OUT]
+        # Beyond an end, and clearly within the line of the face there: of two faces in one line, or almost,
+        # rounding decides which is crossed last, and the place may be in front of the other.
         if f[face + NX] * (y - f[face + CY]) - f[face + NY] * (x - f[face + CX]) < -fat:
-            return into + around(f, face, reach + 2.0 * fat, x, y, vx, vy)
-        if f[face + NX] * (y - f[after + CY]) - f[face + NY] * (x - f[after + CX]) > fat:
-            return into + around(f, after, reach + 2.0 * fat, x, y, vx, vy)
+            if (f[before + NX] * x + f[before + NY] * y) - f[before + OUT] < gap - fat:
+                return into + around(f, face, reach + 2.0 * fat, x, y, vx, vy)
+        elif f[face + NX] * (y - f[after + CY]) - f[face + NY] * (x - f[after + CX]) > fat:
+            if (f[after + NX] * x + f[after + NY] * y) - f[after + OUT] < gap - fat:
+                return into + around(f, after, reach + 2.0 * fat, x, y, vx, vy)
     return into
 
 

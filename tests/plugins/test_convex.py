@@ -18,11 +18,11 @@ import convex_stages
 import kinetile as kt
 from by_the_rules import rows
 from convex_questions import Question, drawn_shape
-from kinetile.errors import Refused, ZenoError
+from kinetile.errors import Refused, SceneError, ZenoError
 from kinetile.kernel.loop.predictions import FAR, MARGIN
 from kinetile.kernel.tables import NEVER, NOBODY
 from kinetile_accuracy.specification.shapes import Difference, entry
-from kinetile_plugins.convex import meet, soonest
+from kinetile_plugins.convex import bound_with, meet, soonest
 from lanes import first
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d")
@@ -114,6 +114,24 @@ def test_bounds_are_never_late(seed):
                 assert bound <= max(tick, now)
                 bounds.append(tick - bound)
     assert n == 2 or min(bounds) < 1 << 45  # some are close
+
+
+@pytest.mark.small
+def test_of_two_sides_in_one_line_the_corner_between_them_was_awaited():
+    """The difference of parallel capsules has such sides, and the bound was late."""
+    random = np.random.default_rng(5)
+    for _ in range(80):
+        core = random.integers(-4, 5, (2, 2)) / 7.0
+        if (core[0] == core[1]).all():
+            continue
+        shapes = [kt.capsule(*(by * core).tolist(), by / 5.0) for by in (1.0, 1.0 / 17.0)]
+        place = random.uniform(-3.0, 3.0, 2)
+        velocity = random.uniform(-0.5, 0.5, 2) - place
+        with suppress(SceneError):  # they overlap
+            scene = kt.Scene([[0.0, 0.0], place], [[0.0, 0.0], velocity], shape=[0, 1], shapes=shapes)
+            k = kt.Simulation(scene, "naive").tables
+            bound = bound_with(k, 0, 1, 0, float(k.clock[0].limits.fat), False)
+            assert not_before_tick(bound * k.clock[0].per_time) <= meet(k, 0, 1)
 
 
 def not_before_tick(ticks: float) -> float:
