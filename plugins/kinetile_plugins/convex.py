@@ -145,12 +145,15 @@ def not_before(f: Numbers, row: int, x: float, y: float, vx: float, vy: float, f
         gap = (f[face + NX] * x + f[face + NY] * y) - f[face + OUT]
         # Beyond an end, and clearly within the line of the face there: of two faces in one line, or almost,
         # rounding decides which is crossed last, and the place may be in front of the other.
-        if f[face + NX] * (y - f[face + CY]) - f[face + NY] * (x - f[face + CX]) < -fat:
-            if (f[before + NX] * x + f[before + NY] * y) - f[before + OUT] < gap - fat:
-                return into + around(f, face, reach + 2.0 * fat, x, y, vx, vy)
-        elif f[face + NX] * (y - f[after + CY]) - f[face + NY] * (x - f[after + CX]) > fat:
-            if (f[after + NX] * x + f[after + NY] * y) - f[after + OUT] < gap - fat:
-                return into + around(f, after, reach + 2.0 * fat, x, y, vx, vy)
+        corner = face
+        beside = before
+        beyond = f[face + NX] * (y - f[face + CY]) - f[face + NY] * (x - f[face + CX]) < -fat
+        if f[face + NX] * (y - f[after + CY]) - f[face + NY] * (x - f[after + CX]) > fat:
+            corner = after
+            beside = after
+            beyond = True
+        if beyond and (f[beside + NX] * x + f[beside + NY] * y) - f[beside + OUT] < gap - fat:
+            return into + around(f, corner, reach + 2.0 * fat, x, y, vx, vy)
     return into
 
 
