@@ -35,7 +35,7 @@ from kinetile_conformance.strategies.shapes import (
     shape_torus_scenes,
     shape_torus_swarms,
 )
-from kinetile_conformance.strategies.small import crowded_scenes, small_scenes, turning_scenes
+from kinetile_conformance.strategies.small import small_scenes, turning_scenes
 from kinetile_conformance.strategies.strategy import Strategy
 from kinetile_conformance.strategies.swarms import (
     burst_scenes,
@@ -142,7 +142,6 @@ TABLE: dict[Strategy | None, Cells] = {
     },
     large_scenes: {runs.same_contacts: 0.01, runs.never_misses_a_pair: 0.01, runs.resumes: 0.01},
     marathon_scenes: {runs.same_contacts: 0.03},
-    crowded_scenes: {narrow_phases.same_contacts_with_loose_bounds: 1.0},
     shape_and_square_scenes: {
         narrow_phases.a_contact_depends_on_two_plans_alone: 0.25,
         narrow_phases.its_bounds_are_never_late: 0.25,

@@ -1,10 +1,4 @@
-"""Observations of narrow phases: lower bounds that say nothing, and what the tick of a contact depends on.
-
-Between a body and its first contact the kernel has lower bounds, and computes the exact tick only when a
-bound has come to the head of the queue. With the bounds of ``disc`` it seldom has to solve exactly for all
-bodies near one, and so hardly ever calls a phase's ``near`` at a moment at which no other hook of it is
-running. A narrow phase of the kit's own makes it do so at each event: it is ``disc``, or the narrow phase
-under test, but for bounds that always say "perhaps now".
+"""Observations of narrow phases: what the tick of a contact depends on, bounds, energy.
 
 The reference runs with the narrow phase under test. Where that is wrong in the same way under every broad
 phase, no comparison shows it: the bodies of a pair, for example, always come in the same order. So ticks are
@@ -13,12 +7,9 @@ computed again on copies of the kernel's tables that differ in all but the fligh
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import count
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -27,16 +18,12 @@ from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import note_all_places, position_at
 from kinetile.kernel.tables import column, fields_in
 from kinetile.plugin.registry import registry
-from kinetile.plugin.specs import NarrowPhaseSpec
 from kinetile.run.audit import said_tick
 from kinetile.run.simulation import Simulation
-from kinetile.scene import Scene
-from kinetile.toolbox import NEVER, NOBODY, Kernel, PairParts, hook
-from kinetile_conformance.cases import GENERAL, PhasePlugin, RunOutcome, difference, outcome
+from kinetile.toolbox import NEVER, NOBODY, Kernel, PairParts
+from kinetile_conformance.cases import GENERAL, RunOutcome, difference, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
 from kinetile_conformance.checks.runs import STEPS, STOPS, watch
-
-NAME = "conformance-loose"
 
 Integers = npt.NDArray[np.integer]
 Ticks = npt.NDArray[np.int64]
@@ -56,52 +43,6 @@ OF_THE_SCENE = (
     *(f"limits.{name}" for name in ("skin", "theta", "tolerance", "width", "height", "fat")),
 )
 """Fields of the clock that stay as they are, or move with all ticks alike."""
-
-
-@hook
-def perhaps_now(
-    k: Kernel, body: int, count: int, barred: int, known: int, at: int
-) -> tuple[float, float, int]:
-    """Return for every candidate that it may touch at once: a bound may be early."""
-    for i in range(count):
-        other = k.near[i]
-        if other != body and other != barred and other != known:
-            return 0.0, 0.0, int(other)
-    return math.inf, math.inf, NOBODY
-
-
-class LooseBounds:
-    """A narrow phase for pairs with lower bounds that say nothing."""
-
-    def __init__(self, of: str = "disc", options: Mapping[str, Any] | None = None) -> None:
-        self._phase = registry().target("narrow phase", of)(**options or {})
-
-    def prepare(self, scene: Scene) -> PairParts:
-        """Return the parts."""
-        parts: PairParts = self._phase.prepare(scene)
-        return replace(parts, soonest=perhaps_now)
-
-
-@contextmanager
-def _registered() -> Iterator[str]:
-    """Registers the narrow phase within this context, under the name that it yields."""
-    summary = "a narrow phase with bounds as loose as they may be"
-    plugin = PhasePlugin(NarrowPhaseSpec(NAME, LooseBounds, summary, role="pair"))
-    registry().add(plugin)
-    try:
-        yield NAME
-    finally:
-        registry().remove(plugin)
-
-
-@observation()
-def same_contacts_with_loose_bounds(case: Case) -> None:
-    """The reference's contacts with bounds as loose as they may be, so that all are computed exactly"""
-    of, options = next(iter(case.subject.of_role("pair").items()), ("disc", GENERAL))
-    with _registered() as name:
-        narrow = case.subject.of_role("wall") | {name: {"of": of, "options": options}}
-        found = outcome(replace(case.subject, narrow=narrow), case.scene, case.contacts)
-    compare(case, found, "with bounds as loose as they may be, ")
 
 
 @observation(judges="pair", compares=False)

@@ -220,6 +220,3 @@ turning_scenes = Strategy(
     _small(True),
     few=_small(True, FEW),
 )
-crowded_scenes = Strategy(
-    "small scenes in boxes", "-in-a-box", "in small boxes", drawn(partial(box_scenes, turns=False))
-)

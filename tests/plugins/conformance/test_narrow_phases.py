@@ -58,7 +58,7 @@ def _added():
         yield
 
 
-SHORT = ("same-contacts-with-turns", "same-contacts-with-loose-bounds", PLANS_ALONE)
+SHORT = ("same-contacts-with-turns", PLANS_ALONE)
 """Some checks whose runs are short enough to be interpreted; compiled, all are run."""
 
 LEFT_OUT = {

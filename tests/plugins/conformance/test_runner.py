@@ -177,7 +177,7 @@ def test_no_scene_is_drawn_after_one_that_fails() -> None:
         seen.append(scene)
         return len(seen) < 3
 
-    for check in ("same-contacts", "same-contacts-with-loose-bounds"):
+    for check in ("same-contacts", "same-contacts-with-turns"):
         seen.clear()
         assert Drawing(60, seed=1).scenes_fail(check_named(check), holds)
         assert len(seen) == 3
