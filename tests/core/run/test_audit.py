@@ -378,3 +378,22 @@ def test_an_audit_blames_nobody():
     with pytest.raises(AuditError):
         found.audit()
     assert found.k.clock[0].fault.code == 0
+
+
+def _own(k: Kernel, s: State):
+    yield "body 1 is in no place"
+
+
+class ToldByItsOwn:
+    """Names nobody, and its audit says why."""
+
+    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+        return BroadPhaseParts(in_a_pair, State(np.zeros(1)), audit=_own, pairs=1)
+
+
+@pytest.mark.interpreted
+def test_the_phases_own_audit_comes_before_what_follows_from_its_structure():
+    scene = kt.Scene([[1.0, 1.0], [1.5, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25)  # they touch, and are no pair
+    own = pytest.raises(AuditError, match=r"the phase's own audit: body 1 is in no place$")
+    with registered(kt.BroadPhaseSpec("told-by-its-own", ToldByItsOwn)), own:
+        kt.Simulation(scene, "told-by-its-own").audit()
