@@ -27,12 +27,14 @@ if TYPE_CHECKING:
 def _list(wanted: bool) -> None:
     """Print the table of strategies and observations, and end."""
     if wanted:
-        from kinetile_conformance.checks import table
+        from kinetile_conformance.checks import OTHERWISE, table
 
         rows = table(EXAMPLES)
         wide = max(len(strategy) for strategy, _, _ in rows)
         for strategy, count, name in rows:
             echo(f"{strategy:{wide}}  {count:4}  {name}")
+        for observation, why in OTHERWISE.items():
+            echo(f"{observation.name} on other scenes: {why}")
         raise typer.Exit()
 
 

@@ -49,11 +49,12 @@ def on_a_torus(draw: st.DrawFn, boxes: Sequence[tuple[int, int]], least: int) ->
 def torus(number: int) -> Scene:
     """Return the swarm on a torus of a number: half are dyadic, with turns where bodies touch a border."""
     random = np.random.default_rng(number)
-    bodies = int(2 * (MOST / 2) ** random.random())
-    long = int(random.choice([1, 1, 2, 5, 20]))
-    rows = max(1, math.ceil(math.sqrt(1.3 * bodies / long)))
+    bodies = int(random.integers(MOST // 2, MOST + 1) if number & 4 else 2 * (MOST / 2) ** random.random())
+    long = int(random.choice([1, 1, 1, 2, 5, 20]))
+    room = random.choice([1.3, 1.3, 3.0])  # a grid has to have three columns and rows to see a corner
+    rows = max(1, math.ceil(math.sqrt(room * bodies / long)))
     sides = np.array([long * rows, rows])[:: 1 if number & 1 else -1]
-    periodic = ("xy", "xy", "x", "y")[int(random.integers(4))]
+    periodic = ("xy", "xy", "xy", "x", "y")[int(random.integers(5))]
     is_dyadic = random.random() < 0.5
     radius = radii(random, bodies, int(random.integers(8)))
     if is_dyadic:

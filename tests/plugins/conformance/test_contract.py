@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from kinetile_conformance import CHECKS
-from kinetile_conformance.checks import TABLE
+from kinetile_conformance.checks import OTHERWISE, TABLE
 
 DOCS = Path(__file__).parents[3] / "docs"
 NAMES = [check.name for check in CHECKS]
@@ -60,3 +60,12 @@ def test_the_page_names_the_checks_with_scenes_of_their_own():
     fixed = re.search(r"^(`.*?) have scenes of their own", section("conformance.md", "The checks"), re.M)
     assert fixed is not None
     assert re.findall(r"`([^`]+)`", fixed[1]) == [check.name for check in CHECKS if not check.draws]
+
+
+def test_each_cell_of_the_table_has_scenes_or_a_reason():
+    drawn = [check for check in CHECKS if check.strategy is not None]
+    everywhere = {check.strategy.name for check in drawn}
+    for observation in {check.observation for check in drawn}:
+        on = {check.strategy.name for check in drawn if check.observation == observation}
+        assert on == everywhere or observation in OTHERWISE or observation.name == "same-contacts"
+    assert set(OTHERWISE) <= {check.observation for check in drawn}
