@@ -270,7 +270,7 @@ class EngineReport(Report):
 class _Judged:
     """An engine under one check: what it was shown, and the last case on which it failed."""
 
-    def __init__(self, engine: Engine, question: Question[Any], shown: Callable[[], None]) -> None:
+    def __init__(self, engine: Engine, question: Question, shown: Callable[[], None]) -> None:
         self.engine = engine
         self.question = question
         self.count = self.refused = 0
@@ -380,7 +380,7 @@ def check_engine(
 def _judge(
     engine: Engine,
     name: str,
-    question: Question[Any],
+    question: Question,
     drawing: Drawing,
     shrink: bool,
     save_to: Path | None,
@@ -398,9 +398,7 @@ def _judge(
     result = Result(name, JUDGING[name].sentence, "passed", judged.count, spent() - began)
     if judged.said:
         case = judged.saved(save_to, name) if save_to else None
-        return replace(
-            result, status="failed", said=judged.said, bodies=question.bodies(judged.case), case=case
-        )
+        return replace(result, status="failed", said=judged.said, bodies=len(judged.case), case=case)
     if judged.refused:
         whole = judged.refused == judged.count
         reason = f"it refuses {judged.refused} of {judged.count} scenes, such as: {judged.refusal}"

@@ -15,9 +15,10 @@ from abc import ABC, abstractmethod
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, islice
-from typing import Any, Generic, NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,7 @@ from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_accuracy.specification.shapes import Difference, contact
 from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, outcome
 from kinetile_conformance.checks.check import JUDGED
-from kinetile_conformance.drawing import DIGITS, Case, Search, leave_out, minimised, reduced
+from kinetile_conformance.drawing import DIGITS, Search, leave_out, minimised, reduced
 from kinetile_conformance.strategies.changes import changed, ended_at, only_bodies
 from kinetile_conformance.strategies.shapes import scaled
 
@@ -78,8 +79,8 @@ class Exchange(NamedTuple):
     case: Any
 
 
-class Question(ABC, Generic[Case]):
-    """What an engine is asked.
+class Question(ABC):
+    """What an engine is asked. Its cases are scenes, where it does not say otherwise.
 
     Args:
         within: the distance within which times are right, where there is one.
@@ -96,39 +97,23 @@ class Question(ABC, Generic[Case]):
         self.sums = [0, 0]
 
     @abstractmethod
-    def cases(self, scene: Scene) -> Iterator[Case]:
+    def cases(self, scene: Scene) -> Iterator[Any]:
         """Yield the cases of a scene."""
 
     @abstractmethod
-    def exchanges(self, case: Case) -> Iterator[Exchange]:
+    def exchanges(self, case: Any) -> Iterator[Exchange]:
         """Yield the lines of a case, in order."""
 
-    @abstractmethod
-    def smaller(self, case: Case, fails: Callable[[Case], bool], seconds: float) -> Case:
+    def smaller(self, case: Any, fails: Callable[[Any], bool], seconds: float) -> Any:
         """Return a minimised case."""
-
-    @abstractmethod
-    def bodies(self, case: Case) -> int:
-        """Return how many bodies are in a case."""
+        return reduced(case, fails, seconds)
 
     def _count(self, one: int, other: int) -> None:
         """Add to the sums."""
         self.sums = [self.sums[0] + one, self.sums[1] + other]
 
 
-class OfScenes(Question[Scene]):
-    """A question whose cases are scenes."""
-
-    def smaller(self, case: Scene, fails: Callable[[Scene], bool], seconds: float) -> Scene:
-        """Return a minimised scene."""
-        return reduced(case, fails, seconds)
-
-    def bodies(self, case: Scene) -> int:
-        """Return how many bodies there are at the start."""
-        return len(case)
-
-
-class Contacts(OfScenes):
+class Contacts(Question):
     """All contacts of a run, as ticks, or, ``within`` a distance, as times.
 
     The comparison within a distance ends where errors have grown too large: the reference's run is compared
@@ -330,11 +315,13 @@ def compared_until(scene: Scene, expected: NDArray[np.void], within: float) -> f
 
 
 def disturbed(scene: Scene, by: float) -> Scene:
-    """Return a scene whose sizes are off by so much, and its velocities by up to so much at random, those
-    that are equal alike."""
+    """Return a scene whose sizes are off by so much, and whose places and velocities are by up to so much at
+    random: places of the farthest, as rounding does it, and velocities that are equal alike."""
+    random = np.random.default_rng(0)
     different, which = np.unique(scene.velocity, axis=0, return_inverse=True)
-    off = 1.0 + by * np.random.default_rng(0).uniform(-1.0, 1.0, different.shape)
-    return changed(resized(scene, 1.0 + by), velocity=(different * off)[which.reshape(-1)])
+    velocity = (different * (1.0 + by * random.uniform(-1.0, 1.0, different.shape)))[which.reshape(-1)]
+    off = by * np.abs(scene.position).max(initial=0.0) * random.uniform(-1.0, 1.0, scene.position.shape)
+    return changed(resized(scene, 1.0 + by), velocity=velocity, position=scene.position + off)
 
 
 def resized(scene: Scene, by: float) -> Scene:
@@ -344,7 +331,8 @@ def resized(scene: Scene, by: float) -> Scene:
     return changed(scene, shape=scene.shape, shapes=[scaled(shape, by) for shape in scene.shapes])
 
 
-class Moments(NamedTuple):
+@dataclass(frozen=True)
+class Moments:
     """A scene as a sequence of moments, each of which has (x, y, radius) of discs, or (left, bottom, right,
     top) of boxes, by the number of the body."""
 
@@ -353,20 +341,23 @@ class Moments(NamedTuple):
 
     def at(self, kept: NDArray[np.integer]) -> Moments:
         """Return some of the moments."""
-        return self._replace(moments=tuple(self.moments[at] for at in np.sort(kept)))
+        return replace(self, moments=tuple(self.moments[at] for at in np.sort(kept)))
 
     def only(self, kept: NDArray[np.integer]) -> Moments:
         """Return the moments with some of the bodies."""
         there = set(kept.tolist())
-        return self._replace(moments=tuple({n: b[n] for n in b if n in there} for b in self.moments))
+        return replace(self, moments=tuple({n: b[n] for n in b if n in there} for b in self.moments))
 
     @property
     def numbers(self) -> NDArray[np.int64]:
         """The bodies that are there at some moment."""
         return np.array(sorted(set().union(*self.moments)), dtype=np.int64)
 
+    def __len__(self) -> int:
+        return len(self.numbers)
 
-class Pairs(Question[Moments]):
+
+class Pairs(Question):
     """Candidate pairs at each of a sequence of moments: all pairs that touch, each once, and no pair of a
     body with itself or with one that is not there."""
 
@@ -407,19 +398,12 @@ class Pairs(Question[Moments]):
 
     def smaller(self, case: Moments, fails: Callable[[Moments], bool], seconds: float) -> Moments:
         """Return a minimised case: fewer moments, fewer bodies, simpler numbers."""
-        return minimised(case, fails, seconds, (_leave_out_moments, _leave_out_numbers, _round_moments))
-
-    def bodies(self, case: Moments) -> int:
-        """Return how many bodies there are at all moments together."""
-        return len(case.numbers)
-
-
-def _leave_out_moments(search: Search[Moments]) -> None:
-    leave_out(search, lambda case: np.arange(len(case.moments)), Moments.at, 1)
-
-
-def _leave_out_numbers(search: Search[Moments]) -> None:
-    leave_out(search, lambda case: case.numbers, Moments.only, 1)
+        steps = (
+            lambda search: leave_out(search, lambda case: np.arange(len(case.moments)), Moments.at, 1),
+            lambda search: leave_out(search, lambda case: case.numbers, Moments.only, 1),
+            _round_moments,
+        )
+        return minimised(case, fails, seconds, steps)
 
 
 def _round_moments(search: Search[Moments]) -> None:
@@ -434,8 +418,8 @@ def _round_moments(search: Search[Moments]) -> None:
             return new if len(row) == 4 or new[2] else (*new[:2], row[2])
 
         whole = search.scene
-        new = whole._replace(moments=tuple({n: rounded(b[n]) for n in b} for b in whole.moments))
-        if new == whole or search.take(partial(Moments, *new)):
+        new = replace(whole, moments=tuple({n: rounded(b[n]) for n in b} for b in whole.moments))
+        if new == whole or search.take(partial(replace, new)):
             return
 
 
@@ -495,7 +479,7 @@ def _whole(number: float) -> int:
     return above * (2**1074 // below)
 
 
-class Casts(OfScenes):
+class Casts(Question):
     """The time at which two bodies meet that fly from time 0 on, up to an end, or None.
 
     A time is right if it is within the distance of those at which the bodies meet when their radii are
@@ -577,4 +561,4 @@ def meeting(scene: Scene, by: float, before: float) -> float | None:
     return None if tick is None else math.ldexp(tick, -UNIT_BITS - bits) - before
 
 
-QUESTIONS: dict[str, type[Question[Any]]] = {"contacts": Contacts, "pairs": Pairs, "casts": Casts}
+QUESTIONS: dict[str, type[Question]] = {"contacts": Contacts, "pairs": Pairs, "casts": Casts}

@@ -351,14 +351,17 @@ def test_candidate_pairs_of_a_broad_phase(name):
 @pytest.mark.small
 @pytest.mark.parametrize(
     ("name", "fault", "moments", "bodies"),
-    [
-        ("plain", "closed", 1, 2),
-        ("plain", "gone", 2, 2),
-        ("plain", "come", 2, 2),
-        ("plain", "swap", 2, 4),
-        ("chipmunk", "stale", 2, 2),
-        ("box2d", "sleepy", 2, 2),
-    ],
+    first(
+        4,
+        [
+            ("plain", "closed", 1, 2),
+            ("plain", "gone", 2, 2),
+            ("chipmunk", "stale", 2, 2),
+            ("box2d", "sleepy", 2, 2),
+            ("plain", "come", 2, 2),
+            ("plain", "swap", 2, 4),
+        ],
+    ),
 )
 def test_a_fault_of_a_broad_phase_is_found_and_minimised(name, fault, moments, bodies, tmp_path):
     pytest.importorskip(BROAD_PHASES[name])
@@ -446,17 +449,21 @@ def test_an_engine_in_floating_point_conforms(language, asked, within, tmp_path)
     assert few > many / 10, "next to nothing was compared"
 
 
-FLOATING_FAULTS = [
-    *(
-        pytest.param("js", *each, marks=pytest.mark.needs("node"))
-        for each in (("late", "contacts"), ("light", "contacts"), ("late", "casts"), ("narrow", "pairs"))
-    ),
-    *(pytest.param("c", *each, marks=needs_cc) for each in (("1", "casts"), ("2", "pairs"))),
+FAULTS_IN_DOUBLES = [
+    pytest.param(language, *each, marks=needs_cc if language == "c" else pytest.mark.needs("node"))
+    for language, *each in (
+        ("js", "light", "contacts"),
+        ("c", "1", "casts"),
+        ("c", "2", "pairs"),
+        ("js", "late", "contacts"),
+        ("js", "late", "casts"),
+        ("js", "narrow", "pairs"),
+    )
 ]
 
 
 @pytest.mark.small
-@pytest.mark.parametrize(("language", "fault", "asked"), FLOATING_FAULTS)
+@pytest.mark.parametrize(("language", "fault", "asked"), first(3, FAULTS_IN_DOUBLES))
 def test_a_fault_in_floating_point_is_found(language, fault, asked, tmp_path):
     command = in_doubles(language, fault, tmp_path)
     within, check = (None if asked == "pairs" else 1e-9), ("same-contacts" if asked == "contacts" else asked)
@@ -478,6 +485,17 @@ def test_the_comparison_ends_before_a_run_in_doubles_parts_from_the_exact_one(wi
     end = compared_until(scene.replace(settings=kt.Settings(until=sim.time)), sim.contacts, within)
     compared = int((sim.contacts["time"] < end).sum())
     assert 16 <= compared < certify(sim).contacts
+
+
+@pytest.mark.small
+def test_far_from_the_origin_an_engine_failed_by_what_its_places_round():
+    places = np.array([[4.0, 0.0], [12.0, -6.0], [21.0, 3.0]])
+    for far, fails in ((0.0, True), (-(2.0**30), False)):
+        how = {"velocity": [[5.0, 0.0], [-0.5, 4.0], [-8.0, -2.0]], "radius": [1.0, 1.0, 0.25]}
+        scene = kt.Scene(places + far, **how, settings=kt.Settings(until=1.2421875))
+        exchange = asked(scene, 1e-10)
+        first, (time, *bodies) = exchange.right
+        assert (exchange.judge([first, (time - 5e-9, *bodies)]) is not None) is fails
 
 
 @pytest.mark.small
