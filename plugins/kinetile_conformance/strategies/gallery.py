@@ -15,7 +15,7 @@ from random import Random
 import numpy as np
 
 from kinetile.scene import Scene, Settings, Turn
-from kinetile_conformance.strategies.shapes import shape_swarm, shape_torus
+from kinetile_conformance.strategies.shapes import shape_torus
 from kinetile_conformance.strategies.strategy import Strategy
 from kinetile_conformance.strategies.torus import torus
 
@@ -119,10 +119,9 @@ SMALL = (
     cells(30, 40, 1, walls=False, corner=-20.0),
     cells(30, 8, 8, ratio=64),
     *(
-        (title, scene.replace(settings=Settings(until=2.0)))
+        (title, scene.replace(settings=Settings(until=1.0)))
         for title, scene in (
             ("a swarm on a torus", torus(7)),
-            ("a swarm of shapes", shape_swarm(3)),
             ("a swarm of shapes on a torus", shape_torus(6)),
         )
     ),
