@@ -73,7 +73,7 @@ def acceptable(subject: Subject, scene: Scene) -> Scene:
     return scene
 
 
-MANY = (9, 17, 40, 256)
+MANY = (9, 65, 256)
 """Kinds of a scene of many."""
 
 

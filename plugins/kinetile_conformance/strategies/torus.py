@@ -51,7 +51,7 @@ def torus(number: int) -> Scene:
     random = np.random.default_rng(number)
     bodies = int(random.integers(MOST // 2, MOST + 1) if number & 4 else 2 * (MOST / 2) ** random.random())
     long = int(random.choice([1, 1, 1, 2, 5, 20]))
-    room = random.choice([1.3, 1.3, 3.0])  # a grid has to have three columns and rows to see a corner
+    room = random.choice([1.3, 1.3, 3.0, 12.0])  # a grid needs three columns and rows to have corners
     rows = max(1, math.ceil(math.sqrt(room * bodies / long)))
     sides = np.array([long * rows, rows])[:: 1 if number & 1 else -1]
     periodic = ("xy", "xy", "xy", "x", "y")[int(random.integers(5))]
