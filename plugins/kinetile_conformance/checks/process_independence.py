@@ -53,8 +53,7 @@ def _elsewhere(
 ) -> tuple[Summaries, list[str]]:
     """Run scenes in another process, and go on there with saved simulations; return the summaries, and the
     fingerprints, or what was raised."""
-    found = _summaries(subject, scenes, ends)
-    resumed = []
+    resumed = []  # first, while nothing else has run there
     for path, end in zip(saved, ends, strict=True):
         try:
             sim = kt.resume(path)
@@ -62,7 +61,7 @@ def _elsewhere(
             resumed.append(sim.fingerprint)
         except Exception as error:  # a foreign phase may raise anything; the verdict says what
             resumed.append(f"{type(error).__name__}: {error}")
-    return found, resumed
+    return _summaries(subject, scenes, ends), resumed
 
 
 def _saved(subject: Subject, scenes: list[Scene], folder: str) -> list[Path]:

@@ -151,6 +151,13 @@ def look_at(sim: Simulation) -> None:
 def put_back(sim: Simulation) -> None:
     """Put a simulation back to where it is."""
     sim.restore(sim.snapshot())
+    _audit(sim)
+
+
+def rebuild(sim: Simulation) -> None:
+    """Build the structure anew."""
+    sim.rebuild()
+    _audit(sim)
 
 
 def resume(sim: Simulation) -> Simulation:
@@ -166,7 +173,7 @@ def resume(sim: Simulation) -> Simulation:
 WAYS: dict[str, Look] = {
     "stopped and looked at": look_at,
     "resumed from a file": resume,
-    "built anew": Simulation.rebuild,
+    "built anew": rebuild,
     "put back": put_back,
 }
 """What is done at the stops of a run, in turn; so what was resumed is also built anew."""
