@@ -118,7 +118,7 @@ def _registered() -> Iterator[None]:
 
 
 def judged(name: str, check: str, thorough: bool = True):
-    return Runner(Plan(Subject(name, {}), examples=12, shrink=False)).run(check, thorough)
+    return Runner(Plan(Subject(name, {}), examples=50, shrink=False)).run(check, thorough)
 
 
 @pytest.mark.parametrize(
