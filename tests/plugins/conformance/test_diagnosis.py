@@ -49,8 +49,8 @@ def meeting() -> Scene:
 
 @pytest.fixture(scope="module")
 def shared() -> tuple[Drawing, References]:
-    """Six scenes for all mutants, and their outcomes under the reference."""
-    return Drawing(6, 0), References()
+    """Some scenes for all mutants, and their outcomes under the reference."""
+    return Drawing(40, 0), References()
 
 
 @pytest.mark.interpreted
