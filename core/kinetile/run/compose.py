@@ -82,9 +82,7 @@ def read_rules(
     if not scene.ruled:
         return None
     each_two, kinds = [response for row in scene.meets for response in row], len(scene.kinds)
-    meets = list(
-        {id(response): response for response in each_two}.values()
-    )  # one for all kinds that share it
+    meets = list({id(each): each for each in each_two}.values())  # one for all kinds that share it
     place = {id(response): at for at, response in enumerate(meets)}
     parts = [_parts(response, scene) for response in meets]
     needed = {each.respond for each in parts if each.respond is not None}

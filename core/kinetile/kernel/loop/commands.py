@@ -22,7 +22,14 @@ from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TUR
 from kinetile.kernel.loop import CROWDED, LOG_FULL, NO_REASON
 from kinetile.kernel.loop.bookkeeping import log, log_is_full
 from kinetile.kernel.loop.calendar import forget, settle
-from kinetile.kernel.loop.responses import ROOM, begin_with_all, crowded, end_all_passings, plan_partings
+from kinetile.kernel.loop.responses import (
+    ROOM,
+    begin_with_all,
+    crowded,
+    end_all_passings,
+    plan_partings,
+    shapes_overlap,
+)
 from kinetile.kernel.passings import MOST_IMAGES, PASS, row_of
 from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel, Records, elder, is_there, slot_of
 
@@ -34,7 +41,7 @@ FREE = -(1 << 30)
 
 LIVING = WALLS = RULES = PASSING = True
 PERIODIC = SHAPED = False
-enter = leave = gap = to_be_filled_in
+enter = leave = to_be_filled_in
 
 
 @hook
@@ -89,15 +96,11 @@ def reaches_into(
         dx = near_zero(dx, clock.torus.x)
         dy = near_zero(dy, clock.torus.y)
     reach = command.radius + other.radius
-    between = dx * dx + dy * dy
     if SHAPED:
-        if between >= reach * reach:  # the circles around them are apart, and ROOM is wider than rounding
-            return False
-        apart = gap(k, command.form, other.form, dx, dy)
         meets = not (math.isinf(command.mass) and math.isinf(mass))
-        return bool(meets and apart < -(ROOM * reach))
+        return bool(meets and shapes_overlap(k, command.form, other.form, dx, dy, reach))
     reach -= ROOM * reach
-    return bool(between < reach * reach)
+    return bool(dx * dx + dy * dy < reach * reach)
 
 
 @template

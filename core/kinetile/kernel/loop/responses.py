@@ -62,15 +62,23 @@ def have_passed(k: Kernel, a: int, b: int) -> bool:
 
 
 @template
+def shapes_overlap(k: Kernel, form: int, other: int, dx: float, dy: float, reach: float) -> bool:
+    """Whether two shapes overlap, by more than rounding explains, if the other is (dx, dy) away; ``reach`` is
+    the sum of the radii of the circles around them."""
+    if dx * dx + dy * dy >= reach * reach:  # these circles are apart, and ROOM is wider than rounding
+        return False
+    return bool(gap(k, form, other, dx, dy) < -(ROOM * reach))
+
+
+@template
 def _reach_into(k: Kernel, a: int, b: int, dx: float, dy: float) -> bool:
     """Whether two bodies that pass, ``a`` the elder, overlap if they are so far apart (rules 11 and 11s)."""
     one = k.bodies[a]
     two = k.bodies[b]
     reach = one.radius + two.radius
     if SHAPED:
-        if dx * dx + dy * dy >= reach * reach or (math.isinf(k.mass[a]) and math.isinf(k.mass[b])):
-            return False  # the circles around them are apart, or they never meet
-        return bool(gap(k, one.form, two.form, dx, dy) < -(ROOM * reach))
+        meet = not (math.isinf(k.mass[a]) and math.isinf(k.mass[b]))
+        return bool(meet and shapes_overlap(k, one.form, two.form, dx, dy, reach))
     reach *= 1.0 - ROOM
     return bool(dx * dx + dy * dy < reach * reach)
 
