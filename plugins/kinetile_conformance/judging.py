@@ -201,5 +201,5 @@ def _phase_measured(runner: Runner, scene: Scene) -> Measured:
     phase = runner.subject.name, runner.subject.options
     try:
         return Measured(**vars(bench_scene(scene, [phase], repeats=1, seconds=RUN).rows[0]))
-    except Exception as error:  # whatever a foreign phase raises is what comes of it
+    except Exception as error:  # a foreign phase may raise anything: it is the result
         return Measured(write_phase(*phase), printable(f"{type(error).__name__}: {error}"))

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import count
 
 import numpy as np
 import numpy.typing as npt
@@ -23,16 +22,13 @@ from kinetile.run.simulation import Simulation
 from kinetile.toolbox import NEVER, NOBODY, Kernel, PairParts
 from kinetile_conformance.cases import GENERAL, RunOutcome, difference, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
-from kinetile_conformance.checks.runs import STEPS, STOPS, watch
+from kinetile_conformance.checks.runs import watch_some
 
 Integers = npt.NDArray[np.integer]
 Ticks = npt.NDArray[np.int64]
 
 ROUNDED = 2.0**-44
 """The part of the energy that rounding may add."""
-
-EVERY = 4
-"""Events from one test of all pairs to the next."""
 
 LATER = 2**44 + 977
 """Ticks, some 1/256 of a time unit, and odd: what is computed from there is rounded otherwise."""
@@ -55,15 +51,14 @@ def a_contact_depends_on_two_plans_alone(case: Case) -> None:
 def _at_some_moments(case: Case, look: Callable[[Simulation, PairParts, Kernel, Integers], None]) -> None:
     """Call a function with a simulation at some moments of a run, its narrow phase for pairs, a copy of its
     tables, and all pairs."""
-    number = count()
 
     def see(sim: Simulation) -> None:
         pair = sim.composition.pair
-        if next(number) % EVERY == 0 and pair is not None:
+        if pair is not None:
             pairs = np.column_stack(np.triu_indices(len(sim.tables.bodies), 1)).astype(np.int32)
             look(sim, pair, copied(sim.tables), pairs)
 
-    watch(case, see, STOPS, STEPS)
+    watch_some(case, see)
 
 
 def _check_ticks(sim: Simulation, pair: PairParts, aside: Kernel, pairs: Integers) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from itertools import count
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -24,7 +23,6 @@ from kinetile.scene import Response
 from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP, Kernel
 from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, observation
 from kinetile_conformance.checks.narrow_phases import (
-    EVERY,
     LATER,
     ROUNDED,
     bared,
@@ -32,7 +30,7 @@ from kinetile_conformance.checks.narrow_phases import (
     copied,
     renumbered,
 )
-from kinetile_conformance.checks.runs import STEPS, STOPS, watch
+from kinetile_conformance.checks.runs import watch_some
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.integer]
@@ -141,17 +139,17 @@ def _energies(mass: Floats, velocity: Floats, frame: Floats) -> Floats:
 def _at_some_moments(case: Case, look: Callable[[Any, Simulation, Meetings], None]) -> None:
     """Call a function with the hook of the response under test, a simulation at some moments of a run, and
     who may meet there. Raises DoesNotApply where the kernel itself answers."""
-    name, number = cast(Response, case.subject.response).name, count()
+    name = cast(Response, case.subject.response).name
     parts = registry().target("response", name)(**cast(Response, case.subject.response).options)
     if parts.prepare(case.scene).respond is None:
         raise DoesNotApply("the kernel itself answers")
 
     def see(sim: Simulation) -> None:
         hook, met = _meetings(sim, name)
-        if next(number) % EVERY == 0 and hook is not None and len(met.who):
+        if hook is not None and len(met.who):
             look(hook, sim, met)
 
-    watch(case, see, STOPS, STEPS)
+    watch_some(case, see)
 
 
 @observation(judges="response", compares=False)

@@ -33,6 +33,9 @@ Look = Callable[[Simulation], Simulation | None]
 STOPS = 16
 """Stops of a run of few bodies. What takes O(n^2) at each is done less often with many (``stops_for``)."""
 
+EVERY = 4
+"""Moments from one to the next at which what takes long is looked at."""
+
 STEPS = 60
 """Events of few bodies after each of which a run stops."""
 
@@ -94,6 +97,17 @@ def watch(case: Case, look: Look, most: int = STOPS, steps: int = 0, but: str = 
     found = RunOutcome.of(sim, ended)
     tables = {name: table for name, table in found.tables.items() if name != but}
     compare(case, replace(found, tables=tables))
+
+
+def watch_some(case: Case, look: Callable[[Simulation], None]) -> None:
+    """Run a case as ``watch`` does, and look at one of ``EVERY`` moments: for what takes long."""
+    number = count()
+
+    def see(sim: Simulation) -> None:
+        if next(number) % EVERY == 0:
+            look(sim)
+
+    watch(case, see, STOPS, STEPS)
 
 
 @observation()

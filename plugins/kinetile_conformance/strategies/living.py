@@ -374,11 +374,6 @@ def _some(kind: str) -> tuple[Scene, ...]:
         return thread.submit(lambda: tuple(islice(played(kind), 4 if INTERPRETED else 40))).result()
 
 
-def living_shape_scenes() -> st.SearchStrategy[Scene]:
-    """Bodies of several shapes, and more that come, in the small scenes of shapes."""
-    return st.deferred(lambda: st.sampled_from(_some("shapes")))
-
-
 def living_scenes() -> st.SearchStrategy[Scene]:
     """Bodies of one kind, 2 to 300, in a box or in the open."""
     return st.deferred(lambda: st.sampled_from(_some("living")))
