@@ -32,7 +32,7 @@ from typing import Any, TypeAlias
 import kinetile as kt
 import kinetile_conformance
 import kinetile_plugins
-from kinetile_conformance import Result, check_broad_phase
+from kinetile_conformance import Result, check_broad_phase, judging
 from registering import registered
 
 HERE = Path(__file__).parent
@@ -260,30 +260,24 @@ def note(name: str, check: str | None) -> None:
     FOUND.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 
-def families() -> dict[str, tuple[int, int]]:
-    """Return how many faults of each family are killed, and how many there are."""
-    counts: dict[str, tuple[int, int]] = {}
-    for fault in outcomes()["faults"].values():
-        killed, of = counts.get(fault["family"], (0, 0))
-        counts[fault["family"]] = killed + (fault["killed_by"] is not None), of + 1
-    return counts
-
-
 def table() -> str:
     """Return the page of the two tables."""
-    found, counts = outcomes(), families()
+    found, counts = outcomes(), judging.faults()
     written = [counts[family] for family in counts if family != FAMILY]
     rows = [(family, *counts[family]) for family in sorted(counts)]
     rows += [("in families", sum(k for k, _ in written), sum(n for _, n in written))]
     lines = [
         "# What the conformance kit finds",
         "",
-        f"Measured by `python tests/mutants --write` with kit {found['kit']}, each mutant with the",
-        "default budget of `kinetile conform`; printed by `python tests/mutants --table`. A fault is a phase",
-        "with one thing wrong (`tests/mutants`). Those of *built-in phases* are the faults against which",
-        "the kit was made; those in the other families were written from",
-        "[the contract](writing-a-broad-phase.md#the-contract) alone, before their checks. One that",
-        "lives was judged by the checks of its family alone, not by all.",
+        f"Printed by `python tests/mutants --table` from what is written down of kit {found['kit']}. A fault",
+        "is a phase with one thing wrong (`tests/mutants`). Those of *built-in phases* are the faults",
+        "against which the kit was made, with the checks of `mutants.toml`, and were not all run again with this",
+        "kit. Those in the other families were written from [the",
+        "contract](writing-a-broad-phase.md#the-contract) alone, before their checks. They were judged",
+        "with interpreted hooks, by checks of their families, some before the last changes of the kit:",
+        "*killed by* is the first of these that fails, and one that lives was not judged by all checks. A",
+        "variation that is *spared* passed some checks, or was not run: none ran with the default budget.",
+        "`python tests/mutants --anew --write` measures all of it.",
         "",
         "| family | killed | faults | |",
         "|---|---|---|---|",
