@@ -31,6 +31,7 @@ from kinetile.run.saving import files
 from kinetile_bench.study.plan import read_plan_file
 from kinetile_conformance import pipe
 from kinetile_conformance.cases import load_case
+from kinetile_conformance.questions import Contacts
 
 pytest.importorskip("pyarrow")
 
@@ -253,7 +254,7 @@ class Malformed:
         said("export grid -s bodies=4 --until 0.1 --every 0.1 --to", folder / "good.xyz")
         self.frames = (folder / "good.xyz").read_text()
         self.engine = pipe.Engine("cat")
-        self.scene = scene
+        self.asked = Contacts().exchange(scene, np.zeros(0, kt.CONTACT))
         self.ways: dict[str, Callable[[random.Random], None]] = {
             name.removeprefix("of_"): getattr(self, name) for name in dir(self) if name.startswith("of_")
         }
@@ -299,7 +300,7 @@ class Malformed:
         odd = ["[" * 100_000, '{"refused": "\\u001b[31m"}', "9" * 5000, "NaN", "\udcff", "null"]
         line = rng.choice([json.dumps(changed_json(rng, good)), *odd])
         self.engine._exchanged = lambda _: line  # type: ignore[method-assign]
-        self.engine.answer(self.scene)
+        self.engine.answer(self.asked)
 
     def of_words(self, rng: random.Random) -> None:
         word = rng.choice([*NUMBERS, "true", "[]", "1e-9", "1e-300"])
