@@ -209,7 +209,8 @@ def resumes(case: Case) -> None:
         return act(sim)
 
     try:
-        watch(case, look, len(ways) - 1, but="bodies.stamp")  # a body that is put back has a new plan
+        most = min(len(ways) - 1, stops_for(case, 4 * STOPS))
+        watch(case, look, most, but="bodies.stamp")  # a body that is put back has a new plan
     except Disagreement as error:
         said = str(error)
         raise Disagreement(said if said.startswith(way) else f"{way}, {said}", error.scene) from error
