@@ -164,7 +164,8 @@ def test_squares_conform():
     report = check_broad_phase("cells", narrow_phases=["squares"], examples=20)
     assert report.ok, str(report)
     assert [each.check for each in report.results if each.status == "passed"] == [
-        "a-contact-of-shapes-depends-on-two-plans-alone",
+        "a-contact-depends-on-two-plans-alone-of-shapes",
+        "a-contact-adds-no-energy-of-shapes",
         "same-contacts-as-convex",
     ]
 
