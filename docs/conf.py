@@ -63,7 +63,7 @@ nitpick_ignore_regex = [
     ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Engine|Entries|F|Held|History)"),
     ("py:.*", r"kinetile\.(run|kernel)\..*\.(RunState|SavedPhases)"),
     ("py:.*", "Numbers"),
-    ("py:.*", r"kinetile[\w.]*\.(Disagreement|Enclosure|FirstDifference|Spec|Strategy)"),
+    ("py:.*", r"kinetile[\w.]*\.(Disagreement|Enclosure|FirstDifference|Observation|Spec|Strategy)"),
     ("py:.*", r"kinetile[\w.]*\.(Oracle|Page|Reference|Section|StudyScene|Subject)"),
 ]
 

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from kinetile_conformance.checks import check_named as check_named
     from kinetile_conformance.checks.check import Check as Check
     from kinetile_conformance.checks.check import Disagreement as Disagreement
+    from kinetile_conformance.pipe import EngineError as EngineError
+    from kinetile_conformance.pipe import EngineReport as EngineReport
     from kinetile_conformance.pipe import check_engine as check_engine
     from kinetile_conformance.pytest_plugin import parametrize_with_checks as parametrize_with_checks
     from kinetile_conformance.reporting import KIT_VERSION as KIT_VERSION
@@ -32,6 +34,8 @@ _HOME = {
     "KIT_VERSION": "reporting",
     "Check": "checks.check",
     "Disagreement": "checks.check",
+    "EngineError": "pipe",
+    "EngineReport": "pipe",
     "Report": "reporting",
     "Result": "reporting",
     "check_broad_phase": "api",
