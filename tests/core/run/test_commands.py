@@ -251,6 +251,19 @@ def test_there_is_room_for_as_many_as_are_asked_for_and_then_for_more(room, slot
 
 
 @pytest.mark.parametrize("phase", LIVING)
+def test_where_a_run_stopped_before_an_insertion_that_needs_room_leaves_no_trace(phase):
+    """Cells were those of places at the last stop."""
+    row = [[0.25 + each / 2, 3.0] for each in range(5)]
+    scene = kt.Scene([[0.5, 1.0], *row], [[1.75, 0.0], *[[0.0, 0.0]] * 5], 0.0625, arena=(4.0, 4.0))
+    scene = scene.replace(commands=[kt.Insert(1.5, (2.0, 2.0), (0.5, 0.25), 0.03125)])
+    unstopped, stopped = (kt.Simulation(scene, phase, live=True) for _ in range(2))
+    for time in (0.5, 1.25, 1.5):
+        stopped.run(until=time)
+    unstopped.run(until=1.5)
+    assert stopped.drawing() == unstopped.drawing()
+
+
+@pytest.mark.parametrize("phase", LIVING)
 def test_when_bodies_are_jammed_does_not_depend_on_the_phase(phase):
     """Nor does the speed for which all is laid out: a phase without ``enter`` is built anew for each."""
     limits = []

@@ -447,6 +447,7 @@ class Engine(Tables):
         if composition.living:
             coming = k.commands[first : first + many]
             self._go_on_with(layout.renewed(k, self.scene, composition, coming))
+            self._requested = None  # the tables are at the tick of the command
         else:
             if composition.passing or python_of(log_is_full)(k, many):
                 many = 1
