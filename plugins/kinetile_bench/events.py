@@ -1,14 +1,15 @@
 """Speed of the broad phases: events a CPU second on the thesis's twelve scenes, or on larger ones.
 
-Each phase gets, on each scene, runs of about the same CPU time, always from the scene's start, with the
-repeats of the phases taking turns, so that a machine that slows down slows all of them; the median counts.
-Compilation and set-up are outside the timed loop. Counts up to a fixed number of contacts a disc are the same
-on every machine.
+Each phase gets, on each scene, runs of about the same CPU time, always from the scene's start. The repeats of
+the phases take turns, forwards and backwards (A B B A), so that a machine that slows down slows all of them;
+the table has their median and their best, and the load. Compilation and set-up are outside the timed loop.
+Counts up to a fixed number of contacts a disc are the same on every machine.
 """
 
 from __future__ import annotations
 
 import math
+import os
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -38,7 +39,7 @@ class EventsRow:
         phase: the broad phase, with its options.
         refused: why the phase does not accept the scene.
         events_per_cpu_second, contacts_per_cpu_second: medians over the repeats.
-        slowest, fastest: events a CPU second of the slowest and the fastest repeat.
+        best: contacts a CPU second of the fastest repeat.
         events_per_contact: structural and all other events, over contacts.
         of_fastest: contacts a CPU second, over those of the phase that had the most on this scene.
         asked_per_contact, computed_per_contact: candidate checks, and exact solves, over contacts, as the
@@ -55,9 +56,8 @@ class EventsRow:
     phase: str
     refused: str | None = None
     events_per_cpu_second: float = 0.0
-    slowest: float = 0.0
-    fastest: float = 0.0
     contacts_per_cpu_second: float = 0.0
+    best: float = 0.0
     of_fastest: float = 0.0
     events_per_contact: float = 0.0
     asked_per_contact: float = 0.0
@@ -80,7 +80,8 @@ class EventsRow:
 
 
 class EventsBench(PhasesMeasured):
-    """The result: an ``EventsRow`` for each phase on each scene."""
+    """The result: an ``EventsRow`` for each phase on each scene. ``conditions["load"]`` is the machine's mean
+    load of a minute, at the start and after each scene; None where a system has none."""
 
 
 def square_at_least(n: int) -> int:
@@ -94,7 +95,7 @@ def bench_events(
     densities: Sequence[float] = DENSITIES,
     *,
     seconds: float = 0.5,
-    repeats: int = 5,
+    repeats: int = 6,
     seed: int = 1,
     start: Callable[[Any], Any] = Simulation.compile,
     progress: Callable[[int, int], None] | None = None,
@@ -113,6 +114,7 @@ def bench_events(
     plan = [(density, n) for density in densities for n in sizes]
     conditions = {"seconds": seconds, "repeats": repeats, "seed": seed, "counted_contacts_a_disc": COUNTED}
     conditions = environment() | conditions
+    loads = [_load()]
     rows: list[EventsRow] = []
     for k, (density, n) in enumerate(plan):
         scene = make_scene("grid", bodies=n, density=density, seed=seed)
@@ -136,7 +138,8 @@ def bench_events(
             )
             for row in measured
         ]
-        yield EventsBench(tuple(rows), conditions)
+        loads.append(_load())
+        yield EventsBench(tuple(rows), conditions | {"load": tuple(loads)})
 
 
 def _counted(
@@ -162,6 +165,10 @@ def _counted(
     )
 
 
+def _load() -> float | None:
+    return round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else None
+
+
 def _contacts(simulation: Any) -> int:
     return int(simulation.readings.contacts_disc + simulation.readings.contacts_wall)
 
@@ -169,13 +176,12 @@ def _contacts(simulation: Any) -> int:
 def _measured(row: EventsRow, runs: Sequence[Any]) -> EventsRow:
     """Returns the row of a phase with what its timed runs give."""
     found = [run.readings for run in runs]
-    rates = [each.events_per_cpu_second for each in found]
+    rates = [each.contacts_per_cpu_second for each in found]
     return replace(
         row,
-        events_per_cpu_second=statistics.median(rates),
-        slowest=min(rates),
-        fastest=max(rates),
-        contacts_per_cpu_second=statistics.median(each.contacts_per_cpu_second for each in found),
+        events_per_cpu_second=statistics.median(each.events_per_cpu_second for each in found),
+        contacts_per_cpu_second=statistics.median(rates),
+        best=max(rates),
         events_per_contact=found[0].events / row.contacts,
         cpu_seconds_per_time=statistics.median(run.readings.cpu_seconds / run.time for run in runs),
         cpu_seconds=tuple(each.cpu_seconds for each in found),

@@ -45,7 +45,7 @@ def events(
     ] = "25,100,400",
     densities: Annotated[str, typer.Option(metavar="D,...", help="Area fractions.")] = "0.5,0.25,0.125,0.01",
     seconds: Seconds = 0.5,
-    repeats: Repeats = 5,
+    repeats: Repeats = 6,
     json: Json = False,
     csv: Csv = False,
 ) -> None:
