@@ -271,7 +271,7 @@ def _not_scheduled(before: HookSnapshot, k: Kernel) -> Iterator[str]:
         yield f"counts.updated ({set_anew} more, where {len(settled)} certificates were scheduled)"
 
 
-CONTACTS, EVENTS = 15, 150
+CONTACTS, EVENTS = 60, 150
 """The limits of a run, and of its continuation after a body has been turned."""
 
 COMPILED = ("build", "repair", "replan", "near")
@@ -421,7 +421,7 @@ def _run(engine: Engine, scene: Scene) -> None:
 def _advance(engine: Engine, until: float) -> None:
     """Run on to a time, or for so many contacts or events; then call the phase's own audit, if it has one.
     What it says is for other checks."""
-    end = End(until, engine.clock.ticks(until), engine.contacts + CONTACTS, engine.events + EVENTS)
+    end = End(until, engine.clock.ticks(until), contacts=engine.contacts + CONTACTS, events=engine.events + EVENTS)
     advance(engine, end, None, lambda: None)
     engine.build()
     audit = engine.composition.broad.audit

@@ -18,6 +18,7 @@ plugins (``kinetile.plugin.specs.ResponseSpec``).
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import permutations
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -281,20 +282,19 @@ def table(
     """
     said = dict(rules)
     elastic = Response(ELASTIC)
-    rows = []
-    for a in kinds:
-        row = []
-        for b in (*kinds, WALL):
-            walls = said.get((ANY, WALL), elastic)
-            one, two = said.get(_ordered(a, ANY)), None if b == WALL else said.get(_ordered(b, ANY))
-            found = said.get(_ordered(a, b))
-            if found is None and b == WALL:
-                found = walls
-            elif found is None:
-                if mistakes is not None and one and two and one != two and _order(a) < _order(b):
-                    where, what = f"responses[{(a, b)!r}]", f"nothing, {one!r} and {two!r} by their kinds"
-                    mistakes.append(Mistake(where, what, "a response for these two"))
-                found = one or two or said.get((ANY, ANY), elastic)
-            row.append(found)
-        rows.append(row)
+    usual, walls = said.get((ANY, ANY), elastic), said.get((ANY, WALL), elastic)
+    own = [said.get(_ordered(each, ANY)) for each in kinds]
+    rows = [[a or b or usual for b in own] + [walls] for a in own]  # with 256 kinds these are 65,000
+    place = {kind: at for at, kind in enumerate(kinds)} | {WALL: len(kinds)}
+    for (a, b), response in said.items():
+        if a in place and b in place:
+            rows[place[a]][place[b]] = response
+            if b != WALL:
+                rows[place[b]][place[a]] = response
+    if mistakes is not None:
+        some = [(kind, response) for kind, response in zip(kinds, own, strict=True) if response]
+        for (a, one), (b, two) in permutations(some, 2):
+            if one != two and (a, b) not in said and _order(a) < _order(b):
+                where, what = f"responses[{(a, b)!r}]", f"nothing, {one!r} and {two!r} by their kinds"
+                mistakes.append(Mistake(where, what, "a response for these two"))
     return rows
