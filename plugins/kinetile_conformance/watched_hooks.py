@@ -421,7 +421,8 @@ def _run(engine: Engine, scene: Scene) -> None:
 def _advance(engine: Engine, until: float) -> None:
     """Run on to a time, or for so many contacts or events; then call the phase's own audit, if it has one.
     What it says is for other checks."""
-    end = End(until, engine.clock.ticks(until), contacts=engine.contacts + CONTACTS, events=engine.events + EVENTS)
+    contacts, events = engine.contacts + CONTACTS, engine.events + EVENTS
+    end = End(until, engine.clock.ticks(until), contacts=contacts, events=events)
     advance(engine, end, None, lambda: None)
     engine.build()
     audit = engine.composition.broad.audit
