@@ -22,7 +22,7 @@ from kinetile.kernel.passings import PASS
 from kinetile.kernel.tables import JAMMED, NEVER, NOBODY, PARTING, STRUCTURAL, TURN, WALL, Kernel
 from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
 from kinetile.run.engine.ledger import ContactRow
-from kinetile.run.interrupts import Interruptible
+from kinetile.run.interrupts import Interruptible, let_signals_through
 from kinetile.scene.responses import Kind
 
 IDLE_SPANS = 1 << 12
@@ -86,11 +86,13 @@ class Event(NamedTuple):
     kinds: tuple[Kind, ...] = ()
 
 
-def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[], None]) -> Event | None:
+def advance(
+    engine: Engine, end: End, audit: int | None, after_chunk: Callable[[], None] | None
+) -> Event | None:
     """Runs to an end, with an audit at intervals of contacts and at the end, unless that is None; returns
     the watched contact at which the run stopped before, if any.
 
-    ``after_chunk`` is called after each chunk; an exception from it ends the run there.
+    ``after_chunk``, if given, is called after each chunk; an exception from it ends the run there.
     """
     _demand_feasible(engine, end)
     ledger = engine.ledger
@@ -112,8 +114,10 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
             arrived = reason == TIME_REACHED and last
             if arrived:
                 engine.arrive(end.until)
-            with Interruptible():
-                after_chunk()
+            let_signals_through()
+            if after_chunk is not None:
+                with Interruptible():
+                    after_chunk()
             finished = (
                 reason == WATCHED or arrived or engine.contacts >= end.contacts or engine.events >= end.events
             )
@@ -198,8 +202,7 @@ def advance_one(engine: Engine, end: End) -> Event | None:
     unstepped = engine.ledger.unstepped
     assert unstepped is not None  # no run is under way
     while still.quiet < IDLE_SPANS - 1:
-        with Interruptible():
-            pass
+        let_signals_through()
         engine.build()
         if unstepped:
             return _event_of_row(engine, unstepped.pop(0))

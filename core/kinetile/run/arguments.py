@@ -277,7 +277,7 @@ def read_insertion(
     insertion = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind, shape)  # type: ignore[arg-type]
     scene, mistakes = engine.scene, list[Mistake]()
     extent = None if scene.arena is None else Extent(scene.arena, scene.periodic, False)
-    has = shape_of(insertion, "", scene.shapes, mistakes)
+    has = shape_of(insertion, "", scene.shapes, mistakes) if scene.shapes or shape is not None else None
     if has is not None and not scene.shapes and not has.is_disc:
         raise ValueError(
             f"this body cannot come: it is a {has.kind}, and this run is made for discs alone; list "

@@ -178,3 +178,10 @@ class Interruptible:
         if self._step is not None:
             self._step._waiting = True
             self._step._take_handlers()
+
+
+def let_signals_through() -> None:
+    """Handles the signals that have waited, as an empty ``Interruptible`` does; cheap if there are none."""
+    if Unbroken._outermost is not None and Unbroken._outermost._noted:
+        with Interruptible():
+            pass

@@ -272,15 +272,18 @@ class Simulation(Moment):
             engine.compile()
             began = engine.cpu_seconds
 
-            def after_chunk() -> None:
-                if progress is not None:
-                    cpu = engine.cpu_seconds - began
-                    progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
+            def report() -> None:
+                assert progress is not None
+                cpu = engine.cpu_seconds - began
+                progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
+
+            after_chunk = None if progress is None else report
 
             self._running = True
             if observers:
                 self._observers = observers
-            engine.watch(stop)
+            if stop is not None:
+                engine.watch(stop)
             try:
                 with engine.ledger.recording(recorder, moment, observers.counter, observers.observer):
                     event = self._with_kinds(
@@ -293,7 +296,8 @@ class Simulation(Moment):
             finally:
                 self._running = False
                 observers.leave()
-                engine.watch(None)
+                if stop is not None:
+                    engine.watch(None)
             self._observe(observers)
             return event
 

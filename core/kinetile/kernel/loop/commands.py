@@ -16,7 +16,7 @@ import math
 from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, template, to_be_filled_in
-from kinetile.kernel.flight import note_place, position_at
+from kinetile.kernel.flight import note_place, position_at, since_origin
 from kinetile.kernel.images import anchor, near_zero, wrap
 from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TURNED
 from kinetile.kernel.loop import CROWDED, LOG_FULL, NO_REASON
@@ -103,6 +103,29 @@ def reaches_into(
     return bool(dx * dx + dy * dy < reach * reach)
 
 
+@hook
+def looseness(k: Kernel, tick: int) -> float:
+    """Return by how much rows of places can be wrong at a tick: infinite where none are noted."""
+    clock = k.clock[0]
+    noted = clock.built != 0 and abs(tick - clock.origin) <= clock.limits.span
+    return float(clock.limits.fat if noted else math.inf)
+
+
+@template
+def is_far(k: Kernel, command: Records, other: int, elapsed: float, loose: float) -> bool:
+    """Whether a body is out of reach of an inserted one, by its row of places: they are close together, and
+    most bodies are far. ``elapsed`` is the time since their origin, ``loose`` is as of ``looseness``."""
+    place = k.places[other]
+    dx = place.x + place.vx * elapsed - command.x
+    dy = place.y + place.vy * elapsed - command.y
+    if PERIODIC:
+        torus = k.clock[0].torus
+        dx = near_zero(dx, torus.x)
+        dy = near_zero(dy, torus.y)
+    reach = command.radius + k.radii[other] + loose
+    return bool(dx * dx + dy * dy > reach * reach)
+
+
 @template
 def wall_beyond(k: Kernel, command: Records) -> int:
     """Return the wall beyond which an inserted body would reach, or FREE."""
@@ -150,8 +173,10 @@ def blocked_by(k: Kernel, command: Records) -> int:
     if found != FREE:
         return found
     x, y = as_anchored(k, command.x, command.y)
+    elapsed = since_origin(k, command.tick)
+    loose = looseness(k, command.tick)
     for other in range(k.clock[0].bodies):
-        if is_there(k, other):
+        if not is_far(k, command, other, elapsed, loose) and is_there(k, other):
             body = k.bodies[other]
             there_x, there_y = position_at(k, body, command.tick)
             there_x, there_y = as_anchored(k, there_x, there_y)

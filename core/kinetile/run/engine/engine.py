@@ -68,7 +68,7 @@ from kinetile.run.engine.contents import RunState, contents_of, numbers_of
 from kinetile.run.engine.failures import blocked, blockers_of, failure
 from kinetile.run.engine.fields import Tables
 from kinetile.run.engine.ledger import Ledger
-from kinetile.run.interrupts import Interruptible, Unbroken
+from kinetile.run.interrupts import Interruptible, Unbroken, let_signals_through
 from kinetile.run.prepared import with_shapes
 from kinetile.scene import Scene
 from kinetile.scene.shapes import Shape
@@ -333,8 +333,7 @@ class Engine(Tables):
     def build(self) -> None:
         """Builds the structure, if necessary, and runs no event."""
         while not self.built:
-            with Interruptible():
-                pass
+            let_signals_through()
             self.chunk(self.now - 1, UNLIMITED)
 
     def lay_out(self, speed: float) -> None:

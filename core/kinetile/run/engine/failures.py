@@ -24,10 +24,9 @@ from kinetile.errors import (
 from kinetile.kernel import tables
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
-from kinetile.kernel.flight import position_at
 from kinetile.kernel.log import WALLS
-from kinetile.kernel.loop.commands import FREE, as_anchored, reaches_into, wall_beyond
-from kinetile.kernel.tables import Kernel, Records, elder, is_there
+from kinetile.kernel.loop.commands import FREE, as_anchored, blocked_by, reaches_into
+from kinetile.kernel.tables import Kernel, Records
 from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition
 from kinetile.run.engine.agenda import Rows
@@ -160,27 +159,11 @@ PASSING = False
 
 
 def find_blockers(k: Kernel, commands: Records, found: Any) -> None:
-    """Writes the blockers of commands of one tick; a template, as ``kernel.loop`` has. Each body is placed
-    once: 64 insertions into 1,000 bodies take a third of the time of one after the other."""
+    """Writes the blockers of commands of one tick; a template, as ``kernel.loop`` has."""
     k = disowned(k)
     for i in range(len(commands)):
-        found[i] = wall_beyond(k, commands[i])
-    for other in range(k.clock[0].bodies):
-        if is_there(k, other):
-            body = k.bodies[other]
-            there_x, there_y = position_at(k, body, commands[0].tick)
-            there_x, there_y = as_anchored(k, there_x, there_y)
-            kind = 0
-            if PASSING:
-                kind = k.traits[other].kind
-            for i in range(len(commands)):
-                command = commands[i]
-                x, y = as_anchored(k, command.x, command.y)
-                open_yet = found[i] == FREE or found[i] >= 0
-                if open_yet and reaches_into(k, command, there_x - x, there_y - y, body, k.mass[other], kind):
-                    found[i] = other if found[i] < 0 else elder(k, found[i], other)
-    for i in range(len(commands)):
         command = commands[i]
+        found[i] = blocked_by(k, command)
         x, y = as_anchored(k, command.x, command.y)
         for j in range(i):
             new = commands[j]

@@ -170,7 +170,7 @@ class Ledger:
         valid during the call."""
         waiting, self._unrecorded = self._that_wait(), []
         self._recorder, self._counter, self._observer = recorder, counter, observer
-        learns = recorder if isinstance(recorder, Recorder) else None
+        learns = recorder if recorder is not None and isinstance(recorder, Recorder) else None
         try:
             if learns is not None:
                 learns.begin(moment, self.rows - sum(map(len, waiting)))
