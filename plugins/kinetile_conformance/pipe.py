@@ -154,23 +154,16 @@ class Engine:
         """Return the value of an engine's answer to a line, or why it refuses it, as a string; raise
         EngineError for any other answer, and for none."""
         line = self._exchanged(exchange.line)
-        shown = f"the engine answered {line[:80]!r}"
+        form = exchange.form
         try:
-            found = json.loads(line)
-        except (ValueError, RecursionError) as error:
-            raise EngineError(f"{shown}, which is no JSON: {error}") from error
-        match found:
-            case {"refused": str(reason), **rest} if not rest:
-                return reason
-            case {exchange.key: value, **rest} if not rest and type(value) in exchange.types:
-                wrong = exchange.fault(value)
-                if wrong:
-                    raise EngineError(wrong)
-                return value
-        form = "[...]" if list in exchange.types else "a number or null"
-        raise EngineError(f'{shown}; expected {{"{exchange.key}": {form}}} or {{"refused": "reason"}}')
+            found = form.read(line)
+        except ValueError as error:
+            shown = f"the engine answered {line[:80].decode(errors='replace')!r} ({error})"
+            wanted = f'{{"{form.key}": {form.shown}}} or {{"refused": "reason"}}'
+            raise EngineError(f"{shown}; expected {wanted}") from None
+        return found.refused if "refused" in found.model_fields_set else found.value
 
-    def _exchanged(self, line: bytes) -> str:
+    def _exchanged(self, line: bytes) -> bytes:
         """Send a line and return the one that comes back.
 
         Neither side of a pipe has a limit of its own, and ending the program need not close it: what it has
@@ -193,7 +186,7 @@ class Engine:
             answer += chunk
         self._rest = bytes(answer[at + 1 :]) if at >= 0 else b""
         if at >= 0:
-            return answer[: at + 1].decode("utf-8", errors="replace")
+            return bytes(answer[: at + 1])
         if len(answer) >= LONGEST:
             raise EngineError(f"the engine's answer has no end after {LONGEST:,} bytes")
         how = "closed its output"
@@ -330,7 +323,7 @@ class _Judged:
         lines = [each.line.decode() for each in self.question.exchanges(self.case)]
         if self.exchange and not isinstance(self.found, EngineError):
             values = self.found, self.exchange.right
-            lines += [json.dumps({self.exchange.key: value}) + "\n" for value in values]
+            lines += [json.dumps({self.exchange.form.key: value}) + "\n" for value in values]
         path.write_text("".join(lines), encoding="utf-8")
         if not isinstance(self.case, Scene):
             return path

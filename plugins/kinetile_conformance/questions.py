@@ -16,16 +16,18 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import partial
 from itertools import combinations, islice
-from typing import Any, NamedTuple, cast
+from typing import Annotated, Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from kinetile.errors import KinetileError, SceneError
 from kinetile.kernel.log import WALLS
-from kinetile.scene import Insert, Scene, Settings
+from kinetile.scene import Scene, Settings
 from kinetile.scene.files import dumps_scene
 from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, pair_tick, unit_bits
 from kinetile_accuracy.specification.certify import explain_difference
@@ -35,9 +37,6 @@ from kinetile_conformance.checks.check import JUDGED
 from kinetile_conformance.drawing import DIGITS, Search, leave_out, minimised, reduced
 from kinetile_conformance.strategies.changes import changed, ended_at, only_bodies
 from kinetile_conformance.strategies.shapes import scaled
-
-FULL_TICK = 2**52
-"""Ticks of an epoch."""
 
 SHORTENINGS = 20
 """How often a scene with too many contacts is made to end sooner, before it is passed over."""
@@ -55,25 +54,54 @@ DISTURBED = 1000.0
 CASTS, FAR = 20, 2
 """Pairs of bodies of a scene that are cast, and how many of these do not come near each other."""
 
-EXACT, TIMED = ["epoch", "tick", "a", "b"], ["time", "a", "b"]
-"""The fields of a contact in an answer; the second where times are compared within a distance."""
-
 Row = tuple[float, ...]
-"""A contact of an answer, its fields in this order."""
+"""A contact of an answer: epoch, tick, a, b, or, where times are compared, time, a, b."""
+
+EXACT, TIMED = ["epoch", "tick", "a", "b"], ["time", "a", "b"]
+
+Long = Annotated[int, Field(ge=-(2**62), lt=2**62)]
+Body = Annotated[int, Field(ge=-(2**31), lt=2**31)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class Answer(BaseModel):
+    """An answer: a value, or why there is none."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+    refused: str = ""
+    value: Any
+
+
+class Form(NamedTuple):
+    """The form of an answer: the key of its value, how that is written, and what reads it."""
+
+    key: str
+    shown: str
+    model: type[Answer]
+
+    @classmethod
+    def of(cls, key: str, shown: str, kind: Any) -> Form:
+        """Return the form of answers whose value is of a type."""
+        return cls(key, shown, create_model("Answer", __base__=Answer, value=(kind, Field(None, alias=key))))
+
+    def read(self, line: bytes) -> Answer:
+        """Return an answer; raise ValueError, with what is wrong, for a line that is none."""
+        try:
+            found = self.model.model_validate_json(line)
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            raise ValueError(": ".join([*(f"{at}" for at in first["loc"]), first["msg"]])) from None
+        if len(found.model_fields_set) != 1:
+            raise ValueError("it has no value, or both")
+        return found
 
 
 class Exchange(NamedTuple):
-    """A line for an engine, and how the answer is judged.
-
-    ``key`` is that of the answer, whose value has one of these ``types``; ``fault`` returns what is wrong
-    with the form of the value, "" if nothing, and ``judge`` what is wrong with what it says. ``right`` is the
-    reference's, and ``case`` the case up to this line.
-    """
+    """A line for an engine, the form of its answer, and ``judge``, which returns what is wrong with what a
+    value says. ``right`` is the reference's, and ``case`` the case up to this line."""
 
     line: bytes
-    key: str
-    types: tuple[type, ...]
-    fault: Callable[[Any], str]
+    form: Form
     judge: Callable[[Any], str | None]
     right: Any
     case: Any
@@ -82,11 +110,8 @@ class Exchange(NamedTuple):
 class Question(ABC):
     """What an engine is asked. Its cases are scenes, where it does not say otherwise.
 
-    Args:
-        within: the distance within which times are right, where there is one.
-        most: the limit of contacts of a run.
-
-    ``sums`` counts what ``told`` puts into words.
+    ``within`` is the distance within which times are right, where there is one, and ``most`` the limit of
+    contacts of a run. ``sums`` counts what ``told`` puts into words.
     """
 
     told = ""
@@ -109,7 +134,6 @@ class Question(ABC):
         return reduced(case, fails, seconds)
 
     def _count(self, one: int, other: int) -> None:
-        """Add to the sums."""
         self.sums = [self.sums[0] + one, self.sums[1] + other]
 
 
@@ -142,30 +166,26 @@ class Contacts(Question):
 
     def exchange(self, scene: Scene, expected: NDArray[np.void]) -> Exchange:
         """Return the line of a scene with these contacts."""
-        fields = EXACT if self.within is None else TIMED
-        right: list[Row] = expected[fields].tolist()
+        right: list[Row] = expected[EXACT if self.within is None else TIMED].tolist()
         end = None if self.within is None else compared_until(scene, expected, self.within)
 
-        def fault(rows: Sequence[Any]) -> str:
-            return _fault_of_rows("contact", rows, partial(_fault_of_contact, scene=scene, fields=fields))
-
-        def judge(rows: Sequence[Any]) -> str | None:
-            found = [tuple(row) for row in rows]
+        def judge(rows: Sequence[Row]) -> str | None:
             if self.within is None or end is None:
-                return difference(scene, found, expected)
+                return difference(scene, rows, expected)
             self._count(sum(row[0] < end for row in right), len(right))
-            parted = parting(found, right, partial(_near, scene, self.within), end)
+            parted = parting(rows, right, partial(_near, scene, self.within), end)
             return parted and parted[1]
 
-        return Exchange(scene_line(scene), "contacts", (list,), fault, judge, right, scene)
+        form = EXACT_CONTACTS if self.within is None else TIMED_CONTACTS
+        return Exchange(_line(_tables(scene)), form, judge, right, scene)
 
 
-def scene_line(scene: Scene) -> bytes:
-    """Return a scene as a line of JSON: the tables of its file, with an infinite mass as "inf"."""
-    return _line(_tables(scene))
+EXACT_CONTACTS = Form.of("contacts", "[[epoch, tick, a, b], ...]", list[tuple[Long, Long, Body, Body]])
+TIMED_CONTACTS = Form.of("contacts", "[[time, a, b], ...]", list[tuple[Finite, Body, Body]])
 
 
 def _tables(scene: Scene) -> dict[str, Any]:
+    """Return the tables of a scene's file, with an infinite mass as "inf"."""
     tables = tomllib.loads(dumps_scene(scene))
     for body in tables.get("bodies", ()):
         if body.get("mass") == math.inf:
@@ -175,38 +195,6 @@ def _tables(scene: Scene) -> dict[str, Any]:
 
 def _line(value: object) -> bytes:
     return json.dumps(value, allow_nan=False).encode() + b"\n"
-
-
-def _fault_of_rows(what: str, rows: Sequence[object], fault_of: Callable[[Any], str]) -> str:
-    """Return what is wrong with the form of the first row that has a fault, or ""."""
-    for at, row in enumerate(rows):
-        wrong = fault_of(row)
-        if wrong:
-            return f"the engine's {what} {at} is {json.dumps(row)[:80]}: {wrong}"
-    return ""
-
-
-def _fault_of_contact(row: object, scene: Scene, fields: Sequence[str]) -> str:
-    """Return what is wrong with the form of a contact, or ""."""
-    form, timed = f"[{', '.join(fields)}]", fields is TIMED
-    if not isinstance(row, list) or len(row) != len(fields):
-        return f"expected {form}"
-    *when, a, b = row
-    if not all(type(each) is int for each in (row[1:] if timed else row)):
-        return f"expected {form}, all {'but the time ' if timed else ''}whole numbers"
-    if timed and not (type(when[0]) in (int, float) and math.isfinite(when[0])):
-        return f"expected {form}, the time a finite number"
-    if not timed and not (0 <= when[1] < FULL_TICK and -FULL_TICK < when[0] < FULL_TICK):
-        return "expected a tick from 0 to 2^52 - 1, and its epoch"
-    for body in (a, b):
-        if body > _last_body(scene) or (body < 0 and (body is a or scene.arena is None or body not in WALLS)):
-            return f"there is no {'body' if body >= 0 or body is a else 'wall'} {body}"
-    return "a body does not meet itself" if a == b else ""
-
-
-def _last_body(scene: Scene) -> int:
-    """Return the highest number of the bodies that there are or will be."""
-    return max([len(scene) - 1, *(each.body for each in scene.commands if isinstance(each, Insert))])
 
 
 def reference_contacts(scene: Scene, most: int) -> tuple[Scene, NDArray[np.void]] | None:
@@ -244,7 +232,7 @@ def _told(at: int, mine: Row | None, theirs: Row | None) -> str:
 def _contact(row: Row | None) -> str:
     """Return a contact in words."""
     *when, a, b = row or ()
-    partner = f"the {WALLS[int(b)]} wall" if b < 0 else f"body {b}"
+    partner = f"the {WALLS[int(b)]} wall" if b in WALLS else f"body {b}"
     moment = f"time {when[0]!r}" if len(when) == 1 else f"epoch {when[0]}, tick {when[1]}"
     return f"body {a} with {partner} at {moment}"
 
@@ -254,8 +242,7 @@ def _who_is_right(scene: Scene, found: Sequence[Row], expected: NDArray[np.void]
     if len(scene) > JUDGED:
         return ""
     right = expected[EXACT]
-    mine = np.array([tuple(row) for row in found], right.dtype)
-    said = explain_difference(scene, {"the engine": mine, REFERENCE: right}, at)
+    said = explain_difference(scene, {"the engine": np.array(found, right.dtype), REFERENCE: right}, at)
     return f"\n{said}" if said else ""
 
 
@@ -373,9 +360,8 @@ class Pairs(Question):
         for at, bodies in enumerate(case.moments):
             right = touching(bodies)
             line = _line({"moment": at, case.key: [[number, *row] for number, row in bodies.items()]})
-            fault = partial(_fault_of_rows, "pair", fault_of=_fault_of_pair)
             judge = partial(self._judged, at, bodies, right)
-            yield Exchange(line, "pairs", (list,), fault, judge, right, case.at(np.arange(at + 1)))
+            yield Exchange(line, PAIRS, judge, right, case.at(np.arange(at + 1)))
 
     def _judged(
         self, at: int, bodies: Mapping[int, tuple[float, ...]], right: list[tuple[int, int]], rows: Any
@@ -423,10 +409,7 @@ def _round_moments(search: Search[Moments]) -> None:
             return
 
 
-def _fault_of_pair(row: object) -> str:
-    """Return what is wrong with the form of a pair, or ""."""
-    right = isinstance(row, list) and len(row) == 2 and all(type(each) is int for each in row)
-    return "" if right else "expected [a, b], both whole numbers"
+PAIRS = Form.of("pairs", "[[a, b], ...]", list[tuple[Body, Body]])
 
 
 def moments_of(scene: Scene, growth: float) -> Moments:
@@ -465,17 +448,10 @@ def touching(bodies: Mapping[int, tuple[float, ...]]) -> list[tuple[int, int]]:
     apart, reach = np.hypot(*(rows[a, :2] - rows[b, :2]).T), rows[a, 2] + rows[b, 2]
     close = np.abs(apart - reach) <= 1e-12 * reach + 1e-300  # far more than rounding does to either
     touch = (apart < reach) & ~close
-    whole = {i: tuple(map(_whole, rows[i].tolist())) for i in {*a[close].tolist(), *b[close].tolist()}}
     for at in np.flatnonzero(close).tolist():
-        (x, y, r), (z, w, s) = whole[int(a[at])], whole[int(b[at])]
+        (x, y, r), (z, w, s) = (map(Fraction, rows[i].tolist()) for i in (a[at], b[at]))
         touch[at] = (x - z) ** 2 + (y - w) ** 2 <= (r + s) ** 2
     return [(numbers[i], numbers[j]) for i, j in zip(a[touch], b[touch], strict=True)]
-
-
-def _whole(number: float) -> int:
-    """Return a double as a whole number of 2^-1074, the smallest double."""
-    above, below = number.as_integer_ratio()
-    return above * (2**1074 // below)
 
 
 class Casts(Question):
@@ -531,16 +507,14 @@ class Casts(Question):
         bodies = [{k: body[k] for k in body if k not in ("mass", "kind")} for body in tables["bodies"]]
         shapes = {"shapes": tables["shapes"]} if case.shapes else {}
         line = _line({"cast": bodies, "until": end} | shapes)
-        yield Exchange(line, "time", (float, int, type(None)), _fault_of_time, judge, right, case)
+        yield Exchange(line, CAST, judge, right, case)
+
+
+CAST = Form.of("time", "a number or null", Finite | None)
 
 
 def _when(time: float | None) -> str:
     return "never, up to the end" if time is None else f"at time {time!r}"
-
-
-def _fault_of_time(time: float | None) -> str:
-    """Return what is wrong with the form of a time, or ""."""
-    return "" if time is None or math.isfinite(time) else "the engine's time is not a finite number"
 
 
 def meeting(scene: Scene, by: float, before: float) -> float | None:

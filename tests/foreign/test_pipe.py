@@ -168,23 +168,39 @@ def test_a_scene_that_has_too_many_contacts_ends_sooner():
 
 
 BROKEN = {
-    "line": 'expected {"contacts": [...]} or {"refused": "reason"}',
-    "'{'": "the engine answered '{\\n', which is no JSON: ",
-    "'[' * 10**5": "the engine answered '[[[",  # it is a RecursionError, and that no ValueError
-    "'[1]'": "the engine answered '[1]\\n'; expected",
-    "'{\"contacts\": 1}'": 'expected {"contacts": [...]}',
-    "'{\"contacts\": [[0, 0, 99, -1]]}'": "contact 0 is [0, 0, 99, -1]: there is no body 99",
-    "'{\"contacts\": [[0, 0, 0, -5]]}'": "there is no wall -5",
-    "'{\"contacts\": [[0, 0, 0, 0]]}'": "a body does not meet itself",
-    "'{\"contacts\": [[0, 0.5, 0, 1]]}'": "expected [epoch, tick, a, b], all whole numbers",
-    "'{\"contacts\": [[0, -1, 0, 1]]}'": "expected a tick from 0 to 2^52 - 1",
-    "'{\"contacts\": [[0.5, 0, 1]]}'": "is [0.5, 0, 1]: expected [epoch, tick, a, b]",
+    "line": '; expected {"contacts": [[epoch, tick, a, b], ...]} or {"refused": "reason"}',
+    "'{'": "the engine answered '{\\n' (Invalid JSON: ",
+    "'[' * 10**5": "the engine answered '[[[",
+    "'[1]'": "the engine answered '[1]\\n' (",
+    "'{}'": "(it has no value, or both)",
+    "'{\"contacts\": 1}'": "(contacts: Input should be a valid array)",
+    "'{\"contacts\": [[0, 0.5, 0, 1]]}'": "(contacts: 0: 1: Input should be a valid integer)",
+    "'{\"contacts\": [[0, 0, 2**31, 1]]}'.replace('2**31', str(2**31))": "(contacts: 0: 2: Input should be less",
+    "'{\"contacts\": [[0.5, 0, 1]]}'": "(contacts: 0: ",
     "os._exit(3)": "the engine ended with exit code 3 without an answer",
     "os.abort()": "the engine ended by SIGABRT without an answer",
     "os.write(1, b'{') and os._exit(0)": "the engine ended with exit code 0 within a line",
     "os.close(1) or time.sleep(9)": "the engine closed its output without an answer",
     "time.sleep(99)": "the engine gave no answer within 2.5 s (--scene-seconds)",
 }
+
+
+@pytest.mark.small
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ((0, 0, 99, -1), "body 99 with the left wall at epoch 0, tick 0"),
+        ((0, 0, 0, -5), "body 0 with body -5 at"),
+        ((0, 0, 0, 0), "body 0 with body 0 at"),
+        ((0, -1, 0, 1), "body 0 with body 1 at epoch 0, tick -1"),
+    ],
+)
+def test_a_contact_of_what_is_not_there_is_a_wrong_one(row, said):
+    end = kt.Settings(until=7.5)
+    scene = kt.Scene([[1, 1], [3, 1.2]], [[1.0, 0.25], [0, 0.3]], 0.5, arena=(4.0, 4.0), settings=end)
+    found = asked(scene).judge([row])
+    assert found.startswith(f"contact 0 is {said}")
+    assert "by the specification the engine is wrong in contact 0" in found
 
 
 @pytest.mark.small
