@@ -88,7 +88,7 @@ def meet_for_who_asks(k: Kernel, a: int, b: int) -> int:
 @hook
 def meet_and_write(k: Kernel, a: int, b: int) -> int:
     """Wrong: it leaves something behind in a body."""
-    k.bodies[a].stamp += 2
+    k.stamps[a] += 2
     return int(meet(k, a, b))
 
 

@@ -292,7 +292,7 @@ def tables_after(sim: Simulation) -> Tables:
     left["radii"] = np.array(k.radii[there])
     left["bodies.reach is radius and skin"] = np.array(bodies.reach == bodies.radius + clock.limits.skin)
     if not lives:
-        left["bodies.stamp"] = np.array(bodies.stamp)  # else it depends on the slot's former body
+        left["stamps"] = np.array(k.stamps[there])  # else it depends on the slot's former body
     if full:
         left["clock.jam.spin_limit"] = np.array([clock.jam.spin_limit])  # it depends on the number of slots
     if same_skin:

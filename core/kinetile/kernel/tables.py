@@ -53,7 +53,7 @@ BODY = np.dtype(
         ("reach", "f8"),  # radius + skin: what broad phases use
         ("radius", "f8"),  # what contact times use
         ("last", "i4"),  # the partner of the contact that made this plan, or NOBODY
-        ("stamp", "i4"),  # how often the plan has changed
+        ("spare", "i4"),  # a record is a cache line
     ],
     align=True,
 )
@@ -96,6 +96,7 @@ ENTRY = np.dtype(
 )
 LINK = np.dtype([("next", "i4"), ("prev", "i4")])
 PLACE = np.dtype([("x", "f8"), ("y", "f8"), ("vx", "f8"), ("vy", "f8")])
+SCOUTED = np.dtype([("body", "i4"), ("partner", "i4")])
 OFFER = np.dtype([("a", "i4"), ("b", "i4")])
 HELD = np.dtype(
     [
@@ -296,6 +297,9 @@ OFFERS = 1 << 10
 MANY = 1 << 15
 """Bodies. For fewer, twice as many slices are 5 % faster; for more, memory counts."""
 
+FOUND = 8
+"""Bodies that the look-ahead remembers."""
+
 SPARE = 64
 """Places in ``near`` beyond the bodies: hooks that write eight at a time may go over the end."""
 
@@ -309,9 +313,11 @@ class Kernel(NamedTuple):
     sides: Records  # (n,) the sides again, close together; empty where all are discs
     forms: Records  # the shapes that bodies have, or may have; empty where all are discs
     places: Records  # (n,) place and velocity at the common clock ``clock[0].origin``
+    stamps: Records  # (n,) how often each plan has changed
     queue: Records  # (n,) what awaits each body
     links: Records  # (n + 2^m,) the calendar: a ring for each slice, of its own link n + slice and its bodies
-    marks: Records  # (2^m / 64,) a bit for each slice that is not empty
+    marks: Records  # a bit for each link: set if it is that of a ring which is not empty
+    found: Records  # the bodies that the look-ahead has found last, and the partners that it has for them
     numbers: Records  # float64, those that the narrow phase of two bodies has given (``PairParts.numbers``)
     near: Records  # the answer of ``near`` and ``repair``: numbers of bodies
     offers: Records  # bodies and pairs that a hook has left to be looked at
@@ -360,9 +366,11 @@ def allocate(bodies: int, near: int, log_rows: int, alike: bool = False, shaped:
         sides=record_table(SIDES, bodies if shaped else 0),
         forms=record_table(FORM, 0),
         places=record_table(PLACE, bodies),
+        stamps=np.zeros(bodies, dtype=np.int32),
         queue=record_table(ENTRY, bodies),
         links=record_table(LINK, bodies + slices),
-        marks=np.zeros(slices >> 6, dtype=np.int64),
+        marks=np.zeros((bodies + slices >> 6) + 1, dtype=np.int64),
+        found=record_table(SCOUTED, FOUND),
         numbers=np.zeros(0),
         near=np.zeros(near + SPARE, dtype=np.int32),
         offers=record_table(OFFER, OFFERS),

@@ -57,17 +57,18 @@ BLOCK = 1 << 18
 
 
 def of_calendar(k: Kernel) -> Iterator[str]:
-    """Every body with an event is once in the list of its slice, in order, and no other is."""
+    """Every body with an event is once in the list of its slice, and no other is; those of the slice that the
+    calendar has reached come first, in order."""
     clock = k.clock[0]
     keys, days = k.queue.key.tolist(), (k.queue.key >> clock.calendar.shift).tolist()
     after, before, marks = k.links.next.tolist(), k.links.prev.tolist(), k.marks.tolist()
     bodies = len(k.bodies)
     columns = (k.queue.number, k.queue.key, k.queue.kind, k.queue.number[k.queue.partner])
     ranks = [rank(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
-    slices, found = len(after) - bodies, 0
+    slices, found, reached = len(after) - bodies, 0, int(clock.calendar.slice)
     for at in range(slices):
         previous, body = bodies + at, after[bodies + at]
-        if bool(marks[at >> 6] >> (at & 63) & 1) != (body < bodies):
+        if bool(marks[previous >> 6] >> (previous & 63) & 1) != (body < bodies):
             yield f"the mark of slice {at} of the calendar is not true"
         while body < bodies and found <= bodies:
             if before[body] != previous:
@@ -75,7 +76,7 @@ def of_calendar(k: Kernel) -> Iterator[str]:
                 return
             if days[body] % slices != at or keys[body] == NEVER:
                 yield f"body {body} is in slice {at} of the calendar, where it does not belong"
-            if previous < bodies and ranks[body] < ranks[previous]:
+            if previous < bodies and days[body] == reached and ranks[body] < ranks[previous]:
                 yield f"slice {at} of the calendar is out of order: body {previous} is before body {body}"
             previous, body, found = body, after[body], found + 1
         if body != bodies + at or before[body] != previous:
@@ -341,10 +342,9 @@ def _near(k: Kernel, named: Pairs) -> Iterator[str]:
 
 def _contact_times(k: Kernel, composition: Composition, near: Pairs) -> Iterator[Complaint]:
     """The predictions of the entries are true: all contacts are computed again, and exactly."""
-    queue, bodies = k.queue, k.bodies
-    partner = queue.partner
+    queue, partner = k.queue, k.queue.partner
     known = np.flatnonzero(partner >= 0)
-    known = known[queue.seen[known] == bodies.stamp[partner[known]]]
+    known = known[queue.seen[known] == k.stamps[partner[known]]]
     expected = np.sort(np.column_stack([known, partner[known]]).astype(np.int32), axis=1)
     meetings, walls = _computed_again(k, composition, np.concatenate([near, expected]))
     yield from _of_walls(k, walls)
@@ -398,7 +398,7 @@ def _of_near(k: Kernel, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
     comes before the pair's turn: as something that precedes pairs, or as a pair that precedes this.
     """
     queue, number = k.queue, k.queue.number.astype(np.int64)
-    stamp, n = k.bodies.stamp, int(number.max(initial=0)) + 1
+    stamp, n = k.stamps, int(number.max(initial=0)) + 1
     places = np.sort(number[near], axis=1)
     rank = places[:, 0] * n + places[:, 1]
     covered, earliest = np.zeros(len(near), dtype=bool), np.full(len(near), NEVER)

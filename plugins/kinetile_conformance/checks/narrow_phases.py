@@ -175,7 +175,6 @@ def bared(k: Kernel) -> Kernel:
     for name in ("bodies", "mass", "radii", "sides", "traits", "rules", "numbers"):
         getattr(bare, name)[:] = getattr(k, name)
     bare.bodies.last = NOBODY
-    bare.bodies.stamp = 0
     for name in OF_THE_SCENE:
         column(bare.clock, name)[:] = column(k.clock, name)
     return bare

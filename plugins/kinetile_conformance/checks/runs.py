@@ -210,7 +210,7 @@ def resumes(case: Case) -> None:
 
     try:
         most = min(len(ways) - 1, stops_for(case, 4 * STOPS))
-        watch(case, look, most, but="bodies.stamp")  # a body that is put back has a new plan
+        watch(case, look, most, but="stamps")  # a body that is put back has a new plan
     except Disagreement as error:
         said = str(error)
         raise Disagreement(said if said.startswith(way) else f"{way}, {said}", error.scene) from error

@@ -10,13 +10,16 @@ from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, prefetch, sch
 from kinetile.toolbox.ticks import FAR
 from kinetile_plugins.cells.layout import (
     BLOCK,
-    FULL,
     State,
     list_around,
     list_around_on_torus,
     move_out,
     moves,
 )
+
+FETCHED = 3
+"""Bodies of a cell that are prefetched, there or not: to read how many would be a branch that is as good as
+random."""
 
 
 @hook
@@ -119,7 +122,7 @@ def soon(k: Kernel, s: State, body: int, stage: int) -> None:
                 prefetch(s.blocks, left * BLOCK + 2 * BLOCK)
             else:
                 for block in range(left * BLOCK, (left + 3) * BLOCK, BLOCK):
-                    for place in range(block, block + (s.blocks[block + FULL] & FULL)):
+                    for place in range(block, block + FETCHED):
                         prefetch(k.places, s.blocks[place])
 
 

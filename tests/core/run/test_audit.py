@@ -125,9 +125,10 @@ def filed(k: Kernel) -> int:
     return int(np.flatnonzero(k.links.next[len(k.bodies) :] < len(k.bodies))[0])
 
 
-def bit(at: int) -> np.int64:
-    """Return the bit of a slice in its word of marks."""
-    return np.uint64(1 << (at & 63)).astype(np.int64)
+def flip(k: Kernel, at: int) -> None:
+    """Flip the mark of a slice."""
+    ring = len(k.bodies) + at
+    k.marks[ring >> 6] ^= np.uint64(1 << (ring & 63)).astype(np.int64)
 
 
 def unfile(k: Kernel, at: int) -> int:
@@ -135,7 +136,7 @@ def unfile(k: Kernel, at: int) -> int:
     ring = len(k.bodies) + at
     body = int(k.links[ring].next)
     k.links[ring].next = k.links[ring].prev = ring
-    k.marks[at >> 6] &= ~bit(at)
+    flip(k, at)
     return body
 
 
@@ -152,7 +153,7 @@ def file_in_another_slice(found: Engine) -> None:
     assert int(k.links[4 + other].next) == 4 + other
     put(k.links[4 + other], next=body, prev=body)
     put(k.links[body], next=4 + other, prev=4 + other)
-    k.marks[other >> 6] |= bit(other)
+    flip(k, other)
 
 
 def replace_a_partner(found: Engine) -> None:
@@ -347,7 +348,7 @@ def test_a_contact_that_comes_after_another_of_its_tick():
     forget(found, 2)
     entry = found.k.queue[1]
     entry.tick = entry.guard = 1 << 52
-    entry.partner, entry.seen, entry.exact = 2, found.k.bodies[2].stamp, 1
+    entry.partner, entry.seen, entry.exact = 2, found.k.stamps[2], 1
     refile(found, 1, 1 << 52, PAIR)
     with pytest.raises(UnawaitedContactError, match=r"bodies 0 and 1 are looked at too late, but by their"):
         sim.audit()

@@ -105,7 +105,7 @@ FAULTS = {
     "now": "at a later present time|with nothing in the kernel's other tables",
     "order": "with the bodies numbered the other way round",
     "asked": "with nothing in the kernel's other tables",
-    "writes": "meet wrote bodies.stamp",
+    "writes": "meet wrote stamps",
 }
 
 

@@ -62,7 +62,7 @@ def reads_the_clock(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Recor
 
 @hook
 def counts_contacts(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
-    exchange(k, a, b, nx, ny, 1.0 / (1.0 + k.bodies[a].stamp))
+    exchange(k, a, b, nx, ny, 1.0 / (1.0 + k.stamps[a]))
 
 
 @hook

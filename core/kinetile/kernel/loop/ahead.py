@@ -2,10 +2,11 @@
 
 The tables of a large scene do not fit into the processor's caches, and each contact waits for the memory
 dozens of times, because each address is read from what the address before it names: slice, body, home, cell,
-bodies there. But the calendar says which bodies come next. When it moves on to a slice, the first bodies of
-four later slices are looked at, each at a stage of its own: what one stage has prefetched, the next one
-reads. Nothing is written, so no answer depends on any of it; an event that comes sooner than foreseen waits
-as before.
+bodies there. But the calendar says which bodies come next. A *scout* goes over its slices, some dozens of
+them before the head, from one that is not empty to the next whenever the head does so. What it finds, all
+bodies of the slice and the partner that each awaits, is worked on in stages, a few bodies apart: what one
+stage has prefetched, the next one reads. No answer depends on any of it; an event that comes sooner than
+foreseen waits as before.
 
 In a small scene this costs more than it saves, so it is composed only from ``LARGE`` bodies on.
 """
@@ -14,54 +15,59 @@ from __future__ import annotations
 
 from typing import Any
 
-from kinetile.kernel.compiled import template, to_be_filled_in
-from kinetile.kernel.tables import Kernel
+from kinetile.kernel.compiled import larger, smaller, template, to_be_filled_in
+from kinetile.kernel.loop.calendar import next_marked, ring_of
+from kinetile.kernel.tables import FOUND, Kernel
 from kinetile.kernel.vectors import prefetch
 
 LARGE = 1 << 14
 """Bodies from which on it pays (docs/benchmark.md)."""
 
-STAGE = 16
-"""Slices between two stages: about as many events, each some hundred nanoseconds."""
+LEAD, AFAR = 24, 96
+"""Slices by which the scout is before the head at least, and at most."""
 
-MOST = 4
-"""Slices that are caught up with after a jump; the others are past."""
+STAGE = 3
+"""Bodies that are found between two stages of one."""
 
 soon = to_be_filled_in
 
 
 @template
-def look_ahead(k: Kernel, s: Any, seen: int) -> int:
-    """Look ahead from every slice that the calendar has come to since ``seen``; return the present one."""
+def look_ahead(k: Kernel, s: Any, seen: int, scout: int, turn: int) -> tuple[int, int, int]:
+    """Let the scout go on by a slice if the calendar has, since it was at ``seen``; return where that is now,
+    the slice of the scout, and how many bodies it has found."""
     day = k.clock[0].calendar.slice
-    if day - seen > MOST or day < seen:
-        seen = day - 1
-    while seen < day:
-        seen += 1
-        _look_from(k, s, seen)
-    return seen
+    if day == seen:
+        return seen, scout, turn
+    scout = larger(scout, day + LEAD)
+    if scout < day + AFAR:
+        scout = next_marked(k, scout + 1)
+        body = k.links[ring_of(k, scout)].next
+        while body < len(k.bodies):
+            turn += 1
+            _do_stages(k, s, body, turn)
+            body = k.links[body].next
+    return day, scout, turn
 
 
 @template
-def _look_from(k: Kernel, s: Any, day: int) -> None:
-    """Do one stage for the first body of each of four slices, and for the partner that it awaits."""
-    links = k.links
-    bodies = len(k.bodies)
-    mask = len(links) - bodies - 1
-    for stage in range(3):
-        body = links[bodies + ((day + (3 - stage) * STAGE) & mask)].next
-        if body < bodies:
-            if stage == 0:
-                _fetch(k, body)
-            soon(k, s, body, stage)
-            partner = k.queue[body].partner if stage > 0 else -1
-            if partner >= 0:
-                if stage == 1:
-                    _fetch(k, partner)
-                soon(k, s, partner, stage - 1)
-    body = links[bodies + ((day + STAGE // 2) & mask)].next
-    if body < bodies and k.queue[body].partner >= 0:
-        soon(k, s, k.queue[body].partner, 2)
+def _do_stages(k: Kernel, s: Any, body: int, turn: int) -> None:
+    """Do the first stage for a body, and one stage each for bodies that were found before, and for partners.
+    Which bodies await one is as good as random: so there is no branch, and one without stands in for it.
+    """
+    found = k.found
+    found[turn & (FOUND - 1)].body = body
+    _fetch(k, body)
+    soon(k, s, body, 0)
+    before = found[(turn - STAGE) & (FOUND - 1)].body
+    partner = k.queue[before].partner
+    partner = partner if partner >= 0 else before
+    found[turn & (FOUND - 1)].partner = partner
+    _fetch(k, partner)
+    soon(k, s, partner, 0)
+    soon(k, s, before, 1)
+    soon(k, s, found[(turn - STAGE) & (FOUND - 1)].partner, 1)
+    soon(k, s, found[(turn - 2 * STAGE) & (FOUND - 1)].body, 2)
 
 
 @template
@@ -71,3 +77,10 @@ def _fetch(k: Kernel, body: int) -> None:
     prefetch(k.bodies, body)
     prefetch(k.places, body)
     prefetch(k.links, body)
+
+
+@template
+def fetch_ring(k: Kernel, body: int) -> None:
+    """Prefetch the ring in which a body will be filed, unless a wall comes first."""
+    entry = k.queue[body]
+    prefetch(k.links, ring_of(k, smaller(entry.own, entry.tick) >> k.clock[0].calendar.shift))

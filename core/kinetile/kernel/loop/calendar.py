@@ -2,11 +2,12 @@
 
 A calendar queue (Brown 1988): time is cut into slices of 2^shift ticks, about as long as events are apart,
 and each body is filed in the ring of its slice. There are more slices than bodies, and they are used again
-and again, so an entry of a later year may be in the same ring. A ring is in order, years and all: the head
-is the first of its ring, and a thousand bodies that are due at one tick cost no search. A bit for each slice
-says whether it is empty. To file a body, to take it out and to find the head costs O(1)
-while slices have about the right length, which is mended between two chunks of a run. It is faster than a
-heap because one entry is touched and not a path of them.
+and again, so an entry of a later year may be in the same ring. A ring is put in order when the calendar
+reaches its slice; until then bodies are filed last, and the others there are not read, which in a large scene
+is a wait for the memory. So the bodies of the slice that is reached are the first of its ring, in order, and
+a thousand that are due at one tick cost no search. A bit for each ring says whether it is empty. To file a
+body, to take it out and to find the head costs O(1) while slices have about the right length, which is mended
+between two chunks of a run. It is faster than a heap because one entry is touched and not a path of them.
 
 The order is total and owes nothing to the calendar: by tick, then by kind (structural, guess, turn, wall,
 pair, parting), then by number, and for pairs by the bodies.
@@ -60,35 +61,46 @@ def _slices(k: Kernel) -> int:
 
 
 @hook
+def ring_of(k: Kernel, day: int) -> int:
+    """The link of the ring in which the bodies of a slice are, and the place of its mark."""
+    return int(len(k.bodies) + (day & (_slices(k) - 1)))
+
+
+@hook
 def _file(k: Kernel, body: int, key: int) -> None:
-    """Put a body into the ring of its slice, in order; what is filed late comes late in most rings."""
+    """Put a body into the ring of its slice: last, or in order in the slice that the calendar has reached.
+
+    Filed before that, it is alone in its slice but for later years: the calendar goes back to the slice
+    before, and reaches it again.
+    """
     calendar = k.clock[0].calendar
     links = k.links
     day = key >> calendar.shift
-    at = np.int64(day & (_slices(k) - 1))  # interpreted, the bit of a shorter number would be lost
-    ring = len(k.bodies) + at
+    ring = np.int64(ring_of(k, day))  # interpreted, the bit of a shorter number would be lost
     before = links[ring].prev
-    while before != ring and precedes(k, body, before):
-        before = links[before].prev
+    if day <= calendar.slice:
+        if day < calendar.slice:
+            calendar.slice = day - 1
+        while before != ring and precedes(k, body, before):
+            before = links[before].prev
     after = links[before].next
     links[body].next = after
     links[body].prev = before
     links[before].next = body
     links[after].prev = body
-    k.marks[at >> 6] |= 1 << (at & 63)
-    calendar.slice = smaller(calendar.slice, day)
+    k.marks[ring >> 6] |= 1 << (ring & 63)
 
 
 @hook
-def _take_out(k: Kernel, body: int, key: int) -> None:
-    """Take a body out of the ring of its slice. No branch: none could be guessed."""
+def _take_out(k: Kernel, body: int) -> None:
+    """Take a body out of its ring; if it has one link on both sides, that is the ring's own. No branch: none
+    could be guessed."""
     links = k.links
-    after = links[body].next
+    after = np.int64(links[body].next)
     before = links[body].prev
     links[before].next = after
     links[after].prev = before
-    at = np.int64((key >> k.clock[0].calendar.shift) & (_slices(k) - 1))
-    k.marks[at >> 6] &= ~(int(after == before) << (at & 63))
+    k.marks[after >> 6] &= ~(int(after == before) << (after & 63))
 
 
 @hook
@@ -97,7 +109,7 @@ def move(k: Kernel, body: int, key: int) -> None:
     entry = k.queue[body]
     counts = k.counts[0]
     if entry.key != NEVER:
-        _take_out(k, body, entry.key)
+        _take_out(k, body)
         counts.queued -= 1
     entry.key = key
     if key != NEVER:
@@ -118,6 +130,28 @@ def forget(k: Kernel, h: int) -> None:
 
 
 @hook
+def _put_in_order(k: Kernel, ring: int) -> None:
+    """Put the bodies of a ring in order, by insertion: what is filed late comes late in most rings."""
+    links = k.links
+    body = links[links[ring].next].next
+    while body != ring:
+        later = links[body].next
+        last = links[body].prev
+        before = last
+        while before != ring and precedes(k, body, before):
+            before = links[before].prev
+        if before != last:
+            links[last].next = later
+            links[later].prev = last
+            after = links[before].next
+            links[body].next = after
+            links[body].prev = before
+            links[before].next = body
+            links[after].prev = body
+        body = later
+
+
+@hook
 def file_all(k: Kernel) -> None:
     """File all bodies by their keys, in slices of the present length. O(n)."""
     clock = k.clock[0]
@@ -135,20 +169,19 @@ def file_all(k: Kernel) -> None:
 
 
 @hook
-def _next_marked(k: Kernel, day: int) -> int:
+def next_marked(k: Kernel, day: int) -> int:
     """Return the first slice from ``day`` on that is not empty; a year later if none is."""
-    mask = _slices(k) - 1
-    at = day & mask
-    word = at >> 6
-    bits = k.marks[word] >> (at & 63) << (at & 63)
+    ring = ring_of(k, day)
+    word = ring >> 6
+    bits = k.marks[word] >> (ring & 63) << (ring & 63)
     looked = 0
     while bits == 0 and looked < len(k.marks):
-        word = (word + 1) & (len(k.marks) - 1)
+        word = word + 1 if word + 1 < len(k.marks) else 0
         bits = k.marks[word]
         looked += 1
     if bits == 0:
-        return day + mask + 1
-    return day + (((word << 6) + lowest_bit(bits) - at) & mask)
+        return day + _slices(k)
+    return day + (((word << 6) + lowest_bit(bits) - ring) & (_slices(k) - 1))
 
 
 @hook
@@ -157,15 +190,13 @@ def head(k: Kernel) -> int:
     clock = k.clock[0]
     calendar = clock.calendar
     queue = k.queue
-    mask = _slices(k) - 1
+    links = k.links
     bodies = len(k.bodies)
     day = calendar.slice
-    end = day + mask
-    while True:
-        first = k.links[bodies + (day & mask)].next
-        if first < bodies and queue[first].key >> calendar.shift == day:
-            break
-        day = _next_marked(k, day + 1)
+    end = day + _slices(k) - 1
+    first = links[ring_of(k, day)].next
+    while first >= bodies or queue[first].key >> calendar.shift != day:
+        day = next_marked(k, day + 1)
         if day > end:  # nothing in a whole year: look for the next entry itself
             soonest = NEVER
             for body in range(clock.bodies):
@@ -173,7 +204,12 @@ def head(k: Kernel) -> int:
             if soonest == NEVER:
                 return NOBODY
             day = soonest >> calendar.shift
-            end = day + mask
+            end = day + _slices(k) - 1
+        ring = ring_of(k, day)
+        first = links[ring].next
+        if links[first].next != ring:  # more than one body
+            _put_in_order(k, ring)
+            first = links[ring].next
     calendar.slice = day
     return int(first)
 

@@ -47,7 +47,7 @@ enter = leave = to_be_filled_in
 @hook
 def plan_changed(k: Kernel, body: int) -> None:
     """Make void what other entries say of a body with a new plan."""
-    k.bodies[body].stamp += 1
+    k.stamps[body] += 1
     k.queue[body].wall = NOT_ASKED
     note_place(k, body)
 
@@ -284,7 +284,7 @@ def depart(k: Kernel, body: int) -> None:
     gone.vy = 0.0
     gone.radius = 0.0
     gone.reach = 0.0
-    gone.stamp += 1
+    k.stamps[body] += 1
     note_place(k, body)
     gone.last = lists.vacant
     lists.vacant = body

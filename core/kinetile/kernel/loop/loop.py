@@ -41,7 +41,7 @@ from kinetile.kernel.loop import (
     TIME_REACHED,
     WATCHED,
 )
-from kinetile.kernel.loop.ahead import look_ahead
+from kinetile.kernel.loop.ahead import fetch_ring, look_ahead
 from kinetile.kernel.loop.bookkeeping import log_is_full
 from kinetile.kernel.loop.calendar import file_all, forget, head, runner_up, settle, wall_is_before
 from kinetile.kernel.loop.commands import may_come, met_at
@@ -99,7 +99,8 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
         start(k, s)
     moving = budget > 0
     at = clock.now  # the tick of the head: no contact can be before it
-    seen = clock.calendar.slice
+    seen = scout = clock.calendar.slice
+    turn = 0  # of the scout
     task, a, b, newcomers = NOTHING, NOBODY, NOBODY, 0
 
     while True:
@@ -110,7 +111,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
 
         h, kind, at = next_event(k)
         if AHEAD:
-            seen = look_ahead(k, s, seen)
+            seen, scout, turn = look_ahead(k, s, seen, scout, turn)
         if is_over(k, kind, at, until, quota):
             if moving:
                 clock.now = larger(clock.now, until)
@@ -205,12 +206,18 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
         elif PAIRS and count > 0:
             look_at(k, body, count, at)
         count = 0
+        if AHEAD:
+            fetch_ring(k, body)
         if a >= 0 and task != REFRESH_ALL:
             # Both bodies of a contact are refreshed before either is filed: replan of the second may set the
             # certificate of the first again, which would then be moved in the calendar twice.
             waiting = body
             body = NOBODY
             continue
+        if AHEAD and waiting >= 0:  # the memory of its ring may have come by now
+            last = body
+            body = waiting
+            waiting = last
         while body >= 0:
             settle(k, body)
             body = waiting
@@ -317,7 +324,7 @@ def resolve(k: Kernel, s: Any, h: int, kind: int, at: int, until: int, budget: i
     """
     entry = k.queue[h]
     other = entry.partner
-    if entry.seen != k.bodies[other].stamp:
+    if entry.seen != k.stamps[other]:
         return REFRESH, at
     if kind != GUESS:
         return NOTHING, at
@@ -347,7 +354,7 @@ def comes_next(k: Kernel, h: int, other: int, tick: int, until: int, budget: int
     entry = k.queue[h]
     twin = k.queue[other]
     rival = smaller(entry.own, twin.key)
-    if twin.partner == h and twin.kind == GUESS and twin.seen == k.bodies[h].stamp:
+    if twin.partner == h and twin.kind == GUESS and twin.seen == k.stamps[h]:
         rival = smaller(entry.own, smaller(twin.own, twin.guard))  # the same guess, seen from there
     if COMMANDS and lists.command < lists.commands:
         rival = smaller(rival, k.commands[lists.command].tick)

@@ -61,7 +61,7 @@ def look_at(k: Kernel, h: int, count: int, at: int) -> None:
         count = leaves_out(k, h, count)
     barred = left_out(k, h)
     known = h
-    if entry.partner >= 0 and entry.seen == k.bodies[entry.partner].stamp:
+    if entry.partner >= 0 and entry.seen == k.stamps[entry.partner]:
         known = entry.partner
     k.counts[0].asked += count
     if BOUNDS:
@@ -82,7 +82,7 @@ def look_at(k: Kernel, h: int, count: int, at: int) -> None:
         entry.guard = smaller(smaller(entry.guard, entry.tick), rest)
         entry.tick = tick
         entry.partner = who
-        entry.seen = k.bodies[who].stamp
+        entry.seen = k.stamps[who]
         entry.exact = exact
     else:
         entry.guard = smaller(entry.guard, tick)
@@ -144,4 +144,4 @@ def ask_all_exactly(k: Kernel, s: Any, h: int) -> None:
     entry.partner = who
     entry.exact = 1
     if who >= 0:
-        entry.seen = k.bodies[who].stamp
+        entry.seen = k.stamps[who]
