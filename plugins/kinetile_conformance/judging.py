@@ -87,6 +87,11 @@ class Judged:
             return "the reference is in doubt" if self.report.in_doubt else "does not conform"
         return "conforms" if self.done and self.report.ok and self.report.results else "not judged"
 
+    @property
+    def line(self) -> str:
+        """The verdict, or why there is none, as a line."""
+        return f"{self.report.label}: {self.error or self.verdict}"
+
 
 @dataclass
 class Judgement:
@@ -98,6 +103,7 @@ class Judgement:
     checks: Sequence[str] | None = None
     repeats: int = 3
     save_to: Path | None = None
+    beside: Subject = field(default_factory=lambda: Subject(REFERENCE, {}))
     status: str = "interrupted"
     kit: str = KIT_VERSION
     faults: Mapping[str, Sequence[int]] = field(default_factory=faults)
@@ -118,27 +124,29 @@ class Judgement:
             | {"report": each.report.as_dict(), "measured": [vars(row) for row in each.rows]}
             for each in self.judged
         ]
-        return vars(self) | {"judged": judged}
+        return vars(self) | {"judged": judged, "beside": self.beside.beside}
 
-    def run(self, show: Callable[[str, str, int], None]) -> None:
-        """Judges all, then measures all; ``show`` is called with who, on what, and a count."""
+    def run(self, show: Callable[[float | None, str], None], tell: Callable[[str], None]) -> None:
+        """Judges all, then measures all; ``show`` is called with how far it is, and where, and ``tell`` with
+        each verdict."""
         for each in self.judged:
             self._judge(each, show)
+            tell(each.line)
         able = {each.report.label: each for each in self.judged if not each.error}
         with ExitStack() as children:
             runners = {}
             for label, each in [*able.items()]:
                 if not isinstance(each.report, EngineReport):
-                    runner = IsolatedRunner(Plan.of(each.report.name, {"options": each.report.options}))
-                    runners[label] = children.enter_context(closing(runner))
+                    subject = replace(self.beside, name=each.report.name, options=each.report.options)
+                    runners[label] = children.enter_context(closing(IsolatedRunner(Plan(subject))))
                 elif each.report.asked != "contacts":
                     del able[label]
-            for name, path in SCENES.items():
-                scene = load_scene(path)
-                contacts, fingerprint = _reference(scene)
+            for at, (name, path) in enumerate(SCENES.items()):
+                scene = self.beside.dressed(load_scene(path))
+                contacts, fingerprint = _reference(self.beside, scene)
                 runs: dict[str, list[Measured]] = {label: [] for label in able}
                 for label in [*able] * self.repeats:  # in turns: a machine that slows down slows all
-                    show(label, name, len(runs[label]) + 1)
+                    show(at / len(SCENES), f"measuring {label}: {name}")
                     if all(row.ended_by is None for row in runs[label]):
                         report = able[label].report
                         runs[label].append(_measured(report, runners.get(label), scene, contacts))
@@ -149,20 +157,23 @@ class Judgement:
                     able[label].rows.append(replace(row, of=name))
         self.status = "complete"
 
-    def _judge(self, each: Judged, show: Callable[[str, str, int], None]) -> None:
+    def _judge(self, each: Judged, show: Callable[[float | None, str], None]) -> None:
         """Runs the checks on one."""
 
         def hear(result: Result) -> None:
+            if result.case is not None:
+                result = replace(result, case=Path(os.path.relpath(result.case)))
             each.report = replace(each.report, results=(*each.report.results, result))
 
         label = each.report.label
         how = {"examples": self.examples, "seed": self.seed, "checks": self.checks, "save_to": self.save_to}
         try:
-            each.report = each.judge(**how, on_result=hear, on_scene=lambda *at: show(label, *at))
+            found = each.judge(
+                **how, on_result=hear, on_scene=lambda what, count: show(None, f"{label}: {what}, {count:,}")
+            )
+            each.report = replace(found, results=each.report.results)
         except KinetileError as error:
             each.error = str(error)
-        cases = ((each, each.case and Path(os.path.relpath(each.case))) for each in each.report.results)
-        each.report = replace(each.report, results=tuple(replace(of, case=case) for of, case in cases))
         each.done = True
 
 
@@ -174,7 +185,7 @@ def _measured(report: Report, runner: IsolatedRunner | None, scene: Scene, conta
                 Measured, cast(IsolatedRunner, runner).attempt("a measurement", _phase_measured, scene)
             )
         scene = ended_at(scene, float(contacts["time"][:BEGINNING].max(initial=scene.start)))
-        exchange = Contacts(report.within).exchange(scene, _reference(scene)[0])
+        exchange = Contacts(report.within).exchange(scene, _reference(Subject(REFERENCE, {}), scene)[0])
         with Engine(report.name) as engine:
             began, found, ended = engine.cpu_seconds(), engine.answer(exchange), engine.cpu_seconds()
             most = engine.peak_bytes()
@@ -188,9 +199,9 @@ def _measured(report: Report, runner: IsolatedRunner | None, scene: Scene, conta
     return replace(row, differs=exchange.judge(found), contacts_per_cpu_second=rate)
 
 
-def _reference(scene: Scene) -> tuple[Any, str]:
+def _reference(subject: Subject, scene: Scene) -> tuple[Any, str]:
     """Returns the reference's contacts of a scene, and their fingerprint."""
-    sim = Subject(REFERENCE, {}).reference.simulation(scene)
+    sim = subject.reference.simulation(scene)
     sim.run()
     return sim.contacts, sim.fingerprint
 
@@ -198,8 +209,11 @@ def _reference(scene: Scene) -> tuple[Any, str]:
 def _phase_measured(runner: Runner, scene: Scene) -> Measured:
     """Measures a phase on a scene, in the child."""
     begin_scene()
-    phase = runner.subject.name, runner.subject.options
+    subject = runner.subject
+    phase = subject.name, subject.options
+    narrow = subject.narrow_phases(scene) if subject.narrow else None
     try:
-        return Measured(**vars(bench_scene(scene, [phase], repeats=1, seconds=RUN).rows[0]))
+        found = bench_scene(scene, [phase], narrow_phases=narrow, repeats=1, seconds=RUN)
+        return Measured(**vars(found.rows[0]))
     except Exception as error:  # a foreign phase may raise anything: it is the result
         return Measured(write_phase(*phase), printable(f"{type(error).__name__}: {error}"))

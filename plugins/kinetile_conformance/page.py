@@ -13,7 +13,8 @@ STYLE = """:root { color-scheme: light dark; --edge: #d5d8dc; --good: #136f3a; -
 body { margin: 0 auto; max-width: 76rem; padding: 1rem; font: 1rem/1.45 system-ui, sans-serif }
 h1 { font-size: 1.6rem; overflow-wrap: anywhere } h2 { font-size: 1.2rem; margin: 2rem 0 0 }
 p { max-width: 60rem } tr { border-bottom: 1px solid var(--edge) }
-th, td { min-width: 7em } td:first-child { min-width: 13em }
+th, td { min-width: 5em } td:first-child { min-width: 13em } td:last-child { min-width: 4em }
+@media (max-width: 40rem) { td:first-child { min-width: 8em; overflow-wrap: anywhere } }
 td { white-space: pre-line } .good { color: var(--good); white-space: nowrap } .bad { color: var(--bad) }
 .bar { color: #6c9fca; white-space: nowrap }
 """
@@ -41,7 +42,8 @@ def page(of: Judgement, command: str) -> str:
     body = "\n".join(parts)
     for mark, kind in MARKS.items():
         body = body.replace(f'">{mark}', f'" class="{kind}">{mark}')
-    head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>\n{STYLE}</style>'
+    head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">'
+    head += f"<title>{escape(title)}</title><style>\n{STYLE}</style>"
     return f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head><body>\n{body}\n</body></html>\n'
 
 
@@ -69,6 +71,8 @@ def _checks(judged: Sequence[Judged]) -> Iterator[str]:
     ]
     sentences = {result.check: result.sentence for each in judged for result in each.report.results}
     for check, sentence in sentences.items():
+        if all(each.get(check, "skipped") == "skipped" for each in found):
+            continue  # why, the next table says
         texts = (_marked(each[check], each[check]) if check in each else "" for each in found)
         rows.append([check, *texts, sentence])
     heads = ("", *(each.report.label for each in judged), "what must hold")

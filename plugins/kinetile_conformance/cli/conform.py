@@ -18,7 +18,16 @@ from kinetile.cli.options import Json, registered_phase
 from kinetile.cli.output import as_json
 from kinetile.cli.terminal import DIFFERENT, INTERRUPTED, Bar, FirstSignal, echo, notice
 from kinetile.errors import BadOption
-from kinetile_conformance.cli.options import EXAMPLES, Ask, Checks, Examples, Seed, Within
+from kinetile_conformance.cli.options import (
+    EXAMPLES,
+    Answer,
+    Ask,
+    Checks,
+    Examples,
+    NarrowPhases,
+    Seed,
+    Within,
+)
 
 if TYPE_CHECKING:
     from kinetile_conformance.reporting import Report, Result
@@ -53,18 +62,8 @@ def conform(
         float | None,
         typer.Option(metavar="S", help="Seconds that the program has for a line. [default: 10]"),
     ] = None,
-    narrow_phase: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--narrow-phase",
-            metavar="NAME",
-            help="A narrow phase to judge with it, instead of the usual one; with options if need be.",
-        ),
-    ] = None,
-    response: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="A response to judge with it; with options if need be."),
-    ] = None,
+    narrow_phase: NarrowPhases = None,
+    response: Answer = None,
     examples: Examples = EXAMPLES,
     check: Checks = None,
     expect_failure: Annotated[

@@ -15,7 +15,16 @@ from kinetile.cli.output import as_json
 from kinetile.cli.terminal import INTERRUPTED, Bar, FirstSignal, echo, notice
 from kinetile.errors import BadOption
 from kinetile_conformance.cli.conform import check_called, compiling_first, judge_of_phase, judge_of_program
-from kinetile_conformance.cli.options import EXAMPLES, Ask, Checks, Examples, Seed, Within
+from kinetile_conformance.cli.options import (
+    EXAMPLES,
+    Answer,
+    Ask,
+    Checks,
+    Examples,
+    NarrowPhases,
+    Seed,
+    Within,
+)
 
 
 def judge(
@@ -27,6 +36,8 @@ def judge(
     ] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="For judge.html and judge.json.")] = Path("judged"),
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace these files.")] = False,
+    narrow_phase: NarrowPhases = None,
+    response: Answer = None,
     ask: Ask = None,
     within: Within = None,
     examples: Examples = EXAMPLES,
@@ -41,16 +52,21 @@ def judge(
         raise BadOption("expected the NAME of a broad phase, or --command CMD, or several of both")
     if not command and (ask or within):
         raise BadOption(f"{'--ask' if ask else '--within'} is for --command")
-    chosen = [judge_of_phase(each, (), None, {}, None, True) for each in dict.fromkeys(phases or ())]
+    if command and (narrow_phase or response):
+        raise BadOption(f"{'--narrow-phase' if narrow_phase else '--response'} is for broad phases alone")
+    beside = narrow_phase or (), response
+    chosen = [judge_of_phase(each, *beside, {}, None, True) for each in dict.fromkeys(phases or ())]
     chosen += [
         judge_of_program(each, ask or "contacts", within, None) for each in dict.fromkeys(command or ())
     ]
     checks = [check_called(each, "" if phases else ask or "contacts") for each in check or ()] or None
+    from kinetile_conformance.cases import REFERENCE, Subject
     from kinetile_conformance.judging import SCENES, Judged, Judgement
     from kinetile_conformance.page import page
 
     judged = [Judged(*each) for each in chosen]
-    judgement = Judgement(judged, examples, seed, checks, repeats, out / "failures")
+    with_it = Subject(REFERENCE, {}, judged[0].report.narrow_phases, judged[0].report.response)
+    judgement = Judgement(judged, examples, seed, checks, repeats, out / "failures", with_it)
     try_folder("--out", out, keep=True)
     files = out / "judge.html", out / "judge.json"
     for path in files:
@@ -60,16 +76,20 @@ def judge(
         f"judging {names} on {examples:,} scenes a check, measuring on {len(SCENES)}{compiling_first()} ..."
     )
     first, bar = FirstSignal(), Bar("judging")
+
+    def tell(line: str) -> None:
+        bar.close()
+        notice(line)
+
     try:
         with first, bar:
-            judgement.run(lambda who, what, count: bar.show(None, f"{who}: {what}, {count:,}"))
+            judgement.run(bar.show, tell)
     except KeyboardInterrupt:
         notice("kinetile: interrupted; what was done until then is written")
     result = as_json(judgement.as_dict())
     files[0].write_text(page(judgement, shlex.join(["kinetile", *sys.argv[1:]])), encoding="utf-8")
     files[1].write_text(result + "\n", encoding="utf-8")
-    said = [f"{each.report.label}: {each.error or each.verdict}" for each in judgement.judged]
-    echo(result if json else "\n".join([*said, *map(str, files)]))
+    echo(result if json else "\n".join([*(each.line for each in judged), *map(str, files)]))
     if judgement.status != "complete":
         raise typer.Exit(128 + first.number if first.number else INTERRUPTED)
     raise typer.Exit(judgement.exit_code)

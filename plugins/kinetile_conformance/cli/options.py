@@ -26,3 +26,14 @@ Checks = Annotated[
     list[str] | None, typer.Option("--check", metavar="CHECK", help="Run this check, not all.")
 ]
 Seed = Annotated[int, typer.Option(metavar="N", help="What the drawing of scenes begins with.")]
+NarrowPhases = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--narrow-phase",
+        metavar="NAME",
+        help="A narrow phase to judge with it, instead of the usual one; with options if need be.",
+    ),
+]
+Answer = Annotated[
+    str | None, typer.Option(metavar="NAME", help="A response to judge with it; with options if need be.")
+]

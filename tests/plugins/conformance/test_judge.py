@@ -84,6 +84,15 @@ def test_ctrl_c_keeps_what_is_done_and_the_page_says_that_it_is_partial(monkeypa
     assert "✗ This page is partial" in (tmp_path / "judged/judge.html").read_text()
 
 
+def test_a_narrow_phase_and_a_response_are_judged_and_measured_with_it(tmp_path):
+    how = "--narrow-phase disc --response restitution:e=0.5,contact_time=1e-6 --examples 1 --repeats 1 --check same-contacts"
+    assert kinetile(f"judge naive {how}").exit_code == 0
+    found = json.loads((tmp_path / "judged/judge.json").read_text())
+    assert found["beside"] == ["disc", "restitution:e=0.5,contact_time=1e-06"]
+    (row,) = found["judged"][0]["measured"]
+    assert (row["contacts"] > 0, row["differs"], row["ended_by"]) == (True, None, None)
+
+
 def test_a_program_may_be_asked_for_pairs(tmp_path):
     result = kinetile(
         "judge --examples 2 --check pairs --ask pairs --command", program("none.py", {"pairs": []})
@@ -114,6 +123,7 @@ def test_a_missing_extra_is_said(line):
         ("naive sap-1d:axis=z", "axis must be 'x' or 'y'"),
         ("naive --check same-contact", "did you mean 'same-contacts'?"),
         ("naive --ask pairs", "--ask is for --command"),
+        ("naive --command true --response stick", "--response is for broad phases alone"),
         ("naive --command true --ask touches", "expected one of contacts, pairs, casts"),
         ("--command true --within 0", "--within 0: expected a number above 0"),
         ("naive --out old", "judge.json is there already: choose another name, or say --overwrite"),
