@@ -85,8 +85,9 @@ def test_ctrl_c_keeps_what_is_done_and_the_page_says_that_it_is_partial(monkeypa
 
 
 def test_a_narrow_phase_and_a_response_are_judged_and_measured_with_it(tmp_path):
-    how = "--narrow-phase disc --response restitution:e=0.5,contact_time=1e-6 --examples 1 --repeats 1 --check same-contacts"
-    assert kinetile(f"judge naive {how}").exit_code == 0
+    beside = "--narrow-phase disc --response restitution:e=0.5,contact_time=1e-6"
+    result = kinetile(f"judge naive {beside} --examples 1 --repeats 1 --check same-contacts")
+    assert result.exit_code == 0
     found = json.loads((tmp_path / "judged/judge.json").read_text())
     assert found["beside"] == ["disc", "restitution:e=0.5,contact_time=1e-06"]
     (row,) = found["judged"][0]["measured"]
