@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kinetile.kernel.certificates.contact import first_touch, last_touch, look_closer
+from kinetile.kernel.certificates.contact import first_touch, last_touch, look_closer, touch_about
 from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.certificates.wall import reaches
 from kinetile.kernel.compiled import INTERPRETED
@@ -63,12 +63,15 @@ def plans(row):
 
 @compiled
 def answer_all(table, found):
-    """Write what ``first_touch``, ``look_closer`` and ``last_touch`` return for each row."""
+    """Write what ``first_touch``, ``look_closer``, ``last_touch`` and ``touch_about`` return for each row,
+    the last from a guess that is earlier, by a tick or by half of all time."""
     for i in range(len(table)):
         row = table[i]
         found[i, 0] = first_touch(plans(row), row.radius, row.radius2)
         found[i, 1] = look_closer(plans(row), row.radius, row.radius2)
         found[i, 2] = last_touch(plans(row), row.radius, row.radius2)
+        guess = min(found[i, 0], FAR) - (1 << (i % 61))
+        found[i, 3] = touch_about(plans(row), row.radius, row.radius2, max(guess, 0))
 
 
 @compiled
@@ -80,15 +83,15 @@ def reach_all(table, found):
 
 
 def answers(table: Rows) -> list[list[int]]:
-    """Return of each row the ticks at which the discs touch, by all stages and by all but the first, and at
-    which they part."""
-    found = np.zeros((len(table), 3), dtype=np.int64)
+    """Return of each row the ticks at which the discs touch, by all stages and by all but the first, at which
+    they part, and again at which they touch, from a guess."""
+    found = np.zeros((len(table), 4), dtype=np.int64)
     answer_all(table.view(np.recarray), found)
     return found.tolist()
 
 
 def touches(table: Rows) -> list[int]:
-    return [touch for touch, _, _ in answers(table)]
+    return [touch for touch, *_ in answers(table)]
 
 
 def reached(table: Rows) -> list[int]:
@@ -107,7 +110,7 @@ def true_answer(
     image = int(m), int(n)
     met, parted = PairQuadratic(one, two, frame, image).tick(), parting_tick(one, two, frame, image)
     touch, part = (NEVER if found is None else found - int(elapsed) for found in (met, parted))
-    return [touch, touch, part]
+    return [touch, touch, part, touch]
 
 
 def true_touch(*row) -> int:

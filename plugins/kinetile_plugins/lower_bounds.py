@@ -2,14 +2,18 @@
 
 Narrow phases share them. A delay has its partner's place in its last six bits, so that the least delay names
 its partner (``kinetile.kernel.vectors.numbered``).
+
+The second of them only has to be known where it is near the first (``alone``): the contact of the first is
+computed exactly when its bound is at the head of the queue, is then within ``ROOM`` of the bound, and has to
+be before the bound of all others. Any number that no other delay is below is such a bound.
 """
 
 from __future__ import annotations
 
 import math
 
-from kinetile.toolbox import Kernel, hook
-from kinetile.toolbox.lanes import Floats, choose, lane, number_in, root, spread, turned
+from kinetile.toolbox import Kernel, hook, smaller
+from kinetile.toolbox.lanes import Floats, bits, choose, lane, number_in, root, some, spread, turned
 
 PLACES = 64
 """Partners that six bits tell apart."""
@@ -19,6 +23,13 @@ LEAST = 2.0**-1000
 
 NONE = 2.0**1023
 """What delays are below: an infinite one, numbered, is above it."""
+
+
+ROOM = 2.0**22
+"""Ticks after a bound within which its contact is, but for grazes: more than ``fat`` takes."""
+
+WIDER = 1.0 + 2.0**-40
+"""A factor of a delay that is more than rounding makes of a bound."""
 
 
 @hook
@@ -55,6 +66,24 @@ def merged(
             return found, soon, one, who
         return found, later, one, int(k.near[begin + number_in(later)])
     return (soon, found, who, one) if found < rest else (soon, rest, who, next_)
+
+
+@hook
+def alone(
+    k: Kernel, begin: int, first: Floats, second: Floats, soon: float, rest: float, who: int
+) -> tuple[float, float, int]:
+    """Return what ``merged`` does, but for the second delay a bound: a little more than the first one, where
+    no other is within that, else the first one itself."""
+    least = choose(turned(first, 4) < first, turned(first, 4), first)
+    least = choose(turned(least, 2) < least, turned(least, 2), least)
+    least = choose(turned(least, 1) < least, turned(least, 1), least)
+    found = lane(least, 0)
+    after = (found + ROOM * k.clock[0].tick) * WIDER
+    limit = spread(after)
+    close = bits(first <= limit)
+    later = found if (close & (close - 1)) != 0 or some(second <= limit) else after
+    one = int(k.near[begin + number_in(found)])
+    return (found, smaller(later, soon), one) if found < soon else (soon, smaller(found, rest), who)
 
 
 @hook

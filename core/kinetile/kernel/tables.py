@@ -36,7 +36,7 @@ NEVER = 2**63 - 1
 
 NOT_ASKED = -(2**63)
 """The tick of a wall contact that is not computed yet: no wall is reached by the tick that the body is filed
-under, as the narrow phase for walls has said."""
+under, nor within ``calendar.SOON`` ticks after it, as the narrow phase for walls has said."""
 
 NOBODY = -1
 
@@ -253,6 +253,7 @@ CLOCK = np.dtype(
         ("kinds", "i8"),  # of bodies
         ("built", "i8"),
         ("hand", "i8"),  # the body whose hook is at work: it is settled after it
+        ("about", "i8"),  # a bound shortly before the contact that is computed exactly, or NEVER
         ("met_tick", "i8"),  # the tick of the last contact,
         ("met_there", "i8"),  # and how many there were at it
         ("limits", LIMITS),  # the arena, and what follows from the bodies' bounds
@@ -394,6 +395,7 @@ def allocate(bodies: int, near: int, log_rows: int, alike: bool = False, shaped:
     k.queue.number = k.slots
     k.clock[0].bodies = k.clock[0].present = bodies
     k.clock[0].lists.vacant = NOBODY
+    k.clock[0].about = NEVER
     return k
 
 

@@ -21,7 +21,7 @@ import numpy.typing as npt
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.loop.calendar import rank
+from kinetile.kernel.loop.calendar import SOON, rank
 from kinetile.kernel.loop.predictions import meeting
 from kinetile.kernel.passings import PASS, is_passing
 from kinetile.kernel.skin import box_gaps, reaches_of
@@ -369,9 +369,11 @@ def _computed_again(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[
 
 
 def _of_walls(k: Kernel, walls: Integers) -> Iterator[Complaint]:
-    """No body is at a wall before its wall is computed, and computed wall ticks are right."""
+    """No body is at a wall before its wall is computed, nor soon after, and computed wall ticks are right."""
     key, kind, known = k.queue.key, k.queue.kind, k.queue.wall
-    for body in np.flatnonzero((walls < key) | ((walls == key) & (kind == PAIR) & (key != NEVER))).tolist():
+    late = (walls < key) | ((walls == key) & (kind == PAIR) & (key != NEVER))
+    late |= (known == NOT_ASKED) & (walls != NEVER) & (walls - SOON <= key)
+    for body in np.flatnonzero(late).tolist():
         said = f"body {body} is looked at {said_tick(key[body])} at the earliest"
         yield Complaint(f"{said}, but by its plan it meets a wall {said_tick(walls[body])}", (body,))
     for body in np.flatnonzero((known != NOT_ASKED) & (known != walls)).tolist():

@@ -1,16 +1,18 @@
 """Exact ticks, for narrow phases: when two bodies touch and part, or reach a wall, also through images.
 
 The flight plans of two bodies are one value, which ``plans_of`` makes, and ``plans_through`` of an image. It
-is what discs (``first_touch``, ``last_touch``) and convex bodies (``enters``, ``leaves``) take; walls take
-coordinates (``reaches``). The difference of two convex shapes is a row of a table (``difference_table``,
-``comes_nearer``), whose columns are named here. Along periodic axes ``first_image`` is the first contact
-of two discs through any image, and ``first_image_of`` makes the same for other bodies.
+is what discs (``first_touch``, ``last_touch``; ``touch_about``, if a bound is known) and convex bodies
+(``enters``, ``leaves``) take; walls take coordinates (``reaches``). The difference of two convex shapes is a
+row of a table (``difference_table``, ``comes_nearer``), whose columns are named here. Along periodic axes
+``first_image`` is the first contact of two discs through any image, and ``first_image_of`` makes the same for
+other bodies.
 """
 
 from __future__ import annotations
 
 from kinetile.kernel.certificates.contact import first_touch as first_touch
 from kinetile.kernel.certificates.contact import last_touch as last_touch
+from kinetile.kernel.certificates.contact import touch_about as touch_about
 from kinetile.kernel.certificates.convex import enters as enters
 from kinetile.kernel.certificates.convex import leaves as leaves
 from kinetile.kernel.certificates.convex_integers import COUNT as COUNT

@@ -18,6 +18,9 @@ velocity, R the sum of the radii, q(T) = |d(T)|^2 - R^2 and B(T) = d(T).v, two d
   floor is known; and a slope that is surely downward, with a curvature that is small against it, shows that
   there is a root, and that it is the first.
 
+Where it is known about when they touch, from a lower bound, the step is made from there instead, and is all:
+what makes it sure does not depend on where it begins (``touch_about``).
+
 ``look_closer`` takes what that leaves open: ties of lattices, grazes, contacts at the anchor. It takes
 more steps from the estimate, each at a whole tick K and with the same bounds. Two ways to an end are new. A
 root that is surely within a tick of K is settled by the sign of q(K), beyond its error. And where nothing was
@@ -340,6 +343,27 @@ def first_touch(plans: Plans, radius: float, radius2: float) -> int:
 
 first_touch_apart = apart(python_of(first_touch))
 """The same, compiled for all loops at once: for a search among images, which has no room for it."""
+
+
+@hook
+def touch_about(plans: Plans, radius: float, radius2: float, guess: int) -> int:
+    """Return what ``first_touch`` does, by one step from a guess: about how many ticks after the later anchor
+    they touch. Below 0 it is none: then, or if the step does not decide, ``first_touch`` is called."""
+    x, y = separations(plans)
+    reach, reach_low = plus(radius, radius2)
+    speed = abs(x.u) + abs(y.u)
+    small = speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE
+    if small and guess >= 0:
+        ticks = float(guess)
+        q, q_error, slope, slope_error = gap_at(ticks * plans.tick, x, y, reach, reach_low)
+        if slope > 8.0 * slope_error:
+            speed2 = x.u * x.u + y.u * y.u
+            step, bound, bent = newton(q, q_error, slope, slope_error, speed2, plans.per_time)
+            if bent < 0.125 and bound < 0.5:
+                found = floor_of(ticks, step, bound)
+                if found != OPEN:
+                    return found
+    return int(first_touch_apart(plans, radius, radius2))
 
 
 @hook

@@ -238,6 +238,20 @@ def wall_is_before(k: Kernel, h: int, tick: int) -> bool:
     return bool(entry.wall <= tick)
 
 
+SOON = 1 << 17
+"""Ticks after its key up to which a body with NOT_ASKED is away from walls. A bound is rarely that early, so
+walls are looked at once when a guess is filed, and not again when its contact is known exactly."""
+
+
+@template
+def wall_may_be_before(k: Kernel, h: int, tick: int) -> bool:
+    """Return what ``wall_is_before`` does, for a body that is filed."""
+    entry = k.queue[h]
+    if entry.wall == NOT_ASKED and tick - SOON <= entry.key:
+        return False
+    return wall_is_before(k, h, tick)
+
+
 @template
 def settle(k: Kernel, h: int) -> None:
     """File a body under the first of what awaits it."""
@@ -247,7 +261,8 @@ def settle(k: Kernel, h: int) -> None:
     if entry.tick < key:
         key = entry.tick
         kind = PAIR if entry.exact else GUESS
-    if WALLS and wall_is_before(k, h, key) and (entry.wall < key or kind == PAIR):
+    may_come = WALLS and wall_is_before(k, h, smaller(key, NEVER - SOON) + SOON)
+    if may_come and (entry.wall < key or (entry.wall == key and kind == PAIR)):
         key = entry.wall
         kind = WALL
     if PASSING and k.traits[h].leave < key:

@@ -43,7 +43,7 @@ from kinetile.kernel.loop import (
 )
 from kinetile.kernel.loop.ahead import fetch_ring, look_ahead
 from kinetile.kernel.loop.bookkeeping import log_is_full
-from kinetile.kernel.loop.calendar import file_all, forget, head, runner_up, settle, wall_is_before
+from kinetile.kernel.loop.calendar import file_all, forget, head, runner_up, settle, wall_may_be_before
 from kinetile.kernel.loop.commands import may_come, met_at
 from kinetile.kernel.loop.events import (
     NOTHING,
@@ -330,7 +330,9 @@ def resolve(k: Kernel, s: Any, h: int, kind: int, at: int, until: int, budget: i
         return NOTHING, at
     k.counts[0].exact += 1
     first = elder(k, h, other)
+    k.clock[0].about = entry.tick
     tick = meeting(k, first, h + other - first)
+    k.clock[0].about = NEVER
     if PERIODIC:
         await_through(k, h)
     if tick >= entry.guard and entry.guard != NEVER:  # another of those near h may come first
@@ -370,5 +372,5 @@ def comes_next(k: Kernel, h: int, other: int, tick: int, until: int, budget: int
         or budget <= 0
         or log_is_full(k, 1)
         or (PASSING and crowded(k, 1))
-        or (WALLS and (wall_is_before(k, h, tick) or wall_is_before(k, other, tick)))
+        or (WALLS and (wall_may_be_before(k, h, tick) or wall_may_be_before(k, other, tick)))
     )

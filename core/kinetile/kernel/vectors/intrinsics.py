@@ -324,11 +324,11 @@ def _places(call: _Call, table: Any, names: Any, first: Any) -> Any:
     for number in call.named(1, names, first):
         at = builder.gep(data, [builder.shl(number, ir.Constant(_WORD, 2))])
         rows.append(_load(builder, at, row, 8))
-    # Rows i and i + 4 side by side; then pairs of columns of rows 0, 1, 4, 5 and of 2, 3, 6, 7, lane by
-    # lane within halves of a vector, where a shuffle is cheapest.
-    pairs = [_shuffle(builder, rows[i], rows[i + 4], list(range(8))) for i in range(4)]
+    # Rows i and i + 2 side by side; then pairs of columns of rows 0 to 3 and of 4 to 7, lane by lane within
+    # quarters of a vector; then whole quarters: all of these are single instructions without a mask.
+    pairs = [_shuffle(builder, rows[i], rows[i + 2], list(range(8))) for i in (0, 1, 4, 5)]
     even, odd = [0, 8, 2, 10, 4, 12, 6, 14], [1, 9, 3, 11, 5, 13, 7, 15]
-    left, right = [0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15]
+    left, right = [0, 1, 4, 5, 8, 9, 12, 13], [2, 3, 6, 7, 10, 11, 14, 15]
     x_vx, y_vy = ([_shuffle(builder, pairs[i], pairs[i + 1], lanes) for i in (0, 2)] for lanes in (even, odd))
     found = [_shuffle(builder, one, two, lanes) for lanes in (left, right) for one, two in (x_vx, y_vy)]
     return call.context.make_tuple(builder, call.signature.return_type, found)
