@@ -69,7 +69,7 @@ class Cells:
             build=torus.build if hooks is torus else uniform.build,
             repair=hooks.repair,
             replan=torus.watch if hooks is torus else uniform.watch,
-            soon=uniform.soon if hooks is uniform else None,
+            soon=hierarchy.soon if hooks is hierarchy else uniform.soon,
             arrange=torus.arrange if hooks is torus else arrange,
             audit=audit,
             draw=draw,

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from kinetile.toolbox import NOBODY, Kernel, hook, unchecked
+from kinetile.toolbox import NOBODY, Kernel, hook, larger, prefetch, unchecked
 from kinetile_plugins.cells.layout import (
     State,
     cell_of,
@@ -22,7 +22,7 @@ from kinetile_plugins.cells.layout import (
     move_out,
     wrapped,
 )
-from kinetile_plugins.cells.uniform import watch
+from kinetile_plugins.cells.uniform import fetch_around, watch
 
 
 @hook
@@ -137,6 +137,34 @@ def enter(k: Kernel, s: State, body: int) -> None:
         cell = cell_of(over, math.floor(home.x * part), math.floor(home.y * part))
         _enter_as_guest(s, body * coarser + at - 1, cell)
     watch(k, s, body)
+
+
+@unchecked
+@hook
+def soon(k: Kernel, s: State, body: int, stage: int) -> None:
+    """Prefetch where a body is, at home and as a guest; then the cells around it in these levels; then the
+    bodies in them, and of the guests in each cell of its own level the first."""
+    coarser = len(s.levels) - 1
+    home = s.homes[body]
+    if stage == 0:
+        prefetch(s.homes, body)
+        prefetch(s.guests, body * coarser)
+        return
+    cell = home.cell
+    for at in range(home.level, coarser + 1):
+        if at > home.level:
+            cell = s.guests[body * coarser + at - 1].cell
+        fetch_around(k, s, at, cell, stage)
+    columns = s.levels[home.level].columns
+    for row in range(home.cell - columns, home.cell + columns + 1, columns):
+        if row > 0 and row + 1 < len(s.hosts):
+            if stage == 1:
+                prefetch(s.hosts, row)
+            else:
+                for there in range(row - 1, row + 2):
+                    guest = larger(s.hosts[there], 0)
+                    prefetch(s.guests, guest)
+                    prefetch(k.places, guest // coarser)
 
 
 @unchecked

@@ -104,16 +104,11 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
 watch, build, near, repair, enter = hooks(False)
 
 
-@unchecked
 @hook
-def soon(k: Kernel, s: State, body: int, stage: int) -> None:
-    """Prefetch a body's home; then the three rows of cells around it, two cache lines each; then the bodies
-    in them."""
-    if stage == 0:
-        prefetch(s.homes, body)
-        return
-    columns = s.levels[0].columns
-    cell = s.homes[body].cell
+def fetch_around(k: Kernel, s: State, level: int, cell: int, stage: int) -> None:
+    """Prefetch the three rows of cells around one, two cache lines each; in stage 2 the bodies in them. Cells
+    at an end of the table are left out."""
+    columns = s.levels[level].columns
     for row in range(-1, 2):
         left = cell + row * columns - 1
         if left >= 0 and left + 3 <= len(s.lists):
@@ -124,6 +119,16 @@ def soon(k: Kernel, s: State, body: int, stage: int) -> None:
                 for block in range(left * BLOCK, (left + 3) * BLOCK, BLOCK):
                     for place in range(block, block + FETCHED):
                         prefetch(k.places, s.blocks[place])
+
+
+@unchecked
+@hook
+def soon(k: Kernel, s: State, body: int, stage: int) -> None:
+    """Prefetch a body's home; then the cells around it; then the bodies in them."""
+    if stage == 0:
+        prefetch(s.homes, body)
+    else:
+        fetch_around(k, s, 0, s.homes[body].cell, stage)
 
 
 @unchecked

@@ -12,9 +12,26 @@ from kinetile.kernel.tables import Kernel
 from kinetile.kernel.vectors import prefetch
 from kinetile.run import compose
 
+
+def on_a_torus(scene: kt.Scene) -> kt.Scene:
+    """The same bodies, where x is periodic."""
+    return kt.Scene(scene.position, scene.velocity, scene.radius, arena=scene.arena, periodic="x")
+
+
+def around_a_wide_one() -> kt.Scene:
+    """Small discs around a wide one: under cells there are two levels."""
+    rows = (np.indices((12, 12)).reshape(2, -1).T + 0.5) / 12.0
+    small = rows[np.hypot(*(rows - 0.5).T) > 0.25]
+    radius = np.append(np.full(len(small), 0.01), 0.2)
+    velocity = np.random.default_rng(1).normal(size=(len(radius), 2))
+    return kt.Scene(np.append(small, [[0.5, 0.5]], axis=0), velocity, radius, arena=(1.0, 1.0))
+
+
 SCENES = {
     "grid": lambda: kt.make_scene("grid", bodies=100 if INTERPRETED else 400, density=0.5, seed=2),
     "a few": lambda: kt.make_scene("random", bodies=5, density=0.01, seed=1),
+    "on a torus": lambda: on_a_torus(kt.make_scene("grid", bodies=64, density=0.5, seed=2)),
+    "of two sizes": lambda: around_a_wide_one(),
     "nobody": lambda: kt.make_scene("random", bodies=0, seed=1),
 }
 

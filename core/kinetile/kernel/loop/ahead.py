@@ -29,6 +29,7 @@ LEAD, AFAR = 24, 96
 STAGE = 3
 """Bodies that are found between two stages of one."""
 
+PERIODIC = False
 soon = to_be_filled_in
 
 
@@ -77,6 +78,8 @@ def _fetch(k: Kernel, body: int) -> None:
     prefetch(k.bodies, body)
     prefetch(k.places, body)
     prefetch(k.links, body)
+    if PERIODIC:
+        prefetch(k.images, body)
 
 
 @template
