@@ -7,19 +7,22 @@ computed again on copies of the kernel's tables that differ in all but the fligh
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import note_all_places, position_at
+from kinetile.kernel.log import WALLS
 from kinetile.kernel.tables import column, fields_in
 from kinetile.plugin.registry import registry
 from kinetile.run.audit import said_tick
 from kinetile.run.simulation import Simulation
-from kinetile.toolbox import NEVER, NOBODY, Kernel, PairParts
+from kinetile.scene import Scene
+from kinetile.toolbox import NEVER, NOBODY, Kernel, PairParts, WallParts, inside_arena
 from kinetile_conformance.cases import GENERAL, RunOutcome, difference, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
 from kinetile_conformance.checks.runs import watch_some
@@ -43,8 +46,9 @@ OF_THE_SCENE = (
 
 @observation(judges="pair", compares=False)
 def a_contact_depends_on_two_plans_alone(case: Case) -> None:
-    """The tick of a contact follows from two flight plans: the present time, the numbers of the bodies and
-    what else the kernel holds make no difference, and computing it changes nothing"""
+    """The tick of a contact, and the velocities after it, follow from two flight plans: the present time, the
+    numbers of the bodies and what else the kernel holds make no difference, and computing a tick changes
+    nothing"""
     _at_some_moments(case, _check_ticks)
 
 
@@ -68,8 +72,14 @@ def _check_ticks(sim: Simulation, pair: PairParts, aside: Kernel, pairs: Integer
     changed = changed_field(k, aside)
     if changed is not None:
         raise Disagreement(f"at time {sim.time!r} meet wrote {changed}")
+    after = _collided(pair, aside, pairs, expected)
     for how, other, numbered in _variants(k, pairs):
         _same_ticks(sim, expected, _ticks(pair, other, numbered), pairs, f"; {how}, ")
+        found = _collided(pair, other, numbered, expected)
+        found = found if numbered is pairs else found[:, [2, 3, 0, 1]]  # the second comes first there
+        for at in np.flatnonzero((found != after).any(axis=1))[:1].tolist():
+            said = f"at time {sim.time!r} bodies {pairs[at].tolist()} leave with {after[at].tolist()}"
+            raise Disagreement(f"{said}; {how}, with {found[at].tolist()}")
 
 
 def _same_ticks(sim: Simulation, one: Ticks, other: Ticks, pairs: Integers, how: str) -> None:
@@ -126,17 +136,37 @@ def discs_meet_at_the_tick_of_the_specification(case: Case) -> None:
     _at_some_moments(case, look)
 
 
+@observation(judges="wall", compares=False)
+def walls_are_met_at_the_tick_of_the_specification(case: Case) -> None:
+    """Where it takes `inside_arena`, so that walls are at the arena's edges, bodies meet them at the tick of
+    `wall`"""
+    (name, options), *_ = case.subject.of_role("wall").items() or [("", {})]
+    if case.scene.arena is None or _walls(name, options, case.scene).inside is not inside_arena:
+        raise DoesNotApply("it does not say that walls are at the edges of an arena")
+    named, usual = (_walls(each, how, case.scene) for each, how in ((name, options), ("wall", GENERAL)))
+
+    def look(sim: Simulation) -> None:
+        found, right = (_met_walls(walls, sim.tables) for walls in (named, usual))
+        for body in np.flatnonzero((found != right).any(axis=1))[:1].tolist():
+            one, other = (f"{WALLS[row[1]]} {said_tick(row[0])}" for row in (found[body], right[body]))
+            said = f"at time {sim.time!r} body {body} meets the wall"
+            raise Disagreement(f"{said} {one}; by the specification {other}")
+
+    watch_some(case, look)
+
+
 @observation(judges="pair", compares=False)
 def a_contact_adds_no_energy(case: Case) -> None:
     """Two bodies that collide have no more energy than before, but for what rounding adds"""
 
     def look(sim: Simulation, pair: PairParts, k: Kernel, pairs: Integers) -> None:
-        found = np.zeros(len(pairs))
-        ticks = _ticks(pair, k, pairs)
-        compose(collide_all, {"collide": pair.collide}, "conformance", Kernel)(k, pairs, ticks, found)
-        for at in np.flatnonzero(found > 1.0 + ROUNDED):
+        after = _collided(pair, k, pairs, _ticks(pair, k, pairs))
+        before = _collided(pair, k, pairs, np.full(len(pairs), NEVER))
+        mass = k.mass[pairs].repeat(2, axis=1)
+        old, new = ((mass * each**2).sum(axis=1) for each in (before, after))
+        for at in np.flatnonzero(new > old * (1.0 + ROUNDED)):
             a, b = pairs[at].tolist()
-            said = f"bodies {a} and {b} gain {found[at] - 1.0:.3g} of their energy"
+            said = f"bodies {a} and {b} gain {new[at] / old[at] - 1.0:.3g} of their energy"
             raise Disagreement(f"at time {sim.time!r} {said}")
 
     _at_some_moments(case, look)
@@ -201,6 +231,24 @@ def changed_field(k: Kernel, aside: Kernel) -> str | None:
     return None
 
 
+def _collided(pair: PairParts, k: Kernel, pairs: Integers, ticks: Ticks) -> npt.NDArray[np.float64]:
+    """Return the velocities of both bodies of each pair after their contact at a tick, (m, 4)."""
+    found, numbers = np.zeros((len(pairs), 4)), np.ascontiguousarray(pairs, dtype=np.int32)
+    compose(collide_all, {"collide": pair.collide}, "conformance", Kernel)(k, numbers, ticks, found)
+    return found
+
+
+def _walls(name: str, options: Mapping[str, Any], scene: Scene) -> WallParts:
+    return cast(WallParts, registry().target("narrow phase", name)(**options).prepare(scene))
+
+
+def _met_walls(walls: WallParts, k: Kernel) -> Ticks:
+    """Return (tick, wall) of the next contact of each body with a wall."""
+    found = np.zeros((len(k.bodies), 2), np.int64)
+    compose(reach_all_walls, {"reach_wall": walls.reach_wall}, "conformance", Kernel)(k, found)
+    return found
+
+
 def _ticks(pair: PairParts, k: Kernel, pairs: Integers) -> npt.NDArray[np.int64]:
     """Return when the bodies of each pair meet."""
     ticks = np.zeros(len(pairs), dtype=np.int64)
@@ -209,7 +257,14 @@ def _ticks(pair: PairParts, k: Kernel, pairs: Integers) -> npt.NDArray[np.int64]
     return ticks
 
 
-meet = soonest = collide = to_be_filled_in
+meet = soonest = collide = reach_wall = to_be_filled_in
+
+
+def reach_all_walls(k: Kernel, found: Ticks) -> None:
+    """Write down when each body meets a wall, and which; a template."""
+    k = disowned(k)
+    for body in range(len(found)):
+        found[body, 0], found[body, 1] = reach_wall(k, k.bodies[body])
 
 
 def bound_all(k: Kernel, pairs: Integers, bounds: npt.NDArray[np.float64]) -> None:
@@ -228,27 +283,21 @@ def bound_all(k: Kernel, pairs: Integers, bounds: npt.NDArray[np.float64]) -> No
 def collide_all(
     k: Kernel, pairs: Integers, ticks: npt.NDArray[np.int64], found: npt.NDArray[np.float64]
 ) -> None:
-    """Write down by how much the energy of each pair is multiplied at its contact, and leave all as it was;
-    a template."""
+    """Write down the velocities of each pair after its contact, and leave all as it was; a template."""
     k = disowned(k)
     for i in range(len(pairs)):
-        found[i] = 1.0
+        a, b = pairs[i, 0], pairs[i, 1]
+        one, two = k.bodies[a], k.bodies[b]
+        x, y, vx, vy, anchor = one.x, one.y, one.vx, one.vy, one.anchor
+        u, v, wx, wy, other = two.x, two.y, two.vx, two.vy, two.anchor
         if ticks[i] < NEVER:
-            a, b = pairs[i, 0], pairs[i, 1]
-            one, two = k.bodies[a], k.bodies[b]
-            x, y, vx, vy, anchor = one.x, one.y, one.vx, one.vy, one.anchor
-            u, v, wx, wy, other = two.x, two.y, two.vx, two.vy, two.anchor
-            before = k.mass[a] * (vx * vx + vy * vy) + k.mass[b] * (wx * wx + wy * wy)
             one.x, one.y = position_at(k, one, ticks[i])
             two.x, two.y = position_at(k, two, ticks[i])
             one.anchor = two.anchor = ticks[i]
             collide(k, a, b)
-            after = k.mass[a] * (one.vx * one.vx + one.vy * one.vy)
-            after += k.mass[b] * (two.vx * two.vx + two.vy * two.vy)
-            if before > 0.0:
-                found[i] = after / before
-            one.x, one.y, one.vx, one.vy, one.anchor = x, y, vx, vy, anchor
-            two.x, two.y, two.vx, two.vy, two.anchor = u, v, wx, wy, other
+        found[i, 0], found[i, 1], found[i, 2], found[i, 3] = one.vx, one.vy, two.vx, two.vy
+        one.x, one.y, one.vx, one.vy, one.anchor = x, y, vx, vy, anchor
+        two.x, two.y, two.vx, two.vy, two.anchor = u, v, wx, wy, other
 
 
 def meet_all(k: Kernel, pairs: Integers, ticks: npt.NDArray[np.int64]) -> None:

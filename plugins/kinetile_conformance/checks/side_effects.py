@@ -19,7 +19,7 @@ import threading
 import tracemalloc
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout, suppress
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,11 @@ from kinetile.scene import Scene
 from kinetile_conformance.cases import CONTACTS, Subject, horizon
 from kinetile_conformance.checks.check import Case, Disagreement, observation
 from kinetile_conformance.strategies.swarms import swarm
+
+try:
+    import resource
+except ImportError:  # Windows has none
+    resource = None  # type: ignore[assignment]
 
 SIMULATIONS = 60
 """Simulations between two looks at the memory that is taken."""
@@ -43,8 +48,15 @@ GROWTH = 16 * 1024
 MOST = 64 * 2**20
 """Bytes by which it may grow in all."""
 
-FILES = 64
-"""Files that the process has open while a phase runs."""
+FILES = 1_100
+"""Files that the process has open while a phase runs, where the system lets it: ``select`` takes no number
+above 1,023."""
+
+ROOM = 64
+"""Files that it may open beside them, where the system sets a limit."""
+
+AT_FIRST = dict(os.environ)
+"""The environment before a phase is loaded."""
 
 
 def _open_files() -> list[str]:
@@ -82,6 +94,35 @@ PARTS: dict[str, Callable[[], Any]] = {
     "the files that are mapped into memory": _mapped_files,
 }
 """What belongs to the process, and how it is read."""
+
+
+@contextmanager
+def _as_at_first() -> Iterator[None]:
+    """Sets what a phase may have set already, so that it would show if it sets it again; the process has many
+    open files."""
+    environment, collects = dict(os.environ), gc.isenabled()
+    limits = resource and resource.getrlimit(resource.RLIMIT_NOFILE)
+    opened: list[int] = []
+    try:
+        os.environ.clear()
+        os.environ.update(AT_FIRST)
+        gc.enable()
+        if resource and limits:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (limits[1], limits[1]))
+        with suppress(OSError), tempfile.TemporaryFile() as file:
+            opened.extend(os.dup(file.fileno()) for _ in range(FILES))
+        for _ in range(ROOM):
+            os.close(opened.pop())
+        with np.errstate(divide="warn", over="warn", under="ignore", invalid="warn"):
+            yield
+    finally:
+        for each in opened:
+            os.close(each)
+        if resource and limits:
+            resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+        os.environ.clear()
+        os.environ.update(environment)
+        (gc.enable if collects else gc.disable)()
 
 
 @contextmanager
@@ -136,11 +177,10 @@ def leaves_the_process_alone(case: Case) -> None:
             return f"it writes to the standard output or error: {said.splitlines()[0][:100]!r}"
         return f"a run changes {changed[0]}" if changed else ""
 
-    with ExitStack() as opened:
-        for _ in range(FILES):
-            opened.enter_context(tempfile.TemporaryFile())
-        if said := asyncio.run(run()):
-            raise Disagreement(said)
+    with _as_at_first():
+        said = asyncio.run(run())
+    if said:
+        raise Disagreement(said)
 
 
 @observation(compares=False)

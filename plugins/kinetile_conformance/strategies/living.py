@@ -72,7 +72,7 @@ def _of_kinds(passing: bool, number: int) -> Scene:
 def _of_many(number: int) -> Scene:
     """Return the beginning of a swarm, without its turns."""
     random = np.random.default_rng(number)
-    kinds = [kind for kind in SWARMS if kind != "marathon"]
+    kinds = [*SWARMS, "crowd", "crowd", "giants", "giants"]  # those have levels for sizes
     bodies = 12 if INTERPRETED else int(FEWEST * (MOST / FEWEST) ** random.random())
     kind = kinds[int(random.integers(len(kinds)))]
     return swarm(kind, max(bodies, 8), number, int(random.integers(8))).replace(turns=())
@@ -146,8 +146,10 @@ class _Play:
         kind = None if self.scene.kinds == (0,) else KINDS[int(random.integers(len(KINDS)))]
         for smaller in (1.0, 2.0, 4.0)[:sizes]:
             size: dict[str, Any] = {"radius": radius / smaller}
+            if kind == "block":
+                size["mass"] = math.inf
             if self.scene.shapes:
-                size = {"shape": self.shape(radius / smaller, random)}
+                size |= {"radius": None, "shape": self.shape(radius / smaller, random)}
             try:
                 self.sim.insert(place, velocity, **size, kind=kind)
             except (KinetileError, ValueError):  # no room, or too fast for the scene's clock
@@ -349,7 +351,7 @@ living_shape_strategy = Strategy(
 
 def _all_pass() -> st.SearchStrategy[Scene]:
     """Return small scenes, and swarms, in which all bodies pass through all."""
-    kinds = st.sampled_from(["gas", "lattice", "giants"])
+    kinds = st.sampled_from(["gas", "lattice", "giants", "plough"])
     swarms = st.builds(swarm, kinds, st.integers(8, 120), st.integers(0, 1000), st.integers(0, 7))
     rules: dict[Any, Any] = {("*", "*"): "pass", **SAME_LOOP}
     return st.one_of(box_scenes(turns=False), box_scenes(turns=False), swarms).map(

@@ -29,6 +29,7 @@ from kinetile_conformance.strategies.swarms import anyhow, slots, square
 from kinetile_conformance.strategies.torus import on_a_torus
 
 CAPSULE = capsule((-0.5, 0.0), (0.5, 0.0), 0.5)
+UPRIGHT = capsule((0.0, -0.5), (0.0, 0.5), 0.5)
 SQUARE = box(2.0, 2.0)
 
 SHAPES = (
@@ -143,16 +144,19 @@ THIN = box(2.0, 0.1)
 
 
 def shape_swarm(number: int, periodic: str = "") -> Scene:
-    """Return up to forty bodies of a few shapes, up to twenty times as long as wide or as large as others,
-    with their positions anywhere in the circle around them or outside; some cannot be moved, some pass."""
+    """Return up to forty bodies of a few shapes or of many, up to twenty times as long as wide or as high, or
+    as large as others, with their positions anywhere in the circle around them or outside; some cannot be
+    moved, some pass."""
     random = np.random.default_rng(number)
     bodies = int(random.integers(8, MANY + 1))
     side = square(bodies, 1.3)
-    table = [CAPSULE]  # body 0 has it: so all scenes have one form of ``convex``
-    for _ in range(6):
+    turned = -1 if number & 8 else 1
+    table = [CAPSULE if turned > 0 else UPRIGHT]  # body 0 has it: so all scenes have one form of ``convex``
+    for _ in range(20 if number & 48 == 0 else 6):
         shape = (*SHAPES, THIN)[int(random.integers(len(SHAPES) + 1))]
-        aside = random.integers(-4, 5, 2) / 4.0 * (random.random() < 0.6)
-        table.append(Shape(tuple((x + aside[0], y + aside[1]) for x, y in shape.core), shape.radius))
+        aside = (random.integers(-4, 5, 2) / 4.0 * (random.random() < 0.6)).tolist()
+        moved = [(x + aside[0], y + aside[1]) for x, y in shape.core]
+        table.append(Shape(tuple(place[::turned] for place in moved[::turned]), shape.radius))
     large = random.choice([1.0, 1.0, 0.5, 0.05], len(table))
     sized = (scaled(each, 0.45 * by / each.reach) for each, by in zip(table, large, strict=True))
     table = list(dict.fromkeys(sized))

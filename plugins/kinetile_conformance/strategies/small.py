@@ -18,12 +18,16 @@ from typing import Any
 from hypothesis import strategies as st
 
 from kinetile.scene import Scene, Settings, Turn
+from kinetile_conformance.strategies.changes import slowed
 from kinetile_conformance.strategies.strategy import Draw, Strategy, drawn
 
 Body = dict[str, Any]
 
 
 FEWEST, MOST = 2, 6
+
+SLOW = 2.0**11
+"""By which factor slow scenes are slower: while little happens, the base moves every 4,096 time units."""
 
 speeds = st.integers(-4, 4).map(lambda i: i / 2)
 untils = st.sampled_from([1.0, 2.0, 8.0, 8.0])
@@ -125,15 +129,16 @@ def sliding_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Sce
 
 @st.composite
 def grazing_scenes(draw: st.DrawFn) -> Scene:
-    """Two bodies that pass at just about the sum of their radii, and perhaps a third in their way."""
-    offset = draw(st.sampled_from([0.0, 2.0**-52, -(2.0**-52), 2.0**-40, -(2.0**-40), 2.0**-20, -(2.0**-20)]))
-    upright = draw(st.booleans())
-    speed = draw(st.sampled_from([1.0, 0.5, 2.0]))
-    one: Body = {"position": (0.5, 1.0), "velocity": (speed, 0.0)}
-    slower = draw(st.sampled_from([1.0, 0.5, 0.0]))
-    two: Body = {"position": (3.5, 1.5 + offset), "velocity": (-slower, 0.0)}
-    bodies = [one, two]
-    if draw(st.booleans()):
+    """Two bodies that pass at just about the sum of their radii, or twice two, or with a third in their
+    way."""
+    upright, twice = draw(st.booleans()), draw(st.booleans())
+    offsets = st.sampled_from([0.0, *(sign * 2.0**-size for size in (20, 40, 52) for sign in (1, -1, -1))])
+    bodies: list[Body] = []
+    for low in (1.0, 3.0) if twice else (1.0,):
+        speed, slower = draw(st.sampled_from([1.0, 0.5, 2.0])), draw(st.sampled_from([1.0, 0.5, 0.0]))
+        bodies.append({"position": (0.5, low), "velocity": (speed, 0.0)})
+        bodies.append({"position": (3.5, low + 0.5 + draw(offsets)), "velocity": (-slower, 0.0)})
+    if not twice and draw(st.booleans()):
         bodies.append({"position": (2.0, 3.0), "velocity": (0.0, draw(speeds))})
     for body in bodies:
         if upright:
@@ -159,7 +164,8 @@ def _small_body(draw: st.DrawFn, ratio: float) -> Body:
 def sized_scenes(draw: st.DrawFn, most: int = MOST) -> Scene:
     """One large body and some that are up to a thousand times smaller."""
     ratio = draw(st.sampled_from([4.0, 32.0, 1024.0]))
-    large = {"position": (2.0, 2.0), "velocity": (draw(speeds), draw(speeds)), "radius": 1.0}
+    radius = draw(st.sampled_from([1.0, 1.375]))  # with the second, cells are as wide as this one
+    large = {"position": (2.0, 2.5), "velocity": (draw(speeds), draw(speeds)), "radius": radius}
     bodies: list[Body] = [large, *draw(several(_small_body(ratio), most - 1, least=1))]
     for body in bodies:
         body |= {"mass": body["radius"] ** 2, "turns": []}
@@ -191,8 +197,9 @@ def wide_scenes(draw: st.DrawFn, most: int = MOST) -> Scene:
 
 
 def scenes(turns: bool = True, most: int = MOST) -> st.SearchStrategy[Scene]:
-    """Return the mix that the kit draws from, with up to so many bodies (at least 3)."""
-    return st.one_of(
+    """Return the mix that the kit draws from, with up to so many bodies (at least 3); a quarter is so slow
+    that the base of the clock moves on."""
+    mix = st.one_of(
         line_scenes(turns, most),
         plane_scenes(turns, most),
         plane_scenes(turns, most),
@@ -203,6 +210,7 @@ def scenes(turns: bool = True, most: int = MOST) -> st.SearchStrategy[Scene]:
         sized_scenes(most),
         wide_scenes(most),
     )
+    return st.builds(slowed, mix, st.sampled_from([1.0, 1.0, 1.0, SLOW]))
 
 
 def _small(turns: bool, most: int = MOST) -> Draw:

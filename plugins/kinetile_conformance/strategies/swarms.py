@@ -141,12 +141,13 @@ def resting(random: np.random.Generator, bodies: int, variation: int) -> Scene:
 
 
 def burst(random: np.random.Generator, bodies: int, variation: int) -> Scene:
-    """All in the middle, and off at one moment in all directions."""
+    """All in the middle: off at one moment in all directions, or a gas in a few cells of a grid."""
     side = square(bodies, 1.2)
     radius = radii(random, bodies, variation)
     inside = slots(random, bodies, side, side) + jitter(random, radius) - side / 2.0
     wide = 3.0 * side
-    return swarm_of(inside + wide / 2.0, inside * (2.0, 8.0)[variation & 1], radius, (wide, wide), 8.0)
+    velocity = anyhow(random, bodies) if variation & 2 else inside * (2.0, 8.0)[variation & 1]
+    return swarm_of(inside + wide / 2.0, velocity, radius, (wide, wide), 8.0)
 
 
 def crossings(random: np.random.Generator, bodies: int, variation: int) -> Scene:
@@ -353,7 +354,7 @@ KINDS = _named(
 )
 """The kinds of swarms, the simplest first."""
 
-GIANTS = _named(plough, lanes)
+GIANTS = _named(plough, lanes, giants)
 """Kinds with few large bodies, of which one scene in four or five finds a fault: they have a check of their
 own."""
 

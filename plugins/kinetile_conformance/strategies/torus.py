@@ -17,7 +17,7 @@ from kinetile_conformance.strategies.kinds import KINDS, of_kinds, with_kinds
 from kinetile_conformance.strategies.small import MOST as FEW
 from kinetile_conformance.strategies.small import body_in_cell, scene_of, several, speeds
 from kinetile_conformance.strategies.strategy import Strategy, drawn, numbered
-from kinetile_conformance.strategies.swarms import anyhow, jitter, radii, slots
+from kinetile_conformance.strategies.swarms import Floats, anyhow, jitter, radii, slots
 
 MOST = 40
 """Bodies of a swarm on a torus."""
@@ -46,6 +46,18 @@ def on_a_torus(draw: st.DrawFn, boxes: Sequence[tuple[int, int]], least: int) ->
     return scene_of(bodies, (float(sides[0]), float(sides[1])), 8.0, periodic)
 
 
+def _shift(random: np.random.Generator, place: Floats, velocity: Floats) -> Floats:
+    """Return by how much all are moved: not at all, so that bodies touch borders, or so that two that fly at
+    each other aslant meet in a corner; these get such velocities."""
+    apart = np.abs(place - place[-1])
+    beside = np.flatnonzero((apart > 0.5).all(axis=1) & (apart < 1.5).all(axis=1))
+    if not len(beside) or random.random() < 0.5:
+        return np.full(2, random.choice([0.0, 0.5]))
+    aslant = place[beside[-1]] - place[-1]
+    velocity[-1], velocity[beside[-1]] = 0.5 * aslant, -0.5 * aslant
+    return -0.5 * (place[-1] + place[beside[-1]])
+
+
 def torus(number: int) -> Scene:
     """Return the swarm on a torus of a number: half are dyadic, with turns where bodies touch a border."""
     random = np.random.default_rng(number)
@@ -65,15 +77,17 @@ def torus(number: int) -> Scene:
         place = place + jitter(random, radius)
     until = 64.0
     match int(random.integers(6)):
-        case 0:  # hardly any contact, and thousands of periods
-            radius, velocity = radius * 2.0**-6, velocity * 2.0**6
+        case 0:  # one flies thousands of periods, and hardly meets another
+            radius = radius * 2.0**-6
+            velocity[0] += 24.0 * sides * random.choice([-1.0, 1.0], 2)
         case 1:  # all drift together
             velocity = velocity + 2.0 ** random.integers(4, 9) * random.integers(-1, 2, 2)
             until = 16.0
         case 2:
             velocity[random.random(bodies) < 0.7] = 0.0
     along = np.array([axis in periodic for axis in "xy"])
-    place = place + along * random.choice([0.0, 0.5]) + along * sides * random.integers(-3, 4, (bodies, 2))
+    away = sides * random.integers(-3, 4, (bodies, 2))
+    place = place + along * (_shift(random, place, velocity) + away)
     moments = random.integers(0, 64, bodies // 3) / 4.0
     turns = [
         Turn(int(random.integers(bodies)), float(each), tuple((random.integers(-4, 5, 2) / 2.0).tolist()))
