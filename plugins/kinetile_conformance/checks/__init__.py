@@ -50,129 +50,76 @@ __all__ = ["CHECKS", "OTHERWISE", "TABLE", "check_named", "table"]
 
 Cells = dict[Observation, float]
 
+RUNS = (
+    *(runs.same_contacts, runs.never_misses_a_pair, runs.its_structure_is_true, runs.can_be_drawn),
+    *(runs.resumes, runs.same_contacts_when_commanded_by_hand),
+)
+OF_PAIRS = (
+    *(narrow_phases.a_contact_depends_on_two_plans_alone, narrow_phases.its_bounds_are_never_late),
+    narrow_phases.a_contact_adds_no_energy,
+)
+OF_DISCS = (
+    narrow_phases.discs_meet_at_the_tick_of_the_specification,
+    narrow_phases.walls_are_met_at_the_tick_of_the_specification,
+)
+OF_RESPONSES = (
+    responses.a_response_depends_on_the_meeting_alone,
+    responses.a_response_adds_no_energy_that_says_so,
+)
+
+
+def _runs(*shares: float) -> Cells:
+    """Return shares of the first observations of ``RUNS``, without those of 0."""
+    return {each: share for each, share in zip(RUNS, shares, strict=False) if share}
+
+
 TABLE: dict[Strategy | None, Cells] = {
     small_scenes: {
         runs.same_contacts: 1.0,
         runs.pairs_are_overlapping_boxes: 0.5,
-        narrow_phases.a_contact_depends_on_two_plans_alone: 0.25,
-        narrow_phases.its_bounds_are_never_late: 0.25,
-        narrow_phases.discs_meet_at_the_tick_of_the_specification: 1.0,
-        narrow_phases.walls_are_met_at_the_tick_of_the_specification: 0.25,
-        narrow_phases.a_contact_adds_no_energy: 0.25,
-        responses.a_response_depends_on_the_meeting_alone: 0.25,
-        responses.a_response_adds_no_energy_that_says_so: 0.25,
+        **dict.fromkeys((*OF_PAIRS, *OF_RESPONSES), 0.25),
+        **dict.fromkeys(OF_DISCS, 1.0),
     },
     turning_scenes: {
-        runs.same_contacts: 1.0,
-        runs.never_misses_a_pair: 0.3,
-        runs.its_structure_is_true: 0.15,
-        runs.can_be_drawn: 0.2,
-        runs.resumes: 0.24,
+        **_runs(1.0, 0.3, 0.15, 0.2, 0.24),
         claims.state_is_not_kept: 0.3,
-        claims.same_contacts_after_a_change_of_view: 0.36,
+        claims.same_contacts_after_a_change_of_view: 0.24,
     },
-    None: {
-        memory.writes_only_where_it_may: 0.0,
-        side_effects.leaves_the_process_alone: 0.0,
-        side_effects.memory_does_not_grow: 0.0,
-        process_independence.does_not_see_who_asks: 0.0,
-        claims.skin_limit_holds_at_its_edge: 0.0,
-        claims.its_features_are_known: 0.0,
-        claims.rejects_unknown_options: 0.0,
-    },
-    swarm_scenes: {
-        runs.same_contacts: 0.5,
-        runs.never_misses_a_pair: 0.25,
-        runs.its_structure_is_true: 0.04,
-        runs.can_be_drawn: 0.03,
-        runs.resumes: 0.06,
-    },
-    living_strategy: {
-        runs.same_contacts: 0.26,
-        runs.never_misses_a_pair: 0.06,
-        runs.its_structure_is_true: 0.12,
-        runs.can_be_drawn: 0.03,
-        runs.same_contacts_when_commanded_by_hand: 0.08,
-        runs.resumes: 0.06,
-    },
-    solid_strategy: {runs.same_contacts: 0.06},
-    passing_strategy: {
-        runs.same_contacts: 0.06,
-        runs.never_misses_a_pair: 0.03,
-        runs.its_structure_is_true: 0.04,
-        runs.can_be_drawn: 0.02,
-        runs.same_contacts_when_commanded_by_hand: 0.02,
-        runs.resumes: 0.03,
-    },
-    passing_swarms: {runs.never_misses_a_pair: 0.12},
-    gallery_scenes: {runs.same_contacts: 1.0},
+    None: dict.fromkeys(
+        (
+            *(memory.writes_only_where_it_may, side_effects.leaves_the_process_alone),
+            *(side_effects.memory_does_not_grow, process_independence.does_not_see_who_asks),
+            *(claims.skin_limit_holds_at_its_edge, claims.its_features_are_known),
+            claims.rejects_unknown_options,
+        ),
+        0.0,
+    ),
+    swarm_scenes: _runs(0.5, 0.25, 0.04, 0.03, 0.06),
+    living_strategy: _runs(0.26, 0.06, 0.12, 0.03, 0.06, 0.08),
+    solid_strategy: _runs(0.06),
+    passing_strategy: _runs(0.06, 0.03, 0.04, 0.02, 0.03, 0.02),
+    passing_swarms: _runs(0.0, 0.12),
+    gallery_scenes: _runs(1.0),
     giant_scenes: {runs.same_contacts: 0.3, claims.state_is_not_kept: 0.06},
-    lattice_scenes: {runs.same_contacts: 0.5},
-    scaled_scenes: {runs.same_contacts: 0.6},
-    burst_scenes: {runs.same_contacts: 0.3},
-    corridor_scenes: {runs.same_contacts: 0.24},
-    torus_scenes: {
-        runs.same_contacts: 0.3,
-        runs.never_misses_a_pair: 0.1,
-        runs.its_structure_is_true: 0.06,
-        runs.can_be_drawn: 0.06,
-        runs.resumes: 0.1,
-    },
-    torus_swarms: {
-        runs.same_contacts: 0.6,
-        runs.never_misses_a_pair: 0.2,
-        runs.its_structure_is_true: 0.1,
-        runs.can_be_drawn: 0.05,
-        runs.resumes: 0.15,
-    },
-    living_torus_strategy: {
-        runs.same_contacts: 0.12,
-        runs.never_misses_a_pair: 0.06,
-        runs.its_structure_is_true: 0.06,
-        runs.can_be_drawn: 0.03,
-        runs.same_contacts_when_commanded_by_hand: 0.04,
-        runs.resumes: 0.06,
-    },
+    lattice_scenes: _runs(0.5),
+    scaled_scenes: _runs(0.6),
+    burst_scenes: _runs(0.3),
+    corridor_scenes: _runs(0.24),
+    torus_scenes: _runs(0.3, 0.1, 0.06, 0.06, 0.1),
+    torus_swarms: _runs(0.6, 0.2, 0.1, 0.05, 0.15),
+    living_torus_strategy: _runs(0.12, 0.06, 0.06, 0.03, 0.06, 0.04),
     kind_scenes: {
-        runs.same_contacts: 0.08,
-        runs.never_misses_a_pair: 0.03,
-        runs.its_structure_is_true: 0.03,
-        runs.can_be_drawn: 0.02,
-        runs.resumes: 0.02,
+        **_runs(0.08, 0.03, 0.03, 0.02, 0.02),
         responses.a_response_depends_on_the_meeting_alone: 0.03,
     },
-    shape_scenes: {runs.same_contacts: 0.24, runs.its_structure_is_true: 0.06, runs.resumes: 0.06},
-    shape_torus_scenes: {runs.same_contacts: 0.12, runs.its_structure_is_true: 0.05, runs.resumes: 0.04},
-    shape_swarms: {
-        runs.same_contacts: 0.14,
-        runs.never_misses_a_pair: 0.06,
-        runs.its_structure_is_true: 0.04,
-        runs.can_be_drawn: 0.04,
-        runs.resumes: 0.05,
-    },
-    shape_torus_swarms: {
-        runs.same_contacts: 0.14,
-        runs.never_misses_a_pair: 0.06,
-        runs.its_structure_is_true: 0.04,
-        runs.can_be_drawn: 0.04,
-        runs.resumes: 0.05,
-    },
-    living_shape_strategy: {
-        runs.same_contacts: 0.04,
-        runs.never_misses_a_pair: 0.02,
-        runs.its_structure_is_true: 0.04,
-        runs.can_be_drawn: 0.02,
-        runs.same_contacts_when_commanded_by_hand: 0.02,
-        runs.resumes: 0.02,
-    },
-    large_scenes: {runs.same_contacts: 0.01, runs.never_misses_a_pair: 0.01, runs.resumes: 0.01},
-    marathon_scenes: {runs.same_contacts: 0.03},
-    shape_and_square_scenes: {
-        narrow_phases.a_contact_depends_on_two_plans_alone: 0.25,
-        narrow_phases.its_bounds_are_never_late: 0.25,
-        narrow_phases.a_contact_adds_no_energy: 0.25,
-        narrow_phases.same_contacts_as_convex: 0.5,
-    },
+    shape_scenes: _runs(0.24, 0.0, 0.06, 0.0, 0.06),
+    shape_torus_scenes: _runs(0.12, 0.0, 0.05, 0.0, 0.04),
+    shape_swarms: _runs(0.14, 0.06, 0.04, 0.04, 0.05),
+    shape_torus_swarms: _runs(0.14, 0.06, 0.04, 0.04, 0.05),
+    living_shape_strategy: _runs(0.04, 0.02, 0.04, 0.02, 0.02, 0.02),
+    large_scenes: _runs(0.01, 0.01, 0.0, 0.0, 0.01),
+    marathon_scenes: _runs(0.03),
+    shape_and_square_scenes: {**dict.fromkeys(OF_PAIRS, 0.25), narrow_phases.same_contacts_as_convex: 0.5},
 }
 """For each strategy the observations on its scenes, and how many scenes for each of ``--examples``; None:
 observations that have scenes of their own. The first strategy of an observation is where it is at home."""
@@ -189,18 +136,7 @@ OTHERWISE: dict[Observation, str] = {
     claims.state_is_not_kept: _ON_SMALL_SCENES,
     claims.same_contacts_after_a_change_of_view: "seen from elsewhere it is another scene of its strategy",
     narrow_phases.same_contacts_as_convex: "discs have the contacts of the reference",
-} | dict.fromkeys(
-    (
-        narrow_phases.a_contact_depends_on_two_plans_alone,
-        narrow_phases.its_bounds_are_never_late,
-        narrow_phases.discs_meet_at_the_tick_of_the_specification,
-        narrow_phases.walls_are_met_at_the_tick_of_the_specification,
-        narrow_phases.a_contact_adds_no_energy,
-        responses.a_response_depends_on_the_meeting_alone,
-        responses.a_response_adds_no_energy_that_says_so,
-    ),
-    _ON_SMALL_SCENES,
-)
+} | dict.fromkeys((*OF_PAIRS, *OF_DISCS, *OF_RESPONSES), _ON_SMALL_SCENES)
 """Why an observation of drawn scenes is not made on the other strategies."""
 
 

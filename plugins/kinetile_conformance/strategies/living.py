@@ -50,6 +50,12 @@ CONTACTS = 40
 FEWEST, MOST = 3, 300
 """Bodies at the start of a large scene."""
 
+SIZES = ("crowd", "giants")
+"""Kinds of swarms for which a grid has levels,"""
+
+LEVELS = 12 if INTERPRETED else 48
+"""if there are so many bodies; they are drawn more often."""
+
 UNWALLED = (4.0, 4.0)
 """Width and height of where bodies are inserted that have no arena, where there is no body."""
 
@@ -72,10 +78,10 @@ def _of_kinds(passing: bool, number: int) -> Scene:
 def _of_many(number: int) -> Scene:
     """Return the beginning of a swarm, without its turns."""
     random = np.random.default_rng(number)
-    kinds = [*SWARMS, "crowd", "crowd", "giants", "giants"]  # those have levels for sizes
     bodies = 12 if INTERPRETED else int(FEWEST * (MOST / FEWEST) ** random.random())
-    kind = kinds[int(random.integers(len(kinds)))]
-    return swarm(kind, max(bodies, 8), number, int(random.integers(8))).replace(turns=())
+    kind = str(random.choice([*SWARMS, *3 * SIZES]))
+    variation, least = (random.integers(4, 8), LEVELS) if kind in SIZES else (random.integers(8), 8)
+    return swarm(kind, max(bodies, least), number, int(variation)).replace(turns=())
 
 
 def _of_any_size() -> st.SearchStrategy[Scene]:

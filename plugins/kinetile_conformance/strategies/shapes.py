@@ -152,7 +152,7 @@ def shape_swarm(number: int, periodic: str = "") -> Scene:
     side = square(bodies, 1.3)
     turned = -1 if number & 8 else 1
     table = [CAPSULE if turned > 0 else UPRIGHT]  # body 0 has it: so all scenes have one form of ``convex``
-    for _ in range(20 if number & 48 == 0 else 6):
+    for _ in range(20 if number & 16 else 6):
         shape = (*SHAPES, THIN)[int(random.integers(len(SHAPES) + 1))]
         aside = (random.integers(-4, 5, 2) / 4.0 * (random.random() < 0.6)).tolist()
         moved = [(x + aside[0], y + aside[1]) for x, y in shape.core]

@@ -55,7 +55,8 @@ def _shift(random: np.random.Generator, place: Floats, velocity: Floats) -> Floa
         return np.full(2, random.choice([0.0, 0.5]))
     aslant = place[beside[-1]] - place[-1]
     velocity[-1], velocity[beside[-1]] = 0.5 * aslant, -0.5 * aslant
-    return -0.5 * (place[-1] + place[beside[-1]])
+    middle: Floats = 0.5 * (place[-1] + place[beside[-1]])
+    return -middle
 
 
 def torus(number: int) -> Scene:
