@@ -30,7 +30,6 @@ REFUSED: dict[Cell, str] = {
         {
             "pass": "is right only while bodies cannot pass through each other",
             "periodic y | periodic xy": "tiles an arena from its floor to its ceiling",
-            "no arena": "tiles an arena, and this scene has none",
             "shapes | obstacles": "is for discs, and this scene has other shapes",
         },
     ),

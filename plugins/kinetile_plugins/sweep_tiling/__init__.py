@@ -36,6 +36,7 @@ from kinetile.toolbox import (
     hook,
     offer,
     pair_links,
+    positions_now,
     unchecked,
 )
 
@@ -96,16 +97,11 @@ class SweepTiling:
     """Sweep-tiling: the free space in tiles, candidate pairs of bodies that see each other."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Returns the parts; refuses a scene without an arena, or with other shapes than discs.
+        """Returns the parts; refuses a scene that is periodic along y, or with other shapes than discs.
 
         Beside a contact of two bodies a third's bound is at least .41 r^2 / R away, for radii from r to R; a
         skin of at most an eighth of r^2 / R cannot hide the contact from sight (docs/sweep-tiling.md).
         """
-        if scene.arena is None:
-            raise Refused(
-                "sweep-tiling tiles an arena, and this scene has none: give the scene an arena, or choose "
-                "another broad phase"
-            )
         if "y" in scene.periodic:
             raise Refused(
                 "sweep-tiling tiles an arena from its floor to its ceiling, and this scene is periodic along "
@@ -131,7 +127,7 @@ class SweepTiling:
             soon=soon,
             audit=audit,
             draw=draw,
-            drawn_as="tiling",
+            drawn_as="" if scene.arena is None else "tiling",
             ticks=(state.due,),
             solid=True,
             skin_limit=float(radius.min() / (8.0 * radius.max()) * radius.min()) if n else None,
@@ -144,7 +140,8 @@ class SweepTiling:
 # there to the lines of the bodies that it meets, and a tile is a rectangle between two bounds and two such
 # lines. With the discs drawn over them, tiles seem to end at the discs. So tiles hang on bodies, at most
 # four each, and move with them between events; they cover the arena, and no two of them overlap (thesis,
-# figures 12 and 13).
+# figures 12 and 13). No certificate asks where the arena's edges are, so in the open plane they are as far
+# away as one likes: in a drawing, around the bodies.
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
@@ -154,7 +151,9 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
     bodies = np.flatnonzero(k.queue.number >= 0).tolist()
     there, pairs = {*bodies, n}, set()
     due, flips = s.due.tolist(), s.web[FLIPS:].tolist()
-    across, height = _across(k, n), _height(k, n)
+    (west, floor), (east, ceiling) = _edges(k, bodies)
+    across: list[Coordinate] = [*_bounds(k, n), east, west]
+    height: list[Coordinate] = [*map(At, range(n)), ceiling, floor]
     period = float(k.clock[0].torus.x)
     for p, q, top, bottom, away in zip(*(column.tolist() for column in tiles_of(k, s)), strict=True):
         owner = p >> 4
@@ -175,14 +174,17 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
     yield from pair_links(pairs)
 
 
-def _across(k: Kernel, n: int) -> list[Coordinate]:
-    """Returns where bounds are on the x axis, two a body, L before R; the edges are bounds of body n."""
-    found: list[Coordinate] = []
+def _bounds(k: Kernel, n: int) -> Iterator[Coordinate]:
+    """Yields where bounds are on the x axis, two a body, L before R."""
     for body, reach in enumerate(k.bodies.reach[:n].tolist()):
-        found += [At(body, -reach), At(body, reach)]
-    return [*found, float(k.clock[0].limits.width), 0.0]
+        yield At(body, -reach)
+        yield At(body, reach)
 
 
-def _height(k: Kernel, n: int) -> list[Coordinate]:
-    """Returns the heights of the bodies, of TOP and of BOTTOM."""
-    return [*map(At, range(n)), float(k.clock[0].limits.height), 0.0]
+def _edges(k: Kernel, bodies: list[int]) -> list[list[float]]:
+    """Returns the lowest and the highest corner of what is tiled: the arena, or a box around the bodies."""
+    limits = k.clock[0].limits
+    if limits.width or not bodies:
+        return [[0.0, 0.0], [float(limits.width), float(limits.height)]]
+    places, reach = positions_now(k)[bodies], 2.0 * k.bodies.reach[bodies].max()
+    return [(places.min(axis=0) - reach).tolist(), (places.max(axis=0) + reach).tolist()]

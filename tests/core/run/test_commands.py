@@ -228,8 +228,6 @@ def test_a_body_of_another_mass_in_a_slot_that_was_left(phase):
 def test_all_phases_agree_while_bodies_come_and_go(scene):
     expected = None
     for phase in PHASES:
-        if phase == "sweep-tiling" and scene.arena is None:
-            continue
         sim = kt.Simulation(scene, phase, audit=5)
         sim.run(until=scene.start + 4.0, max_contacts=60)
         places = sim.positions().tobytes(), sim.velocities().tobytes()

@@ -31,7 +31,6 @@ def too_different(ratio: float) -> kt.Scene:
 @pytest.mark.parametrize(
     ("scene", "narrow", "sentence"),
     [
-        (WALLED.replace(arena=None), None, "sweep-tiling tiles an arena, and this scene has none"),
         (WALLED.replace(periodic="y"), None, "sweep-tiling tiles .*, and this scene is periodic along y: "),
         (WALLED.replace(periodic="xy"), None, "sweep-tiling tiles .*, and this scene is periodic along xy: "),
         (BOXES, None, "sweep-tiling is for discs, and this scene has other shapes"),
@@ -118,9 +117,8 @@ def test_a_run_refused_on_its_way_had_gone_on_half():
     sim = kt.Simulation(scene, "sweep-tiling", **walls)
     ends = []
     for _ in range(3):
-        with pytest.raises(Refused) as caught:
+        with pytest.raises(Refused, match=r"sweep-tiling is right only while .*: choose another broad phase"):
             sim.run(until=1e5)
-        assert all(name in str(caught.value) for name in OTHERS)
         ends.append((sim.time, sim.positions().tobytes(), sim.explain()["numbers"]["skin"]))
         sim.audit()
     assert len(set(ends)) == 1
