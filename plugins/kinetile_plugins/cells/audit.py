@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from kinetile.toolbox import NEVER, NOBODY, Box, Item, Kernel, pair_links, positions_now, reaches_of
 from kinetile.toolbox.ticks import FAR
-from kinetile_plugins.cells.layout import BLOCK, FULL, LISTED, State, cells_of, cells_on_torus, least_side
+from kinetile_plugins.cells.layout import BLOCK, FULL, State, cells_of, cells_on_torus, least_side
 
 Whole = npt.NDArray[np.intp]
 
@@ -115,10 +115,15 @@ def _table(s: State, there: Whole) -> Iterator[str]:
     """The blocks and lists have every body once, in its cell; bodies in a list found the block full."""
     home = s.homes.cell
     blocks = s.blocks.reshape(-1, BLOCK)
-    cells, places = np.nonzero(np.arange(FULL) < blocks[:, FULL:] & FULL)
+    cells, places = np.nonzero(np.arange(FULL) < blocks[:, FULL:])
     listed = list(zip(cells.tolist(), blocks[cells, places].tolist(), strict=True))
-    for cell in np.flatnonzero((s.lists >= 0) != (blocks[:, FULL] == FULL | LISTED)).tolist():
+    for cell in np.flatnonzero((s.lists >= 0) & (blocks[:, FULL] != FULL)).tolist():
         yield f"cell {cell} has a list beginning with {s.lists[cell]}, and counts {blocks[cell, FULL]}"
+    for level, count in enumerate(s.listed.tolist()):
+        grid = s.levels[level]
+        lists = int(np.count_nonzero(s.lists[grid.first : grid.first + grid.cells] >= 0))
+        if lists != count:
+            yield f"{lists} cells of level {level} have a list, and {count} are counted"
     for cell in np.flatnonzero(s.lists >= 0).tolist():
         body = int(s.lists[cell])
         while body >= 0 and len(listed) <= 2 * len(s.homes):

@@ -11,9 +11,8 @@ only costs time: nearness depends on the table alone, and is the same from both 
 
 A place has a block of eight integers: the numbers of seven bodies, and how many of them count, so that one
 vector copies it (``append``). A body that finds the block full goes into the list of the cell, which is
-threaded through the bodies: any number of bodies fits into a cell, and nothing has to be allocated. The
-eighth integer also marks whether there is a list, in a bit above the counts of nine blocks: so the sum of
-those of nine copied cells has the number of bodies below and the number of lists above.
+threaded through the bodies: any number of bodies fits into a cell, and nothing has to be allocated. How many
+cells of a level have a list is counted: none in most scenes, and then no list is looked for.
 
 The narrower the cells, the fewer bodies are near each other, and the more often one moves to another
 cell. A cell cannot be narrower than the widest body at home in it (docs/cells.md has the exact bound and its
@@ -37,13 +36,7 @@ from kinetile.toolbox.lanes import append
 
 BLOCK = 8
 FULL = BLOCK - 1
-"""Bodies in a block, and the place of their count; of its bits, those that count them."""
-
-LISTED = 64
-"""The bit of the count that says that the cell has a list: more than nine full blocks hold."""
-
-INSIDE = LISTED - 1
-"""In the sum of the counts of up to nine blocks, the bits of the bodies within the blocks."""
+"""Bodies in a block, and the place of their count."""
 
 HOME = np.dtype(
     [
@@ -77,6 +70,7 @@ class State(NamedTuple):
 
     blocks: Records  # (8 cells,) seven bodies and how many of them there are
     lists: Records  # (cells,) the first of the bodies that found the block full, or NOBODY
+    listed: Records  # (levels,) how many cells have such a list
     homes: Records  # (n,)
     levels: Records  # (levels,) from the finest to the coarsest
     guests: Records  # (n (levels - 1),) for each body one for each level above the finest
@@ -107,16 +101,18 @@ def move_in(s: State, body: int, cell: int) -> None:
         s.blocks[at + count] = body
         s.blocks[at + FULL] = count + 1
     else:
-        s.homes[body].next = s.lists[cell]
+        home = s.homes[body]
+        if s.lists[cell] < 0:
+            s.listed[home.level] += 1
+        home.next = s.lists[cell]
         s.lists[cell] = body
-        s.blocks[at + FULL] = FULL | LISTED
 
 
 @hook
 def move_out(s: State, body: int, cell: int) -> None:
     """Take a body out of a cell; the first of the cell's list takes its place in the block."""
     at = cell * BLOCK
-    last = at + (s.blocks[at + FULL] & FULL) - 1
+    last = at + s.blocks[at + FULL] - 1
     place = at
     while place <= last and s.blocks[place] != body:
         place += 1
@@ -135,7 +131,7 @@ def move_out(s: State, body: int, cell: int) -> None:
             listed = s.homes[listed].next
         s.homes[listed].next = s.homes[body].next
     if s.lists[cell] < 0:
-        s.blocks[at + FULL] = FULL
+        s.listed[s.homes[body].level] -= 1
 
 
 @hook
@@ -150,18 +146,17 @@ def append_list(k: Kernel, s: State, cell: int, count: int) -> int:
 
 
 @hook
-def append_block(k: Kernel, s: State, cell: int, count: int, found: int) -> int:
-    """Write the bodies in a cell's block behind ``k.near[:count]`` and those ``found`` before; return
-    the new sum of counts."""
-    return found + append(s.blocks, cell * BLOCK, k.near, count + (found & INSIDE))
+def append_block(k: Kernel, s: State, cell: int, count: int) -> int:
+    """Write the bodies in a cell's block behind ``k.near[:count]``; return the new count."""
+    return count + append(s.blocks, cell * BLOCK, k.near, count)
 
 
 @hook
-def append_row(k: Kernel, s: State, left: int, count: int, found: int) -> int:
+def append_row(k: Kernel, s: State, left: int, count: int) -> int:
     """Do so for three cells that follow each other."""
-    found = append_block(k, s, left, count, found)
-    found = append_block(k, s, left + 1, count, found)
-    return append_block(k, s, left + 2, count, found)
+    count = append_block(k, s, left, count)
+    count = append_block(k, s, left + 1, count)
+    return append_block(k, s, left + 2, count)
 
 
 @hook
@@ -194,18 +189,16 @@ def list_around(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
     count. (One function for this and a torus would cost 14 instructions a contact.)"""
     grid = s.levels[level]
     columns = grid.columns
-    found = 0
     if cell > grid.first + columns and cell < grid.first + grid.cells - columns - 1:
-        found = append_row(k, s, cell - columns - 1, count, found)
-        found = append_row(k, s, cell - 1, count, found)
-        found = append_row(k, s, cell + columns - 1, count, found)
+        count = append_row(k, s, cell - columns - 1, count)
+        count = append_row(k, s, cell - 1, count)
+        count = append_row(k, s, cell + columns - 1, count)
     else:  # near an end of the table: some of them are at the other end
         for up in range(-1, 2):
             for right in range(-1, 2):
                 there = wrapped(grid, cell + right + up * columns)
-                found = append_block(k, s, there, count, found)
-    count += found & INSIDE
-    if found >= LISTED:
+                count = append_block(k, s, there, count)
+    if s.listed[level] > 0:
         for up in range(-1, 2):
             for right in range(-1, 2):
                 count = append_list(k, s, wrapped(grid, cell + right + up * columns), count)
@@ -221,17 +214,15 @@ def list_around_on_torus(k: Kernel, s: State, level: int, cell: int, count: int)
     down = 0 if grid.rows == 1 else -1
     row = cell // columns
     column = cell - row * columns
-    found = 0
     if column > 0 and column < columns - 1 and row > 0 and row < grid.rows - 1:
-        found = append_row(k, s, cell - columns - 1, count, found)
-        found = append_row(k, s, cell - 1, count, found)
-        found = append_row(k, s, cell + columns - 1, count, found)
+        count = append_row(k, s, cell - columns - 1, count)
+        count = append_row(k, s, cell - 1, count)
+        count = append_row(k, s, cell + columns - 1, count)
     else:
         for up in range(down, 1 - down):
             for right in range(left, 1 - left):
-                found = append_block(k, s, beside_on_torus(grid, cell, right, up), count, found)
-    count += found & INSIDE
-    if found >= LISTED:
+                count = append_block(k, s, beside_on_torus(grid, cell, right, up), count)
+    if s.listed[level] > 0:
         for up in range(down, 1 - down):
             for right in range(left, 1 - left):
                 count = append_list(k, s, beside_on_torus(grid, cell, right, up), count)
@@ -258,12 +249,11 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
         low = beside(grid, middle, -up, -right)
         high = beside(grid, middle, up, right)
         alone = periodic and (grid.rows if right != 0 else grid.columns) == 1
-        found = append_block(k, s, middle, count, 0)
+        count = append_block(k, s, middle, count)
         if not alone:
-            found = append_block(k, s, low, count, found)
-            found = append_block(k, s, high, count, found)
-        count += found & INSIDE
-        if found >= LISTED:
+            count = append_block(k, s, low, count)
+            count = append_block(k, s, high, count)
+        if s.listed[level] > 0:
             count = append_list(k, s, middle, count)
             if not alone:
                 count = append_list(k, s, low, count)
@@ -431,6 +421,7 @@ def empty(scene: Scene, sides: list[float], size: Size = table_size) -> State:
     return State(
         blocks=_aligned(np.dtype(np.int32), cells * BLOCK),
         lists=_aligned(np.dtype(np.int32), cells),
+        listed=np.zeros(len(sides), np.int64),
         homes=homes,
         levels=levels,
         guests=_aligned(GUEST, n * coarser),
@@ -476,7 +467,8 @@ def fill(s: State, homes: Records) -> None:
     np.maximum.at(s.blocks, cell * BLOCK + FULL, np.minimum(rank + 1, FULL))
     homes.next[body[rank > FULL]] = before[rank > FULL]
     s.lists[cell[~inside]] = body[~inside]  # of several in a cell, the last
-    s.blocks[cell[~inside] * BLOCK + FULL] |= LISTED
+    first = body[rank == FULL]  # of those in a list
+    s.listed[:] = np.bincount(homes.level[first], minlength=len(s.listed))
 
 
 def cells_of(grid: Records, x: Any, y: Any) -> Any:
