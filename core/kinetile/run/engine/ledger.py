@@ -1,7 +1,8 @@
 """Ledger of a run: its contacts, their fingerprint, and the rows for a recorder.
 
-The loop writes contacts in the form in which they are hashed, so a chunk costs little more than its hash.
-Their times as floats are computed when they are read.
+The loop writes contacts in the form in which they are hashed. Those that are kept are hashed when the
+fingerprint is read or saved, and their times as floats are computed when they are read, so that a chunk costs
+a copy; where none are kept they are hashed at once.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.log import CONTACT, LOG, Fingerprint
+from kinetile.kernel.log import CONTACT, LOG, MET, Fingerprint
 from kinetile.kernel.tables import Kernel
 from kinetile.run.engine.fields import Fields
 from kinetile.run.interrupts import Unbroken
@@ -90,7 +91,7 @@ class Ledger:
         """The present contents, for a snapshot; the cost does not depend on the number of contacts."""
         contacts = self.contacts if self.keeps else None
         unstepped = tuple(self.unstepped or ())
-        return Entries(self.rows, contacts, self._digest.copy(), tuple(self._that_wait()), unstepped)
+        return Entries(self.rows, contacts, self._hashed().copy(), tuple(self._that_wait()), unstepped)
 
     @entries.setter
     def entries(self, entries: Entries) -> None:
@@ -102,9 +103,8 @@ class Ledger:
         self._aside: list[tuple[Any, int]] = []  # rows, with the clock's base that their ticks count from
         self._waiting: list[tuple[int, Any]] = []  # for each chunk its first epoch, and what is kept
         self._kept = np.zeros(0, CONTACT) if entries.contacts is None else entries.contacts
-        self._count = self._total = len(
-            self._kept
-        )  # the former: of those in one array; others are added when read
+        self._count = self._total = len(self._kept)  # of those in one array, and of all, with those that wait
+        self._chunks = 0  # of those that wait, that are in the digest
         self._digest = entries.digest.copy()
 
     @property
@@ -112,7 +112,8 @@ class Ledger:
         """All contacts so far, in canonical order."""
         self._demand_kept()
         with Unbroken():
-            waiting, self._waiting = self._waiting, []
+            self._hashed()
+            waiting, self._waiting, self._chunks = self._waiting, [], 0
             self._put(waiting)
         contacts = self._kept[: self._count]
         contacts.flags.writeable = False
@@ -145,7 +146,20 @@ class Ledger:
     @property
     def fingerprint(self) -> str:
         """Hex digest of (epoch, tick, a, b) of all contacts: independent of the start of the clock."""
-        return self._digest.hexdigest()
+        return self._hashed().hexdigest()
+
+    def _hashed(self) -> Fingerprint:
+        """Returns the digest, of all contacts."""
+        if self._chunks < len(self._waiting):
+            with Unbroken():
+                for epoch, kept in self._waiting[self._chunks :]:
+                    met = np.empty(len(kept), MET)
+                    met["epoch"] = (kept["when"] >> 52) + epoch
+                    met["tick"] = kept["when"] & (TICKS - 1)
+                    met.view("i8")[2::3] = kept.view("i8")[1::2]  # both numbers at once
+                    self._digest.update(met.view(np.uint8).data)
+                self._chunks = len(self._waiting)
+        return self._digest
 
     @property
     def reads(self) -> bool:
@@ -202,10 +216,11 @@ class Ledger:
             self.unstepped += np.asarray(k.met)[:logged].tolist()
         if logged:
             met = np.asarray(k.met)[:logged]
-            self._digest.update(met.view(np.uint8).data)
             if self.keeps:
                 self._waiting.append(_kept(met))
                 self._total += logged
+            else:
+                self._digest.update(met.view(np.uint8).data)
         if written:
             long = np.asarray(k.log)[:written]
             if self._recorder is not None:
@@ -252,8 +267,11 @@ def _kept(met: Any) -> tuple[int, Any]:
     """Returns what is kept of the rows of a chunk: the first epoch, and a shorter row for each."""
     first = int(met["epoch"][0])
     kept = np.empty(len(met), KEPT)
-    kept["when"] = (met["epoch"] - first) * TICKS + met["tick"]
-    kept["a"], kept["b"] = met["a"], met["b"]
+    when = kept["when"]  # without temporary arrays, which cost as much again
+    np.subtract(met["epoch"], first, out=when)
+    np.multiply(when, TICKS, out=when)
+    np.add(when, met["tick"], out=when)
+    kept.view("i8")[1::2] = met.view("i8")[2::3]  # both numbers at once
     return first, kept
 
 
