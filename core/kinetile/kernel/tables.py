@@ -298,7 +298,7 @@ OFFERS = 1 << 10
 MANY = 1 << 15
 """Bodies. For fewer, twice as many slices are 5 % faster; for more, memory counts."""
 
-FOUND = 8
+FOUND = 16
 """Bodies that the look-ahead remembers."""
 
 SPARE = 64

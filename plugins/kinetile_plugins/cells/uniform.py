@@ -17,7 +17,7 @@ from kinetile_plugins.cells.layout import (
     moves,
 )
 
-FETCHED = 3
+FETCHED = 2
 """Bodies of a cell that are prefetched, there or not: to read how many would be a branch that is as good as
 random."""
 

@@ -53,7 +53,7 @@ def test_looking_ahead_changes_no_event(monkeypatch, scene, phase):
 
 
 def test_it_is_for_large_scenes_only():
-    small, large = (kt.make_scene("grid", bodies=n, density=0.1) for n in (127**2, 128**2))
+    small, large = (kt.make_scene("grid", bodies=n, density=0.1) for n in (90**2, 91**2))
     for scene, ahead in ((small, False), (large, True)):
         composition = compose.compose_phases(scene, "cells", None, None)
         assert composition._parts(compose.Commands.NONE)["AHEAD"] is ahead

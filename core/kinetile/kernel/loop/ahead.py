@@ -20,13 +20,13 @@ from kinetile.kernel.loop.calendar import next_marked, ring_of
 from kinetile.kernel.tables import FOUND, Kernel
 from kinetile.kernel.vectors import prefetch
 
-LARGE = 1 << 14
+LARGE = 1 << 13
 """Bodies from which on it pays (docs/benchmark.md)."""
 
-LEAD, AFAR = 24, 96
+LEAD, AFAR = 32, 128
 """Slices by which the scout is before the head at least, and at most."""
 
-STAGE = 3
+STAGE = 5
 """Bodies that are found between two stages of one."""
 
 PERIODIC = False
