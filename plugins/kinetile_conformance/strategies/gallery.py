@@ -1,22 +1,20 @@
 """Fixed scenes: the gallery that every phase is shown, and scenes on which memory is watched.
 
-Memory is watched on few bodies of all kinds, with interpreted hooks.
-These scenes come from a generator of their own and not from Hypothesis, since a breach is named with hook,
-field and line, and need not be minimised to be understood. What matters is that each hook runs in each
-situation: crowds and lone bodies, walls and none, turns, sizes that differ, places far from the origin and
-below it.
+Memory is watched on few bodies of all kinds, with interpreted hooks. A breach is named with hook, field and
+line, and need not be minimised to be understood. What matters is that each hook runs in each situation:
+crowds and lone bodies, walls and none, turns, sizes that differ, places far from the origin and below it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from random import Random
 
 import numpy as np
 
-from kinetile.scene import Scene, Settings, Turn
+from kinetile.scene import Scene, Settings
 from kinetile_conformance.strategies.shapes import shape_torus
 from kinetile_conformance.strategies.strategy import Strategy
+from kinetile_conformance.strategies.swarms import swarm
 from kinetile_conformance.strategies.torus import torus
 
 
@@ -57,73 +55,23 @@ gallery_scenes = Strategy(
 )
 
 
-LARGEST = 0.375
-"""The largest radius: a body that filled its cell could bounce between two walls without time passing."""
+SHORT = 0.5
+"""How long scenes last on which memory is watched."""
 
-
-def cells(
-    bodies: int,
-    columns: int,
-    rows: int,
-    walls: bool = True,
-    corner: float = 0.0,
-    ratio: int = 2,
-    turns: int = 0,
-    resting: int = 0,
-    seed: int = 0,
-) -> tuple[str, Scene]:
-    """Return a title, and a scene of bodies on a lattice of unit cells, no two in one.
-
-    Args:
-        bodies: how many.
-        columns, rows: cells from left to right, and from bottom to top.
-        walls: whether there is an arena; it needs a ``corner`` at the origin.
-        corner: where the lower left corner of the lattice is, for both coordinates.
-        ratio: how much smaller the smallest radius is than the largest.
-        turns: how many bodies turn, each once.
-        resting: how many bodies are at rest at the start.
-        seed: the seed of its numbers.
-    """
-    random = Random(f"{seed} {bodies} {columns}")
-    chosen = random.sample(range(columns * rows), bodies)
-    radius = [LARGEST / random.choice((1, 2, ratio)) for _ in chosen]
-    velocity = [[random.randint(-8, 8) / 8, random.randint(-8, 8) / 8] for _ in chosen]
-    velocity[:resting] = [[0.0, 0.0]] * resting
-    turning = random.sample(range(bodies), turns)
-    scene = Scene(
-        position=[[corner + cell % columns + 0.5, corner + cell // columns + 0.5] for cell in chosen],
-        velocity=velocity,
-        radius=radius,
-        arena=(float(columns), float(rows)) if walls else None,
-        turns=[Turn(body, random.randint(0, 16) / 8, (random.randint(-8, 8) / 8, 0.5)) for body in turning],
-        settings=Settings(until=4.0),
+SMALL = tuple(
+    (title, scene.replace(settings=Settings(until=SHORT), turns=[t for t in scene.turns if t.time <= SHORT]))
+    for title, scene in (
+        ("one body", smallest().replace(velocity=[[1.0, 0.5]])),
+        *(
+            (f"{bodies} bodies of the kind {kind!r}", swarm(kind, bodies, variation=variation))
+            for kind, bodies, variation in (
+                *(("gas", 8, 7), ("gas", 24, 3), ("lattice", 12, 0), ("shear", 12, 0)),
+                *(("cloud", 12, 1), ("far", 9, 7), ("returning", 12, 0), ("resting", 12, 0)),
+                *(("burst", 30, 2), ("corridor", 30, 2), ("crowd", 24, 1), ("crowd", 40, 4)),
+            )
+        ),
+        ("a swarm on a torus", torus(7)),
+        ("a swarm of shapes on a torus", shape_torus(6)),
     )
-    many = f"{bodies} {'body' if bodies == 1 else 'bodies'} in {columns} x {rows} cells"
-    return f"{many} from {corner:g} on, {'with' if walls else 'without'} walls", scene
-
-
-SMALL = (
-    cells(1, 2, 2),
-    cells(2, 2, 1),
-    cells(3, 2, 2, walls=False, turns=2),
-    cells(4, 2, 2, turns=2),
-    cells(5, 3, 3, ratio=32, seed=1),
-    cells(6, 3, 3, walls=False, corner=-1.5),
-    cells(7, 12, 1, resting=3, turns=2),
-    cells(8, 1, 12, ratio=8),
-    cells(8, 4, 4, walls=False, corner=2.0**20),
-    cells(9, 3, 3, turns=3),
-    cells(12, 4, 4, ratio=1, resting=4),
-    cells(12, 5, 5, walls=False, corner=-(2.0**30), ratio=16),
-    cells(30, 6, 6, turns=4),
-    cells(30, 40, 1, walls=False, corner=-20.0),
-    cells(30, 8, 8, ratio=64),
-    *(
-        (title, scene.replace(settings=Settings(until=1.0)))
-        for title, scene in (
-            ("a swarm on a torus", torus(7)),
-            ("a swarm of shapes on a torus", shape_torus(6)),
-        )
-    ),
 )
-"""For interpreted hooks: on many bodies they would take too long."""
+"""Few bodies of all kinds: for interpreted hooks many would take too long."""

@@ -81,7 +81,7 @@ def test_a_trespass_is_named_with_hook_and_field(name):
     assert said.startswith(SEEN[name])
     if name == "uncounts":
         line = trespassing_phases.uncount.__code__.co_firstlineno
-        assert f"(it begins in trespassing_phases.py, line {line}), on 1 body in 2 x 2 cells" in said
+        assert f"(it begins in trespassing_phases.py, line {line}), on one body" in said
 
 
 @pytest.mark.interpreted
