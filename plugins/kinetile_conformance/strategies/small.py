@@ -12,7 +12,6 @@ equal ones keep small dyadic numbers what they are.
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 from hypothesis import strategies as st
@@ -197,9 +196,8 @@ def wide_scenes(draw: st.DrawFn, most: int = MOST) -> Scene:
 
 
 def scenes(turns: bool = True, most: int = MOST) -> st.SearchStrategy[Scene]:
-    """Return the mix that the kit draws from, with up to so many bodies (at least 3); a quarter is so slow
-    that the base of the clock moves on."""
-    mix = st.one_of(
+    """Return the mix that the kit draws from, with up to so many bodies (at least 3)."""
+    return st.one_of(
         line_scenes(turns, most),
         plane_scenes(turns, most),
         plane_scenes(turns, most),
@@ -210,11 +208,11 @@ def scenes(turns: bool = True, most: int = MOST) -> st.SearchStrategy[Scene]:
         sized_scenes(most),
         wide_scenes(most),
     )
-    return st.builds(slowed, mix, st.sampled_from([1.0, 1.0, 1.0, SLOW]))
 
 
 def _small(turns: bool, most: int = MOST) -> Draw:
-    return drawn(partial(scenes, turns, most))
+    """Return what draws from the mix, and makes a quarter so slow that the base of the clock moves on."""
+    return drawn(lambda: st.builds(slowed, scenes(turns, most), st.sampled_from([1.0, 1.0, 1.0, SLOW])))
 
 
 FEW = 3
