@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from kinetile.errors import BadOption, Refused, one_of
-from kinetile_conformance.cases import SavedCase, Subject, load_case
+from kinetile_conformance.cases import Subject, load_case
 from kinetile_conformance.checks import CHECKS
 from kinetile_conformance.isolated import DEATHS, IsolatedRunner
 from kinetile_conformance.reporting import KIT_VERSION, Report, Result
@@ -19,15 +19,11 @@ from kinetile_conformance.runner import CheckRun, Options, Plan, Runner, applica
 
 
 def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
-    """Judge the broad phase registered under a name; return the report.
+    """Judge the broad phase registered under a name, with options (``Options``); return the report.
 
     A child process judges it, so this one goes on whatever the phase does. A check that the child did not
     survive has the status "died", with the cause and, as far as it can be seen, the place. After three deaths
     the other checks are not run, and the report's notes say so.
-
-    Args:
-        name: the name under which it is registered.
-        options: what can be chosen (``Options``).
 
     Raises:
         UnknownName, BadOption: there is no such phase, or it has no such option.
@@ -89,12 +85,12 @@ def replay(
         options: options of the broad phase; where there are none, those that the file names for this phase.
 
     Raises:
-        UnknownName, BadOption: there is no such phase, option, file or check, or the check takes no scene.
-        SceneError: the file holds no scene.
+        UnknownName, BadOption: there is no such phase, option or check, or the check takes no scene.
+        OSError, SceneError: the file cannot be read, or holds no scene.
         Refused: the phase cannot do this scene.
     """
     path = Path(path)
-    case = _load(path)
+    case = load_case(path)
     scene = case.scene
     wanted = check or case.check or DEFAULT_CHECK
     each = next((known for known in CHECKS if known.name == wanted), None)
@@ -124,15 +120,3 @@ def replay(
         bodies=len(scene),
         case=path,
     )
-
-
-def _load(path: Path) -> SavedCase:
-    """Return the case of a file; raise BadOption where it cannot be read."""
-    if not path.is_file():
-        raise BadOption(f"there is no scene file {str(path)!r}")
-    try:
-        return load_case(path)
-    except OSError as error:
-        raise BadOption(f"the scene file {str(path)!r} cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise BadOption(f"the scene file {str(path)!r} is not UTF-8 text") from error

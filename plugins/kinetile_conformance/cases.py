@@ -1,13 +1,10 @@
 """A case: one scene under one phase, how far it is run, its outcome, and the file that keeps it.
 
-Contacts and places are what a user sees. A phase that tampers with a count, with a body's ``last`` or with
-the tolerance can leave both as they should be, and do its harm in another scene. So an outcome also has all
-of the kernel's tables that is a function of the scene alone.
-
-Left out is what may differ between phases: the numbers of candidate checks and of structural events, the
-calendar, the pair set, and since when places hold on the common clock. Within walls the skin, and what
-follows from it, is a function of the scene. Without walls it is computed again, from how far bodies have
-flown, whenever a phase's pair set grows; there it is compared with the bodies' reach alone.
+Contacts and places are what a user sees. A phase that tampers with a count, or with a body's ``last``, can
+leave both as they should be, and do its harm in another scene. So an outcome also has all of the kernel's
+tables that is a function of the scene alone. Left out is what may differ between phases: numbers of candidate
+checks and structural events, the calendar, the pair set. Without walls the skin is computed again whenever a
+phase's pair set grows; there it is compared with the bodies' reach alone.
 
 A saved case is a scene in TOML that replays exactly; comments at its head name the check and the phases.
 """
@@ -45,22 +42,10 @@ LIVE_REFERENCE = "_naive-live"
 """The reference: ``naive`` with hooks for bodies that come and go. Without them the kernel rebuilds a phase
 for each command, which takes 2 ms; a living scene has hundreds of commands."""
 
-CONTACTS = 150
-"""The limit of contacts of a run; of a run in pieces, of each piece."""
-
-SWARM_CONTACTS = 1_500
-"""The limit for a swarm; more contacts find no more faults."""
-
-SCALED_CONTACTS = 300
-"""The limit for a scaled swarm."""
-
-LIVING_CONTACTS = 3_000
-"""The limit for a living scene: its commands go on after many contacts."""
-
-LATTICE_CONTACTS = 20_000
-"""The limit for a scene of lattices: more than it has until its end."""
-
-MARATHON_CONTACTS = 100_000
+CONTACTS, SWARM_CONTACTS, SCALED_CONTACTS = 150, 1_500, 300
+LIVING_CONTACTS, LATTICE_CONTACTS, MARATHON_CONTACTS = 3_000, 20_000, 100_000
+"""The limits of contacts of a run (of one in pieces, of each piece). More contacts of a swarm find no more
+faults; commands of a living scene go on after many; lattices have fewer until their end."""
 
 UNTIL = 8.0
 """The length of a case, in time units, where its scene has no end."""
@@ -368,10 +353,9 @@ def load_case(path: Path) -> SavedCase:
             break
         key, _, value = line[2:].partition(":")
         head.setdefault(key, value.strip())
-    said: dict[str, Any] = {"options": {}, "narrow phases": {}}
-    if "check" in head:
-        for key in said:
-            with contextlib.suppress(ValueError, RecursionError):
-                said[key] = json.loads(head.get(key, "{}"))
     check = head.get("check")
+    said: dict[str, Any] = {"options": {}, "narrow phases": {}}
+    for key in said if check else ():
+        with contextlib.suppress(ValueError, RecursionError):
+            said[key] = json.loads(head.get(key, "{}"))
     return SavedCase(scene, check, head.get("broad phase") if check else None, *said.values())

@@ -1,9 +1,8 @@
 """Time limits of what is judged, in processor time, without that of the compiler.
 
 Wall time would judge the machine. So a check has a number of CPU seconds, and is *not judged* where it needs
-more; compiling is not counted. One scene has a limit of its own, far beyond what any needs: a phase that
-exceeds it is in an endless loop. The system enforces that limit, for no compiled loop can be interrupted: a
-signal ends the process, which is why judging in a child process is the default.
+more. One scene has a limit of its own, far beyond what any needs: a phase that exceeds it is in an endless
+loop. The system enforces that limit, for no compiled loop can be interrupted: a signal ends the process.
 """
 
 from __future__ import annotations

@@ -1,18 +1,13 @@
-"""Scenes for checks: drawn by Hypothesis, and minimised where they fail.
+"""Scenes for checks: drawn once for all checks of a strategy, and minimised where they fail.
 
-The scenes of a strategy are drawn once and shown to all its checks: drawing one takes longer than running it.
-What is drawn depends on the seed alone.
+Hypothesis would minimise the numbers of which a scene is made, could not leave the one body out of a swarm
+that has nothing to do with the failure, and takes a hundred times as long for commands. ``reduced`` has four
+steps, each of which keeps only what still fails:
 
-A failing scene of any kind is minimised here and not by Hypothesis: that minimises the numbers of which a
-scene is made, cannot leave the one body out of a swarm that has nothing to do with the failure, and takes a
-hundred times as long for commands. ``reduced`` has four steps, each of which keeps only what still fails:
-
-1. The run becomes shorter: its length is halved for as long as it fails, then the end is found by bisection.
-   All that follows costs less for it.
+1. The run becomes shorter, by halves, then by bisection: all that follows costs less for it.
 2. Bodies are left out by halves, quarters, eighths, ... one by one: delta debugging (Zeller and Hildebrandt,
-   "Simplifying and isolating failure-inducing input", 2002), which leaves of n bodies a few in O(n) scenes at
-   the worst and O(log n) where a few next to each other are to blame. Halves by the order of x come
-   after those by number: bodies that meet are neighbours.
+   "Simplifying and isolating failure-inducing input", 2002). Halves by the order of x come after those by
+   number: bodies that meet are neighbours.
 3. Commands are left out in the same way; a body that never came has no command either.
 4. Numbers are rounded to ever fewer digits, all at once, then those of each body.
 
@@ -84,11 +79,9 @@ Integers = npt.NDArray[np.int64]
 FAMILIAR = 2
 """The fewest bodies that minimising leaves: one alone meets no other."""
 
-HALVINGS = 30
-"""How often the length of the run is halved at most."""
-
-BISECTIONS = 12
-"""Halvings between the longest run that holds and the shortest that fails."""
+HALVINGS, BISECTIONS = 30, 12
+"""How often the length of the run is halved at most; then halvings between the longest run that holds and
+the shortest that fails."""
 
 DIGITS = (0, 1, 2, 3, 4, 6, 8, 10, 13, 17, 21, 26, 32)
 """Binary digits after the point to which numbers are rounded, the fewest first."""
@@ -177,16 +170,9 @@ def _simple_between(low: float, high: float) -> float:
 
 def _leave_out_bodies(search: Search[Scene]) -> None:
     """Leave out bodies, in order of their numbers, then in order of x."""
-    for order in (_by_number, _by_place):
-        leave_out(search, order, only_bodies, 1 if is_living(search.scene) else FAMILIAR)
-
-
-def _by_number(scene: Scene) -> Integers:
-    return np.arange(len(scene))
-
-
-def _by_place(scene: Scene) -> Integers:
-    return np.argsort(scene.position[:, 0], kind="stable")
+    least = 1 if is_living(search.scene) else FAMILIAR
+    leave_out(search, lambda scene: np.arange(len(scene)), only_bodies, least)
+    leave_out(search, lambda scene: np.argsort(scene.position[:, 0], kind="stable"), only_bodies, least)
 
 
 def _leave_out_commands(search: Search[Scene]) -> None:
@@ -205,37 +191,21 @@ def leave_out(
     not less than ``least``."""
     parts = 2
     while not search.over:
-        listed = order(search.scene)
+        left = listed = order(search.scene)
         if len(listed) <= least:
             return
         parts = min(parts, len(listed))
-        cuts: Sequence[Integers] = np.array_split(listed, parts)
-        smaller = _first_that_fails(search, listed, cuts, only, least)
-        if smaller:
+        whole = search.scene  # numbers change when bodies are left out: parts are taken from the whole
+        for cut in np.array_split(listed, parts):
+            rest = left[~np.isin(left, cut)]
+            if len(rest) >= least and search.take(partial(only, whole, rest)):
+                left = rest
+        if len(left) < len(listed):
             parts = max(2, parts - 1)
         elif parts == len(listed):
             return
         else:
             parts *= 2
-
-
-def _first_that_fails(
-    search: Search[Case],
-    listed: Integers,
-    cuts: Sequence[Integers],
-    only: Callable[[Case, Integers], Case],
-    least: int,
-) -> bool:
-    """Leave out one part, and go on with the others as long as that fails; return whether one was left out.
-
-    Numbers change when bodies are left out, so parts are taken from the whole, by what is left of it.
-    """
-    whole, left, some = search.scene, listed, False
-    for cut in cuts:
-        rest = left[~np.isin(left, cut)]
-        if len(rest) >= least and search.take(partial(only, whole, rest)):
-            left, some = rest, True
-    return some
 
 
 def _round(search: Search[Scene]) -> None:

@@ -2,10 +2,7 @@
 
 A phase can crash the interpreter, run for ever or take all memory; the calling process goes on. When a child
 dies, the check that it ran gets the cause as its result, and a new child does the rest. A failure that was
-seen before is the result in any case.
-
-The child has a ``Runner``, and this one calls its functions there. What was added in this process, in a
-notebook for instance, is sent to it: what another process cannot import goes by value.
+seen before is the result in any case. The child has a ``Runner``, and this one calls its functions there.
 """
 
 from __future__ import annotations
@@ -43,11 +40,9 @@ from kinetile_conformance.runner import CheckRun, Plan, Runner, verdict
 from kinetile_conformance.strategies.changes import without
 from kinetile_conformance.strategies.gallery import smallest
 
-DEATHS = 3
-"""After this number of deaths the checks that are left are not run."""
-
-COMPILING = 200.0
-"""CPU seconds that a child may compile between two messages."""
+DEATHS, COMPILING = 3, 200.0
+"""Deaths after which the checks that are left are not run, and CPU seconds that a child may compile between
+two messages."""
 
 
 class Ending(NamedTuple):
@@ -75,15 +70,9 @@ ENDINGS = {
 """What becomes of a check whose child has died, by ``Died.how``."""
 
 
-def _signal(number: int) -> str:
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}"
-
-
 FRAME = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d+) in (?P<function>.*)$')
 OWN = Path(str(kinetile.__file__)).parent
+_SIGNALS = {int(each): each.name for each in signal.Signals}
 
 
 def where(words: str) -> str:
@@ -128,15 +117,8 @@ class IsolatedRunner:
             self._child = None
 
     def smoke_test(self) -> None:
-        """Load and compile the phase and run it once.
-
-        If the process does not survive that, the checks will report the cause.
-
-        Raises:
-            NotJudged: it does not load or compile.
-            BadOption, Refused: as the phase says; or it was added in this process, and cannot be sent to
-                another.
-        """
+        """Load and compile the phase and run it once (``Runner.smoke_test``). If the process does not survive
+        that, the checks will report the cause."""
         with suppress(Died):
             self._call(Runner.smoke_test)
         self.deaths = 0
@@ -215,7 +197,7 @@ class IsolatedRunner:
             scene=self._scene_seconds,
             idle=IDLE,
             memory=self._plan.memory / (1 << 30),
-            signal=_signal(-(died.code or 0)),
+            signal=_SIGNALS.get(-(died.code or 0), f"signal {-(died.code or 0)}"),
             code=died.code,
         )
         phases = (f"{each.kind} {each.spec.name!r} of {each.source}" for each in provided(self._plan.subject))
@@ -260,12 +242,17 @@ class IsolatedRunner:
         """Whether a check that seemed endless comes to an end if it may take longer."""
         usual, self._scene_seconds = self._scene_seconds, deadline.LONGER * self._scene_seconds
         try:
-            self._call(_alone, check, scene or smallest(), again=True)
-        except Died:
-            return False
+            return self._survives(check, scene or smallest())
         finally:
             self.close()  # this child has the longer limit
             self._scene_seconds = usual
+
+    def _survives(self, check: str, scene: Scene) -> bool:
+        """Whether a child survives a check on a scene, or its end is nobody's fault."""
+        try:
+            self._call(_alone, check, scene, again=True)
+        except Died as died:
+            return ENDINGS[died.how].status == "not judged"
         return True
 
     def _fewest(self, check: str, scene: Scene) -> Scene:
@@ -277,14 +264,10 @@ class IsolatedRunner:
             while body < len(scene):
                 limit.check()
                 fewer = without(scene, body)
-                try:
-                    self._call(_alone, check, fewer, again=True)
+                if self._survives(check, fewer):
                     body += 1
-                except Died as died:
-                    if ENDINGS[died.how].status == "not judged":
-                        body += 1
-                    else:
-                        scene = fewer
+                else:
+                    scene = fewer
         return scene
 
     def _verdict(self, check: str, scene: Scene) -> str:

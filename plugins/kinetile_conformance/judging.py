@@ -32,11 +32,9 @@ from kinetile_conformance.strategies.changes import ended_at
 FAULTS = Path(__file__).with_name("faults.json")
 """What the kit finds of the project's own mutants, as ``tests/mutants`` has measured it."""
 
-BEGINNING = 200
-"""Contacts up to which a program is given a scene: it may take a thousand times as long as a phase."""
-
-RUN = 0.1
-"""CPU seconds of one measurement, about."""
+BEGINNING, RUN = 200, 0.1
+"""Contacts up to which a program is given a scene: it may take a thousand times as long as a phase. And CPU
+seconds of one measurement, about."""
 
 SCENES = {path.stem: path for path in sorted(Path(__file__).with_name("scenes").glob("*.toml"))}
 """The files of the named scenes."""

@@ -37,11 +37,9 @@ from kinetile_conformance.runner import EXAMPLES, REDUCING
 SECONDS = 10.0
 """Seconds by the clock that an engine has for a line."""
 
-LONGEST = 2**26
-"""Bytes of the longest answer."""
-
-CHUNK, CHUNKS = 2**16, 64
-"""Bytes that are read at once, and how many such pieces wait to be looked at: an engine that floods waits."""
+LONGEST, CHUNK, CHUNKS = 2**26, 2**16, 64
+"""Bytes of the longest answer; bytes that are read at once, and how many such pieces wait to be looked at: an
+engine that floods waits."""
 
 FREE = {"", "-in-a-scaled-swarm", "-of-shapes"}
 IN_PLACES = FREE | {"-on-lattices", "-as-bodies-come-and-go"}
@@ -263,8 +261,11 @@ class EngineReport(Report):
 class _Judged:
     """An engine under one check: what it was shown, and the last case on which it failed."""
 
-    def __init__(self, engine: Engine, question: Question, shown: Callable[[], None]) -> None:
+    def __init__(
+        self, engine: Engine, name: str, question: Question, shown: Callable[[str, int], None]
+    ) -> None:
         self.engine = engine
+        self.name = name
         self.question = question
         self.count = self.refused = 0
         self.refusal = self.said = ""
@@ -279,7 +280,7 @@ class _Judged:
     def case_holds(self, case: Any) -> bool:
         """Return whether the engine's answers to the lines of a case are right, or it refuses one."""
         self.count += 1
-        self._shown()
+        self._shown(self.name, self.count)
         for exchange in self.question.exchanges(case):
             try:
                 found = self.engine.answer(exchange)
@@ -315,10 +316,10 @@ class _Judged:
             said += "\n(not in a fresh process: the engine keeps something from one scene to the next)"
         self.said = said
 
-    def saved(self, folder: Path, check: str) -> Path:
+    def saved(self, folder: Path) -> Path:
         """Save the lines that the engine was sent, with its last answer and the reference's, where there are
         any, and a scene as a file beside it; return the path."""
-        path = folder / f"engine-{check}.jsonl"
+        path = folder / f"engine-{self.name}.jsonl"
         folder.mkdir(parents=True, exist_ok=True)
         lines = [each.line.decode() for each in self.question.exchanges(self.case)]
         if self.exchange and not isinstance(self.found, EngineError):
@@ -328,10 +329,30 @@ class _Judged:
         if not isinstance(self.case, Scene):
             return path
         said = "".join(f"# said: {line}\n" for line in self.said.splitlines())
-        head = f"# engine: {self.engine.command}\n{said}"
         path = path.with_suffix(".toml")
-        path.write_text(head + dumps_scene(self.case), encoding="utf-8")
+        path.write_text(f"# engine: {self.engine.command}\n{said}{dumps_scene(self.case)}", encoding="utf-8")
         return path
+
+    def result(self, drawing: Drawing, shrink: bool, save_to: Path | None) -> Result:
+        """Run the check; return its result."""
+        began = spent()
+        judging = JUDGING[self.name]
+        try:
+            if drawing.scenes_fail(judging.scenes, self.holds) and shrink:
+                self.minimise()
+        except EngineError as error:
+            where = f"; the scene is saved: {self.saved(save_to)}" if save_to and self.exchange else ""
+            raise EngineError(f"{error} ({self.name}, scene {self.count}{where})") from error
+        result = Result(self.name, judging.sentence, "passed", self.count, spent() - began)
+        if self.said:
+            case = self.saved(save_to) if save_to else None
+            return replace(result, status="failed", said=self.said, bodies=len(self.case), case=case)
+        if self.refused:
+            whole = self.refused == self.count
+            reason = f"it refuses {self.refused} of {self.count} scenes, such as: {self.refusal}"
+            result = replace(result, status="skipped" if whole else "passed", reason=reason)
+        sums = self.question.sums
+        return replace(result, said=self.question.told.format(*sums)) if any(sums) else result
 
 
 def check_engine(
@@ -364,36 +385,8 @@ def check_engine(
         for name in names:
             strategy = JUDGING[name].scenes.strategy
             question = QUESTIONS[asked](within, strategy.contacts if strategy else CONTACTS)
-            results.append(_judge(engine, name, question, drawing, shrink, save_to, on_scene))
+            judged = _Judged(engine, name, question, on_scene)
+            results.append(judged.result(drawing, shrink, save_to))
             on_result(results[-1])
     took = time.perf_counter() - began
     return EngineReport(command, {}, "", tuple(results), seconds=took, asked=asked, within=within)
-
-
-def _judge(
-    engine: Engine,
-    name: str,
-    question: Question,
-    drawing: Drawing,
-    shrink: bool,
-    save_to: Path | None,
-    on_scene: Callable[[str, int], None],
-) -> Result:
-    """Run one check."""
-    began = spent()
-    judged = _Judged(engine, question, lambda: on_scene(name, judged.count))
-    try:
-        if drawing.scenes_fail(JUDGING[name].scenes, judged.holds) and shrink:
-            judged.minimise()
-    except EngineError as error:
-        where = f"; the scene is saved: {judged.saved(save_to, name)}" if save_to and judged.exchange else ""
-        raise EngineError(f"{error} ({name}, scene {judged.count}{where})") from error
-    result = Result(name, JUDGING[name].sentence, "passed", judged.count, spent() - began)
-    if judged.said:
-        case = judged.saved(save_to, name) if save_to else None
-        return replace(result, status="failed", said=judged.said, bodies=len(judged.case), case=case)
-    if judged.refused:
-        whole = judged.refused == judged.count
-        reason = f"it refuses {judged.refused} of {judged.count} scenes, such as: {judged.refusal}"
-        result = replace(result, status="skipped" if whole else "passed", reason=reason)
-    return replace(result, said=question.told.format(*question.sums)) if any(question.sums) else result

@@ -1,12 +1,11 @@
 """Child processes of the kit: fresh interpreters that call functions of the kit, and surely end.
 
-There is one kind. A child receives the phases under test, has the limits that it is given, and calls one
-function after the other. What it prints, and the stack that ``faulthandler`` writes when it dies, go to a
-file. When the calling process ends, the connection closes, and the child ends too.
+A child receives the phases under test, has the limits that it is given, and calls one function after the
+other. What it prints, and the stack that ``faulthandler`` writes when it dies, go to a file. When the calling
+process ends, the connection closes, and the child ends too.
 
-No limit is one of time by the clock, which would judge the machine. A child that computes is limited in CPU
-seconds, and one that uses none for minutes waits for something that does not come. What the child has started
-may outlive it, and hold its end of the connection: so a thread reads, and the caller does not wait for it.
+No limit is one of time by the clock, which would judge the machine. What the child has started may outlive
+it, and hold its end of the connection: so a thread reads, and the caller does not wait for it.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ import tempfile
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.machinery import PathFinder
 from multiprocessing.connection import Connection, Pipe
@@ -37,11 +36,9 @@ from kinetile.plugin.registry import registry
 from kinetile_conformance.cases import PhasePlugin, Subject, provided
 from kinetile_conformance.deadline import TimeIsUp, limit_scenes, uncounted
 
-GRACE = 2.0
-"""Seconds that a process has to write its stack, or to end."""
-
-PATROL = 5.0
-"""Seconds without a message after which the CPU time of a child is read."""
+GRACE, PATROL = 2.0, 5.0
+"""Seconds that a process has to write its stack, or to end; and without a message, after which the CPU time
+of a child is read."""
 
 IDLE = 300.0
 """Seconds in which a child uses no CPU time and sends nothing, after which it is given up. Beside any number
@@ -60,25 +57,19 @@ Send = Callable[[Message], None]
 class Died(Exception):
     """A child has ended before it was done, or was given up; the text is the last line that it has printed.
 
-    Attributes:
-        how: the row of ``isolated.ENDINGS``.
-        code: its exit code; None: it was given up.
-        trace: the traceback of an error of the kit; "" where there was none.
-        words: what it has printed.
+    ``how`` is the row of ``isolated.ENDINGS``, ``code`` its exit code (None: it was given up), ``trace`` the
+    traceback of an error of the kit, if there was one, and ``words`` what it has printed.
     """
 
     def __init__(self, how: str, code: int | None = None, trace: str = "", words: str = "") -> None:
         super().__init__(how, code, trace, words)
-        self.how = how
-        self.code = code
-        self.trace = trace
-        self.words = words
+        self.how, self.code, self.trace, self.words = how, code, trace, words
 
     def __str__(self) -> str:
         return self.words.strip().rpartition("\n")[2] or "it has printed nothing"
 
 
-def ending_of(code: int | None, words: str) -> str:
+def _ending(code: int | None, words: str) -> str:
     """Return how a child has ended that has this exit code (None: it gave none) and output."""
     if out_of_time(code):
         return "endless"
@@ -166,6 +157,11 @@ class Child:
         self._reader.start()
         self._send(begin)
 
+    def _send(self, pickled: bytes) -> None:
+        """Send something; nothing happens if the child has ended."""
+        with contextlib.suppress(OSError):
+            self._link.send_bytes(pickled)
+
     def call(
         self, function: Callable[..., Any], *arguments: Any, hear: Callable[[Message], None] = lambda _: None
     ) -> Any:
@@ -186,14 +182,8 @@ class Child:
                 raise RAISED[message["error"]](message["said"])
             trace = message.get("trace", "")
             hear(message)
-        code, words = self._exit_code(), self._printed()
-        self.end()
-        raise Died("error" if trace else ending_of(code, words), code, trace, words)
-
-    def _send(self, pickled: bytes) -> None:
-        """Send something; nothing happens if the child has ended."""
-        with contextlib.suppress(OSError):
-            self._link.send_bytes(pickled)
+        code, words = self._exit_code(), self.end()
+        raise Died("error" if trace else _ending(code, words), code, trace, words)
 
     def receive(self) -> Message | None:
         """Return the next message; None where the child has ended, and sends no more. Raise Died where it
@@ -220,9 +210,7 @@ class Child:
         if hasattr(signal, "SIGABRT"):
             self._process.send_signal(signal.SIGABRT)
             self._exit_code()
-        words = self._printed()
-        self.end()
-        raise Died(how, words=words)
+        raise Died(how, words=self.end())
 
     def _used(self) -> float:
         """Return the CPU seconds of the child and of what it has started, where the system can tell; else
@@ -244,20 +232,19 @@ class Child:
             return self._process.wait(GRACE)
         return None
 
-    def _printed(self) -> str:
-        with contextlib.suppress(OSError):
-            return self._words.read_text(encoding="utf-8", errors="replace")
-        return ""
-
-    def end(self) -> None:
-        """End the process and all that it has started."""
+    def end(self) -> str:
+        """End the process and all that it has started; return what it has printed."""
         self._process.kill()
         if hasattr(os, "killpg"):
             with contextlib.suppress(OSError):
                 os.killpg(self._process.pid, signal.SIGKILL)
         self._exit_code()
         self._reader.join(GRACE)  # longer only where another process holds the connection
+        words = ""
+        with contextlib.suppress(OSError):
+            words = self._words.read_text(encoding="utf-8", errors="replace")
         self._folder.cleanup()
+        return words
 
     def _read(self) -> None:
         """Put what comes through the connection into the queue, and None when no more comes; then close
@@ -300,14 +287,8 @@ def pickled(subject: Subject, *more: object) -> bytes:
 
 def _can_be_imported(name: str) -> bool:
     """Whether another process with the same path finds a module of this name, in the same file."""
-    path: Any = None
-    found = None
-    parts = name.split(".")
-    for end in range(1, len(parts) + 1):
-        found = PathFinder.find_spec(".".join(parts[:end]), path)
-        if found is None:
-            return False
-        path = found.submodule_search_locations
+    parent = sys.modules.get(name.rpartition(".")[0])
+    found = PathFinder.find_spec(name, getattr(parent, "__path__", None))
     return found is not None and found.origin == getattr(sys.modules[name], "__file__", None)
 
 
@@ -318,14 +299,8 @@ def in_a_child(
     environment: Mapping[str, str] | None = None,
     seconds: float = 1_000.0,
 ) -> Any:
-    """Return what a function returns in a child, called with the phases under test, and arguments.
-
-    Args:
-        function: the function.
-        subject: the phases.
-        arguments: what it is called with beside them.
-        environment: variables that the child has beside those of this process.
-        seconds: CPU seconds for it.
+    """Return what a function returns in a child, called with the phases under test, and arguments. The child
+    has so many CPU ``seconds``, and an ``environment`` beside that of this process.
 
     Raises:
         Died: the process ends.
@@ -346,8 +321,7 @@ def in_a_child(
 # In the child
 
 
-def _themselves(subject: Subject, send: Send) -> Subject:
-    """Return the phases: functions are called with them."""
+def _themselves(subject: Subject, _: Send) -> Subject:
     return subject
 
 
@@ -375,7 +349,10 @@ def main(number: int) -> None:
             plugin.__name__ = name
             registry().add(plugin)
         server = make(subject, link.send)
-        for function, arguments in _calls(link):
+        calls: queue.SimpleQueue[tuple[Callable[..., Any], tuple[Any, ...]]] = queue.SimpleQueue()
+        threading.Thread(target=_listen, args=(link, calls), daemon=True).start()
+        while True:
+            function, arguments = calls.get()
             try:
                 found = {"returned": function(server, *arguments)}
             except tuple(RAISED.values()) as error:
@@ -389,15 +366,8 @@ def main(number: int) -> None:
         raise
 
 
-def _calls(link: Connection) -> Iterator[tuple[Callable[..., Any], tuple[Any, ...]]]:
-    """Yield the calls that the other process sends; end this one when that has closed its end."""
-    calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(link, calls), daemon=True).start()
-    while True:
-        yield calls.get()
-
-
 def _listen(link: Connection, calls: queue.SimpleQueue[Any]) -> None:
+    """Pass on the calls that the other process sends; end this one when that has closed its end."""
     with contextlib.suppress(EOFError, OSError):
         while True:
             calls.put(link.recv())

@@ -38,21 +38,17 @@ from kinetile_conformance.drawing import DIGITS, Search, leave_out, minimised, r
 from kinetile_conformance.strategies.changes import changed, ended_at, only_bodies
 from kinetile_conformance.strategies.shapes import scaled
 
-SHORTENINGS = 20
-"""How often a scene with too many contacts is made to end sooner, before it is passed over."""
-
-MOMENTS = 12
-"""Moments of a scene at which an engine is asked for pairs, besides its start."""
+SHORTENINGS, MOMENTS = 20, 12
+"""How often a scene with too many contacts is made to end sooner, before it is passed over; and moments of a
+scene at which an engine is asked for pairs, besides its start."""
 
 GROWTH = (1.0, 2.0)
 """How many times as large as in its scene a body is in a case. Bodies of a scene touch at contacts alone, and
 those that are twice as large overlap."""
 
-DISTURBED = 1000.0
-"""Which part of the distance a disturbance has: what rounding does to an engine should be less."""
-
-CASTS, FAR = 20, 2
-"""Pairs of bodies of a scene that are cast, and how many of these do not come near each other."""
+DISTURBED, CASTS, FAR = 1000.0, 20, 2
+"""Which part of the distance a disturbance has: what rounding does to an engine should be less. Pairs of
+bodies of a scene that are cast, and how many of these do not come near each other."""
 
 Row = tuple[float, ...]
 """A contact of an answer: epoch, tick, a, b, or, where times are compared, time, a, b."""

@@ -105,7 +105,7 @@ class Report:
             "broad_phase": self.name,
             "options": dict(self.options),
             "narrow_phases": {name: dict(options) for name, options in self.narrow_phases.items()},
-            "response": self._response,
+            "response": dict(self.beside).get("response"),
             "distribution": self.distribution,
             "conforms": self.conforms,
             "reference_in_doubt": self.in_doubt,
@@ -143,22 +143,21 @@ class Report:
         return write_phase(self.name, self.options)
 
     @property
-    def who(self) -> str:
-        """What is on trial: the broad phase, and the narrow phases and the response that are named."""
-        narrow = (write_phase(*each) for each in self.narrow_phases.items())
-        return " with ".join([self.name, *narrow, *([self._response] if self._response else [])])
+    def beside(self) -> list[tuple[str, str]]:
+        """What is judged with the broad phase: of each its kind, and how it is written."""
+        found = [("narrow phase", write_phase(*each)) for each in self.narrow_phases.items()]
+        answer = self.response
+        return found + ([("response", write_phase(answer.name, answer.options))] if answer else [])
 
     @property
-    def _response(self) -> str | None:
-        """The response that is named, as it is written."""
-        return None if self.response is None else write_phase(self.response.name, self.response.options)
+    def who(self) -> str:
+        """What is judged, in the last line."""
+        return " with ".join([self.name, *(written for _, written in self.beside)])
 
     @property
     def head(self) -> str:
         """The line above the results."""
-        narrow = [repr(write_phase(*each)) for each in self.narrow_phases.items()]
-        beside = f" with narrow phase{'s' * (len(narrow) > 1)} {' and '.join(narrow)}" if narrow else ""
-        beside += f" with response {self._response!r}" if self._response else ""
+        beside = "".join(f" with {kind} {written!r}" for kind, written in self.beside)
         return f"conformance kit {self.kit}: broad phase {self.label!r}{beside}, of {self.distribution}"
 
     @property

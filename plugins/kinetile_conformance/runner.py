@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypedDict, cast
+from typing import Any, TypedDict
 
 from kinetile.errors import Refused
 from kinetile.plugin.calling import NOT_AUTHORS, place_of
@@ -45,21 +45,16 @@ NOT_AUTHORS.add(Path(__file__).parent)
 EXAMPLES = 100
 """Scenes drawn for each check by default."""
 
-MEMORY = 4 << 30
-"""Bytes that a child may take by default."""
+MEMORY, REDUCING = 4 << 30, 20.0
+"""Bytes that a child may take by default, and CPU seconds for minimising a scene of hundreds of bodies."""
 
-KEPT = 400
-"""Outcomes of the reference that are kept, for other checks on the same scenes."""
-
-REDUCING = 20.0
-"""CPU seconds for minimising a scene of hundreds of bodies."""
+KEPT, AGAIN = 400, 5
+"""Outcomes of the reference that are kept, for other checks on the same scenes, and repetitions of a failed
+check on the scene on which it failed."""
 
 BUILT = 80
 """Commands after which a living scene ends for a phase without ``enter`` and ``leave``, which is rebuilt for
 each, in half a millisecond."""
-
-AGAIN = 5
-"""Repetitions of a failed check on the scene on which it failed."""
 
 
 class Options(TypedDict, total=False):
@@ -68,24 +63,24 @@ class Options(TypedDict, total=False):
     Attributes:
         options: the phase's options.
         narrow_phases: narrow phases that are judged with it, by name, perhaps with options; each takes the
-            place of the usual one of its role. None: the broad phase is judged alone.
-        response: a response that is judged with it, by name or with options: it is the answer to all contacts
-            for which a scene has none. None: there is none but those of the scenes.
+            place of the usual one of its role.
+        response: a response that is judged with it: it is the answer to all contacts for which a scene has
+            none.
         examples: scenes drawn for each check; ``EXAMPLES``.
         checks: names of the checks to run; None: all that apply.
-        expected_failures: checks that are known to fail, each with the reason. They are run, and their
-            failures are not minimised; one that passes makes the report not ok.
+        expected_failures: checks that are known to fail, each with the reason. Their failures are not
+            minimised; one that passes makes the report not ok.
         save_to: a folder for the scenes that fail, as TOML; None: they are not saved.
         shrink: whether to search for the smallest scene that fails; True.
         seed: the seed of the drawing; the same seed draws the same scenes; 0.
         seconds: CPU seconds for a check of up to ``EXAMPLES`` scenes, without compiling; for more scenes in
-            proportion. A check that needs more is not judged; ``SECONDS``.
+            proportion; ``SECONDS``.
         in_process: judge in the calling process, for a debugger: then nothing ends an endless loop in a hook,
             and a crash is one of this process; False.
         memory: bytes that a child may take beyond what it begins with, where the system can tell; ``MEMORY``.
         on_result: called after each check, with its result.
-        on_scene: called with the name of the check and its number of scenes so far, for each scene; not
-            called where the phase is judged in the calling process.
+        on_scene: called with the name of the check and its number of scenes so far, for each scene that a
+            child judges.
     """
 
     options: Mapping[str, Any] | None
@@ -138,8 +133,17 @@ class Plan:
         given = {key: value for key, value in options.items() if value is not None}
         for known in (*given.get("expected_failures", ()), *given.get("checks", ())):
             check_named(known)
-        of_subject = {key: given.pop(key) for key in ("narrow_phases", "response") if key in given}
-        subject = _subject(name, given.pop("options", {}), **of_subject)
+        narrow: dict[str, Mapping[str, Any]] = {}
+        for each, chosen in read_narrow_phases(given.pop("narrow_phases", ())).items():
+            check_options("narrow phase", each, registry().target("narrow phase", each), chosen)
+            narrow[registry().spec("narrow phase", each).name] = dict(chosen)
+        response = given.pop("response", None)
+        response = Response(response) if isinstance(response, str) else response
+        if response is not None:
+            target = registry().target("response", response.name)
+            check_options("response", response.name, target, response.options)
+        subject = Subject(name, dict(given.pop("options", {})), narrow, response)
+        provided(subject)  # the smoke test checks the options of the broad phase
         if "checks" in given:
             given["checks"] = tuple(given["checks"])
         if "save_to" in given:
@@ -173,30 +177,6 @@ class Plan:
         )
 
 
-def _subject(
-    name: str,
-    options: Mapping[str, Any],
-    narrow_phases: Mapping[str, Mapping[str, Any]] | Sequence[str] = (),
-    response: Response | str | None = None,
-) -> Subject:
-    """Return the phases under test; raise UnknownName for one that does not exist, and BadOption for an
-    option that a narrow phase or a response does not have. The smoke test checks the options of the broad
-    phase."""
-    narrow: dict[str, Mapping[str, Any]] = {}
-    for each, chosen in read_narrow_phases(narrow_phases).items():
-        check_options("narrow phase", each, registry().target("narrow phase", each), chosen)
-        narrow[registry().spec("narrow phase", each).name] = dict(chosen)
-    if isinstance(response, str):
-        response = Response(response)
-    if response is not None:
-        check_options(
-            "response", response.name, registry().target("response", response.name), response.options
-        )
-    subject = Subject(name, dict(options), narrow, response)
-    provided(subject)
-    return subject
-
-
 class References:
     """Outcomes of scenes under the reference, with the narrow phases under test; the last ones are kept, for
     the checks that share a scene."""
@@ -220,14 +200,12 @@ def applicable(subject: Subject, each: Check) -> str | None:
     if each.judges == "broad" and subject.beside:
         what = "narrow phase" if subject.narrow else "response"
         return f"for a broad phase alone: judge it without a {what} named"
-    if each.judges == "response" and subject.response is None:
-        return "for a response that is named"
     if not each.draws and subject.response is not None:
         return "its scenes have no responses"
-    if each.judges == "wall" and not subject.of_role("wall"):
-        return "for a narrow phase for walls that is named"
-    if each.judges == "pair" and subject.pair is None:
-        return "for a narrow phase for pairs that is named"
+    if each.judges == "response" and subject.response is None:
+        return "for a response that is named"
+    if each.judges in ("wall", "pair") and not subject.of_role(each.judges):
+        return f"for a narrow phase for {each.judges}s that is named"
     features = registry().spec("broad phase", subject.name).features
     if each.observation.feature is not None and each.observation.feature not in features:
         return f"for phases that declare the feature {each.observation.feature!r}"
@@ -250,10 +228,8 @@ class CheckRun:
     ) -> None:
         self.each = each
         self.subject = subject
-        self.count = 0
-        self.refused = 0
-        self.refusal = ""
-        self.inapplicable = ""
+        self.count = self.refused = 0
+        self.refusal = self.inapplicable = ""
         self.said: str | None = None
         self.scene: Scene | None = None
         self._reference = References(subject) if reference is None else reference
@@ -369,10 +345,15 @@ class Runner:
         skipped = applicable(self.subject, each)
         if skipped is not None:
             return Result(each.name, each.sentence, "skipped", 0, 0.0, reason=skipped)
-        began = spent()
+        began, late = spent(), False
         self._count = 0
         run = self._check_run(each, self._references, Deadline(self.plan.seconds))
-        late = self._run(run, self.plan.shrink and thorough)
+        try:
+            fails = self._drawing.scenes_fail(each, run.holds)
+            if fails and self.plan.shrink and thorough and each.draws:
+                self._minimise(run)
+        except TimeIsUp:
+            late = run.said is None
         result = Result(each.name, each.sentence, "passed", run.count, 0.0)
         if run.said is not None:
             result = self._failed(run, result, thorough)
@@ -383,15 +364,6 @@ class Runner:
             reason = run.inapplicable or f"it refuses all scenes of this check: {run.refusal}"
             result = replace(result, status="skipped", reason=reason)
         return replace(result, seconds=spent() - began)
-
-    def _run(self, run: CheckRun, shrink: bool) -> bool:
-        """Run a check on its scenes; return whether its time was up before the last one."""
-        try:
-            if self._drawing.scenes_fail(run.each, run.holds) and shrink and run.each.draws:
-                self._minimise(run)
-        except TimeIsUp:
-            return run.said is None
-        return False
 
     def _minimise(self, run: CheckRun) -> None:
         """Search for a smaller scene on which a check fails.
@@ -429,23 +401,21 @@ class Runner:
         if not thorough:
             return result
         lines = [result.said, *self._how_often(run), *diagnosed(each.name, result.said, self.subject)]
+        result = replace(result, said="\n".join(lines))
+        if not each.observation.compares or scene is None:
+            return result
         replayed = check_named(each.replay) if each.replay else each
-        compared = each.observation.compares and scene is not None
-        return replace(
-            result,
-            said="\n".join(lines),
-            verdict=verdict(replayed, self.subject, cast(Scene, scene)) if compared else "",
-        )
+        return replace(result, verdict=verdict(replayed, self.subject, scene))
 
     def _how_often(self, run: CheckRun) -> Iterator[str]:
         """Repeat the check on the scene on which it failed; yield a line where it does not always fail."""
         if run.scene is None or not run.each.draws:
             return
-        times = tried = 0
+        failed: list[bool] = []
         deadline = Deadline(self.plan.seconds)
         with suppress(TimeIsUp):
-            while tried < AGAIN:
-                times += not CheckRun(run.each, self.subject, None, deadline).holds(run.scene)
-                tried += 1
+            while len(failed) < AGAIN:
+                failed.append(not CheckRun(run.each, self.subject, None, deadline).holds(run.scene))
+        times, tried = sum(failed), len(failed)
         if times != tried:
             yield f"(not every time: of {tried} times more on this scene it failed {times})"

@@ -1,11 +1,7 @@
 """The smoke test before all checks, and the over-reporting of a phase after them.
 
-The smoke test loads a phase, compiles its loop and runs one scene. What fails there is no matter of
-conformance: a module with a syntax error, a hook that the compiler refuses, a part that raises. The report
-names it once, with the author's own file and line, and nothing is judged.
-
-The samples are two bodies each: discs, with walls and without, of one size and of two; then, for narrow
-phases of other shapes, a capsule and a square in front of one that cannot be moved.
+The smoke test loads a phase, compiles its loop and runs one scene of two bodies. What fails there is no
+matter of conformance: it is said once, with the author's own file and line, and nothing is judged.
 """
 
 from __future__ import annotations

@@ -1,23 +1,16 @@
 """An interpreted run in which every hook is watched: each index that it uses, and all that it changes.
 
-Every hook is put into a function that compares before and after, and that gives it tables which check each
-index. The engine then runs as always. So this needs a process in which hooks are plain Python, that is with
-NUMBA_DISABLE_JIT=1.
+It needs a process in which hooks are plain Python: with NUMBA_DISABLE_JIT=1.
 
-**Indices.** Compiled, nothing checks them: an index too large is other memory. Interpreted, NumPy raises for
-most of these; but an index below zero it counts from the end. So does compiled code, down to the beginning of
-the array, and no further: in a phase's own state that is Python's meaning and the author's business. In the
-kernel's tables, where bodies are numbered from 0, it is a mistake; and code that reads eight numbers at once
-(``kernel.vectors``) takes an index as it is, so that there it is outside. ``guarded`` gives views of a named
-tuple's arrays that raise ``Breach`` with the array, the index, and the author's line, also where a function
-of the toolbox, called from that line, used the index.
+**Indices.** Compiled, an index too large is other memory; one below zero counts from the end, which in a
+phase's own state is the author's business, and in the kernel's tables a mistake; code that reads eight
+numbers at once (``kernel.vectors``) takes an index as it is. ``guarded`` gives views of a named tuple's
+arrays that raise ``Breach`` with the array, the index, and the author's line.
 
-**Changes.** Before and after each hook, all that the hook may not change is compared, byte for byte. It may
-change its state, ``k.near``, and what the functions of the toolbox change for it: ``offer``, ``add_pair`` and
-``remove_pair`` the offers and the pair set, ``blame`` the fault, ``falls`` a reading. ``schedule`` sets a
-certificate. Each time that it changes one it counts it, and, but for the body whose hook is running, it
-leaves the body among the offers to be settled. So a certificate that differs from before, without such an
-offer, was written by something else.
+**Changes.** Before and after each hook, all that it may not change is compared, byte for byte. It may change
+its state, ``k.near``, and what the functions of the toolbox change for it. ``schedule`` sets a certificate:
+each time it counts it, and, but for the body whose hook is running, it leaves the body among the offers to be
+settled. So a certificate that differs without such an offer was written by something else.
 """
 
 from __future__ import annotations
@@ -62,8 +55,7 @@ class Breach(Exception):
     """A hook does what it must not; the message names the hook, what it touched, and where."""
 
 
-def frames_above(frame: FrameType | None) -> Iterable[tuple[str, int]]:
-    """Yield file and line of a frame and of those that called it."""
+def _frames_above(frame: FrameType | None) -> Iterable[tuple[str, int]]:
     while frame is not None:
         yield frame.f_code.co_filename, frame.f_lineno
         frame = frame.f_back
@@ -122,7 +114,7 @@ class _Guarded(_Arrays):
 
     def _breach(self, index: int, length: int, frame: FrameType | None) -> None:
         side = f"and it has {length}" if index >= 0 else "which is before its beginning"
-        where = line_of_author(frames_above(frame))
+        where = line_of_author(_frames_above(frame))
         raise Breach(f"used {self.called}[{index}], {side}{where}")
 
 
@@ -360,11 +352,9 @@ def _place(hook: Callable[..., Any]) -> str:
 
 
 def exchange(engine: Engine, body: int, velocity: tuple[float, float]) -> None:
-    """Remove a body, and insert another of its size in its place, in the middle of a watched run.
-
-    So ``leave`` and ``enter`` are watched too, and a phase that has neither is rebuilt. Does nothing where
-    the body has gone already; where the phase refuses the new body, it stays out.
-    """
+    """Remove a body, and insert another of its size in its place, in the middle of a watched run: so
+    ``leave`` and ``enter`` are watched too. Does nothing where the body has gone already; where the phase
+    refuses the new body, it stays out."""
     if not 0 <= body < engine.numbers or engine.k.slots[body] < 0:
         return
     slot = engine.k.slots[body : body + 1]

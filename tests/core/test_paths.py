@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import kinetile as kt
-from kinetile.errors import BadOption, RecordError
+from kinetile.errors import RecordError
 from kinetile.plugin.new_plugin import new_plugin
 from kinetile.records import EventRecorder, Trajectory, positions_at, read_events, recover
 from kinetile.records.contacts import write_contacts
@@ -62,7 +62,7 @@ def test_event_files_and_views(named):
 
 
 def test_the_kit_the_report_and_new_plugins(named):
-    with pytest.raises(BadOption, match=r"there is no scene file '.*nothing\.toml'"):
+    with pytest.raises(FileNotFoundError, match=r"nothing\.toml"):
         replay("naive", named("nothing.toml"))
     Path(os.fspath(named("into"))).mkdir()
     assert new_plugin("odd-one", named("into")).name == "kinetile-odd-one"

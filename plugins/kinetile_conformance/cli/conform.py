@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.files import try_folder
+from kinetile.cli.files import file_errors, try_folder
 from kinetile.cli.options import Json, registered_phase
 from kinetile.cli.output import as_json
 from kinetile.cli.terminal import DIFFERENT, INTERRUPTED, Bar, FirstSignal, echo, notice
@@ -300,26 +300,17 @@ def replay(
     json: Json = False,
 ) -> None:
     """Run a check on a saved scene again; exit code 1 if it still fails."""
+    from kinetile_conformance import Report
     from kinetile_conformance.api import replay as judge
 
     name, options = registered_phase(phase)
-    result = judge(name, file, check=check, options=options)
+    with file_errors(str(file)):
+        result = judge(name, file, check=check, options=options)
     if json:
         from kinetile.versions import versions
 
-        row: dict[str, Any] = {
-            "broad_phase": name,
-            "options": options,
-            "check": result.check,
-            "sentence": result.sentence,
-            "file": str(file),
-            "bodies": result.bodies,
-            "fails": not result.ok,
-            "said": result.said or None,
-            "verdict": result.verdict or None,
-            "versions": versions(),
-        }
-        echo(as_json(row))
+        row: dict[str, Any] = {"broad_phase": name, "options": options, "file": str(file)}
+        echo(as_json(row | {"fails": not result.ok, "versions": versions()} | Report.row(result)))
     else:
         bodies = f"{result.bodies} {'body' if result.bodies == 1 else 'bodies'}"
         echo(

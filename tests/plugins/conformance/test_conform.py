@@ -253,7 +253,7 @@ def test_any_scene_can_be_replayed():
 @pytest.mark.parametrize(
     ("text", "more", "said"),
     [
-        (None, [], "there is no scene file 'case.toml'"),
+        (None, [], "case.toml: No such file or directory"),
         ("# check: no-such-check\n", [], "'case.toml' names the check 'no-such-check'"),
         ("", ["--check", "same-contact"], "did you mean 'same-contacts'?"),
         ("", ["--check", "skin-limit-holds-at-its-edge"], "expected one that takes a scene"),
