@@ -10,17 +10,16 @@ from __future__ import annotations
 
 import json
 import os
-import queue
+import selectors
 import shlex
 import signal
 import subprocess
-import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, NoReturn, Self
 
 from kinetile.errors import KinetileError
 from kinetile.scene import Scene
@@ -37,9 +36,8 @@ from kinetile_conformance.runner import EXAMPLES, REDUCING
 SECONDS = 10.0
 """Seconds by the clock that an engine has for a line."""
 
-LONGEST, CHUNK, CHUNKS = 2**26, 2**16, 64
-"""Bytes of the longest answer; bytes that are read at once, and how many such pieces wait to be looked at: an
-engine that floods waits."""
+LONGEST, CHUNK = 2**26, 2**16
+"""Bytes of the longest answer, and bytes that are read at once."""
 
 FREE = {"", "-in-a-scaled-swarm", "-of-shapes"}
 IN_PLACES = FREE | {"-on-lattices", "-as-bodies-come-and-go"}
@@ -108,13 +106,9 @@ class Engine:
             why = error.strerror if isinstance(error, OSError) else error
             raise EngineError(f"--command {self.command!r} does not start: {why}") from error
         self._rest = b""
-        self._chunks: queue.Queue[bytes] = queue.Queue(CHUNKS)
-        self._lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-        for work, pipe, passed in (
-            (_read, self._child.stdout, self._chunks),
-            (_write, self._child.stdin, self._lines),
-        ):
-            threading.Thread(target=work, args=(pipe, passed), daemon=True).start()
+        self._to: Any = self._child.stdin
+        self._from: Any = self._child.stdout
+        os.set_blocking(self._to.fileno(), False)
 
     def __enter__(self) -> Self:
         return self
@@ -126,7 +120,8 @@ class Engine:
         """End the program and what it has started."""
         self._kill()
         self._child.wait()
-        self._lines.put(b"")
+        self._to.close()
+        self._from.close()
 
     def _kill(self) -> None:
         if hasattr(os, "killpg"):
@@ -164,55 +159,50 @@ class Engine:
     def _exchanged(self, line: bytes) -> bytes:
         """Send a line and return the one that comes back.
 
-        Neither side of a pipe has a limit of its own, and ending the program need not close it: what it has
-        started in another session may hold it. So threads read and write, and this one waits for so long.
+        The program may write before it has read all, and neither side of a pipe has a limit of its own. Nor
+        need ending it close a pipe, which what it has started in another session may hold. So this waits for
+        either side, and for so long.
         """
         end = time.monotonic() + self._seconds
-        self._lines.put(line)
-        answer = bytearray(self._rest)
-        seen = 0  # of it, without the end of a line
-        while (at := answer.find(b"\n", seen)) < 0 and len(answer) < LONGEST:
-            seen = len(answer)
-            try:
-                chunk = self._chunks.get(timeout=max(end - time.monotonic(), 0.0))
-            except queue.Empty:
-                self._kill()
-                late = f"the engine gave no answer within {self._seconds:g} s (--scene-seconds)"
-                raise EngineError(late) from None
-            if not chunk:
-                break
-            answer += chunk
-        self._rest = bytes(answer[at + 1 :]) if at >= 0 else b""
-        if at >= 0:
-            return bytes(answer[: at + 1])
-        if len(answer) >= LONGEST:
-            raise EngineError(f"the engine's answer has no end after {LONGEST:,} bytes")
+        left, answer = memoryview(line), bytearray(self._rest)
+        seen = 0  # of the answer, without the end of a line
+        with selectors.DefaultSelector() as sides:
+            sides.register(self._from, selectors.EVENT_READ)
+            sides.register(self._to, selectors.EVENT_WRITE)
+            while (at := answer.find(b"\n", seen)) < 0:
+                seen = len(answer)
+                if seen >= LONGEST:
+                    raise EngineError(f"the engine's answer has no end after {LONGEST:,} bytes")
+                ready = {key.fileobj for key, _ in sides.select(max(end - time.monotonic(), 0.0))}
+                if not ready:
+                    self._kill()
+                    raise EngineError(
+                        f"the engine gave no answer within {self._seconds:g} s (--scene-seconds)"
+                    )
+                if self._to in ready:
+                    left = left[self._written(left) :]
+                    if not left:
+                        sides.unregister(self._to)
+                if self._from in ready:
+                    answer += self._from.read(CHUNK) or self._no_answer(answer)
+        self._rest = bytes(answer[at + 1 :])
+        return bytes(answer[: at + 1])
+
+    def _written(self, line: memoryview) -> int:
+        """Send what the pipe takes of a line, and return how much; all of it where the program has ended,
+        for then its output says so."""
+        try:
+            return self._to.write(line) or 0
+        except BrokenPipeError:
+            return len(line)
+
+    def _no_answer(self, answer: bytes | bytearray) -> NoReturn:
+        """Raise EngineError, with how the program has closed its output."""
         how = "closed its output"
         with suppress(subprocess.TimeoutExpired):
             code = self._child.wait(1.0)
             how = f"ended with exit code {code}" if code >= 0 else f"ended by {signal.Signals(-code).name}"
         raise EngineError(f"the engine {how} {'within a line' if answer else 'without an answer'}")
-
-
-def _read(pipe: Any, chunks: queue.Queue[bytes]) -> None:
-    """Pass on what comes through a pipe, and b"" at its end; then close it.
-
-    Only the thread that uses a pipe closes it. Were it closed by another one, the next program's pipe could
-    have its number by the time at which this one reads, and lose an answer.
-    """
-    with pipe:
-        chunk = b"more"
-        while chunk:
-            chunk = pipe.read(CHUNK)
-            chunks.put(chunk)
-
-
-def _write(pipe: Any, lines: queue.SimpleQueue[bytes]) -> None:
-    """Send lines through a pipe, as far as they go, until an empty one; then close it."""
-    with pipe, suppress(OSError):  # the program has ended
-        while rest := memoryview(lines.get()):
-            while rest:
-                rest = rest[pipe.write(rest) :]
 
 
 @dataclass(frozen=True)
