@@ -299,7 +299,7 @@ class Malformed:
         good = {"contacts": [[0, 1, 0, 1]]}
         odd = ["[" * 100_000, '{"refused": "\\u001b[31m"}', "9" * 5000, "NaN", "\udcff", "null"]
         line = rng.choice([json.dumps(changed_json(rng, good)), *odd])
-        self.engine._exchanged = lambda _: line  # type: ignore[method-assign]
+        self.engine._exchanged = lambda _: line.encode(errors="surrogateescape")  # type: ignore[method-assign]
         self.engine.answer(self.asked)
 
     def of_words(self, rng: random.Random) -> None:
