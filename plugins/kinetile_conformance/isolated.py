@@ -123,9 +123,8 @@ class IsolatedRunner:
             self._call(Runner.smoke_test)
         self.deaths = 0
 
-    def run(self, name: str, thorough: bool = True) -> Result:
-        """Run the check of a name; where it is not ``thorough``, a failure is neither minimised nor
-        explained.
+    def run(self, name: str) -> Result:
+        """Run the check of a name.
 
         The result has the status "died" if the child does not survive it. Then the check is run again on ever
         fewer bodies, to find the fewest on which it dies.
@@ -142,9 +141,9 @@ class IsolatedRunner:
 
         began = time.perf_counter()
         try:
-            result = self._call(Runner.run, name, thorough, hear=hear)
+            result = self._call(Runner.run, name, hear=hear)
         except Died as died:
-            result = self._death(died, name, thorough, failed or last)
+            result = self._death(died, name, failed or last)
             return replace(result, seconds=time.perf_counter() - began)
         if not isinstance(result, Result):
             raise PhaseError(f"the child has sent no result of the check {name!r}")
@@ -203,10 +202,10 @@ class IsolatedRunner:
         phases = (f"{each.kind} {each.spec.name!r} of {each.source}" for each in provided(self._plan.subject))
         return f"{said} ({' with '.join(phases)})" + (f"\n{died.trace}" if died.trace else "")
 
-    def _death(self, died: Died, name: str, thorough: bool, last: Message) -> Result:
+    def _death(self, died: Died, name: str, last: Message) -> Result:
         """Return the result of a check whose child has died, or was ended; ``last`` is its last message: the
         last failure or, where it has seen none, the last scene."""
-        check = check_named(name)
+        check, expected = check_named(name), name in self._plan.expected_failures
         dying = self._sentence(died, f"check {name!r}")
         status = ENDINGS[died.how].status
         seen = str(last.get("seen", ""))
@@ -216,7 +215,7 @@ class IsolatedRunner:
             scene = pickle.loads(last["scene"])
         if seen:
             lines = [seen, f"(and while a smaller scene was looked for, {dying})"]
-            if thorough:
+            if not expected:
                 lines += diagnosed(name, seen, self._plan.subject)
             result = replace(result, status="failed", said="\n".join(lines))
         elif status == "not judged":
@@ -227,11 +226,11 @@ class IsolatedRunner:
                     f"{self._scene_seconds:g} CPU s are too few for it, in check {name!r}; it comes to an end"
                 )
                 return replace(result, status="not judged", said="", reason=slow)
-        elif scene is not None and self._plan.shrink and thorough:
+        elif scene is not None and self._plan.minimises(name):
             scene = self._fewest(name, scene)
         if scene is None:
             return result
-        if thorough and (check.observation.compares or not seen):
+        if not expected and (check.observation.compares or not seen):
             result = replace(result, verdict=self._verdict(check.replay or name, scene))
             if died.how == "endless" and not seen and not result.verdict:
                 slow = f"{dying}; and so it is under kinetile's other phases"

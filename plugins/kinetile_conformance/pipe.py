@@ -19,7 +19,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn, Self
+from typing import Any, NamedTuple, NoReturn, Self, cast
 
 from kinetile.errors import KinetileError
 from kinetile.scene import Scene
@@ -106,8 +106,7 @@ class Engine:
             why = error.strerror if isinstance(error, OSError) else error
             raise EngineError(f"--command {self.command!r} does not start: {why}") from error
         self._rest = b""
-        self._to: Any = self._child.stdin
-        self._from: Any = self._child.stdout
+        self._to, self._from = cast(Any, self._child.stdin), cast(Any, self._child.stdout)
         os.set_blocking(self._to.fileno(), False)
 
     def __enter__(self) -> Self:

@@ -156,6 +156,10 @@ class Plan:
         """The names of the checks that are run."""
         return tuple(each.name for each in CHECKS) if self.checks is None else self.checks
 
+    def minimises(self, check: str) -> bool:
+        """Whether failures of a check are minimised: not those that are expected."""
+        return self.shrink and check not in self.expected_failures
+
     @property
     def alone(self) -> Plan:
         """The plan as it is sent to another process: its results go to the caller of that."""
@@ -338,9 +342,8 @@ class Runner:
     ) -> CheckRun:
         return CheckRun(each, self.subject, reference, deadline, self._observe)
 
-    def run(self, name: str, thorough: bool = True) -> Result:
-        """Run the check of a name and return its result; where it is not ``thorough``, a failure is neither
-        minimised nor explained."""
+    def run(self, name: str) -> Result:
+        """Run the check of a name and return its result."""
         each = check_named(name)
         skipped = applicable(self.subject, each)
         if skipped is not None:
@@ -350,13 +353,13 @@ class Runner:
         run = self._check_run(each, self._references, Deadline(self.plan.seconds))
         try:
             fails = self._drawing.scenes_fail(each, run.holds)
-            if fails and self.plan.shrink and thorough and each.draws:
+            if fails and self.plan.minimises(name) and each.draws:
                 self._minimise(run)
         except TimeIsUp:
             late = run.said is None
         result = Result(each.name, each.sentence, "passed", run.count, 0.0)
         if run.said is not None:
-            result = self._failed(run, result, thorough)
+            result = self._failed(run, result)
         elif late:
             reason = f"{self.plan.seconds:g} CPU s were not enough; no fault in the scenes seen until then"
             result = replace(result, status="not judged", reason=reason)
@@ -391,14 +394,14 @@ class Runner:
         if found.said is not None:
             run.said, run.scene = found.said, found.scene
 
-    def _failed(self, run: CheckRun, result: Result, thorough: bool) -> Result:
+    def _failed(self, run: CheckRun, result: Result) -> Result:
         """Return the result of a check that has failed."""
         each, scene = run.each, run.scene
         result = replace(result, status="failed", said=str(run.said))
         if scene is not None:
             result = replace(result, bodies=len(scene) if each.replay else None)
             result = saved(result, scene, self.subject, self.plan.save_to)
-        if not thorough:
+        if each.name in self.plan.expected_failures:
             return result
         lines = [result.said, *self._how_often(run), *diagnosed(each.name, result.said, self.subject)]
         result = replace(result, said="\n".join(lines))

@@ -154,7 +154,7 @@ def test_a_saved_case_has_the_options_with_which_it_failed(tmp_path: Path) -> No
 def test_a_failure_in_the_gallery_is_saved_and_replayed(tmp_path: Path) -> None:
     runner = Runner(Plan(Subject("wrong-with-many", {}), examples=10, save_to=tmp_path))
     assert runner.run("same-contacts").ok
-    result = runner.run("same-contacts-in-the-gallery", thorough=False)
+    result = runner.run("same-contacts-in-the-gallery")
     assert (result.status, result.bodies) == ("failed", 26)
     assert result.case is not None
     case = load_case(result.case)
@@ -194,7 +194,7 @@ def test_what_a_hook_raises_is_where_the_author_wrote_it(monkeypatch: pytest.Mon
             raise PhaseError("as it is")
 
     monkeypatch.setattr(Slow, "prepare", Raises.prepare)
-    result = Runner(Plan(Subject("slow", {}), examples=3, shrink=False)).run("same-contacts", thorough=False)
+    result = Runner(Plan(Subject("slow", {}), examples=3, shrink=False)).run("same-contacts")
     assert result.said.startswith("PhaseError: as it is")
 
 
@@ -218,7 +218,7 @@ def test_a_phase_that_does_not_do_the_dense_gas_gets_its_report(
 def failing(save_to: Path) -> Result:
     """Return the result of a check that fails on the first scene; nothing is compiled for it."""
     runner = Runner(Plan(Subject("raises-in-arrange", {}), examples=5, save_to=save_to, shrink=False))
-    result = runner.run("its-structure-is-true", thorough=False)
+    result = runner.run("its-structure-is-true")
     assert result.status == "failed"
     assert "arrange raised KeyError: 'no such thing'" in result.said.splitlines()[0]
     return result
