@@ -16,7 +16,6 @@ A smaller scene that is not valid (after rounding, bodies overlap) counts as one
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Generic, TypeVar
@@ -29,6 +28,7 @@ from kinetile.scene import Scene
 from kinetile_conformance.cases import horizon, is_living
 from kinetile_conformance.checks import most
 from kinetile_conformance.checks.check import Check
+from kinetile_conformance.deadline import spent
 from kinetile_conformance.strategies.changes import changed, ended_at, only_bodies, only_commands
 from kinetile_conformance.strategies.gallery import smallest
 
@@ -97,12 +97,12 @@ class Search(Generic[Case]):
     def __init__(self, scene: Case, fails: Callable[[Case], bool], seconds: float) -> None:
         self.scene = scene
         self.fails = fails
-        self.end = time.process_time() + seconds
+        self.end = spent() + seconds
 
     @property
     def over(self) -> bool:
         """Whether the time is up."""
-        return time.process_time() >= self.end
+        return spent() >= self.end
 
     def take(self, make: Callable[[], Case]) -> bool:
         """Make a smaller scene, and keep it if it can be and fails; return whether it was kept."""
@@ -168,10 +168,15 @@ def _simple_between(low: float, high: float) -> float:
     return float(np.round((low + high) / 2.0 / step) * step)
 
 
+def by_number(scene: Scene) -> Integers:
+    """Return the bodies of a scene, in order of their numbers."""
+    return np.arange(len(scene))
+
+
 def _leave_out_bodies(search: Search[Scene]) -> None:
     """Leave out bodies, in order of their numbers, then in order of x."""
     least = 1 if is_living(search.scene) else FAMILIAR
-    leave_out(search, lambda scene: np.arange(len(scene)), only_bodies, least)
+    leave_out(search, by_number, only_bodies, least)
     leave_out(search, lambda scene: np.argsort(scene.position[:, 0], kind="stable"), only_bodies, least)
 
 

@@ -16,7 +16,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import kinetile
 from kinetile.errors import PhaseError
@@ -26,6 +26,7 @@ from kinetile_conformance import deadline
 from kinetile_conformance.cases import Subject, provided
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.diagnosis import diagnosed
+from kinetile_conformance.drawing import Search, by_number, leave_out
 from kinetile_conformance.processes import (
     IDLE,
     Child,
@@ -37,7 +38,7 @@ from kinetile_conformance.processes import (
 )
 from kinetile_conformance.reporting import Result, saved
 from kinetile_conformance.runner import CheckRun, Plan, Runner, verdict
-from kinetile_conformance.strategies.changes import without
+from kinetile_conformance.strategies.changes import only_bodies
 from kinetile_conformance.strategies.gallery import smallest
 
 DEATHS, COMPILING = 3, 200.0
@@ -45,30 +46,22 @@ DEATHS, COMPILING = 3, 200.0
 two messages."""
 
 
-class Ending(NamedTuple):
-    """A way in which a child ends before it is done with a check: the status of the check, where it has not
-    failed before, and a sentence."""
-
-    status: str
-    said: str
-
-
 ENDINGS = {
-    "endless": Ending("died", "an endless loop{place}, in {what}: {scene:g} CPU s, and no end of one scene"),
-    "busy": Ending("died", "an endless loop in a process that {what} has started{place}"),
-    "idle": Ending(
+    "endless": ("died", "an endless loop{place}, in {what}: {scene:g} CPU s, and no end of one scene"),
+    "busy": ("died", "an endless loop in a process that {what} has started{place}"),
+    "idle": (
         "not judged",
         "nothing was heard and no CPU time used for {idle:g} s in {what}{place}: does it wait for something?",
     ),
-    "memory": Ending("died", "out of memory in {what}: it asked for more than {memory:.3g} GiB"),
-    "killed": Ending("not judged", "the process was ended from outside, by {signal}, in {what}"),
-    "signal": Ending("died", "the process died of {signal} in {what}{place}"),
-    "exit": Ending("died", "the process ended itself with status {code} in {what}{place}"),
-    "closed": Ending("died", "the process fell silent in {what}"),
-    "error": Ending("not judged", "an error of the kit itself, not of the phase, in {what}"),
+    "memory": ("died", "out of memory in {what}: it asked for more than {memory:.3g} GiB"),
+    "killed": ("not judged", "the process was ended from outside, by {signal}, in {what}"),
+    "signal": ("died", "the process died of {signal} in {what}{place}"),
+    "exit": ("died", "the process ended itself with status {code} in {what}{place}"),
+    "closed": ("died", "the process fell silent in {what}"),
+    "error": ("not judged", "an error of the kit itself, not of the phase, in {what}"),
 }
-"""What becomes of a check whose child has died, by ``Died.how``."""
-
+"""What becomes of a check whose child has died, by ``Died.how``: its status, where it has not failed before,
+and a sentence."""
 
 FRAME = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d+) in (?P<function>.*)$')
 OWN = Path(str(kinetile.__file__)).parent
@@ -190,7 +183,7 @@ class IsolatedRunner:
     def _sentence(self, died: Died, what: str) -> str:
         """Return what a child died of, in a sentence."""
         place = where(died.words)
-        said = ENDINGS[died.how].said.format(
+        said = ENDINGS[died.how][1].format(
             what=what,
             place=f"{' in' if died.how == 'endless' else ', in'} {place}" if place else "",
             scene=self._scene_seconds,
@@ -207,7 +200,7 @@ class IsolatedRunner:
         last failure or, where it has seen none, the last scene."""
         check, expected = check_named(name), name in self._plan.expected_failures
         dying = self._sentence(died, f"check {name!r}")
-        status = ENDINGS[died.how].status
+        status, _ = ENDINGS[died.how]
         seen = str(last.get("seen", ""))
         result = Result(name, check.sentence, status, int(last["count"]), 0.0, said=dying)
         scene: Scene | None = None
@@ -227,7 +220,9 @@ class IsolatedRunner:
                 )
                 return replace(result, status="not judged", said="", reason=slow)
         elif scene is not None and self._plan.minimises(name):
-            scene = self._fewest(name, scene)
+            search = Search(scene, lambda fewer: not self._survives(name, fewer), self._plan.seconds)
+            leave_out(search, by_number, only_bodies, 1)
+            scene = search.scene
         if scene is None:
             return result
         if not expected and (check.observation.compares or not seen):
@@ -251,23 +246,8 @@ class IsolatedRunner:
         try:
             self._call(_alone, check, scene, again=True)
         except Died as died:
-            return ENDINGS[died.how].status == "not judged"
+            return ENDINGS[died.how][0] == "not judged"
         return True
-
-    def _fewest(self, check: str, scene: Scene) -> Scene:
-        """Leave out one body after the other where the process dies without it too, for as long as a check
-        may take."""
-        limit = deadline.Deadline(self._plan.seconds)
-        body = 0
-        with suppress(deadline.TimeIsUp):
-            while body < len(scene):
-                limit.check()
-                fewer = without(scene, body)
-                if self._survives(check, fewer):
-                    body += 1
-                else:
-                    scene = fewer
-        return scene
 
     def _verdict(self, check: str, scene: Scene) -> str:
         """Return which phase a death speaks against, by the same scene under the other phases; "" where a
