@@ -16,7 +16,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -54,6 +54,7 @@ GENERAL = {"general": True}
 """Options of ``disc`` and ``wall``: without them scenes whose bodies are alike and scenes without an arena
 have parts of their own, and a phase has a loop for each."""
 
+Row = TypeVar("Row")
 Tables = Mapping[str, npt.NDArray[np.generic]]
 
 BODIES = ("x", "y", "vx", "vy", "anchor", "radius")
@@ -296,11 +297,16 @@ def difference(found: RunOutcome, expected: RunOutcome, name: str) -> str | None
     if parted.what == "end":
         ends = [f"{each.ended}, at time {each.time!r}" for each in (found, expected)]
         return f"{name} ended with {ends[0]}; {REFERENCE} with {ends[1]}"
-    if parted.found is None:
-        return f"{parted.place} is missing: {describe_row(parted.expected)}"
-    if parted.expected is None:
-        return f"{parted.place} is one too many: {describe_row(parted.found)}"
-    return f"{parted.place} is {describe_row(parted.found)}, and should be {describe_row(parted.expected)}"
+    return told(parted.place, parted.found, parted.expected, describe_row)
+
+
+def told(place: str, found: Row | None, expected: Row | None, shown: Callable[[Row], str]) -> str:
+    """Return how what was found at a place differs from what should be there, in a sentence."""
+    if found is None:
+        return f"{place} is missing: {shown(cast(Row, expected))}"
+    if expected is None:
+        return f"{place} is one too many: {shown(found)}"
+    return f"{place} is {shown(found)}, and should be {shown(expected)}"
 
 
 def table_difference(found: Tables, expected: Tables) -> str | None:

@@ -18,7 +18,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from itertools import combinations, islice
+from itertools import combinations, islice, zip_longest
 from typing import Annotated, Any, NamedTuple, cast
 
 import numpy as np
@@ -32,7 +32,7 @@ from kinetile.scene.files import dumps_scene
 from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, pair_tick, unit_bits
 from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_accuracy.specification.shapes import Difference, contact
-from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, outcome
+from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, outcome, told
 from kinetile_conformance.checks.check import JUDGED
 from kinetile_conformance.drawing import DIGITS, Search, leave_out, minimised, reduced
 from kinetile_conformance.strategies.changes import changed, ended_at, only_bodies
@@ -209,8 +209,7 @@ def reference_contacts(scene: Scene, most: int) -> tuple[Scene, NDArray[np.void]
 def difference(scene: Scene, found: Sequence[Row], expected: NDArray[np.void]) -> str | None:
     """Return where an engine's contacts first differ from the reference's, in a sentence; None: nowhere."""
     right: list[Row] = expected[EXACT].tolist()
-    for at in range(max(len(found), len(right))):
-        mine, theirs = (rows[at] if at < len(rows) else None for rows in (found, right))
+    for at, (mine, theirs) in enumerate(zip_longest(found, right)):
         if mine != theirs:
             return _told(at, mine, theirs) + _who_is_right(scene, found, expected, at)
     return None
@@ -218,16 +217,12 @@ def difference(scene: Scene, found: Sequence[Row], expected: NDArray[np.void]) -
 
 def _told(at: int, mine: Row | None, theirs: Row | None) -> str:
     """Return how two contacts of a number differ, in words."""
-    if mine is None:
-        return f"contact {at} is missing: {_contact(theirs)}"
-    if theirs is None:
-        return f"contact {at} is one too many: {_contact(mine)}"
-    return f"contact {at} is {_contact(mine)}, and should be {_contact(theirs)}"
+    return told(f"contact {at}", mine, theirs, _contact)
 
 
-def _contact(row: Row | None) -> str:
+def _contact(row: Row) -> str:
     """Return a contact in words."""
-    *when, a, b = row or ()
+    *when, a, b = row
     partner = f"the {WALLS[int(b)]} wall" if b in WALLS else f"body {b}"
     moment = f"time {when[0]!r}" if len(when) == 1 else f"epoch {when[0]}, tick {when[1]}"
     return f"body {a} with {partner} at {moment}"
@@ -265,11 +260,10 @@ def parting(
             both[row[1:]][side].append((at, row))
     wrong = []
     for mine, theirs in both.values():
-        for k in range(max(len(mine), len(theirs))):
-            (at, one), (_, other) = (rows[k] if k < len(rows) else (-1, None) for rows in (mine, theirs))
+        for (at, one), (k, other) in zip_longest(mine, theirs, fillvalue=(-1, None)):
             if one is None or other is None or not near(one[0], other[0]):
                 first = min(row[0] for row in (one, other) if row is not None)
-                wrong.append((first, _told(at if one else theirs[k][0], one, other)))
+                wrong.append((first, _told(k if one is None else at, one, other)))
                 break
     wrong = [each for each in wrong if each[0] < end]
     return min(wrong, default=None)
