@@ -50,7 +50,7 @@ def meeting() -> Scene:
 @pytest.fixture(scope="module")
 def shared() -> tuple[Drawing, References]:
     """Some scenes for all mutants, and their outcomes under the reference."""
-    return Drawing(40, 0), References()
+    return Drawing(100, 0), References()
 
 
 @pytest.mark.interpreted
