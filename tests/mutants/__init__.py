@@ -246,11 +246,11 @@ def _not_run(results: Sequence[Result]) -> list[str]:
     return [check.name for check in kinetile_conformance.CHECKS if check.name not in done]
 
 
-def note(name: str, check: str | None) -> None:
-    """Write the outcome of a mutant down."""
+def note(name: str, check: str | None, by_all: bool) -> None:
+    """Write the outcome of a mutant down, and of a variation whether all checks have judged it."""
     found = outcomes()
     if ALL[name].right:
-        found["variations"][name] = {"condemned_by": check}
+        found["variations"][name] = {"condemned_by": check, "by_all_checks": by_all}
     else:
         found["faults"][name] = {"family": ALL[name].family, "killed_by": check}
     for kind in ("faults", "variations"):
@@ -271,13 +271,10 @@ def table() -> str:
         "",
         f"Printed by `python tests/mutants --table` from what is written down of kit {found['kit']}. A fault",
         "is a phase with one thing wrong (`tests/mutants`). Those of *built-in phases* are the faults",
-        "against which the kit was made, with the checks of `mutants.toml`, and were not all run again with",
-        "this kit. Those in the other families were written from [the",
-        "contract](writing-a-broad-phase.md#the-contract) alone, before their checks. They were judged",
-        "with interpreted hooks, by checks of their families, some before the last changes of the kit:",
-        "one that lives was not judged by all checks. A variation that is *spared* passed some checks, or",
-        "was not run: none ran with the default budget.",
-        "`python tests/mutants --anew --write` measures all of it.",
+        "against which the kit was made. Those in the other families were written from [the",
+        "contract](writing-a-broad-phase.md#the-contract) alone, before their checks. Each was judged with",
+        "the default budget by the check that kills it; one that lives, by checks of its family.",
+        "`python tests/mutants --anew --write` judges all by all checks.",
         "",
         "| family | killed | faults | |",
         "|---|---|---|---|",
@@ -292,9 +289,17 @@ def table() -> str:
     ]
     faults = sorted(found["faults"].items(), key=lambda each: (each[1]["family"], each[0]))
     lines += [f"| {row['family']} | {name} |" for name, row in faults if row["killed_by"] is None]
-    lines += ["", "## Variations that are right", "", "| variation | condemned by |", "|---|---|"]
     variations = found["variations"].items()
-    lines += [f"| {name} | {_shown(row['condemned_by'], 'spared')} |" for name, row in variations]
+    full = [name for name, row in variations if row.get("by_all_checks")]
+    lines += ["", "## Variations that are right", ""]
+    lines += [
+        f"Of {len(variations)} all checks have judged {len(full)} with the default budget, the others some."
+    ]
+    lines += ["", "| variation | all checks | condemned by |", "|---|---|---|"]
+    lines += [
+        f"| {name} | {'yes' if name in full else 'no'} | {_shown(row['condemned_by'], 'none')} |"
+        for name, row in variations
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -311,7 +316,7 @@ def main(*words: str) -> int:
     parser.add_argument("--anew", action="store_true", help="by all checks until one fails")
     parser.add_argument("--all-checks", action="store_true", help="the matrix: by all checks, to the end")
     parser.add_argument("--examples", type=int, help="scenes for each check")
-    parser.add_argument("--json", type=Path, help="append a line for each, and leave out those that it has")
+    parser.add_argument("--json", type=Path, help="append a line for each; those that it has are not run")
     parser.add_argument("--write", action="store_true", help="write outcomes into faults.json of the kit")
     parser.add_argument("--table", action="store_true", help="print the page of the two tables")
     chosen = parser.parse_args(words)
@@ -319,7 +324,10 @@ def main(*words: str) -> int:
         print(table(), end="")
         return 0
     wrong = 0
-    done = _names_in(chosen.json)
+    done = _lines_of(chosen.json)
+    for name, line in done.items():
+        if chosen.write and name in ALL:
+            note(name, line["killed_by"], chosen.anew)
     for name, mutant in ALL.items():
         if not any(word in name for word in chosen.words or ("",)) or name in done:
             continue
@@ -334,8 +342,10 @@ def main(*words: str) -> int:
                 row = matrix_row(name, Path(folder), checks=checks, **options)
                 print(f"{name}: {', '.join(row['failed']) or 'none'}", flush=True)
             else:
-                row, fine = _line(name, Path(folder), checks, options, chosen.write)
+                row, fine = _line(name, Path(folder), checks, options)
                 wrong += not fine
+                if chosen.write:
+                    note(name, row["killed_by"], chosen.anew)
         if chosen.json is not None:
             with chosen.json.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(row) + "\n")
@@ -343,10 +353,9 @@ def main(*words: str) -> int:
 
 
 def _line(
-    name: str, folder: Path, checks: Sequence[str] | None, options: dict[str, Any], write: bool
+    name: str, folder: Path, checks: Sequence[str] | None, options: dict[str, Any]
 ) -> tuple[dict[str, Any], bool]:
-    """Judge a mutant, print its line, and write its outcome if that is wanted; return it, and whether it is
-    as expected."""
+    """Judge a mutant, and print its line; return its outcome, and whether it is as expected."""
     began = time.perf_counter()
     found = judge(name, folder, checks, shrink=False, **options)
     fine = as_expected(name, found)
@@ -356,13 +365,12 @@ def _line(
         said = f"{found.status} {found.check}: {(found.said or found.reason).splitlines()[0][:80]}"
     verdict = "ok   " if fine else "WRONG"
     print(f"{verdict} {name} ({time.perf_counter() - began:.0f} s): {said}", flush=True)
-    if write:
-        note(name, killed)
     return {"name": name, "family": ALL[name].family, "killed_by": killed}, fine
 
 
-def _names_in(path: Path | None) -> set[str]:
-    """Return the mutants that a file of lines has."""
+def _lines_of(path: Path | None) -> dict[str, dict[str, Any]]:
+    """Return the lines of a file by the names of their mutants."""
     if path is None or not path.is_file():
-        return set()
-    return {json.loads(line)["name"] for line in path.read_text(encoding="utf-8").splitlines()}
+        return {}
+    lines = map(json.loads, path.read_text(encoding="utf-8").splitlines())
+    return {line["name"]: line for line in lines}

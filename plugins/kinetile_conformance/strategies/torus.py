@@ -79,7 +79,7 @@ def torus(number: int) -> Scene:
     until = 64.0
     match int(random.integers(6)):
         case 0:  # one flies thousands of periods, and hardly meets another
-            radius = radius * 2.0**-6
+            radius = radius * 2.0**-14
             velocity[0] += 24.0 * sides * random.choice([-1.0, 1.0], 2)
         case 1:  # all drift together
             velocity = velocity + 2.0 ** random.integers(4, 9) * random.integers(-1, 2, 2)
