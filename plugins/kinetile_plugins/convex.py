@@ -258,7 +258,8 @@ def frames_meet(
     delay, ends, dx, dy, vx, vy = boxes_meet(k, body, start, at, fat, periodic)
     reach = spread(k.radii[body] + 2.0 * fat) + pick(k.radii, k.near, start)
     reach2 = reach * reach
-    begins = circles_meet(dx, dy, vx, vy, reach2, spread(fat * fat))
+    begins, passes = circles_meet(dx, dy, vx, vy, reach2, spread(fat * fat))
+    begins = choose(passes, spread(math.inf), begins)
     begins = choose(dx * dx + dy * dy > reach2, begins, spread(LEAST))  # within them bodies may meet
     delay = choose(delay < begins, begins, delay)
     delay = choose(delay <= ends, delay, spread(math.inf))

@@ -187,12 +187,13 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
         half_y = spread(torus.half_y)
         zero = spread(0.0)
         least = spread(LEAST)
+        none = spread(NONE)
         never = spread(math.inf)
         myself = spread_whole(body)
         not_this = spread_whole(barred)
         nor_this = spread_whole(known)
-        soon = NONE
-        rest = NONE
+        soon = math.inf
+        rest = math.inf
         who = NOBODY
         start = 0
         while True:  # at least once, and with one comparison a turn: a range in a range costs 45 instructions
@@ -212,16 +213,18 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
                 if periodic:
                     dx = dx - ((dx * per_x + halves) - halves) * period_x
                     dy = dy - ((dy * per_y + halves) - halves) * period_y
-                delay = circles_meet(dx, dy, dvx, dvy, reach2, fat2)
+                delay, left_out = circles_meet(dx, dy, dvx, dvy, reach2, fat2)
                 if periodic:
+                    delay = choose(left_out, never, delay)
                     x_delay = (half_x - reach) / choose(dvx < zero, zero - dvx, dvx)
                     y_delay = (half_y - reach) / choose(dvy < zero, zero - dvy, dvy)
                     delay = choose(x_delay >= delay, delay, x_delay)
                     delay = choose(y_delay >= delay, delay, y_delay)
                     delay = choose(delay > least, delay, least)
+                    left_out = delay > none
                 other = numbers(k.near, start)
-                left_out = (other == myself) | (other == not_this) | (other == nor_this)
-                delay = numbered(choose(left_out, never, delay), start - begin)
+                left_out = left_out | (other == myself) | (other == not_this) | (other == nor_this)
+                delay = choose(left_out, never, numbered(delay, start - begin))
                 first, second = two_least(first, second, delay)
                 start += LANES
                 if start >= end:
@@ -229,7 +232,7 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
             soon, rest, who = alone(k, begin, first, second, soon, rest, who)
             if start >= count:
                 break
-        return (soon if soon < NONE else math.inf), (rest if rest < NONE else math.inf), who
+        return soon, rest, who
 
     return soonest
 

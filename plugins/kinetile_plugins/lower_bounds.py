@@ -10,10 +10,8 @@ be before the bound of all others. Any number that no other delay is below is su
 
 from __future__ import annotations
 
-import math
-
 from kinetile.toolbox import Kernel, hook, smaller
-from kinetile.toolbox.lanes import Floats, bits, choose, lane, number_in, root, some, spread, turned
+from kinetile.toolbox.lanes import Floats, Truths, bits, choose, lane, number_in, root, some, spread, turned
 
 PLACES = 64
 """Partners that six bits tell apart."""
@@ -87,9 +85,11 @@ def alone(
 
 
 @hook
-def circles_meet(dx: Floats, dy: Floats, vx: Floats, vy: Floats, reach2: Floats, fat2: Floats) -> Floats:
-    """Return when places come nearer to 0 than a reach, of which the square is given: bounds below that,
-    ``LEAST`` or more, infinite where they do not."""
+def circles_meet(
+    dx: Floats, dy: Floats, vx: Floats, vy: Floats, reach2: Floats, fat2: Floats
+) -> tuple[Floats, Truths]:
+    """Return when places come nearer to 0 than a reach, of which the square is given, bounds below that,
+    ``LEAST`` or more; and where they do not."""
     zero = spread(0.0)
     approach = dx * vx + dy * vy
     speed2 = vx * vx + vy * vy
@@ -99,5 +99,4 @@ def circles_meet(dx: Floats, dy: Floats, vx: Floats, vy: Floats, reach2: Floats,
     parts = (approach > zero) & (approach2 > fat2 * speed2)
     passes = parts | (inside < zero)
     delay = gap / (root(inside) - approach)
-    delay = choose(delay > spread(LEAST), delay, spread(LEAST))  # what is not a number may touch now
-    return choose(passes, spread(math.inf), delay)
+    return choose(delay > spread(LEAST), delay, spread(LEAST)), passes  # what is not a number may touch now

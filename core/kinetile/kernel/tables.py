@@ -34,6 +34,9 @@ Tables = TypeVar("Tables", bound=tuple[Any, ...])
 NEVER = 2**63 - 1
 """The failure time of a certificate that will not fail."""
 
+OUT = NEVER - 1
+"""The key of a body that has been taken out of the calendar, and is filed again when it is settled."""
+
 NOT_ASKED = -(2**63)
 """The tick of a wall contact that is not computed yet: no wall is reached by the tick that the body is filed
 under, nor within ``calendar.SOON`` ticks after it, as the narrow phase for walls has said."""

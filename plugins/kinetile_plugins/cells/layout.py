@@ -154,9 +154,10 @@ def append_block(k: Kernel, s: State, cell: int, count: int) -> int:
 @hook
 def append_row(k: Kernel, s: State, left: int, count: int) -> int:
     """Do so for three cells that follow each other."""
-    count = append_block(k, s, left, count)
-    count = append_block(k, s, left + 1, count)
-    return append_block(k, s, left + 2, count)
+    block = left * BLOCK
+    count += append(s.blocks, block, k.near, count)
+    count += append(s.blocks, block + BLOCK, k.near, count)
+    return count + append(s.blocks, block + 2 * BLOCK, k.near, count)
 
 
 @hook

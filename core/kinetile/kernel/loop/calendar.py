@@ -18,7 +18,18 @@ from __future__ import annotations
 import numpy as np
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
-from kinetile.kernel.tables import GUESS, NEVER, NOBODY, NOT_ASKED, PAIR, PARTING, STRUCTURAL, WALL, Kernel
+from kinetile.kernel.tables import (
+    GUESS,
+    NEVER,
+    NOBODY,
+    NOT_ASKED,
+    OUT,
+    PAIR,
+    PARTING,
+    STRUCTURAL,
+    WALL,
+    Kernel,
+)
 from kinetile.kernel.vectors import lowest_bit
 
 HORIZON = 1 << 60
@@ -107,22 +118,26 @@ def _take_out(k: Kernel, body: int) -> None:
 def move(k: Kernel, body: int, key: int) -> None:
     """File a body under another tick; ``NEVER`` takes it out of the calendar. O(1)."""
     entry = k.queue[body]
-    counts = k.counts[0]
-    if entry.key != NEVER:
+    before = entry.key
+    if before < OUT:
         _take_out(k, body)
-        counts.queued -= 1
     entry.key = key
     if key != NEVER:
         _file(k, body, key)
-        counts.queued += 1
+    if (before == NEVER) != (key == NEVER):
+        counts = k.counts[0]
+        counts.queued += 1 if before == NEVER else -1
         counts.queue_max = larger(counts.queue_max, counts.queued)
 
 
 @hook
 def forget(k: Kernel, h: int) -> None:
-    """Clear what an entry says of contacts, before all that is near is looked at. It awaits nothing."""
-    move(k, h, NEVER)
+    """Clear what an entry says of contacts, before all that is near is looked at. It awaits nothing, and is
+    out of the calendar until it is settled; but it counts as queued all the while."""
     entry = k.queue[h]
+    if entry.key < OUT:
+        _take_out(k, h)
+        entry.key = OUT
     entry.tick = NEVER
     entry.guard = NEVER
     entry.partner = NOBODY
@@ -226,13 +241,13 @@ def runner_up(k: Kernel, first: int, partner: int) -> int:
 
 
 @template
-def wall_is_before(k: Kernel, h: int, tick: int) -> bool:
+def wall_is_before(k: Kernel, h: int, tick: int, more: int) -> bool:
     """Whether a body may be at a wall at a tick or before. Computes when it reaches one, unless a shortcut of
-    the narrow phase for walls (``INSIDE``) says that it does not."""
+    the narrow phase for walls (``INSIDE``) says that it does not, for ``more`` ticks after that as well."""
     entry = k.queue[h]
     if entry.wall == NOT_ASKED:
         body = k.bodies[h]
-        if INSIDE and tick < k.clock[0].now + HORIZON and inside(k, body, tick):
+        if INSIDE and tick < k.clock[0].now + HORIZON and inside(k, body, tick + more):
             return False
         entry.wall = reach_wall(k, body)[0]
     return bool(entry.wall <= tick)
@@ -249,7 +264,7 @@ def wall_may_be_before(k: Kernel, h: int, tick: int) -> bool:
     entry = k.queue[h]
     if entry.wall == NOT_ASKED and tick - SOON <= entry.key:
         return False
-    return wall_is_before(k, h, tick)
+    return wall_is_before(k, h, tick, 0)
 
 
 @template
@@ -261,7 +276,7 @@ def settle(k: Kernel, h: int) -> None:
     if entry.tick < key:
         key = entry.tick
         kind = PAIR if entry.exact else GUESS
-    may_come = WALLS and wall_is_before(k, h, smaller(key, NEVER - SOON) + SOON)
+    may_come = WALLS and wall_is_before(k, h, key, SOON)
     if may_come and (entry.wall < key or (entry.wall == key and kind == PAIR)):
         key = entry.wall
         kind = WALL

@@ -60,17 +60,17 @@ def look_at(k: Kernel, h: int, count: int, at: int) -> None:
     if PASSING and not PERIODIC:
         count = leaves_out(k, h, count)
     barred = left_out(k, h)
-    known = h
-    if entry.partner >= 0 and entry.seen == k.stamps[entry.partner]:
-        known = entry.partner
     k.counts[0].asked += count
     if BOUNDS:
-        first, second, who = soonest(k, h, count, barred, known, at)
+        first, second, who = soonest(k, h, count, barred, h, at)
         per_time = k.clock[0].per_time
         tick = not_before(at, first * per_time)
         rest = not_before(at, second * per_time)
         exact = 0
     else:
+        known = h
+        if entry.partner >= 0 and entry.seen == k.stamps[entry.partner]:
+            known = entry.partner
         m = k.images[h].m if PERIODIC else 0
         n = k.images[h].n if PERIODIC else 0
         tick, rest, who = soonest_exactly(k, h, count, barred, known)
