@@ -21,7 +21,7 @@ from kinetile.kernel.images import anchor, near_zero, wrap
 from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TURNED
 from kinetile.kernel.loop import CROWDED, LOG_FULL, NO_REASON
 from kinetile.kernel.loop.bookkeeping import log, log_is_full
-from kinetile.kernel.loop.calendar import forget, settle
+from kinetile.kernel.loop.calendar import forget, move, settle
 from kinetile.kernel.loop.responses import (
     ROOM,
     begin_with_all,
@@ -272,6 +272,7 @@ def depart(k: Kernel, body: int) -> None:
     entry = k.queue[body]
     entry.own = NEVER
     forget(k, body)
+    move(k, body, NEVER)
     for other in range(clock.bodies):
         awaiting = k.queue[other]
         if awaiting.partner == body and awaiting.exact == 1:
