@@ -103,7 +103,8 @@ def _compiled_apart(here, njit):
     first = {f"advance_{phase}_disc_wall" for phase in PHASES}
 
     def named(function, *arguments):
-        made = njit(function, *arguments)
+        composed = njit(function, *arguments)
+        made = composed.made
         compiles = made.compile
 
         def known(signature):
@@ -117,7 +118,7 @@ def _compiled_apart(here, njit):
             return compiles(signature)
 
         made.compile = known
-        return made
+        return composed
 
     @contextmanager
     def apart():

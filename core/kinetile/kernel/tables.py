@@ -193,6 +193,7 @@ LISTS = np.dtype(
         ("passable", "i8"),  # head of the free list of their records
         ("logged", "i8"),
         ("written", "i8"),  # rows of the long log
+        ("rows", "i8"),  # how many it may have; 0: none are written
         ("command", "i8"),  # the next command
         ("commands", "i8"),
     ],
@@ -340,7 +341,7 @@ class Kernel(NamedTuple):
     watched: Records  # the pairs, by numbers, to stop at
     slots: Records  # for each number of a body its slot, or NOBODY: it has left, or is still to come
     met: Records  # the log of contacts, as it is digested
-    log: Records  # every event with the plans after it; empty unless the run is recorded
+    log: Records  # every event with the plans after it, where somebody reads that; else it may be empty
     clock: Records
     counts: Records
 

@@ -21,7 +21,7 @@ from llvmlite import ir
 from llvmlite.binding import add_symbol
 from numba import extending as _extending
 from numba import types as _types
-from numba.extending import intrinsic, lower_builtin, models, overload, register_model
+from numba.extending import infer_getattr, intrinsic, lower_builtin, models, overload, register_model
 
 VERSIONS = ">=0.60,<0.69"
 """The versions of Numba with private parts that are known."""
@@ -49,11 +49,15 @@ try:
     from numba.core.errors import NumbaExperimentalFeatureWarning
     from numba.core.registry import CPUDispatcher
     from numba.core.types import Array, Type
+    from numba.core.typing.templates import AttributeTemplate
     from numba.np import arrayobj as _arrayobj
 except ImportError as error:
     raise ImportError(misfit(str(error))) from error
 
 numba: Any = _numba
+NativeValue: Any = _extending.NativeValue
+lower_getattr_generic: Any = _extending.lower_getattr_generic
+unbox: Any = _extending.unbox
 types: Any = _types
 cgutils: Any = _cgutils
 arrayobj: Any = _arrayobj
@@ -63,7 +67,8 @@ MEMBERS: dict[Any, str] = {
     FunctionCache: "load_overload save_overload flush _impl _cache_path _cache_file _py_func",
     IndexDataCacheFile: "load save _load_index _load_data _data_path _index_path _open_for_write",
     CFunc: "compile address _cache",
-    JITCodeLibrary: "codegen _codegen _optimize_final_module _finalize_final_module _finalized",
+    JITCodeLibrary: "codegen _codegen _optimize_functions _optimize_final_module "
+    "_finalize_final_module _finalized enable_object_caching",
     Compiler: "compile_extra",
     CPUDispatcher: "get_call_template get_overload py_func compile _cache",
     _cgutils: "create_struct_proxy get_null_value get_or_insert_function",
@@ -138,10 +143,28 @@ class LinkingCompiler(Compiler):
         cast(Any, super()).__init__(typing, target, own, *rest)
 
 
+class _EntryCode(JITCodeLibrary):
+    """The code of a function that Python calls. It is optimised with all that is linked into it, not alone
+    before: a loop that is still small would get its first turn apart, and so all of its code twice."""
+
+    def _optimize_functions(self, module: Any) -> None:
+        module.data_layout = self._codegen._data_layout
+
+
+class EntryCompiler(Compiler):
+    """Numba's compiler, for functions that Python calls."""
+
+    def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
+        own = library or cast(Any, _EntryCode)(target.codegen(), "entry")
+        own.enable_object_caching()
+        cast(Any, super()).__init__(typing, target, own, *rest)
+
+
 def entry(function: Callable[..., Any], cache: Any, before: Callable[[Any, Any], Any]) -> Any:
     """Return a function that Python calls; ``before(compile, signature)`` compiles it. ``cache`` makes its
     cache on disk, or is None."""
-    made = numba.njit(error_model="numpy", nogil=True, no_cfunc_wrapper=True)(function)
+    how = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, "pipeline_class": EntryCompiler}
+    made = numba.njit(**how)(function)
     if cache is not None:
         made._cache = cache(function)
     compiles = made.compile
@@ -187,10 +210,12 @@ __all__ = [
     "FOLDER",
     "VERSIONS",
     "Array",
+    "AttributeTemplate",
     "CPUDispatcher",
     "FunctionCache",
     "IndexDataCacheFile",
     "LinkingCompiler",
+    "NativeValue",
     "NumbaExperimentalFeatureWarning",
     "Type",
     "add_symbol",
@@ -201,10 +226,12 @@ __all__ = [
     "check",
     "compiler_lock",
     "entry",
+    "infer_getattr",
     "intrinsic",
     "ir",
     "llvmlite",
     "lower_builtin",
+    "lower_getattr_generic",
     "lowered",
     "misfit",
     "models",
@@ -212,4 +239,5 @@ __all__ = [
     "overload",
     "register_model",
     "types",
+    "unbox",
 ]

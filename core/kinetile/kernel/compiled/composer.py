@@ -10,11 +10,11 @@ from __future__ import annotations
 import re
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cache
 from inspect import getattr_static
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 from types import FunctionType
 from typing import Any, cast
@@ -28,7 +28,7 @@ from kinetile.kernel.compiled.views import wrapping
 if not INTERPRETED:
     from kinetile.kernel.compiled import backend
     from kinetile.kernel.compiled.cache import CheckedCache, is_whole
-    from kinetile.kernel.compiled.views import ViewModel
+    from kinetile.kernel.compiled.views import ViewModel, packed_kind
 
 
 class NotCompiled(Exception):
@@ -101,7 +101,7 @@ def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, A
     return function
 
 
-def _njit(function: Callable[..., Any], cache: bool, called: list[Any]) -> Callable[..., Any]:
+def _njit(function: Callable[..., Any], cache: bool, called: list[Any]) -> _Composed:
     def with_what_it_calls(compiles: Callable[[Any], Any], signature: Any) -> Any:
         with _compiling(), warnings.catch_warnings():
             # A hook that takes a body has one form for discs and one, with more fields, for shapes. Numba
@@ -111,8 +111,66 @@ def _njit(function: Callable[..., Any], cache: bool, called: list[Any]) -> Calla
                 each.load_apart()
             return compiles(signature)
 
-    made = backend.entry(function, CheckedCache if cache else None, with_what_it_calls)
-    return cast("Callable[..., Any]", made)
+    return _Composed(backend.entry(function, CheckedCache if cache else None, with_what_it_calls))
+
+
+class Packed:
+    """Tables, a named tuple of arrays, as compiled code takes them: the address of a row of words for each
+    array, where it begins, its lengths and its steps. Numba takes 6 us to read the tuple."""
+
+    def __init__(self, tables: tuple[Any, ...]) -> None:
+        self.tables = tables
+        key = _kind(tables)
+        if key not in _kinds:  # Numba takes milliseconds for this
+            _kinds[key] = packed_kind(tables)
+        self.kind = _kinds[key]
+        plain = map(np.asarray, tables)
+        words = [(_address(each), *each.shape, *each.strides) for each in plain]
+        self._words = np.array([*chain.from_iterable(words)], dtype=np.int64)
+        self.address = _address(self._words)
+
+
+_kinds: dict[tuple[Any, ...], Any] = {}
+
+
+def packed(tables: Any) -> Any:
+    """Return tables as a composed function takes them, for many calls; they stay the same arrays."""
+    return tables if INTERPRETED else Packed(tables)
+
+
+def _address(array: Any) -> int:
+    return int(array.ctypes.data)
+
+
+class _Composed:
+    """A composed function that Python calls. Its machine code is called without Numba's dispatcher, which
+    derives the types of all arrays at each call."""
+
+    def __init__(self, made: Any) -> None:
+        self.made = made
+        self.__qualname__ = made.__qualname__
+        self._entries: dict[tuple[Any, ...], Any] = {}
+
+    def __call__(self, *given: Any) -> Any:
+        """Run, and first compile or load for such arguments."""
+        taken = [Packed(each) if _is_tables(each) else each for each in given]
+        return self._entry(taken)(*[each.address if type(each) is Packed else each for each in taken])
+
+    def make_ready(self, given: Sequence[Any]) -> None:
+        """Compile or load for such arguments."""
+        self._entry([Packed(each) if _is_tables(each) else each for each in given])
+
+    def _entry(self, taken: list[Any]) -> Any:
+        """Return the machine code for such arguments."""
+        key = tuple([each.kind._code if type(each) is Packed else _kind(each) for each in taken])
+        if key not in self._entries:
+            kinds = [each.kind if type(each) is Packed else backend.numba.typeof(each) for each in taken]
+            self._entries[key] = self.made.compile(tuple(kinds))
+        return self._entries[key]
+
+
+def _is_tables(given: Any) -> bool:
+    return isinstance(given, tuple) and all(isinstance(each, np.ndarray) for each in given)
 
 
 _spent = 0.0
@@ -151,19 +209,11 @@ def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
     """
     if INTERPRETED:
         return
-    asked = (function, tuple(_kind(argument) for argument in arguments))
-    if asked in _ready:
-        return  # Numba would derive the type of each argument again, for milliseconds
-    typeof = backend.numba.typeof
     with uncollected():
         try:
-            cast(Any, function).compile(tuple(typeof(argument) for argument in arguments))
+            cast(_Composed, function).make_ready(arguments)
         except Exception as error:  # Numba lets errors of all types through
             raise NotCompiled(complaint(error)) from error
-    _ready.add(asked)
-
-
-_ready: set[tuple[Any, ...]] = set()
 
 
 def _kind(argument: Any) -> tuple[Any, ...]:
@@ -171,10 +221,22 @@ def _kind(argument: Any) -> tuple[Any, ...]:
     if isinstance(argument, tuple):
         return type(argument), *(_kind(each) for each in argument)
     if isinstance(argument, np.ndarray):
-        flags = argument.flags
+        plain = np.asarray(argument)  # attributes of an array of records take ten times as long
+        flags, dtype = plain.flags, plain.dtype
+        if id(dtype) not in _known:  # to compare two with many fields takes long
+            if len(_known) > _MOST_KNOWN:
+                _known.clear()
+            _known[id(dtype)] = dtype, _numbers.setdefault(dtype, len(_numbers))
         lie = flags.c_contiguous, flags.f_contiguous, flags.aligned, flags.writeable
-        return type(argument), argument.dtype, argument.ndim, *lie
+        return type(argument), _known[id(dtype)][1], plain.ndim, *lie
     return (type(argument),)
+
+
+_numbers: dict[Any, int] = {}
+_known: dict[int, tuple[Any, int]] = {}
+"""Element types by their addresses, each kept, with its number: equal ones have the same."""
+
+_MOST_KNOWN = 10_000
 
 
 def is_cached(function: Callable[..., Any]) -> bool | None:
@@ -182,7 +244,7 @@ def is_cached(function: Callable[..., Any]) -> bool | None:
     interpreted."""
     if INTERPRETED:
         return None
-    folder = Path(cast(Any, function).stats.cache_path or ".")
+    folder = Path(cast(_Composed, function).made.stats.cache_path or ".")
     files = [*folder.glob(f"*{function.__qualname__}*.nb[ic]")]
     return any(file.suffix == ".nbi" for file in files) and all(f.is_file() and is_whole(f) for f in files)
 

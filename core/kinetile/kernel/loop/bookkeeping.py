@@ -23,7 +23,7 @@ def log(k: Kernel, tick: int, a: int, b: int) -> None:
     k.counts[0].logged += 1
     if b > TURNED:
         _log_contact(k, tick, first, second)
-    if len(k.log) > 0:
+    if k.clock[0].lists.rows > 0:
         row = _next_row(k, tick, first, second)
         one = k.bodies[a]
         row.ax = one.x
@@ -46,7 +46,7 @@ def log_passing(k: Kernel, tick: int, a: int, b: int) -> None:
     second = k.queue[b].number
     k.counts[0].logged += 1
     _log_contact(k, tick, first, second)
-    if len(k.log) > 0:
+    if k.clock[0].lists.rows > 0:
         row = _next_row(k, tick, first, second)
         row.ax = row.ay = row.avx = row.avy = math.nan
         row.bx = row.by = row.bvx = row.bvy = math.nan
@@ -82,7 +82,7 @@ def log_is_full(k: Kernel, rows: int) -> bool:
     """Whether there is no room for ``rows`` rows more."""
     lists = k.clock[0].lists
     room = len(k.met) - lists.logged
-    return bool(room < rows or (len(k.log) > 0 and len(k.log) - lists.written < rows))
+    return bool(room < rows or (lists.rows > 0 and lists.rows - lists.written < rows))
 
 
 ANY, SOME = 1, 2

@@ -30,11 +30,10 @@ def all_numbers(takes: npt.NDArray[np.int64], numbers: list[Doubles | None]) -> 
 
 
 @hook
-def own_numbers(k: Kernel, phase: int) -> Kernel:
-    """Return the tables as a phase sees them."""
+def first_number(k: Kernel, phase: int) -> int:
+    """Return where the numbers of a phase begin."""
     shapes = int(k.numbers[0])
-    own: Kernel = numbers_from(k, int(k.numbers[1 + shapes * shapes + phase]))
-    return own
+    return int(k.numbers[1 + shapes * shapes + phase])
 
 
 @hook
@@ -92,6 +91,6 @@ def of_phase(function: Hook, phase: int) -> Hook:
     @unchecked
     @hook
     def call(k: Kernel, *rest: Any) -> Any:
-        return given(own_numbers(k, phase), *rest)
+        return given(numbers_from(k, first_number(k, phase)), *rest)
 
     return call

@@ -154,7 +154,6 @@ class Engine(Tables):
         self._overlapping = state.overlapping
         tables = layout.tables_of(state.contents, self.numbers, composition, self.clock.unit)
         self.k = self.agenda.load(tables, self.clock)
-        self._long_log = self._no_log = self.k.log
         self.lay_out(self.speed)
 
     @property
@@ -189,7 +188,7 @@ class Engine(Tables):
             began = time.thread_time()
             try:
                 with Interruptible():
-                    make_ready(self.loop, self.k, self.state, 0, 0, 0, 0)
+                    make_ready(self.loop, *self.packed, 0, 0, 0, 0)
             except NotCompiled as error:
                 who = described("broad phase", self.composition.broad_phase)
                 said = f"the hooks of {self._phases} do not compile together ({who}): {error}"
@@ -237,7 +236,7 @@ class Engine(Tables):
         budget, before, heads = min(self._budget, most), self.now, layout.steps(self.count)
         try:
             with np.errstate(all="ignore") if INTERPRETED else nullcontext():  # compiled, nothing warns
-                reason = int(self.loop(self.k, self.state, until, budget, contacts, quota))
+                reason = int(self.loop(*self.packed, until, budget, contacts, quota))
         except Exception as error:  # a hook that raises, or one that is interpreted and leaves its arrays
             who = described("broad phase", self.composition.broad_phase)
             said = f"a hook of {self._phases} raised {sentence(error)}{place_of(error)} ({who})"
@@ -291,11 +290,9 @@ class Engine(Tables):
 
     def _record(self, wanted: bool) -> None:
         """Gives the loop a log for long rows only if a recorder reads them."""
-        if wanted:  # where bodies pass, more of them need more room
-            self._long_log = layout.with_room(self._long_log, len(self.k.met))
-        log = self._long_log if wanted else self._no_log
-        if log is not self.k.log:
-            self.k = self.k._replace(log=log)
+        if wanted and len(self.k.log) < len(self.k.met):  # where bodies pass, more of them need more room
+            self.k = self.k._replace(log=layout.with_room(self.k.log, len(self.k.met)))
+        self.fields.lists.rows[0] = len(self.k.log) if wanted else 0
 
     def arrive(self, until: float | None) -> None:
         """Sets the end of a run: ``time`` is now the requested one, until the next event."""
@@ -503,7 +500,7 @@ class Engine(Tables):
         wanted = Commands.TURNS if code == TURNED else Commands.ALL
         others_first = due(self.k, self.fields, self.met_now) > 0  # of the scene, which stopped before them
         if inserts and len(rows) == 1 and not others_first and not shapes:
-            (blocker,) = blockers_of(self.k, self.composition, self.walled, rows).tolist()
+            (blocker,) = blockers_of(self.packed[0], self.composition, self.walled, rows).tolist()
             if blocker != FREE:
                 raise blocked(self.k, self.clock, rows[0], blocker)
         bounds, needed = self._bounds_with(rows, inserts)
@@ -554,7 +551,7 @@ class Engine(Tables):
         """
         if not len(rows):
             return {}
-        found = blockers_of(self.k, self.composition, self.walled, rows)
+        found = blockers_of(self.packed[0], self.composition, self.walled, rows)
         free = found == FREE
         rows["body"] = self.numbers + np.cumsum(free) - free
         reasons: dict[int, Refused] = {}
@@ -695,7 +692,8 @@ class Engine(Tables):
     def unchanged_if(self, errors: type[BaseException]) -> Iterator[None]:
         """Within this context such an error leaves the engine unchanged. Costs a copy of all tables."""
         before, entries, later = dict(vars(self)), self.ledger.entries, self.agenda.later
-        base, tables = self.clock.base, [*self.k._replace(met=self._no_log, log=self._no_log), *self.state]
+        base, names = self.clock.base, [name for name in self.k._fields if name not in ("met", "log")]
+        tables = [*(getattr(self.k, name) for name in names), *self.state]
         contents = [layout.copied(table) for table in tables]
         try:
             yield

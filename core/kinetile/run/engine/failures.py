@@ -144,14 +144,14 @@ def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
     return f"left its fault {which} ({a}, {b}), and its parts have {has}"
 
 
-def blockers_of(k: Kernel, composition: Composition, walls: bool, rows: Rows) -> npt.NDArray[np.int64]:
+def blockers_of(packed: Any, composition: Composition, walls: bool, rows: Rows) -> npt.NDArray[np.int64]:
     """Returns for each body that commands insert, one after the other, the slot or the wall that it would
     reach into, FREE, or FREE - 1 - i for the i-th of these commands. The loop would find the same, but only
     after a copy of all tables."""
     periodic = bool(composition.prepared.periodic)
     parts = {"WALLS": walls, "PASSING": composition.passing, "PERIODIC": periodic, **composition.of_shapes}
     found = np.empty(len(rows), dtype=np.int64)
-    compose(find_blockers, parts, "room", Kernel)(k, rows.view(np.recarray), found)
+    compose(find_blockers, parts, "room", Kernel)(packed, rows.view(np.recarray), found)
     return found
 
 

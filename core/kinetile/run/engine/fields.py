@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.kernel.compiled import packed
 from kinetile.kernel.tables import Kernel, Records, slots_taken
 
 Fields: TypeAlias = Any
@@ -39,8 +40,10 @@ class Tables:
 
     fields: Fields
     count: Fields
+    state: Any
     _k: Kernel
     _taken: tuple[tuple[int, int], npt.NDArray[np.intp]] | None
+    _packed: Any = None
 
     @property
     def k(self) -> Kernel:
@@ -49,9 +52,19 @@ class Tables:
 
     @k.setter
     def k(self, tables: Kernel) -> None:
+        if hasattr(self, "_k") and tables is self._k:
+            return
+        self._packed = None
         if not hasattr(self, "_k") or tables.clock is not self._k.clock:
             self.fields, self.count, self._taken = fields_of(tables.clock), fields_of(tables.counts), None
         self._k = tables
+
+    @property
+    def packed(self) -> Any:
+        """The tables, and the broad phase's state, as composed functions take them."""
+        if self._packed is None:
+            self._packed = packed(self._k), packed(self.state)
+        return self._packed
 
     @property
     def taken(self) -> npt.NDArray[np.intp]:

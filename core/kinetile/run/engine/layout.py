@@ -260,7 +260,7 @@ def _renewed(k: Kernel, contents: Contents, scene: Scene, composition: Compositi
     kept."""
     new = tables_of(contents, len(k.slots), composition, scene.time_unit)
     new = new._replace(met=with_room(k.met, len(new.met)), log=k.log, watch=k.watch, watched=k.watched)
-    for name in ("epoch", "lists.logged", "lists.written", "stops.before"):
+    for name in ("epoch", "lists.logged", "lists.written", "lists.rows", "stops.before"):
         column(new.clock, name)[0] = column(k.clock, name)[0]
     return Renewed(composition, more_passings(new, len(k.passings)))
 
