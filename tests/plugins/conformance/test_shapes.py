@@ -140,7 +140,7 @@ def test_a_solid_phase_and_one_for_discs_say_that_they_take_no_shapes():
     assert "sweep-tiling is for discs, and this scene has other shapes" in result.reason
     (result,) = check_broad_phase("naive", narrow_phases=["disc"], checks=[AS_CONVEX], **chosen).results
     assert result.status == "skipped"
-    assert "does not take box against box" in result.reason
+    assert "does not take capsule against capsule" in result.reason
 
 
 @pytest.mark.interpreted
