@@ -42,6 +42,9 @@ SHORTENINGS, MOMENTS = 20, 12
 """How often a scene with too many contacts is made to end sooner, before it is passed over; and moments of a
 scene at which an engine is asked for pairs, besides its start."""
 
+FORESEEN = 1000.0
+"""Time units of a cast at most: a contact is foreseen up to 1,024 after the later anchor."""
+
 GROWTH = (1.0, 2.0)
 """How many times as large as in its scene a body is in a case. Bodies of a scene touch at contacts alone, and
 those that are twice as large overlap."""
@@ -456,7 +459,7 @@ class Casts(Question):
     def cases(self, scene: Scene) -> Iterator[Scene]:
         """Yield scenes of two bodies, some of those that meet, or would if they were larger, and a few of
         the others."""
-        end = Settings(until=horizon(scene) - scene.start)
+        end = Settings(until=min(horizon(scene) - scene.start, FORESEEN * scene.time_unit))
         bare = changed(scene, commands=(), arena=None, start=0.0, settings=end)
         met = outcome(Subject(REFERENCE, {}).reference, scene, self.most).contacts[["a", "b"]].tolist()
         n = len(scene)

@@ -108,10 +108,10 @@ FAULTS = {
 @pytest.mark.parametrize("fault", first(4, [*FAULTS]), ids=FAULTS.get)
 def test_a_fault_is_found(fault, tmp_path):
     command = compiled(tmp_path, f"-DFAULT={fault}")
-    report = check_engine(command, examples=40, checks=["same-contacts"], save_to=tmp_path / "failures")
+    report = check_engine(command, examples=100, checks=["same-contacts"], save_to=tmp_path / "failures")
     (result,) = report.results
     assert (result.status, report.exit_code) == ("failed", 1)
-    assert result.bodies <= 3
+    assert result.bodies <= 4  # two pairs at one tick
     assert "by the specification the engine is wrong in contact" in result.said
 
     assert len(kt.load_scene(result.case)) == result.bodies

@@ -81,6 +81,14 @@ def test_phases_for_some_shapes_and_one_for_all_give_what_the_one_gives(narrow, 
     together.audit()
 
 
+@pytest.mark.own_loop
+@pytest.mark.compiled
+def test_compiled_phases_read_each_its_own_numbers():
+    """Tables with other numbers lay on the stack of a hook that had returned."""
+    alone, together = run(MIXED, "convex", "wall"), run(MIXED, "disc", "convex", "wall")
+    assert together.fingerprint == alone.fingerprint
+
+
 @pytest.mark.small
 @pytest.mark.parametrize("periodic", ["x", "xy"])
 def test_discs_and_other_shapes_meet_through_images(periodic):
