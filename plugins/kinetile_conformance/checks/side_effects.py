@@ -111,8 +111,9 @@ def _as_at_first() -> Iterator[None]:
             resource.setrlimit(resource.RLIMIT_NOFILE, (limits[1], limits[1]))
         with suppress(OSError), tempfile.TemporaryFile() as file:
             opened.extend(os.dup(file.fileno()) for _ in range(FILES))
-        for _ in range(ROOM):
-            os.close(opened.pop())
+        for each in opened[-ROOM:]:
+            os.close(each)
+        del opened[-ROOM:]
         with np.errstate(divide="warn", over="warn", under="ignore", invalid="warn"):
             yield
     finally:
