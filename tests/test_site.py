@@ -251,7 +251,7 @@ def test_a_search_from_a_folder_has_excerpts_and_logs_nothing(word, stem, site):
 def test_a_figure_follows_the_switch_of_the_theme(system, theme, site):
     image = pytest.importorskip("PIL.Image")
     with Browser(dark=system == "dark") as browser:
-        browser.visit(site / "kernel.html")
+        browser.visit(site / "writing-a-broad-phase.html")
         browser.value(f"void (document.body.dataset.theme = '{theme}')")
         browser.value("document.querySelector('article img').scrollIntoView()")
         place = browser.value(f"{BOUNDS}('article img')")

@@ -8,7 +8,7 @@ purposes: ``k.clock[0].limits.width``.
 The queue has one entry a body, the record ``queue[body]``: the first of what awaits it.
 That is the structural certificate which the broad phase has given it, its first contact with another body (a
 *guess*, a lower bound, until it is at the head of the queue and is computed exactly), or its contact
-with a wall. docs/kernel.md has the rules by which the entries cover every contact that there can be.
+with a wall. ``kernel.loop.predictions`` has the rules by which the entries cover every possible contact.
 
 Bodies come and go. A body is in a *slot*, its place in every table of bodies, and has a *number*, by
 which it is known outside: in the log, in the order of events of one tick, and to the user. A slot that a

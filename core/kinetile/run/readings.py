@@ -23,6 +23,12 @@ class Readings:
     After ``resume`` or ``restore`` the structure of the broad phase is built again: structural events, and
     other counts of its work, may then differ from those of a run that was not interrupted. Contacts do not.
 
+    The measures of a kinetic data structure (thesis, section 2.1) are among them. Responsiveness: events a
+    CPU second. Efficiency: structural events for each contact. Compactness: the length of the queue, at
+    most one entry a body. Locality: the number of rescheduled certificates. Candidate checks and exact
+    times for each contact measure the quality of the broad phase; deepest overlap, energy drift and
+    lateness the accuracy of the run.
+
     Attributes:
         contacts_disc: contacts of two discs, beginnings and ends of passings among them.
         contacts_wall: contacts of a body with a wall.

@@ -21,6 +21,29 @@ one place because a hook is inlined wherever it is called: a second call of ``so
 the machine code of a whole broad phase again, and seconds of compilation.
 
 The loop cannot raise. It runs until something has to be done outside and returns a reason.
+
+Order, and why the head is the next event
+=========================================
+
+The order is total: by tick; at equal ticks structural, guess, command, wall, pair; in one kind by number, and
+pairs by their two bodies. It does not depend on the history of the queue.
+
+Let the head be a contact of a pair at tick T, exact, and its partner's plan unchanged. Let {c, d} be a near
+pair, not barred, and c a body that covers it. Then its contact is at or after c's ``tick``, that is at or
+after c's ``key``, that is at or after T. If it is at T, c's key is T and of kind pair: everything else of
+that tick would be before the head. If c's partner is d, the order by numbers decides between the two
+contacts, as it should. If it is another, e, then c's ``guard`` is at T too; a guess that became exact was
+before its guard, so c was computed exactly, and of several contacts at one tick has that of the smaller
+numbers: {c, e} is before {c, d}. So nothing is before the head.
+
+A guess that becomes exact at tick t *runs at once*, without being filed, if t is before everything else in
+its slice of the calendar and before the slice's end, before ``own`` of both bodies, before the next turn and
+the end of the run, before the partner's key (or, if that is this same contact in the partner's entry, before
+its ``guard``), and if neither body can be at a wall by then. By the same reasoning all other contacts,
+failures and walls are later than t, with no tie.
+
+``Simulation(..., audit=N)`` checks all of it between two events, slowly: the calendar, each entry, the
+positions, and coverage, computed anew and exactly.
 """
 
 from __future__ import annotations

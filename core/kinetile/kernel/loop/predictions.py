@@ -8,6 +8,31 @@ An entry says of body h, about all that was near it when it was refreshed and al
 The first values are lower bounds, cheap and for eight partners at once. Only a contact that comes to the head
 of the queue is computed exactly. Lower bounds come from ``soonest`` of the narrow phase, as a delay; where a
 narrow phase has none, the contact with every partner is computed exactly at once.
+
+Coverage
+========
+
+An entry of h **covers** a near pair {h, j} if it is true for it: the contact of h and j is not before
+``tick``, and not before ``guard`` if j is not the partner, and exactly at ``tick`` if j is the partner,
+``exact`` is set and ``seen`` is j's stamp.
+
+    Between two events every near pair that is not barred is covered by one of its bodies.
+
+Five rules keep it:
+
+1. *A body whose plan has changed raises its stamp and is predicted anew.* It covers all its pairs. The
+   entries of the others do not change; they may now be wrong for this body, and need not be right.
+2. *A newcomer is predicted by one of the two*: the body under repair, or the first of an ``offer``. If its
+   contact may be first, the old first becomes the guard; else the guard is lowered to it. The entry still
+   covers what it covered.
+3. *An entry at the head whose partner has another plan is predicted anew.* Until then the partner covered the
+   pair, by rule 1.
+4. *For a guess that turns out later than ``guard``, all contacts of the body are computed exactly.*
+5. *A pair is barred while each body stores the other as its last contact*, and that ends only when one of
+   them gets another plan: rule 1.
+
+For this a broad phase must name every body that becomes near (``repair``, ``offer``). It need not report
+bodies that are no longer near.
 """
 
 from __future__ import annotations
