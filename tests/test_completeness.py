@@ -19,7 +19,11 @@ from kinetile_conformance.cases import COUNTS as COMPARED
 
 ROOT = Path(__file__).parents[1]
 PAGES = "\n".join(page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").rglob("*.md")))
-PAGE_OF = {"response": "docs/living-scenes.md", "observable": "docs/observables.md", "scene": "docs/scenes.md"}
+PAGE_OF = {
+    "response": "docs/living-scenes.md",
+    "observable": "docs/observables.md",
+    "scene": "docs/scenes.md",
+}
 BUILT_IN = [
     (said["kind"], said["name"])
     for said in registry().as_dicts()["provided"]

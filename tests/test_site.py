@@ -38,7 +38,7 @@ UNREAD = {"_live", "source"}
 LONG = 150
 """Lines of a page that should have a picture."""
 
-WITHOUT_PICTURE = {"command-line.md"}
+WITHOUT_PICTURE = {"command-line.md", "plugins.md"}
 """Long pages that are lists of packages and commands: nothing in them is to be seen."""
 
 THEMES = [(system, theme) for system in ("light", "dark") for theme in ("auto", "light", "dark")]
