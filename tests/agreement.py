@@ -19,6 +19,12 @@ PHASES: tuple[tuple[str, dict[str, Any]], ...] = (
 )
 TILING: tuple[tuple[str, dict[str, Any]], ...] = (("sweep-tiling", {}),)
 """Needs an arena."""
+POWER: tuple[tuple[str, dict[str, Any]], ...] = (("power", {}),)
+
+
+def is_for_power(scene: kt.Scene) -> bool:
+    """Whether ``power`` takes a scene of discs: in an arena, of which no body is less than a 32768th."""
+    return scene.arena is not None and bool(scene.radius.min(initial=1.0) >= 2.0**-15 * max(scene.arena))
 
 
 class Outcome(NamedTuple):
@@ -52,7 +58,9 @@ def assert_one_answer(
     """Assert that every phase gives the same contacts, end, time and final state; return the reference's
     simulation."""
     reference: tuple[kt.Simulation, Outcome] | None = None
-    for phase, options in PHASES + (TILING if scene.arena is not None else ()):
+    for phase, options in (
+        PHASES + (TILING if scene.arena is not None else ()) + (POWER if is_for_power(scene) else ())
+    ):
         sim, found = outcome(scene, phase, options, until, max_contacts)
         if reference is None:
             reference = (sim, found)

@@ -10,7 +10,7 @@ import pytest
 
 from kinetile.kernel.compiled import INTERPRETED
 
-PHASES = ("naive", "cells", "sap_1d", "sap_2d", "sweep_tiling")
+PHASES = ("naive", "cells", "sap_1d", "sap_2d", "sweep_tiling", "power")
 
 slow_ones = True
 """Whether this run may have slow tests: else they are not even collected. ``conftest.py`` sets it."""
@@ -42,8 +42,8 @@ def examples(count: int) -> int:
 
 
 def is_shared(loop: Callable[..., Any]) -> bool:
-    """Return whether a loop is one of the ten that tests share: a built-in phase with walls and discs, alike
-    or not, and nothing else that a scene may have."""
+    """Return whether a loop is one of the twelve that tests share: a built-in phase with walls and discs,
+    alike or not, and nothing else that a scene may have."""
     named = any(loop.__qualname__.startswith(f"advance_{phase}_disc_wall_") for phase in PHASES)
     beyond = ("COMMANDS", "LIVING", "RULES", "PASSING", "PERIODIC", "AHEAD")
     return named and not any(loop.__globals__[each] for each in beyond)

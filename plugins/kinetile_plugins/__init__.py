@@ -42,6 +42,11 @@ def kinetile_broad_phases() -> list[BroadPhaseSpec]:
             "the free space in tiles: pairs of bodies that see each other, O(n) of them",
             aliases=("tiling",),
         ),
+        BroadPhaseSpec(
+            "power",
+            "kinetile_plugins.power:Power",
+            "a kinetic regular triangulation: pairs of bodies with an edge, O(n) of them, few events",
+        ),
     ]
 
 

@@ -9,7 +9,14 @@ own state as ``s``.
 
 from __future__ import annotations
 
-from kinetile.kernel.certificates.structural import falls, falls_eight, falls_many, schedule, ticks_after
+from kinetile.kernel.certificates.structural import (
+    falls,
+    falls_eight,
+    falls_many,
+    first_rise,
+    schedule,
+    ticks_after,
+)
 from kinetile.kernel.certificates.wall import inside_arena
 from kinetile.kernel.compiled import hook, larger, smaller, unchecked
 from kinetile.kernel.flight import closing_speed, positions_now, shared, since_anchor, since_origin
@@ -77,6 +84,7 @@ __all__ = [
     "falls",
     "falls_eight",
     "falls_many",
+    "first_rise",
     "held_pairs",
     "hook",
     "inside_arena",

@@ -21,6 +21,7 @@ from kinetile.kernel.vectors import (
     choose,
     floor,
     lane,
+    root,
     some,
     spread,
     spread_ticks,
@@ -112,6 +113,62 @@ def falls_eight(k: Kernel, since: Ticks, gap: Floats, rate: Floats) -> Ticks:
     ahead = to_floats(spread_ticks(clock.now + 1) - since) * spread(clock.tick)
     deep = (gap < theta) & (gap + rate * ahead < theta)
     return choose(falling, choose(soon, tick, never), choose(deep, now, never))
+
+
+STEPS = 3
+"""Steps of ``first_rise``, at most. More of them find later ticks, and cost more."""
+
+
+@hook
+def positive(value: Floats) -> Floats:
+    """Return the numbers that are above zero, and zero for the others."""
+    return choose(value > spread(0.0), value, spread(0.0))
+
+
+@hook
+def least_root(m: Floats, r1: Floats, r2: Floats) -> Floats:
+    """Return where r1 u + r2 u^2 reaches m > 0, for u > 0 and r1, r2 >= 0; at most 2^10."""
+    q = r1 + root(r1 * r1 + spread(4.0) * r2 * m) + spread(2.0**-1000)
+    u = (m + m) / q
+    return choose(u < spread(1024.0), u, spread(1024.0))
+
+
+@hook
+def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats) -> Ticks:
+    """Return a tick before which g0 + g1 t + g2 t^2 + g3 t^3 + g4 t^4 stays below zero, in each of eight
+    lanes; t is the time since now in units of the clock, 2^52 ticks.
+
+    It is now if, and only if, the polynomial is not below zero at the end of this tick. Else it is a lower
+    bound of the first root, or ``NEVER``: whoever is told of it computes once more then, whether the
+    polynomial has risen. On [t, t + u] a polynomial is at most its value at t and the terms of its
+    derivatives there that are positive. Where that sum reaches zero is no root before; it is a polynomial
+    that rises and is convex, so a bound of its root from above gives one from below.
+    """
+    zero = spread(0.0)
+    far = spread(FAR * 2.0**-52)
+    now = spread_ticks(k.clock[0].now)
+    t = spread(2.0**-52)
+    at_once = (((g4 * t + g3) * t + g2) * t + g1) * t + g0 >= zero
+    for _ in range(STEPS):
+        m = zero - ((((g4 * t + g3) * t + g2) * t + g1) * t + g0)
+        r1 = positive(((spread(4.0) * g4 * t + spread(3.0) * g3) * t + spread(2.0) * g2) * t + g1)
+        r2 = positive((spread(6.0) * g4 * t + spread(3.0) * g3) * t + g2)
+        r3 = positive(spread(4.0) * g4 * t + g3)
+        r4 = positive(g4)
+        below = (m > zero) & (t < far)
+        m = choose(below, m, spread(1.0))
+        above = least_root(m, r1, r2)
+        alone = root(root(m / (r4 + spread(2.0**-1000))))
+        above = choose(alone < above, alone, above)
+        step = least_root(m, r1, r2 + above * (r3 + above * r4))
+        above = least_root(m, r1, r2 + step * (r3 + step * r4))
+        step = least_root(m, r1, r2 + above * (r3 + above * r4))
+        t = choose(below, t + step * spread(1.0 - 2.0**-40), t)
+        if not some(below):
+            break
+    soon = t < far
+    tick = choose(soon, now + floor(choose(soon, t, zero) * spread(2.0**52)), spread_ticks(NEVER))
+    return choose(at_once, now, tick)
 
 
 @hook

@@ -1,0 +1,104 @@
+"""Power: a kinetic regular triangulation, of discs that do not pass through each other.
+
+The weight of a site is the square of its body's reach. The power of a point over a body is the square of its
+distance from the centre less that weight, and the regular triangulation has an edge where two bodies share
+a border of their regions of least power. Two bodies that touch always share one, and no body is ever without
+a region (docs/power.md has the proofs). So a body is near those to which it has an edge, and all that can
+happen is that an edge flips. There are at most 3n + 5 edges and never a parameter; the number of flips for a
+contact hardly grows with the number of bodies.
+
+Files: ``web`` the stored structure; ``certificates`` when edges fail; ``events`` flips, insertion, removal;
+``audit`` every invariant, slowly. This file has the class, and the drawing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from kinetile.errors import Refused
+from kinetile.scene import Scene
+from kinetile.toolbox import At, BroadPhaseParts, Item, Kernel, Polygon, pair_links
+
+from .audit import audit
+from .events import build, enter, leave, repair, replan
+from .web import CORNERS, PER_LENGTH, UNIT, State, empty, near
+
+THINNEST = 2.0**-15
+"""The smallest radius, by the arena's longer side: 2^-40 is what rounding may make of a power, and theta is
+2^-10 of the square of the radius."""
+
+DISTANCE = 2.0
+"""How far the far points are from the arena's centre, by its longer side."""
+
+
+def arrange(k: Kernel, s: State) -> None:
+    """Computes scale and weights, and the order in which bodies are inserted."""
+    limits, n = k.clock[0].limits, len(k.bodies)
+    side = max(float(limits.width), float(limits.height))
+    if float(limits.theta) != 2.0**-48 * side:  # that is, if bodies may leave the arena
+        raise Refused(
+            "power triangulates an arena whose walls keep the bodies in it, and no narrow phase for walls is "
+            "named: name one, or choose another broad phase, such as cells"
+        )
+    s.scale[UNIT] = float(k.clock[0].tick) * 2.0**52
+    s.weight[:n] = (s.scale[PER_LENGTH] * k.bodies.reach) ** 2
+    s.order[:n] = np.random.default_rng(0).permutation(n)
+
+
+def draw(k: Kernel, s: State) -> Iterator[Item]:
+    """Yields the triangles between bodies, each with the tick at which the first of its own edges fails, and
+    the pairs of bodies that have an edge."""
+    n = len(s.first) - CORNERS
+    corners, due = s.org.reshape(-1, 4)[:, :3], s.due.reshape(-1, 4)[:, :3].min(axis=1)
+    between = (corners >= 0).all(axis=1) & (corners < n).all(axis=1)
+    for sites, tick in zip(corners[between].tolist(), due[between].tolist(), strict=True):
+        yield Polygon("tile", tuple((At(site), At(site)) for site in sites), tick)
+    h = np.flatnonzero((s.org >= 0) & (s.org < n) & (s.twin >= 0))
+    a, b = s.org[h], s.org[s.twin[h]]
+    one = (a < b) & (b < n)
+    yield from pair_links(zip(a[one].tolist(), b[one].tolist(), strict=True))
+
+
+class Power:
+    """A kinetic regular triangulation: pairs of bodies whose regions of least power adjoin."""
+
+    def prepare(self, scene: Scene) -> BroadPhaseParts:
+        """Returns the parts; refuses a scene without an arena, with a periodic axis, with other shapes than
+        discs, or with a body that is too small for the arena."""
+        why = "power triangulates the discs of an arena between far points outside of it, and this scene "
+        if scene.arena is None:
+            raise Refused(f"{why}has no arena")
+        if scene.periodic:
+            raise Refused(f"{why}is periodic along {scene.periodic}")
+        if scene.shapes:
+            raise Refused("power is for discs, and this scene has other shapes")
+        radius, side = float(scene.radius.min(initial=math.inf)), max(scene.arena)
+        if radius < THINNEST * side:
+            raise Refused(
+                f"power is for bodies that are at most {1.0 / THINNEST:.0f} times as small as the arena, and "
+                f"the smallest radius is {radius!r} in an arena of {side!r}"
+            )
+        state = empty(scene.capacity)
+        width, height = scene.arena
+        scale = math.ldexp(1.0, -math.frexp(side)[1])
+        theta = 2.0**-10 * (scale * radius) ** 2 if len(scene) else 0.0
+        state.scale[:] = scale, 0.0, theta, 0.5 * scale * width, 0.5 * scale * height, DISTANCE * scale * side
+        return BroadPhaseParts(
+            near=near,
+            state=state,
+            arrange=arrange,
+            build=build,
+            repair=repair,
+            replan=replan,
+            enter=enter,
+            leave=leave,
+            audit=audit,
+            draw=draw,
+            ticks=(state.due, state.soonest),
+            solid=True,
+            skin_limit=radius / 16.0 if len(scene) else None,
+            room=scene.capacity + 4,
+        )

@@ -1,0 +1,284 @@
+"""Certificates of the edges: when the triangulation stops to be regular, and for which of them a body is
+queued.
+
+A site at (x, y) with weight w is lifted to (x, y, x^2 + y^2 - w). An edge ab with c on its left and d on its
+right has one certificate: d is less than theta below the plane of a, b and c. Twice the area of the triangle
+times that depth is a determinant of three rows, polynomials in time: of degree 4. All is computed relative to
+a, which is a body, so that a far point costs no digits; and what rounding can make of the determinant is
+taken off it. So what is said to fail has failed, for one set of rounded places, and each flip lowers the
+lifted surface: every tick has an end.
+
+A certificate need not be computed to its root. ``first_rise`` gives a lower bound; when that comes, a site
+that is less than half of theta below is watched again, and else the edge flips (``events``).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from kinetile.toolbox import NEVER, Kernel, first_rise, hook, schedule, since_origin, smaller
+from kinetile.toolbox.lanes import (
+    Floats,
+    Ticks,
+    choose,
+    lane,
+    numbers,
+    pick,
+    places,
+    some,
+    spread,
+    spread_whole,
+)
+
+from .web import (
+    CENTRE_X,
+    CENTRE_Y,
+    FAR,
+    PER_LENGTH,
+    THETA,
+    UNIT,
+    State,
+    around,
+    pred,
+    slots,
+    succ,
+)
+
+NOISE = 2.0**-47
+"""What rounding can make of a determinant, in products of the sizes of its rows; with room of more than
+two."""
+
+
+class Spot(NamedTuple):
+    """A site at the end of this tick, by the scale."""
+
+    x: float
+    y: float
+    weight: float
+
+
+class Row(NamedTuple):
+    """A row of eight determinants: place, velocity and height relative to a, as polynomials in time, and a
+    bound of |x| + |y|."""
+
+    x0: Floats
+    x1: Floats
+    y0: Floats
+    y1: Floats
+    h0: Floats
+    h1: Floats
+    h2: Floats
+    size0: Floats
+    size1: Floats
+
+
+class Sites(NamedTuple):
+    """Eight sites now, by the scale; velocities are for a unit of the clock."""
+
+    x: Floats
+    y: Floats
+    vx: Floats
+    vy: Floats
+    weight: Floats
+
+
+@hook
+def spot(k: Kernel, s: State, site: int) -> Spot:
+    """Return where a site is at the end of this tick."""
+    n = slots(s)
+    scale = s.scale
+    if site >= n:
+        across = scale[FAR] if site == n + 2 else -scale[FAR] if site == n else 0.0
+        along = scale[FAR] if site == n + 3 else -scale[FAR] if site == n + 1 else 0.0
+        return Spot(scale[CENTRE_X] + across, scale[CENTRE_Y] + along, 0.0)
+    elapsed = since_origin(k, k.clock[0].now)
+    place = k.places[site]
+    flown = scale[PER_LENGTH] * k.clock[0].tick
+    return Spot(
+        (place.x + place.vx * elapsed) * scale[PER_LENGTH] + place.vx * flown,
+        (place.y + place.vy * elapsed) * scale[PER_LENGTH] + place.vy * flown,
+        s.weight[site],
+    )
+
+
+@hook
+def turn(a: Spot, b: Spot, c: Spot) -> float:
+    """Return twice the area of a triangle, above 0 if it is counter-clockwise."""
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
+
+
+@hook
+def sunk(o: Spot, a: Spot, b: Spot, c: Spot, part: float) -> float:
+    """Return how deep o is below the plane of a, b, c, counter-clockwise, times twice their area; less a part
+    of what rounding can make of it."""
+    ax = a.x - o.x
+    ay = a.y - o.y
+    bx = b.x - o.x
+    by = b.y - o.y
+    cx = c.x - o.x
+    cy = c.y - o.y
+    ah = ax * ax + ay * ay - a.weight + o.weight
+    bh = bx * bx + by * by - b.weight + o.weight
+    ch = cx * cx + cy * cy - c.weight + o.weight
+    depth = ah * (bx * cy - cx * by) + bh * (cx * ay - ax * cy) + ch * (ax * by - bx * ay)
+    one = abs(ax) + abs(ay)
+    two = abs(bx) + abs(by)
+    three = abs(cx) + abs(cy)
+    return depth - part * NOISE * (one * two * three * (one + two + three))
+
+
+@hook
+def fails(k: Kernel, s: State, h: int) -> bool:
+    """Whether the site beyond an edge is surely more than half of theta below the plane of the triangle."""
+    a = spot(k, s, s.org[h])
+    b = spot(k, s, s.org[succ(h)])
+    c = spot(k, s, s.org[pred(h)])
+    d = spot(k, s, s.org[pred(s.twin[h])])
+    return bool(sunk(a, c, b, d, 0.5) > 0.5 * s.scale[THETA] * turn(a, b, c))
+
+
+@hook
+def eight_sites(k: Kernel, s: State, at: int) -> Sites:
+    """Return eight sites of those that are named, from one place on."""
+    scale = s.scale
+    n = slots(s)
+    site = numbers(s.sites, at)
+    weight = pick(s.weight, s.sites, at)
+    x, y, vx, vy = places(k.places, s.plans, at)
+    elapsed = spread(since_origin(k, k.clock[0].now))
+    length = spread(scale[PER_LENGTH])
+    x = (x + vx * elapsed) * length
+    y = (y + vy * elapsed) * length
+    speed = spread(scale[PER_LENGTH] * scale[UNIT])
+    vx = vx * speed
+    vy = vy * speed
+    is_far = site > spread_whole(n - 1)
+    if some(is_far):
+        zero = spread(0.0)
+        far = spread(scale[FAR])
+        across = choose(site == spread_whole(n), zero - far, choose(site == spread_whole(n + 2), far, zero))
+        along = choose(
+            site == spread_whole(n + 1), zero - far, choose(site == spread_whole(n + 3), far, zero)
+        )
+        x = choose(is_far, spread(scale[CENTRE_X]) + across, x)
+        y = choose(is_far, spread(scale[CENTRE_Y]) + along, y)
+        vx = choose(is_far, zero, vx)
+        vy = choose(is_far, zero, vy)
+    return Sites(x, y, vx, vy, weight)
+
+
+@hook
+def size(value: Floats) -> Floats:
+    """Return absolute values."""
+    zero = spread(0.0)
+    return choose(value < zero, zero - value, value)
+
+
+@hook
+def row(a: Sites, b: Sites, theta: Floats) -> Row:
+    """Return the rows of eight sites, lifted by theta."""
+    x0 = b.x - a.x
+    x1 = b.vx - a.vx
+    y0 = b.y - a.y
+    y1 = b.vy - a.vy
+    h0 = x0 * x0 + y0 * y0 - b.weight + a.weight + theta
+    h1 = x0 * x1 + y0 * y1
+    return Row(x0, x1, y0, y1, h0, h1 + h1, x1 * x1 + y1 * y1, size(x0) + size(y0), size(x1) + size(y1))
+
+
+@hook
+def failures(k: Kernel, s: State) -> Ticks:
+    """Return bounds of when eight edges fail, by their sites."""
+    a = eight_sites(k, s, 0)
+    theta = spread(s.scale[THETA])
+    zero = spread(0.0)
+    b = row(a, eight_sites(k, s, 8), zero)
+    c = row(a, eight_sites(k, s, 16), zero)
+    d = row(a, eight_sites(k, s, 24), theta)
+    # the minors of two rows, times the height of the third; in the order of a determinant whose sign is that
+    # of the depth, since a is the site from which all is counted
+    cb0 = c.x0 * b.y0 - b.x0 * c.y0
+    cb1 = c.x0 * b.y1 + c.x1 * b.y0 - b.x0 * c.y1 - b.x1 * c.y0
+    cb2 = c.x1 * b.y1 - b.x1 * c.y1
+    dc0 = d.x0 * c.y0 - c.x0 * d.y0
+    dc1 = d.x0 * c.y1 + d.x1 * c.y0 - c.x0 * d.y1 - c.x1 * d.y0
+    dc2 = d.x1 * c.y1 - c.x1 * d.y1
+    bd0 = b.x0 * d.y0 - d.x0 * b.y0
+    bd1 = b.x0 * d.y1 + b.x1 * d.y0 - d.x0 * b.y1 - d.x1 * b.y0
+    bd2 = b.x1 * d.y1 - d.x1 * b.y1
+    g0 = cb0 * d.h0 + dc0 * b.h0 + bd0 * c.h0
+    g1 = cb0 * d.h1 + cb1 * d.h0 + dc0 * b.h1 + dc1 * b.h0 + bd0 * c.h1 + bd1 * c.h0
+    g2 = cb0 * d.h2 + cb1 * d.h1 + cb2 * d.h0 + dc0 * b.h2 + dc1 * b.h1 + dc2 * b.h0
+    g2 = g2 + bd0 * c.h2 + bd1 * c.h1 + bd2 * c.h0
+    g3 = cb1 * d.h2 + cb2 * d.h1 + dc1 * b.h2 + dc2 * b.h1 + bd1 * c.h2 + bd2 * c.h1
+    g4 = cb2 * d.h2 + dc2 * b.h2 + bd2 * c.h2
+    # the product of the three sizes, and times their sum
+    e0 = b.size0 * c.size0
+    e1 = b.size0 * c.size1 + b.size1 * c.size0
+    e2 = b.size1 * c.size1
+    f0 = e0 * d.size0
+    f1 = e0 * d.size1 + e1 * d.size0
+    f2 = e1 * d.size1 + e2 * d.size0
+    f3 = e2 * d.size1
+    noise = spread(NOISE)
+    sum0 = (b.size0 + c.size0 + d.size0) * noise
+    sum1 = (b.size1 + c.size1 + d.size1) * noise
+    return first_rise(
+        k,
+        g0 - f0 * sum0,
+        g1 - f0 * sum1 - f1 * sum0,
+        g2 - f1 * sum1 - f2 * sum0,
+        g3 - f2 * sum1 - f3 * sum0,
+        g4 - f3 * sum1,
+    )
+
+
+@hook
+def settle(k: Kernel, s: State, site: int) -> None:
+    """Queue a body for the first of the edges that it owns to fail."""
+    if site >= slots(s):
+        return
+    least = NEVER
+    begin = int(s.first[site])
+    h = begin
+    for _ in range(len(s.first)):
+        least = smaller(least, s.due[h])
+        h = around(s, h)
+        if h == begin:
+            break
+    s.soonest[site] = least
+    schedule(k, site, least)
+
+
+@hook
+def note(k: Kernel, s: State, h: int, tick: int) -> None:
+    """Note when an edge fails, at its owner's half-edge, and queue the owner."""
+    site = s.org[h]
+    old = s.due[h]
+    s.due[h] = tick
+    s.due[s.twin[h]] = NEVER
+    if tick <= s.soonest[site]:
+        s.soonest[site] = tick
+        schedule(k, site, tick)
+    elif old == s.soonest[site]:
+        settle(k, s, site)
+
+
+@hook
+def watch(k: Kernel, s: State, count: int) -> None:
+    """Watch the edges that are listed, eight at a time."""
+    last = slots(s) - 1
+    for i in range(count, count + 7):
+        s.listed[i] = s.listed[0]
+    for begin in range(0, count, 8):
+        for i in range(8):
+            h = s.listed[begin + i]
+            s.sites[i] = s.org[h]
+            s.sites[8 + i] = s.org[succ(h)]
+            s.sites[16 + i] = s.org[pred(h)]
+            s.sites[24 + i] = s.org[pred(s.twin[h])]
+        for i in range(32):
+            s.plans[i] = smaller(s.sites[i], last)
+        tick = failures(k, s)
+        for i in range(smaller(8, count - begin)):
+            note(k, s, s.listed[begin + i], lane(tick, i))

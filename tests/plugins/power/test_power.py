@@ -1,0 +1,77 @@
+"""``power``: the contacts of the reference, a structure that is true between events, and what is refused."""
+
+from __future__ import annotations
+
+import pytest
+
+import kinetile as kt
+from agreement import lattice_scene
+from kinetile.errors import Refused
+from lanes import first
+
+PLACES = [[0.25, 0.5], [0.75, 0.5]]
+SPEEDS = [[1.0, 0.0], [-1.0, 0.0]]
+WALLED = kt.Scene(PLACES, SPEEDS, 0.125, arena=(1.0, 1.0))
+
+
+def same(scene: kt.Scene, until: float, audit: int | None = None) -> kt.Simulation:
+    """Assert that a scene has the contacts of the reference; return the simulation under ``power``."""
+    sims = [kt.Simulation(scene, "naive"), kt.Simulation(scene, "power", audit=audit)]
+    for sim in sims:
+        sim.run(until=until, max_contacts=120)
+    assert len(sims[0].contacts) > 0
+    assert sims[0].fingerprint == sims[1].fingerprint
+    return sims[1]
+
+
+@pytest.mark.parametrize("seed", first(2, range(40)))
+def test_lattices_with_exact_ties(seed):
+    same(lattice_scene(seed), 1.5, audit=9)
+
+
+@pytest.mark.parametrize("ratio", first(1, [100.0, 1.0, 10.0, 1000.0]))
+def test_mixtures(ratio):
+    scene = kt.make_scene("random", bodies=24, density=0.2, radius_ratio=ratio, mass_ratio=50.0, seed=4)
+    same(scene, 1.0, audit=20)
+
+
+@pytest.mark.parametrize("size", [2.0**-190, 2.0**100])
+def test_a_scene_of_any_size(size):
+    scene = kt.make_scene("grid", bodies=9, density=0.3, seed=1)
+    scaled = (size * each for each in (scene.position, scene.velocity, scene.radius))
+    same(kt.Scene(*scaled, arena=(size, size)), 0.5)
+
+
+def test_edges_of_four_bodies_in_the_places_of_a_square_and_of_one_alone():
+    for bodies in (1, 4):
+        same(kt.make_scene("grid", bodies=bodies, density=0.2, seed=2), 4.0, audit=4)
+
+
+@pytest.mark.parametrize(
+    ("scene", "narrow", "sentence"),
+    [
+        (WALLED.replace(arena=None), None, "power .* this scene has no arena; .* cells"),
+        (WALLED.replace(periodic="x"), None, "power .* this scene is periodic along x; .* cells"),
+        (WALLED.replace(periodic="xy"), None, "power .* this scene is periodic along xy; .* cells"),
+        (
+            kt.Scene(PLACES, SPEEDS, shape=kt.box(0.2, 0.1), arena=(1.0, 1.0)),
+            None,
+            "power is for discs, and this scene has other shapes; .* cells",
+        ),
+        (WALLED, ("wall",), "power is right only while bodies cannot pass through each other"),
+        (WALLED, ("disc",), "power .* no narrow phase for walls is named: name one"),
+        (
+            kt.Scene(PLACES, SPEEDS, [0.125, 3e-5], arena=(1.0, 1.0)),
+            None,
+            "power is for bodies that are at most 32768 .* radius is 3e-05 in an arena of 1.0; .* cells",
+        ),
+        (
+            kt.Scene(PLACES, [[1e10, 0.0], [0.0, 0.0]], [0.125, 2.0**-15], [1e20, 1.0], arena=(1.0, 1.0)),
+            None,
+            "power is right only while the skin around bodies is thin",
+        ),
+    ],
+)
+def test_what_it_cannot_do_is_refused(scene, narrow, sentence):
+    with pytest.raises(Refused, match=f"^{sentence}"):
+        kt.Simulation(scene, "power", narrow_phases=narrow).run(until=0.1)
