@@ -135,8 +135,8 @@ def _places(k: Kernel, s: State, web: Web) -> Iterator[str]:
             (depth > scale[THETA] * size + _rounding(place, speed, edges, elapsed)) & (due > clock.now)
         ):
             yield (
-                f"site {edges.d[i]} is {depth[i] / size[i]:.3g} below the plane of {edges.a[i]}, {edges.b[i]} "
-                f"and {edges.c[i]}, {elapsed[i]:.3g} units of the clock from now, and {scale[THETA]:.3g} are "
+                f"site {edges.d[i]} is {depth[i] / size[i]:.3g} below the plane of {edges.a[i]}, "
+                f"{edges.b[i]} and {edges.c[i]}, {elapsed[i]:.3g} units from now, and {scale[THETA]:.3g} are "
                 "allowed; their edge does not fail before"
             )
             return
