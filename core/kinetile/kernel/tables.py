@@ -146,7 +146,8 @@ COMMAND = np.dtype(
         ("after", "i8"),  # after this many contacts of its tick
         ("kind", "i4"),
         ("overtakes", "i4"),  # planned commands of its tick that came after it (a history's alone)
-        ("form", "i8"),  # the shape of an inserted body, where not all are discs
+        ("form", "i4"),  # the shape of an inserted body, where not all are discs
+        ("fits", "i4"),  # whether it is known to have room
     ],
     align=True,
 )

@@ -160,24 +160,21 @@ def read_end(
         until = scene.settings.until
     if until is None and max_contacts is None and max_events is None:
         raise ValueError("run needs an end: until=, max_contacts=, max_events= or an until in the scene")
-    end = End(
-        contacts=_last(engine.contacts, max_contacts, "max_contacts"),
-        events=_last(engine.events, max_events, "max_events"),
-    )
+    contacts = _last(engine.contacts, max_contacts, "max_contacts")
+    events = _last(engine.events, max_events, "max_events")
     if until is None:
-        return end
+        return End(contacts=contacts, events=events)
     if not is_finite(until):
         raise ValueError(f"until must be a finite time; found {shown(until)}")
     until = float(until)
-    exact = scene.settings.end if until == scene.settings.until else None
+    exact, quota = scene.settings.end if until == scene.settings.until else None, UNLIMITED
     if exact is not None:
-        end = end._replace(quota=exact[2])
-        ticks = engine.clock.tick_of(until, exact)
+        quota, ticks = exact[2], engine.clock.tick_of(until, exact)
     else:
         ticks = engine.clock.total(engine.now) if until == engine.time else engine.clock.ticks(until)
     if engine.clock.relative(ticks) < engine.now:
         raise ValueError(f"until={until} lies in the past: the time is {engine.time}")
-    return end._replace(until=until, ticks=ticks)
+    return End(until, ticks, quota, contacts, events)
 
 
 def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:

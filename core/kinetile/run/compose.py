@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from typing import Any, TypeVar, cast
 
 from kinetile.errors import BadOption, KinetileError, PhaseError, Refused, nearest
@@ -16,12 +17,12 @@ from kinetile.kernel.compiled import compose, is_checked, python_of
 from kinetile.kernel.loop import idle
 from kinetile.kernel.loop.ahead import LARGE
 from kinetile.kernel.loop.checked import checked
-from kinetile.kernel.loop.commands import obey_alone
+from kinetile.kernel.loop.commands import find_blockers, obey_alone
 from kinetile.kernel.loop.loop import advance
 from kinetile.kernel.loop.responses import MOST_RESPONSES
 from kinetile.kernel.passings import PASS as PASSES
 from kinetile.kernel.skin import too_thick
-from kinetile.kernel.tables import RULE, Records, record_table
+from kinetile.kernel.tables import RULE, Kernel, Records, record_table
 from kinetile.plugin.calling import calling, described
 from kinetile.plugin.protocols import (
     BroadPhaseParts,
@@ -237,6 +238,13 @@ class Composition:
         remove a body."""
         parts = self._parts(Commands.ALL) | {"LIVING": True, "enter": idle.enter, "leave": idle.leave}
         return compose(obey_alone, parts, f"obey_{self.label}", type(self.broad.state))
+
+    @cached_property
+    def find_room(self) -> Callable[..., Any]:
+        """``find_blockers`` for this scene."""
+        walls = self.wall is not None and self.prepared.arena is not None
+        rules = {"PASSING": self.passing, "PERIODIC": bool(self.prepared.periodic), **self.of_shapes}
+        return compose(find_blockers, {"WALLS": walls, **rules}, "room", Kernel)
 
     def _parts(self, commands: Commands) -> dict[str, Any]:
         """Returns the values for the loop's templates."""

@@ -126,6 +126,8 @@ def _is_text(value: str) -> bool:
 
 def is_finite(value: Any) -> bool:
     """Whether ``value`` is a real number and finite; an integer too large for a float is not."""
+    if type(value) is float:  # most are
+        return math.isfinite(value)
     try:
         return is_number(value) and math.isfinite(value)
     except OverflowError:

@@ -153,12 +153,12 @@ class _Composed:
 
     def __call__(self, *given: Any) -> Any:
         """Run, and first compile or load for such arguments."""
-        taken = [Packed(each) if _is_tables(each) else each for each in given]
+        taken = [each if type(each) in _TAKEN else _as_taken(each) for each in given]
         return self._entry(taken)(*[each.address if type(each) is Packed else each for each in taken])
 
     def make_ready(self, given: Sequence[Any]) -> None:
         """Compile or load for such arguments."""
-        self._entry([Packed(each) if _is_tables(each) else each for each in given])
+        self._entry([_as_taken(each) for each in given])
 
     def _entry(self, taken: list[Any]) -> Any:
         """Return the machine code for such arguments."""
@@ -169,8 +169,13 @@ class _Composed:
         return self._entries[key]
 
 
-def _is_tables(given: Any) -> bool:
-    return isinstance(given, tuple) and all(isinstance(each, np.ndarray) for each in given)
+_TAKEN = (int, Packed)
+
+
+def _as_taken(given: Any) -> Any:
+    """Return tables packed, and anything else as it is."""
+    is_tables = isinstance(given, tuple) and all(isinstance(each, np.ndarray) for each in given)
+    return Packed(given) if is_tables else given
 
 
 _spent = 0.0
@@ -218,6 +223,8 @@ def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
 
 def _kind(argument: Any) -> tuple[Any, ...]:
     """Return what the machine code depends on in an argument: types, and of arrays how they lie."""
+    if type(argument) is int:  # most are
+        return _INT
     if isinstance(argument, tuple):
         return type(argument), *(_kind(each) for each in argument)
     if isinstance(argument, np.ndarray):
@@ -232,6 +239,7 @@ def _kind(argument: Any) -> tuple[Any, ...]:
     return (type(argument),)
 
 
+_INT = (int,)
 _numbers: dict[Any, int] = {}
 _known: dict[int, tuple[Any, int]] = {}
 """Element types by their addresses, each kept, with its number: equal ones have the same."""

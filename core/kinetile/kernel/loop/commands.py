@@ -188,6 +188,21 @@ def blocked_by(k: Kernel, command: Records) -> int:
     return found
 
 
+def find_blockers(k: Kernel, commands: Records, found: Any) -> None:
+    """Write the blockers of commands of one tick; a template, as ``advance``."""
+    k = disowned(k)
+    for i in range(len(commands)):
+        command = commands[i]
+        found[i] = blocked_by(k, command)
+        x, y = as_anchored(k, command.x, command.y)
+        for j in range(i):
+            new = commands[j]
+            if found[i] == FREE and found[j] == FREE:
+                new_x, new_y = as_anchored(k, new.x, new.y)
+                if reaches_into(k, command, new_x - x, new_y - y, new, new.mass, new.kind):
+                    found[i] = FREE - 1 - j
+
+
 @hook
 def take_slot(k: Kernel, number: int) -> int:
     """Give the body of a number a vacant slot. Before: there is one."""

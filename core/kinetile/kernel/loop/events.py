@@ -89,7 +89,7 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
         if command.code == INSERTED:
             fault = clock.fault
             fault.a = command.body
-            fault.b = blocked_by(k, command)
+            fault.b = FREE if command.fits != 0 else blocked_by(k, command)
             if fault.b != FREE:
                 clock.now = larger(clock.now, at)  # else the time of the refusal would depend on the phase
                 return BLOCKED, NOTHING, NOBODY

@@ -17,7 +17,8 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterable, Iterator
-from itertools import chain
+from itertools import chain, groupby
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,6 +39,9 @@ FRONT = 64
 
 LONGEST = 1 << 20
 """Bytes of commands above which no others are joined to them: a frame of a game waits for that copy."""
+
+LAST = 64
+"""The number of commands, or of sets of turns, that are joined to a history at once."""
 
 Bases = tuple[tuple[int, int], ...]
 """For commands from a row on, the base of the clock for their ticks: (first row, base) each."""
@@ -132,8 +136,10 @@ def _rows_of(commands: list[Command], clock: Clock) -> Rows:
 
 def squares_of(rows: Rows) -> float:
     """Returns the sum of mass * speed^2 over commands: twice the energy that they can add."""
-    mass = np.where(np.isinf(rows["mass"]), 0.0, rows["mass"])  # immovable
-    return float(np.dot(mass, rows["vx"] * rows["vx"] + rows["vy"] * rows["vy"]))
+    mass, vx, vy = rows["mass"], rows["vx"], rows["vy"]
+    if math.inf in mass.tolist():  # immovable
+        mass = np.where(np.isinf(mass), 0.0, mass)
+    return float(np.dot(mass, vx * vx + vy * vy))
 
 
 class Agenda:
@@ -240,8 +246,9 @@ def to_the_front(k: Kernel, fields: Fields, rows: Rows) -> Kernel:
 class History:
     """Commands in the order in which they were given, all of them already run.
 
-    It never changes, so a snapshot shares it. Blocks of rows of about one size are joined: so there are few,
-    and a command costs much the same however many came before it.
+    It never changes, so a snapshot shares it. The last commands wait until it is read, or they are
+    ``LAST``; blocks of rows of about one size are joined: so there are few, and a command costs much the same
+    however many came before it.
     """
 
     def __init__(
@@ -250,10 +257,12 @@ class History:
         self._rows = rows
         self._inserted = inserted  # bodies and kinds of insertions, so that kinds are read at once
         self._bases = bases
+        self._last: tuple[tuple[int, Rows], ...] = ()  # each with the base of its ticks
 
     @property
     def content(self) -> tuple[bytes, Bases]:
         """All commands, as bytes, and the bases of their ticks."""
+        self._take_in_last()
         return b"".join(self._rows), self._bases
 
     @classmethod
@@ -263,16 +272,27 @@ class History:
 
     def with_rows(self, rows: Rows, base: int) -> History:
         """Returns these commands and others after them; ``base`` is that of the clock of their ticks."""
-        bases = self._bases
-        if not bases or bases[-1][1] != base:
-            bases = (*bases, (sum(map(len, self._rows)) // COMMAND.itemsize, base))
-        came = _inserted(rows)
-        inserted = _joined(self._inserted, came) if came else self._inserted
-        return History(_joined(self._rows, rows.tobytes()), inserted, bases)
+        history = History(self._rows, self._inserted, self._bases)
+        history._last = (*self._last, (base, rows))
+        if len(history._last) >= LAST:
+            history._take_in_last()
+        return history
+
+    def _take_in_last(self) -> None:
+        for base, several in groupby(self._last, itemgetter(0)):
+            rows = np.concatenate([each for _, each in several])
+            if not self._bases or self._bases[-1][1] != base:
+                first = sum(map(len, self._rows)) // COMMAND.itemsize
+                self._bases = (*self._bases, (first, base))
+            came = _inserted(rows)
+            self._inserted = _joined(self._inserted, came) if came else self._inserted
+            self._rows = _joined(self._rows, rows.tobytes())
+        self._last = ()
 
     @property
     def inserted(self) -> npt.NDArray[np.int64]:
         """The inserted bodies, each with the number of its kind, (m, 2)."""
+        self._take_in_last()
         return np.frombuffer(b"".join(self._inserted), np.int64).reshape(-1, 2)
 
     def in_scene(self, scene: Scene, clock: Clock) -> Scene:
@@ -300,9 +320,10 @@ class History:
 
     def _commands(self) -> Iterator[tuple[Command, int]]:
         """Yields the commands, each with the number of planned ones that it overtook."""
-        rows = np.frombuffer(b"".join(self._rows), COMMAND)
-        for at, (first, base) in enumerate(self._bases):
-            end = self._bases[at + 1][0] if at + 1 < len(self._bases) else len(rows)
+        content, bases = self.content
+        rows = np.frombuffer(content, COMMAND)
+        for at, (first, base) in enumerate(bases):
+            end = bases[at + 1][0] if at + 1 < len(bases) else len(rows)
             yield from ((command_of(row, base), int(row["overtakes"])) for row in rows[first:end])
 
 

@@ -57,8 +57,8 @@ class Bounds(NamedTuple):
 
     def including(self, rows: Any) -> Bounds:
         """Returns the bounds with the masses and radii of bodies that commands insert."""
-        lightest, smallest = float(rows["mass"].min()), float(rows["radius"].min())
-        return self._replace(lightest=min(self.lightest, lightest), smallest=min(self.smallest, smallest))
+        lightest = min(self.lightest, *rows["mass"].tolist())
+        return self._replace(lightest=lightest, smallest=min(self.smallest, *rows["radius"].tolist()))
 
 
 def fastest(squares: float, lightest: float) -> float:

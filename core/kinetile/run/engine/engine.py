@@ -500,44 +500,44 @@ class Engine(Tables):
         wanted = Commands.TURNS if code == TURNED else Commands.ALL
         others_first = due(self.k, self.fields, self.met_now) > 0  # of the scene, which stopped before them
         if inserts and len(rows) == 1 and not others_first and not shapes:
-            (blocker,) = blockers_of(self.packed[0], self.composition, self.walled, rows).tolist()
+            (blocker,) = blockers_of(self.packed[0], self.composition, rows).tolist()
             if blocker != FREE:
                 raise blocked(self.k, self.clock, rows[0], blocker)
-        bounds, needed = self._bounds_with(rows, inserts)
+            rows["fits"] = True
+        bounds, needed = (self.bounds, 0.0) if code == REMOVED else self._bounds_with(rows, inserts)
         faster = needed > self.speed
         if faster:
             self.bounds_for(2.0 * needed)  # a refusal must come here: nothing has changed yet
         # From here on a command is refused only if tables are laid out again, or other commands come first:
         # in these cases a copy of the tables is kept, to go back to.
-        plain = not (faster or others_first or shapes) and self._has_place_for(code, rows, wanted)
-        with Unbroken(), nullcontext() if plain else self.unchanged_if(Refused):
+        same = self._ready and not (faster or others_first or shapes)
+        plain = same and self._has_place_for(code, rows, wanted)
+        with nullcontext() if plain else self.unchanged_if(Refused):
+            self.bounds = bounds
             if shapes:
                 self.scene = with_shapes(self.scene, shapes)
                 self.renew()
             self._allow(wanted)
             self.compile()
-            self.bounds = self.bounds._replace(
-                lightest=bounds.lightest, smallest=bounds.smallest, squares=bounds.squares
-            )
             if faster:
                 self.lay_out(2.0 * needed)
             if inserts:
                 self._number(self.numbers + len(rows))
-            with self.ledger.put_aside():
+            self.ledger.puts_aside = True
+            try:
                 if others_first:
                     with suppress(Refused):  # of an insertion without room: this command comes before it
                         self._run_commands()
+                    rows["overtakes"] = due(self.k, self.fields, self.met_now)
                 rows["after"] = self.met_now
-                rows["overtakes"] = due(self.k, self.fields, self.met_now)
                 self._behind = self._waiting
                 self.k = to_the_front(self.k, self.fields, rows)
-                try:
-                    self._run_commands()
-                except Refused:
-                    if self._waiting > self._behind:
-                        raise
-                finally:
-                    self._behind = NONE_BEHIND
+                self._run_commands()
+            except Refused:
+                if self._waiting > self._behind:
+                    raise
+            finally:
+                self._behind, self.ledger.puts_aside = NONE_BEHIND, False
             if inserts:
                 self.numbers += len(rows)
             if code == REMOVED:
@@ -551,7 +551,7 @@ class Engine(Tables):
         """
         if not len(rows):
             return {}
-        found = blockers_of(self.packed[0], self.composition, self.walled, rows)
+        found = blockers_of(self.packed[0], self.composition, rows)
         free = found == FREE
         rows["body"] = self.numbers + np.cumsum(free) - free
         reasons: dict[int, Refused] = {}
@@ -562,6 +562,7 @@ class Engine(Tables):
                 reasons[at] = NoRoom(f"there is no room: it reaches into body {into}, inserted with it")
             else:
                 reasons[at] = blocked(self.k, self.clock, rows[at], int(found[at]))
+        rows["fits"] = free
         self.carry_out(INSERTED, rows[free])
         return reasons
 
@@ -603,11 +604,12 @@ class Engine(Tables):
             return False
         if code != INSERTED:
             return True
-        fields, least, widest = self.fields, rows["radius"].min(), rows["radius"].max()
-        vacant = int(self.k.clock[0].present) + len(rows) <= len(self.k.bodies)
+        fields, radii = self.fields, rows["radius"].tolist()
+        vacant = fields.present[0] + len(rows) <= len(self.k.bodies)
         if len(self.k.forms):
             vacant = vacant and self.k.forms.view(np.ndarray)["fits"][rows["form"]].all()
-        return bool(vacant and fields.limits.least[0] <= least and widest <= fields.limits.widest[0])
+        limits = fields.limits
+        return bool(vacant and limits.least[0] <= min(radii) and max(radii) <= limits.widest[0])
 
     # Spans of the clock
 
@@ -696,7 +698,8 @@ class Engine(Tables):
         tables = [*(getattr(self.k, name) for name in names), *self.state]
         contents = [layout.copied(table) for table in tables]
         try:
-            yield
+            with Unbroken():
+                yield
         except errors:
             vars(self).update(before)
             for table, content in zip(tables, contents, strict=True):

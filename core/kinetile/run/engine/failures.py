@@ -25,8 +25,7 @@ from kinetile.kernel import tables
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.log import WALLS
-from kinetile.kernel.loop.commands import FREE, as_anchored, blocked_by, reaches_into
-from kinetile.kernel.tables import Kernel, Records
+from kinetile.kernel.tables import Kernel
 from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition
 from kinetile.run.engine.agenda import Rows
@@ -111,9 +110,9 @@ def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
     reach into (``blocker``, a slot or a wall's code), and how deep. Its text is made when it is read: a game
     refuses hundreds a second."""
     ticks = clock.total(int(command["tick"]))
-    who, other = (
-        (k.queue.number[blocker], k.bodies.view(np.ndarray)[blocker].copy()) if blocker >= 0 else (0, None)
-    )
+    who, other = 0, None
+    if blocker >= 0:
+        who, other = k.queue.view(np.ndarray)["number"][blocker], k.bodies.view(np.ndarray)[blocker].copy()
 
     def text() -> str:
         x, y, radius = (command[name].item() for name in ("x", "y", "radius"))
@@ -144,33 +143,13 @@ def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
     return f"left its fault {which} ({a}, {b}), and its parts have {has}"
 
 
-def blockers_of(packed: Any, composition: Composition, walls: bool, rows: Rows) -> npt.NDArray[np.int64]:
+def blockers_of(packed: Any, composition: Composition, rows: Rows) -> npt.NDArray[np.int64]:
     """Returns for each body that commands insert, one after the other, the slot or the wall that it would
     reach into, FREE, or FREE - 1 - i for the i-th of these commands. The loop would find the same, but only
     after a copy of all tables."""
-    periodic = bool(composition.prepared.periodic)
-    parts = {"WALLS": walls, "PASSING": composition.passing, "PERIODIC": periodic, **composition.of_shapes}
     found = np.empty(len(rows), dtype=np.int64)
-    compose(find_blockers, parts, "room", Kernel)(packed, rows.view(np.recarray), found)
+    composition.find_room(packed, rows.view(np.recarray), found)
     return found
-
-
-PASSING = False
-
-
-def find_blockers(k: Kernel, commands: Records, found: Any) -> None:
-    """Writes the blockers of commands of one tick; a template, as ``kernel.loop`` has."""
-    k = disowned(k)
-    for i in range(len(commands)):
-        command = commands[i]
-        found[i] = blocked_by(k, command)
-        x, y = as_anchored(k, command.x, command.y)
-        for j in range(i):
-            new = commands[j]
-            if found[i] == FREE and found[j] == FREE:
-                new_x, new_y = as_anchored(k, new.x, new.y)
-                if reaches_into(k, command, new_x - x, new_y - y, new, new.mass, new.kind):
-                    found[i] = FREE - 1 - j
 
 
 collide = to_be_filled_in

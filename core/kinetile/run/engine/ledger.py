@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import CONTACT, LOG, MET, Fingerprint
-from kinetile.kernel.tables import Kernel
+from kinetile.kernel.tables import ROW, Kernel
 from kinetile.run.engine.fields import Fields
 from kinetile.run.interrupts import Unbroken
 
@@ -68,7 +68,7 @@ class Ledger:
     """Takes over the loop's log chunk by chunk.
 
     A recorder, if there is one (``recording``), is given every row. The rows of commands between two runs
-    wait for the next one (``put_aside``). ``rows`` is their total number; ``keeps`` says whether
+    wait for the next one (``puts_aside``). ``rows`` is their total number; ``keeps`` says whether
     contacts are kept at all. ``unstepped`` are the contacts that no step has returned yet: passings that
     begin at the start, or begin or end together with a command; None while a run goes past all events.
     ``latest`` is the number of contacts that were taken over last: still the first rows of ``k.met``.
@@ -79,7 +79,7 @@ class Ledger:
         self._recorder: RowFunction | None = None
         self._counter: RowFunction | None = None
         self._observer: RowFunction | None = None
-        self._puts_aside = False
+        self.puts_aside = False
         self.delivered = True
         self._clock = clock
         self.unstepped: list[ContactRow] | None = []
@@ -100,7 +100,7 @@ class Ledger:
         if self.unstepped is not None:
             self.unstepped = list(entries.unstepped)
         self._unrecorded = list(entries.unrecorded)  # rows that wait, before those that are put aside
-        self._aside: list[tuple[Any, int]] = []  # rows, with the clock's base that their ticks count from
+        self._aside: list[tuple[bytes, int]] = []  # rows, with the clock's base that their ticks count from
         self._waiting: list[tuple[int, Any]] = []  # for each chunk its first epoch, and what is kept
         self._kept = np.zeros(0, CONTACT) if entries.contacts is None else entries.contacts
         self._count = self._total = len(self._kept)  # of those in one array, and of all, with those that wait
@@ -164,12 +164,12 @@ class Ledger:
     @property
     def reads(self) -> bool:
         """Whether the long rows of present events are read, or will be."""
-        return self._puts_aside or self._recorder is not None or self._observer is not None
+        return self.puts_aside or self._recorder is not None or self._observer is not None
 
     @property
     def records(self) -> bool:
         """Whether all rows of present events are kept, those of plans that the clock anchors again too."""
-        return self._puts_aside or self._recorder is not None
+        return self.puts_aside or self._recorder is not None
 
     @contextmanager
     def recording(
@@ -197,15 +197,6 @@ class Ledger:
             if learns is not None:
                 learns.end(moment.time)
 
-    @contextmanager
-    def put_aside(self) -> Iterator[None]:
-        """Within this context rows without a recorder wait for the next one."""
-        self._puts_aside = True
-        try:
-            yield
-        finally:
-            self._puts_aside = False
-
     def take(self, k: Kernel, fields: Fields, rows: int) -> None:
         """Takes over the rows of the loop's log, a number since the start, and empties the log."""
         self.rows, self.delivered = rows, False
@@ -225,8 +216,8 @@ class Ledger:
             long = np.asarray(k.log)[:written]
             if self._recorder is not None:
                 self._recorder(_rows(long, self._clock))
-            elif self._puts_aside:
-                self._aside.append((long.copy(), self._clock.base))
+            elif self.puts_aside:
+                self._aside.append((long.tobytes(), self._clock.base))
             if self._observer is not None:
                 self._observer(_rows(long, self._clock))
         if logged and self._counter is not None:
@@ -259,7 +250,9 @@ class Ledger:
     def _that_wait(self) -> list[npt.NDArray[np.void]]:
         """Returns the rows that wait for a recorder."""
         aside, self._aside = self._aside, []
-        self._unrecorded += [_rows(rows, replace(self._clock, base=base)) for rows, base in aside]
+        for rows, base in aside:
+            clock = replace(self._clock, base=base)
+            self._unrecorded.append(_rows(np.frombuffer(rows, ROW), clock))
         return self._unrecorded
 
 
