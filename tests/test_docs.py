@@ -1,6 +1,6 @@
 """Documentation is true: its Python runs, its commands run, and quotations are in the files that it names.
 
-In docs/*.md, docs/cookbook/*.md and README.md:
+In docs/*.md and README.md:
 
 * blocks marked ``python`` run in order, in one namespace a file, in a folder of their own;
 * in blocks marked ``console``, lines ``$ kinetile ...`` run in such a folder, and must end with exit code 0
@@ -14,7 +14,7 @@ In docs/*.md, docs/cookbook/*.md and README.md:
   be written into a file, the first block of a page in place of what is there, the next ones after it;
   outside a folder that a command has made it may be a new one.
 
-A page beside a folder ``scenes`` has a copy of it in the folder in which its blocks run.
+The folder in which the blocks of a page in docs run has a copy of ``docs/scenes``.
 
 Blocks whose language is in braces are for the site (``tests/test_site.py``).
 """
@@ -42,7 +42,7 @@ from registering import remove
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-PAGES = [*sorted(DOCS.glob("*.md")), *sorted(DOCS.glob("cookbook/*.md")), ROOT / "README.md"]
+PAGES = [*sorted(DOCS.glob("*.md")), ROOT / "README.md"]
 LINKED = [*sorted(DOCS.rglob("*.md")), *sorted(ROOT.glob("*.md"))]
 FENCE = re.compile(r"```(\w*|\{[\w:-]+\}.*)")
 COMMENT = re.compile(r"<!--\s*(not run|slow|part of|file):?\s+(\S.*?)\s*-->")
@@ -102,8 +102,8 @@ def pages_with(language: str) -> list[Any]:
 
 def stand_in(page: Path, folder: Path) -> None:
     """Copy the scenes beside a page into the folder in which its blocks run."""
-    if (page.parent / "scenes").is_dir():
-        shutil.copytree(page.parent / "scenes", folder / "scenes")
+    if page.parent == DOCS:
+        shutil.copytree(DOCS / "scenes", folder / "scenes")
 
 
 @pytest.fixture

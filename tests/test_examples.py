@@ -31,3 +31,13 @@ def test_the_game_is_one_under_two_phases(capsys):
     assert "one fingerprint" in said
     for counted in ("bullets", "coins", "pieces", "frames: 600", "in the polygon", "seconds in sensors"):
         assert counted in said
+
+
+MATTER = runpy.run_path(str(ROOT / "docs/cookbook/matter.py"))["SYSTEMS"]
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.parametrize("system", MATTER)
+def test_matter_is_as_published(system):
+    MATTER[system]()

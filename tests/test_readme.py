@@ -21,7 +21,6 @@ ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 COMMANDS = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
 WHICH = (ROOT / "docs" / "which-broad-phase.md").read_text(encoding="utf-8")
-BENCHMARK = (ROOT / "docs" / "benchmark.md").read_text(encoding="utf-8")
 
 MEASURED = {"speed", "CPU time"}
 """Lines that differ from run to run."""
@@ -97,23 +96,3 @@ def test_naive_refuses_as_many_bodies_as_the_limits_say():
                 kt.Simulation(scene, "naive")
         else:
             kt.Simulation(scene, "naive")
-
-
-@pytest.mark.slow
-def test_the_counts_of_400_discs_over_a_whole_unit_of_time_are_not_those_of_a_shorter_run():
-    # A table of another implementation was of 0.16 units of time and did not say so.
-    rows = cells(BENCHMARK, "| density | bound events of sweep-tiling: the table |")
-    assert [float(row[0]) for row in rows] == [0.5, 0.25, 0.125, 0.01]
-    for density, *counts in ([float(cell.replace(",", "")) for cell in row] for row in rows):
-        for until, place in ((0.16, 1), (1.0, 2)):
-            found = [0, 0, 0]
-            for seed in range(1, 7):
-                scene = kt.make_scene("grid", bodies=400, density=density, seed=seed)
-                for column, phase in enumerate(("sweep-tiling", "sap-1d")):
-                    sim = kt.Simulation(scene, phase, keep_contacts=False)
-                    sim.run(until)
-                    found[column] += sim.readings.structural_events
-                found[2] += sim.readings.contacts_disc
-            assert counts[place::3] == [int(each / 6 / until) for each in found]
-        table, shorter = counts[0::3], counts[1::3]
-        assert shorter == pytest.approx(table, rel=0.04)

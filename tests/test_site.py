@@ -43,8 +43,8 @@ WITHOUT_PICTURE = {"command-line.md", "plugins.md"}
 
 THEMES = [(system, theme) for system in ("light", "dark") for theme in ("auto", "light", "dark")]
 
-ITEM = re.compile(r"^- \[[^\]]+\]\(([\w./-]+)\)(.*)", re.MULTILINE)
-"""An item of the index: where it leads, and what follows."""
+ITEM = re.compile(r"^- \[[^\]]+\]\(([\w./-]+)\)", re.MULTILINE)
+"""An item of the index: where it leads."""
 
 
 @pytest.mark.parametrize("module", [kt, toolbox, records, kinetile_accuracy, kinetile_conformance, errors])
@@ -57,7 +57,7 @@ def test_every_public_name_has_its_place_in_the_interface(module):
 
 
 def test_every_page_is_in_the_index():
-    listed = {target for target, _ in ITEM.findall((DOCS / "index.md").read_text(encoding="utf-8"))}
+    listed = set(ITEM.findall((DOCS / "index.md").read_text(encoding="utf-8")))
     assert {each for each in listed if each.endswith(".md") and "/" not in each} == {
         page.name for page in DOCS.glob("*.md") if page.name != "index.md"
     }
@@ -103,7 +103,7 @@ def site(tmp_path_factory):
 
 @pytest.mark.site
 def test_it_is_built_without_a_warning_and_has_every_page(site):
-    patterns = ("*.md", "api/*.md", "cookbook/*.md", "notebooks/*.ipynb")
+    patterns = ("*.md", "api/*.md", "notebooks/*.ipynb")
     pages = {page.relative_to(DOCS).with_suffix("") for each in patterns for page in DOCS.glob(each)}
     built = {page.relative_to(site).with_suffix("") for page in site.rglob("*.html")}
     assert pages <= built
@@ -161,7 +161,7 @@ def test_words_of_the_glossary_have_their_places(site):
 def test_a_checker_of_accessibility_finds_nothing(width, site, tmp_path):
     axe = install_axe(tmp_path)
     pages = [page for page in site.rglob("*.html") if page.relative_to(site).parts[0] not in UNREAD]
-    assert len(pages) > 40
+    assert len(pages) > 30
     found = {}
     with Browser(width) as browser:
         for page in (*pages, site / "source" / "tests" / "foreign" / "kinetile-stripes.html"):
@@ -194,10 +194,8 @@ def test_the_wheel_scrolls_past_a_player_and_the_player_logs_nothing(page, site)
 
 @pytest.mark.site
 def test_the_sidebar_has_the_pages_in_the_order_of_the_index(site):
-    expected = []
-    for target, rest in ITEM.findall((DOCS / "index.md").read_text(encoding="utf-8")):
-        within = re.findall(rf"\(({target}[\w.-]+)\)", rest) if target.endswith("/") else [target]
-        expected += [re.sub(r"\.(md|ipynb)$", ".html", each) for each in within]
+    listed = ITEM.findall((DOCS / "index.md").read_text(encoding="utf-8"))
+    expected = [re.sub(r"\.(md|ipynb)$", ".html", target) for target in listed]
     bar = (site / "index.html").read_text(encoding="utf-8").partition('class="sidebar-tree"')[2]
     assert re.findall(r'<li class="toctree-l1[^"]*"><a class="[^"]*" href="([^"]+)"', bar) == expected
 

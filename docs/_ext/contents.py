@@ -1,9 +1,8 @@
 """The contents of the site are the lists of ``index.md``: one place, read by people as it stands.
 
 Each heading of ``index.md`` below the title becomes a caption in the sidebar, and the links at the beginnings
-of the items below it the entries, in their order, under the words of the link. An item that begins with a
-link to a folder (``cookbook/``) stands for the documents in it to which its other links lead, in their order.
-Links to a place within a page are left to the page.
+of the items below it the entries, in their order, under the words of the link. Links to a
+place within a page are left to the page.
 """
 
 from __future__ import annotations
@@ -17,27 +16,17 @@ from sphinx.application import Sphinx
 HEADING = re.compile(r"## (.+)")
 ITEM = re.compile(r"^[-*] (\[[^\]]+\]\([^)#]+\).*)", re.MULTILINE)
 LINK = re.compile(r"\[([^\]]+)\]\(([^)#]+)\)")
-FOLDER = re.compile(r"\[([^\]]+)\]\([\w./-]*/\)")
 
 
 def trees(text: str) -> Iterator[str]:
     """Yield a table of contents for each heading that has links below it."""
     for section in re.split(r"^(?=## )", text, flags=re.MULTILINE):
         heading = HEADING.match(section)
-        entries = [line for item in ITEM.findall(section) for line in entries_of(item)]
+        links = [LINK.findall(item)[0] for item in ITEM.findall(section)]
+        entries = [f"{title} <{document(target)}>" for title, target in links]
         if heading and entries:
             listed = "\n".join(entries)
             yield f"```{{toctree}}\n:hidden:\n:caption: {heading[1]}\n\n{listed}\n```\n"
-
-
-def entries_of(item: str) -> Iterator[str]:
-    """Yield the lines of a table of contents for an item: of a folder, one for each of its documents."""
-    (title, target), *others = LINK.findall(item)
-    if not target.endswith("/"):
-        yield f"{title} <{document(target)}>"
-    for _, other in others if target.endswith("/") else ():
-        if other.startswith(target):
-            yield document(other)  # under its own title: the item has one word for it
 
 
 def document(target: str) -> str:
@@ -46,10 +35,9 @@ def document(target: str) -> str:
 
 
 def add(app: Sphinx, docname: str, source: list[str]) -> None:
-    """Add the tables of contents to the first page, where they are not shown; of links to folders, which are
-    no pages, leave the words."""
+    """Add the tables of contents to the first page, where they are not shown."""
     if docname == app.config.root_doc:
-        source[0] = "\n".join([FOLDER.sub(r"\1", source[0]), *trees(source[0])])
+        source[0] = "\n".join([source[0], *trees(source[0])])
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

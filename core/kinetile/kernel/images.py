@@ -18,6 +18,31 @@ a search for the first image that another one meets has an end.
 
 Two bodies that have met through an image are barred from that image, not from each other: two discs alone in
 a box meet again and again, with nothing in between.
+
+Why the search and the bounds are right
+=======================================
+
+*The search* (``first_image`` in ``kernel/images.py``). Columns of images are looked at in the order in which
+they come within reach along x, and in each the rows that are within reach while it is passed. Both ranges are
+computed in doubles and are wider than the reach by fat: places, a whole number of periods and what is flown
+in 8 units are off by less than 32 u X, and fat is more than 1,000 u X. So an image that is left out is met
+later than the best one found, by more than a tick, or from s + 2^55 on, which no plan lives to see. Whether
+and when an image is met is decided exactly, and ties by whole numbers. A disc of ``cast`` may fly further
+than X: for it 2^-40 of what it flies in 8 units is added to fat, 8,192 u of that, but no more than a period.
+
+*The bound* of ``soonest`` is that of the nearest image, or, if that is sooner, the time in which W/2 less the
+fattened reach is flown along x, or H/2 along y. Any other image differs from the nearest by a period along an
+axis, and is at least W/2 away along it, up to rounding; it cannot touch before its distance there is down to
+the reach. N periods are N W, rounded, and the difference is rounded: with |N W| <= 2.8 L that is less than
+3.6 u L more for each coordinate, 28 u L instead of 24 u L for d and 51 u L |v| instead of 47 for d.v, where
+fat / 2 has 32 u L and fat 64. If dx / W is so near a half that rounding chooses the other image, that is 4 u
+L, and fat has it. A barred image is not left out of a bound, as it may be a body's partner through another
+one; it is left out of the exact tick.
+
+*Shapes.* The search is the same, with the radii of the circles around the bodies; the certificate is that of
+rule 5s. The bound is that of the nearest image's difference, or the time in which W/2 less the two radii is
+flown. Two that have just met touch, so a bound of their nearest image would be 0: it is left out while it is
+the barred one, by whole numbers, and the other images' stays.
 """
 
 from __future__ import annotations

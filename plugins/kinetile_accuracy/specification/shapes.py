@@ -6,6 +6,17 @@ anchor, and a polygon with a margin. ``Difference`` is M, ``entry`` is rule 5s, 
 11s, ``normal`` that of rule 9s, and ``wall_tick`` is rule 6s.
 
 Nothing here is shared with the kernel, nor with the checks of a scene.
+
+Ticks by whole numbers
+======================
+
+A division of whole numbers gives the tick where R = 0: with w = q·(n·v), T₁ is s + the largest g(s)/(−w) of
+the faces with w < 0, if that is not less than 0, is less than the smallest g(s)/(−w) of those with w > 0, and
+no face has w = 0 and g(s) ≥ 0. Where R > 0, M with its margin is a union: M, a disc around each corner, and a
+rectangle on each face, whose sides lie in the discs. Entering a union from outside is the first entry into a
+member. That of a rectangle is the first root of (g + w·T)² − R²·n·n, so |n| need not be known; and whether u,
+which has the sign of its slope after its zero z, is at least 0 at that root, is decided at z, a rational: the
+root is before z unless g(z) > 0 and g(z)² ≥ R²·n·n.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A recipe and a seed give the same bits on every processor and with every NumPy, and so do runs.
 
-What is pinned here may change only by the rule in docs/what-may-change.md.
+What is pinned here may change only by the rule in docs/promises.md.
 """
 
 from __future__ import annotations

@@ -5,5 +5,5 @@ certificates, linear gaps between bounds; their times are rounded, and the skin 
 and ``wall``: the failure of "these two are apart", and of "these two overlap". Their ticks are the answer, so
 they are the exact floor of the exact root, whatever the doubles: a filter in double decides nearly all of
 them, more steps of Newton most of the rest, and ``integers`` all others. docs/specification.md has the
-definition, docs/exact-ticks.md the proofs.
+definition, and each module derives its bounds and constants.
 """

@@ -36,7 +36,175 @@ ties. The rest goes to ``integers``, and so do sizes that doubles cannot square,
 
 It is found as the first is, with time turned round: by an estimate and a step (``left``), or ``integers``.
 
-docs/exact-ticks.md derives the bounds and each constant.
+The bounds and each constant are derived below.
+
+Error bounds
+============
+
+u is 2^-53, and fl(z) is z rounded: |fl(z) - z| <= u |z|, and also <= u |fl(z)|. Sums never underflow. Terms
+of order u times a bound are left out of the bound: they are below 2^-48 of it, and no constant is that close.
+P is ``per_time``, ticks in a unit of time; a tick is a power of two, at most 2^-52, so multiplying by it or
+by P is exact. ``plus`` gives the rounded sum and what was lost, exactly (Knuth, *Seminumerical Algorithms*,
+4.2.2); ``product_error`` what a product lost (a fused multiply-add, or Dekker, Numerische Mathematik 18,
+1971). Filters in front of exact arithmetic: Shewchuk, Discrete & Computational Geometry 18 (1997). A bound
+that is too wide costs time; one that is too narrow could give a wrong result.
+``tests/core/kernel/certificates/test_claims.py`` compares the bounds with fractions.
+
+Sizes
+=====
+
+The filters work where the sum of the radii and the relative speed are above SMALL = 2^-200, and they and all
+lengths below LARGE = 2^200; integers do the rest. A prediction reaches 2^62 ticks, at most 2^10 units of
+time, so |u_x t| < 2^211 and no coordinate is above 2^212. Then nothing overflows: the largest products are
+slope^2 and speed^2 q, below 2^850. And R^2 |u|^2 >= 2^-801 is a normal number. Values that are not finite
+fail every comparison and are left to integers.
+
+*Underflow.* A product that underflows is off by 2^-1075, ``product_error`` by at most 2^-1073; so a place by
+less than 2^-1071, and a product of a place with a speed by less than 2^-870. **TINY = 2^-500** is in every
+bound of such products. It is that large so that a slope that passes, above 8 TINY, has a normal square. (With
+2^-960, two overlapping discs that part were reported to meet at once: a velocity of 2^-825 against one of
+2^199.) In q the positions' underflow comes to 2^-1069 |x|, which is negligible against 2^-98 (x_far |x| +
+R^2), R^2 being at least 2^-400. ``kept`` asks for products above TINY, because below 2^-968 a product's error
+may be no double.
+
+The separation (seen)
+=====================
+
+Along an axis the exact separation at the later anchor is D = x2 - x - vx (time + rest), the exact relative
+velocity U = vx2 - vx; below ux is the ``u`` of a ``Separation``. ``time`` is the elapsed ticks rounded, so
+that |rest| <= u time, and both are exact. Let f = |flown|, m = |x| + |x2| + f (``size``). In exact numbers D
+= d + far_low + d_low - (product_error + vx rest), and |far_low| <= u (m - f), |d_low| <= u m, |product_error|
+<= u f, |vx rest| <= u f. So
+
+    |low| <= u (2 m + f) <= 3 u m        |d| <= m        U = ux + w,  |w| <= u |ux|,  exactly
+
+and ``low`` is rounded four times: vx rest (u^2 f), its sum with the error (2 u^2 f), far_low + d_low (u^2 (2
+m - f)), the difference (u^2 (2 m + f)); together
+
+    |D - d - low| <= u^2 (4 m + 3 f) <= 7 u^2 m                                                          (1)
+
+The separation of an image
+==========================
+
+Through an image that is n periods P further on (rule 5p) D = x2 - x + n P - vx (time + rest). Here n counts
+between the plans' places, and is a whole number below 2^32, so exact. Let g = |moved|, moved = fl(n P), and m
+= |x| + |x2| + f + g. The code has far = fl(x2 - x), there = fl(far + moved), d = fl(there - flown), so
+|far_low| <= u (m - f - g), |there_low| <= u (m - f), |d_low| <= u m, and the product n P is off by u g at
+most: together with the 2 u f of the flight as before
+
+    |low| <= u ((m - f - g) + (m - f) + m + g + 2 f) = 3 u m
+
+the same bound; a period more costs no more than its share of m. ``low`` is rounded six times: vx rest (u^2
+f), its sum with the error (2 u^2 f), far_low + there_low (u^2 (2 m - 2 f - g)), d_low and the error of n P
+(u^2 (m + g)), the sum of these two (u^2 (3 m - 2 f)), the difference (3 u^2 m); together
+
+    |D - d - low| <= u^2 (9 m - f) <= 9 u^2 m                                                            (1')
+
+All that follows uses |low| <= 3 u m, |d| <= m and (1), and (1') in its place is 2 u^2 m more. In (2) it makes
+24 u^2 M of 22, in the square 48 of 44, in q 108 u^2 Z of 104: 2^-98 = 256 u^2 is still twice what q can be
+off by, and 2^-50 in ``along``, which has nothing of (1) in it, stays as it is. *Sizes*: a period is above the
+sum of two radii, so above SMALL, and m has it: below LARGE, no product overflows, and an error of n P does
+not underflow. For *exact* signs ``is_whole`` asks for the product n P and the sum with it as well.
+
+Refusals
+========
+
+``along`` returns d.u. Against the exact D.U each axis is off by 3 u m |ux| (low), u m |ux| (w), and 2 u m
+|ux| (a product and the sum): 6 u m |ux|. **2^-50 = 8 u** covers it. d x u is ``along`` with (uy, -ux), so the
+same bound holds. Hence ``bend > bend_error`` is B > 0, never; and ``bend < -bend_error`` is B < 0, an
+approach.
+
+*They miss.* With k = D x U exact, |k| >= ``clear`` (1 - u). From above, R <= reach (1 + u) and |U|^2 <= (1 +
+u)^2 |u|^2; reach^2 |u|^2 is rounded four times on its way to ``span2``, the comparison has two roundings
+more. So clear^2 > span2 (1 + c) implies k^2 >= R^2 |U|^2 if c > 12 u: **2^-48 = 32 u** does. k^2 >= R^2 |U|^2
+says that q >= 0 at all times, tangency included: never.
+
+q and the slope at a time (gap_at)
+==================================
+
+The exact separation at t is X = D + U t; the code has x, the rounded dx + px, and ``x_rest``. Let M = m + |x|
+(``x_far``); |px| <= |x| + m. What makes up x_rest is at most u |x| (the sum), u |px| (the product), 3 u m
+(low), u |px| (w t): |x_rest| <= u (3 |x| + 5 m) <= 5 u M. Its roundings are u^2 |px| for w t, u^2 (3 m +
+|px|) and u^2 (3 m + 2 |px|) for two sums, u^2 (3 m + 2 |px| + |x|) for the last: u^2 (15 m + 7 |x|). With
+(1):
+
+    |X - (x + x_rest)| <= 22 u^2 M                                                                       (2)
+
+*q.* By (2), (x + x_rest)^2 is off by 2 (|x| + 5 u M) 22 u^2 M <= 44 u^2 M (|x| + 8 u M), that is 44 u^2 times
+the axis's part in ``spread``, Z: this is why ``spread`` has **2^-50 = 8 u** in it. The rest is the sum of
+gap, both_low, gap_low, the three products' errors (``squares``), and ``mixed``; let r = rr, s = xx + yy <= Z:
+
+| rounded | its summands are at most | error, in u^2 |
+|---|---|---|
+| squares, 2 sums | u s, u r | 2 Z + r |
+| mixed, 4 operations on each x_rest (2 x + x_rest), 3 on reach's | 10 u Z, 2 u r | 40 Z + 6 r |
+| both_low + gap_low | u s, u (s + r) | 2 Z + r |
+| + squares | 3 u s + 2 u r | 3 Z + 2 r |
+| + mixed | 13 u Z + 4 u r | 13 Z + 4 r |
+
+Together with 44 Z: 104 u^2 Z + 14 u^2 r. The last sum is q, and loses u |q|. So |error of q| <= 128 u^2 (Z +
+r) + u |q|, and the code takes **2^-98**, twice that. The hardest encounters that climbing finds reach a
+twentieth of that, since the roundings on the way do not all go one way.
+
+*The slope*, -X.U, is computed as -(x ux + y uy). An axis leaves out x_rest, 5 u m |ux| + 3 u |x| |ux|, and w,
+u |x| |ux|; two roundings are 2 u |x| |ux|: together at most 6 u M |ux|. ``slope_error`` has **2^-49 = 16 u**,
+and TINY.
+
+One Newton step (newton)
+========================
+
+At any t let q, s be the exact squared gap and slope, q', s' the computed ones, e and e_s their bounds, K =
+|U|^2. As a function of h, the time after t, the squared gap is q - 2 s h + K h^2, with the roots (s -+
+sqrt(s^2 - K q)) / K. The code asks for **s' > 8 e_s**: then s >= (7/8) s' > 0. And for **bent < 1/8**, bent
+being K (|q'| + e) / s'^2: then b = K q / s^2 has |b| <= (8/7)^2 bent < 0.17. So there are two roots, t is
+before the middle of them, and the first is
+
+    h = q / 2s · g(b),  g(b) = 2 / (1 + sqrt(1 - b)),  |g(b) - 1| <= 0.28 |b|   for |b| < 0.17
+
+This does not depend on the origin of t: the estimate need not be good, nor near the root. Against the step s0
+= q' / 2s':
+
+- |q/2s - s0| <= e / 2s + |s0| e_s / s <= 0.58 e / s' + 1.15 |s0| e_s / s';
+- |h - q/2s| <= 0.28 |b| |q/2s| <= 0.37 bent (|s0| (1 + 1/7) + 0.58 e / s') <= 0.43 bent |s0| + 0.03 e / s';
+- the computed step has two roundings, 2 u |s0|.
+
+``bound`` is (e / s' + |step| (bent + 2 e_s / s' + **2^-49**)) P + **2^-50**: each of its terms is more than
+what it stands for, by enough for its own roundings (16 u against 2 u and 1 u below). The last, 8 u, is for
+what happens to the fraction: ``ticks`` less its whole part is exact; adding the step loses u (1 + |step| P),
+taking the floor away u, comparing u.
+
+So the root lies within ``bound`` of base + part, and if no whole tick does, its floor is base + down. The
+bend has shown that B < 0 at the anchor. If the floor is negative, the root is before the anchor, and the
+anchor between the roots: q < 0 there, they touch at once, 0. From 2^62 on it is never.
+
+*From a bound* (``touch_about``) the step begins at a whole tick at or after the anchor, so t is exact, and
+nothing else is asked: B rises with time, by K a unit, so a slope surely down at t says that B < 0 at the
+anchor, and the rest is as above.
+
+*The last root* (``left``), where discs part that pass through each other, is the first if time is turned
+round: the slope is negated, and so is the step; no other bound changes. A floor below 0 says that both roots
+are before the anchor: they are apart, 0.
+
+A closer look
+=============
+
+Every K is a whole tick, so t is exact. With ``known``, the sign of q is beyond its error, or exact. Approach
+has been shown, by ``along`` or exactly.
+
+- q(0) <= 0: 0. And q(K) >= 0 with a slope surely down at K = 2^62: the first root is there or later, or
+  nowhere: never.
+- The step is now q' / (s' + sqrt(s'^2 - K q')), the root itself. Its derivatives by q, s, K are 1, -2h, h^2,
+  over 2 sqrt(s^2 - K q), which is at least 1.6 s' where bent < 1/8 and s' > 8 e_s. So it is off by 0.63 e /
+  s', by 1.5 |step| e_s / s' + 0.11 e / s', by u |step| for K, and has 4 u |step| of rounding: ``bound``, the
+  same, covers all of that; ``bent`` in it is not needed. The fraction is as above.
+- With a bound below 1/4, and |part| < 1/2, the root is within 3/4 tick of K: q(K) >= 0 says that its floor is
+  K, q(K) < 0 that it is K - 1.
+- *Exact.* If every sum and product from the plans to d and u lost nothing (``is_whole``), and those from d,
+  u, t to the squares too, then the last difference is rounded, but its sign is right, also when it is 0. Its
+  rounding, u |q|, is in 2^-49.
+
+A step that decides nothing moves K; after eight of them, or if the sign of a slope is not certain, integers
+decide, from the last K.
 """
 
 from __future__ import annotations

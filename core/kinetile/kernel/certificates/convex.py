@@ -19,6 +19,50 @@ gap of what has no margin, and a gap that is smaller than its grain is none (``b
 
 A place that is found to enter may do so where M is only grazed, by no more than what is flush: it does not
 count (``runs_deep``). What any of these leaves open is decided in whole numbers (``convex_integers``).
+
+Error bounds
+============
+
+A place enters a convex polygon with a margin (``convex.py``; rule 5s). u is 2^-53, size the sum of all
+magnitudes that d and the corners are made of.
+
+- *In double.* The gap to the line of each face, moved out by R, n.d - h with n of length 1, is off by less
+  than eight roundings of size: 2^-48 size covers it. Its rate n.v is off by less than 2^-50 of |vx| + |vy|.
+  So each crossing has an interval, and what the classification needs is asked of intervals: which face is
+  crossed inwards last, whether any is crossed outwards before, and, at that time, whether the place is over
+  the face or beyond one of its corners. Rates within their error, ties of two faces and starts on a line are
+  left open.
+- *A corner.* From a tip, outside the margin but inside the lines of two faces, only the disc around their
+  corner can be entered, or the lines be left: the question of two discs above, the corner taken off d and off
+  its rounding.
+- *A face.* With x + rest, x a double, along each axis, and the vector along the face a sum of two doubles,
+  n.d - h is computed with every rounding of a product or a sum caught but those of products of two roundings:
+  2^-97 of the sum of the magnitudes, and 2^-52 of the result. One step from the estimate, as above.
+- *Ties.* Where no margin is left to be rounded, the ticks of all crossings decide if they are known and
+  differ (``by_ticks``). At a whole tick the coordinates of the place are whole multiples of a power of two,
+  its grain: the least of the lowest bits of both places and of both velocities times a tick. The gap to a
+  face is n.(d - c), c being a corner of it, so it is a multiple of the lowest bit of n times the lesser of
+  the grain and the lowest bit of c. If what is computed and its bound together are less than that, the gap is
+  0: so a root at a whole tick is known, and a place on a line at the later anchor.
+- *Flush.* A tick that is found stands only if M with its margin surely is on both sides of the line by more
+  than the strip (``runs_deep``). The products v x (d - c) are off by less than 2^-48 size |v| together with
+  the rounding of (strip - R) |v|; who only grazes is left open.
+- *Parting* (``leaves``, rule 11s). A line that goes out of a convex set at a point of its outline, inwards
+  before, does not come back. So it is enough to know one such point: where the line of a face, moved out by
+  R, is crossed outwards, the place being surely between the face's ends; or where the disc around a corner is
+  left, the place being surely beyond the faces on both sides. The intervals and the steps are those above.
+  The rest goes to the integers: they are asked for the greatest tick at which the place is in M with its
+  margin, or comes nearer on a line that goes into it.
+- *Integers.* Corners and the vectors along faces are sums of two doubles, exactly: a corner of M is a
+  difference of two doubles, and a face is along an edge of one of the bodies. So are the gap to a face
+  (products of two), its square against that of R |n| (of four), and which of two faces a place inside is
+  nearer to (g^2 n'.n', of six: six times the room, 960 cells). The place meets M if M with its margin is on
+  both sides of its line by more than the strip: products of two and four. The tick is the greatest at which
+  the distance from M, less R, is not below 0 and falls; the distance is convex in time, so both cease for
+  good.
+
+A wall whose reach is 0 or less (a shape need not reach beyond its place) is moved away by as much as the
+radius is made larger, exactly.
 """
 
 from __future__ import annotations

@@ -16,6 +16,30 @@ and of speeds times a tick, have their zero in cell ``ZERO``; in a product zeros
 have theirs in cell 0. The lowest bit of a double is worth 2^-1126 or more, brought to 53 bits, and 2^971 at
 most, and a tick is 2^-1100 to 2^-52: so a row of lengths takes ``CELLS`` cells, and none is before the
 first or behind the last.
+
+Why it is right
+===============
+
+B, q and the discriminant R^2 |U|^2 - (D x U)^2 at a whole K are whole numbers times a power of two, so their
+signs are exact. B >= 0 at the anchor: never; q <= 0: 0; a discriminant <= 0: never. Otherwise "q(K) >= 0 and
+B(K) < 0" is true from 0 to the floor of the first root, then q < 0 up to the second root, and then B > 0. It
+does not become true again, so bisection finds the last K with it, whatever the guess.
+
+*Digits.* After ``carry`` a digit is from -2^25 to 2^25 - 1. All below a digit is at most 2^25 (1 + 2^26 + ...
+) < 1 unit of it, so the highest that is not zero has the number's sign. A cell gets one product for each pair
+of cells i + j: at most 160 for two rows of lengths, of which two products are added before a carry, and 320
+for two rows of products: 320 of 2^50 each, and 4,096 fit. Counts are not carried, digits below 2^26, and
+three cells long; a speed that is not carried either has digits below 2^26: three products below 2^52, and
+what two doubles add.
+
+*Cells.* A double is a whole number of 53 bits times 2^p, p from -1126 (the least subnormal, brought to 53
+bits) to 971; a tick takes up to 1,100 off. So ``cell``, ZERO + floor(p / 26), is from **ZERO = 96** - 86 = 10
+up to 96 + 37 = 133. From there a double needs 3 cells (53 bits and a shift of up to 25: 78). Times a count
+(62 bits), and six of them summed, it is below 2^(78 + 65), that is 6 cells with a sign: ``room`` gives 8.
+Three fewer are enough for a speed, and what a count multiplies stays inside. Products of two have twice, of
+four four times the room, 16 and 32 cells for less than 12 and 24. The highest end is 141, of **CELLS = 160**.
+The periods of an image are such a length times a whole number below 2^32, less than a count: its digits are
+added before carrying, each below 2^58.
 """
 
 from __future__ import annotations

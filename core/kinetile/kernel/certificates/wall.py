@@ -6,6 +6,18 @@ is exact, and the error of their product is a double. Its quotient by the speed 
 whole tick lies within it, the floor is known. If nothing was lost, the sign of what is left decides; else
 ``integers`` do. They know discs: where the radius is 0 or less, as that of a shape may be which does not
 reach beyond its place, the wall is moved away from the body, and the radius is larger by as much.
+
+Error bounds
+============
+
+The gap G = far - near - radius is gap + between_low + gap_low, exactly. After n = time · P ticks, G - speed
+time = left + left_low + low - lost, all exact but for low. Four roundings, of low, low - lost, + left_low, +
+left, lose at most u (3 |low| + 2 |lost| + |left_low| + |rest|); **2^-50 = 8 u** of their sum covers it, and
+TINY what underflows. The quotient by the speed and the fraction are rounded as above: 2^-49 of the step,
+2^-50. The rest goes to ``look_closer``, as a disc, of a radius > 0, that flies straight at a point at rest: B
+< 0 since far > near, the root is where the gap closes, and q(0) <= 0 says that it has.
+
+The floor is taken, and compared with 2^62, in whole numbers: as doubles, 2^62 - 1 is 2^62.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The scenes of the cookbook: each is the same run under every broad phase that takes it."""
+"""The rooms of docs/shapes.md: each is the same run under every broad phase that takes it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 import kinetile as kt
 from lanes import first
 
-SCENES = Path(__file__).parents[1] / "docs" / "cookbook" / "scenes"
+SCENES = Path(__file__).parents[1] / "docs" / "scenes"
 CONTACTS = {"sinai": 61, "stadium": 28, "maze": 64, "brick-breaker": 50}
 """Of the whole run, or 64; the page has the maze's."""
 
