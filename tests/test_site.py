@@ -10,6 +10,7 @@ import io
 import re
 import subprocess
 import sys
+import tomllib
 from html.parser import HTMLParser
 from pathlib import Path
 from types import SimpleNamespace
@@ -45,6 +46,18 @@ THEMES = [(system, theme) for system in ("light", "dark") for theme in ("auto", 
 
 ITEM = re.compile(r"^- \[[^\]]+\]\(([\w./-]+)\)", re.MULTILINE)
 """An item of the index: where it leads."""
+
+
+def sentence() -> str:
+    """Return the one sentence that says what kinetile is for."""
+    return (DOCS / "index.md").read_text(encoding="utf-8").split("\n\n")[1]
+
+
+def test_readme_the_first_page_and_the_package_say_the_same():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert readme.split("\n\n")[1] == f"**{sentence()}**"
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["description"] == sentence()
 
 
 @pytest.mark.parametrize("module", [kt, toolbox, records, kinetile_accuracy, kinetile_conformance, errors])
@@ -202,7 +215,7 @@ def test_the_sidebar_has_the_pages_in_the_order_of_the_index(site):
 
 @pytest.mark.site
 def test_every_page_has_an_icon_a_description_and_a_preview(site):
-    first = (DOCS / "index.md").read_text(encoding="utf-8").split("\n\n")[1]
+    first = sentence()
     assert places(site / "index.html").said["description"] == first
     lacking = []
     for page in site.rglob("*.html"):

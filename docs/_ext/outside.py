@@ -2,8 +2,8 @@
 
 ``[its code](../plugins/kinetile_plugins/cells)`` is right wherever the files lie beside each other. For the
 site, such a link leads to a page that shows the file, or lists the files of a folder, each with its own page,
-under ``source/``. README is shown as a page of the site, ``readme``: its links are those of README, as they
-are from the folder of the documents.
+under ``source/``. The first page of the site is README, with the lists of ``index.md`` behind it and the
+player of ``index.md`` in the place of its picture.
 """
 
 from __future__ import annotations
@@ -21,8 +21,12 @@ from sphinx.environment import BuildEnvironment
 PAGES = "source"
 """Where pages of files are: the folder of the site and the scheme of the links."""
 
-README = "readme"
+README = "index"
 """The document that stands for README."""
+
+PICTURE = re.compile(r"<img src=[^>]*>")
+PLAYER = re.compile(r"## .*\n\n(```\{live\}(?:.|\n)*?\n```\n)\n")
+"""The section of the index with the player."""
 
 LINK = re.compile(r"(\]\(|src=\")(?!\w+:|#)([^)\s#\"]+)")
 """Where a link or a picture of the repository begins, and its path."""
@@ -35,16 +39,29 @@ UNSHOWN = {"__pycache__", "build"}
 
 
 def turn(app: Sphinx, docname: str, source: list[str]) -> None:
-    """Turn links that lead outside; put README where it is asked for."""
+    """Turn links that lead outside; put README where its document is."""
     page = Path(app.env.doc2path(docname))
     if page.suffix != ".md":
         return
-    here, home = page.parent, root(app)
     if docname == README:
-        app.env.note_dependency(str(home / "README.md"))
-        source[0], here = (home / "README.md").read_text(encoding="utf-8"), home
-    elif "../" not in source[0]:
-        return
+        app.env.note_dependency(str(root(app) / "README.md"))
+        source[0] = first_page(app, (root(app) / "README.md").read_text(encoding="utf-8"), source[0])
+    elif "../" in source[0]:
+        source[0] = turned_links(app, source[0], page.parent, docname)
+
+
+def first_page(app: Sphinx, readme: str, index: str) -> str:
+    """Return README and the lists of the index as one page."""
+    player = PLAYER.search(index)
+    shown = player[1] if player else ""
+    lists = index[index.index("\n## ") :].replace(player[0] if player else "", "")
+    text = turned_links(app, PICTURE.sub("@@PLAYER@@", readme, count=1), root(app), README)
+    return text.replace("@@PLAYER@@", shown) + turned_links(app, lists, Path(app.srcdir), README)
+
+
+def turned_links(app: Sphinx, text: str, here: Path, docname: str) -> str:
+    """Return a text written for a folder as that of a document: links to other files lead to their pages."""
+    home, page = root(app), Path(app.env.doc2path(docname))
     seen = outside(app.env).setdefault(docname, [])
 
     def turned(found: re.Match[str]) -> str:
@@ -52,15 +69,13 @@ def turn(app: Sphinx, docname: str, source: list[str]) -> None:
         if path == home / "README.md":
             return f"{found[1]}{os.path.relpath(Path(app.srcdir, README), page.parent)}.md"
         if path.is_relative_to(app.srcdir):
-            if docname != README:
-                return found[0]
             return f"{found[1]}{os.path.relpath(path, page.parent)}"
         if not path.is_relative_to(home) or not path.exists():
             return found[0]  # which is told as a link that leads nowhere
         seen.append(path.relative_to(home).as_posix())
         return f"{found[1]}{PAGES}:{seen[-1]}"
 
-    source[0] = LINK.sub(turned, source[0])
+    return LINK.sub(turned, text)
 
 
 def root(app: Sphinx) -> Path:

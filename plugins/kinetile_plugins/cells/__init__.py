@@ -9,7 +9,7 @@ three cells beyond are newcomers.
 The cell of a body depends on history, on its crossings, never on its rounded coordinates:
 these are used once, when the structure is built. A body that has crossed an edge may be before it by a
 rounding, or turn back at once; then its plan reaches that edge now, and it crosses again. The cells are wider
-than the widest body by more than all rounding (docs/cells.md has the proof).
+than the widest body by more than all rounding (the proof is below).
 
 One grid of cells as wide as the widest body is bad if small bodies crowd around a few large ones. Then
 there are levels, as in the hierarchical grids of computer graphics: the cells of a level are a power of two
@@ -20,6 +20,49 @@ The cost: certificates n, one a body; a failure, O(1); candidates, those in nine
 bodies of one size spread evenly, and at worst all of them: many in one cell, because they come together
 there, because the cells are wide for one wide body among small ones, or by the option ``side``.
 Then a contact costs O(n). No scene is refused, and none needs an arena.
+
+Why the candidate pairs are complete
+====================================
+
+The cell of a body depends on history: its crossings. Coordinates are used once, when the structure is built.
+So the proof must show that a body is never far outside its cell. In the terms of one answer, let X bound all
+coordinates, u = 2^-53, V the speed and q a tick; eta = 16 u X + 2 V q, and the skin is delta = 4 (n + 4) 16 u
+X + 4 V q, more than 2 eta.
+
+The edges do not move. Edge number e of cells of side S is the double e S, rounded once, and a body leaves at
+that plus or minus the slack, rounded once more. These doubles define the edges; they need not equal e S and
+the slack exactly.
+
+A body is never further than the slack and 7 u X + V q, less than eta, outside its cell, at any tick whose
+structural events have run. Consider one axis, and an edge at E, the slack added, that the body flies to at
+speed v, from x at its anchor.
+
+- The time of crossing is (E - x) / v, with two roundings, so that v times it is wrong by 2 u |E - x| <= 4 u
+  X. It is taken as ticks, which is exact, and rounded down. So the body crosses when it is at most 4 u X past
+  the edge and at most 4 u X + V q before it. That is the most by which it can be beyond the slack of its
+  cell, by its plan; it is inside the next cell, by twice the slack.
+- A contact or a turn gives it a new plan. Its position is rounded three times, which moves it by at most 3 u
+  X. If it is outside its cell and flies further out, the division gives a time before now, and it crosses
+  now, before the next contact of this tick. If it flies inwards or is at rest, it keeps its home, outside;
+  new plans cannot take it further out, since x + v t is rounded to a number not less than x if v is not
+  negative, and not more if it is not positive.
+- When the structure is built, places are rounded four times more before they are rounded down to a cell.
+
+A crossing cannot repeat itself without end: a body that crosses an edge flies away from it, and the next edge
+ahead is a whole cell away.
+
+So bodies in cells that are not adjacent are apart. On one axis there is a whole cell between them, with edges
+S apart up to 2 u X, and each is outside its own cell by less than the slack and eta. Cells have S - 2 slack =
+2 (r + 2 delta), up to 2 u X, for the largest radius r of those that the cells were prepared for (including
+bodies inserted later, or the kernel prepares anew; the present bodies alone would make r too small). The
+reach of a body is its radius and delta. So their gap, between their reaches, is at least 2 delta - 2 eta - 4
+u X > 0. Hence two bodies that touch are near each other, as the contract demands; the skin does the rest, as
+for every phase.
+
+With shapes r is the farthest that one of the bodies reaches to any of its four sides, not the radius of the
+circle around it: .71 of that for a square. The proof is the same, along the axis on which the cells are not
+adjacent. If a is left of b there, what counts is how far a reaches to the right and b to the left, and
+neither is more than r and delta; likewise below and above.
 """
 
 from __future__ import annotations

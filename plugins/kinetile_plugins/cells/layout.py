@@ -7,19 +7,47 @@ up to a torus. So the eight cells around a cell are at fixed distances from it, 
 two ends of the table is there anything to wind up. With an arena the table has one more column and row than
 the arena, so that no two cells of the arena share a place and its opposite edges are not adjacent. Without
 one cells that are a multiple of a whole turn apart share a place. That makes pairs that are far apart, which
-only costs time: nearness depends on the table alone, and is the same from both sides (docs/cells.md).
+only costs time: nearness depends on the table alone, and is the same from both sides (below).
 
 A place has a block of eight integers: the numbers of seven bodies, and how many of them count, so that one
 vector copies it (``append``). A body that finds the block full goes into the list of the cell, which is
 threaded through the bodies: any number of bodies fits into a cell, and nothing has to be allocated. How many
 cells of a level have a list is counted: none in most scenes, and then no list is looked for.
 
-The narrower the cells, the fewer bodies are near each other, and the more often one moves to another
-cell. A cell cannot be narrower than the widest body at home in it (docs/cells.md has the exact bound and its
+The narrower the cells, the fewer bodies are near each other, and the more often one moves to another cell. A
+cell cannot be narrower than the widest body at home in it (the docstring of the package has the bound and its
 proof); a body is as wide as twice what it reaches to its farthest side. For bodies that are far apart it is
 best to have two or three in a cell: ``SPACING`` times the side at which there is one. That is measured, and
 the optimum is flat. A cell is wider than it must be by twice its ``slack``: a body may be outside its cell by
 that and stay at home, so a body that oscillates over an edge does not cross each time.
+
+Why the table loses no pair
+===========================
+
+Call N the number of places of a level, C its columns, N a multiple of C, both N / C and C at least 3, and
+p(x, y) = (x + C y) mod N.
+
+- *Steps.* p(x + a, y + b) = (p(x, y) + a + C b) mod N, for all whole numbers. So cells that are adjacent on
+  the plane are a distance of a + C b apart on the table, with a and b in {-1, 0, 1}, and a body whose place
+  is changed by such a step at each crossing stays at p of its cell. Adjacency is mutual, since the distances
+  come with both signs: a is near b if b is near a. ``near`` reads the table alone.
+- *Nine places.* The nine distances lie from -C - 1 to C + 1, and are different integers, since C >= 3. Two of
+  them differ by 2 C + 2 at most, which is less than 3 C <= N. So they are different modulo N, and nobody is
+  named twice.
+- *The two ends.* For a place n with C < n < N - C - 1 all nine lie from 0 to N - 1 without a turn, and are
+  three runs of three blocks. For the other places, the first row, the last, and one place beside each, every
+  sum is more than -N and less than 2 N, since C + 1 < N: one turn, added or subtracted, winds it up.
+- *An arena.* It has at most C - 1 columns and N / C - 1 rows of cells, numbered from 0. The place before (0,
+  y) and the place behind (C - 2, y) are in column C - 1, where no cell of the arena is; the places below row
+  0 and above row N / C - 2 are those of the last row, or wound up to it. So the end of a row of the table
+  adjoins the next row through an empty place, and no pair is named that is not adjacent on the plane. Without
+  the walls' narrow phase bodies leave the arena; then the other items hold.
+- *Large numbers.* p is computed from x and y as doubles when a body is inserted or the structure is built,
+  and must not be rounded. A side is at least 2 (r + 2 delta), more than 256 (n + 4) u X. So |x| and |y| are
+  less than 2^45 / (n + 4) + 1, for n bodies. A level has at most 8 n + 15 places, and C is at most a third of
+  it: C |y| and the sum x + C y are less than 2^47, exact. The quotient by N is off by 2^-6 / N at most, while
+  a quotient that is not whole is at least 1 / N from the next whole number: its floor is right, and so is the
+  remainder.
 """
 
 from __future__ import annotations
@@ -87,7 +115,7 @@ def wrapped(grid: Records, cell: int) -> int:
 
 @hook
 def cell_of(grid: Records, x: float, y: float) -> int:
-    """Return the number of a level's cell (x, y) of the plane; the sum is exact (docs/cells.md)."""
+    """Return the number of a level's cell (x, y) of the plane; the sum is exact (see above)."""
     place = x + y * grid.columns
     return int(grid.first + (place - math.floor(place / grid.cells) * grid.cells))
 
