@@ -3,7 +3,7 @@
 ``[its code](../plugins/kinetile_plugins/cells)`` is right wherever the files lie beside each other. For the
 site, such a link leads to a page that shows the file, or lists the files of a folder, each with its own page,
 under ``source/``. The first page of the site is README, with the lists of ``index.md`` behind it and the
-player of ``index.md`` in the place of its picture.
+player of ``index.md`` before its second section, in the place of its picture.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ def first_page(app: Sphinx, readme: str, index: str) -> str:
     player = PLAYER.search(index)
     shown = player[1] if player else ""
     lists = index[index.index("\n## ") :].replace(player[0] if player else "", "")
-    text = turned_links(app, PICTURE.sub("@@PLAYER@@", readme, count=1), root(app), README)
-    return text.replace("@@PLAYER@@", shown) + turned_links(app, lists, Path(app.srcdir), README)
+    readme = PICTURE.sub("", readme, count=1).replace("\n## ", f"\n{shown}\n## ", 1)
+    return turned_links(app, readme, root(app), README) + turned_links(app, lists, Path(app.srcdir), README)
 
 
 def turned_links(app: Sphinx, text: str, here: Path, docname: str) -> str:

@@ -18,15 +18,11 @@ from kinetile.show.player import view_scene
 
 HERE = Path(__file__).parent
 STEP = "ArrowRight"
-TO_A_MEETING = ("3", *[STEP] * 54, "c")
 TRIED = (*["n"] * 4, "b", *["PageDown"] * 14)
 
 PHOTOGRAPHS = {
     "player.png": (1280, 800, False, ("sweep-tiling",), ("3", STEP, STEP, STEP, "n", "n", "n")),
     "player-phone.png": (390, 844, True, ("sweep-tiling", "cells"), ("3", STEP, STEP, STEP)),
-    "player-matrix.png": (1280, 640, False, ("sap-2d",), ("3", STEP, STEP, STEP, STEP)),
-    "player-before.png": (900, 720, False, ("sweep-tiling",), (*TO_A_MEETING, "1", "ArrowLeft")),
-    "player-after.png": (900, 720, False, ("sweep-tiling",), TO_A_MEETING),
     "player-try.png": (900, 720, False, ("sweep-tiling",), TRIED),
 }
 """Of each picture: width and height, whether it is dark, the broad phases, and the keys."""
