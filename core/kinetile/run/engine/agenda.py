@@ -34,6 +34,9 @@ from kinetile.scene.shapes import Shape
 Rows = npt.NDArray[np.void]
 """Commands in the kernel's form (``kinetile.kernel.tables.COMMAND``), in its ticks."""
 
+_BYTES = np.dtype((np.void, COMMAND.itemsize))
+"""A row as bytes: NumPy copies fields one by one."""
+
 FRONT = 64
 """Initial number of free rows for interactive commands."""
 
@@ -238,7 +241,7 @@ def to_the_front(k: Kernel, fields: Fields, rows: Rows) -> Kernel:
     if many > fields.lists.command[0]:
         k = _with_rows(k, waiting(k), max(FRONT, 2 * many))
     command = fields.lists.command[0]
-    np.asarray(k.commands)[command - many : command] = rows
+    np.asarray(k.commands).view(_BYTES)[command - many : command] = rows.view(_BYTES)
     fields.lists.command[0] = command - many
     return k
 

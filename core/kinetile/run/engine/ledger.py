@@ -182,7 +182,8 @@ class Ledger:
         """Within this context a recorder is given all rows, first those that have waited: of commands between
         two runs; an observer the others, and a counter the short rows of contacts (``kernel.tables.MET``),
         valid during the call."""
-        waiting, self._unrecorded = self._that_wait(), []
+        waiting = [] if recorder is None else self._that_wait()
+        self._unrecorded, self._aside = [], []
         self._recorder, self._counter, self._observer = recorder, counter, observer
         learns = recorder if recorder is not None and isinstance(recorder, Recorder) else None
         try:
@@ -241,8 +242,8 @@ class Ledger:
         begin = 0
         for epoch, kept in waiting:
             rows = contacts[begin : begin + len(kept)]
-            rows["epoch"], rows["tick"] = divmod(kept["when"], TICKS)
-            rows["epoch"] += epoch
+            rows["epoch"] = (kept["when"] >> 52) + epoch
+            rows["tick"] = kept["when"] & (TICKS - 1)
             rows["a"], rows["b"] = kept["a"], kept["b"]
             begin += len(kept)
         contacts["time"] = self._clock.rounded(contacts["epoch"], contacts["tick"])
