@@ -242,3 +242,21 @@ def test_links_lead_somewhere(page):
             headings = re.findall(r"^#+ (.+)$", found.read_text(encoding="utf-8"), re.MULTILINE)
             anchors = {re.sub(r"[^\w\- ]", "", each).lower().replace(" ", "-") for each in headings}
             assert anchor in anchors, f"{page.name} links to {target}; there are {sorted(anchors)}"
+
+
+WORDS, MOST_PAGES = 70_000, 29
+"""What readers have to read at most: README and docs, of which the pages of docs/api are one, counted as
+``wc -w`` does. Raising a limit is a decision, to be written here with its reason. Planned are 48,000 words on
+24 pages. November 2026: from 92,800 words on 47 such pages (60 with those of docs/api).
+"""
+
+
+def test_the_pages_have_no_more_words_than_decided(capsys):
+    said = {page.name: len(page.read_text(encoding="utf-8").split()) for page in PAGES}
+    api = sum(len(page.read_text(encoding="utf-8").split()) for page in DOCS.glob("api/*.md"))
+    words, pages = sum(said.values()) + api, len(said) + 1
+    with capsys.disabled():
+        print(f"\n{words:,} words on {pages} pages (at most {WORDS:,} on {MOST_PAGES})")
+    longest = sorted(said, key=said.__getitem__)[-5:]
+    assert words <= WORDS, f"{words:,} words; the longest pages are {longest}: shorten one, or decide here"
+    assert pages <= MOST_PAGES, f"{pages} pages: {sorted(said)}"
