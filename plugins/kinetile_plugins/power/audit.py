@@ -95,7 +95,7 @@ def _structure(k: Kernel, s: State, web: Web) -> Iterator[str]:
 def _ticks(k: Kernel, s: State, web: Web) -> Iterator[str]:
     """Each edge is watched at one of its half-edges, and its owner is queued for the first of its own."""
     n = len(s.first) - CORNERS
-    own = (web.a < n) & ((web.b >= n) | (web.h < web.twin))
+    own = (web.a < n) & (web.a < web.b)
     due = s.due[web.h]
     for i in np.flatnonzero(~own & (due != NEVER)):
         yield f"{web.name(i)} is watched for one who does not own it"
@@ -124,16 +124,18 @@ def _places(k: Kernel, s: State, web: Web) -> Iterator[str]:
     area = _area(place + speed * 2.0**-52, web)
     for i in np.flatnonzero(first & (area < -NOISE)):
         yield f"the triangle of {web.a[i]}, {web.b[i]} and {web.c[i]} is turned over by {-area[i]:.3g}"
-    watched = np.flatnonzero((web.a < n) & (web.d >= 0) & ((web.b >= n) | (web.h < web.twin)))
+    watched = np.flatnonzero((web.a < n) & (web.a < web.b))
     edges = Web(*(column[watched] for column in web))
     due = s.due[edges.h]
-    ahead = np.minimum((due - clock.now) * 2.0**-52, 1024.0)
+    sites = np.column_stack([edges.a, edges.b, edges.c, edges.d])
+    anchor = np.append(k.bodies.anchor[:n], np.full(CORNERS, -(2**62)))[sites].max(axis=1)
+    age = (clock.now - anchor) * 2.0**-52  # a certificate is not older, and good for 1,024 units
+    ahead = np.minimum((due - clock.now) * 2.0**-52, 1024.0 - age)
     for share in np.linspace(0.0, 1.0, TIMES):
         elapsed = np.maximum(share * ahead * (1.0 - 2.0**-20), 2.0**-52)
         depth, size = _depth(place, speed, weight, edges, elapsed)
-        for i in np.flatnonzero(
-            (depth > scale[THETA] * size + _rounding(place, speed, edges, elapsed)) & (due > clock.now)
-        ):
+        rounding = _rounding(place, speed, edges, elapsed + 2.0 * age)
+        for i in np.flatnonzero((depth > scale[THETA] * size + rounding) & (due > clock.now)):
             yield (
                 f"site {edges.d[i]} is {depth[i] / size[i]:.3g} below the plane of {edges.a[i]}, "
                 f"{edges.b[i]} and {edges.c[i]}, {elapsed[i]:.3g} units from now, and {scale[THETA]:.3g} are "
@@ -171,5 +173,10 @@ def _depth(
 
 def _rounding(place: Floats, speed: Floats, edges: Web, elapsed: Floats) -> Floats:
     """Returns what rounding may make of a depth, times twice the area: of plans, and of certificates."""
-    b, c, d = (np.abs(row).sum(axis=1) + 2.0**-40 for row in _rows(place, speed, edges, elapsed))
+    b, c, d = (
+        np.abs(place[each] - place[edges.a]).sum(axis=1)
+        + np.abs(speed[each] - speed[edges.a]).sum(axis=1) * elapsed
+        + 2.0**-40
+        for each in (edges.b, edges.c, edges.d)
+    )
     return np.asarray(2.0 * NOISE * (b * c * d * (b + c + d + 1.0)))

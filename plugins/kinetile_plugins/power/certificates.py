@@ -230,6 +230,7 @@ def failures(k: Kernel, s: State) -> Ticks:
         g2 - f1 * sum1 - f2 * sum0,
         g3 - f2 * sum1 - f3 * sum0,
         g4 - f3 * sum1,
+        sum0 / (sum1 + spread(2.0**-400)),
     )
 
 

@@ -50,10 +50,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
         count = enlist(s, count, pred(s.twin[h]))
     count = enlist(s, count, h)
     watch(k, s, count)
-    if flips:
-        for i in range(4):
-            e = h if i < 2 else int(s.twin[h])
-            settle(k, s, s.org[e if i & 1 == 0 else pred(e)])
+    settle(k, s, body)
     return 0
 
 

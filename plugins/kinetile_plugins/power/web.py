@@ -6,9 +6,9 @@ triangle on the left. That of triangle t are 4t, 4t + 1 and 4t + 2, and the plac
 half-edge on the other side of an edge is its twin; those of the hull have none. So there are 2n + 2
 triangles, whatever happens.
 
-An edge is watched for the body that *owns* it: an end that is no far point, and of two bodies the one whose
-half-edge has the smaller number. Its tick is kept at the half-edge that begins at the owner, and the twin has
-``NEVER``; so what a body owns is read in one turn around it.
+An edge is watched for the body that *owns* it: its end with the smaller number, hence never a far point. Its
+tick is kept at the half-edge that begins at the owner, and the twin has ``NEVER``; so what a body owns is read
+in one turn around it.
 """
 
 from __future__ import annotations
@@ -95,13 +95,11 @@ def around(s: State, h: int) -> int:
 @hook
 def owned(s: State, h: int) -> int:
     """Return the half-edge at which an edge is watched; NOBODY for one between two far points."""
-    g = int(s.twin[h])
-    n = slots(s)
-    if g < 0:
+    a = s.org[h]
+    b = s.org[succ(h)]
+    if smaller(a, b) >= slots(s):
         return NOBODY
-    if s.org[h] >= n:
-        return g if s.org[g] < n else NOBODY
-    return h if s.org[g] >= n else int(smaller(h, g))
+    return h if a < b else int(s.twin[h])
 
 
 @unchecked
@@ -142,9 +140,13 @@ def lay(s: State, h: int, a: int, b: int, c: int) -> None:
     s.first[a] = h
     s.first[b] = one
     s.first[c] = two
-    s.due[h] = NEVER
-    s.due[one] = NEVER
-    s.due[two] = NEVER
+
+
+@hook
+def move(s: State, h: int, to: int) -> None:
+    """Give another half-edge the twin and the tick of one."""
+    join(s, to, int(s.twin[h]))
+    s.due[to] = s.due[h]
 
 
 @hook
@@ -156,16 +158,18 @@ def flip(s: State, h: int) -> None:
     b = s.org[g]
     c = s.org[pred(h)]
     d = s.org[pred(g)]
-    bc = int(s.twin[succ(h)])
-    ca = int(s.twin[pred(h)])
-    ad = int(s.twin[succ(g)])
-    db = int(s.twin[pred(g)])
+    bc, ca, ad, db = succ(h), pred(h), succ(g), pred(g)
+    beyond_bc = int(s.twin[bc])
+    due_bc = s.due[bc]
     lay(s, h, d, c, a)
     lay(s, g, c, d, b)
-    join(s, succ(h), ca)
-    join(s, pred(h), ad)
-    join(s, succ(g), db)
-    join(s, pred(g), bc)
+    move(s, ca, bc)
+    move(s, ad, ca)
+    move(s, db, ad)
+    join(s, db, beyond_bc)
+    s.due[db] = due_bc
+    s.due[h] = NEVER
+    s.due[g] = NEVER
 
 
 @hook
@@ -196,13 +200,13 @@ def split(s: State, t: int, body: int) -> None:
     a = s.org[h]
     b = s.org[h + 1]
     c = s.org[h + 2]
-    bc = int(s.twin[h + 1])
-    ca = int(s.twin[h + 2])
     lay(s, f, b, c, body)
     lay(s, g, c, a, body)
     lay(s, h, a, b, body)
-    join(s, f, bc)
-    join(s, g, ca)
+    move(s, h + 1, f)
+    move(s, h + 2, g)
+    s.due[h + 1] = NEVER
+    s.due[h + 2] = NEVER
     join(s, h + 1, f + 2)
     join(s, f + 1, g + 2)
     join(s, g + 1, h + 2)
@@ -216,13 +220,11 @@ def merge(s: State, h: int) -> None:
     a = s.org[succ(h)]
     b = s.org[succ(two)]
     c = s.org[succ(three)]
-    bc = int(s.twin[succ(two)])
-    ca = int(s.twin[succ(three)])
+    move(s, succ(three), h)
+    move(s, succ(two), pred(h))
     given_back(s, two)
     given_back(s, three)
     lay(s, h, c, a, b)
-    join(s, h, ca)
-    join(s, pred(h), bc)
     s.heads[1] = h >> 2
 
 

@@ -21,7 +21,6 @@ from kinetile.kernel.vectors import (
     choose,
     floor,
     lane,
-    root,
     some,
     spread,
     spread_ticks,
@@ -116,7 +115,7 @@ def falls_eight(k: Kernel, since: Ticks, gap: Floats, rate: Floats) -> Ticks:
 
 
 STEPS = 3
-"""Steps of ``first_rise``, at most. More of them find later ticks, and cost more."""
+"""Steps of ``first_rise``. More of them find later ticks, and cost more."""
 
 
 @hook
@@ -126,47 +125,57 @@ def positive(value: Floats) -> Floats:
 
 
 @hook
-def least_root(m: Floats, r1: Floats, r2: Floats) -> Floats:
-    """Return where r1 u + r2 u^2 reaches m > 0, for u > 0 and r1, r2 >= 0; at most 2^10."""
-    q = r1 + root(r1 * r1 + spread(4.0) * r2 * m) + spread(2.0**-1000)
-    u = (m + m) / q
-    return choose(u < spread(1024.0), u, spread(1024.0))
+def clear_for(length: Floats, m: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats) -> Floats:
+    """Return for how long, at most a length, a polynomial that begins at -m < 0 stays below zero.
+
+    On [0, length] it lies within the hull of its five Bernstein coefficients, at 0, 1/4, ... 1, of which the
+    first is -m. So it is nowhere above the steepest line from there to one of the others.
+    """
+    c1 = g1 * length
+    c2 = g2 * (length * length)
+    c3 = g3 * (length * length) * length
+    third = spread(1.0 / 3.0)
+    steepest = c1
+    rise = c1 + third * c2
+    steepest = choose(rise > steepest, rise, steepest)
+    rise = c1 + spread(2.0) * third * c2 + third * c3
+    steepest = choose(rise > steepest, rise, steepest)
+    rise = c1 + c2 + c3 + g4 * ((length * length) * (length * length))
+    steepest = choose(rise > steepest, rise, steepest)
+    return length * m / choose(steepest > m, steepest, m)
 
 
 @hook
-def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats) -> Ticks:
+def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats, scale: Floats) -> Ticks:
     """Return a tick before which g0 + g1 t + g2 t^2 + g3 t^3 + g4 t^4 stays below zero, in each of eight
     lanes; t is the time since now in units of the clock, 2^52 ticks.
 
     It is now if, and only if, the polynomial is not below zero at the end of this tick. Else it is a lower
-    bound of the first root, or ``NEVER``: whoever is told of it computes once more then, whether the
-    polynomial has risen. On [t, t + u] a polynomial is at most its value at t and the terms of its
-    derivatives there that are positive. Where that sum reaches zero is no root before; it is a polynomial
-    that rises and is convex, so a bound of its root from above gives one from below.
+    bound of the first root, or ``NEVER``: whoever is told of it computes once more then whether the
+    polynomial has risen. ``scale`` is a time in which it changes as much as it is: the nearer it is to that,
+    the nearer are bounds to roots; all are right with any.
     """
     zero = spread(0.0)
-    far = spread(FAR * 2.0**-52)
+    most = spread(1024.0)
+    tiny = spread(2.0**-400)
     now = spread_ticks(k.clock[0].now)
-    t = spread(2.0**-52)
-    at_once = (((g4 * t + g3) * t + g2) * t + g1) * t + g0 >= zero
+    end = spread(2.0**-52)
+    at_once = (((g4 * end + g3) * end + g2) * end + g1) * end + g0 >= zero
+    scale = choose(scale < most, scale, most)
+    t = end
     for _ in range(STEPS):
         m = zero - ((((g4 * t + g3) * t + g2) * t + g1) * t + g0)
-        r1 = positive(((spread(4.0) * g4 * t + spread(3.0) * g3) * t + spread(2.0) * g2) * t + g1)
-        r2 = positive((spread(6.0) * g4 * t + spread(3.0) * g3) * t + g2)
-        r3 = positive(spread(4.0) * g4 * t + g3)
-        r4 = positive(g4)
-        below = (m > zero) & (t < far)
-        m = choose(below, m, spread(1.0))
-        above = least_root(m, r1, r2)
-        alone = root(root(m / (r4 + spread(2.0**-1000))))
-        above = choose(alone < above, alone, above)
-        step = least_root(m, r1, r2 + above * (r3 + above * r4))
-        above = least_root(m, r1, r2 + step * (r3 + step * r4))
-        step = least_root(m, r1, r2 + above * (r3 + above * r4))
-        t = choose(below, t + step * spread(1.0 - 2.0**-40), t)
-        if not some(below):
-            break
-    soon = t < far
+        h1 = ((spread(4.0) * g4 * t + spread(3.0) * g3) * t + spread(2.0) * g2) * t + g1
+        h2 = (spread(6.0) * g4 * t + spread(3.0) * g3) * t + g2
+        h3 = spread(4.0) * g4 * t + g3
+        m = choose(m > zero, m, tiny)
+        length = (m + m) / (positive(h1) + tiny)
+        twice = scale + scale
+        length = choose(length < twice, length, twice)
+        one = clear_for(length, m, h1, h2, h3, g4)
+        two = clear_for(spread(0.25) * scale, m, h1, h2, h3, g4)
+        t = t + choose(one > two, one, two) * spread(1.0 - 2.0**-40)
+    soon = t < most
     tick = choose(soon, now + floor(choose(soon, t, zero) * spread(2.0**52)), spread_ticks(NEVER))
     return choose(at_once, now, tick)
 
