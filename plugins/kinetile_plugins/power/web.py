@@ -7,8 +7,8 @@ half-edge on the other side of an edge is its twin; those of the hull have none.
 triangles, whatever happens.
 
 An edge is watched for the body that *owns* it: its end with the smaller number, hence never a far point. Its
-tick is kept at the half-edge that begins at the owner, and the twin has ``NEVER``; so what a body owns is read
-in one turn around it.
+tick is kept at the half-edge that begins at the owner, and the twin has ``NEVER``. So what a body owns is
+read in one turn around it.
 """
 
 from __future__ import annotations
