@@ -174,6 +174,7 @@ def test_empty_time_cost_in_proportion_to_a_speed_that_was_only_planned(speed, m
 
 
 @pytest.mark.slow
+@pytest.mark.compiled  # 400,000 units in small steps: ten minutes with plain hooks
 @pytest.mark.parametrize("periodic", ["", "x", "xy"])
 @pytest.mark.parametrize("seed", range(3))
 def test_skipping_in_small_units_leaves_the_same_bits(seed, periodic, monkeypatch):
