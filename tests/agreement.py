@@ -17,6 +17,9 @@ PHASES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("sap-2d", {}),
     ("cells", {}),
 )
+LINES: tuple[tuple[str, dict[str, Any]], ...] = (("sap-k", {"directions": 3}),)
+"""Refuse periodic axes."""
+
 TILING: tuple[tuple[str, dict[str, Any]], ...] = (("sweep-tiling", {}),)
 """Needs an arena."""
 POWER: tuple[tuple[str, dict[str, Any]], ...] = (("power", {}),)
@@ -59,7 +62,10 @@ def assert_one_answer(
     simulation."""
     reference: tuple[kt.Simulation, Outcome] | None = None
     for phase, options in (
-        PHASES + (TILING if scene.arena is not None else ()) + (POWER if is_for_power(scene) else ())
+        PHASES
+        + (() if scene.periodic else LINES)
+        + (TILING if scene.arena is not None else ())
+        + (POWER if is_for_power(scene) else ())
     ):
         sim, found = outcome(scene, phase, options, until, max_contacts)
         if reference is None:

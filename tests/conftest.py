@@ -111,7 +111,7 @@ def _compiled_apart(here, njit):
             nonlocal name
             if _shares_loops and function.__name__ == "advance" and not is_shared(function):
                 pytest.fail(
-                    f"this test compiles {function.__qualname__}, and tests share twelve loops: mark it "
+                    f"this test compiles {function.__qualname__}, and tests share fourteen loops: mark it "
                     "small, slow or own_loop (CONTRIBUTING.md)"
                 )
             name = function.__qualname__.rpartition("_")[0]

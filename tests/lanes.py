@@ -10,7 +10,7 @@ import pytest
 
 from kinetile.kernel.compiled import INTERPRETED
 
-PHASES = ("naive", "cells", "sap_1d", "sap_2d", "sweep_tiling", "power")
+PHASES = ("naive", "cells", "sap_1d", "sap_2d", "sap_k", "sweep_tiling", "power")
 
 slow_ones = True
 """Whether this run may have slow tests: else they are not even collected. ``conftest.py`` sets it."""
@@ -42,7 +42,7 @@ def examples(count: int) -> int:
 
 
 def is_shared(loop: Callable[..., Any]) -> bool:
-    """Return whether a loop is one of the twelve that tests share: a built-in phase with walls and discs,
+    """Return whether a loop is one of the fourteen that tests share: a built-in phase with walls and discs,
     alike or not, and nothing else that a scene may have."""
     named = any(loop.__qualname__.startswith(f"advance_{phase}_disc_wall_") for phase in PHASES)
     beyond = ("COMMANDS", "LIVING", "RULES", "PASSING", "PERIODIC", "AHEAD")

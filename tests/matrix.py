@@ -25,6 +25,7 @@ def _of(column: str, rows: Mapping[str, str]) -> dict[Cell, str]:
 
 
 REFUSED: dict[Cell, str] = {
+    **_of("under sap-k", {"periodic x | periodic y | periodic xy": "make no circle on such a line"}),
     **_of(
         "under sweep-tiling",
         {

@@ -374,6 +374,7 @@ OBSERVATIONS = (
     Observation("under sap-1d", _under("sap-1d")),
     Observation("under sap-1d, axis y", _under("sap-1d", axis="y")),
     Observation("under sap-2d", _under("sap-2d")),
+    Observation("under sap-k", _under("sap-k", directions=3)),
     Observation("under sweep-tiling", _under("sweep-tiling")),
     Observation("run in pieces", pieces),
     Observation("step and steps", step_by_step),

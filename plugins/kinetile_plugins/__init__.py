@@ -26,7 +26,7 @@ def kinetile_broad_phases() -> list[BroadPhaseSpec]:
         BroadPhaseSpec(
             "sap-1d",
             "kinetile_plugins.sweep_and_prune:SweepAndPrune",
-            "sweep and prune: bounds kept sorted along one axis",
+            "sweep and prune: bounds kept sorted along one axis, or along a slanted line",
             aliases=("sweep-and-prune",),
         ),
         BroadPhaseSpec(
@@ -35,6 +35,11 @@ def kinetile_broad_phases() -> list[BroadPhaseSpec]:
             "sweep and prune on both axes: a pair is a candidate where both intervals overlap",
             features=frozenset({"boxes"}),
             aliases=("sweep-and-prune-matrix",),
+        ),
+        BroadPhaseSpec(
+            "sap-k",
+            "kinetile_plugins.sweep_and_prune:SweepAndPruneMany",
+            "sweep and prune along k lines: a pair is a candidate where all k intervals overlap",
         ),
         BroadPhaseSpec(
             "sweep-tiling",

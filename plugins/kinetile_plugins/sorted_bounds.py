@@ -30,6 +30,7 @@ from kinetile.toolbox import (
     Item,
     Kernel,
     Point,
+    Polygon,
     Records,
     Segment,
     falls_many,
@@ -68,77 +69,85 @@ class Lists(NamedTuple):
     of the image whose body is where its plan has it.
     """
 
-    axes: tuple[int, ...]  # those that are sorted: 0 for x, 1 for y
-    order: Whole  # (axes, 2m) the bounds from left to right
-    place: Whole  # (axes, 2n) where each bound is in the order, from 0
-    due: Whole  # (axes, 2n) the tick at which each bound passes the one right of it
+    names: tuple[str, ...]  # of the lines along which they are sorted: "x", "y", or a direction
+    shares: Lengths  # (lists, 2) of x and y in a place on the line
+    away: Lengths  # (lists, 2n) how far each bound is right of its body's place
+    order: Whole  # (lists, 2m) the bounds from left to right
+    place: Whole  # (lists, 2n) where each bound is in the order, from 0
+    due: Whole  # (lists, 2n) the tick at which each bound passes the one right of it
 
 
 def audit_bounds(k: Kernel, lists: Lists) -> Iterator[str]:
     """Yields a sentence for everything that does not hold; O(n^2)."""
-    axes, order, place, due = lists
+    names, _, _, order, place, due = lists
     there = np.flatnonzero(k.queue.number >= 0)
     bounds = np.sort(np.concatenate([2 * there, 2 * there + 1]))
     if not len(bounds) and not order.size:
         return
-    for row, axis in enumerate(axes):
-        name = "xy"[axis]
+    for row, name in enumerate(names):
         if not np.array_equal(np.sort(order[row]), bounds):
             yield f"the list of {name} does not have each bound once"
             return
-        slots = place[row][order[row]] % len(bounds) if _period(k, axis) else place[row][order[row]]
+        slots = place[row][order[row]] % len(bounds) if _period(k, lists, row) else place[row][order[row]]
         if not np.array_equal(slots, np.arange(len(bounds))):
             yield f"the ranks of {name} are not those of its list"
             return
         for body in there[place[row][2 * there] > place[row][2 * there + 1]]:
             yield f"body {body} has its right bound left of its left one on {name}"
-        yield from _order(k, order[row], place[row], due[row], axis)
+        yield from _order(k, lists, row)
     first = due.min(axis=0).reshape(-1, 2).min(axis=1)
     for body in there[k.queue.own[there] != first[there]]:
         yield f"body {body} is scheduled {_tick(k.queue.own[body])}, but its bounds pass {_tick(first[body])}"
     yield from _pairs(k, place, there)
 
 
-def _period(k: Kernel, axis: int) -> float:
-    """Returns the period of an axis, or 0."""
+def _period(k: Kernel, lists: Lists, row: int) -> float:
+    """Returns the period of a list, or 0."""
     torus = k.clock[0].torus
-    return float(torus.y if axis else torus.x)
+    return float(lists.shares[row] @ (torus.x, torus.y))
 
 
-def _order(k: Kernel, order: Whole, place: Whole, due: Whole, axis: int) -> Iterator[str]:
+def _along(shares: Lengths, x: Lengths, y: Lengths) -> Lengths:
+    """Returns the shares of vectors along a line, by the operations of the hooks."""
+    return np.asarray(shares[0] * x + shares[1] * y)
+
+
+def _order(k: Kernel, lists: Lists, row: int) -> Iterator[str]:
     """Neighbours are in order, and noted with the tick at which they pass."""
     bodies, clock = k.bodies, k.clock[0]
-    period = _period(k, axis)
+    name, shares, away = lists.names[row], lists.shares[row], lists.away[row]
+    order, place, due = lists.order[row], lists.place[row], lists.due[row]
+    period = _period(k, lists, row)
     left, right = (order, np.roll(order, -1)) if period else (order[:-1], order[1:])
     p, q = left >> 1, right >> 1
     behind = ((place[left] - place[right]) // len(order) + 1) * period
-    at, speed = (bodies.x, bodies.vx) if axis == 0 else (bodies.y, bodies.vy)
+    speed = _along(shares, bodies.vx, bodies.vy)
     since = np.maximum(bodies.anchor[p], bodies.anchor[q])
-    away = offsets(k)[:, 2 * axis : 2 * axis + 2].ravel()
-    edges = [
-        at[body] + speed[body] * ((since - bodies.anchor[body]) * clock.tick) + away[bound]
-        for body, bound in ((p, left), (q, right))
-    ]
+    edges = []
+    for body, bound in ((p, left), (q, right)):
+        elapsed = (since - bodies.anchor[body]) * clock.tick
+        x, y = bodies.x[body] + bodies.vx[body] * elapsed, bodies.y[body] + bodies.vy[body] * elapsed
+        edges.append(_along(shares, x, y) + away[bound])
     wanted = falls_many(k, since, edges[1] - edges[0] + behind, speed[q] - speed[p])
     noted = due[left]
     for gap in np.flatnonzero(noted != wanted):
         times = f"pass {_tick(wanted[gap])}, but are watched {_tick(noted[gap])}"
-        yield f"{_names(left[gap], right[gap], axis)} {times}"
+        yield f"{_names(left[gap], right[gap], name)} {times}"
     if not period and due[order[-1]] != NEVER:
-        yield f"the last bound on {'xy'[axis]} has no neighbour, but is watched {_tick(due[order[-1]])}"
-    then = positions_now(k)[:, axis] + speed * clock.tick  # events of this tick have happened, to its end
+        yield f"the last bound on {name} has no neighbour, but is watched {_tick(due[order[-1]])}"
+    then = _along(shares, *positions_now(k).T) + speed * clock.tick  # events of this tick have happened
     by = (then[p] + away[left]) - (then[q] + away[right]) - behind
     for gap in np.flatnonzero((by > 2.0 * clock.limits.theta) & (noted > clock.now)):
-        yield f"{_names(left[gap], right[gap], axis)} are in the wrong order, by {by[gap]}"
+        yield f"{_names(left[gap], right[gap], name)} are in the wrong order, by {by[gap]}"
 
 
 def _tick(tick: int) -> str:
     return "never" if tick == NEVER else f"at tick {tick}"
 
 
-def _names(left: int, right: int, axis: int) -> str:
+def _names(left: int, right: int, name: str) -> str:
     one, two = (f"{'LR'[bound & 1]}({bound >> 1})" for bound in (int(left), int(right)))
-    return f"bounds {one} and {two} on {'xy'[axis]}"
+    return f"bounds {one} and {two} on {name}"
 
 
 def _overlaps(low: Whole, high: Whole, rows: slice) -> Whole:
@@ -177,18 +186,24 @@ IN_MATRIX = 64
 
 
 def draw_bounds(k: Kernel, lists: Lists) -> Iterator[Item]:
-    """Draws one axis with the bounds on it, or the boxes and the pairs of those that overlap; and which two
-    bounds pass next."""
+    """Draws one line with the bounds on it, or what bodies are bounded by and the pairs of those that
+    overlap; and which two bounds pass next."""
     if not lists.order.size:
         return
-    if len(lists.axes) == 1:
-        yield from _line(k, lists.order[0], lists.place[0], lists.due[0], lists.axes[0])
+    along_axes, several = not lists.shares.all(axis=1).any(), len(lists.names) > 1
+    if several:
+        yield from _boxes(k, lists) if along_axes else _polygons(k, lists)
+        yield from pair_links(held_pairs(k))
+        yield from _entries(lists)
+        row = int(np.argmin([lists.due[row, order].min() for row, order in enumerate(lists.order)]))
+        yield from _certificate(k, lists, row)
     else:
-        yield from _boxes(k, lists)
+        yield from _line(k, lists) if along_axes else _slanted_line(k, lists)
 
 
-def _line(k: Kernel, order: Whole, place: Whole, due: Whole, axis: int) -> Iterator[Item]:
+def _line(k: Kernel, lists: Lists) -> Iterator[Item]:
     """Yields the axis, at the edge of the arena or of where bodies are, and each bound as a line to it."""
+    order, axis = lists.order[0], int(lists.names[0] == "y")
     there = np.sort(order[order & 1 == 0] >> 1)
     now, away = positions_now(k)[there], offsets(k)[there]
     size = (float(k.clock[0].limits.width), float(k.clock[0].limits.height))
@@ -200,65 +215,103 @@ def _line(k: Kernel, order: Whole, place: Whole, due: Whole, axis: int) -> Itera
         "axis", _point(float(low[axis]), foot, axis), _point(float(high[axis]), foot, axis), label="xy"[axis]
     )
     for bound in order.tolist():
-        body = bound >> 1
-        edge = _edge(k, bound, axis)
-        yield Segment(
-            "bound", _point(edge, foot, axis), _point(edge, At(body), axis), int(due[bound]), "LR"[bound & 1]
-        )
-    yield from _certificate(k, order, place, due, axis, foot)
+        body, due = bound >> 1, int(lists.due[0, bound])
+        edge = _edge(lists, 0, bound)
+        yield Segment("bound", _point(edge, foot, axis), _point(edge, At(body), axis), due, "LR"[bound & 1])
+    yield from _certificate(k, lists, 0, foot)
+
+
+def _slanted_line(k: Kernel, lists: Lists) -> Iterator[Item]:
+    """Yields the line, through the middle of the bodies, and each bound as a piece of a tangent."""
+    share, order = lists.shares[0] / (lists.shares[0] @ lists.shares[0]), lists.order[0]
+    there = np.sort(order[order & 1 == 0] >> 1)
+    now = positions_now(k)[there]
+    middle = 0.5 * (now.min(axis=0) + now.max(axis=0))
+    from_it = (now - middle) @ lists.shares[0]
+    far = (from_it + lists.away[0, 2 * there]).min(), (from_it + lists.away[0, 2 * there + 1]).max()
+    low, high = ((float(x), float(y)) for x, y in (middle + np.outer(far, share)).tolist())
+    yield Segment("axis", low, high, label=lists.names[0])
+    for bound in order.tolist():
+        begin, end = (_rim(lists, 0, bound, to) for to in (-1.0, 1.0))
+        yield Segment("bound", begin, end, int(lists.due[0, bound]), "LR"[bound & 1])
+    yield from _certificate(k, lists, 0)
 
 
 def _boxes(k: Kernel, lists: Lists) -> Iterator[Item]:
-    """Yields each body's box, with the tick of the first of its bounds to pass, the pairs, and the matrix."""
-    _, order, place, due = lists
-    for body in np.sort(order[0][order[0] & 1 == 0] >> 1).tolist():
+    """Yields each body's box, with the tick of the first of its bounds to pass."""
+    for body, due in _present(lists):
         (left, right), (low, high) = (
-            [_edge(k, 2 * body + upper, axis) for upper in (0, 1)] for axis in (0, 1)
+            [_edge(lists, axis, 2 * body + upper) for upper in (0, 1)] for axis in (0, 1)
         )
-        yield Box("bound", (left, low), (right, high), int(due[:, 2 * body : 2 * body + 2].min()))
-    yield from pair_links(held_pairs(k))
-    yield from _entries(order, place)
-    axis = int(np.argmin([due[row, order[row]].min() for row in range(2)]))
-    yield from _certificate(k, order[axis], place[axis], due[axis], axis)
+        yield Box("bound", (left, low), (right, high), due)
 
 
-def _certificate(
-    k: Kernel, order: Whole, place: Whole, due: Whole, axis: int, foot: float | None = None
-) -> Iterator[Segment]:
-    """Yields the first certificate of an axis to fail: a line between two bounds, at a height or from body to
+def _polygons(k: Kernel, lists: Lists) -> Iterator[Item]:
+    """Yields what the lines bound each body by, with the tick of the first of its bounds to pass."""
+    normals = np.concatenate([-lists.shares, lists.shares])
+    around = np.argsort(np.arctan2(*normals.T[::-1]))
+    sides = np.stack([normals, np.roll(normals[around], -1, axis=0)[np.argsort(around)]], axis=1)[around]
+    for body, due in _present(lists):
+        away = np.abs(lists.away[:, 2 * body : 2 * body + 2]).T.ravel()[around]
+        corners = np.linalg.solve(sides, np.stack([away, np.roll(away, -1)], axis=1)[:, :, None])[:, :, 0]
+        yield Polygon("bound", tuple((At(body, x), At(body, y)) for x, y in corners.tolist()), due)
+
+
+def _present(lists: Lists) -> Iterator[tuple[int, int]]:
+    """Yields the bodies, each with the tick of the first of its bounds to pass."""
+    order = lists.order[0]
+    for body in np.sort(order[order & 1 == 0] >> 1).tolist():
+        yield body, int(lists.due[:, 2 * body : 2 * body + 2].min())
+
+
+def _certificate(k: Kernel, lists: Lists, row: int, foot: float | None = None) -> Iterator[Segment]:
+    """Yields the first certificate of a list to fail: a line between two bounds, at a height or from body to
     body; of a periodic axis, to the image that is watched, and along the other axis to the nearest."""
+    order, place, due = lists.order[row], lists.place[row], lists.due[row]
     at = int(np.argmin(due[order]))
-    if at + 1 == len(order) and not _period(k, axis):
+    period = _period(k, lists, row)
+    if at + 1 == len(order) and not period:
         return
     first, other = int(order[at]), int(order[(at + 1) % len(order)])
-    one, two = _edge(k, first, axis), _edge(k, other, axis)
-    if _period(k, axis):
+    failing = int(due[first]), _outcome(first, other)
+    if lists.shares[row].all():
+        yield Segment("certificate", _rim(lists, row, first), _rim(lists, row, other), *failing)
+        return
+    axis = int(lists.names[row] == "y")
+    one, two = _edge(lists, row, first), _edge(lists, row, other)
+    if period:
         two = At(two.body, two.offset, int((place[first] - place[other]) // len(order)) + 1)
     heights: list[Coordinate] = [At(one.body), At(two.body)] if foot is None else [foot, foot]
-    if foot is None and (period := _period(k, 1 - axis)):
+    if foot is None and (across := float((k.clock[0].torus.y, k.clock[0].torus.x)[axis])):
         low, high = positions_now(k, np.array([one.body, two.body]))[:, 1 - axis].tolist()
-        heights[1] = At(two.body, turns=round((low - high) / period))
+        heights[1] = At(two.body, turns=round((low - high) / across))
     begin, end = (_point(edge, height, axis) for edge, height in zip((one, two), heights, strict=True))
-    yield Segment("certificate", begin, end, int(due[first]), _outcome(first, other))
+    yield Segment("certificate", begin, end, *failing)
 
 
-def _entries(order: Whole, place: Whole) -> Iterator[Item]:
-    """Yields the entries of the matrix: on which axes two bodies overlap, if any."""
-    there = np.sort(order[0][order[0] & 1 == 0] >> 1)
+def _entries(lists: Lists) -> Iterator[Item]:
+    """Yields the entries of the matrix: in which lists two bodies overlap, if any."""
+    there = np.array([body for body, _ in _present(lists)])
     if len(there) > IN_MATRIX:
         return
-    lower, upper = place[:, 2 * there], place[:, 2 * there + 1]
+    lower, upper = lists.place[:, 2 * there], lists.place[:, 2 * there + 1]
     over = np.stack([_overlaps(low, high, slice(None)) > 0 for low, high in zip(lower, upper, strict=True)])
+    names = np.array(lists.names)
     for a, b in zip(*np.nonzero(np.triu(over.any(axis=0), 1)), strict=True):
-        x, y = over[:, a, b].tolist()
-        label = "both" if x and y else "x" if x else "y"
-        yield Entry("pair" if label == "both" else "bound", int(there[a]), int(there[b]), label=label)
+        every = bool(over[:, a, b].all())
+        label = ("both" if len(names) == 2 else "all") if every else " ".join(names[over[:, a, b]])
+        yield Entry("pair" if every else "bound", int(there[a]), int(there[b]), label=label)
 
 
-def _edge(k: Kernel, bound: int, axis: int) -> At:
+def _edge(lists: Lists, row: int, bound: int) -> At:
     """Returns where a bound is on an axis."""
-    away = reach_to(k.bodies[bound >> 1], 2 * axis + (bound & 1), k.clock[0].limits.skin)
-    return At(bound >> 1, float(away if bound & 1 else -away))
+    return At(bound >> 1, float(lists.away[row, bound]))
+
+
+def _rim(lists: Lists, row: int, bound: int, along: float = 0.0) -> Point:
+    """Returns where a slanted bound touches its body, or beside that along it, in reaches of the body."""
+    x, y = (lists.shares[row] * (lists.away[row, bound] / (lists.shares[row] @ lists.shares[row]))).tolist()
+    return At(bound >> 1, x - along * y), At(bound >> 1, y + along * x)
 
 
 def _point(along: Coordinate, across: Coordinate, axis: int) -> Point:

@@ -1,5 +1,5 @@
-"""Sweep-and-prune: the bounds of all bodies, kept sorted while they move, on one axis or on both (thesis,
-section 3.2 and appendix A.4).
+"""Sweep-and-prune: the bounds of all bodies, kept sorted while they move, on one axis, on both, or along
+lines of any direction and in any number (thesis, section 3.2 and appendix A.4).
 
 On an axis each body has a lower bound L and an upper bound R, as far from its place as it reaches to either
 side. The 2n bounds are in a list in their order, and each two neighbours have a certificate: the left one is
@@ -13,7 +13,8 @@ again (thesis, figure 9). Two intervals overlap until an R and an L pass::
 sorts both, and its pairs are those whose boxes overlap. When two intervals meet on one axis, the answer
 depends on the other one; the thesis keeps a matrix for that, with the number of axes on which each two bodies
 overlap (figure 8). Here the two lists are the matrix: the places of four bounds say whether two bodies
-overlap on an axis, so memory is O(n + overlaps) where a stored matrix needs n^2.
+overlap on an axis, so memory is O(n + overlaps) where a stored matrix needs n^2. ``sap-k`` has k lists, and
+its pairs are those whose intervals overlap in all of them; the other two are cases of it.
 
 The list defines which bound is left. The sign of the relative velocity decides whether a certificate will
 fail (``falls``), so no rounded coordinate is ever compared to restore an order that history has fixed;
@@ -26,6 +27,10 @@ one. Ticks and places of a body are eight numbers side by side, a cache line. A 
 ``near`` walks the list of a body's pairs. The weakness of one axis is the number of pairs: 2 r n^2 for n
 bodies of radius r in a unit box, all of them in the worst case (figure 10). Two axes have twice the events
 and about 0.6 n pairs in a dense gas, and in the worst case all pairs as well (figure 11).
+
+**Slanted lines.** For whole numbers p and q a place is (p x + q y) / (|p| + |q|), so it is no further from 0
+than a coordinate is, and has a few roundings more: those of the projection of places and of velocities. They
+are in ``WIDER``: a bound is as much further out. Of a shape a slanted line has the circle around it.
 
 **Periodic axes.** The images of all bounds are on an endless line, and repeat after a period. The list of
 an axis holds one image of each bound, a period of the line, and its last bound has the first one behind it, a
@@ -41,20 +46,22 @@ overlap along an axis is read off four of them. A pair is held once for each ima
 overlap. A body's own images are no pairs: their gap never changes. An axis with walls has a list with two
 ends, and places below ``TURN``, so all of this holds there too.
 
-The hooks are made for a choice of sorted axes and for scenes with or without periodic ones, which are
-constants in them: the compiled loop has no code for the rest.
+The hooks are made for a number of lists, along the axes or slanted, and for scenes with or without periodic
+axes. All that is constant in them, so the compiled loop has no code for the rest. Directions are in the
+state, so all choices of so many slanted ones have one loop.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from kinetile.errors import BadOption
+from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
 from kinetile.toolbox import (
     NEVER,
@@ -76,10 +83,10 @@ from kinetile.toolbox import (
     unchecked,
 )
 
-from .sorted_bounds import Lists, audit_bounds, draw_bounds, offset, offsets
+from .sorted_bounds import Lengths, Lists, audit_bounds, draw_bounds, offset, offsets
 
 PLACE = 4
-"""How far the place of a bound is behind its tick in ``bounds``."""
+"""How far the place of a bound is behind its tick in ``bounds``, with up to two lists."""
 
 END = -1
 """The entry of the order before the first bound of an axis and behind the last."""
@@ -88,44 +95,107 @@ BITS = 28
 TURN = 1 << BITS
 """Places in a period of the endless line: more than the list has slots."""
 
+WIDER = 1.25
+"""The skin along a slanted line, in skins of the scene: with it 2n gaps that are as much further from zero by
+rounding, and by a slanted line's shorter unit, still leave room (docs/one-answer.md)."""
+
+AXES = {"x": (1, 0), "y": (0, 1)}
+
+SIXTEEN = (
+    *((1, 0), (5, 1), (5, 2), (3, 2), (1, 1), (2, 3), (2, 5), (1, 5)),
+    *((0, 1), (-1, 5), (-2, 5), (-2, 3), (-1, 1), (-3, 2), (-5, 2), (-5, 1)),
+)
+"""Directions some 11 degrees apart, half a turn in all."""
+
 
 class State(NamedTuple):
-    """The sorted lists. A body's bounds are numbered 8 * body + 0 to 3: L and R on x, L and R on y."""
+    """The sorted lists. With up to two a body's bounds are numbered 8 * body + 0 to 3: L and R on x, L and R
+    on y. With up to four they are 16 * body + 0 to 7, and so on."""
 
     order: Records  # for each sorted axis 2n + 2: the bounds from left to right, after one END and before
     # others; n slots
     bounds: Records  # (8n,) when each bound passes the one after it; at PLACE behind that, its place
-    span: Records  # (2,) of a body's four bounds, the first that is sorted, and the one behind the last
+    span: Records  # (2,) of a body's bounds, the first that is sorted, and the one behind the last
+    ways: Records  # (2k,) the directions of the lists, whole numbers
+    lines: (
+        Records  # (4k,) if they are slanted: the shares of x and y in a place, and of a body's reach in how
+    )
+    # far its bounds are from it, and what is added to that
 
 
 def arrange(k: Kernel, s: State) -> None:
     """Sorts the bounds of each axis as they are now, and will be a moment later."""
-    place, torus = positions_now(k), k.clock[0].torus
+    place, clock, first = positions_now(k), k.clock[0], int(s.span[0])
     s.order[:] = END
     body, upper = np.divmod(np.arange(2 * len(place)), 2)
-    away = offsets(k)
-    for at, axis in enumerate(_axes(s)):
-        speed, period, per = ((k.bodies.vx, torus.x, torus.per_x), (k.bodies.vy, torus.y, torus.per_y))[axis]
-        edge = place[body, axis] + away[body, 2 * axis + upper]
-        turns = np.floor(edge * per).astype(np.int64)
+    ways, stride = s.ways.reshape(-1, 2), _stride(int(s.span[1]))
+    share = ways / np.abs(ways).sum(axis=1, keepdims=True)
+    norm = np.hypot(*share.T)
+    if len(s.lines):
+        s.lines[:] = np.column_stack([share, norm, (WIDER - norm) * clock.limits.skin]).ravel()
+    away = _away(k, s)
+    for at, (x, y) in enumerate(share.tolist()):
+        speed, period = x * k.bodies.vx + y * k.bodies.vy, x * clock.torus.x + y * clock.torus.y
+        edge = (x * place[:, 0] + y * place[:, 1])[body] + away[at]
+        turns = np.floor(edge * (x * clock.torus.per_x + y * clock.torus.per_y)).astype(np.int64)
         order = np.lexsort((body, 1 - upper, speed[body], edge - turns * period))
-        slots = 1 + at * (len(s.order) >> 1) + np.arange(len(order))
-        s.order[slots] = 8 * body[order] + 2 * axis + upper[order]
+        slots = 1 + at * (len(s.order) // len(ways)) + np.arange(len(order))
+        s.order[slots] = stride * body[order] + first + 2 * at + upper[order]
         if period:
-            turns += (k.images.ky if axis else k.images.kx)[body]
-        s.bounds[s.order[slots] + PLACE] = slots + turns[order] * TURN
+            turns += (k.images.ky if y else k.images.kx)[body]
+        s.bounds[s.order[slots] + (stride >> 1)] = slots + turns[order] * TURN
+
+
+def arrange_best(k: Kernel, s: State) -> None:
+    """Sorts the bounds along that of sixteen directions on which they are expected to pass each other the
+    least: by the mean relative speed of two bodies along it, over how far bodies are spread. Of equal ones
+    the first counts, so a choice is a function of the present plans."""
+    place = positions_now(k)
+    costs = [np.inf]
+    if len(place) > 1:
+        rank = 2.0 * np.arange(len(place)) - (len(place) - 1)
+        speeds = [np.sort(x * k.bodies.vx + y * k.bodies.vy) for x, y in SIXTEEN]
+        spread = [np.ptp(x * place[:, 0] + y * place[:, 1]) for x, y in SIXTEEN]
+        costs = [
+            float((rank * speed).sum() / width) if width else np.inf
+            for speed, width in zip(speeds, spread, strict=True)
+        ]
+    s.ways[:] = SIXTEEN[int(np.argmin(costs))]
+    arrange(k, s)
+
+
+def _stride(end: int) -> int:
+    """Returns how many numbers a body has in ``bounds``: a power of two."""
+    return max(2 * PLACE, 1 << (2 * end - 1).bit_length())
 
 
 @cache
-def _hooks(first: int, end: int, circular: bool) -> dict[str, Any]:
+def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any]:
     """Returns the hooks, by their names.
 
     Args:
-        first: the first of a body's four bounds that is sorted.
+        first: the first of a body's bounds that is sorted.
         end: the one behind the last.
         circular: whether an axis of the scene is periodic.
+        slanted: whether lists are along lines of any direction, not along the axes.
     """
-    both = end - first == 4
+    count = (end - first) >> 1
+    stride = _stride(end)
+    place_at = stride >> 1
+    shift = stride.bit_length() - 1
+
+    @hook
+    def own_list(bound: int) -> int:
+        """Return the number of a bound's list."""
+        return (bound & (place_at - 1)) >> 1
+
+    @hook
+    def along(s: State, bound: int, x: float, y: float) -> float:
+        """Return the share of a vector along the line of a bound's list."""
+        if slanted:
+            at = 4 * own_list(bound)
+            return float(s.lines[at] * x + s.lines[at + 1] * y)
+        return x if bound & 2 == 0 else y
 
     @hook
     def period_of(k: Kernel, bound: int) -> float:
@@ -138,12 +208,12 @@ def _hooks(first: int, end: int, circular: bool) -> dict[str, Any]:
     @hook
     def slot_of(s: State, bound: int) -> int:
         """Return the slot of a bound in the order."""
-        return int(s.bounds[bound + PLACE] & (TURN - 1)) if circular else int(s.bounds[bound + PLACE])
+        return int(s.bounds[bound + place_at] & (TURN - 1)) if circular else int(s.bounds[bound + place_at])
 
     @hook
     def first_slot(s: State, bound: int) -> int:
         """Return the slot of the first bound of an axis in the order."""
-        return 1 + (len(s.order) >> 1) if both and bound & 2 else 1
+        return 1 + own_list(bound) * (len(s.order) // count) if count > 1 else 1
 
     @hook
     def before(k: Kernel, s: State, bound: int) -> int:
@@ -164,23 +234,38 @@ def _hooks(first: int, end: int, circular: bool) -> dict[str, Any]:
         return int(right)
 
     @hook
-    def edge(k: Kernel, bound: int, at: int) -> float:
+    def edge(k: Kernel, s: State, bound: int, at: int) -> float:
         """Return where a bound is at a tick, by the place of its body's plan."""
-        body = k.bodies[bound >> 3]
+        body = k.bodies[bound >> shift]
         elapsed = since_anchor(k, body, at)
+        if slanted:
+            line = 4 * own_list(bound)
+            away = s.lines[line + 2] * body.reach + s.lines[line + 3]
+            place = along(s, bound, body.x + body.vx * elapsed, body.y + body.vy * elapsed)
+            return float(place + away if bound & 1 else place - away)
         place = body.x + body.vx * elapsed if bound & 2 == 0 else body.y + body.vy * elapsed
         return float(place + offset(k, body, bound & 3))
+
+    @hook
+    def rate_between(k: Kernel, s: State, left: int, right: int) -> float:
+        """Return the rate of the gap between two bounds of a list. Along a slanted line it is the difference
+        of one number of each, so that any three have an order by it."""
+        p = k.bodies[left >> shift]
+        q = k.bodies[right >> shift]
+        if slanted:
+            return along(s, right, q.vx, q.vy) - along(s, left, p.vx, p.vy)
+        return float(q.vx - p.vx if left & 2 == 0 else q.vy - p.vy)
 
     @hook
     def gap_between(k: Kernel, s: State, left: int, right: int, at: int) -> float:
         """Return how far the first image of a bound that is behind another one in the order is right of
         it."""
-        gap = edge(k, right, at) - edge(k, left, at)
+        gap = edge(k, s, right, at) - edge(k, s, left, at)
         if circular:
-            one = k.images[left >> 3]
-            other = k.images[right >> 3]
+            one = k.images[left >> shift]
+            other = k.images[right >> shift]
             taken_off = other.kx - one.kx if left & 2 == 0 else other.ky - one.ky
-            away = s.bounds[left + PLACE] - s.bounds[right + PLACE] + taken_off * TURN
+            away = s.bounds[left + place_at] - s.bounds[right + place_at] + taken_off * TURN
             gap += ((away >> BITS) + 1) * period_of(k, left)
         return float(gap)
 
@@ -189,30 +274,25 @@ def _hooks(first: int, end: int, circular: bool) -> dict[str, Any]:
         """Watch the gap between two neighbours on an axis, for the body of the left one."""
         due = NEVER
         if right != END:
-            p = k.bodies[left >> 3]
-            q = k.bodies[right >> 3]
-            since = larger(p.anchor, q.anchor)
-            rate = q.vx - p.vx if left & 2 == 0 else q.vy - p.vy
-            due = falls(k, since, gap_between(k, s, left, right, since), rate)
+            since = larger(k.bodies[left >> shift].anchor, k.bodies[right >> shift].anchor)
+            gap = gap_between(k, s, left, right, since)
+            due = falls(k, since, gap, rate_between(k, s, left, right))
         s.bounds[left] = due
-        own = left & -4
+        own = left & -place_at
         soonest = smaller(s.bounds[own + first], s.bounds[own + first + 1])
-        if both:
-            soonest = smaller(soonest, smaller(s.bounds[own + 2], s.bounds[own + 3]))
-        schedule(k, left >> 3, soonest)
+        for bound in range(own + first + 2, own + end):
+            soonest = smaller(soonest, s.bounds[bound])
+        schedule(k, left >> shift, soonest)
 
     @hook
     def overlaps(s: State, one: int, other: int) -> int:
-        """Return through how many images two bodies overlap on an axis, given their Ls there: on one that is
-        not sorted, one.
+        """Return through how many images two bodies overlap in a list, given their Ls there.
 
         Those are the whole turns by which the second can be moved for its R to be right of the first one's L,
         and its L left of the first one's R.
         """
-        if not both and (one & 2) != first:
-            return 1
-        one += PLACE
-        other += PLACE
+        one += place_at
+        other += place_at
         if not circular:
             return int(s.bounds[one] < s.bounds[other + 1] and s.bounds[other] < s.bounds[one + 1])
         most = s.bounds[one + 1] - s.bounds[other]
@@ -220,39 +300,53 @@ def _hooks(first: int, end: int, circular: bool) -> dict[str, Any]:
         return int((most - (least & -TURN)) >> BITS)
 
     @hook
+    def elsewhere(s: State, one: int, other: int) -> int:
+        """Return through how many images two bodies overlap in all lists but that of two bounds of theirs."""
+        times = 1
+        if count == 2:
+            times = overlaps(s, (one ^ 2) & -2, (other ^ 2) & -2)
+        elif count > 2:
+            for bound in range(first, end, 2):
+                if times and bound != one & (place_at - 2):
+                    times *= overlaps(s, (one & -stride) + bound, (other & -stride) + bound)
+        return times
+
+    @hook
     def holds(s: State, a: int, b: int) -> int:
-        """Return through how many images the boxes of two bodies overlap."""
-        return overlaps(s, 8 * a, 8 * b) * overlaps(s, 8 * a + 2, 8 * b + 2)
+        """Return through how many images the intervals of two bodies overlap in all lists."""
+        one = stride * a + first
+        other = stride * b + first
+        return overlaps(s, one, other) * elsewhere(s, one, other)
 
     @unchecked
     @hook
     def build(k: Kernel, s: State) -> None:
-        """Watch all gaps; hold a pair once for every L of another body between the bounds of one, on the
-        first sorted axis, and every image through which the two overlap on the other."""
+        """Watch all gaps; hold a pair once for every L of another body between the bounds of one, in the
+        first list, and every image through which the two overlap in the others."""
         for body in range(k.clock[0].bodies):
-            for bound in range(8 * body, 8 * body + 4):
+            for bound in range(stride * body, stride * body + place_at):
                 s.bounds[bound] = NEVER
         for body in range(k.clock[0].bodies):
-            for bound in range(8 * body + first, 8 * body + end):
+            for bound in range(stride * body + first, stride * body + end):
                 watch(k, s, bound, behind(k, s, bound))
-            lower = 8 * body + first
+            lower = stride * body + first
             steps = slot_of(s, lower + 1) - slot_of(s, lower)
             if circular:
-                turns = (s.bounds[lower + 1 + PLACE] - (s.bounds[lower + PLACE] & -TURN)) >> BITS
+                turns = (s.bounds[lower + 1 + place_at] - (s.bounds[lower + place_at] & -TURN)) >> BITS
                 steps += 2 * k.clock[0].present * turns
             inside = lower
             for _ in range(steps):
                 inside = behind(k, s, inside)
                 if inside & 1 == 0 and inside != lower:
-                    for _ in range(overlaps(s, lower ^ 2, inside ^ 2)):
-                        add_pair(k, body, inside >> 3)
+                    for _ in range(elsewhere(s, lower, inside)):
+                        add_pair(k, body, inside >> shift)
 
     @unchecked
     @hook
     def repair(k: Kernel, s: State, body: int) -> int:
-        """A bound passes the one behind it on its axis: exchange them, compare the other axis, watch the
-        three gaps around."""
-        left = 8 * body + first
+        """A bound passes the one behind it on its axis: exchange them, compare the other lists, watch
+        the three gaps around."""
+        left = stride * body + first
         for bound in range(left + 1, left + end - first):
             if s.bounds[bound] < s.bounds[left]:
                 left = bound
@@ -264,14 +358,14 @@ def _hooks(first: int, end: int, circular: bool) -> dict[str, Any]:
             step += TURN
         s.order[here] = right
         s.order[there] = left
-        s.bounds[left + PLACE] += step
-        s.bounds[right + PLACE] -= step
+        s.bounds[left + place_at] += step
+        s.bounds[right + place_at] -= step
         if (left ^ right) & 1:
-            for _ in range(overlaps(s, (left ^ 2) & -2, (right ^ 2) & -2)):
+            for _ in range(elsewhere(s, left, right)):
                 if left & 1:
-                    add_pair(k, body, right >> 3)
+                    add_pair(k, body, right >> shift)
                 else:
-                    remove_pair(k, body, right >> 3)
+                    remove_pair(k, body, right >> shift)
         outer = before(k, s, right)
         if outer != END:
             watch(k, s, outer, right)
@@ -283,7 +377,7 @@ def _hooks(first: int, end: int, circular: bool) -> dict[str, Any]:
     @hook
     def replan(k: Kernel, s: State, body: int) -> None:
         """A body's plan changed: watch the gaps on both sides of its bounds."""
-        for bound in range(8 * body + first, 8 * body + end):
+        for bound in range(stride * body + first, stride * body + end):
             outer = before(k, s, bound)
             if outer != END:
                 watch(k, s, outer, bound)
@@ -296,35 +390,35 @@ def _hooks(first: int, end: int, circular: bool) -> dict[str, Any]:
         now = k.clock[0].now
         place = first_slot(s, bound)
         head = s.order[place]
-        there = edge(k, bound, now)
+        there = edge(k, s, bound, now)
         turns = 0
         if circular:
             torus = k.clock[0].torus
-            image = k.images[bound >> 3]
+            image = k.images[bound >> shift]
             turns = image.kx if bound & 2 == 0 else image.ky
             if head != END:
-                there -= edge(k, head, now)
+                there -= edge(k, s, head, now)
                 periods = math.floor(there * (torus.per_x if bound & 2 == 0 else torus.per_y))
                 there -= periods * period_of(k, bound)
-                other = k.images[head >> 3]
+                other = k.images[head >> shift]
                 gone = other.kx if bound & 2 == 0 else other.ky
-                turns += int(periods) + (s.bounds[head + PLACE] >> BITS) - gone
+                turns += int(periods) + (s.bounds[head + place_at] >> BITS) - gone
         while s.order[place] != END:
             place += 1
         while s.order[place - 1] != END:
             left = s.order[place - 1]
             stands = 0.0
             if not circular:
-                stands = edge(k, left, now)
+                stands = edge(k, s, left, now)
             elif left != head:
                 stands = gap_between(k, s, head, left, now)
             if stands <= there:
                 break
             s.order[place] = left
-            s.bounds[left + PLACE] += 1
+            s.bounds[left + place_at] += 1
             place -= 1
         s.order[place] = bound
-        s.bounds[bound + PLACE] = place + turns * TURN
+        s.bounds[bound + place_at] = place + turns * TURN
 
     @hook
     def take_bound_out(s: State, bound: int) -> None:
@@ -334,7 +428,7 @@ def _hooks(first: int, end: int, circular: bool) -> dict[str, Any]:
             after = s.order[place + 1]
             s.order[place] = after
             if after != END:
-                s.bounds[after + PLACE] -= 1
+                s.bounds[after + place_at] -= 1
             place += 1
 
     @unchecked
@@ -342,9 +436,9 @@ def _hooks(first: int, end: int, circular: bool) -> dict[str, Any]:
     def enter(k: Kernel, s: State, body: int) -> None:
         """A body is inserted: its bounds find their places, and its pairs are the bodies whose intervals or
         boxes overlap its own."""
-        for bound in range(8 * body, 8 * body + 4):
+        for bound in range(stride * body, stride * body + place_at):
             s.bounds[bound] = NEVER
-        for bound in range(8 * body + first, 8 * body + end):
+        for bound in range(stride * body + first, stride * body + end):
             insert_bound(k, s, bound)
         replan(k, s, body)
         for other in range(k.clock[0].bodies):
@@ -359,14 +453,14 @@ def _hooks(first: int, end: int, circular: bool) -> dict[str, Any]:
         for at in range(pairs_of(k, body)):
             for _ in range(holds(s, body, k.near[at])):
                 remove_pair(k, body, k.near[at])
-        for bound in range(8 * body + first, 8 * body + end):
+        for bound in range(stride * body + first, stride * body + end):
             s.bounds[bound] = before(k, s, bound)  # while all are there; its own tick is needed no more
-        for bound in range(8 * body + first, 8 * body + end):
+        for bound in range(stride * body + first, stride * body + end):
             take_bound_out(s, bound)
-        for bound in range(8 * body + first, 8 * body + end):
+        for bound in range(stride * body + first, stride * body + end):
             outer = s.bounds[bound]
             s.bounds[bound] = NEVER
-            if outer != END and outer >> 3 != body:
+            if outer != END and outer >> shift != body:
                 watch(k, s, outer, behind(k, s, outer))
 
     made = (build, repair, replan, enter, leave)
@@ -380,22 +474,36 @@ def near(k: Kernel, s: State, body: int) -> int:
     return pairs_of(k, body)
 
 
-def _axes(s: State) -> range:
-    """Returns the sorted axes, 0 and 1."""
-    return range(int(s.span[0]) >> 1, int(s.span[1]) >> 1)
+def _names(s: State) -> tuple[str, ...]:
+    """Returns the names of the lists, as options have them."""
+    of = {way: name for name, way in AXES.items()}
+    return tuple(of.get((p, q), f"{p}:{q}") for p, q in s.ways.reshape(-1, 2).tolist())
+
+
+def _away(k: Kernel, s: State) -> Lengths:
+    """Returns (lists, 2n) how far each bound is right of its body's place."""
+    if not len(s.lines):
+        sides = offsets(k)[:, int(s.span[0]) : int(s.span[1])]
+        return sides.reshape(len(sides), -1, 2).swapaxes(0, 1).reshape(len(s.ways) >> 1, -1)
+    away = np.outer(s.lines[2::4], k.bodies.reach) + s.lines[3::4, None]
+    return np.stack([-away, away], axis=2).reshape(len(away), -1)
 
 
 def _lists(k: Kernel, s: State) -> Lists:
     """Returns the lists in ``sorted_bounds``'s numbers: a turn is as long as the list, and places count from
     where the body's plan has it."""
-    axes = tuple(_axes(s))
-    order = s.order.reshape(len(axes), -1)[:, 1 : 1 + 2 * int(k.clock[0].present)].astype(np.int64)
-    due, place = s.bounds.reshape(-1, 2, 2, 2)[:, :, axes].transpose(1, 2, 0, 3).reshape(2, len(axes), -1)
-    away = place - np.array([[1 + at * (len(s.order) >> 1)] for at in range(len(axes))])
+    ways, (first, end) = s.ways.reshape(-1, 2), s.span.tolist()
+    count, half = len(ways), _stride(end) >> 1
+    order = s.order.reshape(count, -1)[:, 1 : 1 + 2 * int(k.clock[0].present)].astype(np.int64)
+    mine = s.bounds.reshape(-1, 2, half)[:, :, first:end].reshape(-1, 2, count, 2)
+    due, place = mine.transpose(1, 2, 0, 3).reshape(2, count, -1)
+    away = place - np.array([[1 + at * (len(s.order) // count)] for at in range(count)])
     if len(k.images):
-        away -= np.stack([k.images.kx, k.images.ky])[axes, :].repeat(2, axis=1) * TURN
+        away -= (ways @ np.stack([k.images.kx, k.images.ky])).repeat(2, axis=1) * TURN
     place = (away & (TURN - 1)) + (away >> BITS) * order.shape[1]
-    return Lists(axes, order >> 3 << 1 | order & 1, place, due)
+    shares = s.lines.reshape(-1, 4)[:, :2] if len(s.lines) else ways.astype(np.float64)
+    body, bound = order >> half.bit_length(), order & 1
+    return Lists(_names(s), shares, _away(k, s), 2 * body + bound, place, due)
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
@@ -409,22 +517,21 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
 
 
 class SweepAndPrune:
-    """Sweep-and-prune on one axis, x or y.
+    """Sweep-and-prune on one axis, or along one line.
 
     Args:
-        axis: the axis along which bounds are sorted, "x" (default) or "y".
+        axis: the axis along which bounds are sorted, "x" (default) or "y"; or a direction, two whole numbers
+            such as "3:4"; or "auto": of sixteen directions that along which bodies are expected to pass each
+            other the least, chosen at each start.
     """
 
     def __init__(self, *, axis: str = "x") -> None:
-        if axis not in ("x", "y"):
-            raise BadOption(f"sap-1d sorts along one axis: axis must be 'x' or 'y', not {axis!r}")
-        self.axis = axis
+        self.ways = (SIXTEEN[0],) if axis == "auto" else (_read_way("sap-1d", "axis", axis, " or 'auto'"),)
+        self.best = axis == "auto"
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Returns the parts; any scene will do."""
-        return _parts(
-            scene, 0 if self.axis == "x" else 1, 1, f"bounds {self.axis}", self.axis in scene.periodic
-        )
+        """Returns the parts; refuses a slanted line where an axis is periodic."""
+        return _parts("sap-1d", scene, self.ways, self.best)
 
 
 class SweepAndPruneMatrix:
@@ -432,27 +539,81 @@ class SweepAndPruneMatrix:
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Returns the parts; any scene will do."""
-        return _parts(scene, 0, 2, "boxes", bool(scene.periodic))
+        return _parts("sap-2d", scene, tuple(AXES.values()))
 
 
-def _parts(scene: Scene, axis: int, count: int, drawn_as: str, circular: bool) -> BroadPhaseParts:
-    """Returns the parts for ``count`` sorted axes from an axis on; ``circular``: one of them is periodic."""
-    n, first, end = scene.capacity, 2 * axis, 2 * (axis + count)
+class SweepAndPruneMany:
+    """Sweep-and-prune along k lines at once.
+
+    Args:
+        directions: how many lines, 1 to 16, evenly spread from x on (default 3); or the lines themselves,
+            such as "x+y+3:4".
+    """
+
+    def __init__(self, *, directions: int | str = 3) -> None:
+        if type(directions) is int and 1 <= directions <= len(SIXTEEN):
+            ways = [SIXTEEN[round(at * len(SIXTEEN) / directions)] for at in range(directions)]
+        elif isinstance(directions, str):
+            ways = [_read_way("sap-k", "each of directions", each) for each in directions.split("+")]
+        else:
+            ways = []
+        if not 0 < len({*ways, *((-p, -q) for p, q in ways)}) == 2 * len(ways) <= 2 * len(SIXTEEN):
+            raise BadOption(
+                "sap-k sorts along 1 to 16 lines: directions must be their number, or different ones such as "
+                f"'x+y+3:4', not {directions!r}"
+            )
+        self.ways = tuple(AXES.values()) if {*ways} == {*AXES.values()} else tuple(ways)
+
+    def prepare(self, scene: Scene) -> BroadPhaseParts:
+        """Returns the parts; refuses slanted lines where an axis is periodic."""
+        return _parts("sap-k", scene, self.ways)
+
+
+def _read_way(phase: str, option: str, way: object, also: str = "") -> tuple[int, int]:
+    """Returns a direction: of "x" and "y", or two whole numbers as text."""
+    found = re.fullmatch(r"(-?\d{1,6}):(-?\d{1,6})", way) if isinstance(way, str) else None
+    p, q = map(int, found.groups()) if found else AXES.get(str(way), (0, 0))
+    if not p and not q:
+        raise BadOption(
+            f"{phase} sorts along lines: {option} must be 'x' or 'y', two whole numbers such as '3:4'{also}, "
+            f"not {way!r}"
+        )
+    short = math.gcd(p, q) if (p, q) > (0, 0) else -math.gcd(p, q)
+    return p // short, q // short
+
+
+def _parts(
+    phase: str, scene: Scene, ways: tuple[tuple[int, int], ...], best: bool = False
+) -> BroadPhaseParts:
+    """Returns the parts for lists along some directions, or along the best one."""
+    n, count = scene.capacity, len(ways)
+    slanted = best or ways not in ((AXES["x"],), (AXES["y"],), (AXES["x"], AXES["y"]))
+    if slanted and scene.periodic:
+        raise Refused(
+            f"{phase} sorts along a slanted line, and this scene is periodic along {scene.periodic}: the "
+            "images of a body make no circle on such a line; sort along x or y"
+        )
+    first = 2 * int(ways == (AXES["y"],))
+    end, names = first + 2 * count, {way: name for name, way in AXES.items()}
+    circular = not slanted and any(names[way] in scene.periodic for way in ways)
     state = State(
         order=np.full(count * (2 * n + 2), END, dtype=np.int32),
-        bounds=np.full(8 * n, NEVER),
+        bounds=np.full(_stride(end) * n, NEVER),
         span=np.array([first, end]),
+        ways=np.array(ways).ravel(),
+        lines=np.zeros(4 * count if slanted else 0),
     )
+    flat = "" if slanted or circular else "boxes" if count == 2 else f"bounds {names[ways[0]]}"
     return BroadPhaseParts(
         state=state,
         near=near,
-        arrange=arrange,
-        **_hooks(first, end, circular),
+        arrange=arrange_best if best else arrange,
+        **_hooks(first, end, circular, slanted),
         room=n,
         audit=audit,
         draw=draw,
-        drawn_as="" if circular else drawn_as,
+        drawn_as=flat,
         pairs=4 * n + 64,
-        ticks=(state.bounds.reshape(-1, 2, 4)[:, 0],),
+        ticks=(state.bounds.reshape(-1, 2, _stride(end) >> 1)[:, 0],),
         periodic=True,
     )

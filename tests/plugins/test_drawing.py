@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 import kinetile as kt
 from kinetile.kernel.clock import TICKS
-from kinetile.plugin.drawing import At, Box, Link, Segment
+from kinetile.plugin.drawing import At, Box, Link, Polygon, Segment, points_of
 from kinetile.show.picture import corners_of, take_picture
 
-PHASES = ("naive", "sap-1d", "sap-1d:y", "sap-2d", "sweep-tiling", "cells")
-WITH_PAIRS = ("naive", "sap-2d", "sweep-tiling", "cells")
+PHASES = ("naive", "sap-1d", "sap-1d:y", "sap-1d:3:4", "sap-2d", "sap-k", "sweep-tiling", "cells")
+WITH_PAIRS = ("naive", "sap-2d", "sap-k", "sweep-tiling", "cells")
 EXAMPLES = settings(max_examples=25)  # the first ones compile
 
 
@@ -106,7 +106,23 @@ def test_sap_2d_draws_the_box_of_each_body(sim):
 
 
 @EXAMPLES
-@given(moments(("sap-1d", "sap-1d:y", "sap-2d")))
+@given(moments(("sap-k", "sap-1d:3:4")))
+def test_slanted_bounds_touch_their_discs(sim):
+    """Of sap-k they are the sides of a polygon around each body; alone they are pieces of tangents."""
+    radius = {disc.number: disc.radius for disc in take_picture(sim).discs}
+    bounds = [item for item in sim.drawing() if item.role == "bound" and isinstance(item, Polygon | Segment)]
+    assert len(bounds) in (len(radius), 2 * len(radius))
+    for bound in bounds:
+        points = points_of(bound)
+        (body,) = {at.body for point in points for at in point}
+        corners = np.array([[at.offset for at in point] for point in points])
+        sides = np.roll(corners, -1, axis=0) - corners
+        away = np.abs(corners[:, 0] * sides[:, 1] - corners[:, 1] * sides[:, 0]) / np.hypot(*sides.T)
+        assert away == pytest.approx(radius[body], abs=1e-9)
+
+
+@EXAMPLES
+@given(moments(("sap-1d", "sap-1d:y", "sap-1d:-1:2", "sap-2d", "sap-k")))
 def test_the_certificate_is_between_two_bounds_of_which_one_fails_then(sim):
     found = [item for item in sim.drawing() if item.role == "certificate"]
     if next_to_fail(sim) is None:
@@ -116,7 +132,7 @@ def test_the_certificate_is_between_two_bounds_of_which_one_fails_then(sim):
     assert certificate.fails == next_to_fail(sim)
     (first, *_) = [value for value in certificate.a if isinstance(value, At) and value.offset]
     failing = [item for item in sim.drawing() if item.role == "bound" and item.fails == certificate.fails]
-    corners = [item.a if isinstance(item, Segment) else item.low for item in failing]
+    corners = [points_of(item)[0] for item in failing]
     assert first.body in {value.body for corner in corners for value in corner if isinstance(value, At)}
 
 

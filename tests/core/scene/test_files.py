@@ -110,7 +110,7 @@ def test_eight_mistakes_give_eight_messages() -> None:
         "expected one of position, velocity, radius, mass, kind, shape, turns; did you mean 'radius'?",
         "bodies[6].velocity: found 'fast'; expected [vx, vy], two finite numbers",
         "broad-phase: found 'sap1d', which is the name of no broad phase; "
-        "expected one of naive, cells, sap-1d, sap-2d, sweep-tiling, power; did you mean 'sap-1d'?",
+        "expected one of naive, cells, sap-1d, sap-2d, sap-k, sweep-tiling, power; did you mean 'sap-1d'?",
     ]
 
 
