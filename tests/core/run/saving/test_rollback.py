@@ -23,7 +23,9 @@ def rollback():
     del sys.modules["rollback"]
 
 
-@pytest.mark.parametrize(("frames", "bodies"), [(30, 9), pytest.param(10_000, 60, marks=(pytest.mark.slow, pytest.mark.compiled))])
+@pytest.mark.parametrize(
+    ("frames", "bodies"), [(30, 9), pytest.param(10_000, 60, marks=(pytest.mark.slow, pytest.mark.compiled))]
+)
 def test_late_orders_end_in_the_same_bits(rollback, frames, bodies, capsys):
     assert rollback.main(["--frames", str(frames), "--bodies", str(bodies)]) == 0
     lines = capsys.readouterr().out.splitlines()
