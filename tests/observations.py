@@ -390,7 +390,6 @@ OBSERVATIONS = (
     Observation("kit: contacts", _check("same-contacts")),
     Observation("kit: audit", _check("its-structure-is-true")),
     Observation("kit: draw", _check("can-be-drawn")),
-    Observation("kit: near", _check("never-misses-a-pair")),
     Observation("kit: by hand", _check("same-contacts-when-commanded-by-hand")),
     Observation("kit: resumed", _check("resumes-as-bodies-come-and-go")),
     Observation("player, recorded", page_recorded, "node"),

@@ -39,7 +39,7 @@ class Drawing:
     Args:
         examples: how many small scenes.
         seed: what the drawing begins with; the same seed draws the same scenes.
-        dressed: returns a scene as it is shown, with a response under test for instance.
+        dressed: returns a scene as the phases under test are shown it.
     """
 
     def __init__(

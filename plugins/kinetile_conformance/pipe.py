@@ -41,7 +41,7 @@ LONGEST, CHUNK = 2**26, 2**16
 
 FREE = {"", "-in-a-scaled-swarm", "-of-shapes"}
 IN_PLACES = FREE | {"-on-lattices", "-as-bodies-come-and-go"}
-IN_RUNS = {"-with-turns", "-on-a-torus", "-of-shapes-on-a-torus", "-with-responses", "-while-some-pass"}
+IN_RUNS = {"-with-turns", "-on-a-torus", "-in-a-swarm-of-shapes-on-a-torus", "-with-responses"}
 
 ASKED = {
     "contacts": ("It gives the reference's contacts", "same-contacts", IN_PLACES | IN_RUNS),

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, TypedDict
 
@@ -25,7 +26,6 @@ from kinetile_conformance.cases import (
     REFERENCE,
     RunOutcome,
     Subject,
-    is_living,
     outcome,
     provided,
 )
@@ -36,7 +36,6 @@ from kinetile_conformance.diagnosis import diagnosed
 from kinetile_conformance.drawing import Drawing, reduced
 from kinetile_conformance.reporting import Report, Result, saved
 from kinetile_conformance.smoke_test import smoke_test, tightness
-from kinetile_conformance.strategies.changes import ended_at
 from kinetile_conformance.strategies.kinds import acceptable
 from kinetile_conformance.strategies.small import FEW
 
@@ -51,10 +50,6 @@ MEMORY, REDUCING = 4 << 30, 20.0
 KEPT, AGAIN = 400, 5
 """Outcomes of the reference that are kept, for other checks on the same scenes, and repetitions of a failed
 check on the scene on which it failed."""
-
-BUILT = 80
-"""Commands after which a living scene ends for a phase without ``enter`` and ``leave``, which is rebuilt for
-each, in half a millisecond."""
 
 
 class Options(TypedDict, total=False):
@@ -247,7 +242,6 @@ class CheckRun:
         self.count += 1
         begin_scene()
         try:
-            scene = acceptable(self.subject, self._affordable(scene))
             self._observe(scene, None)
             self.each.run(self.subject, scene, self._reference)
         except Refused as error:
@@ -262,14 +256,6 @@ class CheckRun:
                 self.said, self.scene = str(error), scene if self.each.draws else error.scene
             return False
         return True
-
-    def _affordable(self, scene: Scene) -> Scene:
-        """Return a living scene, or its beginning, where each command is dear."""
-        if not is_living(scene) or len(scene.commands) <= BUILT:
-            return scene
-        if self.subject.composition(scene).living:
-            return scene
-        return ended_at(scene, scene.commands[BUILT].time)
 
 
 def _place(error: Exception) -> str:
@@ -294,7 +280,7 @@ def verdict(each: Check, subject: Subject, scene: Scene) -> str:
         if applicable(subject.under(other), each) is not None:
             continue
         run = CheckRun(each, subject.under(other))
-        holds = run.holds(scene)
+        holds = run.holds(acceptable(run.subject, scene))
         if not run.refused:
             (fine if holds else also).append(other)
     if also and not fine:
@@ -317,7 +303,7 @@ class Runner:
         self.plan = plan
         self.subject = plan.subject
         self.deaths = 0
-        self._drawing = Drawing(plan.examples, plan.seed, plan.subject.dressed)
+        self._drawing = Drawing(plan.examples, plan.seed, partial(acceptable, plan.subject))
         self._references = References(plan.subject)
         self._count = 0
         self._report = observe

@@ -263,7 +263,7 @@ def _not_scheduled(before: HookSnapshot, k: Kernel) -> Iterator[str]:
         yield f"counts.updated ({set_anew} more, where {len(settled)} certificates were scheduled)"
 
 
-CONTACTS, EVENTS = 60, 150
+CONTACTS, EVENTS = 40, 60
 """The limits of a run, and of its continuation after a body has been turned."""
 
 COMPILED = ("build", "repair", "replan", "near")
@@ -403,7 +403,7 @@ def _run(engine: Engine, scene: Scene) -> None:
             turns = read_turns(engine, [len(scene) - 1], [1.5 * engine.speed, 0.25 * engine.speed])
             engine.carry_out(TURNED, turns)
     _advance(engine, until + 1.0)
-    for body in range(0, len(scene), 3):
+    for body in range(0, len(scene), 3 + len(scene) // 6):
         exchange(engine, body, (0.25 * engine.speed, -0.125 * engine.speed))
     _advance(engine, until + 2.0)
 

@@ -35,7 +35,7 @@ from programs import program
 HERE = Path(__file__).parent
 
 needs_cc = pytest.mark.needs("cc")
-OF_SHAPES = ["same-contacts-of-shapes", "same-contacts-of-shapes-on-a-torus"]
+OF_SHAPES = ["same-contacts-of-shapes", "same-contacts-in-a-swarm-of-shapes-on-a-torus"]
 SMALL = ["same-contacts", "same-contacts-with-turns", "same-contacts-on-a-torus"]
 
 

@@ -16,7 +16,6 @@ from itertools import count
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 import kinetile as kt
 from kinetile.errors import AuditError, KinetileError
@@ -36,7 +35,7 @@ STOPS = 16
 EVERY = 4
 """Moments from one to the next at which what takes long is looked at."""
 
-STEPS = 60
+STEPS = 40
 """Events of few bodies after each of which a run stops."""
 
 FEW = 8
@@ -118,20 +117,9 @@ def same_contacts(case: Case) -> None:
 
 
 @observation()
-def never_misses_a_pair(case: Case) -> None:
-    """Every two bodies that touch are near each other, at contacts and between them"""
-
-    def look(sim: Simulation) -> None:
-        said = near_fault(sim)
-        if said is not None:
-            raise Disagreement(f"at time {sim.time!r} {said}")
-
-    watch(case, look, stops_for(case, STOPS), STEPS)
-
-
-@observation()
 def its_structure_is_true(case: Case) -> None:
-    """What must hold between events does: queue, pairs, and the phase's own audit"""
+    """What must hold between events does: bodies that touch are near each other, queue and pairs are as they
+    should be, and the phase's own audit finds nothing"""
     watch(case, _audit, stops_for(case, STOPS), STEPS)
 
 
@@ -337,9 +325,12 @@ def pairs_are_overlapping_boxes(case: Case) -> None:
     """Its candidate pairs are those whose bounding boxes overlap"""
 
     def look(sim: Simulation) -> None:
-        if is_due(sim):
-            return
-        gap, skin = _gaps(sim)[1], 2.0 * float(sim.tables.clock[0].limits.skin)
+        k = sim.tables
+        if (k.queue.own <= k.clock[0].now).any():
+            return  # a certificate fails at this moment: what holds between events holds after its repair
+        place, sides = sim.positions(), reaches_of(k)[k.slots[sim.bodies]]
+        between = (place[:, None] - place[None]).transpose(2, 0, 1)
+        gap, skin = box_gaps(between, sides, sides), 2.0 * float(k.clock[0].limits.skin)
         held = np.zeros(gap.shape, dtype=np.bool_)
         held[tuple(sim.candidate_pairs().T)] = True
         for said, wrong in (
@@ -350,48 +341,3 @@ def pairs_are_overlapping_boxes(case: Case) -> None:
                 raise Disagreement(f"at time {sim.time!r} the boxes of {a} and {b} {said}")
 
     watch(case, look, 4, STEPS)
-
-
-def is_due(sim: Simulation) -> bool:
-    """Whether a certificate fails at this moment: what holds between events holds after its repair."""
-    return bool((sim.tables.queue.own <= sim.tables.clock[0].now).any())
-
-
-def near_fault(sim: Simulation) -> str | None:
-    """Return what is wrong with the phase's `near` now, in a sentence; None: nothing, or a repair is due.
-
-    Every two bodies that touch, each with its reach and with its reaches to the four sides, must be near each
-    other, both ways, and every number must be a body's.
-    """
-    if is_due(sim):
-        return None
-    there, named = sim.bodies, sim.near()
-    strange = np.flatnonzero(~np.isin(named, there).all(axis=1))
-    if len(strange):
-        body, other = named[strange[0]].tolist()
-        return f"{other} is near {body}, and is no body of the scene"
-    near = np.eye(len(there), dtype=np.bool_)
-    near[tuple(np.searchsorted(there, named).T)] = True
-    for body, other in there[np.argwhere(near & ~near.T)].tolist():
-        return f"{other} is near {body}, but {body} is not near {other}"
-    skin = sim.tables.clock[0].limits.skin  # half of what their reaches leave
-    circles, boxes = _gaps(sim)
-    apart = np.maximum(circles, boxes + 2.0 * skin)
-    for a, b in np.argwhere((apart <= skin) & ~near).tolist():
-        two = there[[a, b]].tolist()
-        return f"bodies {two[0]} and {two[1]} touch (gap {apart[a, b]:.3g}) and are not near each other"
-    return None
-
-
-def _gaps(sim: Simulation) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return the gaps between the circles, and between the boxes, of each two bodies present: the nearest
-    images of both."""
-    k = sim.tables
-    slots = k.slots[sim.bodies]
-    place, radius, sides = sim.positions(), np.asarray(k.bodies.radius)[slots], reaches_of(k)[slots]
-    between = place[:, None] - place[None]
-    for at, axis in enumerate("xy"):
-        if axis in sim.scene.periodic and sim.scene.arena is not None:
-            between[..., at] -= sim.scene.arena[at] * np.round(between[..., at] / sim.scene.arena[at])
-    between = between.transpose(2, 0, 1)
-    return np.hypot(*between) - (radius[:, None] + radius), box_gaps(between, sides, sides)

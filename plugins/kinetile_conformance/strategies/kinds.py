@@ -14,9 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from kinetile.errors import Refused
 from kinetile.scene import Response, Scene, Settings
 from kinetile_conformance.cases import SWARM_CONTACTS, Subject, is_living
+from kinetile_conformance.deadline import begin_scene
+from kinetile_conformance.strategies.changes import ended_at
 from kinetile_conformance.strategies.strategy import Strategy, numbered
 from kinetile_conformance.strategies.swarms import anyhow, jitter, radii, slots, square
 
@@ -59,17 +60,28 @@ def with_kinds(scene: Scene) -> Scene:
     return scene.replace(kinds=(*KINDS, *ABSENT), responses=rules, kind=["ball"] * len(scene))
 
 
+BUILT = 80
+"""Commands after which a living scene ends for a phase without ``enter`` and ``leave``, which is rebuilt for
+each, in half a millisecond."""
+
+
 def acceptable(subject: Subject, scene: Scene) -> Scene:
-    """Return a scene as phases accept it, if they do: without what no body does; where axes are periodic also
-    without responses."""
-    if not set(NOBODY_PASSES) & {pair for pair, _ in scene.responses}:
-        return scene
-    rules = {pair: answer for pair, answer in scene.responses if pair not in NOBODY_PASSES}
-    plain: list[Rules] = [{}] if scene.periodic and not is_living(scene) else []
-    for each in (scene, *(scene.replace(responses=some) for some in (rules, *plain))):
-        with suppress(Refused):
-            subject.composition(each)
-            return each
+    """Return a scene as phases accept it, if they do: with the response under test, without what no body
+    does; where axes are periodic also without responses; and only its beginning, where each command is
+    dear."""
+    scene, living = subject.dressed(scene), is_living(scene)
+    choices: list[Rules] = []
+    if set(NOBODY_PASSES) & {pair for pair, _ in scene.responses}:
+        choices.append({pair: answer for pair, answer in scene.responses if pair not in NOBODY_PASSES})
+        choices += [{}] if scene.periodic and not living else []
+    if choices or (living and len(scene.commands) > BUILT):
+        for each in (scene, *(scene.replace(responses=rules) for rules in choices)):
+            begin_scene()
+            with suppress(Exception):  # what a foreign phase raises here, it raises in the check as well
+                composition = subject.composition(each)
+                if living and len(each.commands) > BUILT and not composition.living:
+                    return ended_at(each, each.commands[BUILT].time)
+                return each
     return scene
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 from hypothesis import strategies as st
@@ -17,7 +18,6 @@ from kinetile import Shape, box, capsule, disc, polygon, segment
 from kinetile.scene import Scene, Settings
 from kinetile_conformance.strategies.kinds import of_kinds, with_kinds
 from kinetile_conformance.strategies.small import (
-    FEWEST,
     MOST,
     body_in_cell,
     scene_of,
@@ -26,7 +26,6 @@ from kinetile_conformance.strategies.small import (
 )
 from kinetile_conformance.strategies.strategy import Strategy, drawn, numbered
 from kinetile_conformance.strategies.swarms import anyhow, slots, square
-from kinetile_conformance.strategies.torus import on_a_torus
 
 CAPSULE = capsule((-0.5, 0.0), (0.5, 0.0), 0.5)
 UPRIGHT = capsule((0.0, -0.5), (0.0, 0.5), 0.5)
@@ -129,37 +128,40 @@ def _of_shapes_and_squares() -> st.SearchStrategy[Scene]:
     return st.one_of(*_scenes_of(SHAPES), _at_a_grating(SHAPES), *_scenes_of((SQUARE,)))
 
 
-def _on_a_torus() -> st.SearchStrategy[Scene]:
-    """Return scenes in boxes of more than two bodies' width, so that no shape is as wide as half a period."""
-    return on_a_torus([(3, 3), (4, 3), (4, 4)], FEWEST).flatmap(lambda scene: _shaped(scene, SHAPES))
-
-
 SHAPE_CONTACTS = 200
 """The limit for a swarm of shapes."""
 
 MANY = 40
 """Bodies of a swarm of shapes."""
 
-THIN = box(2.0, 0.1)
+LISTED = 30
+"""Different shapes of all such swarms: the differences of each two are worked out once."""
+
+
+@cache
+def _listed() -> tuple[Shape, ...]:
+    """Return shapes up to twenty times as long as wide or as high, or as large as others, most of them off
+    their positions; the first two are capsules."""
+    random = np.random.default_rng(0)
+    table = [CAPSULE, UPRIGHT]
+    while len(table) < LISTED:
+        shape = (*SHAPES, box(2.0, 0.1))[len(table) % (len(SHAPES) + 1)]
+        aside = (random.integers(-4, 5, 2) / 4.0 * (random.random() < 0.6)).tolist()
+        core = [(x + aside[0], y + aside[1]) for x, y in shape.core]
+        turned = 1 if random.random() < 0.5 else -1
+        table.append(Shape(tuple(place[::turned] for place in core[::turned]), shape.radius))
+    large = np.append([1.0, 1.0], random.choice([1.0, 1.0, 0.5, 0.05], LISTED - 2))
+    return tuple(scaled(each, 0.45 * by / each.reach) for each, by in zip(table, large, strict=True))
 
 
 def shape_swarm(number: int, periodic: str = "") -> Scene:
-    """Return up to forty bodies of a few shapes or of many, up to twenty times as long as wide or as high, or
-    as large as others, with their positions anywhere in the circle around them or outside; some cannot be
-    moved, some pass."""
+    """Return up to forty bodies of a few shapes or of many; some cannot be moved, some pass."""
     random = np.random.default_rng(number)
     bodies = int(random.integers(8, MANY + 1))
     side = square(bodies, 1.3)
-    turned = -1 if number & 8 else 1
-    table = [CAPSULE if turned > 0 else UPRIGHT]  # body 0 has it: so all scenes have one form of ``convex``
-    for _ in range(20 if number & 16 else 6):
-        shape = (*SHAPES, THIN)[int(random.integers(len(SHAPES) + 1))]
-        aside = (random.integers(-4, 5, 2) / 4.0 * (random.random() < 0.6)).tolist()
-        moved = [(x + aside[0], y + aside[1]) for x, y in shape.core]
-        table.append(Shape(tuple(place[::turned] for place in moved[::turned]), shape.radius))
-    large = random.choice([1.0, 1.0, 0.5, 0.05], len(table))
-    sized = (scaled(each, 0.45 * by / each.reach) for each, by in zip(table, large, strict=True))
-    table = list(dict.fromkeys(sized))
+    others = random.permutation(np.arange(2, LISTED))[: 20 if number & 16 else 6]
+    # Body 0 has the capsule: so all scenes have one form of ``convex``.
+    table = list(dict.fromkeys(_listed()[at] for at in (number >> 3 & 1, *others)))
     chosen = random.integers(0, len(table), bodies)
     chosen[0] = 0
     velocity = anyhow(random, bodies) if number & 1 else random.integers(-4, 5, (bodies, 2)) / 2.0
@@ -189,13 +191,6 @@ shape_scenes = Strategy(
     "-of-shapes",
     "where bodies are boxes, capsules and polygons",
     drawn(lambda: of_all_shapes().map(with_kinds)),
-    broad=True,
-)
-shape_torus_scenes = Strategy(
-    "shapes on a torus",
-    "-of-shapes-on-a-torus",
-    "where such bodies are on periodic axes",
-    drawn(lambda: _on_a_torus().map(with_kinds)),
     broad=True,
 )
 shape_swarms = Strategy(

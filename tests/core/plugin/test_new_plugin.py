@@ -135,7 +135,7 @@ BROKEN = {
     "repair names nobody": (
         "    watch(k, s, body)\n    return near(k, s, body)\n",
         "    watch(k, s, body)\n    return 0\n",
-        "never-misses-a-pair",
+        "its-structure-is-true",
         r"the contact of bodies \d and \d is awaited",
     ),
     "near forgets a neighbour": (

@@ -130,11 +130,11 @@ def judged(name: str, check: str, expected: bool = False):
         ("remembers", "state-is-not-kept", "after half radii, "),
         pytest.param(
             "names-two",
-            "never-misses-a-pair-while-all-pass",
-            "are not near each other",
+            "its-structure-is-true-while-all-pass",
+            "are not a candidate pair",
             marks=pytest.mark.slow,
         ),
-        ("names-two", "never-misses-a-pair", "is not near"),
+        ("names-two", "its-structure-is-true", "is not near"),
         ("only-up-to-a-skin", "skin-limit-holds-at-its-edge", "just below its limit"),
         ("claims-any-skin", "skin-limit-holds-at-its-edge", "far thicker than bodies are wide"),
     ],
@@ -176,7 +176,7 @@ def test_what_is_right_passes(check, status):
 
 
 def test_a_phase_that_asks_for_solid_bodies_refuses_to_do_without_them():
-    result = judged("sweep-tiling", "never-misses-a-pair-while-all-pass")
+    result = judged("sweep-tiling", "its-structure-is-true-while-all-pass")
     assert result.status == "skipped"
     assert "it refuses all scenes of this check: " in result.reason
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import islice
 
 import pytest
@@ -11,9 +10,8 @@ from kinetile.run.compose import Commands
 from kinetile.scene import Insert, Remove, Scene, Turn
 from kinetile_conformance.cases import LIVING_CONTACTS, Subject, difference, is_living, outcome
 from kinetile_conformance.checks import CHECKS, check_named, table
-from kinetile_conformance.checks.check import Observation
 from kinetile_conformance.drawing import Drawing, reduced
-from kinetile_conformance.runner import BUILT, CheckRun
+from kinetile_conformance.strategies.kinds import BUILT, acceptable
 from kinetile_conformance.strategies.living import STARTS, played
 from kinetile_conformance.strategies.swarms import BURSTS, CORRIDORS, scaled, swarm_numbered
 
@@ -48,19 +46,10 @@ def test_scenes_of_all_kinds_have_one_loop_and_a_slot_for_each_body_where_none_c
     assert len(sims[3].tables.bodies) > 2
 
 
-def shown(name, scene):
-    """Return a living scene as a check sees it that judges a phase."""
-    seen = []
-    watching = Observation("watching", "", lambda case: seen.append(case.scene))
-    check = replace(check_named("resumes-as-bodies-come-and-go"), observation=watching)
-    assert CheckRun(check, Subject(name, {})).holds(scene)
-    return seen[0]
-
-
 def test_a_phase_that_is_built_anew_for_each_command_sees_the_beginning_of_a_long_scene():
     scene = next(each for each in played("living") if len(each.commands) > 2 * BUILT)
-    assert shown("cells", scene) is scene
-    beginning = shown("naive", scene)
+    assert acceptable(Subject("cells", {}), scene) is scene
+    beginning = acceptable(Subject("naive", {}), scene)
     assert beginning.commands == scene.commands[: len(beginning.commands)]
     assert BUILT < len(beginning.commands) < len(scene.commands)
     assert beginning.settings.until >= beginning.commands[-1].time
