@@ -79,7 +79,7 @@ TABLE: dict[Strategy | None, Cells] = {
         **dict.fromkeys(OF_DISCS, 1.0),
     },
     turning_scenes: {
-        **_runs(1.0, 0.25, 0.2, 0.2),
+        **_runs(1.0, 0.2, 0.2, 0.2),
         claims.state_is_not_kept: 0.2,
         claims.same_contacts_after_a_change_of_view: 0.16,
     },
@@ -95,7 +95,7 @@ TABLE: dict[Strategy | None, Cells] = {
     swarm_scenes: _runs(0.5, 0.12, 0.03, 0.03),
     living_strategy: _runs(0.22, 0.12, 0.03, 0.06, 0.07),
     ruled_strategy: _runs(0.1, 0.06, 0.0, 0.0, 0.03),
-    passing_swarms: _runs(0.0, 0.1),
+    passing_swarms: _runs(0.0, 0.12),
     gallery_scenes: _runs(1.0),
     giant_scenes: {runs.same_contacts: 0.3, claims.state_is_not_kept: 0.06},
     lattice_scenes: _runs(0.5),

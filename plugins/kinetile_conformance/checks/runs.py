@@ -35,7 +35,7 @@ STOPS = 16
 EVERY = 4
 """Moments from one to the next at which what takes long is looked at."""
 
-STEPS = 40
+STEPS = 60
 """Events of few bodies after each of which a run stops."""
 
 FEW = 8

@@ -134,23 +134,24 @@ SHAPE_CONTACTS = 200
 MANY = 40
 """Bodies of a swarm of shapes."""
 
-LISTED = 30
-"""Different shapes of all such swarms: the differences of each two are worked out once."""
+LISTED, FIRST = 34, 6
+"""Different shapes of all such swarms, of which the differences of each two are worked out once; and how many
+of them are for body 0."""
 
 
 @cache
 def _listed() -> tuple[Shape, ...]:
-    """Return shapes up to twenty times as long as wide or as high, or as large as others, most of them off
-    their positions; the first two are capsules."""
+    """Return ``FIRST`` capsules, and shapes up to twenty times as long as wide or as high, or as large as
+    others, most of them off their positions."""
     random = np.random.default_rng(0)
-    table = [CAPSULE, UPRIGHT]
+    table = [CAPSULE, UPRIGHT] * (FIRST // 2)
     while len(table) < LISTED:
         shape = (*SHAPES, box(2.0, 0.1))[len(table) % (len(SHAPES) + 1)]
         aside = (random.integers(-4, 5, 2) / 4.0 * (random.random() < 0.6)).tolist()
         core = [(x + aside[0], y + aside[1]) for x, y in shape.core]
         turned = 1 if random.random() < 0.5 else -1
         table.append(Shape(tuple(place[::turned] for place in core[::turned]), shape.radius))
-    large = np.append([1.0, 1.0], random.choice([1.0, 1.0, 0.5, 0.05], LISTED - 2))
+    large = [*np.repeat([1.0, 0.5, 0.05], 2), *random.choice([1.0, 1.0, 0.5, 0.05], LISTED - FIRST)]
     return tuple(scaled(each, 0.45 * by / each.reach) for each, by in zip(table, large, strict=True))
 
 
@@ -159,9 +160,9 @@ def shape_swarm(number: int, periodic: str = "") -> Scene:
     random = np.random.default_rng(number)
     bodies = int(random.integers(8, MANY + 1))
     side = square(bodies, 1.3)
-    others = random.permutation(np.arange(2, LISTED))[: 20 if number & 16 else 6]
-    # Body 0 has the capsule: so all scenes have one form of ``convex``.
-    table = list(dict.fromkeys(_listed()[at] for at in (number >> 3 & 1, *others)))
+    others = random.permutation(np.arange(FIRST, LISTED))[: 20 if number & 16 else 6]
+    # Body 0 has a capsule: so all scenes have one form of ``convex``.
+    table = list(dict.fromkeys(_listed()[at] for at in (random.integers(FIRST), *others)))
     chosen = random.integers(0, len(table), bodies)
     chosen[0] = 0
     velocity = anyhow(random, bodies) if number & 1 else random.integers(-4, 5, (bodies, 2)) / 2.0
