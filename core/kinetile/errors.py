@@ -33,6 +33,7 @@ __all__ = [
     "SceneError",
     "StalledError",
     "StudyError",
+    "TooThick",
     "UnknownName",
     "ZenoError",
     "key_of",
@@ -157,6 +158,11 @@ class NoRoom(Refused):
     def __reduce__(self) -> tuple[Any, ...]:
         str(self)  # its text cannot be made elsewhere
         return super().__reduce__()
+
+
+class TooThick(Refused):
+    """A broad phase is right only with a thinner skin than the bodies need, now that they are so many, so far
+    apart or so fast. A run may end with it, at a command after which they are; nothing has changed then."""
 
 
 class ZenoError(KinetileError, RuntimeError):

@@ -45,6 +45,7 @@ RAISED: list[BaseException] = [
     errors.StalledError("it stands"),
     errors.StudyError([errors.Mistake("seeds", "'x'", "whole numbers")], "mine.toml"),
     errors.UnawaitedContactError("not awaited", **PLACED),
+    errors.TooThick("a skin"),
     errors.UnknownName(
         "broad phase", "sap", suggestion="sap-1d", available=["naive", "sap-1d"], failures=["broken: it is"]
     ),

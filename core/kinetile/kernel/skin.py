@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.errors import TooThick
 from kinetile.kernel.compiled import hook, with_shapes
 from kinetile.kernel.tables import SIDES, Kernel, Records, fields_in
 
@@ -56,9 +57,9 @@ class Skin(NamedTuple):
         )
 
 
-def too_thick(broad_phase: str, delta: float, limit: float) -> str:
-    """Return the message for a broad phase that is only right with a thinner skin."""
-    return (
+def too_thick(broad_phase: str, delta: float, limit: float) -> TooThick:
+    """Return the error of a broad phase that is only right with a thinner skin."""
+    return TooThick(
         f"{broad_phase} is right only while the skin around bodies is thin, at most {limit:.3g} here, and "
         f"rounding asks for {delta:.3g}: choose another broad phase, or a scene with less range in size, "
         "mass or speed"

@@ -12,7 +12,7 @@ from enum import IntEnum
 from functools import cached_property
 from typing import Any, TypeVar, cast
 
-from kinetile.errors import BadOption, KinetileError, PhaseError, Refused, nearest
+from kinetile.errors import BadOption, KinetileError, PhaseError, Refused, TooThick, nearest
 from kinetile.kernel.compiled import compose, is_checked, python_of
 from kinetile.kernel.loop import idle
 from kinetile.kernel.loop.ahead import LARGE
@@ -347,7 +347,7 @@ def _compose(
     phases that accept the scene, of all that are installed."""
     try:
         return _prepared(scene, name, narrow, options)
-    except _BroadPhaseRefuses as refused:
+    except (_BroadPhaseRefuses, TooThick) as refused:
         others = ", ".join(accepting(scene, narrow)) or "none that is installed"
         raise Refused(f"{refused}; broad phases that accept this scene: {others}") from refused
 
@@ -383,7 +383,7 @@ def _prepared(
     if broad.skin_limit is not None and scene.arena is not None:
         skin = skin_at_start(scene, walls=True)
         if skin.delta > broad.skin_limit:
-            raise _BroadPhaseRefuses(too_thick(name, skin.delta, broad.skin_limit))
+            raise too_thick(name, skin.delta, broad.skin_limit)
     if broad.solid:
         _demand_solid(name, given, pair)
     rules = read_rules(scene, (name, broad), given)

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import kinetile as kt
-from kinetile.errors import AuditError, KinetileError
+from kinetile.errors import AuditError, KinetileError, TooThick
 from kinetile.run.compare import first_difference
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Remove, with_commands
@@ -266,6 +266,8 @@ def _by_hand(
                 _, place, flies, radius, mass, *_, shape = command
                 try:
                     numbers[command.body] = sim.insert(place, flies, radius, mass, command.kind, shape)
+                except TooThick:
+                    raise
                 except (KinetileError, ValueError):
                     continue
             elif command.body not in numbers:

@@ -22,7 +22,7 @@ from kinetile_conformance.cases import Subject, load_case
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.reporting import Result
-from kinetile_conformance.runner import Plan, References, Runner
+from kinetile_conformance.runner import CheckRun, Plan, References, Runner
 from kinetile_conformance.smoke_test import tightness
 from kinetile_plugins.naive import near as everybody
 from registering import registered
@@ -239,3 +239,14 @@ def test_the_name_of_a_phase_became_the_path_of_its_case(tmp_path: Path) -> None
     assert result.case == folder / "..-of-mine-same-contacts.toml"
     assert list(tmp_path.iterdir()) == [folder]
     assert load_case(result.case).name == "../of/mine"
+
+
+@pytest.mark.parametrize("check", ["same-contacts", "its-structure-is-true"])
+def test_a_phase_that_refused_a_skin_on_the_way_was_condemned(check):
+    """The skin of bodies that fly away grows: a run may end with a refusal that nobody foresaw."""
+    leaving = [[-(2.0**24), 0.0], [2.0**24, 0.25]]
+    scene = kt.Scene([[1.0, 1.0], [3.0, 1.0]], leaving, 0.25, unit=1.0, settings=kt.Settings(until=1e5))
+    run = CheckRun(check_named(check), Subject("sweep-tiling", {}))
+    assert run.holds(scene)
+    assert run.refused
+    assert "the skin around bodies is thin" in run.refusal

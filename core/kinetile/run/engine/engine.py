@@ -370,7 +370,7 @@ class Engine(Tables):
         skin = Skin.of(len(self.k.bodies), extent, speed, float(self.k.clock[0].tick))
         limit = self.composition.broad.skin_limit
         if limit is not None and skin.delta > limit:
-            raise Refused(too_thick(self.composition.broad_phase, skin.delta, limit))
+            raise too_thick(self.composition.broad_phase, skin.delta, limit)
         return self.bounds._replace(speed=speed, extent=extent, skin=skin)
 
     def _reach_of_flight(self, speed: float, spans: int) -> float:
