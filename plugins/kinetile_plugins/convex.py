@@ -289,7 +289,6 @@ def soonest_of_shapes(
     body: int,
     count: int,
     barred: int,
-    known: int,
     at: int,
     fat: float,
     soon: float,
@@ -312,9 +311,7 @@ def soonest_of_shapes(
             sooner &= sooner - 1
             delay = lane(delays, i)
             other = k.near[start + i]
-            left_out = (
-                (other == body) | (other == barred) | (other == known) | (other == one) | (other == two)
-            )
+            left_out = (other == body) | (other == barred) | (other == one) | (other == two)
             row = row_of(k, body, other)
             if delay < rest and row > 0 and not left_out:
                 delay = not_before(k.numbers, row, lane(dx, i), lane(dy, i), lane(vx, i), lane(vy, i), fat)
@@ -335,9 +332,7 @@ def _bounds(
 
     @unchecked
     @hook
-    def soonest(
-        k: Kernel, body: int, count: int, barred: int, known: int, at: int
-    ) -> tuple[float, float, int]:
+    def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
         """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom:
         as delays after tick ``at``, infinite where there is no contact.
 
@@ -349,14 +344,13 @@ def _bounds(
         never = math.inf
         if count == 1:
             alone = k.near[0]
-            if alone == body or alone == barred or alone == known:  # noqa: SIM109 - no tuple in a hook
+            if alone == body or alone == barred:  # noqa: SIM109 - no tuple in a hook
                 return never, never, NOBODY
             delay = bound_with(k, body, alone, at, fat, periodic)
             return delay, never, int(alone) if delay < never else NOBODY
         fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
         myself = spread_whole(body)
         not_this = spread_whole(barred)
-        nor_this = spread_whole(known)
         soon = NONE
         rest = NONE
         who = NOBODY
@@ -372,7 +366,7 @@ def _bounds(
                 else:
                     delays, _, _, _, _ = frames_meet(k, body, start, at, fat, periodic)
                 names = numbers(k.near, start)
-                left_out = (names == myself) | (names == not_this) | (names == nor_this)
+                left_out = (names == myself) | (names == not_this)
                 delays = numbered(choose(left_out, spread(never), delays), start - begin)
                 first, second = two_least(first, second, delays)
             soon, rest, who, other = merged(k, begin, first, second, soon, rest, who, other)
@@ -381,7 +375,7 @@ def _bounds(
         if not plain and k.numbers[row_of(k, body, who) + PLAIN] == 0.0:
             soon = bound_with(k, body, who, at, fat, periodic)
             if soon > rest and rest < NONE:
-                return soonest_of_shapes(k, body, count, barred, known, at, fat, soon, who, other, periodic)
+                return soonest_of_shapes(k, body, count, barred, at, fat, soon, who, other, periodic)
         return soon, (rest if rest < NONE else never), who if soon < never else NOBODY
 
     return soonest
@@ -415,14 +409,12 @@ def barred_nearby(k: Kernel, body: int, at: int) -> int:
 
 @unchecked
 @hook
-def soonest_of_images(
-    k: Kernel, body: int, count: int, barred: int, known: int, at: int
-) -> tuple[float, float, int]:
+def soonest_of_images(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
     """Return what ``soonest`` does among images. Two that have just met touch, and would have a bound of now:
     of the image through which they are barred there is none."""
     met = barred_nearby(k, body, at)
-    soon, rest, who = _among_images(k, body, count, met, known, at)
-    if met != NOBODY and met != known:
+    soon, rest, who = _among_images(k, body, count, met, at)
+    if met != NOBODY:
         one = k.places[body]
         two = k.places[met]
         delay = until_others(k, body, met, two.vx - one.vx, two.vy - one.vy, k.clock[0].limits.fat)

@@ -178,9 +178,7 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
 
     @unchecked
     @hook
-    def soonest(
-        k: Kernel, body: int, count: int, barred: int, known: int, at: int
-    ) -> tuple[float, float, int]:
+    def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
         """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom.
 
         Eight at a time, on the common clock, with discs fattened by more than all rounding (``limits.fat``,
@@ -195,7 +193,7 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
         own = radius + limits.fat
         if count == 1:
             single = k.near[0]
-            if single == body or single == barred or single == known:  # noqa: SIM109 - no tuple in a hook
+            if single == body or single == barred:  # noqa: SIM109 - no tuple in a hook
                 return math.inf, math.inf, NOBODY
             reach_of_two = (limits.widest if equal else k.radii[single]) + own
             soon = not_before(k, body, single, at, reach_of_two, periodic)
@@ -225,7 +223,6 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
         never = spread(math.inf)
         myself = spread_whole(body)
         not_this = spread_whole(barred)
-        nor_this = spread_whole(known)
         soon = math.inf
         rest = math.inf
         who = NOBODY
@@ -257,7 +254,7 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
                     delay = choose(delay > least, delay, least)
                     left_out = delay > none
                 other = numbers(k.near, start)
-                left_out = left_out | (other == myself) | (other == not_this) | (other == nor_this)
+                left_out = left_out | (other == myself) | (other == not_this)
                 delay = choose(left_out, never, numbered(delay, start - begin))
                 first, second = two_least(first, second, delay)
                 start += LANES

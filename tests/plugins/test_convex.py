@@ -105,7 +105,7 @@ def test_bounds_are_never_late(seed):
         k, now = sim._engine.k, int(sim._engine.k.clock[0].now)
         k.near[:n] = range(n)
         for body in range(n):
-            soon, rest, who = soonest(k, body, n, NOBODY, NOBODY, now)
+            soon, rest, who = soonest(k, body, n, NOBODY, now)
             for other in set(range(n)) - {body}:
                 bound = min(
                     now + not_before_tick((soon if other == who else rest) * k.clock[0].per_time), NEVER

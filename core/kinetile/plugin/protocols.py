@@ -167,8 +167,8 @@ class PairParts:
     ``collide(k, a, b)``: both bodies are anchored at the contact; give them new velocities and return how
     deep they overlap (a length, zero or negative when they do not).
 
-    ``soonest(k, body, count, barred, known, at) -> (first, second, who)``: bounds for many at once. Of the
-    bodies in ``k.near[:count]``, except ``body``, ``barred`` and ``known``, no contact with ``body`` comes
+    ``soonest(k, body, count, barred, at) -> (first, second, who)``: bounds for many at once. Of the
+    bodies in ``k.near[:count]``, except ``body`` and ``barred``, no contact with ``body`` comes
     earlier than ``first`` after tick ``at``, and none but that of ``who`` earlier than ``second``; delays in
     the scene's time, infinite if there is no contact, ``who`` NOBODY if there is none at all. A bound
     may be early and never late: ``meet`` of that pair is not before it, by more than 2^-50 of the delay.

@@ -277,7 +277,7 @@ def bound_all(k: Kernel, pairs: Integers, bounds: npt.NDArray[np.float64]) -> No
             body = pairs[i, j & 1]
             k.near[0] = pairs[i, 1 - (j & 1)]
             k.near[1] = body
-            first, _, _ = soonest(k, body, 1 + (j >> 1), NOBODY, body, k.clock[0].now)
+            first, _, _ = soonest(k, body, 1 + (j >> 1), NOBODY, k.clock[0].now)
             bounds[i, j] = first
 
 

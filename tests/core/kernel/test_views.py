@@ -124,8 +124,8 @@ def near(k: Kernel, s: int, body: int) -> int:
 
 
 @hook
-def soonest(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
-    return float(count), 3.0, known
+def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
+    return float(count), 3.0, barred
 
 
 def ask(k, s, body):
@@ -133,7 +133,7 @@ def ask(k, s, body):
 
 
 def bound(k, body, who):
-    return soonest(disowned(k), body, 1, 0, who, 0)
+    return soonest(disowned(k), body, 1, who, 0)
 
 
 @pytest.mark.parametrize(

@@ -234,10 +234,8 @@ def heats(k: Kernel, a: int, b: int) -> float:
 
 
 @hook
-def late_beyond_a_time(
-    k: Kernel, body: int, count: int, barred: int, known: int, at: int
-) -> tuple[float, float, int]:
-    first, second, who = usual.soonest(k, body, count, barred, known, at)
+def late_beyond_a_time(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
+    first, second, who = usual.soonest(k, body, count, barred, at)
     return first if first < 100.0 else 2.0 * first, second, who
 
 

@@ -54,11 +54,9 @@ def meet_in_order(k: Kernel, a: int, b: int) -> int:
 
 
 @hook
-def soonest_late(
-    k: Kernel, body: int, count: int, barred: int, known: int, at: int
-) -> tuple[float, float, int]:
+def soonest_late(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
     """Wrong: bounds that are late."""
-    first, second, who = soonest(k, body, count, barred, known, at)
+    first, second, who = soonest(k, body, count, barred, at)
     return 1.5 * first, 1.5 * second, who
 
 

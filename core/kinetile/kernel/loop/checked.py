@@ -55,8 +55,8 @@ def _bounding(function: Hook) -> Hook:
 
     @unchecked
     @hook
-    def call(k: Kernel, body: int, count: int, barred: int, known: int, at: int) -> tuple[float, float, int]:
-        first, second, who = given(k, body, count, barred, known, at)
+    def call(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
+        first, second, who = given(k, body, count, barred, at)
         if first < math.inf and (who < 0 or who >= k.clock[0].bodies):
             blame(k, BAD_PARTNER, body, who)
             return math.inf, math.inf, NOBODY

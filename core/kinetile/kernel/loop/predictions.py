@@ -87,7 +87,7 @@ def look_at(k: Kernel, h: int, count: int, at: int) -> None:
     barred = left_out(k, h)
     k.counts[0].asked += count
     if BOUNDS:
-        first, second, who = soonest(k, h, count, barred, h, at)
+        first, second, who = soonest(k, h, count, barred, at)
         per_time = k.clock[0].per_time
         tick = not_before(at, first * per_time)
         rest = not_before(at, second * per_time)
