@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import runpy
 from pathlib import Path
 
 import pytest
@@ -29,3 +30,10 @@ def test_a_scene_has_one_answer(name):
         assert len(sim.contacts) == CONTACTS[name]
         prints.add(sim.fingerprint)
     assert len(prints) == 1
+
+
+@pytest.mark.small
+def test_the_recorded_game_is_the_file():
+    play = runpy.run_path(str(SCENES.parent / "examples" / "brick_breaker.py"))["play"]
+    recorded = play().recorded()
+    assert recorded == kt.load_scene(SCENES / "brick-breaker.toml")
