@@ -66,13 +66,14 @@ def events(
 def thesis(
     phases: Annotated[
         str, typer.Option(metavar="A,B,...", help="Broad phases.")
-    ] = "naive,sap-1d,sap-2d,sweep-tiling",
+    ] = "naive,sap-1d,sap-2d,sweep-tiling,cells,power",
     seeds: Annotated[int, typer.Option(min=1, metavar="K", help="Run each scene with the seeds 1 to K.")] = 6,
     until: Annotated[float, typer.Option(metavar="T", help="How much time is simulated.")] = 1.0,
     seconds: Seconds = 0.01,
     repeats: Repeats = 5,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Draw figures 23 and 24 into this folder.")
+        Path | None,
+        typer.Option(metavar="DIR", help="Draw figures 23 and 24, and events a contact, into this folder."),
     ] = None,
     json: Json = False,
     csv: Csv = False,

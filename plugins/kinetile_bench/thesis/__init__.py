@@ -24,8 +24,9 @@ from kinetile_accuracy.environment import environment
 from kinetile_bench.benchmark import Choice, NamedPhase, PhasesMeasured, phases_with_options, prepared
 from kinetile_bench.events import BODIES, DENSITIES
 
-PHASES = ("naive", "sap-1d", "sap-2d", "sweep-tiling")
-"""The thesis's three, and its sweep-and-prune on two axes, which it left out of its figures."""
+PHASES = ("naive", "sap-1d", "sap-2d", "sweep-tiling", "cells", "power")
+"""The thesis's three, its sweep-and-prune on two axes, which it left out of its figures, and two that it has
+not."""
 
 MOMENTS = 17
 """Moments of a run, evenly apart from its start to its end, at which candidate pairs are counted."""

@@ -1,4 +1,5 @@
-"""Figures 23 and 24 of the thesis, from the cells of a run: CPU time over discs, and shares of events."""
+"""Figures 23 and 24 of the thesis, from the cells of a run: CPU time over discs, and shares of events; and a
+third, structural events a contact over discs, which are the same on every machine."""
 
 from __future__ import annotations
 
@@ -19,12 +20,15 @@ _KINDS = (
 
 
 def draw(bench: ThesisBench, folder: Path) -> list[Path]:
-    """Draws both figures as SVG and PNG; returns their paths. Raises MissingExtra without matplotlib."""
+    """Draws the figures as SVG and PNG; returns their paths. Raises MissingExtra without matplotlib."""
     groups, written = bench.by_density(), []
     columns = min(len(groups), 2)
     rows = -(-len(groups) // columns)
     with house_style():
-        for name, draw_panel in (("figure-23", _draw_times), ("figure-24", _draw_shares)):
+        for name, draw_panel in (
+            *(("figure-23", _draw_times), ("figure-24", _draw_shares)),
+            ("events-a-contact", _draw_events),
+        ):
             figure, panels = new_figure(columns, 0.8 + 2.4 * rows, rows=rows, sharey=True)
             for panel, (density, scenes) in zip(np.ravel(panels), groups.items(), strict=False):
                 panel.set(title=f"density {density:g}")
@@ -43,6 +47,22 @@ def _draw_times(panel: Any, bench: ThesisBench, scenes: list[ThesisScene]) -> No
         costs = [[cell.cost for cell in bench.of(scene, phase).values()] for scene in scenes]
         curve(panel, sizes, list(map(statistics.median, costs)), k % len(LOOKS), label=phase)
         panel.vlines(sizes, list(map(min, costs)), list(map(max, costs)), color="0.4")
+    panel.set_xticks(sizes, list(map(str, sizes)))
+    panel.set_xticks([], minor=True)
+
+
+def _draw_events(panel: Any, bench: ThesisBench, scenes: list[ThesisScene]) -> None:
+    """Draws the structural events of each phase for a contact of two bodies, means over seeds."""
+    panel.set(xscale="log", yscale="log", xlabel="discs", ylabel="structural events a contact")
+    sizes = [scene.bodies for scene in scenes]
+    for k, phase in enumerate(bench.phases):
+        rates = [
+            bench.mean(scene, phase, "structural_events")
+            / max(bench.mean(scene, phase, "contacts_disc"), 1.0)
+            for scene in scenes
+        ]
+        if any(rates):  # naive has none
+            curve(panel, sizes, rates, k % len(LOOKS), label=phase)
     panel.set_xticks(sizes, list(map(str, sizes)))
     panel.set_xticks([], minor=True)
 

@@ -184,7 +184,8 @@ def test_thesis_with_one_round_printed_an_infinite_unrest(monkeypatch):
 @pytest.mark.slow
 def test_both_figures_are_drawn(small, tmp_path, no_run):
     pytest.importorskip("matplotlib")
-    names = ["figure-23.svg", "figure-23.png", "figure-24.svg", "figure-24.png"]
+    drawn = ("figure-23", "figure-24", "events-a-contact")
+    names = [f"{name}.{suffix}" for name in drawn for suffix in ("svg", "png")]
     assert [path.name for path in draw(bench_of(as_the_thesis_says), tmp_path)] == names
     assert all((tmp_path / name).stat().st_size > 10_000 for name in names)
     found = json.loads(kinetile("bench", "thesis", "--out", tmp_path / "new", "--json").stdout)
