@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 import kinetile as kt
 from kinetile import StopAt
 from kinetile.errors import Refused, ZenoError
-from kinetile.kernel.log import TURNED
+from kinetile.kernel.log import INSERTED, TURNED
 from kinetile.kernel.tables import COMMAND, allocate
 from kinetile.run.engine import engine as engines
-from kinetile.run.engine.agenda import to_the_front
+from kinetile.run.engine.agenda import LAST, History, to_the_front
 from kinetile.run.engine.fields import fields_of
 from kinetile.scene.files import dumps_scene, loads_scene
 from lanes import examples
@@ -416,3 +416,15 @@ def test_a_fault_names_bodies_by_their_numbers():
         sim.run(10.0)
     assert sim.bodies.tolist() == [ball, paddle]
     assert set(raised.value.bodies) <= {ball, paddle}
+
+
+def test_a_history_is_the_same_however_often_it_is_read():
+    read, unread = History(), History()
+    for at in range(3 * LAST + 5):
+        rows = numbered(at, [at] * (1 + at % 2))
+        rows["code"] = INSERTED if at % 3 == 0 else TURNED
+        read, unread = (each.with_rows(rows, at // 70) for each in (read, unread))
+        assert len(read.inserted) == sum(1 + i % 2 for i in range(0, at + 1, 3))
+    assert unread.content == read.content
+    assert [first for first, _ in read.content[1]] == [0, 105, 210]
+    np.testing.assert_array_equal(unread.inserted, read.inserted)
