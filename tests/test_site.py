@@ -232,16 +232,13 @@ def test_every_page_has_an_icon_a_description_and_a_preview(site):
 @pytest.mark.site
 @needs_chromium
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (1280, 800)])
-def test_the_first_screen_has_the_sentence_and_the_race_and_cards_fit(width, height, site):
+def test_the_first_screen_has_the_sentence_and_a_program(width, height, site):
     with Browser(width, height) as browser:
         browser.visit(site / "index.html")
-        tops = browser.value(f"['h1 + p', '.live iframe'].map((each) => {BOUNDS}(each).top)")
-        assert 0 < tops[0] < tops[1] < height * 0.4
+        shown = ["h1 + p", "article .highlight-sh", "article .highlight-python"]
+        ends = [browser.value(f"{BOUNDS}('{each}').bottom") for each in shown]
+        assert 0 < ends[0] < ends[1] < ends[2] < height
         assert browser.value("document.documentElement.scrollWidth") == width
-        cards = browser.value(f"[1, 2, 3].map((at) => {BOUNDS}(`.cards li:nth-child(${{at}})`))")
-        across = {round(card["left"]) for card in cards}
-        assert len(across) == (1 if width == 390 else 3)
-        assert all(card["left"] >= 0 and card["right"] <= width for card in cards)
 
 
 @pytest.mark.site
@@ -262,7 +259,7 @@ def test_a_search_from_a_folder_has_excerpts_and_logs_nothing(word, stem, site):
 def test_a_figure_follows_the_switch_of_the_theme(system, theme, site):
     image = pytest.importorskip("PIL.Image")
     with Browser(dark=system == "dark") as browser:
-        browser.visit(site / "writing-a-broad-phase.html")
+        browser.visit(site / "cells.html")
         browser.value(f"void (document.body.dataset.theme = '{theme}')")
         browser.value("document.querySelector('article img').scrollIntoView()")
         place = browser.value(f"{BOUNDS}('article img')")
