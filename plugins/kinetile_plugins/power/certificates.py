@@ -59,7 +59,7 @@ class Spot(NamedTuple):
 
 class Row(NamedTuple):
     """A row of eight determinants: place, velocity and height relative to a, as polynomials in time, and a
-    bound of |x| + |y|."""
+    |x| + |y| of both."""
 
     x0: Floats
     x1: Floats
@@ -68,8 +68,8 @@ class Row(NamedTuple):
     h0: Floats
     h1: Floats
     h2: Floats
-    size0: Floats
-    size1: Floats
+    size: Floats
+    speed: Floats
 
 
 class Sites(NamedTuple):
@@ -212,26 +212,10 @@ def failures(k: Kernel, s: State) -> Ticks:
     g2 = g2 + bd0 * c.h2 + bd1 * c.h1 + bd2 * c.h0
     g3 = cb1 * d.h2 + cb2 * d.h1 + dc1 * b.h2 + dc2 * b.h1 + bd1 * c.h2 + bd2 * c.h1
     g4 = cb2 * d.h2 + dc2 * b.h2 + bd2 * c.h2
-    # the product of the three sizes, and times their sum
-    e0 = b.size0 * c.size0
-    e1 = b.size0 * c.size1 + b.size1 * c.size0
-    e2 = b.size1 * c.size1
-    f0 = e0 * d.size0
-    f1 = e0 * d.size1 + e1 * d.size0
-    f2 = e1 * d.size1 + e2 * d.size0
-    f3 = e2 * d.size1
-    noise = spread(NOISE)
-    sum0 = (b.size0 + c.size0 + d.size0) * noise
-    sum1 = (b.size1 + c.size1 + d.size1) * noise
-    return first_rise(
-        k,
-        g0 - f0 * sum0,
-        g1 - f0 * sum1 - f1 * sum0,
-        g2 - f1 * sum1 - f2 * sum0,
-        g3 - f2 * sum1 - f3 * sum0,
-        g4 - f3 * sum1,
-        sum0 / (sum1 + spread(2.0**-400)),
-    )
+    sizes = b.size + c.size + d.size
+    rounding = spread(NOISE) * (b.size * c.size * d.size * sizes)
+    scale = sizes / (b.speed + c.speed + d.speed + spread(2.0**-400))
+    return first_rise(k, g0 - rounding, g1, g2, g3, g4, scale)
 
 
 @hook

@@ -152,8 +152,8 @@ def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Fl
 
     It is now if, and only if, the polynomial is not below zero at the end of this tick. Else it is a lower
     bound of the first root, or ``NEVER``: whoever is told of it computes once more then whether the
-    polynomial has risen. ``scale`` is a time in which it changes as much as it is: the nearer it is to that,
-    the nearer are bounds to roots; all are right with any.
+    polynomial has risen. ``scale`` is a time in which the numbers that it was made of change as
+    much as they are. No bound is later than that, for then rounding is no longer what it was.
     """
     zero = spread(0.0)
     most = spread(1024.0)
@@ -170,11 +170,11 @@ def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Fl
         h3 = spread(4.0) * g4 * t + g3
         m = choose(m > zero, m, tiny)
         length = (m + m) / (positive(h1) + tiny)
-        twice = scale + scale
-        length = choose(length < twice, length, twice)
+        length = choose(length < scale, length, scale)
         one = clear_for(length, m, h1, h2, h3, g4)
         two = clear_for(spread(0.25) * scale, m, h1, h2, h3, g4)
         t = t + choose(one > two, one, two) * spread(1.0 - 2.0**-40)
+    t = choose(t < scale, t, choose(scale > end, scale, end))
     soon = t < most
     tick = choose(soon, now + floor(choose(soon, t, zero) * spread(2.0**52)), spread_ticks(NEVER))
     return choose(at_once, now, tick)
