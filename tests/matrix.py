@@ -35,6 +35,15 @@ REFUSED: dict[Cell, str] = {
         },
     ),
     **_of(
+        "under power",
+        {
+            "pass": "is right only while bodies cannot pass through each other",
+            "periodic x | periodic y | periodic xy": "between far points outside of it, and this scene is periodic",
+            "shapes | obstacles": "is for discs, and this scene has other shapes",
+            "no arena": "between far points outside of it, and this scene has no arena",
+        },
+    ),
+    **_of(
         "player, computed",
         {
             "restitution | stop | pass | foreign response": "contacts are not all elastic",

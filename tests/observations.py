@@ -350,8 +350,8 @@ def together(game: Game, folder: Path) -> None:
     sim = truth(game.names)
     for name in game.names:
         assert BY_NAME[name].seen(game, rows_of(sim)), f"{name} does not come into play"
-    for phase in ("cells", "sap-1d", "sap-2d", "sweep-tiling"):
-        with suppress(Refused) if phase == "sweep-tiling" else nullcontext():
+    for phase in ("cells", "sap-1d", "sap-2d", "sweep-tiling", "power"):
+        with suppress(Refused) if phase in ("sweep-tiling", "power") else nullcontext():
             same(game, game.played(phase, audit=17 if phase == "cells" else None))
     saved(game, folder, ("sap-1d",))
     history(game, folder)
@@ -376,6 +376,7 @@ OBSERVATIONS = (
     Observation("under sap-2d", _under("sap-2d")),
     Observation("under sap-k", _under("sap-k", directions=3)),
     Observation("under sweep-tiling", _under("sweep-tiling")),
+    Observation("under power", _under("power")),
     Observation("run in pieces", pieces),
     Observation("step and steps", step_by_step),
     Observation("stop_at", stop_at),
