@@ -38,7 +38,7 @@ REFUSED: dict[Cell, str] = {
         "under power",
         {
             "pass": "is right only while bodies cannot pass through each other",
-            "periodic x | periodic y | periodic xy": "between far points outside of it, and this scene is periodic",
+            "periodic x | periodic y | periodic xy": "far points outside of it, and this scene is periodic",
             "shapes | obstacles": "is for discs, and this scene has other shapes",
             "no arena": "between far points outside of it, and this scene has no arena",
         },
