@@ -42,10 +42,8 @@ LIVE_REFERENCE = "_naive-live"
 """The reference: ``naive`` with hooks for bodies that come and go. Without them the kernel rebuilds a phase
 for each command, which takes 2 ms; a living scene has hundreds of commands."""
 
-CONTACTS, SWARM_CONTACTS, SCALED_CONTACTS = 150, 1_500, 300
-LIVING_CONTACTS, LATTICE_CONTACTS, MARATHON_CONTACTS = 3_000, 20_000, 100_000
-"""The limits of contacts of a run (of one in pieces, of each piece). More contacts of a swarm find no more
-faults; commands of a living scene go on after many; lattices have fewer until their end."""
+CONTACTS = 150
+"""The limit of contacts of a run of few bodies (of one in pieces, of each piece)."""
 
 UNTIL = 8.0
 """The length of a case, in time units, where its scene has no end."""

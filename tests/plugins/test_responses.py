@@ -18,7 +18,7 @@ from kinetile.run.compose import Commands, compose_phases
 from kinetile.toolbox import ResponseParts, hook
 from kinetile_conformance.strategies.changes import ended_at
 from kinetile_conformance.strategies.kinds import ABSENT, SAME_LOOP
-from kinetile_conformance.strategies.living import ruled_scenes
+from played_scenes import ruled_scenes
 from registering import registered
 
 PASSING = ("naive", "cells", "sap-1d", "sap-2d")

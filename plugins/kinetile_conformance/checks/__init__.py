@@ -1,11 +1,15 @@
 """The checks: all that a broad phase must do, in the order in which they are run and reported.
 
-``TABLE`` has them: for each strategy the observations that are made on its scenes, and on how many of them.
+``table.toml`` has them: for each strategy the observations that are made on its scenes, and on how many of
+them.
 """
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 from kinetile_conformance.checks import (
     claims,
@@ -17,125 +21,68 @@ from kinetile_conformance.checks import (
     side_effects,
 )
 from kinetile_conformance.checks.check import Check, Observation
-from kinetile_conformance.strategies.bulk import large_scenes, lattice_scenes, marathon_scenes
-from kinetile_conformance.strategies.gallery import gallery_scenes
-from kinetile_conformance.strategies.kinds import kind_scenes
-from kinetile_conformance.strategies.living import (
-    living_shape_strategy,
-    living_strategy,
-    living_torus_strategy,
-    passing_swarms,
-    ruled_strategy,
-)
-from kinetile_conformance.strategies.shapes import (
-    shape_and_square_scenes,
-    shape_scenes,
-    shape_swarms,
-    shape_torus_swarms,
-)
-from kinetile_conformance.strategies.small import small_scenes, turning_scenes
-from kinetile_conformance.strategies.strategy import Strategy
-from kinetile_conformance.strategies.swarms import (
-    burst_scenes,
-    corridor_scenes,
-    giant_scenes,
-    scaled_scenes,
-    swarm_scenes,
-)
-from kinetile_conformance.strategies.torus import torus_scenes, torus_swarms
+from kinetile_conformance.strategies import bulk, gallery, kinds, living, shapes, small, swarms, torus
+from kinetile_conformance.strategies.strategy import Draw, Strategy
 
 __all__ = ["CHECKS", "OTHERWISE", "TABLE", "check_named", "table"]
 
-Cells = dict[Observation, float]
-
-RUNS = (
-    *(runs.same_contacts, runs.its_structure_is_true, runs.can_be_drawn, runs.resumes),
-    runs.same_contacts_when_commanded_by_hand,
-)
-OF_PAIRS = (
-    *(narrow_phases.a_contact_depends_on_two_plans_alone, narrow_phases.its_bounds_are_never_late),
-    narrow_phases.a_contact_adds_no_energy,
-)
-OF_DISCS = (
-    narrow_phases.discs_meet_at_the_tick_of_the_specification,
-    narrow_phases.walls_are_met_at_the_tick_of_the_specification,
-)
-OF_RESPONSES = (
-    responses.a_response_depends_on_the_meeting_alone,
-    responses.a_response_adds_no_energy_that_says_so,
-)
-
-
-def _runs(*shares: float) -> Cells:
-    """Return shares of the first observations of ``RUNS``, without those of 0."""
-    return {each: share for each, share in zip(RUNS, shares, strict=False) if share}
-
-
-TABLE: dict[Strategy | None, Cells] = {
-    small_scenes: {
-        runs.same_contacts: 1.0,
-        runs.pairs_are_overlapping_boxes: 0.5,
-        **dict.fromkeys((*OF_PAIRS, *OF_RESPONSES), 0.25),
-        **dict.fromkeys(OF_DISCS, 1.0),
-    },
-    turning_scenes: {
-        **_runs(1.0, 0.2, 0.2, 0.2),
-        claims.state_is_not_kept: 0.2,
-        claims.same_contacts_after_a_change_of_view: 0.16,
-    },
-    None: dict.fromkeys(
-        (
-            *(memory.writes_only_where_it_may, side_effects.leaves_the_process_alone),
-            *(side_effects.memory_does_not_grow, process_independence.does_not_see_who_asks),
-            *(claims.skin_limit_holds_at_its_edge, claims.its_features_are_known),
-            claims.rejects_unknown_options,
-        ),
-        0.0,
-    ),
-    swarm_scenes: _runs(0.5, 0.12, 0.03, 0.03),
-    living_strategy: _runs(0.22, 0.12, 0.03, 0.06, 0.07),
-    ruled_strategy: _runs(0.1, 0.06, 0.0, 0.0, 0.03),
-    passing_swarms: _runs(0.0, 0.12),
-    gallery_scenes: _runs(1.0),
-    giant_scenes: {runs.same_contacts: 0.3, claims.state_is_not_kept: 0.06},
-    lattice_scenes: _runs(0.5),
-    scaled_scenes: _runs(0.6),
-    burst_scenes: _runs(0.3),
-    corridor_scenes: _runs(0.24),
-    torus_scenes: _runs(0.3, 0.1, 0.03, 0.05),
-    torus_swarms: _runs(0.6, 0.15, 0.05, 0.15),
-    living_torus_strategy: _runs(0.12, 0.06, 0.03, 0.06, 0.04),
-    kind_scenes: {
-        **_runs(0.08, 0.03),
-        responses.a_response_depends_on_the_meeting_alone: 0.03,
-    },
-    shape_scenes: _runs(0.24, 0.04, 0.0, 0.03),
-    shape_swarms: _runs(0.14, 0.06, 0.04, 0.05),
-    shape_torus_swarms: _runs(0.18, 0.06, 0.04, 0.05),
-    living_shape_strategy: _runs(0.04, 0.04, 0.02, 0.02, 0.02),
-    large_scenes: _runs(0.01, 0.01),
-    marathon_scenes: _runs(0.03),
-    shape_and_square_scenes: {**dict.fromkeys(OF_PAIRS, 0.25), narrow_phases.same_contacts_as_convex: 0.5},
+DRAWS: dict[str, Draw] = {
+    "small scenes": small.draw_small,
+    "small scenes with turns": small.draw_turning,
+    "swarms": swarms.swarms_of(swarms.KINDS),
+    "giants": swarms.swarms_of(swarms.GIANTS),
+    "bursts": swarms.swarms_of(swarms.BURSTS),
+    "corridors": swarms.swarms_of(swarms.CORRIDORS),
+    "scaled swarms": swarms.draw_scaled,
+    "lattices": bulk.draw_lattices,
+    "marathons": bulk.draw_marathons,
+    "large scenes": bulk.draw_large,
+    "the gallery": gallery.draw_gallery,
+    "many kinds": kinds.draw_kinds,
+    "small scenes on a torus": torus.draw_few,
+    "swarms on a torus": torus.draw_swarms,
+    "shapes": shapes.draw_shapes,
+    "shapes, and squares alone": shapes.draw_shapes_and_squares,
+    "swarms of shapes": shapes.draw_swarms,
+    "swarms of shapes on a torus": shapes.draw_swarms_on_a_torus,
+    "living scenes": living.draw_played("living"),
+    "living scenes with responses": living.draw_played("ruled"),
+    "living scenes on a torus": living.draw_played("torus"),
+    "living scenes of shapes": living.draw_played("shapes"),
+    "swarms in which all pass": living.draw_passing,
 }
-"""For each strategy the observations on its scenes, and how many scenes for each of ``--examples``; None:
-observations that have scenes of their own. The first strategy of an observation is where it is at home."""
+"""What draws the scenes of each strategy."""
 
-_AT_STOPS = "it takes O(n^2) at each stop: what these scenes add is in their contacts"
-_ON_SMALL_SCENES = "few bodies show it, at a hundredth of the cost"
-OTHERWISE: dict[Observation, str] = {
-    runs.its_structure_is_true: _AT_STOPS,
-    runs.can_be_drawn: _AT_STOPS,
-    runs.resumes: "a scene is saved by bodies, plans and commands: other scenes have all of these",
-    runs.same_contacts_when_commanded_by_hand: "no body comes or goes in these scenes",
-    runs.pairs_are_overlapping_boxes: _ON_SMALL_SCENES,
-    claims.state_is_not_kept: _ON_SMALL_SCENES,
-    claims.same_contacts_after_a_change_of_view: "seen from elsewhere it is another scene of its strategy",
-    narrow_phases.same_contacts_as_convex: "discs have the contacts of the reference",
-} | dict.fromkeys((*OF_PAIRS, *OF_DISCS, *OF_RESPONSES), _ON_SMALL_SCENES)
+FEW = {"small scenes": small.draw_few, "small scenes with turns": small.draw_few_turning}
+"""What draws such scenes of a few bodies."""
+
+_MODULES = claims, memory, narrow_phases, process_independence, responses, runs, side_effects
+OBSERVATIONS = {
+    each.name: each for module in _MODULES for each in vars(module).values() if isinstance(each, Observation)
+}
+"""The observations by name."""
+
+_READ: dict[str, dict[str, Any]] = tomllib.loads(
+    Path(__file__).with_name("table.toml").read_text(encoding="utf-8")
+)
+
+OTHERWISE = {OBSERVATIONS[name]: why for why, names in _READ.pop("otherwise").items() for name in names}
 """Why an observation of drawn scenes is not made on the other strategies."""
 
 
-def _cells() -> Iterator[Check]:
+def _cells(name: str, row: dict[str, Any]) -> tuple[Strategy | None, dict[Observation, float]]:
+    """Return the strategy of a row, None where observations have scenes of their own, and what is looked at
+    on its scenes: for each of ``--examples`` on how many."""
+    cells = {OBSERVATIONS[each]: count / 100 for each, count in row.pop("observed").items()}
+    return (Strategy(name, DRAWS[name], few=FEW.get(name), **row) if row else None), cells
+
+
+TABLE = dict(_cells(*row) for row in _READ.items())
+"""For each strategy the observations on its scenes. The first strategy of an observation is where it is at
+home."""
+
+
+def _checks() -> Iterator[Check]:
     at_home: set[str] = set()
     for strategy, cells in TABLE.items():
         for observation, share in cells.items():
@@ -143,7 +90,7 @@ def _cells() -> Iterator[Check]:
             at_home.add(observation.name)
 
 
-CHECKS: tuple[Check, ...] = tuple(_cells())
+CHECKS: tuple[Check, ...] = tuple(_checks())
 
 
 def check_named(name: str) -> Check:

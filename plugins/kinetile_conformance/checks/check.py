@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 from kinetile.errors import Refused, TooThick
 from kinetile.run.compare import first_difference
@@ -18,14 +18,8 @@ from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_conformance.cases import CONTACTS, REFERENCE, RunOutcome, Subject, difference
 from kinetile_conformance.strategies.strategy import Strategy
 
-
-class Reference(Protocol):
-    """Returns the reference's outcome of a scene."""
-
-    def __call__(self, scene: Scene, contacts: int = CONTACTS) -> RunOutcome:
-        """Return the outcome, with a number of contacts at most."""
-        ...
-
+Reference = Callable[[Scene, int], RunOutcome]
+"""Returns the reference's outcome of a scene, with a number of contacts at most."""
 
 JUDGED = 20
 """Bodies up to which exact arithmetic decides which is right: with hundreds it takes a second a scene."""

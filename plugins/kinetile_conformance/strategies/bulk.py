@@ -18,8 +18,7 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.scene import Scene, Settings
-from kinetile_conformance.cases import LATTICE_CONTACTS, MARATHON_CONTACTS, SWARM_CONTACTS
-from kinetile_conformance.strategies.strategy import Strategy, numbered
+from kinetile_conformance.strategies.strategy import numbered
 from kinetile_conformance.strategies.swarms import swarm
 
 LATTICES = 100
@@ -80,21 +79,10 @@ def _some(random: np.random.Generator, count: int, share: float) -> npt.NDArray[
     return random.random((count, 1, 1)) < share
 
 
-def _numbered_lattices(number: int) -> Scene:
-    """Return the hundred lattices of a number."""
-    return lattices(LATTICES, number, bool(number & 1), APART[number >> 1 & 1])
+draw_lattices = numbered(lambda number: lattices(LATTICES, number, bool(number & 1), APART[number >> 1 & 1]))
 
-
-lattice_scenes = Strategy(
-    "lattices",
-    "-on-lattices",
-    "on a hundred small lattices at once, where exact ties abound",
-    numbered(_numbered_lattices),
-    LATTICE_CONTACTS,
-)
-
-BASES = 40
-"""How often the base of the clock moves in a marathon, or more often."""
+BASES, CONTACTS = 40, 100_000
+"""How often the base of the clock moves in a marathon, or more often, and how many contacts it has."""
 
 
 def marathon(bodies: int, seed: int) -> Scene:
@@ -108,31 +96,11 @@ def marathon(bodies: int, seed: int) -> Scene:
     velocity = random.normal(size=(bodies, 2))
     # A body meets a wall or another about once in the time in which it flies 1: in all a contact each
     # 1 / (bodies speed). The speed is such that so many last for so many spans of the clock.
-    speed = MARATHON_CONTACTS / (bodies * BASES * (SPAN // TICKS))
+    speed = CONTACTS / (bodies * BASES * (SPAN // TICKS))
     velocity *= speed / np.sqrt((velocity**2).sum(axis=1).mean())
     until = float(4 * BASES * (SPAN // TICKS))
     return Scene(place, velocity, radius, arena=(float(columns), float(rows)), settings=Settings(until=until))
 
 
-def _numbered_marathon(number: int) -> Scene:
-    """Return the marathon of a number."""
-    return marathon(FEWEST + number % (MOST - FEWEST + 1), number)
-
-
-marathon_scenes = Strategy(
-    "marathons",
-    "-in-a-marathon",
-    "over a hundred thousand contacts, while the base of the clock moves often",
-    numbered(_numbered_marathon),
-    MARATHON_CONTACTS,
-)
-
-
-def _large(number: int) -> Scene:
-    """Return the gas of a number, of 1,500 bodies."""
-    return swarm("gas", 1_500, number, 1 + number % 7)
-
-
-large_scenes = Strategy(
-    "large scenes", "-in-a-large-scene", "among 1,500 bodies", numbered(_large), SWARM_CONTACTS
-)
+draw_marathons = numbered(lambda number: marathon(FEWEST + number % (MOST - FEWEST + 1), number))
+draw_large = numbered(lambda number: swarm("gas", 1_500, number, 1 + number % 7))

@@ -13,7 +13,6 @@ import numpy as np
 
 from kinetile.scene import Scene, Settings
 from kinetile_conformance.strategies.shapes import shape_torus
-from kinetile_conformance.strategies.strategy import Strategy
 from kinetile_conformance.strategies.swarms import swarm
 from kinetile_conformance.strategies.torus import torus
 
@@ -35,7 +34,7 @@ def smallest() -> Scene:
     return Scene([[0.5, 0.5]], [[0.0, 0.0]], 0.25, arena=(1.0, 1.0))
 
 
-def _shown() -> Iterator[Scene]:
+def draw_gallery(count: int, seed: int) -> Iterator[Scene]:
     """Yield scenes with nothing, one body, or nothing that moves, and a row between two."""
     nobody = np.zeros((0, 2))
     yield Scene(nobody, nobody, np.zeros(0), arena=(1.0, 1.0))
@@ -44,15 +43,6 @@ def _shown() -> Iterator[Scene]:
     yield Scene([[0.25, 0.5], [0.75, 0.5]], np.zeros((2, 2)), 0.25, arena=(1.0, 1.0))
     yield Scene([[0.5, 0.5], [1.5, 0.5]], [[1.0, 0.0], [1.0, 0.0]], 0.5, arena=(8.0, 1.0))
     yield row_between_two()
-
-
-gallery_scenes = Strategy(
-    "the gallery",
-    "-in-the-gallery",
-    "where there is nothing, one body, nothing that moves, or a row between two",
-    lambda count, seed: _shown(),
-    fixed=6,
-)
 
 
 SHORT = 0.5

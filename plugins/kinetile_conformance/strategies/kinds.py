@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from kinetile.scene import Response, Scene, Settings
-from kinetile_conformance.cases import SWARM_CONTACTS, Subject, is_living
+from kinetile_conformance.cases import Subject, is_living
 from kinetile_conformance.deadline import begin_scene
 from kinetile_conformance.strategies.changes import ended_at
-from kinetile_conformance.strategies.strategy import Strategy, numbered
+from kinetile_conformance.strategies.strategy import numbered
 from kinetile_conformance.strategies.swarms import anyhow, jitter, radii, slots, square
 
 Rules = dict[Any, Any]
@@ -115,10 +115,4 @@ def of_many_kinds(number: int) -> Scene:
     )
 
 
-kind_scenes = Strategy(
-    "many kinds",
-    "-of-many-kinds",
-    "among bodies of up to 256 kinds, some of which pass through others",
-    numbered(of_many_kinds),
-    SWARM_CONTACTS // 3,
-)
+draw_kinds = numbered(of_many_kinds)

@@ -16,9 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from functools import cache
 from itertools import count, islice
 from typing import Any
 
@@ -29,11 +27,11 @@ from kinetile import Shape
 from kinetile.errors import KinetileError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.scene import Scene, Settings, relabelled, with_commands
-from kinetile_conformance.cases import LIVING_CONTACTS, REFERENCE, SWARM_CONTACTS, Subject, is_living
+from kinetile_conformance.cases import REFERENCE, Subject, is_living
 from kinetile_conformance.strategies.kinds import ABSENT, KINDS, SAME_LOOP, of_kinds, with_kinds
 from kinetile_conformance.strategies.shapes import SHAPES, of_all_shapes, scaled, shape_swarm
 from kinetile_conformance.strategies.small import box_scenes, plane_scenes
-from kinetile_conformance.strategies.strategy import Draw, Strategy, drawn, numbered
+from kinetile_conformance.strategies.strategy import Draw, drawn, numbered
 from kinetile_conformance.strategies.swarms import KINDS as SWARMS
 from kinetile_conformance.strategies.swarms import swarm
 from kinetile_conformance.strategies.torus import torus
@@ -89,8 +87,6 @@ def _of_any_size() -> st.SearchStrategy[Scene]:
     few = st.one_of(box_scenes(turns=False), plane_scenes(turns=False))
     return st.one_of(few, st.builds(_of_many, st.integers(0, 2**24 - 1)))
 
-
-_numbers = st.integers(0, 2**24 - 1)
 
 STARTS: dict[str, Draw] = {
     "living": drawn(_of_any_size),
@@ -312,40 +308,9 @@ def played(kind: str, start: int = 0) -> Iterator[Scene]:
         yield from filter(is_living, scenes)  # the others have loops of their own, and other checks
 
 
-def _played(kind: str) -> Draw:
+def draw_played(kind: str) -> Draw:
     """Return what plays scenes of a kind: few with plain Python hooks, with which one takes over a second."""
     return lambda count, start: islice(played(kind, start), max(1, count // 10) if INTERPRETED else count)
-
-
-living_strategy = Strategy(
-    "living scenes",
-    "-as-bodies-come-and-go",
-    "while bodies come and go",
-    _played("living"),
-    LIVING_CONTACTS,
-)
-ruled_strategy = Strategy(
-    "living scenes with responses",
-    "-with-responses",
-    "where bodies stop, lose energy, or cannot be moved, and in every other scene pass through others",
-    _played("ruled"),
-    LIVING_CONTACTS,
-)
-living_torus_strategy = Strategy(
-    "living scenes on a torus",
-    "-on-a-living-torus",
-    "while bodies of several kinds come and go on periodic axes",
-    _played("torus"),
-    LIVING_CONTACTS,
-)
-living_shape_strategy = Strategy(
-    "living scenes of shapes",
-    "-as-shapes-come-and-go",
-    "while bodies of several shapes come and go",
-    _played("shapes"),
-    LIVING_CONTACTS,
-    broad=True,
-)
 
 
 def _all_pass() -> st.SearchStrategy[Scene]:
@@ -358,29 +323,4 @@ def _all_pass() -> st.SearchStrategy[Scene]:
     )
 
 
-passing_swarms = Strategy(
-    "swarms in which all pass",
-    "-while-all-pass",
-    "while all bodies pass through all",
-    drawn(_all_pass),
-    SWARM_CONTACTS,
-    broad=True,
-)
-
-
-@cache
-def _some(kind: str) -> tuple[Scene, ...]:
-    # In a thread of its own: to Hypothesis a machine that runs within a test would be a test within a test.
-    with ThreadPoolExecutor(1) as thread:
-        return thread.submit(lambda: tuple(islice(played(kind), 4 if INTERPRETED else 40))).result()
-
-
-def living_scenes() -> st.SearchStrategy[Scene]:
-    """Bodies of one kind, 2 to 300, in a box or in the open."""
-    return st.deferred(lambda: st.sampled_from(_some("living")))
-
-
-def ruled_scenes() -> st.SearchStrategy[Scene]:
-    """Up to seven bodies of three kinds in a box at the start; in half of the scenes some pass through all
-    others."""
-    return st.deferred(lambda: st.sampled_from(_some("ruled")))
+draw_passing = drawn(_all_pass)

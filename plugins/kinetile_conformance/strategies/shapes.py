@@ -24,7 +24,7 @@ from kinetile_conformance.strategies.small import (
     scenes,
     several,
 )
-from kinetile_conformance.strategies.strategy import Strategy, drawn, numbered
+from kinetile_conformance.strategies.strategy import drawn, numbered
 from kinetile_conformance.strategies.swarms import anyhow, slots, square
 
 CAPSULE = capsule((-0.5, 0.0), (0.5, 0.0), 0.5)
@@ -128,9 +128,6 @@ def _of_shapes_and_squares() -> st.SearchStrategy[Scene]:
     return st.one_of(*_scenes_of(SHAPES), _at_a_grating(SHAPES), *_scenes_of((SQUARE,)))
 
 
-SHAPE_CONTACTS = 200
-"""The limit for a swarm of shapes."""
-
 MANY = 40
 """Bodies of a swarm of shapes."""
 
@@ -187,29 +184,6 @@ def shape_torus(number: int) -> Scene:
     return shape_swarm(number, ("xy", "x", "y")[number % 3])
 
 
-shape_scenes = Strategy(
-    "shapes",
-    "-of-shapes",
-    "where bodies are boxes, capsules and polygons",
-    drawn(lambda: of_all_shapes().map(with_kinds)),
-    broad=True,
-)
-shape_swarms = Strategy(
-    "swarms of shapes",
-    "-in-a-swarm-of-shapes",
-    "among up to forty bodies of shapes off their positions, and obstacles",
-    numbered(shape_swarm),
-    SHAPE_CONTACTS,
-    broad=True,
-)
-shape_torus_swarms = Strategy(
-    "swarms of shapes on a torus",
-    "-in-a-swarm-of-shapes-on-a-torus",
-    "among such bodies on periodic axes",
-    numbered(shape_torus),
-    SHAPE_CONTACTS,
-    broad=True,
-)
-shape_and_square_scenes = Strategy(
-    "shapes, and squares alone", "-of-shapes", "where bodies have other shapes", drawn(_of_shapes_and_squares)
-)
+draw_shapes = drawn(lambda: of_all_shapes().map(with_kinds))
+draw_shapes_and_squares = drawn(_of_shapes_and_squares)
+draw_swarms, draw_swarms_on_a_torus = numbered(shape_swarm), numbered(shape_torus)

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from kinetile.scene import Scene, Settings, Turn
 from kinetile_conformance.strategies.changes import slowed
-from kinetile_conformance.strategies.strategy import Draw, Strategy, drawn
+from kinetile_conformance.strategies.strategy import Draw, drawn
 
 Body = dict[str, Any]
 
@@ -50,7 +50,6 @@ def body_in_cell(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
         "position": (x + 0.5 + draw(aside), y + 0.5 + (draw(aside) if rows > 1 else 0.0)),
         "velocity": (draw(speeds), draw(speeds) if rows > 1 else 0.0),
         "radius": radius,
-        "mass": 1.0,
         "turns": draw(_turns(rows > 1)) if turns else [],
     }
 
@@ -68,10 +67,10 @@ def scene_of(
         position=[b["position"] for b in bodies],
         velocity=[b["velocity"] for b in bodies],
         radius=[b["radius"] for b in bodies],
-        mass=[b["mass"] for b in bodies],
+        mass=[b.get("mass", 1.0) for b in bodies],
         arena=arena,
         periodic=periodic,
-        turns=[Turn(i, t, v) for i, b in enumerate(bodies) for t, v in b["turns"]],
+        turns=[Turn(i, t, v) for i, b in enumerate(bodies) for t, v in b.get("turns", ())],
         settings=Settings(until=until),
     )
 
@@ -112,7 +111,6 @@ def _slider(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
         "position": (x + 0.5 + aside, y + 0.5 + draw(st.sampled_from([0.0, aside]))),
         "velocity": (draw(st.sampled_from([0.0, 0.0, 0.0, 0.5])), draw(speeds)),
         "radius": radius,
-        "mass": 1.0,
         "turns": draw(_turns(True)) if turns else [],
     }
 
@@ -143,7 +141,7 @@ def grazing_scenes(draw: st.DrawFn) -> Scene:
         if upright:
             for key in ("position", "velocity"):
                 body[key] = (body[key][1], body[key][0])
-        body |= {"radius": 0.25, "mass": 1.0, "turns": []}
+        body["radius"] = 0.25
     return scene_of(bodies, (4.0, 4.0), 8.0)
 
 
@@ -167,7 +165,7 @@ def sized_scenes(draw: st.DrawFn, most: int = MOST) -> Scene:
     large = {"position": (2.0, 2.5), "velocity": (draw(speeds), draw(speeds)), "radius": radius}
     bodies: list[Body] = [large, *draw(several(_small_body(ratio), most - 1, least=1))]
     for body in bodies:
-        body |= {"mass": body["radius"] ** 2, "turns": []}
+        body["mass"] = body["radius"] ** 2
     return scene_of(bodies, (4.0, 4.0), draw(untils))
 
 
@@ -183,8 +181,6 @@ def _wide_body(draw: st.DrawFn, far: float) -> Body:
         "position": (far + x, far + y),
         "velocity": ((aim[0] - x) / moment, (aim[1] - y) / moment),
         "radius": draw(st.floats(1e-3, 1.0)),
-        "mass": 1.0,
-        "turns": [],
     }
 
 
@@ -218,11 +214,5 @@ def _small(turns: bool, most: int = MOST) -> Draw:
 FEW = 3
 """Bodies in a scene that a reader can follow in the head."""
 
-small_scenes = Strategy("small scenes", "", "with few bodies", _small(False), few=_small(False, FEW))
-turning_scenes = Strategy(
-    "small scenes with turns",
-    "-with-turns",
-    "while bodies turn at scheduled times",
-    _small(True),
-    few=_small(True, FEW),
-)
+draw_small, draw_few = _small(False), _small(False, FEW)
+draw_turning, draw_few_turning = _small(True), _small(True, FEW)

@@ -28,9 +28,9 @@ class Strategy:
 
     Attributes:
         name: what they are, in the table.
+        draw: draws them.
         suffix: what the name of a check on them ends with.
         where: what the sentence of a check on them ends with.
-        draw: draws them.
         contacts: the limit of contacts of a run.
         few: draws such scenes of a few bodies, to show a failure that cannot be minimised by leaving out
             bodies one by one; None: there are none.
@@ -39,9 +39,9 @@ class Strategy:
     """
 
     name: str
+    draw: Draw
     suffix: str
     where: str
-    draw: Draw
     contacts: int = CONTACTS
     few: Draw | None = None
     broad: bool = False

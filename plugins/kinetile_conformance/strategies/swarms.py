@@ -20,9 +20,8 @@ import numpy.typing as npt
 
 from kinetile.errors import SceneError
 from kinetile.scene import Scene, Settings, Turn
-from kinetile_conformance.cases import SCALED_CONTACTS, SWARM_CONTACTS
 from kinetile_conformance.strategies.changes import enlarged, slowed
-from kinetile_conformance.strategies.strategy import Draw, Strategy, numbered
+from kinetile_conformance.strategies.strategy import Draw, numbered
 
 Floats = npt.NDArray[np.float64]
 
@@ -404,32 +403,4 @@ def swarms_of(kinds: Iterable[str]) -> Draw:
     return numbered(partial(swarm_numbered, kinds))
 
 
-swarm_scenes = Strategy("swarms", "-in-a-swarm", "among hundreds of bodies", swarms_of(KINDS), SWARM_CONTACTS)
-giant_scenes = Strategy(
-    "giants",
-    "-beside-giants",
-    "where few large bodies fly through many small ones that hardly move",
-    swarms_of(GIANTS),
-    SWARM_CONTACTS,
-)
-scaled_scenes = Strategy(
-    "scaled swarms",
-    "-in-a-scaled-swarm",
-    "in swarms at any scale of length and time, and far from the origin",
-    numbered(scaled),
-    SCALED_CONTACTS,
-)
-burst_scenes = Strategy(
-    "bursts",
-    "-in-a-burst",
-    "where up to two hundred bodies cross one border at one tick",
-    swarms_of(BURSTS),
-    SWARM_CONTACTS,
-)
-corridor_scenes = Strategy(
-    "corridors",
-    "-in-a-corridor",
-    "where all fly fast along a corridor, or almost along an axis",
-    swarms_of(CORRIDORS),
-    SWARM_CONTACTS,
-)
+draw_scaled = numbered(scaled)

@@ -15,14 +15,11 @@ from kinetile.scene import Scene, Settings, Turn
 from kinetile_conformance.strategies.kinds import KINDS, of_kinds, with_kinds
 from kinetile_conformance.strategies.small import MOST as FEW
 from kinetile_conformance.strategies.small import body_in_cell, scene_of, several, speeds
-from kinetile_conformance.strategies.strategy import Strategy, drawn, numbered
+from kinetile_conformance.strategies.strategy import drawn, numbered
 from kinetile_conformance.strategies.swarms import Floats, anyhow, jitter, radii, slots
 
 MOST = 40
 """Bodies of a swarm on a torus."""
-
-CONTACTS = 400
-"""The limit for such a swarm."""
 
 
 @st.composite
@@ -106,11 +103,4 @@ def torus(number: int) -> Scene:
     )
 
 
-torus_scenes = Strategy("small scenes on a torus", "-on-a-torus", "where axes are periodic", drawn(_few))
-torus_swarms = Strategy(
-    "swarms on a torus",
-    "-in-a-swarm-on-a-torus",
-    "among up to forty bodies of several kinds on periodic axes",
-    numbered(torus),
-    CONTACTS,
-)
+draw_few, draw_swarms = drawn(_few), numbered(torus)

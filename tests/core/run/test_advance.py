@@ -20,9 +20,9 @@ from fresh_scenes import fresh, row_of
 from kinetile.errors import KinetileError, Refused, SceneError
 from kinetile.kernel.log import REANCHORED, WALLS
 from kinetile_conformance.strategies import scenes
-from kinetile_conformance.strategies.living import ruled_scenes
 from kinetile_conformance.strategies.small import box_scenes
 from lanes import examples, first
+from played_scenes import ruled_scenes
 
 ALL = PHASES + TILING
 

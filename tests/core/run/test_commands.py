@@ -10,8 +10,8 @@ from hypothesis import given, settings
 
 import kinetile as kt
 from kinetile.errors import Refused
-from kinetile_conformance.strategies.living import living_scenes
 from lanes import examples, first
+from played_scenes import living_scenes
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
 LIVING = PHASES[1:]

@@ -20,7 +20,7 @@ from kinetile.errors import BadOption, KinetileError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.records.reading import read_with_scene
 from kinetile.scene.files import dumps_scene, loads_scene
-from kinetile_conformance.strategies.living import ruled_scenes
+from played_scenes import ruled_scenes
 
 ARRAYS = ("position", "velocity", "radius", "mass", "kind_numbers", "shape")
 VALUES = (

@@ -11,9 +11,9 @@ from kinetile.scene import Scene, Settings
 from kinetile_conformance import CHECKS
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import check_named
-from kinetile_conformance.diagnosis import OFTEN, SYMPTOMS, likely
+from kinetile_conformance.diagnosis import OFTEN, SYMPTOMS, diagnosed, likely
 from kinetile_conformance.drawing import Drawing
-from kinetile_conformance.runner import CheckRun, Plan, References, Runner
+from kinetile_conformance.runner import CheckRun, References
 
 TESTS = Path(__file__).parents[2]
 PAGE = (TESTS.parent / "docs" / "conformance.md").read_text(encoding="utf-8")
@@ -57,9 +57,10 @@ def shared() -> tuple[Drawing, References]:
 @pytest.mark.parametrize(("row", "label", "check"), SEEN)
 def test_a_failure_ends_with_what_authors_usually_did_wrong(row, label, check, shared, load_mutant):
     load_mutant(label)
-    runner = Runner(Plan(Subject(label, {}), shrink=False))
-    runner._drawing, runner._references = shared
-    assert runner.run(check).said.splitlines()[-1] == f"{OFTEN}{often(row)}"
+    drawing, references = shared
+    run = CheckRun(check_named(check), Subject(label, {}), references)
+    assert drawing.scenes_fail(run.each, run.holds)
+    assert diagnosed(check, str(run.said), run.subject) == [f"{OFTEN}{often(row)}"]
 
 
 @pytest.mark.interpreted

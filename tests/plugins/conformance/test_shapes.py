@@ -10,7 +10,7 @@ from kinetile.errors import Refused
 from kinetile.toolbox import Kernel, PairParts, hook
 from kinetile_conformance import check_broad_phase
 from kinetile_conformance.cases import Subject, outcome
-from kinetile_conformance.strategies.shapes import shape_and_square_scenes, shape_scenes
+from kinetile_conformance.strategies.shapes import draw_shapes, draw_shapes_and_squares
 from kinetile_plugins.cells import Cells
 from kinetile_plugins.convex import Convex, meet, soonest, touch
 from kinetile_plugins.disc import exchange
@@ -93,8 +93,8 @@ def _added():
 
 def drawn(squares: bool) -> list[kt.Scene]:
     """Return what the kit draws."""
-    strategy = shape_and_square_scenes if squares else shape_scenes
-    return [scene for seed in range(3) for scene in strategy.draw(60, seed)]
+    draw = draw_shapes_and_squares if squares else draw_shapes
+    return [scene for seed in range(3) for scene in draw(60, seed)]
 
 
 def test_what_is_drawn():
