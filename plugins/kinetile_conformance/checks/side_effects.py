@@ -36,10 +36,10 @@ try:
 except ImportError:  # Windows has none
     resource = None  # type: ignore[assignment]
 
-SIMULATIONS = 60
+SIMULATIONS = 30
 """Simulations between two looks at the memory that is taken."""
 
-LOOKS = 20
+LOOKS = 40
 """Looks within which memory must have ceased to grow: a cache may be full by then."""
 
 GROWTH = 16 * 1024

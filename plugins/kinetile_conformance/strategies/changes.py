@@ -47,11 +47,6 @@ def ended_at(scene: Scene, until: float) -> Scene:
     return changed(scene, settings=replace(scene.settings, until=until), commands=left)
 
 
-def without(scene: Scene, body: int) -> Scene:
-    """Return a scene without one of its bodies."""
-    return only_bodies(scene, np.flatnonzero(np.arange(len(scene)) != body))
-
-
 def enlarged(scene: Scene, by: float) -> Scene:
     """Return a scene in which all lengths, and so all speeds, are multiplied."""
     arena = scene.arena
