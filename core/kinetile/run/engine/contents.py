@@ -63,9 +63,9 @@ PASSED = np.dtype([(name, PASSING[name]) for name in OF_PASSINGS])
 
 CARRIED = (
     *("now", "met_tick", "met_there", "jam.window", "jam.window_tick", "torus.beat", "torus.number"),
-    *("stops.tick", "stops.a", "stops.b", "fault.code"),
+    *("stops.tick", "stops.a", "stops.b", "fault.code", "fault.a", "fault.b"),
 )
-"""Fields of the clock that follow neither from the scene nor from the bodies."""
+"""Fields of the clock that follow neither from the scene nor from the bodies; ``a`` and ``b`` by numbers."""
 
 COSTS = (
     *("structural", "asks", "asked", "newcomers", "exact", "updated", "queued", "queue_max", "pairs_max"),
@@ -109,6 +109,9 @@ def contents_of(k: Kernel) -> Contents:
         passings[name] = number[live[name]] if name in ("a", "b") else live[name]
     passings.sort(order=OF_PASSINGS)
     clock = {name: int(column(k.clock, name)[0]) for name in CARRIED}
+    for name in ("fault.a", "fault.b"):  # in tables they are slots, or a wall
+        slot = clock[name] if clock["fault.code"] else NOBODY
+        clock[name] = int(number[slot]) if slot >= 0 else slot
     return Contents(plans, passings, waiting(k).copy(), np.array(k.counts), clock)
 
 
@@ -126,6 +129,7 @@ def contents_at_start(scene: Scene) -> Contents:
             plans[name] = np.rint((scene.position[:, axis] - place[:, axis]) / period)
     clock = dict.fromkeys(CARRIED, 0)
     clock |= dict.fromkeys(("met_tick", "jam.window_tick", "stops.tick"), LONG_AGO) | {"torus.beat": BEAT}
+    clock |= dict.fromkeys(("fault.a", "fault.b"), NOBODY)
     empty = np.zeros(0, PASSED), np.zeros(0, COMMAND), np.zeros(1, COUNTS)
     return Contents(plans, *empty, clock)
 

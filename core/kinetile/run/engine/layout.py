@@ -93,7 +93,7 @@ def tables_of(contents: Contents, numbers: int, composition: Composition, unit: 
     clock.torus.half_x, clock.torus.half_y = (0.5 * each if each else math.inf for each in prepared.periods)
     clock.lists.commands = len(contents.commands)
     for name, value in contents.clock.items():
-        column(k.clock, name)[0] = value
+        column(k.clock, name)[0] = slots[value] if name in ("fault.a", "fault.b") and value >= 0 else value
     return k
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from kinetile.errors import RecordError
 from kinetile.kernel.clock import SPAN, TICKS
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.tables import COUNTS, JAMMED, NOBODY
 from kinetile.run.compose import Composition
 from kinetile.run.engine.agenda import command_of
@@ -179,15 +179,17 @@ def _of_numbers(state: RunState, scene: Scene) -> Iterator[str]:
     """Numbers of the clock, and counts, are in their ranges."""
     clock, counts = state.contents.clock, state.contents.counts
     in_range = dict.fromkeys(("met_there", "jam.window"), (0, 1 << 62))
-    in_range |= {"now": (-1, SPAN + 1), "torus.number": (0, numbers_of(scene, state.history) + 1)}
+    numbers = numbers_of(scene, state.history)
+    in_range |= {"now": (-1, SPAN + 1), "torus.number": (0, numbers + 1)}
+    in_range |= dict.fromkeys(("fault.a", "fault.b"), (min(WALLS), numbers))
     for name in CARRIED:
         least, end = in_range.get(name, (-(1 << 63), 1 << 63))
         if not least <= clock[name] < end:
             yield f"{name} is {clock[name]}"
     if clock["fault.code"] not in (0, JAMMED):
         yield f"the run had ended with fault {clock['fault.code']}"
-    numbers = counts[0].item() if len(counts) == 1 else (math.nan,)
-    if not all(0 <= each < 1 << 61 if isinstance(each, int) else math.isfinite(each) for each in numbers):
+    counted = counts[0].item() if len(counts) == 1 else (math.nan,)
+    if not all(0 <= each < 1 << 61 if isinstance(each, int) else math.isfinite(each) for each in counted):
         yield "a count is none"
     if not 0 <= state.base < 1 << 200:
         yield f"base is {state.base}"
