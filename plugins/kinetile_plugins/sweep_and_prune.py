@@ -483,8 +483,8 @@ def _names(s: State) -> tuple[str, ...]:
 def _away(k: Kernel, s: State) -> Lengths:
     """Returns (lists, 2n) how far each bound is right of its body's place."""
     if not len(s.lines):
-        sides = offsets(k)[:, int(s.span[0]) : int(s.span[1])]
-        return sides.reshape(len(sides), -1, 2).swapaxes(0, 1).reshape(len(s.ways) >> 1, -1)
+        sides, count = offsets(k)[:, int(s.span[0]) : int(s.span[1])], len(s.ways) >> 1
+        return sides.reshape(len(sides), count, 2).swapaxes(0, 1).reshape(count, -1)
     away = np.outer(s.lines[2::4], k.bodies.reach) + s.lines[3::4, None]
     return np.stack([-away, away], axis=2).reshape(len(away), -1)
 

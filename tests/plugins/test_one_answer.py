@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from agreement import assert_one_answer, lattice_scene
+from agreement import LINES, PHASES, POWER, TILING, assert_one_answer, lattice_scene
 from kinetile.errors import ZenoError
 from kinetile.kernel import skin
 from kinetile.kernel.compiled import INTERPRETED
@@ -192,3 +192,20 @@ def test_without_the_skin_ties_part(monkeypatch):
         except AssertionError:
             parted += 1
     assert parted > 5
+
+
+@pytest.mark.small
+@pytest.mark.parametrize(("phase", "options"), [*PHASES, *LINES, *TILING, *POWER])
+def test_a_scene_may_be_without_bodies_get_one_and_lose_it(phase, options):
+    """Arrays of no rows have no length that could be told from their size: ``sap-1d`` raised in ``arrange``."""
+    nothing = kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 0.25, arena=(2.0, 2.0))
+    sim = kt.Simulation(nothing, phase, options=options, live=True, audit=1)
+    sim.run(1.0)
+    body = sim.insert((1.0, 1.0), (1.0, 0.5), 0.25)
+    sim.run(3.0)
+    assert len(sim.contacts) > 1
+    sim.remove(body)
+    sim.run(4.0)
+    sim.audit()
+    sim.drawing()
+    assert len(sim.bodies) == 0
