@@ -197,7 +197,7 @@ def test_without_the_skin_ties_part(monkeypatch):
 @pytest.mark.small
 @pytest.mark.parametrize(("phase", "options"), [*PHASES, *LINES, *TILING, *POWER])
 def test_a_scene_may_be_without_bodies_get_one_and_lose_it(phase, options):
-    """Arrays of no rows have no length that could be told from their size: ``sap-1d`` raised in ``arrange``."""
+    """Arrays without rows: ``sap-1d`` raised in ``arrange``."""
     nothing = kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 0.25, arena=(2.0, 2.0))
     sim = kt.Simulation(nothing, phase, options=options, live=True, audit=1)
     sim.run(1.0)
