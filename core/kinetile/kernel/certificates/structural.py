@@ -114,7 +114,7 @@ def falls_eight(k: Kernel, since: Ticks, gap: Floats, rate: Floats) -> Ticks:
     return choose(falling, choose(soon, tick, never), choose(deep, now, never))
 
 
-STEPS = 3
+STEPS = 4
 """Steps of ``first_rise``. More of them find later ticks, and cost more."""
 
 
