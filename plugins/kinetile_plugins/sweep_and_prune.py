@@ -492,7 +492,7 @@ def _away(k: Kernel, s: State) -> Lengths:
 def _lists(k: Kernel, s: State) -> Lists:
     """Returns the lists in ``sorted_bounds``'s numbers: a turn is as long as the list, and places count from
     where the body's plan has it."""
-    ways, (first, end) = s.ways.reshape(-1, 2), s.span.tolist()
+    ways, first, end = s.ways.reshape(-1, 2), int(s.span[0]), int(s.span[1])
     count, half = len(ways), _stride(end) >> 1
     order = s.order.reshape(count, -1)[:, 1 : 1 + 2 * int(k.clock[0].present)].astype(np.int64)
     mine = s.bounds.reshape(-1, 2, half)[:, :, first:end].reshape(-1, 2, count, 2)
