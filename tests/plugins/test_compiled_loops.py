@@ -15,7 +15,7 @@ import kinetile_plugins
 from kinetile.errors import Refused
 from kinetile_plugins.responses import FAMILY
 
-PHASES = ("naive", "sap-1d", "sap-2d", "cells", "sweep-tiling", "power")
+PHASES = ("naive", "sap-1d", "sap-2d", "sap-k", "cells", "sweep-tiling", "power")
 PLACES = [(0.5 + i % 4, 0.5 + i // 4) for i in range(12)]
 VELOCITIES = [((7 * i % 5 - 2) / 2, (3 * i % 7 - 3) / 4) for i in range(12)]
 KINDS = [("ball", "wisp", "clay")[i % 3] for i in range(12)]
@@ -75,7 +75,8 @@ def test_each_response_is_in_a_scene_here_and_its_hook_in_the_loops_of_all_rules
 def test_a_compiled_loop_follows_the_rules(name: str, phase: str) -> None:
     scene = SCENES[name]
     taken = FOR_TILING if phase == "sweep-tiling" else FOR_TILING[:-1]
-    if phase in ("sweep-tiling", "power") and name not in taken:
+    solid = phase in ("sweep-tiling", "power")
+    if (solid and name not in taken) or (phase == "sap-k" and scene.periodic):
         with pytest.raises(Refused):
             kt.Simulation(scene, phase)
         return

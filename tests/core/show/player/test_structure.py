@@ -11,7 +11,7 @@ from kinetile.show.player import recording, view_scene
 from kinetile.show.player.page import encode
 from player_pages import SCENES, ask_node, decode, in_order, needs_node, plain
 
-PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
+PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling")
 
 DRAWN = """
     return given.times.map((time) => {
