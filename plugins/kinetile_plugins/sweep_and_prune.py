@@ -280,8 +280,8 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
         s.bounds[left] = due
         own = left & -place_at
         soonest = smaller(s.bounds[own + first], s.bounds[own + first + 1])
-        for bound in range(own + first + 2, own + end):
-            soonest = smaller(soonest, s.bounds[bound])
+        for bound in range(own + first + 2, own + end, 2):
+            soonest = smaller(soonest, smaller(s.bounds[bound], s.bounds[bound + 1]))
         schedule(k, left >> shift, soonest)
 
     @hook
