@@ -255,7 +255,7 @@ def test_what_is_not_there_is_refused_in_a_sentence():
         kt.Simulation(grid(), "sap1d")
     with pytest.raises(BadOption, match="no option 'axs'; did you mean 'axis'"):
         kt.Simulation(grid(), "sap-1d", options={"axs": "y"})
-    with pytest.raises(BadOption, match="axis must be 'x' or 'y', two whole numbers .*, not 'z'"):
+    with pytest.raises(BadOption, match=r"axis must be 'x' or 'y', two whole numbers .*, not 'z'"):
         kt.Simulation(grid(), "sap-1d", options={"axis": "z"})
     with pytest.raises(Refused, match="this scene has none"):
         kt.Simulation(kt.Scene([[0.0, 0.0]], [[1.0, 0.0]], 0.5), narrow_phases=["disc", "wall"])
