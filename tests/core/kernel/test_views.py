@@ -199,7 +199,7 @@ SCENES = {
 
 
 @pytest.mark.interpreted
-@pytest.mark.parametrize("phase", ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"])
+@pytest.mark.parametrize("phase", ["naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power"])
 @pytest.mark.parametrize("scene", first(1, [*SCENES]))
 def test_no_hook_of_kinetile_counts_from_the_end(monkeypatch, scene, phase):
     """Nor do loop, audit and questions: in views such an index would be another place of memory."""

@@ -21,7 +21,7 @@ import kinetile as kt
 from kinetile.errors import UnknownName
 
 BUILT_IN = {
-    "broad phase": ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling", "power"),
+    "broad phase": ("naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power"),
     "narrow phase": ("disc", "convex", "wall"),
     "response": ("elastic", "pass", "restitution", "stop"),
     "scene": (

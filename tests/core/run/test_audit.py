@@ -16,7 +16,7 @@ from kinetile.run.engine.engine import Engine
 from kinetile.toolbox import BroadPhaseParts, Records, add_pair, hook, pairs_of, remove_pair
 from registering import registered
 
-PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"]
+PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power"]
 
 
 class State(NamedTuple):

@@ -13,7 +13,7 @@ from kinetile.errors import Refused
 from lanes import examples, first
 from played_scenes import living_scenes
 
-PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
+PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power")
 LIVING = PHASES[1:]
 SCENES = Path(__file__).parents[2] / "scenes"
 

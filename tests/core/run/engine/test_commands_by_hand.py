@@ -166,7 +166,7 @@ def test_new_contacts_are_those_after_the_old_ones(mixed):
         assert (sim.contacts_since(count) == sim.contacts[count:]).all()
 
 
-PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"]
+PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power"]
 
 
 def row_of_touching_bodies(**more: Any) -> kt.Scene:

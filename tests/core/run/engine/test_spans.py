@@ -16,7 +16,7 @@ from kinetile.kernel.images import remainder, turns_of
 from kinetile.run.engine import engine, spans
 from lanes import first
 
-PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"]
+PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power"]
 
 
 def slow(speed: float, **more: object) -> kt.Scene:

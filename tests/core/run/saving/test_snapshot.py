@@ -19,7 +19,7 @@ import saved_runs
 from kinetile.errors import Refused
 from kinetile.kernel.compiled import INTERPRETED
 
-PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
+PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power")
 
 
 def lively(name: str) -> kt.Simulation:
