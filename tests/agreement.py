@@ -26,8 +26,8 @@ POWER: tuple[tuple[str, dict[str, Any]], ...] = (("power", {}),)
 
 
 def is_for_power(scene: kt.Scene) -> bool:
-    """Whether ``power`` takes a scene of discs: in an arena, of which no body is less than a 32768th."""
-    return scene.arena is not None and bool(scene.radius.min(initial=1.0) >= 2.0**-15 * max(scene.arena))
+    """Whether ``power`` takes a scene of discs: in an arena, of which no body is less than a 16384th."""
+    return scene.arena is not None and bool(scene.radius.min(initial=1.0) >= 2.0**-14 * max(scene.arena))
 
 
 class Outcome(NamedTuple):

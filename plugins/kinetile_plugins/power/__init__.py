@@ -26,9 +26,9 @@ from .audit import audit
 from .events import build, enter, leave, repair, replan
 from .web import CORNERS, PER_LENGTH, UNIT, State, empty, near
 
-THINNEST = 2.0**-15
-"""The smallest radius, by the arena's longer side: 2^-40 is what rounding may make of a power, and theta is
-2^-10 of the square of the radius."""
+THINNEST = 2.0**-14
+"""The smallest radius, by the arena's longer side: rounding may make 2^-39 of a power, and theta, which is
+more, is at most 2^-10 of the square of the radius."""
 
 DISTANCE = 2.0
 """How far the far points are from the arena's centre, by its longer side."""
@@ -84,7 +84,8 @@ class Power:
         state = empty(scene.capacity)
         width, height = scene.arena
         scale = math.ldexp(1.0, -math.frexp(side)[1])
-        theta = 2.0**-10 * (scale * radius) ** 2 if len(scene) else 0.0
+        proven = min(1.0, max(16.0 * radius / side, (2.0**-12 * side / radius) ** 2))  # (docs/power.md)
+        theta = 2.0**-10 * (scale * radius) ** 2 * proven if len(scene) else 0.0
         state.scale[:] = scale, 0.0, theta, 0.5 * scale * width, 0.5 * scale * height, DISTANCE * scale * side
         return BroadPhaseParts(
             near=near,

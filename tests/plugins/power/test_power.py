@@ -35,14 +35,15 @@ def test_mixtures(ratio):
     same(scene, 1.0, audit=20)
 
 
-APART = [(1000, 100.0, 0.3, 1), (1000, 300.0, 0.05, 3), (1000, 900.0, 0.3, 1), (50, 3000.0, 0.2, 1)]
+APART = [(1000, 100.0, 0.3, 1), (1000, 200.0, 0.05, 3), (1000, 400.0, 0.3, 1), (50, 1500.0, 0.2, 1)]
 
 
 @pytest.mark.compiled
 @pytest.mark.parametrize(("bodies", "ratio", "density", "seed"), first(2, APART))
 def test_radii_far_apart(bodies, ratio, density, seed):
     """What rounding may make of a certificate was taken at the time for which it fails, not at the present:
-    the second scene stalled, for slivers beside small discs flipped too late."""
+    scenes as the second one stalled, for slivers beside small discs flipped too late. With radii 300 apart one
+    of 17 still did, so radii below 2^-14 of the arena are refused."""
     scene = kt.make_scene(
         "random", bodies=bodies, density=density, radius_ratio=ratio, mass_ratio=100.0, seed=seed
     )
@@ -80,10 +81,10 @@ def test_edges_of_four_bodies_in_the_places_of_a_square_and_of_one_alone():
         (
             kt.Scene(PLACES, SPEEDS, [0.125, 3e-5], arena=(1.0, 1.0)),
             None,
-            "power is for bodies that are at most 32768 .* radius is 3e-05 in an arena of 1.0; .* cells",
+            "power is for bodies that are at most 16384 .* radius is 3e-05 in an arena of 1.0; .* cells",
         ),
         (
-            kt.Scene(PLACES, [[1e10, 0.0], [0.0, 0.0]], [0.125, 2.0**-15], [1e20, 1.0], arena=(1.0, 1.0)),
+            kt.Scene(PLACES, [[1e10, 0.0], [0.0, 0.0]], [0.125, 2.0**-14], [1e20, 1.0], arena=(1.0, 1.0)),
             None,
             "power is right only while the skin around bodies is thin",
         ),
