@@ -42,8 +42,8 @@ APART = [(1000, 100.0, 0.3, 1), (1000, 200.0, 0.05, 3), (1000, 400.0, 0.3, 1), (
 @pytest.mark.parametrize(("bodies", "ratio", "density", "seed"), first(2, APART))
 def test_radii_far_apart(bodies, ratio, density, seed):
     """What rounding may make of a certificate was taken at the time for which it fails, not at the present:
-    scenes as the second one stalled, for slivers beside small discs flipped too late. With radii 300 apart one
-    of 17 still did, so radii below 2^-14 of the arena are refused."""
+    scenes as the second one stalled, for slivers beside small discs flipped too late. With radii 300 apart
+    one of 17 still did, so radii below 2^-14 of the arena are refused."""
     scene = kt.make_scene(
         "random", bodies=bodies, density=density, radius_ratio=ratio, mass_ratio=100.0, seed=seed
     )
