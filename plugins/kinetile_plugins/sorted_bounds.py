@@ -222,13 +222,19 @@ def _line(k: Kernel, lists: Lists) -> Iterator[Item]:
 
 
 def _slanted_line(k: Kernel, lists: Lists) -> Iterator[Item]:
-    """Yields the line, through the middle of the bodies, and each bound as a piece of a tangent."""
+    """Yields the line, through the middle of the arena or of the bodies, and each bound as a piece of a
+    tangent."""
     share, order = lists.shares[0] / (lists.shares[0] @ lists.shares[0]), lists.order[0]
-    there = np.sort(order[order & 1 == 0] >> 1)
-    now = positions_now(k)[there]
-    middle = 0.5 * (now.min(axis=0) + now.max(axis=0))
-    from_it = (now - middle) @ lists.shares[0]
-    far = (from_it + lists.away[0, 2 * there]).min(), (from_it + lists.away[0, 2 * there + 1]).max()
+    size = np.array([float(k.clock[0].limits.width), float(k.clock[0].limits.height)])
+    if size.all():
+        middle, half = 0.5 * size, 0.5 * float(np.abs(lists.shares[0]) @ size)
+        far = -half, half
+    else:
+        there = np.sort(order[order & 1 == 0] >> 1)
+        now = positions_now(k)[there]
+        middle = 0.5 * (now.min(axis=0) + now.max(axis=0))
+        from_it = (now - middle) @ lists.shares[0]
+        far = (from_it + lists.away[0, 2 * there]).min(), (from_it + lists.away[0, 2 * there + 1]).max()
     low, high = ((float(x), float(y)) for x, y in (middle + np.outer(far, share)).tolist())
     yield Segment("axis", low, high, label=lists.names[0])
     for bound in order.tolist():
