@@ -64,7 +64,7 @@ nitpick_ignore_regex = [
     ("py:.*", r"kinetile\.(run|kernel)\..*\.(RunState|SavedPhases)"),
     ("py:.*", "Numbers"),
     ("py:.*", r"kinetile[\w.]*\.(Disagreement|Enclosure|FirstDifference|Observation|Spec|Strategy)"),
-    ("py:.*", r"kinetile[\w.]*\.(Oracle|Page|Reference|Section|StudyScene|Subject)"),
+    ("py:.*", r"kinetile[\w.]*\.(Oracle|Page|Reference|RunOutcome|Section|StudyScene|Subject)"),
 ]
 
 # Notebooks are kept without what they print: they are run here, and what they raise is an error.
