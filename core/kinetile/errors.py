@@ -161,8 +161,9 @@ class NoRoom(Refused):
 
 
 class TooThick(Refused):
-    """A broad phase is right only with a thinner skin than the bodies need, now that they are so many, so far
-    apart or so fast. A run may end with it, at a command after which they are; nothing has changed then."""
+    """A broad phase is right only with a thinner skin than the bodies need, by their number, distance and
+    speed. A run may end with it: at a command, or because bodies fly away. Nothing has changed then, and
+    another try ends in the same way."""
 
 
 class ZenoError(KinetileError, RuntimeError):

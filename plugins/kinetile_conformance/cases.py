@@ -21,7 +21,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import KinetileError, UnknownName
+from kinetile.errors import KinetileError, Refused, TooThick, UnknownName
 from kinetile.kernel.tables import column, slots_taken
 from kinetile.plugin.choices import write_phase
 from kinetile.plugin.registry import Provided, registry
@@ -288,7 +288,13 @@ def tables_after(sim: Simulation) -> Tables:
 
 def difference(found: RunOutcome, expected: RunOutcome, name: str) -> str | None:
     """Return where the outcome of phase ``name`` first differs from the expected one, in a sentence; None:
-    nowhere."""
+    nowhere. Raises Refused where the phase took the scene, and not a skin that bodies needed later, and no
+    contact was wrong before."""
+    if found.ended.startswith(f"{TooThick.__name__}: "):
+        met = len(found.contacts)
+        missing = (expected.contacts["time"][met:] < found.time).any()
+        if not missing and first_difference(found.contacts, expected.contacts[:met]) is None:
+            raise Refused(found.ended)
     parted = find_divergence(REFERENCE, name, expected, found)
     if parted is None:
         return table_difference(found.tables, expected.tables)

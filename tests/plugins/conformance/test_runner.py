@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,8 +19,9 @@ from kinetile.scene import Scene
 from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook
 from kinetile_conformance import check_broad_phase, deadline
 from kinetile_conformance.api import replay
-from kinetile_conformance.cases import Subject, load_case
+from kinetile_conformance.cases import Subject, load_case, outcome
 from kinetile_conformance.checks import check_named
+from kinetile_conformance.checks.check import Case, Disagreement, compare
 from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.reporting import Result
 from kinetile_conformance.runner import CheckRun, Plan, References, Runner
@@ -241,12 +243,29 @@ def test_the_name_of_a_phase_became_the_path_of_its_case(tmp_path: Path) -> None
     assert load_case(result.case).name == "../of/mine"
 
 
-@pytest.mark.parametrize("check", ["same-contacts", "its-structure-is-true"])
+@pytest.mark.parametrize(
+    "check", ["same-contacts", "its-structure-is-true", "same-contacts-when-commanded-by-hand"]
+)
 def test_a_phase_that_refused_a_skin_on_the_way_was_condemned(check):
     """The skin of bodies that fly away grows: a run may end with a refusal that nobody foresaw."""
     leaving = [[-(2.0**24), 0.0], [2.0**24, 0.25]]
     scene = kt.Scene([[1.0, 1.0], [3.0, 1.0]], leaving, 0.25, unit=1.0, settings=kt.Settings(until=1e5))
+    scene = scene.replace(commands=[kt.Turn(0, 10.0, leaving[0])])
     run = CheckRun(check_named(check), Subject("sweep-tiling", {}))
     assert run.holds(scene)
     assert run.refused
     assert "the skin around bodies is thin" in run.refusal
+
+
+def test_a_refused_skin_excuses_no_contact_that_was_wrong_before():
+    speed = 2.0**24
+    place, flies = [[1.0, 1.0], [3.0, 1.0], [5.0, 1.0]], [[speed, 0.0], [0.0, 0.0], [-speed, 1.0]]
+    scene = kt.Scene(place, flies, 0.25, unit=1.0, settings=kt.Settings(until=1e5))
+    case = Case(Subject("sweep-tiling", {}), scene, References(Subject("sweep-tiling", {})))
+    found = outcome(case.subject, scene)
+    assert len(found.contacts) > 1
+    with pytest.raises(Refused, match="the skin around bodies is thin"):
+        compare(case, found)
+    for wrong in (found.contacts[1:], found.contacts[:-1]):
+        with pytest.raises(Disagreement):
+            compare(case, replace(found, contacts=wrong))
