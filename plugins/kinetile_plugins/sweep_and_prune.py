@@ -100,6 +100,7 @@ WIDER = 1.25
 rounding, and by a slanted line's shorter unit, still leave room (docs/one-answer.md)."""
 
 AXES = {"x": (1, 0), "y": (0, 1)}
+NAMES = {way: name for name, way in AXES.items()}
 
 SIXTEEN = (
     *((1, 0), (5, 1), (5, 2), (3, 2), (1, 1), (2, 3), (2, 5), (1, 5)),
@@ -112,15 +113,14 @@ class State(NamedTuple):
     """The sorted lists. With up to two a body's bounds are numbered 8 * body + 0 to 3: L and R on x, L and R
     on y. With up to four they are 16 * body + 0 to 7, and so on."""
 
-    order: Records  # for each sorted axis 2n + 2: the bounds from left to right, after one END and before
-    # others; n slots
+    # n slots for bodies, k lists
+    order: Records  # for each list 2n + 2: the bounds from left to right, after one END and before others
     bounds: Records  # (8n,) when each bound passes the one after it; at PLACE behind that, its place
     span: Records  # (2,) of a body's bounds, the first that is sorted, and the one behind the last
     ways: Records  # (2k,) the directions of the lists, whole numbers
-    lines: (
-        Records  # (4k,) if they are slanted: the shares of x and y in a place, and of a body's reach in how
-    )
-    # far its bounds are from it, and what is added to that
+    # (4k,) if they are slanted: the shares of x and y in a place, and of a body's reach in how far its bounds
+    # are from it, and what is added to that
+    lines: Records
 
 
 def arrange(k: Kernel, s: State) -> None:
@@ -191,11 +191,9 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def along(s: State, bound: int, x: float, y: float) -> float:
-        """Return the share of a vector along the line of a bound's list."""
-        if slanted:
-            at = 4 * own_list(bound)
-            return float(s.lines[at] * x + s.lines[at + 1] * y)
-        return x if bound & 2 == 0 else y
+        """Return the share of a vector along the slanted line of a bound's list."""
+        at = 4 * own_list(bound)
+        return float(s.lines[at] * x + s.lines[at + 1] * y)
 
     @hook
     def period_of(k: Kernel, bound: int) -> float:
@@ -476,8 +474,7 @@ def near(k: Kernel, s: State, body: int) -> int:
 
 def _names(s: State) -> tuple[str, ...]:
     """Returns the names of the lists, as options have them."""
-    of = {way: name for name, way in AXES.items()}
-    return tuple(of.get((p, q), f"{p}:{q}") for p, q in s.ways.reshape(-1, 2).tolist())
+    return tuple(NAMES.get((p, q), f"{p}:{q}") for p, q in s.ways.reshape(-1, 2).tolist())
 
 
 def _away(k: Kernel, s: State) -> Lengths:
@@ -594,8 +591,8 @@ def _parts(
             "images of a body make no circle on such a line; sort along x or y"
         )
     first = 2 * int(ways == (AXES["y"],))
-    end, names = first + 2 * count, {way: name for name, way in AXES.items()}
-    circular = not slanted and any(names[way] in scene.periodic for way in ways)
+    end = first + 2 * count
+    circular = not slanted and any(NAMES[way] in scene.periodic for way in ways)
     state = State(
         order=np.full(count * (2 * n + 2), END, dtype=np.int32),
         bounds=np.full(_stride(end) * n, NEVER),
@@ -603,7 +600,7 @@ def _parts(
         ways=np.array(ways).ravel(),
         lines=np.zeros(4 * count if slanted else 0),
     )
-    flat = "" if slanted or circular else "boxes" if count == 2 else f"bounds {names[ways[0]]}"
+    flat = "" if slanted or circular else "boxes" if count == 2 else f"bounds {NAMES[ways[0]]}"
     return BroadPhaseParts(
         state=state,
         near=near,

@@ -24,7 +24,7 @@ from kinetile.toolbox import At, BroadPhaseParts, Item, Kernel, Polygon, pair_li
 
 from .audit import audit
 from .events import build, enter, leave, repair, replan
-from .web import CORNERS, PER_LENGTH, UNIT, State, empty, near
+from .web import PER_LENGTH, UNIT, State, empty, near, slots
 
 THINNEST = 2.0**-14
 """The smallest radius, by the arena's longer side: rounding may make 2^-39 of a power, and theta, which is
@@ -51,7 +51,7 @@ def arrange(k: Kernel, s: State) -> None:
 def draw(k: Kernel, s: State) -> Iterator[Item]:
     """Yields the triangles between bodies, each with the tick at which the first of its own edges fails, and
     the pairs of bodies that have an edge."""
-    n = len(s.first) - CORNERS
+    n = slots(s)
     corners, due = s.org.reshape(-1, 4)[:, :3], s.due.reshape(-1, 4)[:, :3].min(axis=1)
     between = (corners >= 0).all(axis=1) & (corners < n).all(axis=1)
     for sites, tick in zip(corners[between].tolist(), due[between].tolist(), strict=True):

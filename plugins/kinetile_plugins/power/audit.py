@@ -16,13 +16,13 @@ import numpy.typing as npt
 from kinetile.toolbox import NEVER, Kernel, positions_now
 
 from .certificates import NOISE
-from .web import CENTRE_X, CENTRE_Y, CORNERS, FAR, PER_LENGTH, THETA, UNIT, State
+from .web import CENTRE_X, CENTRE_Y, CORNERS, FAR, PER_LENGTH, THETA, UNIT, State, slots
 
 Integers = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
 
 TIMES = 12
-"""Times at which a certificate is computed anew, from now to its tick."""
+"""Times at which a certificate is computed again, from now to its tick."""
 
 
 class Web(NamedTuple):
@@ -38,6 +38,10 @@ class Web(NamedTuple):
     def name(self, i: Any) -> str:
         """Returns an edge in words."""
         return f"the edge from site {self.a[i]} to {self.b[i]}"
+
+    def owned(self, n: int) -> npt.NDArray[np.bool_]:
+        """Returns which of them begin at the owner of their edge, of n slots for bodies."""
+        return np.asarray((self.a < n) & (self.a < self.b))
 
 
 def web_of(s: State) -> Web:
@@ -63,7 +67,7 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
 
 def _structure(k: Kernel, s: State, web: Web) -> Iterator[str]:
     """Triangles of bodies that are there, glued edge to edge, once around each."""
-    n = len(s.first) - CORNERS
+    n = slots(s)
     there = np.flatnonzero(k.queue.number[:n] >= 0)
     sites = np.append(there, np.arange(n, n + CORNERS))
     if len(web.h) != 3 * (2 * len(there) + 2) or (np.bincount(web.h >> 2) % 3).any():
@@ -94,11 +98,10 @@ def _structure(k: Kernel, s: State, web: Web) -> Iterator[str]:
 
 def _ticks(k: Kernel, s: State, web: Web) -> Iterator[str]:
     """Each edge is watched at one of its half-edges, and its owner is queued for the first of its own."""
-    n = len(s.first) - CORNERS
-    own = (web.a < n) & (web.a < web.b)
+    n = slots(s)
     due = s.due[web.h]
-    for i in np.flatnonzero(~own & (due != NEVER)):
-        yield f"{web.name(i)} is watched for one who does not own it"
+    for i in np.flatnonzero(~web.owned(n) & (due != NEVER)):
+        yield f"{web.name(i)} is watched for a body that does not own it"
     for i in np.flatnonzero(due < k.clock[0].now):
         yield f"{web.name(i)} failed {k.clock[0].now - due[i]} ticks ago"
     soonest = np.full(n + CORNERS, NEVER)
@@ -111,7 +114,7 @@ def _ticks(k: Kernel, s: State, web: Web) -> Iterator[str]:
 
 def _places(k: Kernel, s: State, web: Web) -> Iterator[str]:
     """No triangle is turned over, and certificates hold until their ticks."""
-    n, scale, clock = len(s.first) - CORNERS, s.scale, k.clock[0]
+    n, scale, clock = slots(s), s.scale, k.clock[0]
     there = np.flatnonzero(k.queue.number[:n] >= 0)
     place, speed, weight = np.zeros((n + CORNERS, 2)), np.zeros((n + CORNERS, 2)), np.zeros(n + CORNERS)
     place[there] = positions_now(k)[there] * scale[PER_LENGTH]
@@ -124,7 +127,7 @@ def _places(k: Kernel, s: State, web: Web) -> Iterator[str]:
     area = _area(place + speed * 2.0**-52, web)
     for i in np.flatnonzero(first & (area < -NOISE)):
         yield f"the triangle of {web.a[i]}, {web.b[i]} and {web.c[i]} is turned over by {-area[i]:.3g}"
-    watched = np.flatnonzero((web.a < n) & (web.a < web.b))
+    watched = np.flatnonzero(web.owned(n))
     edges = Web(*(column[watched] for column in web))
     due = s.due[edges.h]
     sites = np.column_stack([edges.a, edges.b, edges.c, edges.d])

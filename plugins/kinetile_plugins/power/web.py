@@ -27,9 +27,8 @@ class State(NamedTuple):
     """The triangulation of m sites, m - 4 of them slots for bodies, and what is watched."""
 
     org: Records  # (8 m,) the site at which a half-edge begins; of a triangle that is not used, NOBODY
-    twin: (
-        Records  # (8 m,) the half-edge on the other side, or NOBODY; of a triangle that is not used the next
-    )
+    # (8 m,) the half-edge on the other side, or NOBODY; of a triangle that is not used the next such one
+    twin: Records
     due: Records  # (8 m,) when the certificate of an edge fails, at its owner's half-edge; else NEVER
     first: Records  # (m,) a half-edge that begins at a site
     soonest: Records  # (m,) the least tick of the edges that a body owns
@@ -49,7 +48,7 @@ arena's centre and how far the far points are from it."""
 
 
 def empty(bodies: int) -> State:
-    """Returns the arrays for so many slots."""
+    """Returns the arrays for a number of slots."""
     m = bodies + CORNERS
     whole, tick = np.full(8 * m, NOBODY, dtype=np.int32), np.full(8 * m, NEVER, dtype=np.int64)
     return State(
@@ -71,7 +70,7 @@ def empty(bodies: int) -> State:
 @hook
 def slots(s: State) -> int:
     """Return how many slots for bodies there are: the number of the first far point."""
-    return len(s.first) - 4
+    return len(s.first) - CORNERS
 
 
 @hook

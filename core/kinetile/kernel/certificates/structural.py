@@ -151,9 +151,9 @@ def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Fl
     lanes; t is the time since now in units of the clock, 2^52 ticks.
 
     It is now if, and only if, the polynomial is not below zero at the end of this tick. Else it is a lower
-    bound of the first root, or ``NEVER``: whoever is told of it computes once more then whether the
-    polynomial has risen. ``scale`` is a time in which the numbers that it was made of change as
-    much as they are. No bound is later than that, for then rounding is no longer what it was.
+    bound of the first root, or ``NEVER``: when it comes, compute again whether the polynomial has risen.
+    ``scale`` is a time in which the numbers that it was made of change as much as they are. No bound is
+    later than that, for then rounding is no longer what it was.
     """
     zero = spread(0.0)
     most = spread(1024.0)
