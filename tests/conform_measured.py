@@ -1,8 +1,8 @@
 """How long ``kinetile conform`` takes, and what it says: cold and warm, alone and beside busy processes.
 
-``python tests/conform_measured.py [PHASE ...]`` prints the table of docs/conformance.md: for each phase one
-run with an empty cache of machine code, then one with each of three seeds: alone, and once more beside four
-processes that compute (``--busy 0 4``). Judged are the CPU seconds of the checks, in all are those of the
+``python tests/conform_measured.py [PHASE ...]`` prints a table: for each phase one run with an empty
+cache of machine code, then one with each of three seeds: alone, and once more beside four processes that
+compute (``--busy 0 4``). Judged are the CPU seconds of the checks, in all are those of the
 whole command.
 """
 

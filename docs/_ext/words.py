@@ -1,4 +1,4 @@
-"""The lists of ``glossary.md`` are the site's glossary: ``{term}`` leads to a word wherever it is used.
+"""The lists of words in ``promises.md`` are the site's glossary: ``{term}`` leads to a word from any page.
 
 An item ``- **word**, **other word**: what it means`` explains one or more words. It reads as it stands where
 the page is shown as plain Markdown.
@@ -11,7 +11,7 @@ from typing import Any
 
 from sphinx.application import Sphinx
 
-PAGE = "glossary"
+PAGE = "promises"
 
 ITEM = re.compile(r"^- ((?:\*\*[^*]+\*\*(?:, )?)+): (.*)\n", re.MULTILINE)
 ITEMS = re.compile(rf"(?:{ITEM.pattern})+", re.MULTILINE)

@@ -231,7 +231,7 @@ def densities() -> str:
 
 def growth() -> str:
     """Return contacts a second of ``cells`` over the number of discs."""
-    _, *rows = table("benchmark.md", "Growth")
+    _, *rows = table("which-broad-phase.md", "Growth")
     curve = [(float(row[0].replace(",", "")), float(row[1].replace(",", ""))) for row in rows]
     return chart("Contacts a second over the number of discs", "discs", {"cells": curve})
 

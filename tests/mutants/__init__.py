@@ -10,7 +10,7 @@ name.
 
 Run as a program (``--help``), it judges them as ``kinetile conform`` would with the default budget, and
 writes what it found into ``faults.json`` of the kit, from which ``--table`` prints the two tables of
-``docs/what-the-kit-finds.md``. With ``NUMBA_DISABLE_JIT=1`` nothing has to be compiled: those that die on
+``README.md`` beside this file. With ``NUMBA_DISABLE_JIT=1`` nothing has to be compiled: those that die on
 small scenes do so within seconds, and the others take ten minutes.
 """
 
@@ -271,10 +271,10 @@ def table() -> str:
         "",
         f"Printed by `python tests/mutants --table` from what is written down of kit {found['kit']}. A fault",
         "is a phase with one thing wrong (`tests/mutants`). Those of *built-in phases* are the faults",
-        "against which the kit was made. Those in the other families were written from [the",
-        "contract](writing-a-broad-phase.md#the-contract) alone, before their checks. Each was judged with",
-        "the default budget by the check that kills it, most of them before scenes were last widened; one",
-        "that lives, by checks of its family.",
+        "against which the kit was made. Those in the other families were written from",
+        "[the contract](../../docs/writing-a-broad-phase.md#the-contract) alone, before their checks. Each",
+        "was judged with the default budget by the check that kills it, most of them before scenes were last",
+        "widened; one that lives, by checks of its family.",
         "`python tests/mutants --anew --write` judges all by all checks.",
         "",
         "| family | killed | faults | |",

@@ -150,7 +150,7 @@ def _check_narrow(narrow: dict[str, PairParts | WallParts], passing: bool, hooks
 
 
 DEFAULT_BROAD_PHASE = "cells"
-"""The default: it accepts every scene, and is the fastest of the built-in ones (docs/benchmark.md)."""
+"""The default: it accepts every scene, and is mostly the fastest (docs/which-broad-phase.md)."""
 
 
 class Commands(IntEnum):

@@ -36,8 +36,10 @@ if TYPE_CHECKING:
 def _list(wanted: bool) -> None:
     """Print the table of strategies and observations, and end."""
     if wanted:
-        from kinetile_conformance.checks import OTHERWISE, table
+        from kinetile_conformance.checks import CHECKS, OTHERWISE, table
 
+        for observation in dict.fromkeys(check.observation for check in CHECKS):
+            echo(f"{observation.name}: {observation.sentence}.")
         rows = table(EXAMPLES)
         wide = max(len(strategy) for strategy, _, _ in rows)
         for strategy, count, name in rows:

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from kinetile_conformance import CHECKS
-from kinetile_conformance.checks import OTHERWISE, TABLE
+from kinetile_conformance.checks import OTHERWISE
 
 DOCS = Path(__file__).parents[3] / "docs"
 NAMES = [check.name for check in CHECKS]
@@ -35,31 +35,6 @@ def test_every_sentence_of_the_contract_says_what_enforces_it():
 def test_the_table_names_every_observation_and_no_check_that_there_is_not():
     found = set(re.findall(r"`([^`]+)`", section("writing-a-broad-phase.md", "What enforces it")))
     assert {check.name for check in CHECKS if check.at_home} <= found <= {*NAMES, "boxes"}
-
-
-def test_the_tables_of_observations_and_strategies_are_those_of_the_kit():
-    cells = rows(section("conformance.md", "The checks"))
-    at = next(at for at, row in enumerate(cells) if row[0] == "scenes")
-    observations = dict.fromkeys(check.observation for check in CHECKS)
-    assert cells[:at] == [[f"`{each.name}`", f"{each.sentence}."] for each in observations]
-    assert cells[at + 2 :] == [
-        [
-            each.name,
-            f"`{each.suffix}`" if each.suffix else "",
-            each.where,
-            ", ".join(
-                f"`{check.observation.name}` {check.count(100)}" for check in CHECKS if check.strategy == each
-            ),
-        ]
-        for each in TABLE
-        if each is not None
-    ]
-
-
-def test_the_page_names_the_checks_with_scenes_of_their_own():
-    fixed = re.search(r"^(`.*?) have scenes of their own", section("conformance.md", "The checks"), re.M)
-    assert fixed is not None
-    assert re.findall(r"`([^`]+)`", fixed[1]) == [check.name for check in CHECKS if not check.draws]
 
 
 def test_each_cell_of_the_table_has_scenes_or_a_reason():

@@ -21,7 +21,7 @@ from kinetile.kernel.tables import FOUND, Kernel
 from kinetile.kernel.vectors import prefetch
 
 LARGE = 1 << 13
-"""Bodies from which on it pays (docs/benchmark.md)."""
+"""Bodies from which on it pays (docs/which-broad-phase.md)."""
 
 LEAD, AFAR = 32, 128
 """Slices by which the scout is before the head at least, and at most."""
