@@ -1,13 +1,14 @@
 // Rules 7 to 11, and 7s: what happens in a scene, event by event.
 //
-// A scene is {bodies, commands, responses, shaped, arena, periods, start, unit, until, end}: bodies {x, y, vx, vy, r, m, shape, kind}, r being that of
+// A scene is {bodies, commands, responses, shaped, arena, periods, gravity, start, unit, until, end}: bodies {x, y, vx, vy, r, m, shape, kind}, r being that of
 // rules 3 and 3s and m perhaps Infinity, commands and responses as commands.js and responses.js have them, `shaped` whether not all is discs, an arena [W, H] or null, the periods
-// of x and y, null for an axis that is not periodic, a start time, and a unit, a time and an exact end, or null for each; all numbers doubles.
+// of x and y, null for an axis that is not periodic, a gravity [gx, gy] or null, a start time, and a unit, a time and an exact end, or null for each; all numbers doubles.
 
 import { anchor, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
 import { inOrder } from "./commands.js";
 import { BOTTOM, FAR, firstTouch, imageTick, lastTouch, throughImage, wallTick } from "./contact.js";
 import { along, exchange } from "./exchange.js";
+import { frameTicks, nextFrame, offBentWall, placeInFrame, sinceFrame, velocityInFrame } from "./gravity.js";
 import { hasRoom, overlaps } from "./overlaps.js";
 import { offWall, pairResponse, returned, stopped, wallResponse } from "./responses.js";
 import { sha256 } from "./sha256.js";
@@ -32,6 +33,7 @@ export class Run {
     this.shaped = scene.shaped;
     this.e = unit(scene);
     this.q = tickLength(this.e);
+    this.F = scene.gravity && frameTicks(scene.gravity, scene.arena, this.q); // rule 3g
     const masses = [...bodies, ...commands.filter(({ what }) => what === "insertion")].map(({ m }) => m);
     this.alike = masses.every((m) => m === masses[0]);
     this.commands = inOrder(commands, start, this.q, bodies.length);
@@ -71,6 +73,7 @@ export class Run {
       const later = tick > first.tick || (tick === first.tick && (kind - first.class || a - first.a || b - first.b) >= 0);
       if (!later) first = { tick, class: kind, a, b, ...about };
     };
+    if (this.F) consider((this.now / this.F + 1n) * this.F, CLOCK, -1, 0, { body: null });
     for (const body of this.bodies.values()) {
       // A tick j 2^61 with A < (j - 1) 2^61: the first such j is floor(A / 2^61) + 2.
       consider((body.plan.A / this.span + 2n) * this.span, CLOCK, body.number, 0, { body });
@@ -100,7 +103,9 @@ export class Run {
 
   *happen({ tick, class: kind, body, command, pair, passing }) {
     if (tick !== this.now) [this.now, this.contacts] = [tick, 0];
-    if (kind === CLOCK) {
+    if (kind === CLOCK && body === null) {
+      yield* this.changeFrames();
+    } else if (kind === CLOCK) {
       this.write(body, this.present(body));
       yield this.told("clock", body.number, null);
     } else if (kind === COMMAND) {
@@ -108,7 +113,8 @@ export class Run {
     } else if (kind === WALL) {
       const { wall } = body.met;
       const [plan, response] = [this.present(body), wallResponse(this.scene.responses, body.kind)];
-      const [vx, vy] = offWall(plan, wall, response, returned(response, tick, body.last, this.q));
+      const { gravity } = this.scene;
+      const [vx, vy] = gravity ? offBentWall(plan, wall, gravity, this.tau()) : offWall(plan, wall, response, returned(response, tick, body.last, this.q));
       body.last = tick;
       this.write(body, { ...plan, vx, vy });
       yield this.told("wall", body.number, wall);
@@ -122,14 +128,16 @@ export class Run {
   }
 
   *obey(command) {
-    const { what, body: number, vx, vy } = command;
+    const { what, body: number } = command;
+    const { vx, vy } = this.inFrame(command);
     const body = this.bodies.get(number);
     this.commanded += 1;
     if (what === "turn") {
       this.write(body, { ...this.present(body), vx, vy });
     } else if (what === "insertion") {
-      const { arena, periods, responses } = this.scene;
-      const plan = wrap(makePlan(command.x, command.y, vx, vy, this.now), periods);
+      const { arena, periods, gravity, responses } = this.scene;
+      const { x, y } = gravity ? placeInFrame(command, gravity, this.tau()) : command;
+      const plan = wrap(makePlan(x, y, vx, vy, this.now), periods);
       const others = [...this.bodies.values()].filter(({ kind }) => pairResponse(responses, kind, command.kind).name !== "pass");
       const there = others.map((other) => ({ ...other, plan: this.present(other) }));
       if (!hasRoom(command, plan, there, arena, periods, this.shaped)) {
@@ -152,6 +160,27 @@ export class Run {
     yield this.told(what, number, null);
   }
 
+  /** All bodies pass to the frame that begins now: rule 8g. */
+  *changeFrames() {
+    const { gravity, periods } = this.scene;
+    const all = [...this.bodies.values()].sort((one, other) => one.number - other.number);
+    for (const body of all) body.plan = nextFrame(body.plan, this.now, gravity, this.F, this.q, periods);
+    for (const body of all) {
+      this.write(body, body.plan);
+      yield this.told("clock", body.number, null);
+    }
+  }
+
+  /** The time since the present frame began. */
+  tau() {
+    return sinceFrame(this.now, this.F, this.q);
+  }
+
+  /** A velocity in the room as the present frame has it. */
+  inFrame({ vx, vy }) {
+    return this.scene.gravity ? velocityInFrame({ vx, vy }, this.scene.gravity, this.tau()) : { vx, vy };
+  }
+
   /** Two bodies meet, and get new plans. */
   collide(pair) {
     const { a, b, response, met } = pair;
@@ -161,7 +190,7 @@ export class Run {
     const C = a.last > b.last ? a.last : b.last;
     const k = returned(response, this.now, C, this.q);
     const [vxa, vya, vxb, vyb] =
-      response.name === "stop" ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, k);
+      response.name === "stop" ? stopped(planA, planB, a.m, b.m, this.inFrame({ vx: 0, vy: 0 })) : exchange(planA, planB, a.m, b.m, this.alike, normal, k);
     [a.last, b.last] = [this.now, this.now];
     this.write(a, { ...planA, vx: vxa, vy: vya });
     this.write(b, { ...planB, vx: vxb, vy: vyb });
@@ -235,8 +264,9 @@ export class Run {
 
   /** Asks rules 5, 6 and 11 about a body anew. */
   predict(body) {
-    const { arena, periods } = this.scene;
-    body.met = arena && wallTick(body.plan, body.shape.sides, arena, this.q, periods);
+    const { arena, periods, gravity } = this.scene;
+    const fall = gravity && { gravity, T0: body.plan.A - (body.plan.A % this.F) };
+    body.met = arena && wallTick(body.plan, body.shape.sides, arena, this.q, periods, fall);
     for (const pair of body.pairs) this.predictPair(pair);
   }
 

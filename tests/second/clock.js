@@ -3,7 +3,7 @@
 import { add, exact, floorQuotient, multiply, nearest, nearestQuotient, subtract, whole } from "./exact.js";
 
 /** The e of a scene, whose unit of time is U = 2^-e. */
-export function unit({ bodies, commands, arena, unit: told = null }) {
+export function unit({ bodies, commands, arena, unit: told = null, gravity = null }) {
   let e = 0;
   if (told !== null) {
     while (e < 900 && powerOfTwo(-e) !== told) e += 1;
@@ -12,7 +12,8 @@ export function unit({ bodies, commands, arena, unit: told = null }) {
   }
   if (bodies.length === 0 && !arena) return 0;
   const fast = [...bodies, ...commands.filter(({ what }) => what !== "removal")];
-  const S = Math.max(0, ...fast.map(({ vx, vy }) => vx * vx + vy * vy));
+  let S = Math.max(0, ...fast.map(({ vx, vy }) => vx * vx + vy * vy));
+  if (gravity) S += 2 * (Math.abs(gravity[0]) * arena[0] + Math.abs(gravity[1]) * arena[1]); // rule 3g
   const L = arena
     ? Math.max(...arena)
     : Math.max(...bodies.map(({ x, y }) => Math.max(Math.abs(x), Math.abs(y)))) + Math.max(...bodies.map(({ r }) => r));

@@ -2,6 +2,7 @@
 
 import { add, exact, floorLaterRoot, floorQuotient, floorRoot, minus, multiply, sign, subtract, whole } from "./exact.js";
 import { place } from "./clock.js";
+import { bentWall } from "./gravity.js";
 
 export const FAR = 1n << 62n;
 const LONGEST = 1n << 54n; // the ticks for which a plan is kept, where an axis is periodic
@@ -96,20 +97,30 @@ export function discriminant({ d, v, R }) {
 
 /**
  * The tick at which a body meets a wall of the arena [W, H], and the wall's number: {tick, wall}; there are none at the ends of periodic axes.
- * The sides are what the body has in the place of r for left, right, bottom and top (rule 6s).
+ * The sides are what the body has in the place of r for left, right, bottom and top (rule 6s). `fall` is null, or {gravity, T0}, T0 being the
+ * first tick of the plan's frame (rule 6g).
  */
-export function wallTick(plan, sides, [W, H], q, periods = [null, null]) {
+export function wallTick(plan, sides, [W, H], q, periods = [null, null], fall = null) {
   const { x, y, vx, vy } = plan.exact;
   const [left, right, bottom, top] = sides.map(exact);
   let first = null;
+  const met = (wall, ticks) => {
+    if (ticks !== null && (first === null || plan.A + ticks < first.tick)) first = { tick: plan.A + ticks, wall };
+  };
   const consider = (wall, gap, speed) => {
     const ticks = sign(gap) <= 0 ? 0n : floorQuotient(gap, multiply(speed, exact(q)));
-    if (ticks < FAR && (first === null || plan.A + ticks < first.tick)) first = { tick: plan.A + ticks, wall };
+    if (ticks < FAR) met(wall, ticks);
   };
-  if (periods[0] === null && plan.vx < 0) consider(LEFT, subtract(x, left), minus(vx));
-  if (periods[0] === null && plan.vx > 0) consider(RIGHT, subtract(subtract(exact(W), x), right), vx);
-  if (periods[1] === null && plan.vy < 0) consider(BOTTOM, subtract(y, bottom), minus(vy));
-  if (periods[1] === null && plan.vy > 0) consider(TOP, subtract(subtract(exact(H), y), top), vy);
+  const [gx, gy] = fall ? fall.gravity : [0, 0];
+  const bent = (wall, i, g) => met(wall, bentWall(plan, sides[i], wall, [W, H], q, g, fall.T0));
+  if (gx !== 0) bent(LEFT, 0, gx);
+  else if (periods[0] === null && plan.vx < 0) consider(LEFT, subtract(x, left), minus(vx));
+  if (gx !== 0) bent(RIGHT, 1, gx);
+  else if (periods[0] === null && plan.vx > 0) consider(RIGHT, subtract(subtract(exact(W), x), right), vx);
+  if (gy !== 0) bent(BOTTOM, 2, gy);
+  else if (periods[1] === null && plan.vy < 0) consider(BOTTOM, subtract(y, bottom), minus(vy));
+  if (gy !== 0) bent(TOP, 3, gy);
+  else if (periods[1] === null && plan.vy > 0) consider(TOP, subtract(subtract(exact(H), y), top), vy);
   return first;
 }
 

@@ -5,10 +5,10 @@ import { difference, shapeGap } from "./shapes.js";
 
 const SLACK = 1e-12;
 
-/** Whether there is room for a body with this plan among others, {r, m, shape, plan} each, with which it does not pass: rules 9 and 9s. */
-export function hasRoom({ r, m, shape }, plan, others, arena, periods, shaped) {
+/** Whether there is room for a body, written at x and y, with this plan among others, {r, m, shape, plan} each, with which it does not pass: rules 9, 9g and 9s. */
+export function hasRoom({ r, m, shape, x: right, y: up }, plan, others, arena, periods, shaped) {
   const { x, y } = plan;
-  const ends = arena ? [x, arena[0] - x, y, arena[1] - y] : [];
+  const ends = arena ? [right, arena[0] - right, up, arena[1] - up] : [];
   if (ends.some((end, i) => periods[i >> 1] === null && end < shape.sides[i] - SLACK * r)) return false;
   return others.every((other) => {
     const [dx, dy] = [rem(other.plan.x - x, periods[0]), rem(other.plan.y - y, periods[1])];

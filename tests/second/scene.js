@@ -1,12 +1,13 @@
 // Rules 2 and 2s: a scene from the tables of a scene file, read from TOML or written as JSON. What is wrong is said in a sentence.
 
 import { bodyShape, readCommands, readTurn } from "./commands.js";
+import { checkGravity } from "./gravity.js";
 import { lowestKind, readKind, readResponses } from "./responses.js";
 import { areDiscs, makeShape } from "./shapes.js";
 import { keys, list, mass, moment, number, pair, positive } from "./tables.js";
 
 const RUN = ["until", "end", "broad-phase", "narrow-phases", "options"];
-const TOP_LEVEL = ["arena", "periodic", "start", "unit", "kinds", "responses", "shapes", "bodies", "commands", ...RUN];
+const TOP_LEVEL = ["arena", "periodic", "gravity", "start", "unit", "kinds", "responses", "shapes", "bodies", "commands", ...RUN];
 
 /** The scene of these tables, for `Run` and `contacts`, with `until` (null if left out). How it is searched (phases, options) is no part of it. */
 export function readScene(tables) {
@@ -47,7 +48,10 @@ export function readScene(tables) {
     throw new Error(`The size of a body is ${widest}, and twice that is less than ${shaped ? "half a period" : "a period"}.`);
   }
   phases(tables["narrow-phases"], [shaped ? "convex" : "disc", ...(arena !== null && periodic !== "xy" ? ["wall"] : [])]);
-  return { bodies, commands, responses, shaped, arena, periods, start, unit, until, end };
+  const gravity = "gravity" in tables ? pair(tables.gravity, "gravity") : null;
+  const scene = { bodies, commands, responses, shaped, arena, periods, gravity, start, unit, until, end };
+  if (gravity) checkGravity(scene);
+  return scene;
 }
 
 function readPeriodic(axes, arena) {

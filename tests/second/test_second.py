@@ -487,6 +487,34 @@ def test_shapes_pass_through_each_other(
 
 
 @pytest.mark.parametrize(
+    ("gravity", "place", "more", "rows"),
+    [
+        # from half a unit above the floor: it falls for one unit of time, and is back after two
+        ([0.0, -1.0], [0.5, 0.75], {}, [(tick, 0, 0, -3) for tick in (1, 3, 5, 7)]),
+        # along the other axis, upwards, and the ceiling is the floor
+        ([1.0, 0.0], [1.25, 1.5], {}, [(tick, 0, 0, -2) for tick in (1, 3, 5, 7)]),
+        ([0.0, 1.0], [0.5, 1.25], {}, [(tick, 0, 0, -4) for tick in (1, 3, 5, 7)]),
+        # floor and ceiling at once, in a corner, at the frame's end
+        ([-1.0, -1.0], [0.75, 0.75], {}, [(1, 0, 0, -1), (1, 0, 0, -3), (3, 0, 0, -1), (3, 0, 0, -3)]),
+        # a turn is one in the room: at rest again, half way down, at 3/8 above the floor
+        (
+            [0.0, -1.0],
+            [0.5, 0.75],
+            {"commands": [{"time": 0.5, "turn": 0, "velocity": [0.0, 0.0]}]},
+            [(1, int((math.sqrt(0.75) - 0.5) * 2**52), 0, -3)],
+        ),
+    ],
+)
+def test_a_body_falls(
+    gravity: list[float], place: list[float], more: Tables, rows: list[tuple[int, ...]], tmp_path: Path
+) -> None:
+    """The answers are worked out by hand; the unit is 1."""
+    tables = {"arena": [2.0, 2.0], "gravity": gravity, "bodies": [{"position": place, "radius": 0.25}]}
+    found = second_list({**tables, "unit": 1.0, "until": 8.0, **more}, tmp_path, len(rows))[0]
+    assert found == rows
+
+
+@pytest.mark.parametrize(
     ("text", "sentence"),
     [
         ('{"bodies": [{"position": [0, 0]}], "until": 1}', "bodies[0].radius is missing."),
@@ -519,6 +547,20 @@ def test_shapes_pass_through_each_other(
         (
             '{"commands": [{"time": 1, "remove": 0}], "bodies": [], "until": 1}',
             "A removal is of body 0, which is not there then.",
+        ),
+        ('{"gravity": [0, -1], "bodies": [], "until": 1}', "There is a gravity, and no arena."),
+        (
+            '{"arena": [1, 1], "periodic": "y", "gravity": [0, -1], "bodies": [], "until": 1}',
+            "There is a gravity along a periodic axis.",
+        ),
+        (
+            '{"arena": [1, 1], "gravity": [0, -1], "bodies": [{"position": [0.5, 0.25], "radius": 0.25}]}',
+            "A body stands on a wall towards which gravity points.",
+        ),
+        (
+            '{"arena": [1, 1], "gravity": [0, -1], "responses": '
+            '[{"between": ["*", "wall"], "response": "stop"}]}',
+            "With a gravity all walls are elastic.",
         ),
         ('{"recipe": "grid"}', "A recipe is kinetile's; write the scene with its bodies."),
     ],
