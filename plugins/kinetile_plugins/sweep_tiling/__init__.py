@@ -15,6 +15,40 @@ other: otherwise a hidden body could appear without an event.
 Files: ``web`` the stored structure; ``construction`` the first tiling, by a sweep line; ``events`` changes at
 a collapse, an insertion or a removal; ``certificates`` when tiles fail; ``audit`` every invariant, slowly.
 This file has the hooks that the kernel calls, and the drawing.
+
+Why a skin delta of at most r^2 / 8R hides no contact, for radii from r to R and n discs (rho, V and q are
+those of docs/one-answer.md):
+
+*A third body stays away.* Let discs a and b touch at p, and let c be a disc apart from both, its centre not
+higher than that of a and not lower than that of b. Then both extreme points of c are at least
+(sqrt(2) - 1) r^2 / R from p on the x axis. Put p at the origin, c to its right with its centre at (x, y), and
+take y >= 0; otherwise exchange up and down. Let h be how far c's centre is below that of a, A how far a's is
+left of p (A <= 0: it is right of it), and m = r_a r_b / (r_a + r_b), which is at least r / 2.
+
+1. By Stewart's theorem, with |ac| >= r_a + r_c and |bc| >= r_b + r_c: x^2 + y^2 >= r_c^2 + 4 m r_c.
+2. If y^2 <= 2 m r_c, then x - r_c >= sqrt(r_c^2 + 2 m r_c) - r_c. That grows with r_c and m: at least
+   (sqrt(2) - 1) r.
+3. Else look at a alone: x >= sqrt((r_a + r_c)^2 - h^2) - A. If A <= 0, then as h^2 <= r_a^2 - A^2, x - r_c is
+   at least sqrt(r_c^2 + 2 r_a r_c) - r_c >= (sqrt(3) - 1) r.
+4. If A > 0: h is at most sqrt(r_a^2 - A^2) - y, so h^2 <= r_a^2 - A^2 - y^2. The square of the root is then
+   larger than (A + r_c)^2 by at least 2 r_c (r_a - A) + y^2, and r_a - A >= y^2 / 2 r_a, so by at least
+   y^2 (1 + r_c / r_a). With y^2 > 2 m r_c and M = r_a + r_c that is more than 2 r_c M r_b / (r_a + r_b), and
+   since A + r_c <= M, x - r_c >= sqrt(M^2 + 2 r_c M r_b / (r_a + r_b)) - M. That grows with M, r_c and r_b;
+   for r_b = r_c = r it is at least .89 r^2 / (r_a + r) >= .44 r^2 / R.
+
+*Rounding.* When a contact is the next event, no tile is narrower than -3 rho at the end of its tick. The
+tiles, as edges from left bound to right bound, and L(b) before R(b), have no circle. So there are abscissae,
+each from 0 to 6 n rho above the true one at that moment, for which all bounds are in order, and the structure
+is exactly the tiling of these. Bodies a and b, enlarged, still overlap in them, since 6 n rho is less than
+two skins: at p, or, if only the moved bound is in the way, up to 6 n rho - delta right of it. So a and b have
+a tile there unless a third body c, between them in height, comes as near to p with a bound of its own:
+enlarged by delta and moved by up to 6 n rho. As delta is more than 4 n rho, that is nearer than 2.5 delta.
+
+*So 2.5 delta has to be less than .41 r^2 / R*, with room for errors. At the contact's tick discs overlap by
+the rounding of anchors, for which 10 rho are kept free; a and b are up to 2 V q apart; and the tick ends when
+each has flown V q further. Making all discs smaller by so much that they are apart, and a and b touch, costs
+34 rho + 4 V q of the distance, and the flight 2 V q. delta <= r^2 / 8R leaves .10 r^2 / R, that is .81 delta,
+for all of it, besides the 24 rho + 6 V q by which 2.5 delta is more than needed: enough from three discs on.
 """
 
 from __future__ import annotations
@@ -100,7 +134,7 @@ class SweepTiling:
         """Returns the parts; refuses a scene that is periodic along y, or with other shapes than discs.
 
         Beside a contact of two bodies a third's bound is at least .41 r^2 / R away, for radii from r to R; a
-        skin of at most an eighth of r^2 / R cannot hide the contact from sight (docs/sweep-tiling.md).
+        skin of at most an eighth of r^2 / R cannot hide the contact from sight (proof: above).
         """
         if "y" in scene.periodic:
             raise Refused(
