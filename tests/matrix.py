@@ -79,13 +79,11 @@ MEANINGLESS_TOGETHER: dict[Cell, str] = dict.fromkeys(
 CELLS: tuple[Cell, ...] = tuple(itertools.product(BY_NAME, COLUMNS))
 PAIRS: tuple[Cell, ...] = tuple(itertools.combinations([name for name in BY_NAME if name != "discs"], 2))
 
-HEAD = (
-    "# What works with what\n\n"
-    "Each capability of a scene, in the columns, with all that is done with a run, in the rows; then each "
-    "two capabilities in one scene. `yes`: a test crosses the two. A number: it is refused, by the sentence "
-    "of that number below. `-`: it means nothing. The tests are made from both tables "
-    "(`python -m pytest tests/test_matrix.py`), and `python tests/matrix.py` prints this page."
-)
+HEAD = """# What works with what
+
+Everything works with everything, except what is listed here. Crossed are all capabilities of a scene with all
+that is done with a run, and each two capabilities in one scene. Each crossing has a test, made from the same
+tables (`python -m pytest tests/test_matrix.py`); `python tests/matrix.py` prints this page."""
 TOGETHER = (
     "Such a scene has the same contacts under every broad phase that takes it, by the certifier, in a run "
     "that was saved and resumed under another phase, and when its recorded commands are played again."
@@ -100,45 +98,33 @@ def counts(cells: Iterable[Cell], refused: Mapping[Cell, str], meaningless: Mapp
     return f"{found['works']} work, {found['refused']} are refused, {found['meaningless']} mean nothing"
 
 
+def exceptions(refused: Mapping[Cell, str], meaningless: Mapping[Cell, str]) -> list[str]:
+    """Returns the table of cells that are refused or mean nothing, those of one sentence in a row."""
+    rows: dict[tuple[str, str], list[str]] = {}
+    for (row, column), said in refused.items():
+        rows.setdefault((column, f"... {said} ..."), []).append(row)
+    for (row, column), said in meaningless.items():
+        rows.setdefault((column, f"means nothing: {said}"), []).append(row)
+    return [
+        "| with | does not work | because |",
+        "|---|---|---|",
+        *(f"| {column} | {'; '.join(names)} | {said} |" for (column, said), names in rows.items()),
+    ]
+
+
 def page() -> str:
     """Returns the page of both tables, in Markdown."""
-    notes: list[str] = []
-
-    def entry(cell: Cell, refused: Mapping[Cell, str], meaningless: Mapping[Cell, str]) -> str:
-        if cell in meaningless:
-            return "-"
-        if cell not in refused:
-            return "yes"
-        if refused[cell] not in notes:
-            notes.append(refused[cell])
-        return str(notes.index(refused[cell]) + 1)
-
-    def table(corner: str, head: list[str], lines: list[list[str]]) -> list[str]:
-        return [
-            f"| {corner} | {' | '.join(head)} |",
-            f"|---|{'---|' * len(head)}",
-            *(f"| {' | '.join(line)} |" for line in lines),
-        ]
-
-    lines = [[column, *(entry((row, column), REFUSED, MEANINGLESS) for row in BY_NAME)] for column in COLUMNS]
-    names = [name for name in BY_NAME if name != "discs"]
-    both = [
-        [
-            one,
-            *(
-                entry((one, other), REFUSED_TOGETHER, MEANINGLESS_TOGETHER) if (one, other) in PAIRS else ""
-                for other in names[1:]
-            ),
-        ]
-        for one in names[:-1]
-    ]
     return "\n".join(
         [
             HEAD,
             "",
             "## A capability and what is done with a run",
             "",
-            *table("", list(BY_NAME), lines),
+            f"Capabilities: {'; '.join(BY_NAME)}.",
+            "",
+            f"What is done: {'; '.join(COLUMNS)}.",
+            "",
+            *exceptions(REFUSED, MEANINGLESS),
             "",
             f"{len(CELLS)} cells: {counts(CELLS, REFUSED, MEANINGLESS)}.",
             "",
@@ -146,13 +132,9 @@ def page() -> str:
             "",
             TOGETHER,
             "",
-            *table("", names[1:], both),
+            *exceptions(REFUSED_TOGETHER, MEANINGLESS_TOGETHER),
             "",
             f"{len(PAIRS)} pairs: {counts(PAIRS, REFUSED_TOGETHER, MEANINGLESS_TOGETHER)}.",
-            "",
-            "## Sentences of refusals",
-            "",
-            *(f"{number}. ... {said} ..." for number, said in enumerate(notes, 1)),
             "",
         ]
     )

@@ -3,7 +3,7 @@
 The weight of a site is the square of its body's reach. The power of a point over a body is the square of its
 distance from the centre less that weight, and the regular triangulation has an edge where two bodies share
 a border of their regions of least power. Two bodies that touch always share one, and no body is ever without
-a region (docs/power.md has the proofs). So a body is near those to which it has an edge, and all that can
+a region (docs/cells.md has the proofs). So a body is near those to which it has an edge, and all that can
 happen is that an edge flips. There are at most 3n + 5 edges and never a parameter; the number of flips for a
 contact hardly grows with the number of bodies.
 
@@ -84,7 +84,7 @@ class Power:
         state = empty(scene.capacity)
         width, height = scene.arena
         scale = math.ldexp(1.0, -math.frexp(side)[1])
-        proven = min(1.0, max(16.0 * radius / side, (2.0**-12 * side / radius) ** 2))  # (docs/power.md)
+        proven = min(1.0, max(16.0 * radius / side, (2.0**-12 * side / radius) ** 2))  # (docs/cells.md)
         theta = 2.0**-10 * (scale * radius) ** 2 * proven if len(scene) else 0.0
         state.scale[:] = scale, 0.0, theta, 0.5 * scale * width, 0.5 * scale * height, DISTANCE * scale * side
         return BroadPhaseParts(

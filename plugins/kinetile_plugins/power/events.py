@@ -1,7 +1,7 @@
 """Changes of the triangulation: flip of an edge, insertion and removal of a body, and the first
 triangulation.
 
-No site of disjoint discs is ever hidden (docs/power.md), so the triangles that a moving triangulation needs
+No site of disjoint discs is ever hidden (docs/cells.md), so the triangles that a moving triangulation needs
 are always there: an edge that fails flips, and that is all. A body is inserted into the triangle in which its
 centre lies, which it divides in three; then the edges around it flip that fail. A removal is the reverse: its
 edges flip in the order in which they would if its point was raised over the lifted surface, until three are
