@@ -19,7 +19,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import NamedTuple
 
-PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
+from lanes import BUILT_IN
+
 SEEDS = (0, 1, 2)
 
 
@@ -62,7 +63,7 @@ def judge(phase: str, seed: int, cache: str) -> Judged:
 
 def main() -> None:
     parser = argparse.ArgumentParser()
-    parser.add_argument("phases", nargs="*", default=PHASES)
+    parser.add_argument("phases", nargs="*", default=BUILT_IN)
     parser.add_argument("--busy", type=int, nargs="+", default=(0, 4))
     asked = parser.parse_args()
     print("| phase | | verdict, seeds 0 to 2 | CPU s judged | CPU s in all | wall s |")

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, settings
 import lanes
 from interpreting import pytest_runtest_logreport, pytest_runtest_protocol
 from kinetile.kernel.compiled import INTERPRETED, composer
-from lanes import PHASES, is_shared
+from lanes import LOOPS, is_shared
 from programs import program
 
 __all__ = ["pytest_runtest_logreport", "pytest_runtest_protocol"]
@@ -100,7 +100,7 @@ def _compiled_apart(here, njit):
     Return what stands in for the composer's ``_compiling`` and ``_njit``.
     """
     name = ""  # of what is compiled
-    first = {f"advance_{phase}_disc_wall" for phase in PHASES}
+    first = {*LOOPS}
 
     def named(function, *arguments):
         composed = njit(function, *arguments)

@@ -8,9 +8,17 @@ from typing import Any
 
 import pytest
 
+import kinetile_plugins
 from kinetile.kernel.compiled import INTERPRETED
 
-PHASES = ("naive", "cells", "sap_1d", "sap_2d", "sap_k", "sweep_tiling", "power")
+BUILT_IN = tuple(spec.name for spec in kinetile_plugins.kinetile_broad_phases())
+"""The names of the built-in broad phases."""
+
+GENERAL = ("naive", "cells", "sap-1d", "sap-2d")
+"""Those that take every scene of not too many bodies."""
+
+LOOPS = tuple(f"advance_{phase.replace('-', '_')}_disc_wall" for phase in BUILT_IN)
+"""How the names of the loops begin that tests share."""
 
 slow_ones = True
 """Whether this run may have slow tests: else they are not even collected. ``conftest.py`` sets it."""
@@ -44,6 +52,6 @@ def examples(count: int) -> int:
 def is_shared(loop: Callable[..., Any]) -> bool:
     """Return whether a loop is one of the fourteen that tests share: a built-in phase with walls and discs,
     alike or not, and nothing else that a scene may have."""
-    named = any(loop.__qualname__.startswith(f"advance_{phase}_disc_wall_") for phase in PHASES)
+    named = any(loop.__qualname__.startswith(f"{each}_") for each in LOOPS)
     beyond = ("COMMANDS", "LIVING", "RULES", "PASSING", "PERIODIC", "AHEAD")
     return named and not any(loop.__globals__[each] for each in beyond)

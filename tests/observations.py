@@ -34,6 +34,7 @@ from kinetile_bench import Study
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.runner import CheckRun
+from lanes import GENERAL
 from player_pages import ask_node
 from studies import run_here
 
@@ -247,7 +248,7 @@ def _untried(page: Any, folder: Path) -> str:
 
 def pictures(game: Game, folder: Path) -> None:
     """A picture has every present body, under every phase that draws."""
-    for phase in ("naive", "cells", "sap-1d", "sap-2d"):
+    for phase in GENERAL:
         drawn = as_svg(game.play(game.simulation(phase), MIDDLE))
         assert "<svg" in (drawn or "")
 

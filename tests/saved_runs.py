@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 import kinetile as kt
 from kinetile.errors import KinetileError, Refused
 from kinetile_conformance.strategies import scenes
+from lanes import BUILT_IN
 
-PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
 MOST = 60
 """Contacts in a piece."""
 
@@ -66,12 +66,12 @@ def cases(draw: st.DrawFn) -> dict[str, Any]:
     scene = draw(scenes())
     return {
         "scene": slowed(scene) if slow else scene,
-        "phase": draw(st.sampled_from(PHASES)),
+        "phase": draw(st.sampled_from(BUILT_IN)),
         "live": draw(st.booleans()),
         "keep": draw(st.booleans()),
         "before": draw(plans(slow, True)),
         "after": [["until", SLOW if slow else 0.5], *draw(plans(slow, False)), ["contacts", 20]],
-        "other": draw(st.sampled_from(PHASES)),
+        "other": draw(st.sampled_from(BUILT_IN)),
     }
 
 

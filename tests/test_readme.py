@@ -16,6 +16,7 @@ import pytest
 import kinetile as kt
 from kinetile.errors import Refused
 from kinetile_bench.events import DENSITIES
+from lanes import BUILT_IN
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -61,7 +62,7 @@ def test_the_sample_run_is_what_the_command_prints():
 
 def test_the_sample_run_has_the_same_fingerprint_under_every_phase():
     (fingerprint,) = re.findall(r"^fingerprint +(\w+)$", COMMANDS, flags=re.MULTILINE)
-    for phase in ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"):
+    for phase in BUILT_IN:
         sim = kt.Simulation(kt.make_scene("grid"), phase, keep_contacts=False)
         sim.run(1.0)
         assert sim.fingerprint == fingerprint

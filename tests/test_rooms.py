@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import kinetile as kt
-from lanes import first
+from lanes import GENERAL, first
 
 SCENES = Path(__file__).parents[1] / "docs" / "scenes"
 CONTACTS = {"sinai": 61, "stadium": 28, "maze": 64, "brick-breaker": 50}
@@ -24,7 +24,7 @@ def test_no_scene_is_left_out():
 def test_a_scene_has_one_answer(name):
     scene = kt.load_scene(SCENES / f"{name}.toml")
     prints = set()
-    for phase in ("cells", "naive", "sap-1d", "sap-2d"):
+    for phase in GENERAL:
         sim = kt.Simulation(scene, phase)
         sim.run(until=scene.settings.until, max_contacts=64)
         assert len(sim.contacts) == CONTACTS[name]

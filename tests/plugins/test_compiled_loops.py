@@ -12,10 +12,11 @@ import pytest
 import by_the_rules
 import kinetile as kt
 import kinetile_plugins
+from agreement import choices
 from kinetile.errors import Refused
 from kinetile_plugins.responses import FAMILY
+from lanes import BUILT_IN
 
-PHASES = ("naive", "sap-1d", "sap-2d", "sap-k", "cells", "sweep-tiling", "power")
 PLACES = [(0.5 + i % 4, 0.5 + i // 4) for i in range(12)]
 VELOCITIES = [((7 * i % 5 - 2) / 2, (3 * i % 7 - 3) / 4) for i in range(12)]
 KINDS = [("ball", "wisp", "clay")[i % 3] for i in range(12)]
@@ -56,8 +57,6 @@ SCENES = {
     "boxes on periodic axes": boxes(arena=(4.0, 3.5), periodic="xy"),
     "boxes with responses and turns": boxes(kind=KINDS, responses=RESPONSES, commands=TURNS),
 }
-FOR_TILING = ("walls", "turns", "living", "responses", "periodic along x")
-"""What sweep-tiling takes; power takes the same but the last."""
 
 
 def test_each_response_is_in_a_scene_here_and_its_hook_in_the_loops_of_all_rules() -> None:
@@ -70,13 +69,11 @@ def test_each_response_is_in_a_scene_here_and_its_hook_in_the_loops_of_all_rules
 
 @pytest.mark.slow
 @pytest.mark.compiled
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 @pytest.mark.parametrize("name", SCENES)
 def test_a_compiled_loop_follows_the_rules(name: str, phase: str) -> None:
     scene = SCENES[name]
-    taken = FOR_TILING if phase == "sweep-tiling" else FOR_TILING[:-1]
-    solid = phase in ("sweep-tiling", "power")
-    if (solid and name not in taken) or (phase == "sap-k" and scene.periodic):
+    if phase not in dict(choices(scene)):
         with pytest.raises(Refused):
             kt.Simulation(scene, phase)
         return

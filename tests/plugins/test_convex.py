@@ -23,9 +23,7 @@ from kinetile.kernel.loop.predictions import FAR, MARGIN
 from kinetile.kernel.tables import NEVER, NOBODY
 from kinetile_accuracy.specification.shapes import Difference, entry
 from kinetile_plugins.convex import bound_with, meet, soonest
-from lanes import first
-
-PHASES = ("naive", "cells", "sap-1d", "sap-2d")
+from lanes import GENERAL, first
 
 
 @pytest.mark.parametrize("block", first(1, range(100)))
@@ -47,7 +45,7 @@ def test_ticks_are_those_of_rationals(block):
 def test_the_answer_is_that_of_rationals(seed):
     scene = (convex_scenes if seed % 3 else box_scenes).drawn(seed)
     expected = by_the_rules.answer(scene, 40, 20 << 52).contacts
-    for phase in PHASES:
+    for phase in GENERAL:
         sim = kt.Simulation(scene, phase, audit=1 if seed % 6 == 0 else None)
         try:
             sim.run(until=20 * scene.time_unit, max_contacts=40)
@@ -68,12 +66,12 @@ def test_shapes_need_not_be_around_their_places(seed):
     """The skin covers the rounding of places that are far outside the arena."""
     scene = shifted((convex_scenes if seed % 3 else box_scenes).drawn(seed), 2.0**30)
     found = []
-    for phase in PHASES:
+    for phase in GENERAL:
         sim = kt.Simulation(scene, phase, audit=1)
         with suppress(ZenoError):
             sim.run(until=20.0, max_contacts=40)
         found.append(rows(sim))
-    assert found == [found[0]] * len(PHASES)
+    assert found == [found[0]] * len(GENERAL)
 
 
 @pytest.mark.parametrize("seed", first(6, range(30)))
@@ -156,7 +154,7 @@ def wall_of_bricks(**more) -> kt.Scene:
 @pytest.mark.slow
 def test_a_disc_comes_back_from_bricks_that_touch():
     """It meets two of them at one tick where they touch, and its speed is kept."""
-    for phase in PHASES:
+    for phase in GENERAL:
         sim = kt.Simulation(wall_of_bricks(), phase, audit=1)
         sim.run(max_contacts=40)
         assert math.hypot(*sim.velocities()[20]) == pytest.approx(math.hypot(0.25, 1.0), rel=1e-14)
@@ -224,7 +222,7 @@ def test_what_broke(path):
     face that was met and comes nearer by less than a rounding of its rate."""
     scene = kt.load_scene(path)
     expected = by_the_rules.answer(scene, 40, 30 << 52).contacts
-    for phase in PHASES:
+    for phase in GENERAL:
         sim = kt.Simulation(scene, phase)
         sim.run(max_contacts=40)
         assert rows(sim) == expected

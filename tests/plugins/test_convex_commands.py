@@ -26,10 +26,9 @@ from kinetile_accuracy import certify_log
 from kinetile_accuracy.specification.arithmetic import tick_of, unit_bits
 from kinetile_conformance.strategies.living import played
 from kinetile_plugins.convex import Convex
-from lanes import first
+from lanes import GENERAL, first
 from registering import registered
 
-PHASES = ("naive", "cells", "sap-1d", "sap-2d")
 RULES = {
     ("brick", "brick"): kt.Response("restitution", e=0.75, contact_time=1e-3),
     ("brick", "clay"): "stop",
@@ -76,7 +75,7 @@ def ran(sim: kt.Simulation) -> str:
 def test_one_answer_under_commands_and_responses(seed):
     scene = commanded(seed)
     audit = 1 if seed % 5 == 0 else None
-    answers = {phase: ran(kt.Simulation(scene, phase, audit=audit)) for phase in PHASES}
+    answers = {phase: ran(kt.Simulation(scene, phase, audit=audit)) for phase in GENERAL}
     assert len(set(answers.values())) == 1, answers
 
 
@@ -116,7 +115,7 @@ def by_hand(seed: int, phase: str, folder: Path) -> tuple[str, kt.Simulation]:
 
 @pytest.mark.parametrize("seed", first(3, range(1000, 1020)))
 def test_one_answer_under_commands_by_hand(seed, tmp_path):
-    found = {phase: by_hand(seed, phase, tmp_path) for phase in PHASES}
+    found = {phase: by_hand(seed, phase, tmp_path) for phase in GENERAL}
     assert len({ending for ending, _ in found.values()}) == 1
     ending, sim = found["cells"]
     if ending == sim.fingerprint:
@@ -163,7 +162,7 @@ def test_living_scenes_of_shapes_have_the_answer_of_the_rules(seed):
     for scene in islice(played("shapes", seed), 2):
         until = tick_of(scene.settings.until, scene.start, unit_bits(scene))
         wanted = by_the_rules.answer(scene, 60, until).contacts
-        for phase in PHASES:
+        for phase in GENERAL:
             sim = kt.Simulation(scene, phase, audit=20)
             with contextlib.suppress(Refused, ZenoError):
                 sim.run(max_contacts=60)
@@ -178,7 +177,7 @@ def test_what_is_no_shape_of_the_scene_is_added_and_replays():
     scene = kt.with_obstacles(
         scene.replace(shapes=[kt.box(1.0, 0.5)]), [kt.Obstacle(kt.box(2.0, 0.5), (4.0, 6.0))]
     )
-    sims = [kt.Simulation(scene, phase, live=True, audit=1) for phase in PHASES]
+    sims = [kt.Simulation(scene, phase, live=True, audit=1) for phase in GENERAL]
     for sim in sims:
         sim.run(until=0.5)
         before = sim.snapshot()

@@ -11,9 +11,10 @@ import kinetile as kt
 from kinetile.kernel.clock import TICKS
 from kinetile.plugin.drawing import At, Box, Link, Polygon, Segment, points_of
 from kinetile.show.picture import corners_of, take_picture
+from lanes import BUILT_IN
 
-PHASES = ("naive", "sap-1d", "sap-1d:y", "sap-1d:3:4", "sap-2d", "sap-k", "sweep-tiling", "cells")
-WITH_PAIRS = ("naive", "sap-2d", "sap-k", "sweep-tiling", "cells")
+PHASES = (*BUILT_IN, "sap-1d:y", "sap-1d:3:4")
+WITH_PAIRS = tuple(phase for phase in BUILT_IN if phase != "sap-1d")
 EXAMPLES = settings(max_examples=25)  # the first ones compile
 
 
@@ -190,7 +191,7 @@ def test_every_body_is_in_a_cell(sim):
     assert len({(box.low, box.high) for box in boxes}) == len(boxes)
 
 
-@pytest.mark.parametrize("phase", ["sap-1d", "sap-2d", "sweep-tiling"])
+@pytest.mark.parametrize("phase", ["sap-1d", "sap-2d", "sweep-tiling", "power"])
 def test_times_hold_when_the_base_of_the_clock_has_moved_on(phase):
     scene = kt.Scene([(0.2, 0.3), (0.7, 0.6)], [(0.011, 0.0), (-0.007, 0.005)], 0.1, arena=(1.0, 1.0))
     sim = kt.Simulation(scene, phase)

@@ -8,7 +8,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import ZenoError
-from lanes import first
+from lanes import GENERAL, first
 
 pytestmark = pytest.mark.small
 
@@ -61,8 +61,7 @@ def met(scene: kt.Scene, phase: str = "naive") -> str:
 def test_what_slides_along_a_flush_floor_meets_nothing(kind: str, block: int) -> None:
     """Before there was a strip, 62, 100 and 67 of 200 of each kind met something."""
     seeds = range(20 * block, 20 * (block + 1))
-    phases = ("naive", "cells", "sap-1d", "sap-2d")
-    assert [met(drawn(seed, kind), phases[seed % 4]) for seed in seeds] == [""] * 20
+    assert [met(drawn(seed, kind), GENERAL[seed % 4]) for seed in seeds] == [""] * 20
 
 
 @pytest.mark.parametrize("kind", FLOORS)

@@ -13,9 +13,9 @@ import numpy as np
 
 import by_the_rules
 import kinetile as kt
+from lanes import GENERAL
 
 SCENES = Path(__file__).parents[1] / "scenes" / "impacts"
-PHASES = ("naive", "cells", "sap-1d", "sap-2d")
 
 Row = tuple[int, int, int]
 
@@ -29,7 +29,7 @@ def contacts(scene: kt.Scene) -> list[Row]:
     under every broad phase."""
     until = int(Fraction(scene.settings.until) / Fraction(scene.time_unit) * 2**52)
     expected = by_the_rules.answer(scene, 100, until).contacts
-    for phase in PHASES:
+    for phase in GENERAL:
         sim = kt.Simulation(scene, phase)
         sim.run()
         assert by_the_rules.rows(sim) == expected, phase

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from agreement import PHASES, TILING, assert_one_answer
+from agreement import assert_one_answer, choices
 from kinetile.errors import BadOption
 
 
@@ -59,7 +59,7 @@ def test_a_light_body_gets_fifty_times_faster_than_any_was():
     scene = press()
     assert_one_answer(scene, max_contacts=600)
     fastest = 0.0
-    for phase, options in PHASES + TILING:
+    for phase, options in choices(scene):
         sim = kt.Simulation(scene, phase, options=options, audit=5)
         for _ in range(120):
             sim.run(max_contacts=5)

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from agreement import LINES, PHASES, POWER, TILING, assert_one_answer, lattice_scene
+from agreement import ALL, assert_one_answer, lattice_scene
 from kinetile.errors import ZenoError
 from kinetile.kernel import skin
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile_conformance import check_broad_phase
-from lanes import first
+from lanes import BUILT_IN, first
 
 THESIS = [(n, density) for n in (25, 100, 400) for density in (0.5, 0.25, 0.125, 0.01)]
 
@@ -168,7 +168,7 @@ def test_a_few_small_lattices(seed):
 
 @pytest.mark.slow
 @pytest.mark.compiled
-@pytest.mark.parametrize("phase", ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"])
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_a_built_in_phase_conforms(phase):
     """As anybody's has to: it repeats itself, its structure is true, near is mutual, and more."""
     report = check_broad_phase(phase)
@@ -195,7 +195,7 @@ def test_without_the_skin_ties_part(monkeypatch):
 
 
 @pytest.mark.small
-@pytest.mark.parametrize(("phase", "options"), [*PHASES, *LINES, *TILING, *POWER])
+@pytest.mark.parametrize(("phase", "options"), ALL)
 def test_a_scene_may_be_without_bodies_get_one_and_lose_it(phase, options):
     """Arrays without rows: ``sap-1d`` raised in ``arrange``."""
     nothing = kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 0.25, arena=(2.0, 2.0))

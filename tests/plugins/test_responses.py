@@ -18,11 +18,10 @@ from kinetile.run.compose import Commands, compose_phases
 from kinetile.toolbox import ResponseParts, hook
 from kinetile_conformance.strategies.changes import ended_at
 from kinetile_conformance.strategies.kinds import ABSENT, SAME_LOOP
+from lanes import BUILT_IN, GENERAL
 from played_scenes import ruled_scenes
 from registering import registered
 
-PASSING = ("naive", "cells", "sap-1d", "sap-2d")
-PHASES = (*PASSING, "sweep-tiling")
 LOSSY = kt.Response("restitution", e=0.5, contact_time=1e-6)
 SOME = 2 if INTERPRETED else 40
 
@@ -69,7 +68,7 @@ def not_long(scene: kt.Scene) -> kt.Scene:
 def test_all_phases_agree_on_who_passes_stops_and_loses(scene):
     expected, sim = answer(scene, "naive", audit=1)
     assert balanced(sim)
-    for phase in PASSING[1:]:
+    for phase in GENERAL[1:]:
         assert answer(scene, phase, audit=1)[0] == expected
     with pytest.raises(Refused, match=r"kinds that pass; .* accept this scene: naive, cells, sap-1d, sap-2d"):
         kt.Simulation(scene, "sweep-tiling")
@@ -137,7 +136,7 @@ def test_a_bullet_through_a_thin_sensor_is_never_missed():
     assert hits > count // 2
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 @pytest.mark.parametrize(
     ("response", "velocities", "mass", "expected"),
     [
@@ -207,7 +206,7 @@ def test_a_contact_time_that_the_kernel_forgot_gave_another_answer_than_the_rule
 
 
 def test_walls_turn_an_immovable_body_and_bodies_of_finite_mass_do_not():
-    """Under five phases it meets the walls that it meets alone, and its velocity is the same to the bit."""
+    """Under all phases it meets the walls that it meets alone, and its velocity is the same to the bit."""
     heavy = ([1.0, 1.0], [0.75, 0.5], 0.5, math.inf)
     light = [([3.0, 1.0], [-0.3, 0.1], 0.25, 1.0), ([2.0, 3.0], [0.2, -0.6], 0.25, 3.0)]
     alone = played(ruled(*([each] for each in heavy), (4.0, 4.0)), "naive")
@@ -215,7 +214,7 @@ def test_walls_turn_an_immovable_body_and_bodies_of_finite_mass_do_not():
     walls = alone.contacts["b"].tolist()
     assert set(walls) == {-1, -2, -3, -4}
     found = set()
-    for phase in PHASES:
+    for phase in BUILT_IN:
         sim = played(ruled(*(list(each) for each in zip(heavy, *light, strict=True)), (4.0, 4.0)), phase)
         sim.run(until=20.0)
         met = [b for a, b in sim.contacts[["a", "b"]].tolist() if a == 0]
@@ -226,7 +225,7 @@ def test_walls_turn_an_immovable_body_and_bodies_of_finite_mass_do_not():
     assert len(found) == 1
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_one_that_is_pushed_faster_than_anybody_was_is_still_met(phase):
     """Two that nothing can move close on a ball between them: its speed has no bound known before the run."""
     scene = ruled(
@@ -246,7 +245,7 @@ def test_one_that_is_pushed_faster_than_anybody_was_is_still_met(phase):
 
 @pytest.mark.slow
 @pytest.mark.compiled
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_a_narrowing_corridor_ends_with_the_typed_error(phase):
     """A ball between a wall and a piston: the corridor is as wide as the ball at time 7, after infinitely
     many contacts. Each loses a share, but those within the contact time."""
@@ -265,7 +264,7 @@ def test_a_narrowing_corridor_ends_with_the_typed_error(phase):
     assert sim.time == pytest.approx(7.0, abs=1e-9)
 
 
-@pytest.mark.parametrize("phase", PASSING)
+@pytest.mark.parametrize("phase", GENERAL)
 def test_who_is_inside_at_the_start_or_comes_inside_begins_there_and_ends_when_one_goes(phase):
     scene = ruled(
         [[1.5, 5.0], [1.2, 5.0], [8.0, 8.0]],
@@ -306,7 +305,7 @@ def test_a_foreign_response_is_a_plugin_with_one_hook():
             [[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], 0.5, 1.0, (6.0, 2.0),
             responses=kt.Response("bumper", kick=2.0),
         )  # fmt: skip
-        runs = {phase: kt.Simulation(scene, phase, audit=1) for phase in PHASES}
+        runs = {phase: kt.Simulation(scene, phase, audit=1) for phase in BUILT_IN}
         for sim in runs.values():
             sim.run(until=3.0)
         assert len({sim.fingerprint for sim in runs.values()}) == 1

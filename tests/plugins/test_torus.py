@@ -13,16 +13,15 @@ import by_the_rules
 import convex_scenes
 import kinetile as kt
 import torus_scenes
-from agreement import PHASES, TILING
+from agreement import choices
 from by_the_rules import rows
 from kinetile.errors import Refused, SceneError, ZenoError
-from lanes import first
+from lanes import GENERAL, first
 
 
 def every(scene: kt.Scene, **more) -> Iterator[kt.Simulation]:
     """Yields a simulation of a scene under each phase that takes it."""
-    tiled = not (scene.shapes or any(response.name == "pass" for _, response in scene.responses))
-    for phase, options in PHASES + (TILING if scene.periodic == "x" and tiled else ()):
+    for phase, options in choices(scene):
         yield kt.Simulation(scene, phase, options=options, **more)
 
 
@@ -183,7 +182,7 @@ def test_bodies_that_pass_come_and_go(seed):
     ]
     scene = scene.replace(commands=[*coming, kt.Remove(0, 2.25 * unit)])
     found = set()
-    for phase in ("naive", "cells", "sap-1d", "sap-2d"):
+    for phase in GENERAL:
         sim = kt.Simulation(scene, phase, live=True, audit=1 if seed % 8 == 0 else None)
         try:
             sim.run(until=2.0 * unit, max_contacts=40)
@@ -371,7 +370,7 @@ def test_walls_on_no_axis_are_refused():
         kt.Simulation(scene, "cells", narrow_phases=("disc", "wall"))
 
 
-GENERAL = {"disc": {"general": True}, "wall": {"general": True}}
+GENERAL_HOOKS = {"disc": {"general": True}, "wall": {"general": True}}
 """One loop for all axes."""
 
 
@@ -397,7 +396,7 @@ def test_three_thousand_drawn_scenes_have_one_answer():
     for seed in range(3000):
         scene = with_commands(torus_scenes.drawn(seed, (1, 2, 2, 3, 5, 8)), seed)
         found = set()
-        for sim in every(scene, narrow_phases=GENERAL, live=True):
+        for sim in every(scene, narrow_phases=GENERAL_HOOKS, live=True):
             sim.run(until=8.0 * scene.time_unit, max_contacts=60)
             found.add((sim.fingerprint, sim.positions().tobytes()))
         assert len(found) == 1, seed

@@ -16,7 +16,7 @@ import games
 import kinetile as kt
 from judged_games import game_tables, node, second_agrees, second_list
 from kinetile_accuracy import certify_log
-from lanes import first
+from lanes import GENERAL, first
 
 HERE = Path(__file__).parent
 VECTORS = HERE.parent / "vectors"
@@ -304,7 +304,7 @@ def test_shapes_that_pass_are_certified(seed: int, axes: tuple[str, ...], tmp_pa
     assert any(a > b >= 0 for _, _, a, b in rows)
     lines = np.array(rows, [("epoch", "i8"), ("tick", "i8"), ("a", "i4"), ("b", "i4")])
     assert certify_log(scene, lines, fingerprint=fingerprint).right
-    for phase in ("naive", "cells", "sap-1d", "sap-2d"):
+    for phase in GENERAL:
         sim = kt.Simulation(scene, phase)
         sim.run(max_contacts=len(rows))
         assert sim.contacts[["epoch", "tick", "a", "b"]].tolist() == rows

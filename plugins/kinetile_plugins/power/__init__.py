@@ -20,11 +20,11 @@ import numpy as np
 
 from kinetile.errors import Refused
 from kinetile.scene import Scene
-from kinetile.toolbox import At, BroadPhaseParts, Item, Kernel, Polygon, pair_links
+from kinetile.toolbox import NEVER, At, BroadPhaseParts, Item, Kernel, Point, Polygon, Segment, pair_links
 
 from .audit import audit
 from .events import build, enter, leave, repair, replan
-from .web import PER_LENGTH, UNIT, State, empty, near, slots
+from .web import PER_LENGTH, UNIT, State, empty, far_points, near, slots, succ
 
 THINNEST = 2.0**-14
 """The smallest radius, by the arena's longer side: rounding may make 2^-39 of a power, and theta, which is
@@ -49,8 +49,8 @@ def arrange(k: Kernel, s: State) -> None:
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Yields the triangles between bodies, each with the tick at which the first of its own edges fails, and
-    the pairs of bodies that have an edge."""
+    """Yields the triangles between bodies, each with the tick at which the first of its own edges fails, the
+    pairs of bodies that have an edge, and the edge that fails first, perhaps to a far point."""
     n = slots(s)
     corners, due = s.org.reshape(-1, 4)[:, :3], s.due.reshape(-1, 4)[:, :3].min(axis=1)
     between = (corners >= 0).all(axis=1) & (corners < n).all(axis=1)
@@ -58,8 +58,16 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
         yield Polygon("tile", tuple((At(site), At(site)) for site in sites), tick)
     h = np.flatnonzero((s.org >= 0) & (s.org < n) & (s.twin >= 0))
     a, b = s.org[h], s.org[s.twin[h]]
-    one = (a < b) & (b < n)
-    yield from pair_links(zip(a[one].tolist(), b[one].tolist(), strict=True))
+    once = (a < b) & (b < n)
+    yield from pair_links(zip(a[once].tolist(), b[once].tolist(), strict=True))
+    first = int(s.due.argmin())
+    if s.due[first] != NEVER:
+        far: list[Point] = [(x, y) for x, y in (far_points(s) / s.scale[PER_LENGTH]).tolist()]
+        one, two = (
+            (At(site), At(site)) if site < n else far[site - n]
+            for site in (int(s.org[first]), int(s.org[succ(first)]))
+        )
+        yield Segment("certificate", one, two, int(s.due[first]))
 
 
 class Power:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from kinetile.toolbox import NEVER, Kernel, positions_now
 
 from .certificates import NOISE
-from .web import CENTRE_X, CENTRE_Y, CORNERS, FAR, PER_LENGTH, THETA, UNIT, State, slots
+from .web import CORNERS, PER_LENGTH, THETA, UNIT, State, far_points, slots
 
 Integers = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
@@ -120,7 +120,7 @@ def _places(k: Kernel, s: State, web: Web) -> Iterator[str]:
     place[there] = positions_now(k)[there] * scale[PER_LENGTH]
     speed[there] = np.column_stack([k.bodies.vx, k.bodies.vy])[there] * scale[PER_LENGTH] * scale[UNIT]
     weight[there] = (k.bodies.reach[there] * scale[PER_LENGTH]) ** 2
-    place[n:] = scale[[CENTRE_X, CENTRE_Y]] + scale[FAR] * np.array([[-1, 0], [0, -1], [1, 0], [0, 1]])
+    place[n:] = far_points(s)
     for body in there[s.weight[there] != weight[there]]:
         yield f"body {body} has a weight of {s.weight[body]} instead of {weight[body]}"
     first = web.h & 3 == 0

@@ -16,6 +16,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from kinetile.toolbox import NEVER, NOBODY, Kernel, Records, hook, offer, smaller, unchecked
 
@@ -65,6 +66,12 @@ def empty(bodies: int) -> State:
         heads=np.zeros(2, dtype=np.int32),
         scale=np.zeros(6),
     )
+
+
+def far_points(s: State) -> npt.NDArray[np.float64]:
+    """Returns the places of the far points, by the scale."""
+    around = s.scale[FAR] * np.array([[-1, 0], [0, -1], [1, 0], [0, 1]])
+    return np.asarray(s.scale[[CENTRE_X, CENTRE_Y]] + around)
 
 
 @hook

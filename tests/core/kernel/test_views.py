@@ -15,7 +15,7 @@ from kinetile.kernel import compiled
 from kinetile.kernel.compiled import INTERPRETED, composer, disowned, hook, unchecked, wrapping
 from kinetile.kernel.loop.checked import checked as as_checked
 from kinetile.kernel.tables import BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, allocate
-from lanes import first
+from lanes import BUILT_IN, first
 
 
 class Tables(NamedTuple):
@@ -199,7 +199,7 @@ SCENES = {
 
 
 @pytest.mark.interpreted
-@pytest.mark.parametrize("phase", ["naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power"])
+@pytest.mark.parametrize("phase", BUILT_IN)
 @pytest.mark.parametrize("scene", first(1, [*SCENES]))
 def test_no_hook_of_kinetile_counts_from_the_end(monkeypatch, scene, phase):
     """Nor do loop, audit and questions: in views such an index would be another place of memory."""

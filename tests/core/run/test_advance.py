@@ -15,16 +15,14 @@ from hypothesis import strategies as st
 
 import kinetile as kt
 import torus_scenes
-from agreement import PHASES, TILING
+from agreement import ALL
 from fresh_scenes import fresh, row_of
 from kinetile.errors import KinetileError, Refused, SceneError
 from kinetile.kernel.log import REANCHORED, WALLS
 from kinetile_conformance.strategies import scenes
 from kinetile_conformance.strategies.small import box_scenes
-from lanes import examples, first
+from lanes import BUILT_IN, GENERAL, examples, first
 from played_scenes import ruled_scenes
-
-ALL = PHASES + TILING
 
 
 def grid(bodies: int = 9, **more) -> kt.Scene:
@@ -156,7 +154,7 @@ def test_steps_of_scenes_drawn_freshly_are_the_rows_of_the_log(seed):
     assert_one_numbering("sap-2d", *fresh(seed, 8))
 
 
-@pytest.mark.parametrize("phase", ["cells", "sap-1d", "sap-2d", "sweep-tiling"])
+@pytest.mark.parametrize("phase", BUILT_IN[1:])
 def test_an_insertion_that_made_room_was_two_steps_and_a_structural_event_none(phase):
     """A structure that is built again for more bodies may have an event before the insertion."""
     for seed in range(12):
@@ -301,9 +299,6 @@ def test_a_body_that_was_turned_after_a_look_ahead_was_placed_too_far_from_the_c
     sim.audit()
 
 
-PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
-
-
 def three(**more) -> kt.Scene:
     """Return a ball and a slower one on their ways through a sensor at (5, 5)."""
     return kt.Scene(
@@ -373,7 +368,7 @@ def test_stopping_everywhere_changes_nothing_and_misses_nothing(before, data):
     )
 
 
-@pytest.mark.parametrize("phase", PHASES[:4])
+@pytest.mark.parametrize("phase", GENERAL)
 def test_what_is_commanded_before_a_contact_can_avert_it(phase):
     sim = kt.Simulation(three(), phase, live=True)
     event = sim.run(until=6.0, stop_at=kt.StopAt(pairs=[(1, 0)], before=True))

@@ -16,8 +16,6 @@ from kinetile.run.engine.engine import Engine
 from kinetile.toolbox import BroadPhaseParts, Records, add_pair, hook, pairs_of, remove_pair
 from registering import registered
 
-PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power"]
-
 
 class State(NamedTuple):
     """Nothing that matters."""
@@ -76,7 +74,7 @@ def first(found: Engine) -> int:
 # Runs
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", lanes.BUILT_IN)
 @pytest.mark.parametrize("seed", lanes.first(1, range(4)))
 def test_between_any_two_events_everything_holds(seed, phase):
     """Structural failures of the very tick included, and guesses that ran ahead of the clock."""
@@ -105,7 +103,7 @@ def test_an_audit_after_the_calendar_was_given_other_slices_found_it_unfiled():
     assert engine.k.clock[0].calendar.filed
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", lanes.BUILT_IN)
 def test_after_shifts_of_the_clock_everything_holds(phase):
     scene = kt.Scene(
         [[0.5, 0.5], [0.25, 0.125]], [[1e-4, 0.0], [0.0, 2e-4]], [0.0625, 0.05], arena=(1.0, 1.0)
@@ -355,7 +353,7 @@ def test_a_contact_that_comes_after_another_of_its_tick():
 
 
 @pytest.mark.parametrize("periodic", ["", "xy"])
-@pytest.mark.parametrize("phase", lanes.first(1, ["cells", "sap-1d", "naive", "sweep-tiling"]))
+@pytest.mark.parametrize("phase", lanes.first(1, [*lanes.BUILT_IN]))
 def test_a_stop_before_a_contact_left_it_unfiled_and_the_audit_blamed_a_sound_run(phase, periodic):
     if phase == "sweep-tiling" and periodic:
         periodic = "x"  # what it takes

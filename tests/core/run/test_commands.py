@@ -10,11 +10,10 @@ from hypothesis import given, settings
 
 import kinetile as kt
 from kinetile.errors import Refused
-from lanes import examples, first
+from lanes import BUILT_IN, examples, first
 from played_scenes import living_scenes
 
-PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power")
-LIVING = PHASES[1:]
+LIVING = BUILT_IN[1:]
 SCENES = Path(__file__).parents[2] / "scenes"
 
 
@@ -23,7 +22,7 @@ def box(**more) -> kt.Scene:
     return kt.Scene([[1.0, 1.0], [3.0, 3.0]], [[0.0, 0.0], [0.0, 0.0]], 0.25, 1.0, (4.0, 4.0), **more)
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_a_body_comes_meets_and_goes(phase):
     sim = kt.Simulation(box(), phase)
     sim.run(until=0.5)
@@ -43,7 +42,7 @@ def test_a_body_comes_meets_and_goes(phase):
     assert readings.energy_drift == 0.0
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_a_number_is_never_used_twice_and_a_slot_is(phase):
     sim = kt.Simulation(box(), phase, live=True)
     numbers = []
@@ -107,7 +106,7 @@ def test_many_turn_at_once():
     one.set_velocities([], (1.0, 0.0))
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_commands_of_a_scene_are_carried_out_at_their_times(phase):
     commands = [
         kt.Insert(0.5, (2.0, 1.0), (-1.0, 0.0), 0.25),
@@ -129,7 +128,7 @@ def test_commands_of_a_scene_are_carried_out_at_their_times(phase):
     assert sim.bodies.tolist() == [0, 2, 3]
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_a_scheduled_body_without_room_ends_the_run_until_there_is_room(phase):
     scene = box(commands=[kt.Insert(0.5, (1.25, 1.0), (0.0, 0.0), 0.25)])
     sim = kt.Simulation(scene, phase)
@@ -152,7 +151,7 @@ def test_a_scheduled_body_without_room_ends_the_run_until_there_is_room(phase):
     assert again.fingerprint == sim.fingerprint
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_an_insertion_without_room_stopped_at_the_last_event_before_it(phase):
     sim = kt.Simulation(kt.load_scene(SCENES / "insertion-without-room.toml"), phase)
     with pytest.raises(Refused, match=r"at time 6\.625 there is no room for body 18"):
@@ -169,7 +168,7 @@ def test_who_goes_takes_its_schedule_along():
     assert (sim.readings.turns, sim.readings.removed) == (1, 1)
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_what_was_done_by_hand_is_a_scene_with_the_same_contacts(phase):
     sim = kt.Simulation(kt.make_scene("grid", bodies=9, density=0.3, seed=2), phase)
     random = np.random.default_rng(3)
@@ -227,7 +226,7 @@ def test_a_body_of_another_mass_in_a_slot_that_was_left(phase):
 @given(living_scenes())
 def test_all_phases_agree_while_bodies_come_and_go(scene):
     expected = None
-    for phase in PHASES:
+    for phase in BUILT_IN:
         sim = kt.Simulation(scene, phase, audit=5)
         sim.run(until=scene.start + 4.0, max_contacts=60)
         places = sim.positions().tobytes(), sim.velocities().tobytes()

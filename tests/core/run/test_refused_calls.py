@@ -16,10 +16,8 @@ from kinetile.errors import BusyError, PhaseError, Refused
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts, Kernel, PairParts, hook
 from kinetile_plugins.naive import Naive
-from lanes import examples
+from lanes import BUILT_IN, examples
 from registering import registered
-
-PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sweep-tiling"]
 
 
 class ThinSkinned(Naive):
@@ -79,7 +77,7 @@ CALLS = {
 
 
 @settings(max_examples=examples(100), deadline=None)
-@given(BAD_NUMBERS, st.sampled_from(sorted(CALLS)), st.sampled_from(PHASES), st.booleans(), st.booleans())
+@given(BAD_NUMBERS, st.sampled_from(sorted(CALLS)), st.sampled_from(BUILT_IN), st.booleans(), st.booleans())
 def test_a_number_that_no_body_was_given_was_accepted(number, call, phase, live, one_has_gone):
     """In a simulation with room for bodies that come, the slot of a number that was never given counted."""
     sim = kt.Simulation(grid(), phase, live=live)
@@ -109,7 +107,7 @@ INSERTIONS = {
 
 @settings(max_examples=examples(60), deadline=None)
 @given(
-    st.sampled_from(PHASES),
+    st.sampled_from(BUILT_IN),
     st.booleans(),
     st.sampled_from(sorted(INSERTIONS)),
     st.sampled_from([0.0, 0.25, 5.0]),
@@ -131,7 +129,7 @@ def test_an_insertion_refused_after_commands_of_the_scene_undid_nothing():
     scene = grid()
     own = [kt.Remove(0, 0.25, (0, 1 << 50, 0)), kt.Turn(1, 0.25, (0.5, 0.5), (0, 1 << 50, 0))]
     scene = kt.Scene(scene.position, scene.velocity, scene.radius, 1.0, scene.arena, commands=own)
-    for phase in PHASES:
+    for phase in BUILT_IN:
         sim = kt.Simulation(scene, phase, live=True)
         sim.run(0.25, max_events=1)
         while sim.exact_time < (0, 1 << 50):

@@ -14,9 +14,7 @@ from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.tables import GUESS, NEVER, PAIR, STRUCTURAL, WALL
 from kinetile_accuracy.long_runs.drift import drifts
 from kinetile_plugins.wall import WALLS
-from lanes import first
-
-PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
+from lanes import BUILT_IN, GENERAL, first
 
 
 def next_pair(sim: kt.Simulation) -> tuple[int, int]:
@@ -44,7 +42,7 @@ def drop(sim: kt.Simulation, body: int, **known: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.compiled
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 @pytest.mark.parametrize(
     "density", [0.5, *(pytest.param(each, marks=pytest.mark.slow) for each in (0.1, 0.01))]
 )
@@ -64,7 +62,7 @@ def test_a_contact_that_is_dropped_is_missed_and_never_in_silence(density, phase
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("phase", first(1, [*PHASES]))
+@pytest.mark.parametrize("phase", first(1, [*BUILT_IN]))
 def test_in_a_crowd_a_plain_run_tells_as_well(phase):
     """Without an audit a missed contact is noticed if a plan changes while the two overlap: in a crowd."""
     told = 0
@@ -81,7 +79,7 @@ def test_in_a_crowd_a_plain_run_tells_as_well(phase):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("phase", first(1, ["cells", "sap-1d", "sap-2d", "sweep-tiling"]))
+@pytest.mark.parametrize("phase", first(1, [*BUILT_IN[1:]]))
 def test_a_bound_that_is_dropped_is_told_by_the_audit(phase):
     for seed in range(10):
         sim = kt.Simulation(kt.make_scene("grid", bodies=49, density=0.5, seed=seed), phase, audit=1)
@@ -103,7 +101,7 @@ def jam(side: int) -> kt.Scene:
 @pytest.mark.parametrize("side", [2, 3, 4])
 def test_a_jam_is_told_and_is_the_same_in_every_phase(side):
     said = set()
-    for phase in PHASES:
+    for phase in BUILT_IN:
         sim = kt.Simulation(jam(side), phase)
         with pytest.raises(ZenoError) as caught:
             sim.run(until=10.0)
@@ -130,10 +128,10 @@ def decades(seed: int, radii: float, speeds: float, bodies: int = 24) -> kt.Scen
 @pytest.mark.compiled
 @pytest.mark.parametrize(
     ("radii", "speeds", "phases"),
-    [(0.0, 10.0, PHASES), (3.0, 10.0, PHASES), (10.0, 0.0, PHASES[:4]), (10.0, 10.0, PHASES[:4])],
+    [(0.0, 10.0, BUILT_IN), (3.0, 10.0, BUILT_IN), (10.0, 0.0, GENERAL), (10.0, 10.0, GENERAL)],
 )
 def test_ten_decades_of_speeds_and_radii_have_one_answer(radii, speeds, phases):
-    """Radii over ten decades are beyond what sweep-tiling accepts (docs/sweep-tiling.md, limits)."""
+    """Radii over ten decades are beyond what sweep-tiling and power accept."""
     for seed in range(5):
         prints = set()
         for phase in phases:

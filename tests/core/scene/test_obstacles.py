@@ -9,6 +9,7 @@ import pytest
 import kinetile as kt
 from kinetile.errors import SceneError
 from kinetile.scene.files import dumps_scene, loads_scene
+from lanes import GENERAL
 
 FILE = """
 recipe = "grid"
@@ -56,7 +57,7 @@ def test_overlapping_obstacles_are_one_room_under_every_phase(tmp_path):
     kt.save_scene(scene, tmp_path / "room.toml")
     assert kt.load_scene(tmp_path / "room.toml") == scene
     found = []
-    for phase in ("naive", "cells", "sap-1d", "sap-2d"):
+    for phase in GENERAL:
         sim = kt.Simulation(scene, phase)
         sim.run(max_contacts=60)
         found.append(sim.fingerprint)

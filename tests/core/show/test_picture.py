@@ -17,6 +17,7 @@ from kinetile.plugin.drawing import ROLES, Box, points_of
 from kinetile.show.picture import LOOKS, picture_of_scene, take_picture
 from kinetile.show.printed import as_printed
 from kinetile.show.svg import MARGIN, SIZE, as_svg
+from lanes import BUILT_IN, GENERAL
 from player_pages import torus
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -32,7 +33,7 @@ def read(svg):
     return ElementTree.fromstring(svg)
 
 
-@pytest.mark.parametrize("phase", ["naive", "sap-1d", "sap-2d", "sweep-tiling", "cells"])
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_the_same_moment_gives_the_same_bytes(phase):
     one, two = (as_svg(take_picture(simulation(phase)), velocities=True) for _ in range(2))
     assert one == two
@@ -94,7 +95,7 @@ def test_every_role_has_a_look():
 @pytest.mark.parametrize("bodies", [0, 1])
 def test_scenes_of_hardly_anything(bodies):
     scene = kt.Scene([(3.0, 4.0)] * bodies, [(0.0, 0.0)] * bodies, 0.5)
-    for phase in ("naive", "sap-1d", "sap-2d", "cells"):
+    for phase in GENERAL:
         read(as_svg(take_picture(kt.Simulation(scene, phase)), velocities=True))
 
 

@@ -18,11 +18,10 @@ from kinetile_conformance.checks import process_independence
 from kinetile_conformance.runner import CheckRun, Plan, Runner
 from kinetile_conformance.strategies.swarms import swarm
 from kinetile_plugins.naive import near as everybody
+from lanes import BUILT_IN
 from registering import registered
 
 pytestmark = pytest.mark.interpreted
-
-BUILT_IN = ("naive", "sap-1d", "sap-2d", "cells", "sweep-tiling")
 
 
 @hook
@@ -198,7 +197,7 @@ def test_what_a_run_leaves_is_a_function_of_the_scene(kind):
         try:
             left.append(outcome(Subject(name, {}), scene, 60).tables)
         except Refused:
-            assert (name, kind) == ("sweep-tiling", "cloud")
+            assert (name, kind) == ("power", "cloud")
     assert len(left) >= len(BUILT_IN) - 1
     assert len(left[0]) > 20
     for other in left[1:]:

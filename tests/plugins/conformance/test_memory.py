@@ -20,9 +20,9 @@ from kinetile_conformance.checks.memory import first_breach
 from kinetile_conformance.runner import CheckRun
 from kinetile_conformance.strategies.gallery import SMALL, smallest
 from kinetile_conformance.watched_hooks import Breach, guarded
+from lanes import BUILT_IN
 
 TESTS = Path(__file__).parents[2]
-BUILT_IN = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling", "stripes")
 
 SEEN = {
     "uncounts": "repair wrote counts.structural (0, where 1 stood)",
@@ -120,7 +120,7 @@ def test_a_class_that_cannot_be_imported_goes_by_value():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", BUILT_IN)
+@pytest.mark.parametrize("name", [*BUILT_IN, "stripes"])
 def test_the_phases_that_there_are_touch_nothing_else(name):
     assert said_by(memory.writes_only_where_it_may, name) is None
 

@@ -14,6 +14,7 @@ from agreement import outcome
 from kinetile.errors import PhaseError, Refused
 from kinetile.plugin.protocols import check_parts
 from kinetile_plugins.sweep_tiling import SweepTiling
+from lanes import GENERAL
 from registering import registered
 from tilings import crevice, take_the_limit_away
 
@@ -21,7 +22,6 @@ POSITION = [[0.25, 0.5], [0.75, 0.5]]
 VELOCITY = [[1.0, 0.0], [-1.0, 0.0]]
 WALLED = kt.Scene(POSITION, VELOCITY, 0.125, arena=(1.0, 1.0))
 BOXES = kt.Scene(POSITION, VELOCITY, shape=kt.box(0.2, 0.1), arena=(1.0, 1.0))
-OTHERS = ("naive", "cells", "sap-1d", "sap-2d")
 
 
 def too_different(ratio: float) -> kt.Scene:
@@ -43,7 +43,7 @@ def too_different(ratio: float) -> kt.Scene:
 def test_what_it_cannot_do_is_refused_and_the_others_are_named(scene, narrow, sentence):
     with pytest.raises(Refused, match=f"^{sentence}") as caught:
         kt.Simulation(scene, "sweep-tiling", narrow_phases=narrow)
-    for name in OTHERS:
+    for name in GENERAL:
         assert name in str(caught.value)
         kt.Simulation(scene, name, narrow_phases=narrow).run(until=0.5)
 
@@ -68,7 +68,7 @@ def test_squares_lost_a_contact_without_a_word():
     assert sentence.startswith("sweep-tiling is right only while bodies touch at the sum of their radii, and")
     assert "narrow phase 'squares' of square_pairs" in sentence
     assert "contact_distance='closer', the default" in sentence
-    runs = [as_squares(name) for name in OTHERS if name in sentence]
+    runs = [as_squares(name) for name in GENERAL if name in sentence]
     for sim in runs:
         sim.run(until=1.0)
     assert [len(sim.contacts) for sim in runs] == [56] * 4

@@ -20,7 +20,7 @@ from kinetile.run.engine import engine as engines
 from kinetile.run.engine.agenda import LAST, History, to_the_front
 from kinetile.run.engine.fields import fields_of
 from kinetile.scene.files import dumps_scene, loads_scene
-from lanes import examples
+from lanes import BUILT_IN, examples
 
 
 def numbered(first: int, ticks: list[int]) -> np.ndarray:
@@ -166,9 +166,6 @@ def test_new_contacts_are_those_after_the_old_ones(mixed):
         assert (sim.contacts_since(count) == sim.contacts[count:]).all()
 
 
-PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power"]
-
-
 def row_of_touching_bodies(**more: Any) -> kt.Scene:
     """Six unit discs that touch in pairs, three of the pairs closing in at once, so that contacts of one tick
     follow each other; dyadic numbers, so that ties are exact."""
@@ -203,7 +200,7 @@ def same(one: kt.Simulation, other: kt.Simulation) -> None:
     assert (other.velocities() == one.velocities()).all()
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_a_command_for_a_third_body_ran_the_contact_that_it_was_to_avert(phase):
     scene = kt.Scene([[1, 1], [2, 1], [3, 3]], [[0.5, 0], [-0.5, 0], [0, 0]], 0.25, 1.0, (4, 4))
     sim = kt.Simulation(scene, phase, live=True)
@@ -216,11 +213,11 @@ def test_a_command_for_a_third_body_ran_the_contact_that_it_was_to_avert(phase):
     sim.set_velocities([0, 1], [(-0.5, 0.0), (0.5, 0.0)])  # they part, and never touch
     sim.run(1.0)
     assert len(sim.contacts) == 0
-    for other in PHASES:
+    for other in BUILT_IN:
         same(sim, replayed(sim.recorded(), other))
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_a_removal_at_the_very_start_ran_the_contacts_of_touching_bodies(phase):
     sim = kt.Simulation(row_of_touching_bodies(), phase, live=True)
     sim.remove(1)
@@ -230,19 +227,19 @@ def test_a_removal_at_the_very_start_ran_the_contacts_of_touching_bodies(phase):
     assert sim.contacts[["a", "b"]].tolist() == [(2, 3), (4, 5)]
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_one_command_after_two_contacts_gave_four(phase):
     sim = kt.Simulation(row_of_touching_bodies(), phase, live=True)
     sim.run(1.0, max_contacts=2)
     sim.set_velocity(4, (-0.5, 0.0))  # averts the third
     assert len(sim.contacts) == 2
-    for other in PHASES:
+    for other in BUILT_IN:
         same(sim, replayed(sim.recorded(), other))
     sim.run(0.0)
     assert len(sim.contacts) == 2
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_a_recording_between_two_contacts_of_a_tick_had_all_contacts_of_the_tick(phase):
     """And one that ends beside a double, at a start that is not zero, or at the very start."""
     for start, contacts in ((0.0, 0), (0.0, 1), (0.0, 2), (1e9 + 0.3, 1), (1e9 + 0.3, 7)):
@@ -303,7 +300,7 @@ def play(sim: kt.Simulation, what: list[tuple[str, int, float]]) -> list[int]:
 
 
 @settings(max_examples=examples(40), deadline=None)
-@given(commands, st.booleans(), st.sampled_from(PHASES))
+@given(commands, st.booleans(), st.sampled_from(BUILT_IN))
 def test_commands_at_a_stop_leave_pending_contacts_pending(what, turns_of_its_own, phase):
     own = [kt.Turn(0, 0.0, (0.5, 0.0)), kt.Insert(0.0, (2.0, 1.0), (0.0, 1.0), 0.5)]
     scene = row_of_touching_bodies(commands=own if turns_of_its_own else [])
@@ -336,7 +333,7 @@ def jammed(sim: kt.Simulation) -> tuple[tuple[int, int], int]:
 
 @pytest.mark.slow
 @pytest.mark.compiled
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_a_jam_ended_the_game(phase):
     """The commands that end it are in the recording, whose replay is jammed at the same contact."""
     sim = kt.Simulation(squeezed(), phase, live=True)

@@ -14,9 +14,7 @@ import kinetile as kt
 from kinetile.errors import Refused
 from kinetile.kernel.images import remainder, turns_of
 from kinetile.run.engine import engine, spans
-from lanes import first
-
-PHASES = ["naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power"]
+from lanes import BUILT_IN, first
 
 
 def slow(speed: float, **more: object) -> kt.Scene:
@@ -43,7 +41,7 @@ def steps_of(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return moved
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", BUILT_IN)
 def test_each_empty_span_cost_a_step_of_python(phase, monkeypatch):
     """Two million spans for ten contacts, which would have taken minutes; now some hundred steps."""
     moved = steps_of(monkeypatch)

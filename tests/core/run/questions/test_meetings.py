@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from agreement import PHASES, TILING
+from agreement import ALL
 from encounters import true_touch
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.tables import NEVER
@@ -85,7 +85,7 @@ def test_two_bodies_meet_when_their_plans_say(scene):
 @given(scene=scenes(), until=st.sampled_from([0.25, 1.0]))
 def test_answers_are_the_same_under_every_phase(scene, until):
     seen = set()
-    for phase, options in PHASES + TILING:
+    for phase, options in ALL:
         try:
             sim = kt.Simulation(scene, phase, options=options)
             sim.run(until=until, max_contacts=EVENTS)

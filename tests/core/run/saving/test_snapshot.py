@@ -18,8 +18,7 @@ import kinetile as kt
 import saved_runs
 from kinetile.errors import Refused
 from kinetile.kernel.compiled import INTERPRETED
-
-PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power")
+from lanes import BUILT_IN
 
 
 def lively(name: str) -> kt.Simulation:
@@ -39,7 +38,7 @@ def ways(sim, path):
     return [copy.copy(sim), copy.deepcopy(sim), pickle.loads(pickle.dumps(sim)), kt.resume(path), other]
 
 
-@pytest.mark.parametrize("name", PHASES)
+@pytest.mark.parametrize("name", BUILT_IN)
 def test_every_way_goes_on_to_the_same_bits(tmp_path, name):
     sim = lively(name)
     there = sim.snapshot()
@@ -58,16 +57,16 @@ def test_every_way_goes_on_to_the_same_bits(tmp_path, name):
 
 def test_another_phase_goes_on_to_the_same_contacts(tmp_path):
     """Each phase hands over to the next: to itself and to one of another structure."""
-    hand_over(tmp_path, lambda at: (PHASES[at], PHASES[(at + 1) % len(PHASES)]))
+    hand_over(tmp_path, lambda at: (BUILT_IN[at], BUILT_IN[(at + 1) % len(BUILT_IN)]))
 
 
 @pytest.mark.slow
 def test_every_phase_goes_on_from_every_other(tmp_path):
-    hand_over(tmp_path, lambda at: PHASES)
+    hand_over(tmp_path, lambda at: BUILT_IN)
 
 
 def hand_over(folder: Path, others) -> None:
-    for at, name in enumerate(PHASES):
+    for at, name in enumerate(BUILT_IN):
         sim = lively(name)
         sim.save(folder / "s.kt")
         sim.run(0.5)

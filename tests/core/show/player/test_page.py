@@ -17,6 +17,7 @@ from kinetile.show.player import recording, view_scene
 from kinetile.show.player.page import MODULES, encode, script
 from kinetile_conformance.cases import Subject, save_case
 from kinetile_conformance.view import view_saved
+from lanes import BUILT_IN
 from player_pages import SCENES, UNTIL, ask_node, decode, needs_node
 from programs import program
 
@@ -65,7 +66,7 @@ def test_the_page_loads_nothing():
 def test_pages_are_small():
     few = kt.make_scene("random", bodies=24, density=0.3, radius_ratio=4, seed=4)
     many = kt.make_scene("grid", bodies=1024, density=0.5)
-    race = [(phase, {}) for phase in ("naive", "sap-1d", "sap-2d", "sweep-tiling", "cells")]
+    race = [(phase, {}) for phase in BUILT_IN]
     assert len(str(view_scene(few, race, until=0.3))) < 300_000
     assert len(str(view_scene(many, [("sweep-tiling", {})], until=0.2, steps=False))) < 1_500_000
 

@@ -9,9 +9,8 @@ import pytest
 import kinetile as kt
 from chromium import Browser, needs_chromium
 from kinetile.show.player import view_scene
+from lanes import BUILT_IN
 from player_pages import FILES
-
-PHASES = ("naive", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "cells")
 
 TOLD = """(() => {
     const rows = [...document.querySelectorAll("#race tr")].slice(1);
@@ -27,22 +26,22 @@ def scene():
 @needs_chromium
 @pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
 def test_counts_are_those_of_runs_and_contacts_are_the_same(width, height, tmp_path):
-    path = view_scene(scene(), [(name, {}) for name in PHASES], until=0.3).save(tmp_path / "race.html")
+    path = view_scene(scene(), [(name, {}) for name in BUILT_IN], until=0.3).save(tmp_path / "race.html")
     with Browser(width, height) as browser:
         browser.open(path)
         for until in (0.0, 0.1, 0.3):
             browser.value(f"kinetilePlayer.goTo('{until}')")
             browser.settle()
             rows, said = json.loads(browser.value(TOLD))
-            sims = [kt.Simulation(scene(), name) for name in PHASES]
+            sims = [kt.Simulation(scene(), name) for name in BUILT_IN]
             for sim in sims:
                 sim.run(until=until)
             met = str(len(sims[0].contacts))
-            assert [row[0] for row in rows] == [*PHASES]
+            assert [row[0] for row in rows] == [*BUILT_IN]
             assert [row[1] for row in rows] == [str(sim.readings.structural_events) for sim in sims]
-            assert [row[3] for row in rows] == [met] * len(PHASES)
+            assert [row[3] for row in rows] == [met] * len(BUILT_IN)
             assert len({row[4] for row in rows}) == 1
-            assert said.startswith(f"The same {met} contacts under all {len(PHASES)} phases.")
+            assert said.startswith(f"The same {met} contacts under all {len(BUILT_IN)} phases.")
             assert ("Latest:" in said) == (met != "0")
         assert browser.value("document.documentElement.scrollWidth") <= width
         assert browser.said() == []

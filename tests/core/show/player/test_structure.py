@@ -9,9 +9,8 @@ import kinetile as kt
 from kinetile.plugin.drawing import Box, Entry, Link
 from kinetile.show.player import recording, view_scene
 from kinetile.show.player.page import encode
+from lanes import BUILT_IN
 from player_pages import SCENES, ask_node, decode, in_order, needs_node, plain
-
-PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling")
 
 DRAWN = """
     return given.times.map((time) => {
@@ -24,7 +23,7 @@ DRAWN = """
 @needs_node
 @pytest.mark.parametrize(
     ("phase", "name"),
-    [*((phase, "nine") for phase in PHASES), ("sap-1d", "come and go")],
+    [*((phase, "nine") for phase in BUILT_IN), ("sap-1d", "come and go")],
 )
 def test_what_is_drawn_is_what_the_phase_draws(phase, name, tmp_path):
     scene = SCENES.get(name) or kt.make_scene("grid", bodies=9, density=0.5, seed=4)
