@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import runpy
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import kinetile as kt
@@ -12,7 +14,7 @@ from lanes import GENERAL, first
 
 SCENES = Path(__file__).parents[1] / "docs" / "scenes"
 CONTACTS = {"sinai": 61, "stadium": 28, "maze": 64, "brick-breaker": 50}
-"""Of the whole run, or 64; the page has the maze's."""
+"""Of the whole run, or 64."""
 
 
 def test_no_scene_is_left_out():
@@ -37,3 +39,47 @@ def test_the_recorded_game_is_the_file():
     play = runpy.run_path(str(SCENES.parent / "examples" / "brick_breaker.py"))["play"]
     recorded = play().recorded()
     assert recorded == kt.load_scene(SCENES / "brick-breaker.toml")
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_a_disc_meets_the_stadium_as_often_as_it_must():
+    """The disc's middle has a smaller polygon for itself, and the rate is exact (docs/shapes.md)."""
+    stadium = kt.load_scene(SCENES / "stadium.toml")
+    corners, disc = stadium.position[:-1], len(stadium) - 1  # anticlockwise
+    sides = np.roll(corners, -1, axis=0) - corners
+    way = np.arctan2(sides[:, 1], sides[:, 0])
+    s, lengths = stadium.radius[disc], np.hypot(*sides.T)
+    lost = 2 * s * np.tan((way - np.roll(way, 1)) % (2 * math.pi) / 2).sum()  # of the outline, at all corners
+    x, y = corners.T
+    area = (x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+    exact = np.hypot(*stadium.velocity[disc]) * (lengths.sum() - lost)
+    exact /= math.pi * (area - s * lengths.sum() + s * lost / 2)
+    sim = kt.Simulation(stadium, keep_contacts=False)
+    sim.run(until=800_000.0, observe=["rates"])  # the file's own end is at 60
+    rate = sim.observed["rates"]["pairs"]
+    assert abs(rate.mean - exact) < 4 * rate.error
+    assert rate.error < 0.005 * exact
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_no_disc_is_ever_in_a_wall_of_the_maze():
+    maze = kt.load_scene(SCENES / "maze.toml")
+    wall = maze.mass == math.inf
+    begin, r = maze.position[wall], maze.radius[~wall]
+    along = np.array([maze.shapes[each].core[1] for each in maze.shape[wall]])
+    lists = []
+    for phase in ("cells", "naive", "sap-1d", "sap-2d"):
+        sim = kt.Simulation(maze, phase)
+        while sim.time < 40.0:
+            sim.run(max_contacts=20)
+            away = sim.positions()[~wall][:, None] - begin  # (discs, walls, 2)
+            part = np.clip((away * along).sum(axis=2) / (along**2).sum(axis=1), 0, 1)
+            gap = np.linalg.norm(away - part[..., None] * along, axis=2) - r[:, None]
+            assert gap.min() > -1e-12
+        middles = sim.positions()[~wall]
+        assert (middles > 0).all()  # none has left
+        assert (middles < (10, 8)).all()
+        lists.append(sim.contacts)
+    assert all(np.array_equal(lists[0], each) for each in lists)
