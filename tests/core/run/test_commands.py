@@ -226,7 +226,7 @@ def test_a_body_of_another_mass_in_a_slot_that_was_left(phase):
 @given(living_scenes())
 def test_all_phases_agree_while_bodies_come_and_go(scene):
     expected = None
-    for phase in BUILT_IN:
+    for phase in BUILT_IN if scene.arena is not None else BUILT_IN[:-1]:  # power, the last, needs an arena
         sim = kt.Simulation(scene, phase, audit=5)
         sim.run(until=scene.start + 4.0, max_contacts=60)
         places = sim.positions().tobytes(), sim.velocities().tobytes()

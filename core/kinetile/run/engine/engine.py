@@ -40,6 +40,7 @@ from kinetile.kernel.loop import (
     LOG_FULL,
     NO_ROOM,
     TIME_REACHED,
+    WATCHED,
 )
 from kinetile.kernel.loop.bookkeeping import log_is_full
 from kinetile.kernel.loop.commands import FREE, LONG_AGO
@@ -265,6 +266,7 @@ class Engine(Tables):
         if reason == BLOCKED:
             command = self.k.commands.view(np.ndarray)[self.fields.lists.command[0]]
             raise blocked(self.k, self.clock, command.copy(), int(self.fields.fault.b[0]))
+        watched = self.fields.stops.due[0]  # what wants room or a wider skin may be an event to stop at, too
         if reason == NO_ROOM:
             self._grow_pairs()
         elif reason == FASTER:
@@ -275,7 +277,10 @@ class Engine(Tables):
             return COMMAND_DUE
         elif reason == COMMAND_DUE:
             return COMMAND_DUE if self._make_slot() else BUDGET_SPENT
-        return BUDGET_SPENT if reason in (NO_ROOM, LOG_FULL, FASTER) else reason
+        if reason not in (NO_ROOM, LOG_FULL, FASTER):
+            return reason
+        self.fields.stops.due[0] = 0
+        return WATCHED if watched else BUDGET_SPENT
 
     def _demand_whole(self) -> None:
         """Raises PhaseError if a call has left the tables unusable."""
