@@ -128,10 +128,7 @@ def judged(name: str, check: str, expected: bool = False):
         ("flies", "its-features-are-known", "'flies', which nothing can disprove"),
         ("remembers", "state-is-not-kept", "after half radii, "),
         pytest.param(
-            "names-two",
-            "its-structure-is-true-while-all-pass",
-            "are not a candidate pair",
-            marks=pytest.mark.slow,
+            "names-two", "its-structure-is-true-while-all-pass", "is not near", marks=pytest.mark.slow
         ),
         ("names-two", "its-structure-is-true", "is not near"),
         ("only-up-to-a-skin", "skin-limit-holds-at-its-edge", "just below its limit"),

@@ -20,7 +20,6 @@ SEEN = (
     pytest.param(
         *("shared", "sap-1d-one-state-for-all-instances", "state-is-not-kept"), marks=pytest.mark.slow
     ),
-    pytest.param(*("shared", "sap-1d-no-two-runs-alike", "state-is-not-kept"), marks=pytest.mark.slow),
     ("start", "naive-tires-of-a-late-clock", "same-contacts-after-a-change-of-view"),
     ("anew", "sap-1d-makes-its-pairs-at-the-first-building-only", "resumes"),
     ("turns", "sap-1d-ignores-turns", "same-contacts-with-turns"),

@@ -387,7 +387,7 @@ def test_an_error_of_the_kit_is_told_with_its_traceback() -> None:
     for said in (machine.reason, minimiser.said):
         assert "an error of the kit itself, not of the phase, in check " in said
         assert "\nTypeError: 'NoneType' object is not callable\n" in said
-    assert "in begin\n" in machine.reason
+    assert "Traceback (most recent call last):\n" in machine.reason
     assert "\n             TypeError: " in str(report)
     assert minimiser.said.startswith("contact ")
 
