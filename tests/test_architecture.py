@@ -47,9 +47,6 @@ def test_what_judges_and_shows_uses_nothing_private(package):
 INSTRUMENTS = tuple(PLUGINS / f"kinetile_{name}" for name in ("accuracy", "bench", "conformance"))
 """Packages that import what docs/api/instruments.md promises, as any foreign instrument may."""
 
-UNDER_THE_ENGINE = {"watched_hooks.py"}
-"""Two checks of the kernel's memory: the page names them as its limit."""
-
 ROW = re.compile(r"^\| `(kinetile[\w.]*)` \| (.*?) \|", re.MULTILINE)
 
 
@@ -62,7 +59,7 @@ def test_instruments_import_what_their_page_promises():
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("kinetile."):
                 found = {(str(node.module), alias.name) for alias in node.names} - scene
-                if node.module not in open_to_all and path.name not in UNDER_THE_ENGINE:
+                if node.module not in open_to_all:
                     assert found <= promised, (path, found - promised)
                 used |= found
     assert promised <= used, promised - used

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from kinetile.errors import KinetileError, Refused
+from kinetile.errors import Refused
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.scene import Scene
 from kinetile_conformance.cases import Subject
@@ -44,25 +44,18 @@ def first_breach(subject: Subject, scenes: Titled) -> str | None:
 
 def _watched(subject: Subject, scenes: Titled) -> str | None:
     """Return the first breach of a phase whose hooks are watched, and its scene; None where there is none.
-
-    Scenes that the phase refuses are left out; raises Refused where it refuses all, and where there is
-    another end.
-    """
-    refusal: KinetileError | None = None
-    run = 0
+    Scenes that the phase refuses are left out; raises Refused where it refuses all."""
+    refused = []
     for title, scene in scenes:
         try:
             said = watch_hooks(subject, scene)
-        except KinetileError as error:
-            if not isinstance(error, Refused):
-                raise Refused(str(error)) from error
-            refusal = error
+        except Refused as refusal:
+            refused.append(refusal)
             continue
-        run += 1
         if said is not None:
             return f"{said}, on {title}"
-    if refusal is not None and not run:
-        raise refusal
+    if len(refused) == len(scenes):
+        raise refused[0]
     return None
 
 

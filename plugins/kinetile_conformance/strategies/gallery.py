@@ -55,12 +55,11 @@ SMALL = tuple(
         *(
             (f"{bodies} bodies of the kind {kind!r}", swarm(kind, bodies, variation=variation))
             for kind, bodies, variation in (
-                *(("gas", 8, 7), ("gas", 16, 3), ("lattice", 12, 0), ("shear", 12, 0)),
-                *(("cloud", 12, 1), ("far", 9, 7), ("returning", 12, 0)),
-                *(("burst", 30, 2), ("corridor", 30, 2), ("crowd", 24, 1), ("crowd", 40, 4)),
+                *(("gas", 16, 3), ("lattice", 12, 0), ("cloud", 12, 1), ("far", 9, 7)),
+                *(("burst", 20, 2), ("corridor", 20, 2), ("crowd", 24, 4)),
             )
         ),
-        ("a swarm on a torus", torus(7)),
+        ("a swarm on a torus", torus(19)),
         ("a swarm of shapes on a torus", shape_torus(6)),
     )
 )

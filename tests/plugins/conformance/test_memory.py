@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
-import numpy as np
 import pytest
 
 import kinetile as kt
@@ -19,15 +17,16 @@ from kinetile_conformance.checks.check import Check, Observation
 from kinetile_conformance.checks.memory import first_breach
 from kinetile_conformance.runner import CheckRun
 from kinetile_conformance.strategies.gallery import SMALL, smallest
-from kinetile_conformance.watched_hooks import Breach, guarded
 from lanes import BUILT_IN
 
 TESTS = Path(__file__).parents[2]
 
+OUTSIDE = "raised IndexError: index {} is out of bounds for axis 0 with size 1 (trespassing_phases.py, line "
+
 SEEN = {
     "uncounts": "repair wrote counts.structural (0, where 1 stood)",
     "tolerates": "repair wrote clock.limits.tolerance (1.0, where ",
-    "brakes-another": "near used k.bodies[3], and it has 1 (",
+    "brakes-another": "near " + OUTSIDE.format(3),
     "brakes-the-fourth": "near wrote bodies[3].vx (0.0625, where ",
     "sets-its-own": "repair wrote queue[0].own, the certificate of body 0, other than by schedule",
     "sets-anothers": "repair wrote queue[1].own, the certificate of body 1, other than by schedule",
@@ -37,12 +36,12 @@ SEEN = {
     "arranges-the-scene": "arrange wrote the scene's radius",
     "moves-who-comes-soon": "soon wrote places[",
     "mends-in-audit": "audit wrote s.failed",
-    "strays": "near used s.failed[1], and it has 1 (trespassing_phases.py, line ",
-    "strays-before": "near used s.failed[-2], which is before its beginning (trespassing_phases.py, line ",
-    "asks-the-last": "near used k.bodies[-1], which is before its beginning (trespassing_phases.py, line ",
-    "asks-one-too-many": "repair used k.bodies[1], and it has 1 (trespassing_phases.py, line ",
+    "strays": "near " + OUTSIDE.format(1),
+    "strays-before": "near " + OUTSIDE.format(-2),
+    "asks-the-last": "near raised IndexError: index -1 is below 0, in one of the kernel's tables (",
+    "asks-one-too-many": "repair " + OUTSIDE.format(1),
     "takes-in-uncounted": "enter wrote counts.structural (",
-    "lets-go-one-further": "leave used s.failed[",
+    "lets-go-one-further": "leave raised IndexError: index ",
     "misspells": "replan raised AttributeError: 'record' object has no attribute 'vz' (trespassing_",
 }
 ALLOWED = ("strays-where-told", "strays-in-the-kernel", "uses-the-toolbox", "takes-in-and-lets-go")
@@ -123,25 +122,3 @@ def test_a_class_that_cannot_be_imported_goes_by_value():
 @pytest.mark.parametrize("name", [*BUILT_IN, "stripes"])
 def test_the_phases_that_there_are_touch_nothing_else(name):
     assert said_by(memory.writes_only_where_it_may, name) is None
-
-
-class Arrays(NamedTuple):
-    """Some arrays."""
-
-    line: np.ndarray
-    square: np.ndarray
-
-
-def test_rows_of_rows_and_single_numbers_are_looked_at():
-    arrays = guarded(Arrays(np.arange(3), np.zeros((2, 4))), "s", strict=False)
-    assert (arrays.line[-1], arrays.square[1][3], arrays.square[-2, -4]) == (2, 0.0, 0.0)
-    assert [int(each) for each in arrays.line] == [0, 1, 2]
-    assert arrays.line[1:7].tolist() == [1, 2]
-    for use, said in (
-        (lambda: arrays.line[3], r"s\.line\[3\], and it has 3"),
-        (lambda: arrays.line[-4], r"s\.line\[-4\], which is before"),
-        (lambda: arrays.square[1][4], r"s\.square\[1\]\[4\], and it has 4"),
-        (lambda: arrays.square[0, 4], r"s\.square\[4\], and it has 4"),
-    ):
-        with pytest.raises(Breach, match=said):
-            use()
