@@ -142,13 +142,6 @@ class IsolatedRunner:
             raise PhaseError(f"the child has sent no result of the check {name!r}")
         return result
 
-    def tightness(self) -> float | None:
-        """Return the phase's over-reporting; None where the child does not survive measuring it."""
-        with suppress(Died):
-            found: float | None = self._call(Runner.tightness)
-            return found
-        return None
-
     def attempt(self, what: str, function: Callable[..., Any], *arguments: Any) -> Any:
         """Return what a function of the runner in the child returns; raise PhaseError, with the cause, where
         the child does not survive it."""

@@ -62,14 +62,7 @@ def _number(value: float | None) -> str:
 
 def _checks(judged: Sequence[Judged]) -> Iterator[str]:
     found = [{result.check: result.status for result in each.report.results} for each in judged]
-    rows = [
-        ["verdict", *(_marked(each.verdict, each.verdict) for each in judged), "of all checks together"],
-        [
-            "over-reporting",
-            *(_number(each.report.tightness) for each in judged),
-            "Candidate pairs for each overlap of boxes: they cost time, and are no fault.",
-        ],
-    ]
+    rows = [["verdict", *(_marked(each.verdict, each.verdict) for each in judged), "of all checks together"]]
     sentences = {result.check: result.sentence for each in judged for result in each.report.results}
     for check, sentence in sentences.items():
         if all(each.get(check, "skipped") == "skipped" for each in found):

@@ -214,7 +214,7 @@ class EngineReport(Report):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the report, fit for JSON."""
-        of_phases = ("broad_phase", "options", "narrow_phases", "distribution", "tightness")
+        of_phases = ("broad_phase", "options", "narrow_phases", "distribution")
         kept = {key: value for key, value in super().as_dict().items() if key not in of_phases}
         return {"command": self.name, "asked": self.asked, "within": self.within} | kept
 

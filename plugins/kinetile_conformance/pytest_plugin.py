@@ -48,7 +48,7 @@ def parametrize_with_checks(name: str, **options: Unpack[Options]) -> Any:
             result = runner.run(check)
             if result.status == "skipped":
                 pytest.skip(result.reason)
-            assert result.ok, str(plan.report((result,), None))
+            assert result.ok, str(plan.report((result,)))
 
         marks = () if expected is None else (pytest.mark.xfail(reason=expected, strict=True),)
         return pytest.param(run, id=check, marks=marks)

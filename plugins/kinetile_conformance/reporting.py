@@ -62,7 +62,6 @@ class Report:
     options: Mapping[str, Any]
     distribution: str
     results: tuple[Result, ...]
-    tightness: float | None = None
     seconds: float = 0.0
     kit: str = KIT_VERSION
     notes: tuple[str, ...] = field(default=())
@@ -109,7 +108,6 @@ class Report:
             "distribution": self.distribution,
             "conforms": self.conforms,
             "reference_in_doubt": self.in_doubt,
-            "tightness": self.tightness,
             "seconds": self.seconds,
             "checks": [self.row(result) for result in self.results],
             "notes": list(self.notes),
@@ -162,11 +160,8 @@ class Report:
 
     @property
     def foot(self) -> str:
-        """The lines below the results: how much is over-reported, notes, and whether the phase conforms."""
+        """The lines below the results: notes, and whether the phase conforms."""
         lines = [f"  {note}" for note in self.notes]
-        if self.tightness is not None:
-            ratio = f"{self.tightness:.2f} candidate pairs for each overlap of boxes"
-            lines.insert(0, f"  over-reporting: {ratio}")
         saved = [result for result in self.failed if result.case is not None]
         if saved:
             simplest = min(saved, key=lambda result: (OWN not in result.said, result.bodies or 0))

@@ -35,9 +35,8 @@ from kinetile_conformance.deadline import SECONDS, Deadline, TimeIsUp, begin_sce
 from kinetile_conformance.diagnosis import diagnosed
 from kinetile_conformance.drawing import Drawing, reduced
 from kinetile_conformance.reporting import Report, Result, saved
-from kinetile_conformance.smoke_test import smoke_test, tightness
+from kinetile_conformance.smoke_test import smoke_test
 from kinetile_conformance.strategies.kinds import acceptable
-from kinetile_conformance.strategies.small import FEW
 
 NOT_AUTHORS.add(Path(__file__).parent)
 
@@ -160,7 +159,7 @@ class Plan:
         """The plan as it is sent to another process: its results go to the caller of that."""
         return replace(self, on_result=_ignore, on_scene=_ignore)
 
-    def report(self, results: Sequence[Result], tight: float | None, notes: tuple[str, ...] = ()) -> Report:
+    def report(self, results: Sequence[Result], notes: tuple[str, ...] = ()) -> Report:
         """Return the report on these results."""
         first, *_ = provided(self.subject)
         return Report(
@@ -170,7 +169,6 @@ class Plan:
             narrow_phases=self.subject.narrow,
             response=self.subject.response,
             results=tuple(results),
-            tightness=tight,
             seconds=time.perf_counter() - self.began,
             notes=notes,
         )
@@ -312,10 +310,6 @@ class Runner:
         """Load and compile the phase, and run it once (``smoke_test.smoke_test``)."""
         smoke_test(self.subject)
 
-    def tightness(self) -> float | None:
-        """Return the phase's over-reporting (``smoke_test.tightness``)."""
-        return tightness(self.subject)
-
     def close(self) -> None:
         """Do nothing: in this process there is nothing to end."""
 
@@ -340,7 +334,7 @@ class Runner:
         try:
             fails = self._drawing.scenes_fail(each, run.holds)
             if fails and self.plan.minimises(name) and each.draws:
-                self._minimise(run)
+                self._reduce(run)
         except TimeIsUp:
             late = run.said is None
         result = Result(each.name, each.sentence, "passed", run.count, 0.0)
@@ -353,22 +347,6 @@ class Runner:
             reason = run.inapplicable or f"it refuses all scenes of this check: {run.refusal}"
             result = replace(result, status="skipped", reason=reason)
         return replace(result, seconds=spent() - began)
-
-    def _minimise(self, run: CheckRun) -> None:
-        """Search for a smaller scene on which a check fails.
-
-        With small scenes, leaving out bodies can end where no single one can be left out, and yet fewer would
-        do. So where more than a few are left, scenes of a few bodies are drawn as well.
-        """
-        self._reduce(run)
-        draw = run.each.strategy.few if run.each.strategy else None
-        if draw is None or run.scene is None or len(run.scene) <= FEW:
-            return
-        few = self._check_run(run.each, self._references, Deadline(self.plan.seconds))
-        if any(not few.holds(scene) for scene in draw(8 * self.plan.examples, self.plan.seed)):
-            self._reduce(few)
-            run.said, run.scene = few.said, few.scene
-        run.count += few.count
 
     def _reduce(self, run: CheckRun) -> None:
         """Leave out of a scene what is not needed for its failure."""

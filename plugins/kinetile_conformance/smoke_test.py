@@ -1,6 +1,6 @@
-"""The smoke test before all checks, and the over-reporting of a phase after them.
+"""The smoke test before all checks.
 
-The smoke test loads a phase, compiles its loop and runs one scene of two bodies. What fails there is no
+It loads a phase, compiles its loop and runs one scene of two bodies. What fails there is no
 matter of conformance: it is said once, with the author's own file and line, and nothing is judged.
 """
 
@@ -9,12 +9,9 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 
-import numpy as np
-
 from kinetile import box, capsule
 from kinetile.errors import BadOption, KinetileError, MissingExtra, NotJudged, Refused, UnknownName
 from kinetile.scene import Scene, Settings
-from kinetile.scene.by_name import make_scene
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.deadline import begin_scene
 
@@ -73,20 +70,3 @@ def _run(subject: Subject, scene: Scene) -> None:
     with suppress(KinetileError):
         sim.run()
         sim.audit()
-
-
-def tightness(subject: Subject) -> float | None:
-    """Return the candidate pairs for each pair whose bounding boxes overlap, in a dense gas: what a phase
-    costs, and no fault. None where it refuses that gas or fails there, and where no boxes overlap."""
-    held = needed = 0
-    try:
-        sim = subject.simulation(make_scene("grid", bodies=100, density=0.5))
-        for step in range(1, 11):
-            sim.run(until=0.1 * step)
-            place = sim.positions()
-            gap = np.abs(place[:, None] - place[None]).max(axis=2) - 2.0 * float(sim.scene.radius[0])
-            needed += int(np.triu(gap <= 0.0, 1).sum())
-            held += len(sim.candidate_pairs())
-    except KinetileError:  # no check needs so many bodies
-        return None
-    return held / needed if needed else None

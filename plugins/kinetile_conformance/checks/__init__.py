@@ -53,9 +53,6 @@ DRAWS: dict[str, Draw] = {
 }
 """What draws the scenes of each strategy."""
 
-FEW = {"small scenes": small.draw_few, "small scenes with turns": small.draw_few_turning}
-"""What draws such scenes of a few bodies."""
-
 _MODULES = claims, memory, narrow_phases, process_independence, responses, runs, side_effects
 OBSERVATIONS = {
     each.name: each for module in _MODULES for each in vars(module).values() if isinstance(each, Observation)
@@ -74,7 +71,7 @@ def _cells(name: str, row: dict[str, Any]) -> tuple[Strategy | None, dict[Observ
     """Return the strategy of a row, None where observations have scenes of their own, and what is looked at
     on its scenes: for each of ``--examples`` on how many."""
     cells = {OBSERVATIONS[each]: count / 100 for each, count in row.pop("observed").items()}
-    return (Strategy(name, DRAWS[name], few=FEW.get(name), **row) if row else None), cells
+    return (Strategy(name, DRAWS[name], **row) if row else None), cells
 
 
 TABLE = dict(_cells(*row) for row in _READ.items())

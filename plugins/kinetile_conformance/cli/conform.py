@@ -184,7 +184,7 @@ def judge_of_phase(
         "seconds": seconds,
         "in_process": not isolated,
     }
-    return Plan.of(name, given).report((), None), partial(check_broad_phase, name, **given)
+    return Plan.of(name, given).report(()), partial(check_broad_phase, name, **given)
 
 
 def judge_of_program(

@@ -76,27 +76,27 @@ def scene_of(
 
 
 @st.composite
-def line_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Scene:
+def line_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
     """Bodies on one line: all contacts are head-on or from behind, and many come together."""
     arena = (8.0, 1.0) if draw(st.booleans()) else None
-    return scene_of(draw(several(body_in_cell(8, 1, turns), most)), arena, draw(untils))
+    return scene_of(draw(several(body_in_cell(8, 1, turns), MOST)), arena, draw(untils))
 
 
 @st.composite
-def plane_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Scene:
+def plane_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
     """Bodies on a small lattice in the plane, often narrow and crowded: then they all see each other."""
     columns, rows = draw(st.sampled_from([(2, 2), (2, 4), (4, 2), (3, 3), (4, 4)]))
-    least = min(draw(st.sampled_from([FEWEST, 4])), most, columns * rows)
+    least = min(draw(st.sampled_from([FEWEST, 4])), columns * rows)
     arena = (float(columns), float(rows)) if draw(st.booleans()) else None
-    return scene_of(draw(several(body_in_cell(columns, rows, turns), most, least)), arena, draw(untils))
+    return scene_of(draw(several(body_in_cell(columns, rows, turns), MOST, least)), arena, draw(untils))
 
 
 @st.composite
-def box_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Scene:
+def box_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
     """Many bodies in a small box for a long time: all get in the way of all, again and again."""
     columns, rows = draw(st.sampled_from([(3, 3), (2, 2), (3, 3), (4, 2), (2, 4)]))
-    least = min(draw(st.sampled_from([FEWEST, 5])), most, columns * rows)
-    bodies = draw(several(body_in_cell(columns, rows, turns), most, least))
+    least = min(draw(st.sampled_from([FEWEST, 5])), columns * rows)
+    bodies = draw(several(body_in_cell(columns, rows, turns), MOST, least))
     return scene_of(bodies, (float(columns), float(rows)), 8.0)
 
 
@@ -116,11 +116,11 @@ def _slider(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
 
 
 @st.composite
-def sliding_scenes(draw: st.DrawFn, turns: bool = True, most: int = MOST) -> Scene:
+def sliding_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
     """Bodies that slide past each other in columns side by side: which is above which changes where their
     bounds lie one upon the other."""
     columns, rows = draw(st.sampled_from([(2, 4), (3, 3), (3, 4), (2, 6), (4, 4)]))
-    bodies = draw(several(_slider(columns, rows, turns), most, least=min(3, most)))
+    bodies = draw(several(_slider(columns, rows, turns), MOST, least=3))
     return scene_of(bodies, (float(columns), rows + draw(st.sampled_from([0.0, 1.0]))), 8.0)
 
 
@@ -158,12 +158,12 @@ def _small_body(draw: st.DrawFn, ratio: float) -> Body:
 
 
 @st.composite
-def sized_scenes(draw: st.DrawFn, most: int = MOST) -> Scene:
+def sized_scenes(draw: st.DrawFn) -> Scene:
     """One large body and some that are up to a thousand times smaller."""
     ratio = draw(st.sampled_from([4.0, 32.0, 1024.0]))
     radius = draw(st.sampled_from([1.0, 1.375]))  # with the second, cells are as wide as this one
     large = {"position": (2.0, 2.5), "velocity": (draw(speeds), draw(speeds)), "radius": radius}
-    bodies: list[Body] = [large, *draw(several(_small_body(ratio), most - 1, least=1))]
+    bodies: list[Body] = [large, *draw(several(_small_body(ratio), MOST - 1, least=1))]
     for body in bodies:
         body["mass"] = body["radius"] ** 2
     return scene_of(bodies, (4.0, 4.0), draw(untils))
@@ -185,34 +185,30 @@ def _wide_body(draw: st.DrawFn, far: float) -> Body:
 
 
 @st.composite
-def wide_scenes(draw: st.DrawFn, most: int = MOST) -> Scene:
+def wide_scenes(draw: st.DrawFn) -> Scene:
     """Bodies with nothing round about them, without walls, perhaps far from the origin."""
     far = draw(st.sampled_from([0.0, 0.0, 2.0**20, -(2.0**30)]))
-    return scene_of(draw(several(_wide_body(far), most)), None, draw(untils))
+    return scene_of(draw(several(_wide_body(far), MOST)), None, draw(untils))
 
 
-def scenes(turns: bool = True, most: int = MOST) -> st.SearchStrategy[Scene]:
-    """Return the mix that the kit draws from, with up to so many bodies (at least 3)."""
+def scenes(turns: bool = True) -> st.SearchStrategy[Scene]:
+    """Return the mix that the kit draws from."""
     return st.one_of(
-        line_scenes(turns, most),
-        plane_scenes(turns, most),
-        plane_scenes(turns, most),
-        box_scenes(turns, most),
-        box_scenes(turns, most),
-        sliding_scenes(turns, most),
+        line_scenes(turns),
+        plane_scenes(turns),
+        plane_scenes(turns),
+        box_scenes(turns),
+        box_scenes(turns),
+        sliding_scenes(turns),
         grazing_scenes(),
-        sized_scenes(most),
-        wide_scenes(most),
+        sized_scenes(),
+        wide_scenes(),
     )
 
 
-def _small(turns: bool, most: int = MOST) -> Draw:
+def _small(turns: bool) -> Draw:
     """Return what draws from the mix, and makes a quarter so slow that the base of the clock moves on."""
-    return drawn(lambda: st.builds(slowed, scenes(turns, most), st.sampled_from([1.0, 1.0, 1.0, SLOW])))
+    return drawn(lambda: st.builds(slowed, scenes(turns), st.sampled_from([1.0, 1.0, 1.0, SLOW])))
 
 
-FEW = 3
-"""Bodies in a scene that a reader can follow in the head."""
-
-draw_small, draw_few = _small(False), _small(False, FEW)
-draw_turning, draw_few_turning = _small(True), _small(True, FEW)
+draw_small, draw_turning = _small(False), _small(True)

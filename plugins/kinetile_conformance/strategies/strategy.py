@@ -32,8 +32,6 @@ class Strategy:
         suffix: what the name of a check on them ends with.
         where: what the sentence of a check on them ends with.
         contacts: the limit of contacts of a run.
-        few: draws such scenes of a few bodies, to show a failure that cannot be minimised by leaving out
-            bodies one by one; None: there are none.
         broad: whether only a broad phase is judged on them, and no narrow phase that is named.
         fixed: how many there are, where these are always the same; 0: they are drawn.
     """
@@ -43,7 +41,6 @@ class Strategy:
     suffix: str
     where: str
     contacts: int = CONTACTS
-    few: Draw | None = None
     broad: bool = False
     fixed: int = 0
 

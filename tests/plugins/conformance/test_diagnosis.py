@@ -92,7 +92,7 @@ def test_many_rows_are_shown_on_mutants():
         (
             "floor",
             "same-contacts-after-a-change-of-view",
-            "mirrored, contact 1 is missing: body 0 with body 1",
+            "moved, contact 1 is missing: body 0 with body 1",
         ),
         ("sizes", "same-contacts-beside-giants", "contact 3 is missing: body 0 with body 9"),
         ("many", "same-contacts-in-a-swarm", "contact 61 is missing: body 33 with body 34"),
