@@ -262,7 +262,8 @@ def space_time(game: Game, folder: Path) -> None:
         assert space_time_svg(run).startswith(b"<")
 
 
-OBSERVED = ("energy", "momentum", "temperature", "rates", "pressure", "msd", "vacf", "g", "S", "psi6")
+OBSERVED = ("energy", "momentum", "temperature", "rates", "pressure", "msd", "vacf", "g", "S")
+OBSERVED += ("psi6", "cells")
 
 
 def observables(game: Game, folder: Path) -> None:

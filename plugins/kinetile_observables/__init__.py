@@ -9,6 +9,7 @@ from kinetile import ObservableSpec, hookimpl
 def kinetile_observables() -> list[ObservableSpec]:
     """Lists the built-in observables."""
     contacts, moments = "kinetile_observables.contacts", "kinetile_observables.moments"
+    cells = "kinetile_observables.power_cells"
     return [
         ObservableSpec("pressure", f"{contacts}:Pressure", "by the virial of contacts, and by walls"),
         ObservableSpec("rates", f"{contacts}:Rates", "contacts a unit of time, by kinds"),
@@ -20,4 +21,6 @@ def kinetile_observables() -> list[ObservableSpec]:
         ObservableSpec("g", f"{moments}:PairCorrelation", "pair correlation g(r)", aliases=("gr",)),
         ObservableSpec("S", f"{moments}:StructureFactor", "structure factor S(k)", aliases=("sk",)),
         ObservableSpec("psi6", f"{moments}:BondOrder", "order of bonds, six neighbours around one"),
+        ObservableSpec("cells", f"{cells}:PowerCells", "free area and neighbours, by power cells"),
+        ObservableSpec("flips", f"{cells}:Flips", "changes of neighbours a unit of time, under power"),
     ]

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import BadOption, PhaseError
+from kinetile.errors import BadOption, PhaseError, Refused
 from kinetile.kernel.log import INSERTED, TURNED
 from kinetile.plugin.calling import calling, described
 from kinetile.plugin.choices import read_phase
@@ -82,6 +82,9 @@ class Observable:
     axes: Mapping[str, tuple[str, npt.ArrayLike]] = MappingProxyType({})
     """For each quantity that is an array, the name and the values of what it depends on. It is read when the
     run has ended."""
+
+    broad_phase: str = ""
+    """The broad phase whose structure it is of: under another one a run that observes it is refused."""
 
     def prepare(self, scene: Scene) -> None:
         """Prepares for a scene. Raises Refused for a scene in which the observable has no meaning."""
@@ -446,6 +449,13 @@ class Observers:
             each.until = end.until
 
     def _enter(self, moment: Moment, engine: Engine) -> None:
+        for each in self._observations:
+            its, phase = getattr(each.observable, "broad_phase", ""), engine.composition.broad_phase
+            if its not in ("", phase):
+                raise Refused(
+                    f"observable {each.name!r} is of the structure of broad phase {its}, and this run is "
+                    f"under {phase}: run it under {its}, or leave {each.name} out"
+                )
         self._moment, self._engine, self._running = moment, engine, True
         engine.ledger.delivered = True
 

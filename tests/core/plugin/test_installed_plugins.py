@@ -30,6 +30,7 @@ BUILT_IN = {
     ),
     "observable": (
         *("pressure", "rates", "energy", "momentum", "temperature", "msd", "vacf", "g", "S", "psi6"),
+        *("cells", "flips"),
     ),
 }
 

@@ -20,6 +20,7 @@ pytestmark = pytest.mark.small
 ALL = [
     *("pressure:by=counts", "pressure:by=impulses", "rates", "temperature:every=0.013", "energy", "momentum"),
     *("msd:lags=7,every=0.02", "vacf:lags=9", "g:bins=20", "S:modes=3", "psi6", "rates:after=0.3"),
+    "cells",
 ]
 LIVING = [each for each in ALL if "counts" not in each]
 END = 1.0
@@ -55,7 +56,7 @@ SCENES: dict[str, tuple[Callable[[], kt.Scene], list[str]]] = {
     "alike": (newton, ALL),
     "periodic xy": (lambda: kt.make_scene("mixture", bodies=9, density=0.5, periodic="xy"), ALL),
     "commands": (commands, LIVING),
-    "shapes, periodic x": (boxes, [each for each in LIVING if each != "psi6"]),
+    "shapes, periodic x": (boxes, [each for each in LIVING if each not in ("psi6", "cells")]),
 }
 
 

@@ -1,0 +1,134 @@
+"""Observables of power cells: free area, numbers of neighbours, and how often neighbours change.
+
+The power of a point over a disc of centre c and radius r is |x - c|^2 - r^2. The cell of a disc is where the
+power over it is least: of equal discs the Voronoi cell, of others that of the radical tessellation. Two discs
+are neighbours if their cells have a side in common.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile import Scene
+from kinetile.errors import Refused
+from kinetile.run.moment import Moment
+from kinetile.run.observing import Observable
+from kinetile_observables.geometry import axes_with_walls
+
+Floats = npt.NDArray[np.float64]
+
+_AT_ONCE, _LINES = 64, 24
+"""How many cells are computed together, and of how many lines each at first."""
+
+
+class Cells(NamedTuple):
+    """Cells of n discs, (n,) each: area, number of neighbours, and whether a wall is one of the sides."""
+
+    area: Floats
+    neighbours: npt.NDArray[np.int64]
+    walled: npt.NDArray[np.bool_]
+
+
+def cells_of(scene: Scene, places: Floats, radii: Floats) -> Cells:
+    """Returns the power cells of discs that do not overlap, in the arena of a scene.
+
+    A cell is what walls, and a line before each other disc and its images, leave of the plane. The nearest
+    lines are enough: those that are no further away than the furthest corner of what they leave.
+    """
+    walls, sides = np.isin(["x", "y"], [*axes_with_walls(scene)]), np.array(scene.arena)
+    images = np.array([*product(*((0.0,) if wall else (0.0, -1.0, 1.0) for wall in walls))]) * sides
+    others, weights = (images[:, None] + places).reshape(-1, 2), np.tile(radii**2, len(images))
+    ends = np.array([(-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)])[np.tile(walls, 2)]
+    w, most, n = len(ends), len(others) - 1, len(places)
+    found = Cells(np.zeros(n), np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool))
+    todo, lines = np.arange(n), min(_LINES, most)
+    while len(todo):
+        left = [todo[:0]]
+        for rows in np.array_split(todo, -(-len(todo) // _AT_ONCE)):
+            apart = others - places[rows, None]
+            far = np.hypot(apart[..., 0], apart[..., 1])
+            far[far == 0.0] = math.inf  # the disc itself
+            away = far / 2 + (radii[rows, None] ** 2 - weights) / (2.0 * far)
+            near = np.argpartition(away, lines - 1)[:, :lines]
+            to_walls = (ends * (sides * (ends > 0.0) - places[rows, None])).sum(axis=2)
+            h = np.concatenate([to_walls, np.take_along_axis(away, near, 1)], axis=1)
+            normal = np.take_along_axis(apart / far[..., None], near[..., None], 1)
+            normal = np.concatenate([np.broadcast_to(ends, (len(rows), w, 2)), normal], axis=1)
+            upper, lower = _pieces(h, normal[..., 0], normal[..., 1])
+            length = np.maximum(upper - lower, 0.0)
+            corners = np.hypot(h, np.maximum(np.abs(upper), np.abs(lower)))
+            corner = np.where(length > 0.0, corners, 0.0).max(axis=1)
+            side = length > 1e-9 * corner[:, None]  # four cells may have a corner in common, but for rounding
+            found.area[rows] = (h * length).sum(axis=1) / 2
+            found.neighbours[rows], found.walled[rows] = side[:, w:].sum(axis=1), side[:, :w].any(axis=1)
+            if lines < most:
+                left.append(rows[corner > h[:, w:].max(axis=1)])
+        todo, lines = np.concatenate(left), min(2 * lines, most)
+    return found
+
+
+def _pieces(h: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Returns from where to where each line, at h along its normal, is on the near side of all others: upper
+    end, lower end, from the foot of the normal. Where the upper is not above the lower there is no piece."""
+    cos = x[:, :, None] * x[:, None] + y[:, :, None] * y[:, None]
+    sin = x[:, :, None] * y[:, None] - y[:, :, None] * x[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = (h[:, None] - h[:, :, None] * cos) / sin
+    upper, lower = (
+        np.where(sin > 0.0, at, math.inf).min(axis=2),
+        np.where(sin < 0.0, at, -math.inf).max(axis=2),
+    )
+    behind = ((sin == 0.0) & (cos > 0.0) & (h[:, None] < h[:, :, None])).any(axis=2)
+    return np.where(behind, lower, upper), lower
+
+
+class PowerCells(Observable):
+    """Power cells: ``free``, the area of a cell less its disc, and its standard deviation ``free_spread``; of
+    those without a wall, the shares with 0, 1, ..., 15 ``neighbours``, and with others than 6 (``defects``).
+    """
+
+    keeps = ()
+    axes = {"neighbours": ("number", np.arange(16))}  # noqa: RUF012
+
+    def prepare(self, scene: Scene) -> None:
+        """Raises Refused in the open plane, and for bodies that are no discs or may overlap."""
+        passes = any(response.name == "pass" for _, response in scene.responses)
+        for found, what in (
+            (scene.arena is None, "an arena: in the open plane cells have no end"),
+            (bool(scene.shapes), "discs, and this scene has bodies of other shapes"),
+            (passes, "discs that do not overlap, and in this scene some pass through each other"),
+        ):
+            if found:
+                raise Refused(f"observable 'cells' needs {what}")
+
+    def sample(self, moment: Moment) -> dict[str, float | Floats]:
+        """Returns the averages of this moment."""
+        radii = moment.radii()
+        cells = cells_of(moment.scene, moment.positions(), radii)
+        free, inside = cells.area - math.pi * radii**2, cells.neighbours[~cells.walled]
+        found: dict[str, float | Floats] = {}
+        if len(free):
+            found |= {"free": float(free.mean()), "free_spread": float(free.std())}
+        if len(inside):
+            found["neighbours"] = np.bincount(np.minimum(inside, 15), minlength=16) / len(inside)
+            found["defects"] = float((inside != 6).mean())
+        return found
+
+
+class Flips(Observable):
+    """``flips``: how often two discs become neighbours where two others cease to be, a unit of time; counted
+    one by one in the triangulation of ``power``, with cells that do not end at the arena's walls."""
+
+    broad_phase = "power"
+    keeps = ("last",)
+    last: tuple[float, int] | None = None
+
+    def sample(self, moment: Moment) -> dict[str, float]:
+        """Returns the rate since the last sample."""
+        last, self.last = self.last, (moment.time, moment.newcomers)
+        return {} if last is None else {"flips": (self.last[1] - last[1]) / (self.last[0] - last[0])}
