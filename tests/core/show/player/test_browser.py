@@ -61,6 +61,7 @@ def test_it_plays_without_a_message_or_a_request(width, height, tmp_path):
 
 def test_the_keyboard_reaches_everything_and_shows_where_it_is(browser, saved):
     browser.open(saved)
+    browser.value("document.getElementById('more').click()")
     browser.press("n", "ArrowRight")
     browser.settle()
     count = browser.value(FOCUSABLE)
@@ -97,6 +98,7 @@ def test_keys_do_what_they_say(browser, saved):
     assert browser.value("document.getElementById('help').open")
     browser.press("Escape")
     assert not browser.value("document.getElementById('help').open")
+    browser.value("document.getElementById('more').click()")
     browser.value("document.getElementById('goto').focus()")
     browser.press("0", ".", "2", "5", "Enter")
     assert state("playback.moment") == [[0, 2**50]]

@@ -1,4 +1,4 @@
-"""Within another page: the picture, the timeline, how to play, and the rest behind a button."""
+"""At first there are the picture, the timeline and how to play; the rest is behind a button."""
 
 from __future__ import annotations
 
@@ -42,6 +42,19 @@ def test_most_is_behind_a_button(width, tmp_path):
             browser.value(f"{inside}.document.getElementById('more').getAttribute('aria-expanded')") == "true"
         )
         assert browser.said() == []
+
+
+CONTROLS = """[...document.querySelectorAll("button, select, input, [tabindex]")]
+    .filter((each) => each.checkVisibility())
+    .map((each) => each.id || each.dataset.key || each.className || "event")"""
+
+
+def test_on_a_page_of_its_own_the_first_event_comes_after_a_few_controls(browser, saved):
+    browser.open(saved)
+    few = ["stage", "timeline", "ArrowLeft", "play", "ArrowRight", "more", "event"]
+    assert browser.value(CONTROLS)[: len(few)] == few
+    browser.value("document.getElementById('more').click()")
+    assert browser.value(CONTROLS).index("event") > 20
 
 
 def test_a_page_opens_at_a_time_of_its_window():

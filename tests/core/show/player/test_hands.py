@@ -221,6 +221,7 @@ def test_speed_has_bounds(browser, saved):
 
 def test_a_time_stays_as_it_was_typed(browser, saved):
     browser.open(saved)
+    click(browser, "#more")
     browser.value("document.getElementById('goto').focus()")
     browser.press("0", ".", "2", "Enter")
     browser.settle()
@@ -278,6 +279,7 @@ def test_without_javascript_the_page_does_not_say_that_it_decodes(saved):
 
 def test_space_plays_after_a_click_on_a_button(browser, saved):
     browser.open(saved)
+    click(browser, "#more")
     click(browser, "button[data-key=ArrowUp]")
     speed = browser.value("kinetilePlayer.speed")
     browser.press(" ")

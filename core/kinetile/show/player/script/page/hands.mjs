@@ -200,11 +200,11 @@ function listenToTimeline(player) {
   });
 }
 
-/** In a frame of another page there is little room: most of the page is behind a button. */
-function compact(player) {
-  if (window.parent === window) return;
+/** At first there are few controls: the others, and in a frame of another page the tables, are behind a button. */
+function beginWithFew(player) {
   const { classList } = document.documentElement;
-  classList.add("compact");
+  classList.add("few");
+  classList.toggle("within", window.parent !== window);
   $("more").hidden = false;
   $("more").addEventListener("click", () => {
     $("more").setAttribute("aria-expanded", String(classList.toggle("more")));
@@ -216,7 +216,7 @@ function compact(player) {
 export async function begin() {
   const held = JSON.parse($("recording").textContent);
   const player = new Player(held, await load(held));
-  compact(player);
+  beginWithFew(player);
   window.kinetilePlayer = player; // for whoever looks on from a console
   player.panes.forEach((canvas) => listen(player, canvas));
   listenToTimeline(player);

@@ -131,8 +131,15 @@ export class Player {
       const isOwn = playback.runs.length > 1 && KINDS[playback.runs[at].events.kind[event]] === "structural";
       return `${isOwn ? `${this.held.runs[at].label}: ` : ""}${this.sentences[at].of(event)}, time ${this.time()}`;
     }
-    if (compare(playback.moment, playback.begin) === 0) return "the beginning";
-    return `${compare(playback.moment, playback.end) === 0 ? "the end" : "between events"}, time ${this.time()}`;
+    const where = this.between();
+    return where === "the beginning" ? where : `${where}, time ${this.time()}`;
+  }
+
+  /** Where a moment is at which nothing happens, in words. */
+  between() {
+    const { moment, begin, end } = this.playback;
+    if (compare(moment, begin) === 0) return "the beginning";
+    return compare(moment, end) === 0 ? "the end" : "between events";
   }
 
   /** Go to just after an event of the first run. */

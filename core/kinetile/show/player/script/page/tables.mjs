@@ -74,7 +74,7 @@ export function tell(player) {
 function readings(player, run, at) {
   const { bodies, counts, lanes } = player;
   const event = player.playback.current(run);
-  const found = { now: event < 0 ? "between events" : player.sentences[at].of(event) };
+  const found = { now: event < 0 ? player.between() : player.sentences[at].of(event) };
   const { steps } = player.runs[at];
   const structure = player.structureOf(run);
   const [next] = structure?.failing(run.done) ?? [];
@@ -140,7 +140,7 @@ export class BodyTable {
       const time = timeOf(momentOfEvent(run.events, events[at]), this.player.held.start, this.player.held.unit);
       button.event = events[at];
       button.textContent = `${time.toPrecision(8)}: ${this.player.sentences[0].of(events[at])}`;
-      if (events[at] === run.done - 1) button.setAttribute("aria-current", "true");
+      if (events[at] === this.player.playback.current(run)) button.setAttribute("aria-current", "true");
       else button.removeAttribute("aria-current");
     });
   }
