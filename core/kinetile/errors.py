@@ -288,6 +288,7 @@ _WRITTEN = {
     "kind": "type species group layer category tag name label",
     "arena = [width, height]": "walls bounds bounding-box box world domain",
     'periodic = "x", "y" or "xy"': "torus wrap pbc boundary",
+    "gravity = [gx, gy]": "g acceleration",
     "until": "duration end-time stop-time",
     "corners, anticlockwise": "vertices points outline",
     "disc": "circle ball sphere",
@@ -297,7 +298,7 @@ _WRITTEN = {
 """What is written for words of other programs, by what is written; where a place knows its first word."""
 
 _NOT_MODELLED = {
-    "bodies fly straight between contacts, and commands turn them": "gravity g acceleration force forces",
+    "bodies are moved by gravity, contacts and commands alone": "force forces",
     "bodies do not rotate; a box at an angle is a polygon": "angle rotation orientation angular-velocity "
     "angular-momentum omega spin torque inertia theta",
     "contacts act along their normal alone": "friction mu roughness",
@@ -316,7 +317,7 @@ _WORDS = {
 
 def key_of(name: str, known: Iterable[str]) -> str:
     """Returns the text after "expected" for a key or an argument that is not known in its place; words of
-    other programs, such as gravity and diameter, are answered with what is written here, or that it is not
+    other programs, such as force and diameter, are answered with what is written here, or that it is not
     modelled."""
     names, word = list(known), _fold(name)
     begins, target, text = _WORDS.get(word, ("", "", ""))

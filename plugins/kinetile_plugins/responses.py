@@ -14,6 +14,7 @@ import math
 from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
 from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, hook, shared, smaller, unchecked
+from kinetile.toolbox.ticks import fallen_for
 
 
 class Elastic:
@@ -125,12 +126,24 @@ def halt(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None
         k.bodies[b].vy = vy
 
 
+@unchecked
+@hook
+def halt_in_room(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    """Bring two bodies to rest in the room, where the frame falls: with gravity all have finite mass."""
+    fall = k.clock[0].fall
+    time = fallen_for(k, k.bodies[a].anchor)
+    k.bodies[a].vx = -(fall.x * time)
+    k.bodies[a].vy = -(fall.y * time)
+    k.bodies[b].vx = -(fall.x * time)
+    k.bodies[b].vy = -(fall.y * time)
+
+
 class Stop:
     """Both come to rest."""
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns the parts."""
-        return ResponseParts(halt, beside=FAMILY)
+        return ResponseParts(halt_in_room if scene.falls else halt, beside=FAMILY)
 
 
 FAMILY = (give_back, halt)

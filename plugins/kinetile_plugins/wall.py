@@ -6,11 +6,15 @@ again only when the plan changes, so no broad phase depends on walls.
 As with discs, contact means approach: a body that touches a wall and moves along it or away is not in
 contact. Ties, a body in a corner, go to the wall that comes first: left, right, bottom, top; the other wall
 follows at the same tick.
+
+With gravity bodies are in a frame that falls with them, and the walls at the ends of an axis along which it
+pulls are bent there: ``_falling`` makes the hooks for these.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 from kinetile.errors import Refused
 from kinetile.scene import Scene
@@ -27,7 +31,7 @@ from kinetile.toolbox import (
     inside_arena,
     unchecked,
 )
-from kinetile.toolbox.ticks import reaches, with_shapes
+from kinetile.toolbox.ticks import Fall, fallen_for, falls_at, reaches, with_shapes
 
 
 @hook
@@ -125,6 +129,87 @@ def bounce(k: Kernel, body: Records, wall: int) -> float:
     return float(depth)
 
 
+@hook
+def after_fall(k: Kernel, body: Records, far: float, near: float, slope: float, pull: float) -> int:
+    """Return the tick at which a body is at a bent wall: ``Fall`` has what is given; or ``NEVER``."""
+    clock = k.clock[0]
+    fall = clock.fall
+    since = body.anchor - fall.origin
+    end = fall.end - body.anchor
+    delay = falls_at(Fall(far, near, body.radius, slope, pull, since, end, clock.tick, clock.per_time))
+    return int(body.anchor + delay) if delay != NEVER else NEVER
+
+
+@hook
+def in_room(k: Kernel, body: Records) -> tuple[float, float]:
+    """Return the place in the room of a body that has been anchored."""
+    fall = k.clock[0].fall
+    time = fallen_for(k, body.anchor)
+    return body.x + fall.x * (0.5 * (time * time)), body.y + fall.y * (0.5 * (time * time))
+
+
+@unchecked
+@hook
+def touch_falling(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
+    """Return what ``touch`` does with gravity."""
+    limits = k.clock[0].limits
+    x, y = in_room(k, body)
+    if wall == LEFT:
+        return -1.0, 0.0, float(body.radius - x)
+    if wall == RIGHT:
+        return 1.0, 0.0, float(body.radius - (limits.width - x))
+    if wall == BOTTOM:
+        return 0.0, -1.0, float(body.radius - y)
+    return 0.0, 1.0, float(body.radius - (limits.height - y))
+
+
+@unchecked
+@hook
+def bounce_falling(k: Kernel, body: Records, wall: int) -> float:
+    """Turn the velocity round as the wall has it, which moves in the frame (rule 9g); return how deep the
+    body is in it."""
+    _, _, depth = touch_falling(k, body, wall)
+    fall = k.clock[0].fall
+    time = fallen_for(k, body.anchor)
+    if wall == LEFT or wall == RIGHT:  # noqa: SIM109 - no tuple in a hook
+        body.vx = 2.0 * -(fall.x * time) - body.vx
+    else:
+        body.vy = 2.0 * -(fall.y * time) - body.vy
+    return float(depth)
+
+
+@cache
+def _falling(x: bool, y: bool, bent_x: bool, bent_y: bool) -> WallParts:
+    """Returns the parts for walls at the ends of these axes, those of some of them bent."""
+
+    @unchecked
+    @hook
+    def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
+        """Return (tick, wall) of the first contact of a body with a wall; of several at one tick the first of
+        left, right, bottom and top."""
+        limits = k.clock[0].limits
+        fall = k.clock[0].fall
+        tick, wall = first_wall(k, body, x and not bent_x, y and not bent_y)
+        if bent_x:
+            left = after_fall(k, body, body.x, 0.0, body.vx, fall.x)
+            right = after_fall(k, body, limits.width, body.x, -body.vx, -fall.x)
+            if left <= tick or right <= tick:  # before the walls of the other axis
+                tick = left if left <= right else right
+                wall = LEFT if left <= right else RIGHT
+        if bent_y:
+            bottom = after_fall(k, body, body.y, 0.0, body.vy, fall.y)
+            top = after_fall(k, body, limits.height, body.y, -body.vy, -fall.y)
+            if bottom < tick:
+                tick = bottom
+                wall = BOTTOM
+            if top < tick:
+                tick = top
+                wall = TOP
+        return tick, wall
+
+    return WallParts(reach_wall, bounce_falling, touch_falling, periodic=True, falling=True)
+
+
 class Wall:
     """Elastic contact of a body with the walls of a rectangular arena.
 
@@ -137,6 +222,9 @@ class Wall:
 
     def prepare(self, scene: Scene) -> WallParts:
         """Returns the parts; refuses a scene without walls, unless they are general."""
+        if scene.falls:
+            walled = [axis not in scene.periodic for axis in "xy"]
+            return _falling(*walled, *(pull != 0.0 for pull in scene.gravity))
         if self.general:
             return _parts(reach_any_wall)
         if scene.arena is None:

@@ -13,13 +13,13 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-ANSWER = 3
+ANSWER = 4
 """The number of the specification that the contacts follow (docs/specification.md): another rule, another
 number.
 
-Answer 2 adds periodic axes to answer 1, and answer 3 adds shapes; nothing else changes. ``Scene.answer`` is
-the first that has what the scene needs. Event files without a number are of answer 0, from before there was
-a specification."""
+Answer 2 adds periodic axes to answer 1, answer 3 shapes, and answer 4 gravity; nothing else changes.
+``Scene.answer`` is the first that has what the scene needs. Event files without a number are of answer 0,
+from before there was a specification."""
 
 LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4
 TURNED, REANCHORED, INSERTED, REMOVED = -5, -6, -7, -8

@@ -245,6 +245,15 @@ STOPS = np.dtype(
     ],
     align=True,
 )
+FALL = np.dtype(
+    [
+        ("x", "f8"),  # the acceleration of all bodies; 0 without gravity
+        ("y", "f8"),
+        ("origin", "i8"),  # the tick at which the frame was at rest in the room
+        ("end", "i8"),  # the tick at which all bodies pass to the next one
+    ],
+    align=True,
+)
 FAULTS = np.dtype([("code", "i8"), ("a", "i8"), ("b", "i8")], align=True)
 CLOCK = np.dtype(
     [
@@ -268,6 +277,7 @@ CLOCK = np.dtype(
         ("stops", STOPS),  # at contacts that are watched
         ("torus", TORUS),  # where axes are periodic (``kernel.images``)
         ("fault", FAULTS),  # the first one, of bodies a and b
+        ("fall", FALL),  # where there is gravity (``kernel.falling``)
     ],
     align=True,
 )

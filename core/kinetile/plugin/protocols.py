@@ -236,6 +236,9 @@ class WallParts:
     ``touch(k, body, wall) -> (nx, ny, depth)``: the normal into the wall, and how deep the body is in it.
     None: the phase does not work with responses that need it.
 
+    ``falling``: these hooks are for a scene with gravity (``scene.falls``), where bodies are in a frame that
+    falls with them, and walls are bent.
+
     ``periodic`` and ``shapes``: as in ``PairParts``; of a body with a shape each side has its own reach.
 
     ``inside(k, body, tick) -> bool``: a shortcut, which saves most calls of ``reach_wall``: True only if the
@@ -250,6 +253,7 @@ class WallParts:
     periodic: bool = False
     shapes: bool = False
     inside: Hook | None = None
+    falling: bool = False
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from kinetile.errors import Refused
-from kinetile.kernel.clock import SPAN, TICKS, Clock
+from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
@@ -52,12 +52,13 @@ class End(NamedTuple):
     contacts: int = UNLIMITED
     events: int = UNLIMITED
 
-    def within_span(self, clock: Clock) -> tuple[int, int, bool]:
-        """Returns the kernel's tick to which the present span of the clock can be run, how many contacts that
-        tick may have, and whether the end lies in this span."""
-        rest = SPAN if self.ticks is None else clock.relative(self.ticks)
-        last = rest < SPAN
-        return min(rest, SPAN - 1), self.quota if last else UNLIMITED, last
+    def within(self, engine: Engine) -> tuple[int, int, bool]:
+        """Returns the kernel's tick to which the present span of the clock, or the present frame, can be run,
+        how many contacts that tick may have, and whether the end lies in it."""
+        horizon = engine.horizon
+        rest = horizon if self.ticks is None else engine.clock.relative(self.ticks)
+        last = rest < horizon
+        return min(rest, horizon - 1), self.quota if last else UNLIMITED, last
 
 
 class Event(NamedTuple):
@@ -106,7 +107,7 @@ def advance(
     ledger.unstepped = None
     try:
         while True:
-            until, quota, last = end.within_span(engine.clock)
+            until, quota, last = end.within(engine)
             most = end.contacts if audit is None else min(end.contacts, audited + audit)
             reason = engine.chunk(until, most, end.events - engine.events, quota)
             if reason == WATCHED:
@@ -127,8 +128,7 @@ def advance(
             if finished:
                 return stop
             if reason == TIME_REACHED:
-                still.note_span(engine)
-                if end.ticks is None and still.idle > IDLE_SPANS:
+                if still.note_span(engine) and end.ticks is None and still.idle > IDLE_SPANS:
                     return None
                 still.move_on(engine, end)
     finally:
@@ -171,13 +171,16 @@ class _Stillness:
         self._seen = -1
         self._patience = self._next_try = PATIENCE
 
-    def note_span(self, engine: Engine) -> None:
-        """Counts a span that has passed."""
+    def note_span(self, engine: Engine) -> bool:
+        """Counts a span that has passed; returns whether it has, or a frame within it."""
+        if engine.horizon < SPAN:
+            return False
         happened = engine.events - int(engine.k.counts[0].structural)
         self.quiet = self.quiet + 1 if happened == self._seen else 0
         self._next_try = self._next_try if self.quiet else self._patience
         self.idle = self.idle + 1 if self.quiet and engine.next_command is None else 0
         self._seen = happened
+        return True
 
     def move_on(self, engine: Engine, end: End) -> None:
         """Moves on to the next span of the clock in which something may happen.
@@ -185,6 +188,9 @@ class _Stillness:
         Looking ahead costs as much as some spans do, and may be useless: so after that twice as many quiet
         spans have to pass before it is tried again.
         """
+        if engine.horizon < SPAN:
+            engine.change_frame(end.ticks)
+            return
         if self.quiet >= self._next_try:
             most = IDLE_SPANS - self.idle if end.ticks is None else UNLIMITED
             skipped = engine.skip(end.ticks, most)
@@ -193,6 +199,8 @@ class _Stillness:
             self._next_try = self.quiet + self._patience
             self.idle += skipped if self.idle else 0
         engine.move_base(end.ticks)
+        if engine.scene.falls:
+            engine.change_frame(end.ticks)
 
 
 def advance_one(engine: Engine, end: End) -> Event | None:
@@ -206,7 +214,7 @@ def advance_one(engine: Engine, end: End) -> Event | None:
         engine.build()
         if unstepped:
             return _event_of_row(engine, unstepped.pop(0))
-        until, quota, last = end.within_span(engine.clock)
+        until, quota, last = end.within(engine)
         head = _look(engine, until, quota)
         if head is not None:
             event = _event_of(engine, head)

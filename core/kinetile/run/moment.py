@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import TICKS
-from kinetile.kernel.flight import positions_now
+from kinetile.kernel.falling import places_now, velocities_now
 from kinetile.run.engine.engine import Engine
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import in_box
@@ -58,13 +58,13 @@ class Moment:
     def positions(self) -> npt.NDArray[np.float64]:
         """Returns the positions now, (n, 2), in the order of ``bodies``; along a periodic axis from 0 to less
         than the period."""
-        return in_box(positions_now(self._engine.k, self._engine.taken), self.scene.periods)
+        return in_box(places_now(self._engine.k, self._engine.taken), self.scene.periods)
 
     def unwrapped(self) -> npt.NDArray[np.float64]:
         """Returns the positions now, (n, 2), as if no axis were periodic: each body's first position and all
         that it has flown. In a scene without a periodic axis that is ``positions``."""
         engine = self._engine
-        places = positions_now(engine.k, engine.taken)
+        places = places_now(engine.k, engine.taken)
         if self.scene.periodic:
             image = engine.k.images.view(np.ndarray)[engine.taken]
             places += np.column_stack([image["kx"], image["ky"]]) * np.array(self.scene.periods)
@@ -72,8 +72,7 @@ class Moment:
 
     def velocities(self) -> npt.NDArray[np.float64]:
         """Returns the velocities now, (n, 2), in the order of ``bodies``."""
-        bodies = self._engine.k.bodies.view(np.ndarray).take(self._engine.taken)
-        return np.column_stack([bodies["vx"], bodies["vy"]])
+        return velocities_now(self._engine.k, self._engine.taken)
 
     def radii(self) -> npt.NDArray[np.float64]:
         """Returns the radii, (n,), in the order of ``bodies``."""

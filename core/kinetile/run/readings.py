@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
+from kinetile.kernel.falling import falls, places_now
 from kinetile.kernel.loop import idle
 from kinetile.kernel.tables import Kernel
 from kinetile.plugin.choices import called
@@ -118,8 +122,14 @@ def readings_of(engine: Engine, start_energy: float) -> Readings:
 
 
 def energy(k: Kernel) -> float:
-    """Returns the kinetic energy of all movable bodies, summed exactly."""
-    return 0.5 * squares_of_bodies(k)
+    """Returns the kinetic energy of all movable bodies, summed exactly, and with gravity that of their
+    heights, 0 in the corner (0, 0)."""
+    found = 0.5 * squares_of_bodies(k)
+    if falls(k):
+        there = np.flatnonzero(k.queue.number >= 0)
+        pull = np.array([k.clock[0].fall.x, k.clock[0].fall.y])
+        found -= math.fsum((k.mass[there] * (places_now(k, there) @ pull)).tolist())
+    return found
 
 
 def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -201,9 +211,18 @@ Sentences = Iterator[tuple[bool, str]]
 
 
 def _of_motion(scene: Scene, composition: Composition, certificates: int) -> Sentences:
-    yield True, f"{scene.counted(len(scene))}, flying straight between contacts"
-    loses = composition.rules is not None
-    yield False, "gravity, friction, rotation, growth" + ("" if loses else " and any loss of energy")
+    yield (
+        True,
+        f"{scene.counted(len(scene))}, {'falling' if scene.falls else 'flying straight'} between contacts",
+    )
+    if scene.falls:
+        lasts = f"{scene.frame * (scene.time_unit * 2.0**-52):.6g}"
+        yield (
+            True,
+            f"gravity {list(scene.gravity)!r}: bodies fly straight in frames that fall, for {lasts} each",
+        )
+    left_out = ("" if scene.falls else "gravity, ") + "friction, rotation, growth"
+    yield False, left_out + ("" if composition.rules is not None else " and any loss of energy")
     broad = called(composition.broad_phase, composition.options)
     watched = "one structural certificate a body" if certificates else "no structural certificate"
     yield True, f"candidate pairs by the broad phase {broad}, with {watched}"

@@ -40,13 +40,14 @@ def holds_several(parameter: Parameter) -> bool:
     return any(word in words for word in ("tuple", "list", "sequence", "iterable", "collection", "ndarray"))
 
 
-PERIODIC = Parameter("periodic", "str", "")
-"""A parameter of every recipe: the axes along which its arena is periodic."""
+SHARED = (Parameter("periodic", "str", ""), Parameter("gravity", "tuple[float, ...]", ()))
+"""Parameters of every recipe: the axes along which its arena is periodic, and the acceleration of its
+bodies."""
 
 
 def make_scene(name: str, /, **parameters: Any) -> Scene:
     """Returns the scene that a recipe makes from these parameters (its defaults for the rest); with
-    ``periodic`` ("x", "y" or "xy") in a periodic arena.
+    ``periodic`` ("x", "y" or "xy") in a periodic arena, and with ``gravity``, (gx, gy), of bodies that fall.
 
     The scene's ``origin`` is {"recipe": name, "parameters": {...}}, defaults included. Raises UnknownName for
     an unknown recipe, BadOption for a parameter that it does not have or cannot use, SceneError for
@@ -58,14 +59,14 @@ def make_scene(name: str, /, **parameters: Any) -> Scene:
         if mistakes:
             raise BadOption("\n".join(f"scene {name!r}: {_as_sentence(mistake)}" for mistake in mistakes))
         complete = complete_parameters(name, parameters)
-        shared = {PERIODIC.name} - {each.name for each in recipe_parameters(name)}
+        shared = {each.name for each in SHARED} - {each.name for each in recipe_parameters(name)}
         scene = recipe(**{key: complete[key] for key in complete if key in parameters and key not in shared})
         if not isinstance(scene, Scene):
             raise PhaseError(
                 f"the recipe of the scene {name!r} returned {shown(scene)}; expected a kinetile.Scene"
             )
-        if shared and complete.get(PERIODIC.name):
-            scene = scene.replace(periodic=complete[PERIODIC.name])
+        given = {name: complete[name] for name in shared if complete.get(name)}
+        scene = scene.replace(**given) if given else scene
         return relabelled(scene, origin={"recipe": name, "parameters": complete})
 
 
@@ -79,7 +80,7 @@ def complete_parameters(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
     return {
         each.name: _convert(each, given[each.name]) if each.name in given else each.default
         for each in accepted_parameters(name)
-        if each is not PERIODIC or PERIODIC.name in given
+        if each not in SHARED or each.name in given
     }
 
 
@@ -93,9 +94,11 @@ def recipe_parameters(name: str) -> tuple[Parameter, ...]:
 
 
 def accepted_parameters(name: str) -> tuple[Parameter, ...]:
-    """Returns what may be given to a recipe: its parameters, and ``PERIODIC`` unless it has its own."""
+    """Returns what may be given to a recipe: its parameters, and those of ``SHARED`` that it has not
+    itself."""
     own = recipe_parameters(name)
-    return own if any(each.name == PERIODIC.name for each in own) else (*own, PERIODIC)
+    names = {each.name for each in own}
+    return (*own, *(each for each in SHARED if each.name not in names))
 
 
 def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:

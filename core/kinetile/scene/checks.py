@@ -11,6 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -189,6 +190,49 @@ def check_periodic(periodic: object, arena: bool) -> list[Mistake]:
     if periodic and not arena:
         return [Mistake("periodic", shown(periodic), "an arena: its sides are the periods")]
     return []
+
+
+def check_gravity(given: Any, extent: Extent | None) -> list[Mistake]:
+    """Checks the acceleration of all bodies, in an arena or without one."""
+    wrong = check_pair(given, "gravity", "[gx, gy]")
+    if wrong:
+        return wrong
+    pulls = [abs(float(each)) for each in given]
+    if any(0.0 < pull < SMALLEST for pull in pulls):
+        return [Mistake("gravity", shown(list(given)), f"[gx, gy], each 0 or {RANGE} in size")]
+    if any(pulls) and extent is None:
+        wanted = "an arena with it, or no gravity: without walls bodies fall for ever"
+        return [Mistake("gravity", shown(list(given)), wanted)]
+    along = [
+        axis for axis, pull in zip("xy", pulls, strict=True) if pull and extent and axis in extent.periodic
+    ]
+    if along:
+        wanted = f"none along {' and '.join(along)}, which is periodic: nothing stops a fall there"
+        return [Mistake("gravity", shown(list(given)), wanted)]
+    return []
+
+
+def stands(
+    place: Sequence[float],
+    velocity: Sequence[float],
+    radius: float,
+    sides: Sequence[float],
+    gravity: Sequence[float],
+) -> str:
+    """Returns the wall on which a body would rest by gravity, touching it without a velocity along that axis;
+    "" if it does not: in truth there is no first contact then (docs/specification.md, rule 2g)."""
+    names = (("left", "right"), ("bottom", "top"))
+    for axis, pull in enumerate(gravity):
+        low = pull < 0.0
+        at = Fraction(place[axis]) if low else Fraction(sides[axis]) - Fraction(place[axis])
+        if pull and velocity[axis] == 0.0 and at <= Fraction(radius):
+            return names[axis][0 if low else 1]
+    return ""
+
+
+RESTING = (
+    "a body above the wall, or one that moves along the axis: one at rest on a wall would meet it endlessly"
+)
 
 
 def check_pace(start: float, unit: float) -> list[Mistake]:

@@ -94,6 +94,7 @@ def dumps_scene(scene: Scene) -> str:
     head = {
         "arena": scene.arena,
         "periodic": scene.periodic or None,
+        "gravity": scene.gravity if scene.falls else None,
         "unit": scene.unit,
         "start": scene.start if repr(scene.start) != "0.0" else None,
         "until": settings.until,
@@ -153,7 +154,7 @@ class _File:
         taken = [each.name for each in accepted_parameters(name)] if known else []
         odd = {mistake.where for mistake in self.mistakes}
         for key in self.tables:
-            beside = key in ("arena", "periodic", "start", "bodies", "unit", "shapes")
+            beside = key in ("arena", "periodic", "gravity", "start", "bodies", "unit", "shapes")
             if key in taken and (beside or key in odd):
                 self.mistakes = [mistake for mistake in self.mistakes if mistake.where != key]
                 wanted = f"it in the table [parameters]: it is a parameter of the recipe {name!r}"
@@ -226,6 +227,7 @@ class _File:
             responses=tuple(self._responses()),
             kinds=self._usable("kinds"),
             periodic=self.tables.get("periodic", ""),
+            gravity=self._usable("gravity"),
             obstacles=self._obstacles(),
         )
         turns = [turn for i, row in self._whole(rows) for turn in self._turns(i, row)]

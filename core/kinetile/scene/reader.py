@@ -16,15 +16,20 @@ import numpy as np
 
 from kinetile.errors import Mistake, SceneError
 from kinetile.kernel.clock import Clock, time_unit
+from kinetile.kernel.falling import frame_of
 from kinetile.scene.bodies import Bodies, Bools, check_bodies, read_arrays
 from kinetile.scene.checks import (
+    RESTING,
+    WALL,
     Extent,
     abridged,
     check_frame,
+    check_gravity,
     check_pace,
     check_periodic,
     check_unit,
     shown,
+    stands,
 )
 from kinetile.scene.commands import (
     Command,
@@ -38,7 +43,7 @@ from kinetile.scene.commands import (
     speeds,
     with_shape,
 )
-from kinetile.scene.responses import SceneRules, read_rules
+from kinetile.scene.responses import ELASTIC, SceneRules, read_rules
 from kinetile.scene.settings import Settings, check_end, check_settings
 from kinetile.scene.shapes import Obstacle, Shape, Table, are_given, beside, read_table
 
@@ -66,6 +71,7 @@ class Given(NamedTuple):
     periodic: Any = ""
     shape: Any = None
     shapes: Any = ()
+    gravity: Any = None
     obstacles: Sequence[Obstacle] = ()
     until: Any = None
 
@@ -115,6 +121,11 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     known_arena = given.arena is not None and "arena" not in amiss
     sides = (float(given.arena[0]), float(given.arena[1])) if known_arena else None
     extent = None if sides is None else Extent(sides, "" if wrong else given.periodic)
+    fall = (0.0, 0.0)
+    if given.gravity is not None and not (wrong or "arena" in amiss):
+        odd = check_gravity(given.gravity, extent)
+        mistakes += odd
+        fall = fall if odd else (float(given.gravity[0]) + 0.0, float(given.gravity[1]) + 0.0)
     rules = _read_rules(given, len(bodies), commands, places.complete, mistakes)
     mistakes += check_bodies(bodies, extent, (rules.kind, rules.passing))
     start = None if "start" in amiss else float(given.start)
@@ -125,6 +136,8 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     for where, command in commands:
         mistakes += check_command(command, where, start, extent)
     mistakes += check_unit(given.unit) + check_settings(settings)
+    if any(fall) and sides is not None and not (mistakes or places.mistakes):
+        mistakes += _check_fall(bodies, commands, rules, sides, fall)
     _raise(mistakes, places)
 
     # Each value is right by itself. What follows needs the clock, and so all of them.
@@ -134,10 +147,14 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     apart = ((where, Turn(*turn)) for where, turn in turns)
     every = [*sorted(apart, key=lambda pair: (pair[1].time, pair[1].body)), *commands]
     known = numbered([command for _, command in every], len(bodies), first)
-    clock = Clock(start, unit or unit_of(bodies, sides, known))
+    clock = Clock(start, unit or unit_of(bodies, sides, known, fall))
     order = _order(known, clock)
     kept = tuple(known[k] for k in order)
     mistakes = check_pace(start, clock.unit)
+    frame = frame_of(fall, sides, clock.unit) if any(fall) and sides is not None else 0
+    if any(fall) and not frame:
+        found = f"{shown(list(fall))}, by which bodies fall through the arena in a tick of the clock"
+        mistakes.append(Mistake("gravity", found, f"less, or a unit below {clock.unit:.3g}"))
     mistakes += check_presence(kept, [every[k][0] for k in order], len(bodies))
     _raise(mistakes + check_end(settings, clock), places)
     table = bodies.table or Table((), np.full(len(bodies), -1), np.zeros(len(bodies), dtype=np.bool_))
@@ -155,6 +172,8 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         "settings": settings,
         "origin": dict(given.origin or {}),
         "periodic": given.periodic,
+        "gravity": fall,
+        "frame": frame,
         "shapes": table.shapes,
         "kinds": rules.kinds,
         "kind_numbers": rules.kind,
@@ -253,13 +272,56 @@ def _read_rules(
     return read_rules(kind, given.responses, bodies, coming, mistakes, kinds, complete)
 
 
-def unit_of(bodies: Bodies, arena: tuple[float, ...] | None, commands: Sequence[Command]) -> float:
+def _check_fall(
+    bodies: Bodies,
+    commands: Sequence[tuple[str, Any]],
+    rules: SceneRules,
+    sides: tuple[float, float],
+    fall: tuple[float, float],
+) -> list[Mistake]:
+    """Checks what a scene with gravity cannot have: other shapes than discs, immovable bodies, responses at
+    walls, and bodies that rest on a wall."""
+    mistakes = []
+    if bodies.table is not None:
+        mistakes.append(Mistake("shapes", "shapes beside gravity", "discs alone: gravity is for them"))
+    movable = "a finite mass: with gravity no body is immovable"
+    for i in np.flatnonzero(np.isinf(bodies.mass)).tolist():
+        mistakes.append(Mistake(f"bodies[{i}].mass", "inf", movable))
+    for pair, response in rules.responses:
+        if WALL in pair and response.name != ELASTIC:
+            where = f"responses[{pair!r}]"
+            mistakes.append(
+                Mistake(where, response.name, "elastic: with gravity walls have no other response")
+            )
+    each = zip(bodies.position.tolist(), bodies.velocity.tolist(), bodies.radius.tolist(), strict=True)
+    standing = [(f"bodies[{i}]", *body) for i, body in enumerate(each)]
+    for where, command in commands:
+        if isinstance(command, Insert):
+            if command.mass == math.inf:
+                mistakes.append(Mistake(f"{where}.mass", "inf", movable))
+            standing.append((where, command.position, command.velocity, command.radius))
+    for where, place, velocity, radius in standing:
+        wall = stands(place, velocity, radius, sides, fall)
+        if wall:
+            mistakes.append(Mistake(where, f"at rest on the {wall} wall", RESTING))
+    return mistakes
+
+
+def unit_of(
+    bodies: Bodies,
+    arena: tuple[float, ...] | None,
+    commands: Sequence[Command],
+    fall: tuple[float, float] = (0.0, 0.0),
+) -> float:
     """Returns the power of two, at most 1, in which the clock of a scene counts unless it says another."""
     if len(bodies) == 0 and (arena is None or not commands):
         return 1.0
     extent = max(arena) if arena else float(np.abs(bodies.position).max() + bodies.radius.max())
     squares = [float((bodies.velocity**2).sum(axis=1).max())] if len(bodies) else []
-    return time_unit(extent, math.sqrt(max([*squares, *speeds(commands)], default=0.0)))
+    fastest = max([*squares, *speeds(commands)], default=0.0)
+    if any(fall) and arena is not None:
+        fastest += 2.0 * (abs(fall[0]) * arena[0] + abs(fall[1]) * arena[1])
+    return time_unit(extent, math.sqrt(fastest))
 
 
 def _order(commands: Sequence[Command], clock: Clock) -> list[int]:

@@ -51,7 +51,10 @@ class Scene:
     ``Insert``, ``Remove``) hold absolute times, and are kept sorted by time, those of one tick as they are
     given; ``turns`` may be given apart, then those of one time are sorted by body and come before other
     commands. ``unit`` is the power of two in which the clock counts; None: it follows from the speeds.
-    ``time_unit`` is the one in which it does (``kinetile.kernel.clock``).
+    ``time_unit`` is the one in which it does (``kinetile.kernel.clock``). ``gravity`` is (gx, gy), the
+    acceleration of all bodies, in an arena with walls at the ends of the axes along which it pulls, and of
+    discs of finite mass alone; (0, 0): there is none. ``frame`` is 0 then, and otherwise the number of ticks
+    after which bodies pass from one falling frame to the next (``kinetile.kernel.falling``).
     ``start`` is the time of the given positions. ``kind`` is the kind of each body, or one for all, and
     ``responses`` are the responses of pairs of kinds (``kinetile.scene.responses``). ``kinds`` are all kinds
     of bodies, present or inserted later; by default they follow from the bodies and from the insertions.
@@ -81,10 +84,12 @@ class Scene:
     periodic: str
     shape: npt.NDArray[np.int64]
     shapes: tuple[Shape, ...]
+    gravity: tuple[float, float]
 
     kinds: ClassVar[tuple[Kind, ...]]
     kind_numbers: ClassVar[npt.NDArray[np.int64]]
     time_unit: ClassVar[float]
+    frame: ClassVar[int]
 
     @answering
     def __init__(
@@ -106,9 +111,10 @@ class Scene:
         periodic: str = "",
         shape: ShapeOfEach = None,
         shapes: Sequence[Shape] = (),
+        gravity: Numbers | None = None,
     ) -> None:
         columns = (position, velocity, radius, mass)
-        more = (commands, unit, kind, responses, kinds, periodic, shape, shapes)
+        more = (commands, unit, kind, responses, kinds, periodic, shape, shapes, gravity)
         given = Given(*columns, arena, turns, start, settings, origin, *more)
         self.__dict__.update(read_scene(given, NO_FILE))
 
@@ -127,6 +133,7 @@ class Scene:
         bodies = f"{len(self)} {'body' if len(self) == 1 else 'bodies'}"
         around = "no walls" if self.arena is None else f"in {self.arena[0]!r} x {self.arena[1]!r}"
         around += f", periodic along {' and '.join(self.periodic)}" if self.periodic else ""
+        around += f", gravity {list(self.gravity)!r}" if self.falls else ""
         count = len(self.commands)
         what = "turn" if count == len(self.turns) else "command"
         turns = f", {count} {what}{'' if count == 1 else 's'}" if count else ""
@@ -166,6 +173,11 @@ class Scene:
         return (0.0, 0.0) if self.arena is None else Extent(self.arena, self.periodic).periods
 
     @property
+    def falls(self) -> bool:
+        """Whether there is gravity."""
+        return self.gravity != (0.0, 0.0)
+
+    @property
     def movable_shapes(self) -> frozenset[int]:
         """The numbers of the shapes that bodies of finite mass have, or may have when they are inserted: all
         but those that bodies of infinite mass alone have at the start."""
@@ -187,9 +199,9 @@ class Scene:
 
     @property
     def answer(self) -> int:
-        """The number of the specification that its contacts follow: ``ANSWER`` with shapes, 2 with a periodic
-        axis, and otherwise 1; each contains those before."""
-        return ANSWER if self.shapes else 2 if self.periodic else 1
+        """The number of the specification that its contacts follow: ``ANSWER`` with gravity, 3 with shapes, 2
+        with a periodic axis, and otherwise 1; each contains those before."""
+        return ANSWER if self.falls else 3 if self.shapes else 2 if self.periodic else 1
 
     @property
     def turns(self) -> tuple[Turn, ...]:
@@ -237,7 +249,7 @@ class Scene:
         arrays = (self.position, self.velocity, None if self.shapes else self.radius, self.mass)
         more: tuple[Any, ...] = (self.start, self.settings, dict(self.origin), self.commands, self.unit)
         more += (self.kind, dict(self.responses), self.kinds, self.periodic)
-        more += (self.shape, self.shapes) if self.shapes else ()
+        more += (self.shape, self.shapes) if self.shapes else (None, (), self.gravity) if self.falls else ()
         return (Scene, (*arrays, self.arena, (), *more))
 
     def _bits(self) -> tuple[bytes, ...]:
@@ -252,6 +264,7 @@ class Scene:
             repr(self.responses).encode(),
             self.periodic.encode(),
             repr((self.shape.tolist(), self.shapes)).encode() if self.shapes else b"",
+            repr(self.gravity).encode() if self.falls else b"",
         )
 
 
@@ -305,7 +318,8 @@ def source_of(scene: Scene) -> str:
 def around(scene: Scene) -> str:
     """Returns what is around the bodies of a scene, in words."""
     walls = "without walls" if scene.arena is None else f"in {scene.arena[0]:g} x {scene.arena[1]:g}"
-    return walls + (f", periodic along {' and '.join(scene.periodic)}" if scene.periodic else "")
+    walls += f", periodic along {' and '.join(scene.periodic)}" if scene.periodic else ""
+    return walls + (f", gravity ({scene.gravity[0]:g}, {scene.gravity[1]:g})" if scene.falls else "")
 
 
 def with_obstacles(scene: Scene, obstacles: Iterable[Obstacle]) -> Scene:

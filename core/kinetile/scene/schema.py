@@ -118,6 +118,7 @@ class _Response(_FileTable):
 class _File(_FileTable):
     arena: _Pair = Field(_ABSENT, description="[width, height], two finite numbers greater than 0")
     periodic: str = Field(_ABSENT, description='"x", "y" or "xy"')
+    gravity: _Pair = Field(_ABSENT, description="[gx, gy], two finite numbers")
     start: _Time = _ABSENT
     until: _Time = _ABSENT
     end: _Moment = _ABSENT

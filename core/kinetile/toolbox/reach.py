@@ -46,16 +46,17 @@ def extent_of(scene: Scene, walls: bool, speed: float, far: npt.NDArray[np.float
 
     On an axis with walls that is where the other wall is; on a periodic one half a period and the flight of
     four units, with room for one more rounding; on an open one where bodies are now (``far``, for each axis),
-    and what they fly in a number of spans. A shape need not be around its body's place, which may be outside
-    the arena by as much as the radius of the circle that holds the shape.
+    and what they fly in a number of spans. With gravity it is further by what a frame falls. A shape need
+    not be around its body's place, which may be outside the arena by as much as the radius of the circle that
+    holds the shape.
     """
     extents = [0.0]
-    for axis, at in zip("xy", far.tolist(), strict=True):
+    for axis, at, fallen in zip("xy", far.tolist(), fall_of(scene), strict=True):
         side = scene.arena["xy".index(axis)] if scene.arena is not None else 0.0
         if axis in scene.periodic:
             extents.append(1.25 * (0.5 * side + 4.0 * speed * scene.time_unit))
         elif walls:
-            extents.append(side)
+            extents.append(side + fallen)
         else:
             extents.append(at + flown(speed, scene.time_unit, spans))
     return max(extents) + (float(scene.radius.max(initial=0.0)) if scene.shapes else 0.0)
@@ -66,8 +67,31 @@ def flown(speed: float, unit: float, spans: int) -> float:
     return speed * unit * (spans * SPAN // TICKS)
 
 
+def lasting(scene: Scene) -> float:
+    """Returns how long a frame lasts, in the scene's time; 0 without gravity."""
+    return scene.frame * (scene.time_unit / TICKS)
+
+
+def fall_of(scene: Scene) -> tuple[float, float]:
+    """Returns how far a frame falls along each axis, by which bodies in it can be outside of the arena."""
+    time = lasting(scene)
+    return 0.5 * abs(scene.gravity[0]) * time * time, 0.5 * abs(scene.gravity[1]) * time * time
+
+
+def drop_of(scene: Scene) -> float:
+    """Returns the largest square of a speed that a body can gain by falling: 2 g.d for the arena's diagonal
+    d."""
+    return 2.0 * sum(abs(pull) * side for pull, side in zip(scene.gravity, scene.arena or (), strict=False))
+
+
+def drift_of(scene: Scene) -> float:
+    """Returns the greatest speed of a frame, by which velocities in it and in the room differ."""
+    return math.hypot(*scene.gravity) * lasting(scene)
+
+
 def speed_bound(scene: Scene) -> float:
-    """Returns a speed that no body can exceed: all energy, that of every command added, in the lightest body.
+    """Returns a speed that no body can exceed in its frame: all energy, that of every command added, in the
+    lightest body.
 
     If immovable bodies fly, or a response adds energy, there is no such speed before the run:
     then it is an initial value.
@@ -80,6 +104,7 @@ def speed_bound(scene: Scene) -> float:
     static = np.isinf(scene.mass)
     pushed = [float(squares[static].max(initial=0.0))]
     terms = (scene.mass[~static] * squares[~static]).tolist()
+    terms += [each * drop_of(scene) for each in mass.values()] if scene.falls else []
     for command in scene.commands:
         if not isinstance(command, Remove):
             square = command.velocity[0] ** 2 + command.velocity[1] ** 2
@@ -89,4 +114,4 @@ def speed_bound(scene: Scene) -> float:
                 pushed.append(square)
     lightest = min(mass.values())
     speed = math.sqrt(math.fsum(terms) / lightest) if lightest < math.inf else 0.0
-    return (speed + 2.0 * math.sqrt(max(pushed))) * (1.0 + 2.0**-20)
+    return (speed + 2.0 * math.sqrt(max(pushed)) + drift_of(scene)) * (1.0 + 2.0**-20)

@@ -21,6 +21,7 @@ import numpy as np
 from kinetile.errors import Refused
 from kinetile.scene import Scene
 from kinetile.toolbox import NEVER, At, BroadPhaseParts, Item, Kernel, Point, Polygon, Segment, pair_links
+from kinetile.toolbox.reach import fall_of
 
 from .audit import audit
 from .events import build, enter, leave, repair, replan
@@ -37,7 +38,12 @@ DISTANCE = 2.0
 def arrange(k: Kernel, s: State) -> None:
     """Computes scale and weights, and the order in which bodies are inserted."""
     limits, n = k.clock[0].limits, len(k.bodies)
-    side = max(float(limits.width), float(limits.height))
+    fall = k.clock[0].fall
+    time = float(fall.end - fall.origin) * float(k.clock[0].tick)  # of a frame, if there is gravity
+    side = max(
+        float(limits.width) + 0.5 * abs(float(fall.x)) * time * time,
+        float(limits.height) + 0.5 * abs(float(fall.y)) * time * time,
+    )
     if float(limits.theta) != 2.0**-48 * side:  # that is, if bodies may leave the arena
         raise Refused(
             "power triangulates an arena whose walls keep the bodies in it, and no narrow phase for walls is "
@@ -83,7 +89,8 @@ class Power:
             raise Refused(f"{why}is periodic along {scene.periodic}")
         if scene.shapes:
             raise Refused("power is for discs, and this scene has other shapes")
-        radius, side = float(scene.radius.min(initial=math.inf)), max(scene.arena)
+        radius = float(scene.radius.min(initial=math.inf))
+        side = max(side + 2.0 * fallen for side, fallen in zip(scene.arena, fall_of(scene), strict=True))
         if radius < THINNEST * side:
             raise Refused(
                 f"power is for bodies that are at most {1.0 / THINNEST:.0f} times as small as the arena, and "

@@ -16,6 +16,12 @@ import math
 from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, template, to_be_filled_in
+from kinetile.kernel.falling import (
+    place_in_frame,
+    squares_in_room,
+    squares_of_height,
+    velocity_in_frame,
+)
 from kinetile.kernel.flight import note_place, position_at, since_origin
 from kinetile.kernel.images import anchor, near_zero, wrap
 from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TURNED
@@ -40,7 +46,7 @@ FREE = -(1 << 30)
 """What ``blocked_by`` returns where there is room."""
 
 LIVING = WALLS = RULES = PASSING = True
-PERIODIC = SHAPED = False
+PERIODIC = SHAPED = FALLING = False
 enter = leave = to_be_filled_in
 
 
@@ -112,17 +118,17 @@ def looseness(k: Kernel, tick: int) -> float:
 
 
 @template
-def is_far(k: Kernel, command: Records, other: int, elapsed: float, loose: float) -> bool:
+def is_far(k: Kernel, x: float, y: float, radius: float, other: int, elapsed: float, loose: float) -> bool:
     """Whether a body is out of reach of an inserted one, by its row of places: they are close together, and
     most bodies are far. ``elapsed`` is the time since their origin, ``loose`` is as of ``looseness``."""
     place = k.places[other]
-    dx = place.x + place.vx * elapsed - command.x
-    dy = place.y + place.vy * elapsed - command.y
+    dx = place.x + place.vx * elapsed - x
+    dy = place.y + place.vy * elapsed - y
     if PERIODIC:
         torus = k.clock[0].torus
         dx = near_zero(dx, torus.x)
         dy = near_zero(dy, torus.y)
-    reach = command.radius + k.radii[other] + loose
+    reach = radius + k.radii[other] + loose
     return bool(dx * dx + dy * dy > reach * reach)
 
 
@@ -167,16 +173,26 @@ def as_anchored(k: Kernel, x: float, y: float) -> tuple[float, float]:
 
 
 @template
+def place_of(k: Kernel, command: Records) -> tuple[float, float]:
+    """Return the place of an inserted body as the plan has it that is made of it."""
+    x = command.x
+    y = command.y
+    if FALLING:
+        x, y = place_in_frame(k, x, y, command.tick)
+    return as_anchored(k, x, y)
+
+
+@template
 def blocked_by(k: Kernel, command: Records) -> int:
     """Return the slot of the eldest body, or the wall, that an inserted body would overlap; or FREE."""
     found = wall_beyond(k, command)
     if found != FREE:
         return found
-    x, y = as_anchored(k, command.x, command.y)
+    x, y = place_of(k, command)
     elapsed = since_origin(k, command.tick)
     loose = looseness(k, command.tick)
     for other in range(k.clock[0].bodies):
-        if not is_far(k, command, other, elapsed, loose) and is_there(k, other):
+        if not is_far(k, x, y, command.radius, other, elapsed, loose) and is_there(k, other):
             body = k.bodies[other]
             there_x, there_y = position_at(k, body, command.tick)
             there_x, there_y = as_anchored(k, there_x, there_y)
@@ -194,11 +210,11 @@ def find_blockers(k: Kernel, commands: Records, found: Any) -> None:
     for i in range(len(commands)):
         command = commands[i]
         found[i] = blocked_by(k, command)
-        x, y = as_anchored(k, command.x, command.y)
+        x, y = place_of(k, command)
         for j in range(i):
             new = commands[j]
             if found[i] == FREE and found[j] == FREE:
-                new_x, new_y = as_anchored(k, new.x, new.y)
+                new_x, new_y = place_of(k, new)
                 if reaches_into(k, command, new_x - x, new_y - y, new, new.mass, new.kind):
                     found[i] = FREE - 1 - j
 
@@ -230,6 +246,9 @@ def arrive(k: Kernel, command: Records) -> int:
     new.y = command.y
     new.vx = command.vx
     new.vy = command.vy
+    if FALLING:
+        new.x, new.y = place_in_frame(k, command.x, command.y, command.tick)
+        new.vx, new.vy = velocity_in_frame(k, command.vx, command.vy, command.tick)
     new.anchor = command.tick
     new.radius = command.radius
     new.reach = command.radius + k.clock[0].limits.skin
@@ -260,14 +279,16 @@ def arrive(k: Kernel, command: Records) -> int:
         trait.touched = LONG_AGO
         trait.inside = 0
     k.counts[0].inserted += 1
-    _account(k, command.mass, command.vx * command.vx + command.vy * command.vy)
+    squares = command.vx * command.vx + command.vy * command.vy
+    if FALLING:
+        squares += squares_of_height(k, new.x, new.y, command.tick)
+    _account(k, command.mass, squares)
     return body
 
 
 @hook
 def _account(k: Kernel, mass: float, squares: float) -> None:
-    """Add the kinetic energy of a mass and a speed squared to what commands have added; 0 for infinite
-    mass."""
+    """Add the energy of a mass and a speed squared to what commands have added; 0 for infinite mass."""
     if abs(mass) < math.inf:
         k.counts[0].commanded_energy += 0.5 * mass * squares
 
@@ -283,7 +304,11 @@ def depart(k: Kernel, body: int) -> None:
     lists = clock.lists
     gone = k.bodies[body]
     k.counts[0].removed += 1
-    _account(k, -k.mass[body], gone.vx * gone.vx + gone.vy * gone.vy)
+    squares = gone.vx * gone.vx + gone.vy * gone.vy
+    if FALLING:
+        squares = squares_in_room(k, gone.vx, gone.vy, gone.anchor)
+        squares += squares_of_height(k, gone.x, gone.y, gone.anchor)
+    _account(k, -k.mass[body], squares)
     entry = k.queue[body]
     entry.own = NEVER
     forget(k, body)
@@ -352,10 +377,14 @@ def obey(k: Kernel, s: Any) -> int:
         return NOBODY
     if command.code == TURNED:
         k.counts[0].turns += 1
-        gained = command.vx * command.vx + command.vy * command.vy - (plan.vx * plan.vx + plan.vy * plan.vy)
-        _account(k, k.mass[body], gained)
+        before = plan.vx * plan.vx + plan.vy * plan.vy
+        if FALLING:
+            before = squares_in_room(k, plan.vx, plan.vy, at)
+        _account(k, k.mass[body], command.vx * command.vx + command.vy * command.vy - before)
         plan.vx = command.vx
         plan.vy = command.vy
+        if FALLING:
+            plan.vx, plan.vy = velocity_in_frame(k, command.vx, command.vy, at)
     plan.last = NOBODY
     plan_changed(k, body)
     if PASSING:

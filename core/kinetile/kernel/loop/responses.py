@@ -23,6 +23,7 @@ import math
 from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, smaller, template, to_be_filled_in
+from kinetile.kernel.falling import squares_in_room
 from kinetile.kernel.flight import position_at
 from kinetile.kernel.images import remainder, turns_of
 from kinetile.kernel.loop.bookkeeping import count_row, log_passing
@@ -39,7 +40,7 @@ MOST_RESPONSES = 4
 """Hooks of responses that there can be in a loop."""
 
 RESPONSES = 0
-PERIODIC = SHAPED = False
+PERIODIC = SHAPED = FALLING = False
 respond_1 = respond_2 = respond_3 = respond_4 = to_be_filled_in
 collide = touch = bounce = touch_wall = part = gap = to_be_filled_in
 
@@ -98,12 +99,15 @@ def leaves_out(k: Kernel, body: int, count: int) -> int:
     return kept
 
 
-@hook
-def _energy(k: Kernel, body: int) -> float:
-    """Return a body's kinetic energy; 0 for one of infinite mass."""
+@template
+def _energy(k: Kernel, body: int, tick: int) -> float:
+    """Return a body's kinetic energy in the room; 0 for one of infinite mass."""
     plan = k.bodies[body]
     mass = k.mass[body]
-    return 0.5 * mass * (plan.vx * plan.vx + plan.vy * plan.vy) if mass < math.inf else 0.0
+    squares = plan.vx * plan.vx + plan.vy * plan.vy
+    if FALLING:
+        squares = squares_in_room(k, plan.vx, plan.vy, tick)
+    return 0.5 * mass * squares if mass < math.inf else 0.0
 
 
 @hook
@@ -131,7 +135,7 @@ def _respond(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> 
 @template
 def answer(k: Kernel, a: int, b: int, tick: int) -> float:
     """Answer a contact of two bodies, both anchored at it, by their rule; return how deep they overlap."""
-    before = _energy(k, a) + _energy(k, b)
+    before = _energy(k, a, tick) + _energy(k, b, tick)
     rule = k.rules[rule_of(k, a, b)]
     if RESPONSES == 0 or rule.response == ELASTIC:  # no ``touch`` is needed for elastic contacts alone
         depth = collide(k, a, b)
@@ -139,7 +143,7 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
         nx, ny, depth = touch(k, a, b)
         _respond(k, a, b, nx, ny, rule)
     if depth == depth:  # else there is no answer, and the loop ends with both as they were
-        k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
+        k.counts[0].answered_energy += (_energy(k, a, tick) + _energy(k, b, tick)) - before
         _note(k, a, tick)
         _note(k, b, tick)
     return float(depth)
@@ -148,14 +152,14 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
 @template
 def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
     """Answer a contact of a body, anchored at it, and a wall by its rule; return how deep it is in there."""
-    before = _energy(k, a)
+    before = _energy(k, a, tick)
     rule = k.rules[rule_of(k, a, wall)]
     if RESPONSES == 0 or rule.response == ELASTIC:
         depth = bounce(k, k.bodies[a], wall)
     else:
         nx, ny, depth = touch_wall(k, k.bodies[a], wall)
         _respond(k, a, wall, nx, ny, rule)
-    k.counts[0].answered_energy += _energy(k, a) - before
+    k.counts[0].answered_energy += _energy(k, a, tick) - before
     _note(k, a, tick)
     return float(depth)
 
@@ -351,6 +355,17 @@ def end_all_passings(k: Kernel, body: int, tick: int) -> None:
         find_leave(k, other)
         settle(k, other)
     k.traits[body].leave = NEVER
+
+
+@template
+def plan_all_partings(k: Kernel) -> None:
+    """Compute again when all passings end, where all bodies have new plans. The queue is built after it."""
+    for pair in range(len(k.passings)):
+        if k.passings[pair].a >= 0:
+            k.passings[pair].tick = _parts(k, k.passings[pair])
+    for body in range(k.clock[0].bodies):
+        if is_there(k, body):
+            find_leave(k, body)
 
 
 def begin_at_start(k: Kernel, pairs: Any) -> None:

@@ -68,10 +68,11 @@ class Command(NamedTuple):
     kind: int = 0
     form: int = 0
 
-    @property
-    def squares(self) -> float:
-        """Mass times speed squared: twice the energy that it can add; 0 for immovable bodies."""
-        return self.mass * (self.vx * self.vx + self.vy * self.vy) if self.mass < math.inf else 0.0
+    def squares(self, drop: float) -> float:
+        """Mass times speed squared: twice the energy that it can add; 0 for immovable bodies. An inserted
+        body can gain ``drop`` by falling."""
+        more = drop if self.code == INSERTED else 0.0
+        return self.mass * (self.vx * self.vx + self.vy * self.vy + more) if self.mass < math.inf else 0.0
 
     def as_scene_has_it(self, clock: Clock, scene: Scene) -> Turn | Insert | Remove:
         """Returns the command in a scene's form, with its exact time."""
@@ -137,12 +138,13 @@ def _rows_of(commands: list[Command], clock: Clock) -> Rows:
     return rows
 
 
-def squares_of(rows: Rows) -> float:
-    """Returns the sum of mass * speed^2 over commands: twice the energy that they can add."""
+def squares_of(rows: Rows, drop: float) -> float:
+    """Returns the sum of mass * speed^2 over commands: twice the energy that they can add, with ``drop`` for
+    each insertion."""
     mass, vx, vy = rows["mass"], rows["vx"], rows["vy"]
     if math.inf in mass.tolist():  # immovable
         mass = np.where(np.isinf(mass), 0.0, mass)
-    return float(np.dot(mass, vx * vx + vy * vy))
+    return float(np.dot(mass, vx * vx + vy * vy + drop * (rows["code"] == INSERTED)))
 
 
 class Agenda:
@@ -197,10 +199,10 @@ class Agenda:
         """Whether a body is still to be inserted by one of the commands."""
         return any(each.code == INSERTED and each.body == body for each in self._to_come(k, clock))
 
-    def squares(self, k: Kernel) -> float:
+    def squares(self, k: Kernel, drop: float) -> float:
         """Returns the sum of mass * speed^2 over all commands: twice the energy that they can add."""
-        later = math.fsum(each.squares for each in self._later)
-        return later + squares_of(waiting(k))
+        later = math.fsum(each.squares(drop) for each in self._later)
+        return later + squares_of(waiting(k), drop)
 
     def _to_come(self, k: Kernel, clock: Clock) -> Iterator[Command]:
         commands = chain((command_of(row, clock.base) for row in waiting(k)), self._later)

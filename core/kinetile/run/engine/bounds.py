@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kinetile.kernel.falling import falls, velocities_now
 from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import Kernel
 from kinetile.scene import Insert, Scene
@@ -67,12 +68,15 @@ def fastest(squares: float, lightest: float) -> float:
 
 
 def squares_of_bodies(k: Kernel) -> float:
-    """Returns the sum of mass * speed^2 of all bodies, rounded once.
+    """Returns the sum of mass * speed^2 of all bodies, in the room, rounded once.
 
     The order of slots, and the number of empty ones, depends on the broad phase. A sum that is rounded once
     does not.
     """
     bodies = k.bodies.view(np.ndarray)
     vx, vy = bodies["vx"], bodies["vy"]
+    if falls(k):
+        there = k.queue.number >= 0
+        vx, vy = np.where(there, velocities_now(k, np.arange(len(there))).T, 0.0)
     mass = np.where(np.isinf(k.mass), 0.0, k.mass)
     return math.fsum((mass * (vx * vx + vy * vy)).tolist())

@@ -73,7 +73,7 @@ from kinetile.run.interrupts import Interruptible, Unbroken, let_signals_through
 from kinetile.run.prepared import with_shapes
 from kinetile.scene import Scene
 from kinetile.scene.shapes import Shape
-from kinetile.toolbox.reach import SPANS, extent_of
+from kinetile.toolbox.reach import SPANS, drift_of, drop_of, extent_of
 
 UNLIMITED = 2**62
 NONE_BEHIND = 2**62
@@ -579,10 +579,12 @@ class Engine(Tables):
     def _bounds_with(self, rows: Rows, inserts: bool) -> tuple[Bounds, float]:
         """Returns the bounds with the energy of commands, and the largest speed of a body then."""
         bounds = self.bounds.including(rows) if inserts else self.bounds
-        gained, squares = squares_of(rows), bounds.squares
-        if not fastest(squares + gained, bounds.lightest) <= bounds.speed:
-            squares = squares_of_bodies(self.k) + self.agenda.squares(self.k)
-        return bounds._replace(squares=squares + gained), fastest(squares + gained, bounds.lightest)
+        drop, drift = drop_of(self.scene), drift_of(self.scene)
+        gained, squares = squares_of(rows, drop), bounds.squares
+        if not fastest(squares + gained, bounds.lightest) + drift <= bounds.speed:
+            squares = squares_of_bodies(self.k) + self.agenda.squares(self.k, drop)
+            squares += drop * float(self.k.mass[self.taken].sum()) if drop else 0.0
+        return bounds._replace(squares=squares + gained), fastest(squares + gained, bounds.lightest) + drift
 
     @property
     def _waiting(self) -> int:
@@ -641,6 +643,36 @@ class Engine(Tables):
             begin = self.clock.base * TICKS
             self.agenda.put(*(Command(begin, body, REANCHORED) for body in np.sort(old).tolist()))
         self.k = self.agenda.load(self.k, self.clock)
+
+    @property
+    def horizon(self) -> int:
+        """The kernel's tick before which nothing but the loop happens: where the span of the clock ends, or
+        the frame."""
+        return min(SPAN, self.fields.fall.end[0]) if self.scene.falls else SPAN
+
+    def change_frame(self, end: int | None) -> None:
+        """Has all bodies pass to the next frame, at whose first tick the simulation is then. Without bodies
+        it goes on at once to the frame of ``end``, in ticks since the start, or of the next command."""
+        fields, before, frame = self.fields, self.now, self.scene.frame
+        tick = fields.fall.end[0]
+        if len(self.taken):
+            self._record(self.ledger.reads)
+            parts: dict[str, Any] = {
+                "PERIODIC": bool(self.scene.periodic),
+                "PASSING": self.composition.passing,
+            }
+            if self.composition.passing and self.composition.pair is not None:
+                parts["part"] = self.composition.pair.part
+            compose(spans.pass_frame, parts, "pass_frame", Kernel)(self.packed[0], tick)
+        else:
+            coming = self.next_command
+            known = [end, None if coming is None else coming.ticks]
+            latest = min((self.clock.relative(each) for each in known if each is not None), default=SPAN)
+            tick = max(tick, min(latest, SPAN - 1) & -frame)
+        fields.fall.origin[0], fields.fall.end[0] = tick, tick + frame
+        fields.now[0] = tick
+        self.lay_out(self.speed)
+        self._take_over(before)
 
     def skip(self, end: int | None, most: int) -> int:
         """Skips spans in one step, ``most`` at most, in which nothing happens up to ``end`` (in

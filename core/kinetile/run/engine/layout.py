@@ -94,6 +94,10 @@ def tables_of(contents: Contents, numbers: int, composition: Composition, unit: 
     clock.lists.commands = len(contents.commands)
     for name, value in contents.clock.items():
         column(k.clock, name)[0] = slots[value] if name in ("fault.a", "fault.b") and value >= 0 else value
+    if prepared.falls:
+        clock.fall.x, clock.fall.y = prepared.gravity
+        clock.fall.origin = int(clock.now) & -prepared.frame
+        clock.fall.end = clock.fall.origin + prepared.frame
     return k
 
 
@@ -106,6 +110,8 @@ def _allocated(bodies: int, composition: Composition) -> Kernel:
     rows = LOG_ROWS
     if composition.rules is not None:  # a command may end a passing with every other body
         rows = max(rows, (2 * MOST_IMAGES if scene.periodic else 2) * slots)
+    if scene.falls:  # all bodies pass to the next frame at once
+        rows = max(rows, slots)
     try:
         k = allocate(slots, room, rows, composition.alike, bool(scene.shapes))
         if pairs:

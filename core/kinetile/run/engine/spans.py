@@ -18,13 +18,17 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import SPAN
 from kinetile.kernel.compiled import disowned, hook, smaller, template
+from kinetile.kernel.falling import fallen_for
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.images import BEAT, anchor, remainder, turns_of
+from kinetile.kernel.log import REANCHORED
+from kinetile.kernel.loop.bookkeeping import log
 from kinetile.kernel.loop.commands import LONG_AGO
+from kinetile.kernel.loop.responses import plan_all_partings
 from kinetile.kernel.skin import box_gaps, reaches_of
 from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel
 
-PERIODIC = False
+PERIODIC = PASSING = False
 
 FEWEST_SPANS, FEWEST_TURNS = 64, 4
 """The fewest spans that are skipped in one step, after which the structure is built again; and on a torus,
@@ -57,6 +61,8 @@ def count_from_next(k: Kernel, of_phase: Iterable[Any]) -> None:
     k.passings.begun -= SPAN
     k.traits.touched[:] = np.maximum(k.traits.touched - SPAN, LONG_AGO)
     clock.now -= SPAN
+    clock.fall.origin -= SPAN
+    clock.fall.end -= SPAN
     if len(k.images):
         clock.torus.beat -= SPAN
     stops.tick = max(int(stops.tick) - SPAN, LONG_AGO)
@@ -220,3 +226,26 @@ def pass_spans(k: Kernel, spans: int) -> None:
     for body in range(k.clock[0].bodies):
         if k.queue[body].number >= 0:
             anchor_many(k, body, spans)
+
+
+def pass_frame(k: Kernel, tick: int) -> None:
+    """Anchor all bodies at the end of their frame, and give them plans in the next one. Before: the log has
+    room for a row of each. A template, as ``kernel.loop`` has."""
+    k = disowned(k)
+    clock = k.clock[0]
+    time = fallen_for(k, tick)
+    half = 0.5 * time * time
+    for number in range(len(k.slots)):
+        body = k.slots[number]
+        if body >= 0:
+            plan = k.bodies[body]
+            anchor(k, body, tick)
+            plan.x += clock.fall.x * half
+            plan.y += clock.fall.y * half
+            plan.vx += clock.fall.x * time
+            plan.vy += clock.fall.y * time
+            plan.last = NOBODY
+            k.stamps[body] += 1
+            log(k, tick, body, REANCHORED)
+    if PASSING:
+        plan_all_partings(k)

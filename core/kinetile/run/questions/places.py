@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import Clock
-from kinetile.kernel.flight import positions_now
+from kinetile.kernel.falling import places_now
 from kinetile.kernel.tables import Kernel
 from kinetile.run.compose import Composition
 from kinetile.scene.bodies import in_box, nearest_image
@@ -78,7 +78,7 @@ class Query:
     @cached_property
     def places(self) -> Floats:
         """(n, 2) where the bodies are, to the bit as ``Simulation.positions`` has them."""
-        return in_box(positions_now(self.k, self.slots), self.periods)
+        return in_box(places_now(self.k, self.slots), self.periods)
 
     @cached_property
     def radii(self) -> Floats:

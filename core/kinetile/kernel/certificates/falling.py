@@ -1,0 +1,288 @@
+"""When a body reaches a wall that is bent in its frame (``kernel.falling``): the exact tick.
+
+The gap is, n ticks after the anchor, exactly::
+
+    Q(n) = far - near - radius + slope t + pull w^2 / 2,     t = n q,  w = (since + n) q
+
+with q the length of a tick. It *falls* at a time where the first of Q', Q'' that is not 0 is negative, and
+the body is at the wall at the first time from the anchor on at which Q <= 0 and falls (rule 6g). With pull <
+0 all later times are such, too, so its floor is the last whole n at which Q >= 0 or Q' >= 0. With pull > 0 Q
+falls up to the vertex alone: there is no such time if Q' >= 0 at the anchor, it is the anchor if Q <= 0
+there, none if the discriminant is <= 0, and otherwise its floor is the last n with Q >= 0 and Q' < 0. In both
+cases ``before`` says of a whole n whether the floor is n or later, and it never becomes true again.
+
+``falls_at`` computes Q and Q' at whole ticks in doubles, with what each sum and product lost. Their signs are
+known where they are beyond a bound, or where nothing was lost at all; a body that is surely not at the wall
+by the end of its frame is answered with ``NEVER`` at once, and otherwise the tick is that of an estimate, or
+near it. What that leaves open is decided by bisection in whole numbers (``integers`` has how they are kept).
+
+Error bounds
+============
+
+u is 2^-53. Every t and w is exact: n and since + n are below 2^53. ``plus`` and ``product_error`` give
+exactly what sums and products lost, unless a product underflows. So Q = all + (b + g + l1 + l2 + pull / 2 e +
+f + a), exactly, of which the product with e, what the square of w lost, and six sums are rounded: 7 u of the
+sum S of the magnitudes; **2^-49 = 16 u** covers it. The last sum, all + low, has the right sign. If S is 0
+nothing was rounded: the sign is exact, also when it is 0. For that, and for the bound, no product may
+underflow: each is above TINY or has a factor that is 0; otherwise TINY is added. In Q' = slope + pull w there
+are two roundings of the same kind: **2^-50** of them.
+
+The discriminant Q'^2 - 2 pull Q at the anchor decides nothing but that there is no root, and has a bound of
+2^-45 of its terms, and what the bounds of Q and Q' make in it.
+
+Whole numbers
+=============
+
+With V = slope q, G = pull q^2 and N = since + n, 2 Q = 2 (far - near - radius) + 2 V n + G N^2, Q' q = V + G
+N, and q^2 times the discriminant is V^2 + G (2 V since - 2 (far - near - radius)): whole numbers times a
+power of two. ``scene.checks`` has gravity from 2^-200 to 2^200, and a frame lasts for a tick at least, so G
+is not beyond the cells: 2^-200 times the square of a tick of 2^-952, brought to 53 bits, is 2^-2156 and
+begins in cell 96 - 83 = 13. G N takes 78 + 63 bits, and G N^2 another 63: 8 cells with a sign, and ``room``
+has 11 here.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kinetile.kernel.certificates.contact import LARGE, TINY, plus
+from kinetile.kernel.certificates.integers import (
+    CELLS,
+    LIMIT,
+    Cells,
+    add_product,
+    as_count,
+    between,
+    carry,
+    clear,
+    copy,
+    narrowed,
+    put,
+    put_count,
+    room,
+)
+from kinetile.kernel.compiled import apart, hook, smaller, subroutine
+from kinetile.kernel.tables import NEVER
+from kinetile.kernel.vectors import product_error
+
+
+class Fall(NamedTuple):
+    """The gap between a body and a wall along an axis with gravity: ``far - near - radius`` at the anchor in
+    its frame, and its rate there, ``slope``; the acceleration of the room's gap, ``pull``; how many ticks
+    after the origin of the frame the anchor is, ``since``, and how many after the anchor the frame ends: from
+    there on nothing is predicted. A tick is a power of two, and ``per_time`` its inverse."""
+
+    far: float
+    near: float
+    radius: float
+    slope: float
+    pull: float
+    since: int
+    end: int
+    tick: float
+    per_time: float
+
+
+@hook
+def whole(a: float, b: float, product: float) -> bool:
+    """Whether a product does not underflow, nor what it lost."""
+    return bool(abs(product) > TINY or a == 0.0 or b == 0.0)
+
+
+@hook
+def gap_after(f: Fall, ticks: int) -> tuple[float, float]:
+    """Return Q after a number of ticks, and a bound of its error."""
+    t = float(ticks) * f.tick
+    w = float(f.since + ticks) * f.tick
+    flown = f.slope * t
+    square = w * w
+    half = 0.5 * f.pull
+    fallen = half * square
+    between_them, b = plus(f.far, -f.near)
+    gap, g = plus(between_them, -f.radius)
+    some, s = plus(gap, flown)
+    all_of_it, a = plus(some, fallen)
+    one = product_error(f.slope, t, flown)
+    two = product_error(half, square, fallen)
+    three = half * product_error(w, w, square)
+    low = (b + g) + ((one + two) + (three + (s + a)))
+    size = (abs(b) + abs(g)) + ((abs(one) + abs(two)) + (abs(three) + (abs(s) + abs(a))))
+    error = 2.0**-49 * size
+    if not (whole(f.slope, t, flown) and whole(w, w, square) and whole(half, square, fallen)):
+        error += TINY
+    return all_of_it + low, error
+
+
+@hook
+def rate_after(f: Fall, ticks: int) -> tuple[float, float]:
+    """Return Q' after a number of ticks, and a bound of its error."""
+    w = float(f.since + ticks) * f.tick
+    gained = f.pull * w
+    rate, low = plus(f.slope, gained)
+    lost = product_error(f.pull, w, gained)
+    error = 2.0**-50 * (abs(low) + abs(lost))
+    if not whole(f.pull, w, gained):
+        error += TINY
+    return rate + (low + lost), error
+
+
+@hook
+def sign_beyond(value: float, error: float) -> int:
+    """Return 1 where a number is surely >= 0, -1 where it is surely below, 0 where that is open."""
+    if value > error or (value == 0.0 and error == 0.0):
+        return 1
+    return -1 if value < -error else 0
+
+
+@hook
+def side_of(f: Fall, ticks: int) -> int:
+    """Return 1 if the contact is surely at or after a whole tick, which it is not with pull > 0 unless there
+    is one; -1 if it is surely before it; 0 where that is open."""
+    value, error = gap_after(f, ticks)
+    gap = sign_beyond(value, error)
+    value, error = rate_after(f, ticks)
+    rate = sign_beyond(value, error)
+    if f.pull < 0.0:
+        if gap > 0 or rate > 0:
+            return 1
+        return -1 if gap < 0 and rate < 0 else 0
+    if gap < 0:
+        return -1
+    return 1 if gap > 0 and rate < 0 else 0
+
+
+@apart
+def falls_at(f: Fall) -> int:
+    """Return after how many ticks a body is at a bent wall, rounded down exactly; ``NEVER`` from the end of
+    its frame on."""
+    exact = (1 << 53) - f.since - 2
+    last = smaller(f.end, exact)
+    gap, gap_error = gap_after(f, 0)
+    rate, rate_error = rate_after(f, 0)
+    size = abs(f.far) + abs(f.near) + abs(f.radius) + abs(f.slope)
+    guess = 0.0
+    if last > 0 and size < LARGE:
+        if side_of(f, last) > 0:
+            if last == f.end:
+                return NEVER
+        elif f.pull > 0.0 and sign_beyond(rate, rate_error) > 0:
+            return NEVER
+        squares = rate * rate - 2.0 * f.pull * gap
+        bound = 2.0**-45 * (rate * rate + 2.0 * abs(f.pull * gap)) + TINY
+        bound += 2.0 * (abs(rate) * rate_error + abs(f.pull) * gap_error)
+        if f.pull > 0.0 and gap > gap_error and squares < -bound:
+            return NEVER
+        root = math.sqrt(squares) if squares > 0.0 else 0.0
+        if f.pull < 0.0 and rate >= 0.0:
+            guess = (rate + root) / -f.pull * f.per_time
+        elif root > rate:
+            guess = 2.0 * gap / (root - rate) * f.per_time
+        if gap > gap_error or f.pull < 0.0:
+            ticks = smaller(as_count(guess), last - 1)
+            for _ in range(4):
+                here = side_of(f, ticks)
+                if here < 0 and ticks == 0 and f.pull < 0.0:
+                    return 0
+                if here < 0 and ticks > 0:
+                    ticks -= 1
+                elif here > 0:
+                    after = side_of(f, ticks + 1)
+                    if after < 0:
+                        return int(ticks)
+                    if after == 0 or ticks + 1 >= last:
+                        break
+                    ticks += 1
+                else:
+                    break
+    found = int(falls_at_by_integers(f, as_count(guess)))
+    return int(found if found < f.end else NEVER)
+
+
+GAP, RATE, PULL, X, Y, COUNT, AGE = range(0, 7 * CELLS, CELLS)
+"""Rows of lengths, all twice the gap's or a tick's share of it: the gap at the anchor, V, G, two for what is
+made of them; counts of ticks since the anchor, and since the origin."""
+
+SUM = 8 * CELLS
+"""The row of products of two."""
+
+MEMORY = 10 * CELLS
+
+
+@subroutine
+def signs_after(m: Cells, f: Fall, first: int, end: int, ticks: int) -> tuple[int, int]:
+    """Return the signs of Q and Q' after a number of ticks; Y becomes G times their number since the
+    origin."""
+    put_count(m, COUNT, ticks)
+    put_count(m, AGE, f.since + ticks)
+    clear(m, Y, first, end)
+    add_product(m, Y, PULL, first, end - 3, AGE, 0, 3)
+    carry(m, Y, first, end, 1)
+    copy(m, X, RATE, first, end)
+    for i in range(first, end):
+        m[X + i] += m[Y + i]
+    rate = carry(m, X, first, end, 1)
+    copy(m, X, GAP, first, end)
+    for _ in range(2):
+        add_product(m, X, RATE, first, end - 3, COUNT, 0, 3)
+        carry(m, X, first, end, 1)
+    add_product(m, X, Y, first, end - 3, AGE, 0, 3)
+    return carry(m, X, first, end, 1), rate
+
+
+@subroutine
+def sign_of_discriminant(m: Cells, f: Fall, first: int, end: int) -> int:
+    """Return the sign of Q'^2 - 2 pull Q."""
+    put_count(m, COUNT, f.since)
+    copy(m, X, GAP, first, end)
+    carry(m, X, first, end, -1)
+    for _ in range(2):
+        add_product(m, X, RATE, first, end - 3, COUNT, 0, 3)
+        carry(m, X, first, end, 1)
+    add_product(m, SUM, RATE, first, end, RATE, first, end)
+    carry(m, SUM, 2 * first, 2 * end, 1)
+    add_product(m, SUM, PULL, first, end, X, first, end)
+    return carry(m, SUM, 2 * first, 2 * end, 1)
+
+
+@subroutine
+def falls_at_by_integers(f: Fall, guess: int) -> int:
+    """Return after how many ticks a body is at a bent wall, for finite numbers; ``NEVER`` from 2^62 on, and
+    for others."""
+    power = int(math.frexp(f.tick)[1]) - 1
+    first, end = room(CELLS, 0, f.far, 1)
+    first, end = room(first, end, f.near, 1)
+    first, end = room(first, end, f.radius, 1)
+    first, end = room(first, end, f.slope, power)
+    first, end = room(first, end, f.pull, 2 * power)
+    end += 3
+    if end > CELLS:
+        return NEVER
+    m = np.zeros(MEMORY, dtype=np.int64)
+    put(m, GAP, f.far, 1, 1)
+    put(m, GAP, f.near, 1, -1)
+    put(m, GAP, f.radius, 1, -1)
+    put(m, RATE, f.slope, power, 1)
+    put(m, PULL, f.pull, 2 * power, 1)
+    for row in (GAP, RATE, PULL):
+        carry(m, row, first, end, 1)
+    falling = f.pull < 0.0
+    gap, rate = signs_after(m, f, first, end, 0)
+    if not falling:
+        if rate >= 0:
+            return NEVER
+        if gap <= 0:
+            return 0
+        if sign_of_discriminant(m, f, first, end) <= 0:
+            return NEVER
+    low = 0
+    high = LIMIT + 1
+    stride = 1
+    guess = between(low, high, guess)
+    while high - low > 1:
+        gap, rate = signs_after(m, f, first, end, guess)
+        before = gap >= 0 or rate >= 0 if falling else gap >= 0 and rate < 0
+        low, high, guess, stride = narrowed(low, high, guess, stride, before)
+    return low if low < LIMIT else NEVER

@@ -1,0 +1,124 @@
+"""Scenes with gravity: known answers, one answer under all phases, what is refused."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+import lanes
+from agreement import assert_one_answer
+from kinetile.errors import SceneError
+from kinetile.scene.files import dumps_scene, loads_scene
+
+BALL = kt.Scene([[0.5, 0.75]], [[0.0, 0.0]], 0.25, arena=(1.0, 2.0), gravity=(0.0, -1.0))
+"""At rest, .5 above the floor."""
+
+
+def falling(seed: int, bodies: int = 9) -> kt.Scene:
+    """Returns a scene of discs on a lattice, with ties, or of any places, and commands."""
+    rng = np.random.default_rng(seed)
+    side = math.isqrt(bodies - 1) + 2
+    cells = rng.permutation(side * side)[:bodies]
+    place = np.column_stack(np.divmod(cells, side)) + 0.5
+    velocity = rng.integers(-2, 3, (bodies, 2)) / 2.0
+    if seed % 2:
+        place, velocity = place + rng.uniform(-0.1, 0.1, place.shape), rng.normal(size=place.shape)
+    velocity[:, 1] = np.where(velocity[:, 1] == 0.0, 0.25, velocity[:, 1])  # nothing rests on the floor
+    gravity = [(0.0, -0.5), (0.25, -1.0), (0.0, 2.0), (-1.0, 0.0)][seed // 2 % 4]
+    periodic = "x" if gravity[0] == 0.0 and seed % 3 == 0 else ""
+    turns = [(int(rng.integers(bodies)), float(time), (0.5, 1.0)) for time in rng.integers(1, 24, 3) / 8]
+    kinds = (
+        {"kind": (rng.integers(0, 2, bodies) + 1).tolist(), "responses": RULES[seed % 5]} if seed % 5 else {}
+    )
+    spot = kt.Insert(time=1.375, position=(side - 0.25, side - 0.25), velocity=(-1.0, 0.5), radius=0.125)
+    commands = [kt.Remove(0, 1.75)] if seed % 7 else [kt.Remove(0, 1.75), spot]
+    return kt.Scene(
+        place,
+        velocity,
+        0.375,
+        arena=(side, side),
+        gravity=gravity,
+        periodic=periodic,
+        turns=turns,
+        commands=commands,
+        **kinds,
+    )
+
+
+RULES = {
+    1: {(1, 2): kt.Response("pass")},
+    2: {(2, 2): kt.Response("elastic")},
+    3: {("*", "*"): kt.Response("restitution", e=0.75, contact_time=0.01)},
+    4: {(1, 1): kt.Response("pass"), (2, 2): kt.Response("restitution", e=0.5, contact_time=0.01)},
+}
+
+
+@pytest.mark.small
+def test_a_ball_bounces_at_times_of_the_formula():
+    sim = kt.Simulation(BALL, "naive")
+    sim.run(until=64.0)
+    assert sim.contacts["time"].tolist() == [1.0 + 2.0 * bounce for bounce in range(32)]
+    assert set(sim.contacts["b"].tolist()) == {-3}
+    assert sim.positions().tolist() == [[0.5, 0.75]]
+    assert sim.velocities().tolist() == [[0.0, 0.0]]
+    assert sim.readings.energy_drift == 0.0
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", lanes.first(4, range(200)))
+def test_all_phases_give_one_answer(seed):
+    scene = falling(seed)
+    sim = assert_one_answer(scene, until=3.0)
+    assert len(sim.contacts) > 10
+    if not scene.responses and not scene.commands:
+        assert sim.readings.energy_drift < 1e-12
+
+
+ROOM = {"position": [[0.5, 0.5]], "velocity": [[0.0, 1.0]], "radius": 0.25, "arena": (1.0, 1.0)}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"gravity": (0.0, 1.0, 2.0)}, "gravity: found .*; expected \\[gx, gy\\], two finite numbers"),
+        ({"gravity": (0.0, 2.0**-300)}, "each 0 or from 2\\*\\*-200"),
+        ({"arena": None}, "an arena with it, or no gravity: without walls bodies fall for ever"),
+        ({"periodic": "y"}, "none along y, which is periodic: nothing stops a fall there"),
+        ({"mass": math.inf}, "a finite mass: with gravity no body is immovable"),
+        ({"radius": None, "shape": kt.box(0.5, 0.5)}, "discs alone: gravity is for them"),
+        ({"responses": {("*", "wall"): "stop"}}, "elastic: with gravity walls have no other response"),
+        (
+            {"position": [[0.5, 0.25]], "velocity": [[1.0, 0.0]]},
+            "at rest on the bottom wall; expected a body",
+        ),
+        ({"gravity": (2.0, 0.0), "position": [[0.75, 0.5]]}, "at rest on the right wall"),
+        ({"gravity": (0.0, -1e60), "unit": 1.0}, "fall through the arena in a tick of the clock"),
+    ],
+)
+def test_what_cannot_fall_is_refused(changes, message):
+    with pytest.raises(SceneError, match=message):
+        kt.Scene(**ROOM | {"gravity": (0.0, -1.0)} | changes)
+
+
+def test_no_gravity_is_none():
+    plain = kt.Scene(**ROOM)
+    for gravity in ((0.0, 0.0), [0, -0.0], None):
+        scene = kt.Scene(**ROOM, gravity=gravity)
+        assert scene == plain
+        assert not scene.falls
+        assert kt.Simulation(scene)._engine.loop is kt.Simulation(plain)._engine.loop
+
+
+def test_files_and_recipes_have_gravity():
+    assert loads_scene(dumps_scene(BALL)) == BALL
+    made = kt.make_scene("grid", bodies=4, gravity=(0.0, -2.0))
+    assert made.gravity == (0.0, -2.0)
+    assert made.answer == 4
+    assert made.frame * made.time_unit == 2.0**51
+    assert copy.deepcopy(made) == pickle.loads(pickle.dumps(made)) == made
+    assert made != kt.make_scene("grid", bodies=4)
