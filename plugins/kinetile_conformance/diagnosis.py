@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,19 +25,16 @@ class Symptom:
 
     id: str
     often: str
-    checks: tuple[str, ...] = ()
+    checks: Sequence[str] = ()
     pattern: str = ""
 
 
-def _symptoms() -> tuple[Symptom, ...]:
-    rows = tomllib.loads(Path(__file__).with_name("symptoms.toml").read_text(encoding="utf-8"))
-    return tuple(
-        Symptom(name, row["often"], tuple(row.get("checks", ())), row.get("pattern", ""))
-        for name, row in rows.items()
-    )
-
-
-SYMPTOMS = _symptoms()
+SYMPTOMS = tuple(
+    Symptom(name, **row)
+    for name, row in tomllib.loads(
+        Path(__file__).with_name("symptoms.toml").read_text(encoding="utf-8")
+    ).items()
+)
 """The rows, the more particular ones first."""
 
 

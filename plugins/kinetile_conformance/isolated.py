@@ -41,14 +41,11 @@ from kinetile_conformance.runner import CheckRun, Plan, Runner, verdict
 from kinetile_conformance.strategies.changes import only_bodies
 from kinetile_conformance.strategies.gallery import smallest
 
-DEATHS, COMPILING = 3, 200.0
-"""Deaths after which the checks that are left are not run, and CPU seconds that a child may compile between
-two messages."""
-
+DEATHS = 3
+"""Deaths after which the checks that are left are not run."""
 
 ENDINGS = {
     "endless": ("died", "an endless loop{place}, in {what}: {scene:g} CPU s, and no end of one scene"),
-    "busy": ("died", "an endless loop in a process that {what} has started{place}"),
     "idle": (
         "not judged",
         "nothing was heard and no CPU time used for {idle:g} s in {what}{place}: does it wait for something?",
@@ -163,8 +160,7 @@ class IsolatedRunner:
         ``again``: it repeats what a child has died of, so another death does not count.
         """
         if self._child is None:
-            silence = COMPILING + 2.0 * self._scene_seconds
-            limits = Limits(self._scene_seconds, self._plan.memory, silence)
+            limits = Limits(self._scene_seconds, self._plan.memory)
             self._child = Child(self._plan.subject, partial(_runner, self._plan.alone), limits)
         try:
             return self._child.call(function, *arguments, hear=hear)
@@ -191,7 +187,7 @@ class IsolatedRunner:
     def _death(self, died: Died, name: str, last: Message) -> Result:
         """Return the result of a check whose child has died, or was ended; ``last`` is its last message: the
         last failure or, where it has seen none, the last scene."""
-        check, expected = check_named(name), name in self._plan.expected_failures
+        check = check_named(name)
         dying = self._sentence(died, f"check {name!r}")
         status, _ = ENDINGS[died.how]
         seen = str(last.get("seen", ""))
@@ -201,8 +197,7 @@ class IsolatedRunner:
             scene = pickle.loads(last["scene"])
         if seen:
             lines = [seen, f"(and while a smaller scene was looked for, {dying})"]
-            if not expected:
-                lines += diagnosed(name, seen, self._plan.subject)
+            lines += diagnosed(name, seen, self._plan.subject)
             result = replace(result, status="failed", said="\n".join(lines))
         elif status == "not judged":
             return replace(result, said="", reason=dying)
@@ -212,13 +207,13 @@ class IsolatedRunner:
                     f"{self._scene_seconds:g} CPU s are too few for it, in check {name!r}; it comes to an end"
                 )
                 return replace(result, status="not judged", said="", reason=slow)
-        elif scene is not None and self._plan.minimises(name):
+        elif scene is not None and self._plan.shrink:
             search = Search(scene, lambda fewer: not self._survives(name, fewer), self._plan.seconds)
             leave_out(search, by_number, only_bodies, 1)
             scene = search.scene
         if scene is None:
             return result
-        if not expected and (check.observation.compares or not seen):
+        if self._plan.explains and (check.observation.compares or not seen):
             result = replace(result, verdict=self._verdict(check.replay or name, scene))
             if died.how == "endless" and not seen and not result.verdict:
                 slow = f"{dying}; and so it is under kinetile's other phases"

@@ -191,7 +191,7 @@ def _measured(report: Report, runner: IsolatedRunner | None, scene: Scene, conta
         return Measured(report.label, str(error))
     if isinstance(found, str):
         return Measured(report.label, found)
-    spent = ended - began or None
+    spent = ended - began if ended and began else None
     row = Measured(report.label, None, spent, contacts=len(found), process_bytes=most)
     rate = spent and len(found) / spent
     return replace(row, differs=exchange.judge(found), contacts_per_cpu_second=rate)

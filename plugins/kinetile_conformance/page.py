@@ -50,7 +50,7 @@ def page(of: Judgement, command: str) -> str:
 
 def _marked(status: str, text: str) -> str:
     """Returns a text with the mark of a status, or verdict."""
-    good, open_ = ("passed", "xfailed", "conforms"), ("skipped", "not judged")
+    good, open_ = ("passed", "conforms"), ("skipped", "not judged")
     return f"{'✓' if status in good else '–' if status in open_ else '✗'} {text}"
 
 

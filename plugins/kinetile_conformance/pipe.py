@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import json
 import os
-import selectors
+import queue
 import shlex
 import signal
 import subprocess
+import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -27,7 +28,7 @@ from kinetile.scene.files import dumps_scene
 from kinetile_conformance.cases import CONTACTS
 from kinetile_conformance.checks import CHECKS
 from kinetile_conformance.checks.check import Check
-from kinetile_conformance.deadline import spent
+from kinetile_conformance.deadline import cpu_seconds, spent
 from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.questions import QUESTIONS, Exchange, Question
 from kinetile_conformance.reporting import Report, Result
@@ -36,8 +37,8 @@ from kinetile_conformance.runner import EXAMPLES, REDUCING
 SECONDS = 10.0
 """Seconds by the clock that an engine has for a line."""
 
-LONGEST, CHUNK = 2**26, 2**16
-"""Bytes of the longest answer, and bytes that are read at once."""
+LONGEST, AHEAD = 2**26, 16
+"""Bytes of the longest answer, and lines that are read before they are asked for."""
 
 FREE = {"", "-in-a-scaled-swarm", "-of-shapes"}
 IN_PLACES = FREE | {"-on-lattices", "-as-bodies-come-and-go"}
@@ -100,14 +101,29 @@ class Engine:
             if not words:
                 raise ValueError("it names no program")
             self._child = subprocess.Popen(
-                words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, process_group=0
+                words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=0
             )
+            self._to = cast(Any, self._child.stdin)
         except (OSError, ValueError) as error:
             why = error.strerror if isinstance(error, OSError) else error
             raise EngineError(f"--command {self.command!r} does not start: {why}") from error
-        self._rest = b""
-        self._to, self._from = cast(Any, self._child.stdin), cast(Any, self._child.stdout)
-        os.set_blocking(self._to.fileno(), False)
+        self._answers: queue.Queue[bytes] = queue.Queue(AHEAD)
+        self._writer = threading.Thread()
+        threading.Thread(target=self._read, args=(self._child.stdout, self._answers), daemon=True).start()
+
+    @staticmethod
+    def _read(stream: Any, answers: queue.Queue[bytes]) -> None:
+        """Put the lines of a stream into a queue, and an empty one at its end; then close it."""
+        with stream:
+            while line := stream.readline(LONGEST):
+                answers.put(line)
+        answers.put(b"")
+
+    def _write(self, line: bytes) -> None:
+        """Send a line; where the program has ended, its output says so."""
+        with suppress(OSError):
+            self._to.write(line)
+            self._to.flush()
 
     def __enter__(self) -> Self:
         return self
@@ -119,8 +135,9 @@ class Engine:
         """End the program and what it has started."""
         self._kill()
         self._child.wait()
-        self._to.close()
-        self._from.close()
+        if not self._writer.is_alive():  # what it has started in another session may hold its end
+            with suppress(OSError):
+                self._to.close()
 
     def _kill(self) -> None:
         if hasattr(os, "killpg"):
@@ -128,12 +145,10 @@ class Engine:
                 os.killpg(self._child.pid, signal.SIGKILL)
         self._child.kill()
 
-    def cpu_seconds(self) -> float:
-        """Return the CPU seconds of the program, without what it has started; 0 where the system does not
+    def cpu_seconds(self) -> float | None:
+        """Return the CPU seconds of the program, without what it has started; None where the system does not
         tell."""
-        with suppress(OSError, OverflowError, AttributeError):
-            return time.clock_gettime(~self._child.pid << 3 | 2)  # Linux: the clock of another process
-        return 0.0
+        return cpu_seconds(self._child.pid)
 
     def peak_bytes(self) -> int | None:
         """Return the most memory that the program has had; None where the system does not tell."""
@@ -158,44 +173,22 @@ class Engine:
     def _exchanged(self, line: bytes) -> bytes:
         """Send a line and return the one that comes back.
 
-        The program may write before it has read all, and neither side of a pipe has a limit of its own. Nor
-        need ending it close a pipe, which what it has started in another session may hold. So this waits for
-        either side, and for so long.
+        The program may write before it has read all, and ending it need not close a pipe, which what it has
+        started in another session may hold. So threads read and write, and this one waits for so long.
         """
-        end = time.monotonic() + self._seconds
-        left, answer = memoryview(line), bytearray(self._rest)
-        seen = 0  # of the answer, without the end of a line
-        with selectors.DefaultSelector() as sides:
-            sides.register(self._from, selectors.EVENT_READ)
-            sides.register(self._to, selectors.EVENT_WRITE)
-            while (at := answer.find(b"\n", seen)) < 0:
-                seen = len(answer)
-                if seen >= LONGEST:
-                    raise EngineError(f"the engine's answer has no end after {LONGEST:,} bytes")
-                ready = {key.fileobj for key, _ in sides.select(max(end - time.monotonic(), 0.0))}
-                if not ready:
-                    self._kill()
-                    raise EngineError(
-                        f"the engine gave no answer within {self._seconds:g} s (--scene-seconds)"
-                    )
-                if self._to in ready:
-                    left = left[self._written(left) :]
-                    if not left:
-                        sides.unregister(self._to)
-                if self._from in ready:
-                    answer += self._from.read(CHUNK) or self._no_answer(answer)
-        self._rest = bytes(answer[at + 1 :])
-        return bytes(answer[: at + 1])
-
-    def _written(self, line: memoryview) -> int:
-        """Send what the pipe takes of a line, and return how much; all of it where the program has ended,
-        for then its output says so."""
+        self._writer = threading.Thread(target=self._write, args=(line,), daemon=True)
+        self._writer.start()
         try:
-            return self._to.write(line) or 0
-        except BrokenPipeError:
-            return len(line)
+            answer = self._answers.get(timeout=self._seconds)
+        except queue.Empty:
+            self._kill()
+            said = f"the engine gave no answer within {self._seconds:g} s (--scene-seconds)"
+            raise EngineError(said) from None
+        if len(answer) >= LONGEST:
+            raise EngineError(f"the engine's answer has no end after {LONGEST:,} bytes")
+        return answer if answer.endswith(b"\n") else self._no_answer(answer)
 
-    def _no_answer(self, answer: bytes | bytearray) -> NoReturn:
+    def _no_answer(self, answer: bytes) -> NoReturn:
         """Raise EngineError, with how the program has closed its output."""
         how = "closed its output"
         with suppress(subprocess.TimeoutExpired):

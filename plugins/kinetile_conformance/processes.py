@@ -34,7 +34,7 @@ from kinetile.errors import BadOption, MissingExtra, NotJudged, Refused
 from kinetile.kernel.compiled.limits import end_after, limit_memory, out_of_time
 from kinetile.plugin.registry import registry
 from kinetile_conformance.cases import PhasePlugin, Subject, provided
-from kinetile_conformance.deadline import TimeIsUp, limit_scenes, uncounted
+from kinetile_conformance.deadline import SCENE_SECONDS, TimeIsUp, cpu_seconds, limit_scenes, uncounted
 
 GRACE, PATROL = 2.0, 5.0
 """Seconds that a process has to write its stack, or to end; and without a message, after which the CPU time
@@ -87,14 +87,12 @@ class Limits:
     """What a child may use.
 
     Attributes:
-        scene: CPU seconds for one scene; 0: no limit.
+        scene: CPU seconds for one simulation of a scene; 0: no limit.
         memory: bytes beyond what it begins with, where the system can tell; 0: no limit.
-        silence: CPU seconds, of the child and of all that it starts, that may pass without a message.
     """
 
     scene: float = 0.0
     memory: int = 0
-    silence: float = 1_000.0
 
     def keep(self) -> None:
         """Have this process keep them, in place of those that it has inherited."""
@@ -128,7 +126,6 @@ class Child:
         environment: Mapping[str, str] | None = None,
     ) -> None:
         begin = pickled(subject, make, limits)
-        self._limits = limits
         self._folder = tempfile.TemporaryDirectory(prefix="kinetile-child-", ignore_cleanup_errors=True)
         self._words = Path(self._folder.name) / "words"
         self._link, there = Pipe()
@@ -188,7 +185,6 @@ class Child:
     def receive(self) -> Message | None:
         """Return the next message; None where the child has ended, and sends no more. Raise Died where it
         sends none for too long."""
-        began: float | None = None
         used, since = 0.0, time.monotonic()
         while True:
             ended = self._process.poll() is not None
@@ -196,34 +192,14 @@ class Child:
                 return self._messages.get(timeout=PATROL)
             if ended:
                 return None  # what it has started may hold its end
-            now = self._used()  # for each message it would take longer than most scenes
-            began = now if began is None else began
-            if now > began + self._limits.silence:
-                self._give_up("busy")
-            if now > used:
-                used, since = now, time.monotonic()
+            now = cpu_seconds(self._process.pid)
+            if now is None or now > used:
+                used, since = now or 0.0, time.monotonic()
             elif time.monotonic() > since + IDLE:
-                self._give_up("idle")
-
-    def _give_up(self, how: str) -> None:
-        """Have the process write its stack, and end it; raise Died."""
-        if hasattr(signal, "SIGABRT"):
-            self._process.send_signal(signal.SIGABRT)
-            self._exit_code()
-        raise Died(how, words=self.end())
-
-    def _used(self) -> float:
-        """Return the CPU seconds of the child and of what it has started, where the system can tell; else
-        those of this moment by the clock, as if it computed all the time."""
-        if not Path("/proc/self/stat").exists():
-            return time.monotonic()
-        ticks = 0
-        for stat in Path("/proc").glob("[0-9]*/stat"):
-            with contextlib.suppress(OSError, ValueError):
-                fields = stat.read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
-                if int(fields[3]) == self._process.pid:  # its session
-                    ticks += sum(map(int, fields[11:15]))
-        return ticks / os.sysconf("SC_CLK_TCK")
+                if hasattr(signal, "SIGABRT"):  # it writes its stack
+                    self._process.send_signal(signal.SIGABRT)
+                    self._exit_code()
+                raise Died("idle", words=self.end())
 
     def _exit_code(self) -> int | None:
         """Return the exit code, negative for a signal, of a process that sends no more messages; None if it
@@ -297,21 +273,21 @@ def in_a_child(
     subject: Subject,
     *arguments: Any,
     environment: Mapping[str, str] | None = None,
-    seconds: float = 1_000.0,
+    seconds: float = SCENE_SECONDS,
 ) -> Any:
-    """Return what a function returns in a child, called with the phases under test, and arguments. The child
-    has so many CPU ``seconds``, and an ``environment`` beside that of this process.
+    """Return what a function returns in a child, called with the phases under test, and arguments. There a
+    simulation has so many CPU ``seconds``, and an ``environment`` beside that of this process.
 
     Raises:
         Died: the process ends.
-        TimeIsUp: it computes for longer than that, or waits for something.
+        TimeIsUp: one takes longer than that, or waits for something.
         BadOption, NotJudged, Refused: the function raises it, or the phases cannot be sent.
     """
-    child = Child(subject, _themselves, Limits(silence=seconds), environment)
+    child = Child(subject, _themselves, Limits(scene=seconds), environment)
     try:
         return child.call(function, *arguments)
     except Died as died:
-        if died.how in ("busy", "idle"):
+        if died.how in ("endless", "idle"):
             raise TimeIsUp from None
         raise
     finally:

@@ -6,6 +6,7 @@ is imported only when it is needed.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -18,21 +19,27 @@ OPEN: list[Any] = []
 """The runners in use, each with a child process."""
 
 
-def parametrize_with_checks(name: str, **options: Unpack[Options]) -> Any:
+def parametrize_with_checks(
+    name: str, expected_failures: Mapping[str, str] | None = None, **options: Unpack[Options]
+) -> Any:
     """Return a pytest decorator for ``def test_conformance(check): check()``, one test a check.
 
     ``options`` are as for ``check_broad_phase`` (``Options``). The tests share a child process, which judges
-    the phase: an endless loop in a hook ends there. Checks that are expected to fail are marked xfail
-    (strict: a pass is an error), and their failures are not minimised.
+    the phase: an endless loop in a hook ends there. ``expected_failures`` are checks that are known to fail,
+    each with the reason: these are marked xfail (strict: a pass is an error).
 
     Raises ValueError for a check that does not exist, UnknownName for a phase that does not.
     """
     from kinetile.plugin.registry import registry
     from kinetile.run.compose import check_options
     from kinetile_conformance.api import runner_for
+    from kinetile_conformance.checks import check_named
     from kinetile_conformance.runner import Plan
 
-    plan = Plan.of(name, options)
+    plan, known = (
+        Plan.of(name, options),
+        {check_named(each).name: why for each, why in (expected_failures or {}).items()},
+    )
     phase = registry().target("broad phase", name)
     check_options("broad phase", name, phase, plan.subject.options)
     phase(**plan.subject.options)
@@ -41,8 +48,6 @@ def parametrize_with_checks(name: str, **options: Unpack[Options]) -> Any:
     smoke_test = cache(runner.smoke_test)
 
     def case(check: str) -> Any:
-        expected = plan.expected_failures.get(check)
-
         def run() -> None:
             smoke_test()
             result = runner.run(check)
@@ -50,6 +55,7 @@ def parametrize_with_checks(name: str, **options: Unpack[Options]) -> Any:
                 pytest.skip(result.reason)
             assert result.ok, str(plan.report((result,)))
 
+        expected = known.get(check)
         marks = () if expected is None else (pytest.mark.xfail(reason=expected, strict=True),)
         return pytest.param(run, id=check, marks=marks)
 

@@ -34,7 +34,7 @@ from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_accuracy.specification.shapes import Difference, contact
 from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, outcome, told
 from kinetile_conformance.checks.check import JUDGED
-from kinetile_conformance.drawing import DIGITS, Search, leave_out, minimised, reduced
+from kinetile_conformance.drawing import leave_out, minimised, reduced
 from kinetile_conformance.strategies.changes import changed, ended_at, only_bodies
 from kinetile_conformance.strategies.shapes import scaled
 
@@ -376,30 +376,12 @@ class Pairs(Question):
         return None
 
     def smaller(self, case: Moments, fails: Callable[[Moments], bool], seconds: float) -> Moments:
-        """Return a minimised case: fewer moments, fewer bodies, simpler numbers."""
+        """Return a minimised case: fewer moments, fewer bodies."""
         steps = (
             lambda search: leave_out(search, lambda case: np.arange(len(case.moments)), Moments.at, 1),
             lambda search: leave_out(search, lambda case: case.numbers, Moments.only, 1),
-            _round_moments,
         )
         return minimised(case, fails, seconds, steps)
-
-
-def _round_moments(search: Search[Moments]) -> None:
-    """Round all numbers to the fewest digits with which the case still fails; no radius becomes 0."""
-    sizes = [abs(x) for bodies in search.scene.moments for row in bodies.values() for x in row]
-    unit = 2.0 ** math.ceil(math.log2(max(sizes, default=0.0) or 1.0))
-    for digits in DIGITS:
-        step = unit * 2.0**-digits
-
-        def rounded(row: tuple[float, ...], step: float = step) -> tuple[float, ...]:
-            new = tuple(round(x / step) * step for x in row)
-            return new if len(row) == 4 or new[2] else (*new[:2], row[2])
-
-        whole = search.scene
-        new = replace(whole, moments=tuple({n: rounded(b[n]) for n in b} for b in whole.moments))
-        if new == whole or search.take(partial(replace, new)):
-            return
 
 
 PAIRS = Form.of("pairs", "[[a, b], ...]", list[tuple[Body, Body]])

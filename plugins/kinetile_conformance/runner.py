@@ -62,8 +62,6 @@ class Options(TypedDict, total=False):
             none.
         examples: scenes drawn for each check; ``EXAMPLES``.
         checks: names of the checks to run; None: all that apply.
-        expected_failures: checks that are known to fail, each with the reason. Their failures are not
-            minimised; one that passes makes the report not ok.
         save_to: a folder for the scenes that fail, as TOML; None: they are not saved.
         shrink: whether to search for the smallest scene that fails; True.
         seed: the seed of the drawing; the same seed draws the same scenes; 0.
@@ -82,7 +80,6 @@ class Options(TypedDict, total=False):
     response: Response | str | None
     examples: int
     checks: Sequence[str] | None
-    expected_failures: Mapping[str, str] | None
     save_to: str | os.PathLike[str] | None
     shrink: bool
     seed: int
@@ -101,15 +98,16 @@ def _ignore(*_: object) -> None:
 class Plan:
     """The options of a conformance run, checked and completed, and the phases under test.
 
-    ``checks`` are those that are run; None: all. ``seconds`` are those of one check.
+    ``checks`` are those that are run; None: all. ``seconds`` are those of one check. ``explains``: whether a
+    failure is repeated, and tried under other phases.
     """
 
     subject: Subject
     checks: tuple[str, ...] | None = None
-    expected_failures: Mapping[str, str] = field(default_factory=dict)
     examples: int = EXAMPLES
     save_to: Path | None = None
     shrink: bool = True
+    explains: bool = True
     seed: int = 0
     seconds: float = SECONDS
     in_process: bool = False
@@ -125,7 +123,7 @@ class Plan:
         Raises UnknownName, BadOption, and ValueError for a check that does not exist.
         """
         given = {key: value for key, value in options.items() if value is not None}
-        for known in (*given.get("expected_failures", ()), *given.get("checks", ())):
+        for known in given.get("checks", ()):
             check_named(known)
         narrow: dict[str, Mapping[str, Any]] = {}
         for each, chosen in read_narrow_phases(given.pop("narrow_phases", ())).items():
@@ -149,10 +147,6 @@ class Plan:
     def names(self) -> tuple[str, ...]:
         """The names of the checks that are run."""
         return tuple(each.name for each in CHECKS) if self.checks is None else self.checks
-
-    def minimises(self, check: str) -> bool:
-        """Whether failures of a check are minimised: not those that are expected."""
-        return self.shrink and check not in self.expected_failures
 
     @property
     def alone(self) -> Plan:
@@ -333,7 +327,7 @@ class Runner:
         run = self._check_run(each, self._references, Deadline(self.plan.seconds))
         try:
             fails = self._drawing.scenes_fail(each, run.holds)
-            if fails and self.plan.minimises(name) and each.draws:
+            if fails and self.plan.shrink and each.draws:
                 self._reduce(run)
         except TimeIsUp:
             late = run.said is None
@@ -365,7 +359,7 @@ class Runner:
         if scene is not None:
             result = replace(result, bodies=len(scene) if each.replay else None)
             result = saved(result, scene, self.subject, self.plan.save_to)
-        if each.name in self.plan.expected_failures:
+        if not self.plan.explains:
             return result
         lines = [result.said, *self._how_often(run), *diagnosed(each.name, result.said, self.subject)]
         result = replace(result, said="\n".join(lines))

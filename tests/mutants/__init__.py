@@ -228,7 +228,7 @@ def as_expected(name: str, found: Result | None) -> bool:
 def matrix_row(name: str, folder: Path, **options: Any) -> dict[str, Any]:
     """Return which checks fail on a mutant, and which come to no end, of all that are run."""
     results: list[Result] = []
-    run_checks(name, folder, results.append, shrink=False, **options)
+    run_checks(name, folder, results.append, shrink=False, explains=False, **options)
     failed = [result.check for result in results if not result.ok and not result.unjudged]
     return {
         "name": name,
@@ -358,7 +358,7 @@ def _line(
 ) -> tuple[dict[str, Any], bool]:
     """Judge a mutant, and print its line; return its outcome, and whether it is as expected."""
     began = time.perf_counter()
-    found = judge(name, folder, checks, shrink=False, **options)
+    found = judge(name, folder, checks, shrink=False, explains=False, **options)
     fine = as_expected(name, found)
     killed = found.check if found is not None and not found.unjudged else None
     said = "spared" if ALL[name].right else "lives"

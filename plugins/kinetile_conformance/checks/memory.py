@@ -19,7 +19,7 @@ from kinetile_conformance.strategies.gallery import SMALL
 from kinetile_conformance.watched_hooks import watch_hooks
 
 SECONDS = 60.0
-"""CPU seconds for the child."""
+"""CPU seconds for a simulation in the child."""
 
 Titled = Sequence[tuple[str, Scene]]
 

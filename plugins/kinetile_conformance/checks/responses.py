@@ -37,6 +37,7 @@ Integers = npt.NDArray[np.integer]
 
 NORMALS = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
 
+
 ALONE = 4
 """Meetings of a moment that are tried with nobody else there."""
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -208,7 +207,7 @@ def resumes(case: Case) -> None:
 def same_contacts_when_commanded_by_hand(case: Case) -> None:
     """The same contacts where commands are given between two runs, and after some the simulation is looked
     at, drawn, audited, built anew, put back, or saved and resumed"""
-    looks: tuple[Look, ...] = (_refuse, *WAYS.values(), _audit, _draw)
+    looks: tuple[Look, ...] = (*WAYS.values(), _audit, _draw)
     every = 1 + len(case.scene.commands) // BY_HAND
 
     def look(sim: Simulation, at: int) -> Simulation:
@@ -299,27 +298,6 @@ def _lead(sim: Simulation, time: float) -> Leg:
         sim.run(until=sim.time if is_exact else math.nextafter(sim.time, math.inf), max_contacts=CONTACTS)
     gone = len(sim.contacts) - had
     return sim.time, gone + (gone < CONTACTS)
-
-
-def _refuse(sim: Simulation) -> None:
-    """Give commands that are refused; raise Disagreement unless the simulation is as before."""
-    sim.build()
-    before, there = sim.snapshot(), sim.bodies
-    wrong: list[Callable[[], object]] = [
-        lambda: sim.remove(-1),
-        lambda: sim.set_velocity(1 << 30, (0.0, 0.0)),
-    ]
-    if len(there):
-        wrong.append(lambda: sim.set_velocity(int(there[0]), (math.nan, 0.0)))
-        if sim.scene.kinds == (0,) and not sim.scene.shapes:  # others may be where one is
-            place, radius = sim.positions()[0], float(sim.radii()[0])
-            wrong.append(lambda: sim.insert(place, (0.0, 0.0), radius))
-    for command in wrong:
-        with suppress(KinetileError, IndexError, ValueError):
-            command()
-            raise Disagreement(f"at time {sim.time!r} a command that cannot be carried out is not refused")
-    if sim.snapshot() != before:
-        raise Disagreement(f"at time {sim.time!r} a command that is refused changes the simulation")
 
 
 @observation(feature="boxes")

@@ -68,10 +68,6 @@ def conform(
     response: Answer = None,
     examples: Examples = EXAMPLES,
     check: Checks = None,
-    expect_failure: Annotated[
-        list[str] | None,
-        typer.Option("--expect-failure", metavar="CHECK=REASON", help="A check that is known to fail."),
-    ] = None,
     save_to: Annotated[
         Path, typer.Option(metavar="DIR", help="Where scenes that fail are saved, if there are any.")
     ] = Path("conformance-failures"),
@@ -111,7 +107,6 @@ def conform(
     of_phases = {
         "--narrow-phase": narrow_phase,
         "--response": response,
-        "--expect-failure": expect_failure,
         "--seconds": seconds,
         "--in-process": None if isolated else True,
     }
@@ -122,10 +117,7 @@ def conform(
             raise BadOption(f"{option} is for {'--command' if command is None else 'broad phases'}")
     above_nought({"--seconds": seconds, "--scene-seconds": scene_seconds})
     if command is None:
-        expected = dict(map(_expectation, expect_failure or ()))
-        unfinished, judge = judge_of_phase(
-            str(phase), narrow_phase or (), response, expected, seconds, isolated
-        )
+        unfinished, judge = judge_of_phase(str(phase), narrow_phase or (), response, seconds, isolated)
     else:
         unfinished, judge = judge_of_program(command, ask or "contacts", within, scene_seconds)
     checks = [check_called(each, (ask or "contacts") if command is not None else "") for each in check or ()]
@@ -165,7 +157,6 @@ def judge_of_phase(
     phase: str,
     narrow_phase: Sequence[str],
     response: str | None,
-    expected: Mapping[str, str],
     seconds: float | None,
     isolated: bool,
 ) -> tuple[Report, Callable[..., Report]]:
@@ -180,7 +171,6 @@ def judge_of_phase(
         "options": options,
         "narrow_phases": dict(registered_phase(each, "narrow phase") for each in narrow_phase),
         "response": Response(answer, **with_options) if response else None,
-        "expected_failures": expected,
         "seconds": seconds,
         "in_process": not isolated,
     }
@@ -282,14 +272,6 @@ def check_called(name: str, asked: str = "") -> str:
     if name not in known:
         raise BadOption(f"there is no check {name!r}; expected {one_of(name, known)}")
     return name
-
-
-def _expectation(text: str) -> tuple[str, str]:
-    """Return the check and the reason of ``CHECK=REASON``."""
-    check, equals, reason = text.partition("=")
-    if not equals or not reason.strip():
-        raise BadOption(f"--expect-failure {text!r}: expected CHECK=REASON, such as can-be-drawn='issue 7'")
-    return check_called(check.strip()), reason.strip()
 
 
 def replay(

@@ -55,7 +55,7 @@ def judge(
     if command and (narrow_phase or response):
         raise BadOption(f"{'--narrow-phase' if narrow_phase else '--response'} is for broad phases alone")
     beside = narrow_phase or (), response
-    chosen = [judge_of_phase(each, *beside, {}, None, True) for each in dict.fromkeys(phases or ())]
+    chosen = [judge_of_phase(each, *beside, None, True) for each in dict.fromkeys(phases or ())]
     chosen += [
         judge_of_program(each, ask or "contacts", within, None) for each in dict.fromkeys(command or ())
     ]

@@ -87,8 +87,6 @@ def test_as_json():
         (["naive", "--narrow-phase", "disc:side=2"], "narrow phase 'disc' has no option 'side'"),
         (["naive", "--narrow-phase", "disc", "--narrow-phase", "wall:side=2"], "'wall' has no option 'side'"),
         (["naive", "--check", "same-contact"], "did you mean 'same-contacts'?"),
-        (["naive", "--expect-failure", "can-be-drawn"], "expected CHECK=REASON"),
-        (["naive", "--expect-failure", "can-be-draw=issue 7"], "did you mean 'can-be-drawn'?"),
         (["naive", "--examples", "0"], "Invalid value"),
     ],
 )
@@ -114,16 +112,6 @@ def test_a_folder_for_which_there_is_nothing_is_left_as_it_was(folder, tmp_path)
     arguments = ("--in-process", "--check", "rejects-unknown-options", "--save-to", folder)
     assert kinetile_("conform", "naive", *arguments).exit_code == 0
     assert [path.name for path in tmp_path.rglob("*")] == ["old"]
-
-
-def test_an_expected_failure_that_passes_is_a_failure():
-    expected = "rejects-unknown-options=issue 7"
-    result = kinetile_(
-        "conform", "naive", "--in-process", "--check", "rejects-unknown-options", "--expect-failure", expected
-    )
-    assert result.exit_code == 1
-    assert "xpassed" in result.stdout
-    assert "was expected to fail (issue 7), and does not" in result.stdout
 
 
 def pretending(monkeypatch, *results: Result, error: type[BaseException] | None = None) -> None:
@@ -216,17 +204,6 @@ def test_its_scene_fails_again_and_passes_under_another(blind):
     as_data = blind.run("replay", "blind", file, "--json")
     assert as_data.returncode == 1
     assert json.loads(as_data.stdout)["verdict"].startswith("only blind; ")
-
-
-@pytest.mark.slow
-def test_what_is_expected_to_fail_and_does_conforms(blind):
-    done = blind.run(
-        *("conform", "blind", "--examples", 40, "--check", "same-contacts"),
-        *("--expect-failure", "same-contacts=it is blind"),
-    )
-    assert done.returncode == 0, done.stdout
-    assert "xfailed    same-contacts" in done.stdout
-    assert "reason: it is blind" in done.stdout
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -35,9 +36,7 @@ def report(*results: Result, **more: object) -> Report:
     [
         ("passed", True),
         ("skipped", True),
-        ("xfailed", True),
         ("failed", False),
-        ("xpassed", False),
         ("died", False),
     ],
 )
@@ -116,10 +115,6 @@ def test_as_json_it_is_all_there():
     assert failed["bodies"] == 3
 
 
-def test_a_notebook_shows_each_check_and_what_was_seen_of_those_that_failed():
-    page = report(PASSED, FAILED, SKIPPED, notes=("a < b",))._repr_html_()
-    assert page.count("<tr>") == 4
-    for said in ("can-be-drawn", "The same contacts.", "a &lt; b", "demo does not conform: same-contacts"):
-        assert said in page
-    assert "same-contacts: failed\ncontact 0 is missing: bodies 0 and 1\nsecond line\n" in page
-    assert "boxes: skipped\nreason: for phases that declare the feature &#x27;boxes&#x27;" in page
+def test_a_notebook_shows_the_text():
+    found = report(PASSED, FAILED, SKIPPED, notes=("a < b",))
+    assert found._repr_html_() == f"<pre>{html.escape(str(found))}</pre>"
