@@ -6,12 +6,13 @@ Most have kinds with responses (elastic, restitution, stop, pass, for pairs and 
 of them are on a lattice, with dyadic numbers and times, so that many things happen at one tick. Some are
 dense: touching bodies that stop or lose energy between walls and moving bodies of infinite mass; most of
 these jam. Some insertions have no room. ``draw_game_of_shapes`` gives boxes and discs the same rules and
-commands."""
+commands, ``draw_falling_game`` a gravity to games that may have one."""
 
 from __future__ import annotations
 
 import math
 import random
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +23,9 @@ from kinetile.errors import Refused, SceneError, ZenoError
 KINDS = ("ball", "wisp", 7)
 PACES = (-2.0, -1.0, -0.5, 0.0, 0.0, 0.5, 1.0, 2.0)
 LASTS = 8.0
+PULLS = (0.25, 0.5, 1.0, 1.0, 2.0, 8.0, 32.0)
+"""Strengths of gravity: with the last ones a frame is over often."""
+
 SOLID = ("elastic", "restitution", "restitution", "stop")
 
 Command = kt.Turn | kt.Insert | kt.Remove
@@ -51,6 +55,26 @@ def draw_game_of_shapes(seed: int) -> kt.Scene:
         except SceneError:  # two rules with "*" contradict each other
             continue
     return _with_end(rng, _with_commands(rng, base, lattice=True))
+
+
+def draw_falling_game(seed: int) -> kt.Scene:
+    """Returns a game with gravity along the walled axes, or one of them, always the same for a seed."""
+    rng = random.Random(f"falling game {seed}")
+    while True:
+        lattice = rng.random() < 0.6
+        base = _discs(rng, lattice)
+        axes = rng.choice(base.periodic or ("",))
+        walled = [axis for axis in "xy" if axis not in axes]
+        bent = walled if rng.random() < 0.2 else [walled[-1]] if rng.random() < 0.7 else [walled[0]]
+        pull = rng.choice(PULLS) if lattice else rng.uniform(0.1, 4.0)
+        gravity = [rng.choice((-1.0, 1.0)) * pull * (axis in bent) for axis in "xy"]
+        rules = {pair: response for pair, response in base.responses if "wall" not in pair}
+        with suppress(
+            SceneError
+        ):  # no arena; a body stands on a wall, or is outside of an axis without periods
+            mass = [1.0 if math.isinf(each) else each for each in base.mass.tolist()]
+            falling = base.replace(periodic=axes, mass=mass, responses=rules, gravity=gravity)
+            return _with_end(rng, _with_commands(rng, falling, lattice))
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import { anchor, makePlan, tickLength, tickOf, unit } from "./clock.js";
 import { pairTick, relative, wallTick } from "./contact.js";
 import { nearest } from "./exact.js";
 import { along, exchange } from "./exchange.js";
+import { frameTicks } from "./gravity.js";
 import { readScene } from "./scene.js";
 import { difference, makeShape, shapeNormal, shapeTouch } from "./shapes.js";
 
@@ -28,6 +29,12 @@ const ASK = {
   },
   walls(e, sides, body) {
     const met = wallTick(planOf(body, body[5]), new Array(4).fill(double(body[4])), sides.map(double), tickLength(e));
+    return [met && [met.tick.toString(), met.wall]];
+  },
+  bent_walls(e, gravity, sides, body) {
+    const [q, arena, plan, pull] = [tickLength(e), sides.map(double), planOf(body, body[5]), gravity.map(double)];
+    const fall = { gravity: pull, T0: plan.A - (plan.A % frameTicks(pull, arena, q)) };
+    const met = wallTick(plan, new Array(4).fill(double(body[4])), arena, q, [null, null], fall);
     return [met && [met.tick.toString(), met.wall]];
   },
   exchanges(masses, a, b) {

@@ -76,6 +76,12 @@ def wall(e: int, sides: Words, plan: Words) -> list[Any] | None:
     return _at_wall(wall_tick(_plan(plan[:4], plan[5], frame, float.fromhex(plan[4])), frame))
 
 
+def bent_wall(e: int, gravity: Words, sides: Words, plan: Words) -> list[Any] | None:
+    """Rules 3g and 6g: tick and wall; or None."""
+    frame = Frame(doubles(sides), e, gravity=doubles(gravity))
+    return _at_wall(wall_tick(_plan(plan[:4], plan[5], frame, float.fromhex(plan[4])), frame))
+
+
 def exchange(masses: Words | None, *bodies: Words) -> Words:
     """Rule 9: the velocities of both."""
     (xa, ya, *one), (xb, yb, *two) = map(doubles, bodies)
@@ -104,6 +110,7 @@ def unit(sides: Words | None, bodies: list[Words], turned: list[Words]) -> int:
         arena=sides and doubles(sides),
         commands=tuple(kt.Turn(0, 0.0, doubles(velocity)) for velocity in turned),
         unit=None,
+        gravity=(0.0, 0.0),
     )
     return unit_bits(scene)
 
@@ -155,6 +162,7 @@ def _difference(one: Body, two: Body) -> shapes.Difference:
 ANSWERS: dict[str, Callable[..., Any]] = {
     "contacts": contact,
     "walls": wall,
+    "bent_walls": bent_wall,
     "exchanges": exchange,
     "places": place,
     "units": unit,

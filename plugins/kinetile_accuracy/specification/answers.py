@@ -1,4 +1,4 @@
-"""What happens at contacts: rules 9, 9s and 11 of docs/specification.md.
+"""What happens at contacts: rules 9, 9g, 9s, 11 and 11g of docs/specification.md.
 
 Of responses these are elastic, pass, restitution and stop; what others do is not specified.
 """
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from kinetile.errors import Refused
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.scene import Insert
-from kinetile_accuracy.specification.arithmetic import FlightPlan, Vector, exchanged_along
+from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, Vector, exchanged_along
 from kinetile_accuracy.specification.shapes import Difference, normal
 
 if TYPE_CHECKING:
@@ -33,7 +33,8 @@ class Answers:
     Raises Refused for responses that the specification does not have.
     """
 
-    def __init__(self, scene: Scene, count: int) -> None:
+    def __init__(self, scene: Scene, count: int, frame: Frame) -> None:
+        self._frame = frame
         self._meets = scene.meets
         used = {response.name for row in self._meets for response in row}
         other = sorted(used.difference(_KNOWN))
@@ -70,7 +71,8 @@ class Answers:
         elif response.name == "stop":
             vx = vy = 0.0
         elif response.name == "elastic":
-            vx, vy = (-vx, vy) if wall in (LEFT, RIGHT) else (vx, -vy)
+            wx, wy = self._frame.rest(plan.anchor)
+            vx, vy = (2 * wx - vx, vy) if wall in (LEFT, RIGHT) else (vx, 2 * wy - vy)
         self._touched[a] = plan.anchor
         return vx, vy
 
@@ -104,7 +106,7 @@ class Answers:
         self._touched[a] = self._touched[b] = one.anchor
         if response.name != "stop":
             return exchanged_along(along, velocities, masses, times)
-        rest = 0.0, 0.0
+        rest = self._frame.rest(one.anchor)
         still = [math.isinf(self.masses[body]) for body in bodies]
         if still[0] != still[1]:
             rest = velocities[still.index(True)]

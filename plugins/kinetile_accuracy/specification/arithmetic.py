@@ -1,5 +1,5 @@
 """Rules 1 to 6 and 9 of docs/specification.md: times of contact in integers, plans and exchanges in doubles,
-periodic axes among them.
+periodic axes and gravity among them.
 
 *Exact.* A double is an integer over a power of two, and so is the length of a tick. So a plan is written once
 as integers of one fineness: its coordinates, and how far it flies in a tick, in units of 2^-bits of the
@@ -61,6 +61,8 @@ def unit_bits(scene: Scene) -> int:
     largest = max((vx * vx + vy * vy for vx, vy in velocities), default=0.0)
     if scene.arena is not None:
         extent = max(scene.arena)
+        gx, gy = scene.gravity
+        largest = largest + 2 * (abs(gx) * scene.arena[0] + abs(gy) * scene.arena[1])  # rule 3g
     else:
         farthest = max(abs(place) for row in scene.position.tolist() for place in row)
         extent = farthest + max(scene.radius.tolist())
@@ -74,16 +76,37 @@ def tick_of(time: float, start: float, bits: int) -> int:
 
 
 class Frame:
-    """What all plans of a scene have in common: the arena (width, height) or None, the unit 2^-bits, and the
-    periods of the axes, 0 for one that is not periodic."""
+    """What all plans of a scene have in common: the arena (width, height) or None, the unit 2^-bits, the
+    periods of the axes, 0 for one that is not periodic, and gravity. With gravity that is one of the frames
+    of rule 4g after the other, of ``fall`` ticks each."""
 
     def __init__(
-        self, arena: tuple[float, float] | None, bits: int, periods: tuple[float, float] = (0.0, 0.0)
+        self,
+        arena: tuple[float, float] | None,
+        bits: int,
+        periods: tuple[float, float] = (0.0, 0.0),
+        gravity: Vector = (0.0, 0.0),
     ) -> None:
         self.arena = arena and tuple(map(_ratio, arena))
         self.periods = periods
         self.fine = UNIT_BITS + bits
         self.finest = max((fine for _, fine in self.arena or ()), default=0)
+        self.gravity = gravity
+        self.fall = 0
+        if arena and any(gravity):
+            twice, fine = 2 * sum(abs(Fraction(g)) for g in gravity), 1 << self.fine
+            fits = (k for k in range(54) if twice * Fraction(1 << k, fine) ** 2 <= min(arena))
+            self.fall = 1 << max(fits)
+
+    def tau(self, tick: int) -> float:
+        """Returns the time since the frame of a tick has begun."""
+        return float(tick % self.fall) * 2.0**-self.fine if self.fall else 0.0
+
+    def rest(self, tick: int) -> Vector:
+        """Returns the velocity of what is at rest in the room (rule 9g); 0 without gravity."""
+        tau = self.tau(tick)
+        return -(self.gravity[0] * tau), -(self.gravity[1] * tau)
+
 
 
 class FlightPlan:
@@ -241,22 +264,41 @@ def parting_tick(one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole) -
 
 
 def wall_tick(plan: FlightPlan, frame: Frame) -> tuple[int, int] | None:
-    """Returns (tick, wall) of the contact of a body with a wall by its plan (rule 6); None: none."""
-    if frame.arena is None:
-        return None
-    first: tuple[int, int] | None = None
+    """Returns (tick, wall) of the contact of a body with a wall by its plan (rules 6 and 6g); None: none."""
+    found: list[tuple[int, int]] = []  # in the order of walls
     sides = ((LEFT, RIGHT), (BOTTOM, TOP))
-    for place, step, (extent, fine), (low, high), period in zip(
-        plan.place, plan.step, frame.arena, sides, frame.periods, strict=True
+    for place, step, (extent, fine), walls, period, g in zip(
+        plan.place, plan.step, frame.arena or (), sides, frame.periods, frame.gravity, strict=False
     ):
-        if step == 0 or period:
-            continue
-        gap = place if step < 0 else (extent << (plan.bits - fine)) - place
-        gap -= plan.radius
-        wait = 0 if gap <= 0 else gap // abs(step)
-        if wait < HORIZON and (first is None or plan.anchor + wait < first[0]):
-            first = plan.anchor + wait, low if step < 0 else high
-    return first
+        gaps = place - plan.radius, (extent << (plan.bits - fine)) - place - plan.radius
+        for gap, way, wall in zip(gaps, (1, -1), walls, strict=True):
+            speed, bend = way * step, 0
+            if g:
+                number, fine_bend = _ratio(g)[0] * way, _ratio(g)[1] + 2 * frame.fine + 1
+                finer, elapsed = max(fine_bend - plan.bits, 0), plan.anchor % frame.fall
+                bend = number << (plan.bits + finer - fine_bend)
+                gap = (gap << finer) + bend * elapsed * elapsed
+                speed = (speed << finer) + 2 * bend * elapsed
+            wait = None if period else _wall_wait(gap, speed, bend)
+            if wait is not None and (g or wait < HORIZON):
+                found.append((plan.anchor + wait, wall))
+    return min(found, key=lambda met: met[0], default=None)
+
+
+def _wall_wait(gap: int, speed: int, bend: int) -> int | None:
+    """Returns the floor of the first z >= 0 at which gap + speed z + bend z^2 is <= 0 and falls; None: there
+    is none. Without a ``bend`` that is rule 6, with one rule 6g."""
+    if gap <= 0 and (speed or bend) < 0:
+        return 0
+    if bend == 0:
+        return gap // -speed if speed < 0 else None
+    under = speed * speed - 4 * bend * gap
+    if bend < 0:  # the larger root; or the top, where it is below 0
+        return (speed + math.isqrt(max(under, 0))) // (-2 * bend)
+    if gap <= 0 or speed >= 0 or under <= 0:
+        return None
+    root = math.isqrt(under)
+    return (-speed - root - (root * root != under)) // (2 * bend)
 
 
 def anchored(place: float, speed: float, ticks: int, tick: float) -> float:

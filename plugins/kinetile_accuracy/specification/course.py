@@ -123,10 +123,10 @@ class Course:
     def __init__(self, scene: Scene, last: tuple[int, int] | None = None) -> None:
         bits = unit_bits(scene)
         self._last = last
-        self.frame = Frame(scene.arena, bits, scene.periods)
+        self.frame = Frame(scene.arena, bits, scene.periods, scene.gravity)
         self._arena = scene.arena or ()
         self._periodic = any(scene.periods)
-        self._span = BEAT if self._periodic else SPAN
+        self._span = self.frame.fall or (BEAT if self._periodic else SPAN)
         self.now = 0
         self.tick = 2.0**-self.frame.fine
         commands = [_Planned(*_moment(each, scene.start, bits), each) for each in scene.commands]
@@ -136,7 +136,7 @@ class Course:
         self._radius = scene.radius.tolist() + [0.0] * (count - len(scene))
         for each in inserted:
             self._radius[each.body] = each.radius
-        self._answers = Answers(scene, count)
+        self._answers = Answers(scene, count, self.frame)
         self._shapes = dict(enumerate(scene.shapes[each] for each in scene.shape.tolist() if each >= 0))
         self._shapes |= {each.body: each.shape for each in inserted if isinstance(each.shape, Shape)}
         self._differences: dict[tuple[Shape, Shape], Difference] = {}
@@ -222,7 +222,7 @@ class Course:
         ):
             if not period and (place < low - 1e-12 * r or side - place < high - 1e-12 * r):
                 return False
-        plan = FlightPlan(x, y, 0.0, 0.0, self.now, r, self.frame)
+        plan = FlightPlan(*self._fallen((x, y)), 0.0, 0.0, self.now, r, self.frame)
         centre = plan.x, plan.y
         for other in self._there():
             if self._answers.passes(command.body, other):
@@ -305,6 +305,8 @@ class Course:
             return
         one = self._anchored(a)
         velocity = one.vx, one.vy
+        if kind == _ANCHORING and self.frame.fall:
+            one, velocity = self._in_next_frame(one)
         if kind == _PAIR:
             met = self.meeting(a, b) if self._periodic else None
             image = image if met is None else met[1]
@@ -359,15 +361,28 @@ class Course:
             self._stamp[body] += 1
             self._met[body] = _NOBODY
             return
-        vx, vy = command.velocity
+        rest = self.frame.rest(self.now)
+        vx, vy = command.velocity[0] + rest[0], command.velocity[1] + rest[1]
         if isinstance(command, Insert):
-            x, y = command.position
-            self._enter(body, (x, y), (vx, vy))
+            self._enter(body, self._fallen(command.position), (vx, vy))
             others = (other for other in self._there() if other != body)
             self._at_once = self._overlaps((min(body, other), max(body, other)) for other in others)
         else:
             self._change(body, self._anchored(body), (vx, vy))
         self._schedule([body])
+
+    def _fallen(self, place: Vector) -> Vector:
+        """Returns a place in the room as the present frame has it (rule 9g)."""
+        (gx, gy), tau = self.frame.gravity, self.frame.tau(self.now)
+        half = 0.5 * (tau * tau)
+        return place[0] - gx * half, place[1] - gy * half
+
+    def _in_next_frame(self, plan: FlightPlan) -> tuple[FlightPlan, Vector]:
+        """Returns an anchored plan, and its velocity, in the frame that begins now (rule 8g)."""
+        (gx, gy), d = self.frame.gravity, float(self.frame.fall) * self.tick
+        half = 0.5 * d * d
+        place, velocity = (plan.x + gx * half, plan.y + gy * half), (plan.vx + gx * d, plan.vy + gy * d)
+        return FlightPlan(*place, *velocity, self.now, 0.0, self.frame, plan.turns), velocity
 
     def _enter(self, body: int, place: Vector, velocity: Vector) -> None:
         """Gives a body its first plan."""
@@ -521,11 +536,12 @@ class Course:
             heapq.heappush(self._heap, _Entry(met[0], _PAIR, a, b, self._stamp[a], self._stamp[b]))
 
     def _end_span(self, tick: int) -> None:
-        """Enters the anchorings at the end of a span of bodies with one plan for all of it (rule 8)."""
+        """Enters the anchorings at the end of a span of bodies with one plan for all of it (rule 8), or at
+        the end of a frame of all bodies (rule 8g)."""
         self.now = tick
         self._bounds.rebase(tick)
         for body in self._there():
-            if self.plans[body].anchor < tick - self._span:
+            if self.frame.fall or self.plans[body].anchor < tick - self._span:
                 heapq.heappush(self._heap, _Entry(tick, _ANCHORING, body, _NOBODY, self._stamp[body]))
         heapq.heappush(self._heap, _Entry(tick + self._span, _ANCHORING, _NOBODY, _NOBODY))
 

@@ -296,10 +296,11 @@ def steps_until(scene: Scene, dt: float, until: float) -> int:
     """Returns how many steps of ``dt`` lead to ``until``, or just beyond it.
 
     Raises ValueError where ``dt`` is not greater than 0, or ``until`` lies before the scene's start, and
-    Refused where not all bodies are discs.
+    Refused where not all bodies are discs, and with gravity.
     """
-    if scene.shapes:
-        raise Refused("what goes in steps is given discs, and this scene has bodies of other shapes")
+    if scene.shapes or scene.falls:
+        has = "bodies of other shapes" if scene.shapes else "gravity"
+        raise Refused(f"what goes in steps is given discs that fly straight, and this scene has {has}")
     if not (math.isfinite(dt) and dt > 0.0):
         raise ValueError(f"dt is a length of time, greater than 0; found {dt}")
     if not (math.isfinite(until) and until >= scene.start):

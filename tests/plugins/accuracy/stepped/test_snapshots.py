@@ -204,6 +204,9 @@ def test_what_it_cannot_do_it_refuses() -> None:
         run_snapshots(turning, 0.1, 1.0)
     with pytest.raises(Refused, match="arena"):
         run_snapshots(kt.Scene([(0.5, 0.5)], [(1.0, 0.0)], 0.1), 0.1, 1.0, finder="cells")
+    falling = kt.Scene([(0.5, 0.5)], [(1.0, 0.0)], 0.1, arena=(1.0, 1.0), gravity=(0.0, -1.0))
+    with pytest.raises(Refused, match="discs that fly straight, and this scene has gravity"):
+        run_snapshots(falling, 0.1, 1.0)
     for dt in (0.0, -1.0, math.nan, math.inf):
         with pytest.raises(ValueError, match="dt is a length of time"):
             run_snapshots(mixed(), dt, 1.0)
