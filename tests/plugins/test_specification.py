@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from kinetile.kernel.falling import frame_of
 
 import kinetile as kt
 from agreement import ALL, choices
@@ -45,7 +46,7 @@ CLAUSES = {
 }
 OF_PAIRS = Disc().prepare(kt.Scene([(0.0, 0.0), (3.0, 0.0)], [(0.0, 0.0)] * 2, 1.0, mass=[1.0, 2.0]))
 OF_EQUALS = Disc().prepare(kt.Scene([(0.0, 0.0), (3.0, 0.0)], [(0.0, 0.0)] * 2, 1.0))
-OF_WALLS = Wall().prepare(kt.Scene([(0.5, 0.5)], [(0.0, 0.0)], 0.1, arena=(1.0, 1.0)))
+OF_ONE = kt.Scene([(0.5, 0.5)], [(0.0, 0.0)], 0.1, arena=(1.0, 1.0))
 
 
 def rows(name: str) -> list[Any]:
@@ -83,14 +84,18 @@ def meet_all(k: Kernel, tick: Any, answers: Any) -> None:
         answers[2 * i + 1] = meet(k, 2 * i + 1, 2 * i)
 
 
-def reach_all(k: Kernel, tick: Any, sides: Any, answers: Any) -> None:
-    """Ask ``reach_wall`` for every body, in an arena of its own."""
+def reach_all(k: Kernel, tick: Any, sides: Any, gravity: Any, frames: Any, answers: Any) -> None:
+    """Ask ``reach_wall`` for every body, in an arena and a frame of its own, (n, 2) ticks."""
     k = disowned(k)
     for i in range(len(tick)):
         k.clock[0].tick = tick[i]
         k.clock[0].per_time = 1.0 / tick[i]
         k.clock[0].limits.width = sides[i, 0]
         k.clock[0].limits.height = sides[i, 1]
+        k.clock[0].fall.x = gravity[i, 0]
+        k.clock[0].fall.y = gravity[i, 1]
+        k.clock[0].fall.origin = frames[i, 0]
+        k.clock[0].fall.end = frames[i, 1]
         answers[i, 0], answers[i, 1] = reach_wall(k, k.bodies[i])
 
 
@@ -131,18 +136,33 @@ def test_bodies_meet_at_the_tick_of_the_rule_in_either_order(name: str) -> None:
     assert not wrong, differing(wrong, len(found))
 
 
-def test_bodies_reach_the_wall_of_the_rule_at_its_tick() -> None:
-    questions = rows("walls")
-    k = tables([plan for _, _, _, plan, _ in questions])
-    sides = np.array([doubles(arena) for _, _, arena, _, _ in questions])
+@pytest.mark.parametrize("bent", [(), (0,), (1,), (0, 1)], ids=["straight", "x", "y", "xy"])
+def test_bodies_reach_the_wall_of_the_rule_at_its_tick(bent: tuple[int, ...]) -> None:
+    """With gravity along some axes: up to the end of the frame."""
+    straight = [(family, e, (0.0, 0.0), *more) for family, e, *more in rows("walls")]
+    curved = [(family, e, doubles(pull), *more) for family, e, pull, *more in rows("bent_walls")]
+    questions = [q for q in [*straight, *curved] if bent == tuple(np.flatnonzero(q[2]))]
+    k = tables([plan for *_, plan, _ in questions])
+    gravity = np.array([q[2] for q in questions])
+    sides = np.array([doubles(q[3]) for q in questions])
+    frames = np.array([(0, NEVER)] * len(questions))
+    for frame, (_, e, pull, arena, plan, _) in zip(frames, questions if bent else (), strict=False):
+        length = frame_of(pull, doubles(arena), 2.0**-e)
+        frame[:] = int(plan[5]) // length * length
+        frame[1] += length
     found = np.zeros((len(questions), 2), dtype=np.int64)
+    hook = Wall().prepare(OF_ONE.replace(gravity=[float(axis in bent) for axis in range(2)])).reach_wall
     with np.errstate(all="ignore"):
-        asking = compose(reach_all, {"reach_wall": OF_WALLS.reach_wall}, "vectors", Kernel)
-        asking(k, ticks([q[1] for q in questions]), sides, found)
+        asking = compose(reach_all, {"reach_wall": hook}, "vectors", Kernel)
+        asking(k, ticks([q[1] for q in questions]), sides, gravity, frames, found)
     wrong = [
         f"{family}, {i}: {tick, wall} and not {answer}"
         for i, ((tick, wall), (family, *_, answer)) in enumerate(zip(found.tolist(), questions, strict=True))
-        if (tick != NEVER if answer is None else (tick, wall) != (int(answer[0]), answer[1]))
+        if (
+            tick < frames[i, 1]
+            if answer is None or int(answer[0]) >= frames[i, 1]
+            else (tick, wall) != (int(answer[0]), answer[1])
+        )
     ]
     assert not wrong, differing(wrong, len(found))
 
@@ -231,11 +251,12 @@ def test_a_clause_is_followed(name: str) -> None:
     assert certify_log(scene_of(CLAUSES[name]["scene"]), contacts).right
 
 
-@pytest.mark.parametrize(("name", "said", "right"), [row[1:] for row in rows("scenes")])
+@pytest.mark.parametrize(("family", "name", "said", "right"), rows("scenes"))
 def test_a_scene_has_commands_for_bodies_that_are_there_and_new_numbers(
-    name: str, said: dict[str, Any], right: bool
+    family: str, name: str, said: dict[str, Any], right: bool
 ) -> None:
-    with nullcontext() if right else pytest.raises(SceneError, match=r"commands\[\d\]\.body: found \d"):
+    why = r"gravity|at rest on the" if family == "gravity" else r"commands\[\d\]\.body: found \d"
+    with nullcontext() if right else pytest.raises(SceneError, match=why):
         scene_of(said)
 
 

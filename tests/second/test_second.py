@@ -4,6 +4,7 @@ import json
 import math
 import random
 import re
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +15,18 @@ import box_scenes
 import convex_scenes
 import games
 import kinetile as kt
-from judged_games import game_tables, node, second_agrees, second_list
+from judged_games import game_tables, node, second_agrees, second_list, with_end
+from kinetile.errors import Refused
 from kinetile_accuracy import certify_log
-from lanes import GENERAL, first
+from lanes import BUILT_IN, GENERAL, first
 
 HERE = Path(__file__).parent
 VECTORS = HERE.parent / "vectors"
 
 pytestmark = pytest.mark.needs("node")
+
+FEW = 100
+"""Contacts of a falling game: plain Python hooks take a while for its frames."""
 
 Tables = dict[str, Any]
 
@@ -276,6 +281,21 @@ def assert_prints_the_list_of_shapes(scene: kt.Scene, tmp_path: Path, most: int 
 @pytest.mark.parametrize("seed", first(4, range(40)))
 def test_it_plays_a_game_as_kinetile_does(seed: int, tmp_path: Path) -> None:
     assert second_agrees(games.draw_game(seed), tmp_path)
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(4, range(200)))
+def test_a_falling_game_is_one_in_both_and_under_another_phase_and_is_certified(
+    seed: int, tmp_path: Path
+) -> None:
+    game = games.draw_falling_game(seed)
+    assert second_agrees(game, tmp_path, FEW)
+    sim, end = with_end(game, most=FEW)
+    assert certify_log(game, sim.contacts, **end, fingerprint=sim.fingerprint).right
+    phase = BUILT_IN[seed % len(BUILT_IN)]
+    with suppress(Refused):  # those that refuse passing or periodic axes
+        kt.Simulation(game, phase).build()
+        assert games.play(game, phase, FEW).contacts == sim.contacts[["epoch", "tick", "a", "b"]].tolist()
 
 
 @pytest.mark.small

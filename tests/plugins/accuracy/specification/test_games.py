@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from games import draw_game, draw_game_of_shapes
+from games import draw_falling_game, draw_game, draw_game_of_shapes
 from judged_games import forged_and_found, with_end
 from kinetile.errors import Refused, ZenoError
 from kinetile.kernel.log import LOG
@@ -19,7 +19,7 @@ from lanes import first
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("draw", [draw_game, draw_game_of_shapes])
+@pytest.mark.parametrize("draw", [draw_game, draw_game_of_shapes, draw_falling_game])
 @pytest.mark.parametrize("seed", first(4, range(60)))
 def test_a_game_is_certified_to_its_end(draw, seed):
     game = draw(seed)
@@ -29,10 +29,11 @@ def test_a_game_is_certified_to_its_end(draw, seed):
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("seed", first(6, range(100)))
-def test_the_plans_of_a_recorded_game_are_certified(seed):
-    """With commands among the rows, and the plan of each body after each event."""
-    game, rows = draw_game(seed), [np.zeros(0, LOG)]
+@pytest.mark.parametrize("draw", [draw_game, draw_falling_game])
+@pytest.mark.parametrize("seed", first(4, range(100)))
+def test_the_plans_of_a_recorded_game_are_certified(seed, draw):
+    """With commands and changes of frames among the rows, and the plan of each body after each event."""
+    game, rows = draw(seed), [np.zeros(0, LOG)]
     with contextlib.suppress(ZenoError, Refused):
         kt.Simulation(game, "naive").run(max_contacts=100, recorder=lambda some: rows.append(some.copy()))
     assert certify_log(game, np.concatenate(rows)).right
