@@ -108,7 +108,6 @@ class Frame:
         return -(self.gravity[0] * tau), -(self.gravity[1] * tau)
 
 
-
 class FlightPlan:
     """The flight plan (rule 4) of a disc, as doubles and as integers.
 

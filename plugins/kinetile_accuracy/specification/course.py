@@ -364,7 +364,8 @@ class Course:
         rest = self.frame.rest(self.now)
         vx, vy = command.velocity[0] + rest[0], command.velocity[1] + rest[1]
         if isinstance(command, Insert):
-            self._enter(body, self._fallen(command.position), (vx, vy))
+            x, y = command.position
+            self._enter(body, self._fallen((x, y)), (vx, vy))
             others = (other for other in self._there() if other != body)
             self._at_once = self._overlaps((min(body, other), max(body, other)) for other in others)
         else:
