@@ -25,14 +25,20 @@ ALL = PHASES + LINES + TILING + POWER
 
 def choices(scene: kt.Scene) -> tuple[tuple[str, dict[str, Any]], ...]:
     """Return the choices that take a scene, if its skin is not too thick for them."""
-    apart = not (scene.shapes or any(response.name == "pass" for _, response in scene.responses))
+    apart = all(response.name != "pass" for _, response in scene.responses)
+    level = all(
+        shape.radius > 0.0 and len(shape.core) < 3 and not any(y for _, y in shape.core)
+        for shape in scene.shapes
+    )
+    masses = [*scene.mass.tolist(), *(each.mass for each in scene.commands if isinstance(each, kt.Insert))]
+    level &= not scene.shapes or masses.count(np.inf) < 2
     walled = scene.arena is not None and not scene.periodic
     large = walled and bool(scene.radius.min(initial=1.0) >= 2.0**-14 * max(scene.arena or ()))
     return (
         PHASES
         + (() if scene.periodic else LINES)
-        + (TILING if apart and "y" not in scene.periodic else ())
-        + (POWER if apart and large else ())
+        + (TILING if apart and level and "y" not in scene.periodic else ())
+        + (POWER if apart and large and not scene.shapes else ())
     )
 
 

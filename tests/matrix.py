@@ -31,7 +31,7 @@ REFUSED: dict[Cell, str] = {
         {
             "pass": "is right only while bodies cannot pass through each other",
             "periodic y | periodic xy": "tiles an arena from its floor to its ceiling",
-            "shapes | obstacles": "is for discs, and this scene has other shapes",
+            "shapes | obstacles": "this scene has other shapes",
         },
     ),
     **_of(

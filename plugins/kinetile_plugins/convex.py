@@ -614,6 +614,7 @@ class Convex:
             touch=touch_images if periodic else touch,
             part=part_images if periodic else part,
             gap=gap,
+            contact_distance="outlines",
             shapes=True,
             periodic=periodic,
             numbers=numbers,

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Hook = Callable[..., Any]
 
-ContactDistance: TypeAlias = Literal["sum of radii", "closer"]
+ContactDistance: TypeAlias = Literal["sum of radii", "outlines", "closer"]
 """The distance of the centres of two bodies that touch: always the sum of their radii, or sometimes
 less."""
 
@@ -116,7 +116,9 @@ class BroadPhaseParts:
     needs a thicker one is refused.
 
     ``solid``: the phase is right only while bodies cannot pass through each other, nor come closer than the
-    sum of their radii.
+    sum of their radii. With ``outlines`` it is right for the shapes that it accepts as well, if these touch
+    at their outlines: near need only be those that touch. Immovable bodies of a scene with shapes may
+    overlap, so there is one at most.
 
     ``faults`` are sentences for faults of the phase's own: ``blame(k, MY_FAULT, a, b)`` ends the run with the
     first of them, ``MY_FAULT + 1`` with the second. ``{a}`` and ``{b}`` in them are the two numbers.
@@ -145,6 +147,7 @@ class BroadPhaseParts:
     room: int = 0
     ticks: tuple[Any, ...] = ()
     solid: bool = False
+    outlines: bool = False
     skin_limit: float | None = None
     faults: tuple[str, ...] = ()
     enter: Hook | None = None
@@ -192,12 +195,13 @@ class PairParts:
     ``torus.up`` of where it is; and ``part`` is of the image that is on the clock (``images.turns_between``).
 
     ``contact_distance`` is "sum of radii" if two bodies touch when, and only when, their centres are as
-    far apart as the sum of their radii, and "closer" if they can come closer: other shapes than discs,
-    bodies that are deformed. A broad phase that is ``solid`` is refused with "closer".
+    far apart as the sum of their radii, "outlines" if they do when, and only when, the outlines of their
+    shapes touch, and "closer" if they can come closer: bodies that are deformed. A broad phase that is
+    ``solid`` is refused with "closer", and with "outlines" unless it has ``outlines``.
 
     ``shapes``: these hooks are for a scene with shapes (``scene.shapes``): bodies do not rotate, and meet as
-    rule 5s of the specification says. Their ``contact_distance`` is "closer". Without it such a scene is
-    refused; a broad phase needs nothing, since the circle of a body's reach holds its shape.
+    rule 5s of the specification says. Without it such a scene is refused; a broad phase needs nothing, since
+    the circle of a body's reach holds its shape.
 
     ``numbers``: (m,) float64 that hooks find in ``k.numbers``: what the phase keeps for a scene, and options.
     Other numbers need no other machine code. None: it keeps none.

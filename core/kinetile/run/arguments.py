@@ -271,6 +271,11 @@ def read_insertion(
             "this body cannot come: its mass is infinite, and this run is not made for bodies that nothing "
             "can move; give the scene responses='elastic', and it is"
         )
+    if mass == math.inf and engine.scene.shapes and engine.composition.broad.solid:
+        raise ValueError(
+            "this body cannot come: it is immovable, so it may overlap another, and "
+            f"{engine.composition.broad_phase} is right only while bodies cannot"
+        )
     insertion = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind, shape)  # type: ignore[arg-type]
     scene, mistakes = engine.scene, list[Mistake]()
     extent = None if scene.arena is None else Extent(scene.arena, scene.periodic, False)

@@ -11,7 +11,7 @@ The cost is O(n^2) an audit; ``Simulation(..., audit=N)`` audits every N contact
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -254,13 +254,18 @@ def gap_between(k: Kernel, a: int, b: int, dx: float, dy: float) -> float:
     return float(gap(k, k.bodies[a].form, k.bodies[b].form, dx, dy))
 
 
+def _gaps(composition: Composition) -> Callable[..., float] | None:
+    """Returns ``gap_between`` for the shapes of a scene; None where all are discs."""
+    shaped = composition.of_shapes
+    return compose(gap_between, {"gap": shaped["gap"]}, "gap", Kernel) if shaped else None
+
+
 def _overlapping(
     k: Kernel, composition: Composition, place: Any, passing: set[tuple[int, int, int, int]]
 ) -> Iterator[str]:
     """Two bodies that overlap by more than rounding, through an image, and may pass, pass through it."""
     kinds, kind, radius = k.clock[0].kinds, k.traits.kind, k.bodies.radius
-    shaped = composition.of_shapes
-    between = compose(gap_between, {"gap": shaped["gap"]}, "gap", Kernel) if shaped else None
+    between = _gaps(composition)
     periods = np.array([k.clock[0].torus.x, k.clock[0].torus.y])
     turns = np.column_stack([k.images.kx, k.images.ky]) if len(k.images) else np.zeros((len(place), 2), "i8")
     steps = list(product(*(range(-1, 2) if period else range(1) for period in periods)))
@@ -320,7 +325,7 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
     yield from _contact_times(k, composition, near)
     repaired = bool((k.queue.own > k.clock[0].now).all())  # no certificate fails at this very tick
     if composition.pair is not None and repaired:
-        yield from _touching(k, near, delta, composition.prepared.periods)
+        yield from _touching(k, near, delta, composition)
     yield from map(Complaint, of_passings(k, composition, positions_now(k)))
 
 
@@ -446,8 +451,11 @@ def compute_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) 
                 meetings[pair] = meeting(k, first, a + b - first)
 
 
-def _touching(k: Kernel, near: Pairs, delta: float, periods: tuple[float, float]) -> Iterator[Complaint]:
-    """Every two bodies of which circles and boxes are closer than a skin, through any image, are a pair."""
+def _touching(k: Kernel, near: Pairs, delta: float, composition: Composition) -> Iterator[Complaint]:
+    """Every two bodies of which circles and boxes are closer than a skin, through any image, are a pair; of
+    a phase that goes by ``outlines``, those of which these are."""
+    periods = composition.prepared.periods
+    between_shapes = _gaps(composition) if composition.broad.outlines else None
     n = len(k.bodies)
     held = near[:, 0].astype(np.int64) * n + near[:, 1]
     slots = np.flatnonzero(k.queue.number >= 0)
@@ -464,5 +472,11 @@ def _touching(k: Kernel, near: Pairs, delta: float, periods: tuple[float, float]
         a, b = slots[at + first], slots[other]
         for missed in np.flatnonzero((a < b) & ~np.isin(a * n + b, held)).tolist():
             one, two, gap = int(a[missed]), int(b[missed]), apart[at[missed], other[missed]]
+            if between_shapes is not None:
+                gap = between_shapes(
+                    k, two, one, *(float(each[at[missed], other[missed]]) for each in between)
+                )
+                if gap > delta:
+                    continue
             said = f"bodies {one} and {two} touch (gap {gap:.3g}) and are not a candidate pair"
             yield Complaint(said, (one, two))

@@ -5,6 +5,7 @@ these.
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -399,7 +400,7 @@ def _prepared(
         if skin.delta > broad.skin_limit:
             raise too_thick(name, skin.delta, broad.skin_limit)
     if broad.solid:
-        _demand_solid(name, given, pair)
+        _demand_solid(name, broad, given, pair, scene)
     rules = read_rules(scene, (name, broad), given)
     found = Composition(name, broad_options, narrow_options, broad, pair, wall, scene, rules)
     if scene.shapes and found.gapless and any(isinstance(each, Insert) for each in scene.commands):
@@ -441,19 +442,34 @@ def _narrow_parts(
     return found
 
 
-def _demand_solid(name: str, given: Mapping[str, PairParts | WallParts], pair: PairParts | None) -> None:
+def _demand_solid(
+    name: str,
+    broad: BroadPhaseParts,
+    given: Mapping[str, PairParts | WallParts],
+    pair: PairParts | None,
+    scene: Scene,
+) -> None:
     """Raises Refused if bodies may pass through each other and the broad phase is wrong then."""
     if pair is None:
         raise _BroadPhaseRefuses(
             f"{name} is right only while bodies cannot pass through each other, and no narrow phase for "
             "pairs is named: name one, or choose another broad phase"
         )
-    if pair.contact_distance != "sum of radii":
+    masses = [*scene.mass.tolist(), *(each.mass for each in scene.commands if isinstance(each, Insert))]
+    fixed = masses.count(math.inf)
+    if scene.shapes and fixed > 1:
+        raise _BroadPhaseRefuses(
+            f"{name} is right only while bodies cannot overlap, and where there are shapes immovable ones "
+            f"may: one is the most, and this scene has {fixed}"
+        )
+    if pair.contact_distance != "sum of radii" and not (
+        broad.outlines and pair.contact_distance == "outlines"
+    ):
         pairs = (each for each, parts in given.items() if isinstance(parts, PairParts))
         closer = " and ".join(described("narrow phase", each) for each in pairs)
         raise _BroadPhaseRefuses(
             f"{name} is right only while bodies touch at the sum of their radii, and those of {closer} may "
-            "come closer (its parts say contact_distance='closer', the default)"
+            f"come closer (its parts say contact_distance={pair.contact_distance!r})"
         )
 
 

@@ -71,6 +71,7 @@ from kinetile.toolbox import (
     offer,
     pair_links,
     positions_now,
+    reaches_of,
     unchecked,
 )
 
@@ -131,23 +132,31 @@ class SweepTiling:
     """Sweep-tiling: the free space in tiles, candidate pairs of bodies that see each other."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Returns the parts; refuses a scene that is periodic along y, or with other shapes than discs.
+        """Returns the parts; refuses a scene that is periodic along y, or with other shapes than discs and
+        level capsules.
 
         Beside a contact of two bodies a third's bound is at least .41 r^2 / R away, for radii from r to R; a
-        skin of at most an eighth of r^2 / R cannot hide the contact from sight (proof: above).
+        skin of at most an eighth of r^2 / R cannot hide the contact from sight (proof: above). Shapes that
+        graze may overlap by 2^-38 of their size, which the limit leaves room for.
         """
         if "y" in scene.periodic:
             raise Refused(
                 "sweep-tiling tiles an arena from its floor to its ceiling, and this scene is periodic along "
                 f"{scene.periodic}: it takes periodic='x' alone"
             )
-        if scene.shapes:
+        level = all(
+            shape.radius > 0.0 and len(shape.core) < 3 and not any(y for _, y in shape.core)
+            for shape in scene.shapes
+        )
+        if not level:
             raise Refused(
-                "sweep-tiling is for discs, and this scene has other shapes: where sides are flush, a third "
-                "body can hide a contact from it (docs/sweep-tiling.md, Other shapes)"
+                "sweep-tiling is for discs, and for capsules that lie level at the height of their position, "
+                "and this scene has other shapes: where sides are flush, a third body can hide a contact "
+                "from it (docs/sweep-tiling.md, Other shapes)"
             )
         n = len(scene)
-        radius = scene.radius
+        radius = np.array([shape.radius for shape in scene.shapes] or scene.radius)
+        longest = float(scene.radius.max(initial=0.0)) if scene.shapes else 0.0
         state = empty(scene.capacity, bool(scene.periodic))
         return BroadPhaseParts(
             near=near,
@@ -161,10 +170,13 @@ class SweepTiling:
             soon=soon,
             audit=audit,
             draw=draw,
-            drawn_as="" if scene.arena is None else "tiling",
+            drawn_as="" if scene.arena is None or scene.shapes else "tiling",
             ticks=(state.due,),
             solid=True,
-            skin_limit=float(radius.min() / (8.0 * radius.max()) * radius.min()) if n else None,
+            outlines=True,
+            skin_limit=float(radius.min() / (8.0 * radius.max()) * radius.min() - 2.0**-29 * longest)
+            if n
+            else None,
             room=3 * scene.capacity + 1,
             periodic=True,
         )
@@ -210,9 +222,9 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
 
 def _bounds(k: Kernel, n: int) -> Iterator[Coordinate]:
     """Yields where bounds are on the x axis, two a body, L before R."""
-    for body, reach in enumerate(k.bodies.reach[:n].tolist()):
-        yield At(body, -reach)
-        yield At(body, reach)
+    for body, (left, right) in enumerate(reaches_of(k)[:n, :2].tolist()):
+        yield At(body, -left)
+        yield At(body, right)
 
 
 def _edges(k: Kernel, bodies: list[int]) -> list[list[float]]:

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.toolbox import NEVER, Kernel, falls_many, positions_now
+from kinetile.toolbox import NEVER, Kernel, falls_many, positions_now, reaches_of
 
 from .web import ENDS, FLIPS, LOWER, OUTER, UPPER, State, near
 
@@ -228,8 +228,10 @@ def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, npt.NDArr
     a, b = p >> 4, np.where(fails, q >> 4, p >> 4)
     since = np.maximum(bodies.anchor[a], bodies.anchor[b])
     a_time, b_time = ((since - bodies.anchor[each]) * clock.tick for each in (a, b))
-    a_reach = np.where(p & 8, bodies.reach[a], -bodies.reach[a])
-    b_reach = np.where(q & 8, bodies.reach[b], -bodies.reach[b])
+    reach = reaches_of(k)
+    a_reach, b_reach = (
+        np.where(port & 8, reach[body, 1], -reach[body, 0]) for port, body in ((p, a), (q, b))
+    )
     width = (bodies.x[b] + bodies.vx[b] * b_time + b_reach) - (bodies.x[a] + bodies.vx[a] * a_time + a_reach)
     width = width + away
     rate = bodies.vx[b] - bodies.vx[a]
@@ -250,8 +252,9 @@ def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     pending = s.due[4 * (tiles.left >> 4) + (tiles.left & 3)] <= clock.now
     flown = np.column_stack([k.bodies.vx, k.bodies.vy]) * clock.tick
     place = positions_now(k) + flown  # events of this tick have happened: they are right at its end
-    west = np.append(place[:, 0] - k.bodies.reach, np.inf)  # with the edges, which are bounds of body n
-    east = np.append(place[:, 0] + k.bodies.reach, -np.inf)
+    reach = reaches_of(k)
+    west = np.append(place[:, 0] - reach[:, 0], np.inf)  # with the edges, which are bounds of body n
+    east = np.append(place[:, 0] + reach[:, 1], -np.inf)
     left = np.where(tiles.left & 8, east[tiles.left >> 4], west[tiles.left >> 4])
     right = np.where(tiles.right & 8, east[tiles.right >> 4], west[tiles.right >> 4]) + tiles.away
     for tile in np.flatnonzero((right - left < -2.0 * clock.limits.theta) & ~pending):

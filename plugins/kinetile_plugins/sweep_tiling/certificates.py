@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from kinetile.toolbox import Kernel, falls_eight, hook, schedule, smaller, unchecked
+from kinetile.toolbox import Kernel, Records, falls_eight, hook, reach_to, schedule, smaller, unchecked
 from kinetile.toolbox.lanes import (
     Floats,
     Ticks,
@@ -28,6 +28,7 @@ from kinetile.toolbox.lanes import (
     to_floats,
     turned,
 )
+from kinetile.toolbox.ticks import with_shapes
 
 from .web import (
     LOWER,
@@ -68,6 +69,32 @@ def some_body(k: Kernel, p: int) -> int:
 
 
 @hook
+def edge_of(k: Kernel, p: int) -> float:
+    """Return how far right of its body's centre the bound of a port is."""
+    side = (p >> 3) & 1
+    reach = reach_to(k.bodies[some_body(k, p)], side, k.clock[0].limits.skin)
+    return reach if side == 1 else -reach
+
+
+@hook
+def _edges_of_shapes(body: Records, k: Kernel, ports: Wholes, reach: Floats) -> Floats:
+    edge = reach
+    for i in range(8):
+        which = eight(0, 1, 2, 3, 4, 5, 6, 7) == spread_whole(i)
+        edge = choose(which, spread(edge_of(k, lane(ports, i))), edge)
+    return edge
+
+
+@with_shapes(_edges_of_shapes)
+@hook
+def edges(body: Records, k: Kernel, ports: Wholes, reach: Floats) -> Floats:
+    """Return how far right of their bodies' centres the bounds of eight ports are, by the reaches of the
+    bodies. The first argument is any body."""
+    is_left = (ports & spread_whole(8)) == spread_whole(0)
+    return choose(is_left, spread(0.0) - reach, reach)
+
+
+@hook
 def sides(k: Kernel, a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: int) -> Sides:
     """Return the sides of eight ports; an edge of the arena has some body's plan."""
     x, y, vx, vy, anchor, reach = flights(
@@ -82,8 +109,7 @@ def sides(k: Kernel, a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: 
         some_body(k, h),
     )
     port = eight(a, b, c, d, e, f, g, h)
-    is_left = (port & spread_whole(8)) == spread_whole(0)
-    edge = choose(is_left, spread(0.0) - reach, reach)
+    edge = edges(k.bodies[0], k, port, reach)
     return Sides(port, port >> spread_whole(4), x, y, vx, vy, anchor, edge)
 
 

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetile.toolbox import Kernel, hook, positions_now
+from kinetile.toolbox import Kernel, hook, positions_now, reaches_of
 
 from .web import (
     COLUMN,
@@ -46,7 +46,8 @@ def arrange(k: Kernel, s: State) -> None:
     place = positions_now(k)
     body = np.repeat(np.arange(n), 2)  # of each bound
     right = np.tile([False, True], n)
-    edge = place[body, 0] + np.where(right, bodies.reach[body], -bodies.reach[body])
+    reach = reaches_of(k)
+    edge = place[body, 0] + np.where(right, reach[body, 1], -reach[body, 0])
     turn = np.floor(edge * k.clock[0].torus.per_x)  # 0 between walls
     order = np.lexsort((body, ~right, bodies.vx[body], edge - turn * k.clock[0].torus.x))
     s.sweep[: 2 * n] = bounds(n)[order]
@@ -57,7 +58,9 @@ def arrange(k: Kernel, s: State) -> None:
     s.level[s.at_level[:n]] = np.arange(n)
     limits = k.clock[0].limits
     tie = max(2.0**-46 * max(float(limits.width), float(limits.height)), float(limits.skin))
-    s.limits[:] = tie, max(tie, 4.0 * float(limits.skin), 2.0**-30 * float(bodies.radius.min()) if n else 0.0)
+    widest, least = (2.0**-36 * float(bodies.radius.max()), float(bodies.radius.min())) if n else (0.0, 0.0)
+    strip = widest if k.forms.size else 0.0  # by how much shapes may overlap that graze, and more
+    s.limits[:] = tie, max(tie, 4.0 * float(limits.skin) + strip, 2.0**-30 * least)
 
 
 @hook

@@ -38,7 +38,7 @@ from typing import NamedTuple
 from kinetile.toolbox import NEVER, Kernel, hook, is_there, offer, since_anchor, unchecked
 from kinetile.toolbox.ticks import near_zero
 
-from .certificates import periods, watch_around, watch_tiles
+from .certificates import edge_of, periods, watch_around, watch_tiles
 from .web import (
     LOWER,
     OUTER,
@@ -197,7 +197,7 @@ def where(k: Kernel, p: int) -> float:
     """Return where the bound of a port is now, along x."""
     body = k.bodies[body_of(p)]
     place = body.x + body.vx * since_anchor(k, body, k.clock[0].now)
-    return float(place + body.reach if is_right_bound(p) else place - body.reach)
+    return float(place + edge_of(k, p))
 
 
 @hook

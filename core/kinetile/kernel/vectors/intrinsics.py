@@ -288,14 +288,14 @@ _FLIGHT = [_ticks if name == "anchor" else _floats for name in COLUMNS]
 
 @_compiled(lambda table, *which: types.Tuple(_FLIGHT)(table, *[types.int64] * LANES))
 def _flights(call: _Call, table: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> Any:
-    # A record is a row of eight times eight bytes; the rows are loaded whole and turned into columns.
+    # A record begins with a row of eight times eight bytes; these are loaded whole and turned into columns.
     builder, record = call.builder, call.signature.args[0].dtype
-    if record.size != 8 * LANES:
-        raise TypeError(f"a record of {8 * LANES} bytes is read at once, and this one has {record.size}")
+    if record.size < 8 * LANES:
+        raise TypeError(f"{8 * LANES} bytes of a record are read at once, and this one has {record.size}")
     data = call.data(0, table, _DOUBLE)
     rows = []
     for number in (a, b, c, d, e, f, g, h):
-        at = builder.gep(data, [builder.shl(number, ir.Constant(_WORD, 3))])
+        at = builder.gep(data, [builder.mul(number, ir.Constant(_WORD, record.size // 8))])
         rows.append(_load(builder, at, _floats.vector, 8))
 
     def column(c: int) -> Any:  # of two rows, of four, of all eight
