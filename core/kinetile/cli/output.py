@@ -100,6 +100,7 @@ def scene_summary(scene: Scene) -> dict[str, Any]:
         "shapes": Counter(scene.shapes[each].kind for each in scene.shape.tolist() if each >= 0),
         "arena": scene.arena and list(scene.arena),
         "periodic": scene.periodic,
+        "gravity": list(scene.gravity),
         "start": scene.start,
         "turns": len(scene.turns),
     }

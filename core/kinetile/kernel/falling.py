@@ -90,6 +90,12 @@ def shift_of(gravity: npt.NDArray[np.float64], time: Any) -> tuple[Any, Any]:
     return gravity * (0.5 * (fallen * fallen)), gravity * fallen
 
 
+def shift_at(scene: Any, epoch: Any, tick: Any) -> tuple[Any, Any]:
+    """Return what ``shift_of`` does in a scene at moments (epoch, tick), each in the frame of that moment."""
+    since = ((epoch & 1) << 52 | tick) & (scene.frame - 1)  # a frame has 2^53 ticks at most
+    return shift_of(np.array(scene.gravity), since * (scene.time_unit / TICKS))
+
+
 def falls(k: Kernel) -> bool:
     """Whether there is gravity."""
     fall = k.clock[0].fall

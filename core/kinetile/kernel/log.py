@@ -40,9 +40,9 @@ LOG = np.dtype(
     ]
 )
 """One event that changed a flight plan: as CONTACT, and -5 for a turn, -6 for a re-anchoring that keeps the
-velocity, -7 for an inserted body, -8 for a removed one, with its last plan;
-then position and velocity of both bodies right after it (NaN for ``b`` where there is no second body, and for
-both where they begin or end to pass through each other: no plan changes)."""
+velocity, -7 for an inserted body, -8 for a removed one, with its last plan; then position and velocity of
+both bodies right after it, with gravity those in the room (NaN for ``b`` where there is no second body, and
+for both where they begin or end to pass through each other: no plan changes)."""
 
 
 def digestible(contacts: npt.NDArray[np.void]) -> bytes:

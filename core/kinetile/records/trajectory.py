@@ -3,7 +3,8 @@
 A body flies straight from one row that names it to the next, so its state is ``anchor + velocity * elapsed``
 with the anchor of its last row at or before that time. Elapsed time is counted in whole ticks of 2**-52 time
 units, as the kernel counts it, and rounded once, so the positions are those of the run itself, to the last
-bit.
+bit. With gravity a body falls from one row to the next, and the last bits may be others: rows have plans of
+the room, and the run those of a frame.
 """
 
 from __future__ import annotations
@@ -31,18 +32,21 @@ if TYPE_CHECKING:
 
 class _Plans(NamedTuple):
     """Flight plans at a time: of which bodies (n,), anchors and velocities (n, 2), time since the anchor
-    (n,), and the periods that were taken off the anchor (n, 2)."""
+    (n,), the periods that were taken off the anchor (n, 2), and the acceleration (2,)."""
 
     bodies: NDArray[np.int64]
     anchor: NDArray[np.float64]
     velocity: NDArray[np.float64]
     elapsed: NDArray[np.float64]
     images: NDArray[np.float64]
+    gravity: NDArray[np.float64]
 
     @property
     def places(self) -> NDArray[np.float64]:
         """(n, 2) where the bodies are."""
-        return np.asarray(self.anchor + self.velocity * self.elapsed[:, None])
+        time = self.elapsed[:, None]
+        places = self.anchor + self.velocity * time
+        return np.asarray(places + self.gravity * (0.5 * time * time) if self.gravity.any() else places)
 
 
 class Trajectory:
@@ -98,7 +102,9 @@ class Trajectory:
 
     def velocities(self, time: float) -> NDArray[np.float64]:
         """Returns the velocities (n, 2) of all bodies at ``time``, after the events of that very time."""
-        return self._flight_plans(time).velocity
+        plans = self._flight_plans(time)
+        fallen = plans.gravity * plans.elapsed[:, None]
+        return np.asarray(plans.velocity + fallen if plans.gravity.any() else plans.velocity)
 
     def _periods_in(self, apart: NDArray[np.float64]) -> NDArray[np.float64]:
         """Returns how many periods differences (m, 2) are, to the nearest whole numbers."""
@@ -135,7 +141,9 @@ class Trajectory:
         before = np.where(first[:, None], begins, place[flights.before])
         flown = np.where(first[:, None], flies, velocity[flights.before])
         size = np.abs(before) + np.abs(place) + np.abs(flown) * (np.abs(time) + unit)[:, None]
-        return before + flown * (time - since)[:, None] - place, size
+        time = (time - since)[:, None]
+        fallen = np.array(self.scene.gravity) * (0.5 * time * time)
+        return before + flown * time + fallen - place, size + np.abs(fallen)
 
     def _check_continuity(self, path: Path) -> None:
         """Raises RecordError unless each body flies, from row to row, to where the next row says it is."""
@@ -181,7 +189,8 @@ class Trajectory:
         there = bodies < n
         there[moved] = rows["b"] != REMOVED
         elapsed = ticks[there].astype(np.float64) * (self._clock.unit / TICKS)
-        return _Plans(bodies[there], anchor[there], velocity[there], elapsed, images[there])
+        gravity = np.array(self.scene.gravity)
+        return _Plans(bodies[there], anchor[there], velocity[there], elapsed, images[there], gravity)
 
 
 def positions_at(

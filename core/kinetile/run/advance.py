@@ -225,7 +225,7 @@ def advance_one(engine: Engine, end: End) -> Event | None:
                 unstepped.append((event.epoch, event.tick, event.bodies[0], REMOVED))
             elif event is not None and event.kind in ("structural", "turn", "insert"):
                 return event
-        elif end.ticks is None and engine.next_command is None and (engine.k.queue.key == NEVER).all():
+        elif end.ticks is None and engine.next_command is None and engine.rests:
             return None
         else:
             engine.chunk(until, UNLIMITED, quota=quota)
@@ -258,6 +258,11 @@ def next_event(engine: Engine) -> Event | None:
     if planned is not None and (event is None or planned.ticks < event.epoch * TICKS + event.tick):
         event = Event(*engine.clock.moment(planned.ticks), COMMANDS[planned.code], (planned.body,))
     return _first_parting(engine, event) if event is not None and event.kind == "remove" else event
+
+
+def is_beyond_frame(engine: Engine, event: Event | None) -> bool:
+    """Whether there is no event before the present frame ends, and all bodies have new plans."""
+    return event is None or engine.clock.relative(event.epoch * TICKS + event.tick) >= engine.horizon
 
 
 def _first_parting(engine: Engine, removal: Event) -> Event:

@@ -25,7 +25,7 @@ from kinetile.run.engine.bounds import MOST_FLOWN
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.questions.places import Box, Point
 from kinetile.scene import Insert, Scene
-from kinetile.scene.checks import FARTHEST, LARGEST, WALL, Extent, is_finite, shown
+from kinetile.scene.checks import FARTHEST, LARGEST, RESTING, WALL, Extent, is_finite, shown, stands
 from kinetile.scene.commands import check_command, shape_of, with_shape
 from kinetile.scene.responses import Kind, no_kind
 from kinetile.scene.shapes import Shape
@@ -285,6 +285,8 @@ def read_insertion(
             f"this body cannot come: it is a {has.kind}, and this run is made for discs alone; list "
             "the shape in the scene, shapes=[...], and it is made for such bodies as well"
         )
+    if scene.falls and (mass == math.inf or not (has is None or has.is_disc)):
+        raise ValueError("this body cannot come: with gravity bodies are discs of finite mass")
     insertion = with_shape(insertion, has, bool(scene.shapes))
     mistakes += check_command(insertion, "", None, extent)
     if mistakes:
@@ -297,6 +299,7 @@ def read_insertion(
     x, y = map(float, insertion.position)
     vx, vy = map(float, insertion.velocity)
     radius = float(insertion.radius)
+    _demand_falling(scene, (x, y), (vx, vy), radius)
     _check_speed(engine, math.hypot(vx, vy), min(engine.bounds.smallest, radius))
     new = (x, y, vx, vy, radius, float(mass), engine.numbers)
     for name, value in zip(("x", "y", "vx", "vy", "radius", "mass", "body"), new, strict=True):
@@ -306,6 +309,15 @@ def read_insertion(
         return rows, ()
     rows["form"] = number_of(has, mass, scene)
     return rows, (has,) if rows["form"][0] == len(scene.shapes) else ()
+
+
+def _demand_falling(
+    scene: Scene, place: tuple[float, float], velocity: tuple[float, float], radius: float
+) -> None:
+    """Raises ValueError for a body that would rest on a wall by gravity."""
+    wall = stands(place, velocity, radius, scene.arena, scene.gravity) if scene.arena and scene.falls else ""
+    if wall:
+        raise ValueError(f"this body cannot come: it is at rest on the {wall} wall, expected {RESTING}")
 
 
 def read_insertions(
@@ -342,6 +354,8 @@ def read_insertions(
     fine = (np.abs(places) <= size).all(axis=1) & (np.abs(flies) <= LARGEST).all(axis=1)
     for at in np.flatnonzero(~fine).tolist():
         _read_one_of(engine, places, flies, at, alike[at])
+    for at in np.flatnonzero((flies == 0.0).any(axis=1)).tolist() if engine.scene.falls else ():
+        _demand_falling(engine.scene, places[at], flies[at], float(rows["radius"][at]))
     fastest = int(np.hypot(rows["vx"], rows["vy"]).argmax())
     smallest = min(engine.bounds.smallest, float(rows["radius"].min()))
     _check_speed(engine, math.hypot(*flies[fastest].tolist()), smallest)

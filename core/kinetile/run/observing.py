@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import BadOption, PhaseError, Refused
+from kinetile.kernel.falling import shift_at
 from kinetile.kernel.log import INSERTED, TURNED
 from kinetile.plugin.calling import calling, described
 from kinetile.plugin.choices import read_phase
@@ -548,7 +549,14 @@ class _Plans:
         self._moment = moment
         self._velocity, self._mass = np.zeros((0, 2)), np.zeros(0)
         self._take_in(moment.bodies)
-        self._velocity[moment.bodies] = moment.velocities()
+        velocities = moment.velocities()
+        if moment.scene.falls:
+            velocities -= self._shift(*map(np.array, moment.exact_time))
+        self._velocity[moment.bodies] = velocities
+
+    def _shift(self, epoch: Any, tick: Any) -> Any:
+        """Returns what is added to velocities of the frame at moments to have those of the room."""
+        return shift_at(self._moment.scene, epoch, tick)[1]
 
     def _take_in(self, coming: npt.NDArray[Any]) -> None:
         """Makes room for bodies, and reads the masses of all that are present."""
@@ -567,12 +575,16 @@ class _Plans:
         order = flights.by_body  # so that each follows the one before it
         body, flies = flights.body[order], flights.value("vx", "vy", which=order)
         first = np.append(True, body[1:] != body[:-1])[: len(body)]
+        shift = (
+            self._shift(rows["epoch"], rows["tick"])[flights.row[order]] if self._moment.scene.falls else 0.0
+        )
+        flies = flies - shift  # velocities of the frame, which all bodies have new rows in when it changes
         last, flew = np.roll(first, -1), np.roll(flies, 1, axis=0)
         flew[first] = self._velocity[body[first]]
         self._velocity[body[last]] = flies[last]
         before, after = (np.full((2 * len(rows), 2), math.nan) for _ in range(2))
         at = (2 * flights.row + flights.is_b)[order]
-        before[at], after[at] = flew, flies
+        before[at], after[at] = flew + shift, flies + shift
         before, after = before.reshape(-1, 2, 2)[kept], after.reshape(-1, 2, 2)[kept]
         bodies = np.stack([rows["a"], rows["b"]], axis=1)[kept]
         mass = self._mass[np.maximum(bodies, 0)][:, :, None]

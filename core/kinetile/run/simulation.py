@@ -26,7 +26,7 @@ from kinetile.kernel.log import INSERTED, REMOVED, TURNED, WALLS
 from kinetile.kernel.tables import NOBODY, Kernel, read_only
 from kinetile.plugin.drawing import Item
 from kinetile.run import arguments
-from kinetile.run.advance import End, Event, advance, advance_one, next_event
+from kinetile.run.advance import End, Event, advance, advance_one, is_beyond_frame, next_event
 from kinetile.run.arguments import StopAt
 from kinetile.run.compose import Commands, Composition, compose_phases
 from kinetile.run.engine.engine import Engine
@@ -342,6 +342,9 @@ class Simulation(Moment):
         """
         with self._alone("look ahead"):
             event = next_event(self._engine)
+            if self.scene.falls and is_beyond_frame(self._engine, event) and len(self.bodies):
+                ahead: Simulation = self.__copy__()  # it follows from the plans of a next frame
+                return ahead.step()
             if event is not None and event.kind == "wall" and event.wall is None:
                 wall = meetings.wall_of(self._query(), self._slot_of(event.bodies[0]))[1]
                 event = event._replace(wall=WALLS[wall])

@@ -8,6 +8,7 @@ that it returns is checked, so that viewers can rely on it.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +18,7 @@ import numpy.typing as npt
 from kinetile.errors import PhaseError
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.falling import falls, shift_now
 from kinetile.kernel.tables import NEVER, Kernel, is_there, read_only
 from kinetile.plugin.calling import calling, described
 from kinetile.plugin.drawing import (
@@ -97,7 +99,8 @@ def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]
         items = list(parts.draw(read_only(k), read_only(parts.state)))
     numbers, images = np.asarray(k.queue["number"]).tolist(), np.asarray(k.images)
     taken_off = (images["kx"].tolist(), images["ky"].tolist()) if len(images) else None
-    return tuple(map(_Reader(name, numbers, clock, taken_off).read, items))
+    shift = shift_now(k)[0].tolist() if falls(k) else (0.0, 0.0)
+    return tuple(map(_Reader(name, numbers, clock, taken_off, shift).read, items))
 
 
 @dataclass
@@ -109,6 +112,8 @@ class _Reader:
     clock: Clock
     taken_off: tuple[list[int], list[int]] | None
     """How many periods were taken off the body in each slot, along x and y; None: no axis is periodic."""
+    shift: Sequence[float]
+    """Where the origin of the frame is in the room: what is fixed in it moves from event to event."""
 
     def _wrong(self, said: str) -> PhaseError:
         return PhaseError(f"{described('broad phase', self.phase)}: draw returned {said}")
@@ -144,7 +149,7 @@ class _Reader:
             wanted = "expected a finite number or At(slot, ...)"
             raise self._wrong(f"{item!r}, and {value!r} is no coordinate; {wanted}")
         if not isinstance(value, At):
-            return float(at)
+            return float(at) + self.shift[axis]
         number = self._body(item, value.body)
         if self.taken_off is not None:
             return At(number, float(at), int(turns) - self.taken_off[axis][value.body])

@@ -108,4 +108,4 @@ def test_files_name_the_answer_of_their_scene(periodic: str, answer: int, tmp_pa
         assert kt.read_events("events.parquet").metadata["answer"] == answer
         head = json.loads(np.load("run.save")[HEAD].tobytes())
         assert head["answer"] == answer
-    assert kt.ANSWER == 3
+    assert kt.ANSWER == 4

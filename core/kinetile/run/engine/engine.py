@@ -50,6 +50,7 @@ from kinetile.kernel.skin import Skin, too_thick
 from kinetile.kernel.tables import (
     COMMAND,
     JAMMED,
+    NEVER,
     NOBODY,
     OFFER,
     Kernel,
@@ -134,7 +135,7 @@ class Engine(Tables):
         if state is None:
             state = RunState.at_start(scene, self.clock, keep_contacts)
         self.clock.base = state.base
-        self.ledger = Ledger(self.clock, state.entries)
+        self.ledger = Ledger(self.clock, state.entries, self.scene)
         self.agenda = Agenda(state.later)
         self.history = state.history
         self.bounds = state.bounds
@@ -643,6 +644,11 @@ class Engine(Tables):
             begin = self.clock.base * TICKS
             self.agenda.put(*(Command(begin, body, REANCHORED) for body in np.sort(old).tolist()))
         self.k = self.agenda.load(self.k, self.clock)
+
+    @property
+    def rests(self) -> bool:
+        """Whether nothing is scheduled; what falls never rests, though a frame may end before."""
+        return not self.scene.falls and bool((self.k.queue.key == NEVER).all())
 
     @property
     def horizon(self) -> int:

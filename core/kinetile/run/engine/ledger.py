@@ -16,10 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import TICKS, Clock
+from kinetile.kernel.falling import shift_at
 from kinetile.kernel.log import CONTACT, LOG, MET, Fingerprint
 from kinetile.kernel.tables import ROW, Kernel
 from kinetile.run.engine.fields import Fields
 from kinetile.run.interrupts import Unbroken
+from kinetile.scene import Scene
 
 if TYPE_CHECKING:
     from kinetile.run.moment import Moment
@@ -75,13 +77,13 @@ class Ledger:
     ``delivered`` is False if an error has kept rows from a recorder or an observer.
     """
 
-    def __init__(self, clock: Clock, entries: Entries) -> None:
+    def __init__(self, clock: Clock, entries: Entries, scene: Scene) -> None:
         self._recorder: RowFunction | None = None
         self._counter: RowFunction | None = None
         self._observer: RowFunction | None = None
         self.puts_aside = False
         self.delivered = True
-        self._clock = clock
+        self._clock, self._scene = clock, scene
         self.unstepped: list[ContactRow] | None = []
         self.latest = 0
         self.entries = entries
@@ -216,11 +218,11 @@ class Ledger:
         if written:
             long = np.asarray(k.log)[:written]
             if self._recorder is not None:
-                self._recorder(_rows(long, self._clock))
+                self._recorder(_rows(long, self._clock, self._scene))
             elif self.puts_aside:
                 self._aside.append((long.tobytes(), self._clock.base))
             if self._observer is not None:
-                self._observer(_rows(long, self._clock))
+                self._observer(_rows(long, self._clock, self._scene))
         if logged and self._counter is not None:
             self._counter(np.asarray(k.met)[:logged])
         self.delivered = True
@@ -253,7 +255,7 @@ class Ledger:
         aside, self._aside = self._aside, []
         for rows, base in aside:
             clock = replace(self._clock, base=base)
-            self._unrecorded.append(_rows(np.frombuffer(rows, ROW), clock))
+            self._unrecorded.append(_rows(np.frombuffer(rows, ROW), clock, self._scene))
         return self._unrecorded
 
 
@@ -269,12 +271,17 @@ def _kept(met: Any) -> tuple[int, Any]:
     return first, kept
 
 
-def _rows(written: Any, clock: Clock) -> npt.NDArray[np.void]:
-    """Returns the log rows, with NaN for second bodies that do not exist."""
+def _rows(written: Any, clock: Clock, scene: Scene) -> npt.NDArray[np.void]:
+    """Returns the log rows, with plans of the room, and NaN for second bodies that do not exist."""
     rows = np.zeros(len(written), LOG)
     rows["time"], rows["epoch"], rows["tick"] = clock.split(written["tick"])
     for name in ("a", "b", "ax", "ay", "avx", "avy"):
         rows[name] = written[name]
     for name in ("bx", "by", "bvx", "bvy"):
         rows[name] = np.where(written["b"] >= 0, written[name], np.nan)
+    if scene.falls:
+        (x, y), (vx, vy) = (each.T for each in shift_at(scene, rows["epoch"], rows["tick"]))
+        for name, shift in zip(("x", "y", "vx", "vy"), (x, y, vx, vy), strict=True):
+            rows[f"a{name}"] += shift
+            rows[f"b{name}"] += shift
     return rows

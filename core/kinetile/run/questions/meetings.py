@@ -24,6 +24,7 @@ from kinetile.kernel.certificates.contact import first_touch
 from kinetile.kernel.certificates.convex import enters
 from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
+from kinetile.kernel.falling import falls, shift_now
 from kinetile.kernel.images import FORESEEN, first_image, first_image_of
 from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.loop.responses import overlap_now
@@ -118,6 +119,9 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> Cast
     overlaps is met at once if they approach, and never if they part. Where axes are periodic it is met
     through any image, before ``kernel.images.FORESEEN`` ticks from now.
     """
+    if falls(query.k):
+        shift, speed = shift_now(query.k)
+        centre, velocity = tuple((centre - shift).tolist()), tuple((velocity - speed).tolist())
     ticks = np.full(len(query.slots), NEVER)
     discs = not query.shapes and outline[0] == DISC
     if any(query.periods):

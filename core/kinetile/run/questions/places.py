@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.falling import places_now
-from kinetile.kernel.tables import Kernel
+from kinetile.kernel.tables import NEVER, Kernel
 from kinetile.run.compose import Composition
 from kinetile.scene.bodies import in_box, nearest_image
 from kinetile.scene.differences import core_difference
@@ -72,8 +72,10 @@ class Query:
     @cached_property
     def aside(self) -> Kernel:
         """The tables with a clock of their own: a narrow phase may report a fault, which is not to end the
-        run."""
-        return self.k._replace(clock=self.k.clock.copy())
+        run. With gravity walls are awaited beyond the end of the frame, too."""
+        clock = self.k.clock.copy()
+        clock[0].fall.end = NEVER
+        return self.k._replace(clock=clock)
 
     @cached_property
     def places(self) -> Floats:
