@@ -187,6 +187,7 @@ CAPABILITIES = (
         lambda game, a, b: len(game.scene) + len(game.scene.commands) // 3 in (a, b),
     ),
     *map(_periodic, ("x", "y", "xy")),
+    Capability("gravity", lambda draft: draft.framed(gravity=(0.0, -0.5))),
     Capability("no arena", lambda draft: draft.framed(arena=None)),
     Capability("shapes", lambda draft: replace(draft, shaped=True)),
     Capability("obstacles", _obstacles, lambda game, a, b: not {7, 8, 9}.isdisjoint((a, b))),

@@ -53,6 +53,9 @@ REFUSED: dict[Cell, str] = {
             "shapes | obstacles": "the bodies are not all discs",
         },
     ),
+    ("gravity", "player, recorded"): "a page plays bodies that fly straight, and this scene has gravity",
+    ("gravity", "player, computed"): "a page plays bodies that fly straight, and this scene has gravity",
+    ("gravity", "space-time"): "has straight bands, and along y there is gravity",
     ("foreign response", "certify-log"): "the specification has elastic, pass, restitution, stop",
     ("foreign response", "second implementation"): "not elastic, restitution, stop, pass",
     ("foreign narrow phase", "second implementation"): "in the specification bodies meet each other",
@@ -67,6 +70,12 @@ REFUSED_TOGETHER: dict[Cell, str] = {
         "no arena",
         {"periodic x | periodic y | periodic xy": "expected an arena: its sides are the periods"},
     ),
+    ("immovable", "gravity"): "a finite mass: with gravity no body is immovable",
+    ("periodic y", "gravity"): "none along y, which is periodic: nothing stops a fall there",
+    ("periodic xy", "gravity"): "none along y, which is periodic: nothing stops a fall there",
+    ("gravity", "no arena"): "without walls bodies fall for ever",
+    ("gravity", "shapes"): "discs alone: gravity is for them",
+    ("gravity", "obstacles"): "discs alone: gravity is for them",
 }
 """Pairs of capabilities that are refused."""
 

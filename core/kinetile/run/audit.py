@@ -438,6 +438,8 @@ def compute_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) 
     bodies = k.bodies
     if WALLS:
         for body in range(len(bodies)):
+            if not is_there(k, body):  # with gravity what has no velocity reaches walls, too
+                continue
             walls[body] = reach_wall(k, bodies[body])[0]
     if PAIRS:
         for pair in range(len(pairs)):
