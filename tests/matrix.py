@@ -76,6 +76,7 @@ REFUSED_TOGETHER: dict[Cell, str] = {
     ("gravity", "no arena"): "without walls bodies fall for ever",
     ("gravity", "shapes"): "discs alone: gravity is for them",
     ("gravity", "obstacles"): "discs alone: gravity is for them",
+    ("gravity", "foreign response"): "does not know velocities of a frame that falls (falling=True)",
 }
 """Pairs of capabilities that are refused."""
 

@@ -22,7 +22,7 @@ class Elastic:
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns no hook: the kernel has it."""
-        return ResponseParts(beside=FAMILY)
+        return ResponseParts(beside=FAMILY, falling=True)
 
 
 class Pass:
@@ -30,7 +30,7 @@ class Pass:
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns no hook: the kernel has it."""
-        return ResponseParts(beside=FAMILY)
+        return ResponseParts(beside=FAMILY, falling=True)
 
 
 @hook
@@ -98,7 +98,7 @@ class Restitution:
                 f"restitution: contact_time is {self.numbers[1]!r}; expected less than {longest!r}, "
                 f"{REMEMBERED:,} units of the clock, which is {scene.time_unit!r} in this scene"
             )
-        return ResponseParts(give_back, self.numbers, beside=FAMILY)
+        return ResponseParts(give_back, self.numbers, beside=FAMILY, falling=True)
 
 
 REMEMBERED = 1024
@@ -143,7 +143,7 @@ class Stop:
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns the parts."""
-        return ResponseParts(halt_in_room if scene.falls else halt, beside=FAMILY)
+        return ResponseParts(halt_in_room if scene.falls else halt, beside=FAMILY, falling=True)
 
 
 FAMILY = (give_back, halt)

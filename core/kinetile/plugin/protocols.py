@@ -275,11 +275,16 @@ class ResponseParts:
 
     ``beside`` are the hooks of other responses that are compiled into the same loop, where there is room, so
     that a scene with those needs no other machine code either.
+
+    ``falling``: the hook is right with gravity, where velocities are those of a frame that falls
+    (``toolbox.ticks.fallen_for``): one that reads differences of velocities alone is. Else a scene with
+    gravity is refused.
     """
 
     respond: Hook | None = None
     numbers: tuple[float, ...] = ()
     beside: tuple[Hook, ...] = ()
+    falling: bool = False
 
 
 class ContactResponse(Protocol):

@@ -37,6 +37,7 @@ from kinetile.kernel.tables import (
     Kernel,
     Records,
     elder,
+    is_there,
 )
 from kinetile.plugin.calling import place_of
 from kinetile.plugin.registry import sentence

@@ -128,6 +128,12 @@ def _parts(response: Response, scene: Scene) -> ResponseParts:
     if parts.respond is None and response.name not in BUILT_IN:
         label = described("response", response.name)
         raise PhaseError(f"{label}: its parts have no respond; expected a function marked with toolbox.hook")
+    if scene.falls and not parts.falling:
+        label = described("response", response.name)
+        raise Refused(
+            f"{label} does not know velocities of a frame that falls (falling=True), and this scene has "
+            "gravity"
+        )
     return parts
 
 
