@@ -6,7 +6,18 @@ events of one moment leave bounds that coincide in either order.
 
 On a cylinder there is no first bound, so the sweep is left out: links, ends, pairs and geometry have to do.
 
-docs/sweep-tiling.md has the list of invariants, with their numbers.
+The invariants, with their numbers:
+
+* I1: links are symmetric; I2: a link joins a left port to a right one; I3: both sides of a tile agree about
+  its top and bottom, which covers all ends. Exactly.
+* I4: no tile is narrower than -2 theta, unless it fails at this tick; from the positions when this tick ends.
+* I5: there are 3n + 1 tiles, each port used once. Exactly.
+* I6: the bodies named as near a body are exactly those on the other side of its tiles.
+* I7: no circle: a sweep in the order of the links, without any coordinate, makes the same tiling. Exactly.
+* I8: on every vertical line the tiles are the gaps between the bodies that it crosses; on a line between each
+  two bounds further apart than four skins, or eight while repairs of this tick are pending.
+* I9: every tile is watched for the tick at which it fails by the plans of its bodies, by width or order, and
+  its owner is queued for its first. Exactly: to the tick.
 """
 
 from __future__ import annotations
