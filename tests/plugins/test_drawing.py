@@ -191,6 +191,20 @@ def test_every_body_is_in_a_cell(sim):
     assert len({(box.low, box.high) for box in boxes}) == len(boxes)
 
 
+@EXAMPLES
+@given(st.integers(1, 30), st.sampled_from([1.0, 3.0, 40.0]), st.integers(0, 10**6))
+def test_sides_of_power_cells_have_equal_and_least_power_over_two_discs(bodies, ratio, seed):
+    scene = kt.make_scene("random", bodies=bodies, density=0.2, radius_ratio=ratio, seed=seed)
+    sim = kt.Simulation(scene, "power", options={"cells": True})
+    sim.run(until=0.05)
+    sides = [item for item in sim.drawing() if item.role == "cell"]
+    assert len(sides) == len(sim.candidate_pairs())
+    for side in sides:
+        for at in (side.a, 0.5 * (np.array(side.a) + side.b), side.b):
+            powers = np.sort(((sim.positions() - at) ** 2).sum(axis=1) - sim.radii() ** 2)
+            assert powers[1] == pytest.approx(powers[0], rel=1e-6, abs=0.003 * sim.radii().min() ** 2)
+
+
 @pytest.mark.parametrize("phase", ["sap-1d", "sap-2d", "sweep-tiling", "power"])
 def test_times_hold_when_the_base_of_the_clock_has_moved_on(phase):
     scene = kt.Scene([(0.2, 0.3), (0.7, 0.6)], [(0.011, 0.0), (-0.007, 0.005)], 0.1, arena=(1.0, 1.0))

@@ -22,7 +22,7 @@ Role: TypeAlias = str
 ROLES = {
     "bound": "a bound of a body: a line where it begins or ends",
     "tile": "a piece of the free space",
-    "cell": "a cell of a grid",
+    "cell": "a cell of a grid, or a side of a power cell",
     "pair": "two bodies that are near each other",
     "certificate": "something that is watched, and fails at a time",
     "axis": "a line along which things are sorted",

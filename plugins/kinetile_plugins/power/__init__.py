@@ -18,9 +18,20 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinetile.errors import Refused
+from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
-from kinetile.toolbox import NEVER, At, BroadPhaseParts, Item, Kernel, Point, Polygon, Segment, pair_links
+from kinetile.toolbox import (
+    NEVER,
+    At,
+    BroadPhaseParts,
+    Item,
+    Kernel,
+    Point,
+    Polygon,
+    Segment,
+    pair_links,
+    positions_now,
+)
 from kinetile.toolbox.reach import fall_of
 
 from .audit import audit
@@ -76,8 +87,36 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
         yield Segment("certificate", one, two, int(s.due[first]))
 
 
+def draw_cells(k: Kernel, s: State) -> Iterator[Item]:
+    """Yields what ``draw`` does, and the sides of the power cells, which do not move until the next event: a
+    side leads from the point of equal powers over the corners of one triangle to that of the next."""
+    yield from draw(k, s)
+    n, scale = slots(s), s.scale[PER_LENGTH]
+    place = np.concatenate([positions_now(k)[:n] * scale, far_points(s)])
+    height = (place**2).sum(axis=1) - s.weight
+    corners = s.org.reshape(-1, 4)[:, :3]
+    a, b, c = np.where(corners[:, :1] < 0, [n, n + 1, n + 2], corners).T  # any three, where none is used
+    u, v = 2.0 * (place[b] - place[a]), 2.0 * (place[c] - place[a])
+    rise, climb = height[b] - height[a], height[c] - height[a]
+    equal = np.column_stack([rise * v[:, 1] - climb * u[:, 1], climb * u[:, 0] - rise * v[:, 0]])
+    equal /= (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])[:, None] * scale
+    h = np.flatnonzero((s.org >= 0) & (s.org < n) & (s.twin >= 0))
+    h = h[(s.org[h] < s.org[s.twin[h]]) & (s.org[s.twin[h]] < n)]
+    for (x, y), (p, q) in zip(equal[h >> 2].tolist(), equal[s.twin[h] >> 2].tolist(), strict=True):
+        yield Segment("cell", (x, y), (p, q))
+
+
 class Power:
-    """A kinetic regular triangulation: pairs of bodies whose regions of least power adjoin."""
+    """A kinetic regular triangulation: pairs of bodies whose regions of least power adjoin.
+
+    Args:
+        cells: whether drawings have the power cells as well.
+    """
+
+    def __init__(self, cells: bool = False) -> None:
+        if not isinstance(cells, bool):
+            raise BadOption(f"cells is {cells!r}; expected true or false")
+        self.draw = draw_cells if cells else draw
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Returns the parts; refuses a scene without an arena, with a periodic axis, with other shapes than
@@ -112,7 +151,7 @@ class Power:
             enter=enter,
             leave=leave,
             audit=audit,
-            draw=draw,
+            draw=self.draw,
             ticks=(state.due, state.soonest),
             solid=True,
             skin_limit=radius / 16.0 if len(scene) else None,
