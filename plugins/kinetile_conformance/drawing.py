@@ -4,7 +4,7 @@ Hypothesis would minimise the numbers of which a scene is made, could not leave 
 that has nothing to do with the failure, and takes a hundred times as long for commands. ``reduced`` has four
 steps, each of which keeps only what still fails:
 
-1. The run becomes shorter, by halves, then by bisection: all that follows costs less for it.
+1. The run becomes shorter, by halves: all that follows costs less for it.
 2. Bodies are left out by halves, quarters, eighths, ... one by one: delta debugging (Zeller and Hildebrandt,
    "Simplifying and isolating failure-inducing input", 2002). Halves by the order of x come after those by
    number: bodies that meet are neighbours.
@@ -79,9 +79,8 @@ Integers = npt.NDArray[np.int64]
 FAMILIAR = 2
 """The fewest bodies that minimising leaves: one alone meets no other."""
 
-HALVINGS, BISECTIONS = 30, 12
-"""How often the length of the run is halved at most; then halvings between the longest run that holds and
-the shortest that fails."""
+HALVINGS = 30
+"""How often the length of the run is halved at most."""
 
 DIGITS = (0, 1, 2, 3, 4, 6, 8, 10, 13, 17, 21, 26, 32)
 """Binary digits after the point to which numbers are rounded, the fewest first."""
@@ -144,28 +143,15 @@ def minimised(
 
 
 def _shorten(search: Search[Scene]) -> None:
-    """Let the run end soon after what is amiss in it can be seen."""
+    """Let the run end soon after what is amiss in it can be seen: at once, or after half, a quarter, ..., of
+    its time."""
     start = search.scene.start
     if horizon(search.scene) <= start or search.take(partial(ended_at, search.scene, start)):
         return
-    holds = 0.0
     for _ in range(HALVINGS):
-        holds = (horizon(search.scene) - start) / 2.0
-        if not search.take(partial(ended_at, search.scene, start + holds)):
-            break
-    for _ in range(BISECTIONS):
-        length = horizon(search.scene) - start
-        middle = _simple_between(holds, length)
-        if not holds < middle < length or length - holds < 2.0**-6 * length:
+        half = start + (horizon(search.scene) - start) / 2.0
+        if not search.take(partial(ended_at, search.scene, half)):
             return
-        if not search.take(partial(ended_at, search.scene, start + middle)):
-            holds = middle
-
-
-def _simple_between(low: float, high: float) -> float:
-    """Return about the middle of two numbers, with few binary digits."""
-    step = 2.0 ** np.floor(np.log2(high - low) - 2.0)
-    return float(np.round((low + high) / 2.0 / step) * step)
 
 
 def by_number(scene: Scene) -> Integers:

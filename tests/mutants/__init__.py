@@ -252,7 +252,8 @@ def note(name: str, check: str | None, by_all: bool) -> None:
     if ALL[name].right:
         found["variations"][name] = {"condemned_by": check, "by_all_checks": by_all}
     else:
-        found["faults"][name] = {"family": ALL[name].family, "killed_by": check}
+        day = time.strftime("%Y-%m-%d")
+        found["faults"][name] = {"family": ALL[name].family, "killed_by": check, "judged": day}
     for kind in ("faults", "variations"):
         there = {each for each in found[kind] if each in ALL and ALL[each].right == (kind == "variations")}
         found[kind] = {each: found[kind][each] for each in sorted(there)}
@@ -266,6 +267,8 @@ def table() -> str:
     written = [counts[family] for family in counts if family != FAMILY]
     rows = [(family, *counts[family]) for family in sorted(counts)]
     rows += [("in families", sum(k for k, _ in written), sum(n for _, n in written))]
+    days = sorted(row["judged"] for row in found["faults"].values() if "judged" in row)
+    when = f"{len(days)} of {len(found['faults'])} on {days[0]} or later" if days else "no day is known"
     lines = [
         "# What the conformance kit finds",
         "",
@@ -273,8 +276,8 @@ def table() -> str:
         "is a phase with one thing wrong (`tests/mutants`). Those of *built-in phases* are the faults",
         "against which the kit was made. Those in the other families were written from",
         "[the contract](../../docs/writing-a-broad-phase.md#the-contract) alone, before their checks. Each",
-        "was judged with the default budget by the check that kills it, most of them before scenes were last",
-        "widened; one that lives, by checks of its family.",
+        f"was judged with the default budget by the check that kills it ({when}); one",
+        "that lives, by checks of its family.",
         "`python tests/mutants --anew --write` judges all by all checks.",
         "",
         "| family | killed | faults | |",
