@@ -8,11 +8,13 @@ one sentence, before anything is compiled.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from functools import cache, partial
 from inspect import Parameter, Signature
 from pathlib import Path
-from types import FunctionType
+from types import CodeType, FunctionType
 from typing import Any, cast
 
 import llvmlite
@@ -21,7 +23,7 @@ from llvmlite import ir
 from llvmlite.binding import add_symbol
 from numba import extending as _extending
 from numba import types as _types
-from numba.extending import infer_getattr, intrinsic, lower_builtin, models, overload, register_model
+from numba.extending import infer_getattr, intrinsic, lower_builtin, models, register_model
 
 VERSIONS = ">=0.60,<0.69"
 """The versions of Numba with private parts that are known."""
@@ -46,10 +48,13 @@ try:
     from numba.core.codegen import JITCodeLibrary
     from numba.core.compiler import Compiler
     from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.compiler_machinery import PassManager
+    from numba.core.cpu import CPUContext
     from numba.core.errors import NumbaExperimentalFeatureWarning
     from numba.core.registry import CPUDispatcher
     from numba.core.types import Array, Type
-    from numba.core.typing.templates import AttributeTemplate
+    from numba.core.typing.context import Context
+    from numba.core.typing.templates import AttributeTemplate, ConcreteTemplate, infer_global
     from numba.np import arrayobj as _arrayobj
 except ImportError as error:
     raise ImportError(misfit(str(error))) from error
@@ -69,13 +74,17 @@ MEMBERS: dict[Any, str] = {
     CFunc: "compile address _cache",
     JITCodeLibrary: "codegen _codegen _optimize_functions _optimize_final_module "
     "_finalize_final_module _finalized enable_object_caching",
-    Compiler: "compile_extra",
+    Compiler: "compile_extra define_pipelines",
+    PassManager: "passes",
+    Context: "refresh resolve_value_type resolve_function_type resolve_getattr",
+    CPUContext: "refresh subtarget install_registry typing_context _registries",
     CPUDispatcher: "get_call_template get_overload py_func compile _cache",
     _cgutils: "create_struct_proxy get_null_value get_or_insert_function",
     _arrayobj: "load_item store_item get_itemsize populate_array getitem_arraynd_intp setitem_array "
     "getiter_array",
     cast(Any, _extending)._Intrinsic: "_defn",
     types.BaseTuple: "from_types",
+    types.Function: "get_call_type templates typing_key _code",
     types: "unliteral",
 }
 """Members that are overridden, set, called or read."""
@@ -135,12 +144,109 @@ class _LinkedCode(JITCodeLibrary):
         self._finalized = True
 
 
-class LinkingCompiler(Compiler):
-    """Numba's compiler, for what is only ever linked into its callers."""
+class _Function(types.Function):  # type: ignore[misc]
+    """Numba's type of a function, an operator say, which remembers what calls come to: type inference asks
+    twice and lowering once more, and Numba tries up to forty candidates each time."""
+
+    def __init__(self, of: Any) -> None:
+        super().__init__(of.templates)
+        self._known: dict[tuple[int, ...], Any] = {}
+
+    def get_call_type(self, context: Any, given: Any, named: Any) -> Any:
+        """Return the signature of a call."""
+        if named:
+            return super().get_call_type(context, given, named)
+        if self.typing_key in _OPERATORS and all(isinstance(each, _NUMBERS) for each in given):
+            given = [types.unliteral(each) for each in given]
+        key = tuple([each._code for each in given])
+        if key not in self._known:
+            self._known[key] = super().get_call_type(context, tuple(given), named)
+        return self._known[key]
+
+
+register_model(_Function)(models.OpaqueModel)
+
+_NUMBERS = (types.Number, types.Boolean)
+_OPERATORS = frozenset(filter(callable, vars(operator).values())) - {operator.pow, operator.ipow}
+"""Those that make of a constant what they make of a variable."""
+
+
+class _Typing(Context):
+    """Numba's typing context, in which functions and fields remember."""
+
+    __slots__ = ("_known",)
+
+    def __init__(self, of: Any) -> None:
+        self.__dict__ = of.__dict__
+        self._known: dict[Any, Any] = {}
+
+    def refresh(self) -> None:
+        """Do nothing: it is done when the outermost function is compiled."""
+
+    def resolve_value_type(self, value: Any) -> Any:
+        """Return the type of a constant."""
+        kind = cast(Any, super()).resolve_value_type(value)
+        return self._remembered(kind, lambda: _Function(kind)) if type(kind) is types.Function else kind
+
+    def resolve_function_type(self, function: Any, given: Any, named: Any) -> Any:
+        """Return the signature of a call."""
+        known = self.resolve_value_type(function) if function in _OPERATORS else function
+        return cast(Any, super()).resolve_function_type(known, given, named)
+
+    def resolve_getattr(self, kind: Any, name: str) -> Any:
+        """Return the type of an attribute."""
+        found = partial(cast(Any, super()).resolve_getattr, kind, name)
+        return found() if isinstance(kind, types.Module) else self._remembered((kind._code, name), found)
+
+    def _remembered(self, key: Any, find: Callable[[], Any]) -> Any:
+        if key not in self._known:
+            self._known[key] = find()
+        return self._known[key]
+
+
+_typing = cache(lambda context, flags: _Typing(context))
+"""The typing context for these flags of the compiler: what calls come to may depend on them."""
+
+
+def _install(target: Any) -> None:
+    """Enter new code in Numba's target context: that of an intrinsic is there when it has been typed."""
+    for registry in target._registries:
+        target.install_registry(registry)
+
+
+_NEEDLESS = {"IRProcessing", "InlineClosureLikes", "NopythonRewrites"}
+"""Passes for functions with functions in them and for NumPy's arrays; the first is done before, too."""
+
+
+class _Compiler(Compiler):
+    """Numba's compiler, which remembers types, and leaves out passes that bring nothing for most hooks."""
+
+    def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
+        known = _typing(typing, rest[2].summary())
+        there = target.subtarget(typing_context=known, refresh=partial(_install, target))
+        cast(Any, super()).__init__(known, there, library, *rest)
+
+    def define_pipelines(self) -> Any:
+        """Return the passes."""
+        [found] = cast(Any, super()).define_pipelines()
+        code = self.state.func_id.code
+        inner = "reduce" in code.co_names or any(isinstance(each, CodeType) for each in code.co_consts)
+        if not inner and not any(map(_has_arrays, self.state.args)):
+            found.passes = [each for each in found.passes if each[0].__name__ not in _NEEDLESS]
+        return [found]
+
+
+def _has_arrays(kind: Any) -> bool:
+    inner = kind if isinstance(kind, types.BaseTuple) else ()
+    return type(kind) is Array or any(map(_has_arrays, inner))
+
+
+class LinkingCompiler(_Compiler):
+    """The compiler of what is only ever linked into its callers."""
 
     def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
         own = library or cast(Any, _LinkedCode)(target.codegen(), "hook")
-        cast(Any, super()).__init__(typing, target, own, *rest)
+        super().__init__(typing, target, own, *rest)
 
 
 class _EntryCode(JITCodeLibrary):
@@ -151,13 +257,15 @@ class _EntryCode(JITCodeLibrary):
         module.data_layout = self._codegen._data_layout
 
 
-class EntryCompiler(Compiler):
-    """Numba's compiler, for functions that Python calls."""
+class EntryCompiler(_Compiler):
+    """The compiler of functions that Python calls."""
 
     def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
+        typing.refresh()
+        target.refresh()
         own = library or cast(Any, _EntryCode)(target.codegen(), "entry")
         own.enable_object_caching()
-        cast(Any, super()).__init__(typing, target, own, *rest)
+        super().__init__(typing, target, own, *rest)
 
 
 def entry(function: Callable[..., Any], cache: Any, before: Callable[[Any, Any], Any]) -> Any:
@@ -212,6 +320,7 @@ __all__ = [
     "Array",
     "AttributeTemplate",
     "CPUDispatcher",
+    "ConcreteTemplate",
     "FunctionCache",
     "IndexDataCacheFile",
     "LinkingCompiler",
@@ -227,6 +336,7 @@ __all__ = [
     "compiler_lock",
     "entry",
     "infer_getattr",
+    "infer_global",
     "intrinsic",
     "ir",
     "llvmlite",
@@ -236,7 +346,6 @@ __all__ = [
     "misfit",
     "models",
     "numba",
-    "overload",
     "register_model",
     "types",
     "unbox",

@@ -72,20 +72,31 @@ if not INTERPRETED:
     }
     """What a hook is compiled with. Wrappers, to be called from Python, would cost half of the time."""
 
+    _SHORT = (types.int8, types.int16, types.int32)
+
     class _Hook(CPUDispatcher):
         """A function that compiled code inlines."""
+
+        def __init__(self, *given: Any, **options: Any) -> None:
+            super().__init__(*given, **options)
+            self.calls: dict[tuple[int, ...], Any] = {}
 
         def __call__(self, *arguments: Any) -> Any:
             """Run from Python."""
             return _alone(self.py_func)(*arguments)
 
         def get_call_template(self, arguments: Any, named: Any) -> Any:
-            """Return what a call comes to: one for all constants.
+            """Return what a call comes to: one for all constants, and for all signed integers.
 
             Else each would compile it again; also one that a variable only begins with, with code that is
             never used: ``found = NOBODY`` before a loop.
             """
-            return super().get_call_template([types.unliteral(each) for each in arguments], named)
+            given = [types.unliteral(each) for each in arguments]
+            given = [types.int64 if each in _SHORT else each for each in given]
+            key = tuple([each._code for each in given])
+            if named or key not in self.calls:
+                self.calls[key] = super().get_call_template(given, named)
+            return self.calls[key]
 
     class _ByRecord(_Hook):
         """A hook that has two forms: the record that comes first, by its type, chooses one of them."""

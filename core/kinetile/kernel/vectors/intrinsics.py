@@ -10,23 +10,23 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable
 from inspect import signature
-from typing import Any, NamedTuple, cast
+from typing import Any, ClassVar, NamedTuple, cast
 
 from kinetile.kernel.compiled.backend import (
+    ConcreteTemplate,
     Type,
     arrayobj,
     cgutils,
-    intrinsic,
+    infer_global,
     ir,
+    lower_builtin,
     lowered,
     models,
-    overload,
     register_model,
     types,
 )
 from kinetile.kernel.vectors import COLUMNS, LANES
 
-_INLINED: Any = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 _DOUBLE, _WHOLE, _BIT, _WORD, _BYTE = ir.DoubleType(), *(ir.IntType(size) for size in (32, 1, 64, 8))
 
 
@@ -71,29 +71,18 @@ def _load(builder: Any, pointer: Any, vector: Any, align: int) -> Any:
     return builder.load(builder.bitcast(pointer, vector.as_pointer()), align=align)
 
 
-def _binary(kinds: tuple[Any, Any], result: Any, build: Any) -> Any:
-    """Return an intrinsic of two vectors."""
-
-    @intrinsic
-    def both(typing_context: Any, one: Any, two: Any) -> Any:
-        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return build(builder, *arguments)
-
-        return result(*kinds), codegen
-
-    return both
-
-
 def _operator(symbol: Any, kind: Any, result: Any, build: Any) -> None:
     """Give two vectors of a kind an operator."""
-    both = _binary((kind, kind), result, build)
 
-    @overload(symbol, jit_options=_INLINED)
-    def typed(one: Any, two: Any) -> Any:
-        def run(one: Any, two: Any) -> Any:
-            return both(one, two)
+    @cast(Any, infer_global)(symbol)
+    class _Operator(ConcreteTemplate):
+        key = symbol
+        cases: ClassVar[list[Any]] = [result(kind, kind)]
 
-        return run if one == kind and two == kind else None
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return build(builder, *arguments)
+
+    cast(Any, lower_builtin)(symbol, kind, kind)(code)
 
 
 for _symbol, _name in ((operator.add, "fadd"), (operator.sub, "fsub"), (operator.mul, "fmul")):
