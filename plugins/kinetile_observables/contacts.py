@@ -27,6 +27,7 @@ import numpy.typing as npt
 
 from kinetile import Scene
 from kinetile.errors import BadOption, Refused
+from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP, WALLS
 from kinetile.run.moment import Moment
 from kinetile.run.observing import Collisions, Observable
 from kinetile.scene.checks import WALL
@@ -36,11 +37,13 @@ from kinetile_observables.geometry import axes_with_walls, displacement, inner_e
 class Pressure(Observable):
     """``P`` by the virial of all contacts, ``P_walls`` by those with walls, and ``Z`` = P A / (N kT).
 
+    With gravity ``P`` is the mean over the arena, and each wall has its own, such as ``P_bottom``.
+
     ``by`` is "counts" or "impulses" (see the module); by default counts, where all bodies are discs
     and all contacts are elastic.
     """
 
-    keeps = ("virial", "at_walls", "energy", "bodies", "movable", "last")
+    keeps = ("virial", "at_walls", "at_each", "energy", "bodies", "movable", "last")
 
     def __init__(self, by: str | None = None) -> None:
         if by not in (None, "counts", "impulses"):
@@ -52,11 +55,12 @@ class Pressure(Observable):
         if scene.arena is None:
             raise Refused("observable 'pressure' needs an arena: in the open plane there is no area")
         equilibrium = not scene.responses and not scene.commands and bool(np.isfinite(scene.mass).all())
+        equilibrium = equilibrium and not scene.falls
         equilibrium = equilibrium and not scene.shapes  # d . J of discs alone is the sum of radii times J
         if self.by == "counts" and not equilibrium:
             raise Refused(
                 "observable 'pressure:by=counts' needs a scene of discs with elastic contacts alone, and "
-                "without commands: choose by=impulses"
+                "without commands and gravity: choose by=impulses"
             )
         self.by = self.by or ("counts" if equilibrium else "impulses")
         self.needs = "contacts" if self.by == "counts" else "velocities"
@@ -74,6 +78,7 @@ class Pressure(Observable):
         self.inverse_mass = np.append(1.0 / scene.mass, np.zeros(4))
         self.alike = bool((scene.radius == scene.radius[:1]).all() and (scene.mass == scene.mass[:1]).all())
         self.virial = self.at_walls = self.energy = 0.0
+        self.at_each = [0.0] * len(WALLS)
         self.bodies = self.movable = 0
         self.last: float | None = None
 
@@ -90,6 +95,10 @@ class Pressure(Observable):
             along = (apart * collisions.impulse).sum(axis=1)
             self.virial = _added(self.virial, np.where(pair, along, to_wall * push))
             self.at_walls = _added(self.at_walls, push[~pair])
+            if self.scene.falls:
+                self.at_each = [
+                    _added(sum_, push[b == wall]) for sum_, wall in zip(self.at_each, WALLS, strict=True)
+                ]
             return
         if max(a.max(initial=0), b.max(initial=0)) >= len(self.radius) - 4:
             raise Refused(
@@ -131,8 +140,21 @@ class Pressure(Observable):
                 found = {"P": virial / self.area, "Z": virial / (self.bodies * heat)}
             if self.perimeter:
                 found["P_walls"] = unit * at_walls / (time * self.perimeter)
+            if self.scene.falls:
+                found |= self._of_each_wall(time)
+            self.at_each = [0.0] * len(WALLS)
         self.virial = self.at_walls = 0.0
         return found
+
+    def _of_each_wall(self, time: float) -> dict[str, float]:
+        """Returns the pressure on each wall."""
+        (width, height), axes = self.scene.arena or (0.0, 0.0), axes_with_walls(self.scene)
+        lengths = {LEFT: height, RIGHT: height, BOTTOM: width, TOP: width}
+        return {
+            f"P_{WALLS[wall]}": push / (time * lengths[wall])
+            for wall, push in zip(WALLS, self.at_each, strict=True)
+            if ("x" if wall >= RIGHT else "y") in axes
+        }
 
 
 def _added(total: float, terms: npt.NDArray[np.float64]) -> float:

@@ -27,14 +27,18 @@ def _whole(name: str, value: Any) -> int:
 
 
 class Energy(Observable):
-    """``E``: the kinetic energy of all movable bodies."""
+    """``E``: the kinetic energy of all movable bodies; with gravity ``U`` is that of their heights, -m
+    g.r."""
 
     keeps = ()
 
     def sample(self, moment: Moment) -> dict[str, float]:
-        """Returns the energy."""
+        """Returns the energies."""
         mass, velocity = movable(moment)
-        return {"E": float((mass * velocity**2).sum()) / 2}
+        found = {"E": float((mass * velocity**2).sum()) / 2}
+        if moment.scene.falls:  # all bodies are movable
+            found["U"] = -float((mass * moment.positions()).sum(axis=0) @ np.array(moment.scene.gravity))
+        return found
 
 
 class Momentum(Observable):

@@ -29,6 +29,8 @@ from kinetile.toolbox import (
     WallParts,
     hook,
     inside_arena,
+    since_anchor,
+    smaller,
     unchecked,
 )
 from kinetile.toolbox.ticks import Fall, fallen_for, falls_at, reaches, with_shapes
@@ -178,6 +180,19 @@ def bounce_falling(k: Kernel, body: Records, wall: int) -> float:
     return float(depth)
 
 
+@hook
+def away_from_walls(place: float, speed: float, pull: float, side: float, edge: float) -> bool:
+    """Return whether a body has reached neither wall at the ends of an axis, if it has a place and a velocity
+    in the room. It falls to one of them, and so has not been there if it is not now; it has not been at the
+    other if it still rises, or if the vertex of its parabola is before that."""
+    below = place - edge if pull < 0.0 else side - edge - place
+    above = side - edge - place if pull < 0.0 else place - edge
+    rises = speed if pull < 0.0 else -speed
+    if below <= 0.0 or above <= 0.0:
+        return False
+    return bool(rises > 0.0 or rises * rises * (1.0 + 2.0**-40) < 2.0 * abs(pull) * above)
+
+
 @cache
 def _falling(x: bool, y: bool, bent_x: bool, bent_y: bool) -> WallParts:
     """Returns the parts for walls at the ends of these axes, those of some of them bent."""
@@ -207,7 +222,30 @@ def _falling(x: bool, y: bool, bent_x: bool, bent_y: bool) -> WallParts:
                 wall = TOP
         return tick, wall
 
-    return WallParts(reach_wall, bounce_falling, touch_falling, periodic=True, falling=True)
+    @unchecked
+    @hook
+    def inside(k: Kernel, body: Records, tick: int) -> bool:
+        """Return whether a body surely reaches no wall up to a tick, or the end of its frame if that is
+        sooner: then it has another plan. Within a frame its place is rounded by less than ``fat``."""
+        clock = k.clock[0]
+        fall = clock.fall
+        limits = clock.limits
+        until = smaller(tick, fall.end)
+        t = since_anchor(k, body, until)
+        w = fallen_for(k, until)
+        half = 0.5 * w * w
+        edge = body.radius + limits.fat
+        at_x = body.x + body.vx * t + fall.x * half
+        at_y = body.y + body.vy * t + fall.y * half
+        if x and not bent_x and not (at_x > edge and at_x < limits.width - edge):
+            return False
+        if y and not bent_y and not (at_y > edge and at_y < limits.height - edge):
+            return False
+        if bent_x and not away_from_walls(at_x, body.vx + fall.x * w, fall.x, limits.width, edge):
+            return False
+        return not bent_y or away_from_walls(at_y, body.vy + fall.y * w, fall.y, limits.height, edge)
+
+    return WallParts(reach_wall, bounce_falling, touch_falling, periodic=True, inside=inside, falling=True)
 
 
 class Wall:

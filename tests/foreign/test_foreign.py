@@ -103,6 +103,13 @@ def test_bodies_that_stand_on_borders_and_change_their_mind_there():
         assert_complete(assert_as_naive(scene, width, until=3.0))
 
 
+def test_bodies_fall_through_stripes():
+    """In a frame that falls they are outside of the arena at times; stripes know nothing of it."""
+    scene = kt.make_scene("random", bodies=40, density=0.3, seed=2, gravity=(2.0, -1.0))
+    sim = assert_as_naive(scene, max_contacts=4000)
+    assert sim.scene.falls
+
+
 @pytest.mark.parametrize("arena", [True, False])
 @pytest.mark.parametrize(("ratio", "width"), [(2.0, 0.0), (20.0, 0.0), (20.0, 0.01), (20.0, 0.5)])
 def test_every_two_that_touch_are_a_candidate_pair(ratio, width, arena):

@@ -266,6 +266,8 @@ def read_insertion(
         raise ValueError(f"this body cannot come: {engine.composition.gapless}")
     if kind not in kinds:
         raise ValueError(f"this body cannot come: {no_kind(kind, kinds)}")
+    if engine.scene.falls and (mass == math.inf or (isinstance(shape, Shape) and not shape.is_disc)):
+        raise ValueError("this body cannot come: with gravity bodies are discs of finite mass")
     if mass == math.inf and engine.composition.rules is None:
         raise ValueError(
             "this body cannot come: its mass is infinite, and this run is not made for bodies that nothing "
@@ -285,8 +287,6 @@ def read_insertion(
             f"this body cannot come: it is a {has.kind}, and this run is made for discs alone; list "
             "the shape in the scene, shapes=[...], and it is made for such bodies as well"
         )
-    if scene.falls and (mass == math.inf or not (has is None or has.is_disc)):
-        raise ValueError("this body cannot come: with gravity bodies are discs of finite mass")
     insertion = with_shape(insertion, has, bool(scene.shapes))
     mistakes += check_command(insertion, "", None, extent)
     if mistakes:

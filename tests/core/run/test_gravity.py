@@ -12,7 +12,7 @@ import pytest
 import kinetile as kt
 import lanes
 from agreement import assert_one_answer
-from kinetile.errors import SceneError
+from kinetile.errors import Refused, SceneError
 from kinetile.scene.files import dumps_scene, loads_scene
 
 BALL = kt.Scene([[0.5, 0.75]], [[0.0, 0.0]], 0.25, arena=(1.0, 2.0), gravity=(0.0, -1.0))
@@ -77,6 +77,109 @@ def test_all_phases_give_one_answer(seed):
     assert len(sim.contacts) > 10
     if not scene.responses and not scene.commands:
         assert sim.readings.energy_drift < 1e-12
+
+
+@pytest.mark.small
+def test_before_a_wall_the_contacts_are_those_without_gravity():
+    """All bodies fall alike; dyadic plans are rounded by no change of frames."""
+    place = [[2.0 + 1.5 * column, 24.0 + 1.25 * row] for row in range(3) for column in range(4)]
+    velocity = [[(5 * i % 7 - 3) / 4.0, (3 * i % 5 - 2) / 4.0] for i in range(12)]
+    plain = kt.Scene(place, velocity, 0.375, arena=(8.0, 32.0), unit=1.0)
+    lists = []
+    for scene in (plain, plain.replace(gravity=(0.0, -0.5))):
+        sim = kt.Simulation(scene, "cells")
+        sim.run(until=8.0)
+        first = np.flatnonzero(sim.contacts["b"] < 0)[0]
+        lists.append(sim.contacts[:first].tolist())
+        assert sim.scene.frame * 4 <= 2**55  # some frames have passed
+    both = min(map(len, lists))
+    assert both >= 8
+    assert lists[0][:both] == lists[1][:both]
+
+
+@pytest.mark.small
+def test_what_stops_is_at_rest_in_the_room():
+    ball = {"radius": 0.25, "arena": (4.0, 8.0), "gravity": (0.0, -1.0), "responses": "stop"}
+    sim = kt.Simulation(kt.Scene([[1.0, 6.0], [3.0, 6.0]], [[1.0, 0.5], [-1.0, 0.5]], **ball), "naive")
+    sim.run(max_contacts=1)
+    assert sim.time == 0.75
+    assert sim.velocities().tolist() == [[0.0, 0.0], [0.0, 0.0]]
+    assert sim.readings.energy_drift < 1e-15
+
+
+@pytest.mark.small
+def test_commands_by_hand_are_of_the_room():
+    sim = kt.Simulation(BALL.replace(arena=(2.0, 2.0)), "cells", live=True)
+    sim.run(until=1.625)
+    assert sim.velocities().tolist() == [[0.0, 0.375]]
+    sim.set_velocity(0, (0.5, 0.25))
+    number = sim.insert((1.5, 1.5), (0.0, -0.5), 0.25)
+    assert sim.velocities().tolist() == [[0.5, 0.25], [0.0, -0.5]]
+    assert sim.positions()[1].tolist() == [1.5, 1.5]
+    with pytest.raises(Refused, match=r"it reaches 0\.25 into body 1"):
+        sim.insert((1.5, 1.25), (0.0, 0.5), 0.0625 + 0.1875)
+    with pytest.raises(ValueError, match="at rest on the bottom wall"):
+        sim.insert((0.25, 0.25), (1.0, 0.0), 0.25)
+    for more in ({"radius": 0.25, "mass": math.inf}, {"shape": kt.box(0.25, 0.25)}):
+        with pytest.raises(ValueError, match="discs of finite mass"):
+            sim.insert((0.5, 1.5), (1.0, 0.0), **more)
+    made = sim.insert_many([(0.25, 1.5), (1.5, 1.5)], (0.0, 0.5), 0.25)
+    assert made.refused.tolist() == [False, True]
+    assert sim.cast((1.0, 1.5, 0.125), (0.5, -0.5)).body == number
+    sim.run(until=3.0)
+    assert sim.readings.energy_drift < 1e-14
+    again = kt.Simulation(sim.recorded(), "sap-1d")
+    again.run()
+    assert again.fingerprint == sim.fingerprint
+
+
+@pytest.mark.small
+def test_what_comes_in_a_later_frame_is_foreseen():
+    slow = BALL.replace(gravity=(0.0, -1.0 / 64.0))
+    sim = kt.Simulation(slow, "cells")
+    awaited = (8.0, 8, 0)
+    assert sim.next_contact_of(0)[:3] == awaited
+    assert sim.next_event[:3] == awaited
+    assert sim.step()[:3] == awaited
+    assert [event.time for event in sim.steps(until=60.0)] == [24.0, 40.0, 56.0]
+
+
+@pytest.mark.small
+def test_a_trajectory_is_made_of_parabolas():
+    rows = []
+    sim = kt.Simulation(falling(3), "cells")
+    sim.run(until=1.125, recorder=rows.append)
+    places, velocities = sim.positions(), sim.velocities()
+    sim.run(until=2.5, recorder=rows.append)
+    path = kt.Trajectory(np.concatenate(rows), sim.scene)
+    assert np.abs(path.positions(1.125) - places).max() < 1e-14
+    assert np.abs(path.velocities(1.125) - velocities).max() < 1e-14
+
+
+@pytest.mark.own_loop
+@pytest.mark.compiled
+def test_the_walls_carry_the_weight():
+    """Compiled: in a column of discs the floor has N m g more than the ceiling."""
+    scene = kt.make_scene("grid", bodies=100, density=0.2, seed=3, gravity=(0.0, -1.0))
+    sim = kt.Simulation(scene, "cells", keep_contacts=False)
+    sim.run(until=100.0, observe=["pressure", "energy:every=1"])
+    found = sim.observed["pressure"]
+    weight = found["P_bottom"].mean - found["P_top"].mean
+    assert abs(weight - 100.0) < 5.0 * math.hypot(found["P_bottom"].error, found["P_top"].error)
+    energies = sim.observed["energy"]
+    assert energies["E"].mean + energies["U"].mean == pytest.approx(100.0)
+    assert sim.readings.energy_drift < 1e-12
+
+
+@pytest.mark.slow
+@pytest.mark.own_loop
+@pytest.mark.compiled
+def test_a_ball_bounces_a_hundred_thousand_times_at_equal_ticks():
+    height = 2.0**-9
+    sim = kt.Simulation(BALL.replace(position=[[0.5, 0.25 + height / 2]]), "naive")
+    sim.run(max_contacts=100_000)
+    ticks = sim.contacts["epoch"] * 2**52 + sim.contacts["tick"]
+    assert len(set(np.diff(ticks).tolist())) == 1
 
 
 ROOM = {"position": [[0.5, 0.5]], "velocity": [[0.0, 1.0]], "radius": 0.25, "arena": (1.0, 1.0)}
