@@ -148,18 +148,19 @@ def arrange(k: Kernel, s: State) -> None:
 
 def arrange_best(k: Kernel, s: State) -> None:
     """Sorts the bounds along that of sixteen directions on which they are expected to pass each other the
-    least: by the mean relative speed of two bodies along it, over how far bodies are spread. Of equal ones
-    the first counts, so a choice is a function of the present plans."""
+    least: by the mean relative speed of two bodies, over how far bodies are spread. Contacts turn velocities,
+    so the speed is that along the direction, and as much that along all. Of equal ones the first counts, so a
+    choice is a function of the present plans."""
     place = positions_now(k)
-    costs = [np.inf]
+    costs = np.array([np.inf])
     if len(place) > 1:
         rank = 2.0 * np.arange(len(place)) - (len(place) - 1)
-        speeds = [np.sort(x * k.bodies.vx + y * k.bodies.vy) for x, y in SIXTEEN]
-        spread = [np.ptp(x * place[:, 0] + y * place[:, 1]) for x, y in SIXTEEN]
-        costs = [
-            float((rank * speed).sum() / width) if width else np.inf
-            for speed, width in zip(speeds, spread, strict=True)
-        ]
+        x, y = np.array(SIXTEEN).T / np.hypot(*np.array(SIXTEEN).T)
+        along = np.sort(k.bodies.vx[:, None] * x + k.bodies.vy[:, None] * y, axis=0)
+        speeds = (rank[:, None] * along).sum(axis=0)
+        spread = np.ptp(place[:, :1] * x + place[:, 1:] * y, axis=0)
+        costs = np.full(len(spread), np.inf)
+        np.divide(speeds + speeds.mean(), spread, out=costs, where=spread > 0.0)
     s.ways[:] = SIXTEEN[int(np.argmin(costs))]
     arrange(k, s)
 

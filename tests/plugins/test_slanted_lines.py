@@ -83,6 +83,18 @@ def test_auto_takes_the_line_across_two_streams_and_again_when_built_anew(angle,
     assert tuple(sim.state.ways) == wanted
 
 
+@pytest.mark.parametrize(
+    "recipe", first(2, ["break", "figure-16", "grid", "random", "hexagonal", "figure-11"])
+)
+def test_auto_costs_hardly_more_than_x_on_recipes(recipe):
+    """In a break one ball moves, along x: the line across it had twice the exchanges, once all moved."""
+    sims = [under(phase, kt.make_scene(recipe)) for phase in ("sap-1d:axis=x", "sap-1d:axis=auto")]
+    for sim in sims:
+        sim.run(until=20.0, max_contacts=300)
+    x, auto = (sim.readings.structural_events + sim.readings.partners_asked for sim in sims)
+    assert auto < 1.15 * x
+
+
 @pytest.mark.parametrize("phase", LINES)
 def test_a_periodic_axis_is_refused_with_what_to_do(phase):
     scene = kt.Scene(PLACES, VELOCITIES, 0.25, arena=(4.0, 3.0), periodic="y")
