@@ -22,7 +22,7 @@ def install_axe(folder: Path) -> str:
     """Install axe-core into a folder, and return its script; skip the test where that cannot be."""
     command = [program("npm"), "install", "--silent", "--no-audit", "--no-fund", "--prefix", str(folder), AXE]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
     except subprocess.TimeoutExpired:
         pytest.skip(f"{AXE} looks at the page, and npm has not installed it within two minutes")
     script = folder / "node_modules" / "axe-core" / "axe.min.js"

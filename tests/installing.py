@@ -50,7 +50,7 @@ def run(
         env=environment,
         capture_output=True,
         text=True,
-        timeout=240,
+        timeout=1200,  # a guard against one that hangs: a busy machine is no failure
     )
 
 

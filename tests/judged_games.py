@@ -113,7 +113,7 @@ def forged_and_found(game: kt.Scene, seed: int) -> Iterator[tuple[str, bool]]:
 def node(script: str, *words: str) -> subprocess.CompletedProcess[str]:
     """Returns what a script of the second implementation has printed."""
     command = [program("node"), str(SECOND / script), *words]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=1200, check=False)
 
 
 def game_tables(game: kt.Scene, folder: Path) -> dict[str, Any]:

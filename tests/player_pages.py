@@ -172,7 +172,7 @@ def ask_node(tmp_path: Path, page: Page, body: str, **given: Any) -> Any:
         f"const answer = (() => {{ {body} }})();\n"
         "console.log(JSON.stringify(answer));\n"
     )
-    done = subprocess.run([node, str(asking)], capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run([node, str(asking)], capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 

@@ -138,7 +138,7 @@ def test_an_unknown_name_that_holds_an_error_which_cannot_be_pickled(raised):
 )
 def test_a_pool_that_waited_for_ever_for_an_error_gets_it(call, arguments, expected):
     with multiprocessing.get_context("spawn").Pool(1) as pool, pytest.raises(expected) as caught:
-        pool.apply_async(call, arguments).get(timeout=60)
+        pool.apply_async(call, arguments).get(timeout=600)
     with pytest.raises(expected) as here:
         call(*arguments)
     assert str(caught.value) == str(here.value)

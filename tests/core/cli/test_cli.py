@@ -731,7 +731,7 @@ def test_a_run_that_is_stopped_prints_and_keeps_what_was_done(tmp_path, number, 
                 time.sleep(0.05)
             time.sleep(0.3)
             process.send_signal(number)
-            out, err = process.communicate(timeout=60)
+            out, err = process.communicate(timeout=600)
         finally:
             process.kill()
     assert process.returncode == code, err.decode()

@@ -40,7 +40,7 @@ def python(code: str, *path: Path, **environment: str) -> subprocess.CompletedPr
     settings = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
     settings |= {"PYTHONPATH": os.pathsep.join(map(str, path)), **environment}
     return subprocess.run(
-        [sys.executable, "-c", dedent(code)], env=settings, capture_output=True, text=True, timeout=60
+        [sys.executable, "-c", dedent(code)], env=settings, capture_output=True, text=True, timeout=600
     )
 
 

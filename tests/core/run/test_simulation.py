@@ -173,7 +173,7 @@ def test_another_process_compiled_or_interpreted_gives_the_same_fingerprint(phas
             env=environment,
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=600,
             check=True,
         )
         assert done.stdout.strip() == sim.fingerprint

@@ -106,7 +106,7 @@ def test_a_pipe_was_waited_for_without_end(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.toml"
     os.mkfifo(pipe)
     words = [sys.executable, "-m", "kinetile", "run", str(pipe)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(words, capture_output=True, text=True, timeout=600)
     assert done.returncode == 2
     assert done.stderr == (
         f"kinetile: the scene file {str(pipe)!r} cannot be read: it is no regular file, so it is not read\n"

@@ -211,6 +211,6 @@ def test_workers_of_a_local_dask_cluster_give_the_rows_of_this_machine(tmp_path,
 def test_a_script_without_its_guard_gets_the_line_that_is_missing(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(f"import kinetile_bench\nkinetile_bench.Study({TABLES!r}, 'here').run(workers=1)\n")
-    done = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True, timeout=600)
     assert done.returncode == 1
     assert "must be behind `if __name__ == '__main__':`" in done.stderr

@@ -516,7 +516,7 @@ def test_the_child_goes_with_whoever_asked(number: int, installed: list[str], tm
         while not (noted.exists() and noted.read_text(encoding="utf-8")) and time.monotonic() < until:
             time.sleep(0.05)
         asking.send_signal(number)
-        _, errors = asking.communicate(timeout=60)
+        _, errors = asking.communicate(timeout=600)
     finally:
         asking.kill()
     assert asking.returncode != 0

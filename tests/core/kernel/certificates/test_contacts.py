@@ -103,7 +103,7 @@ def test_interpreted_and_compiled_are_one():
         },
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=1200,
         check=True,
     )
     assert json.loads(found.stdout) == a_few_of_all()

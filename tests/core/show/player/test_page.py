@@ -27,7 +27,7 @@ DOM = Path(__file__).parents[3] / "player_dom.mjs"
 def run_page(path: Path) -> dict[str, object]:
     """Press all keys and buttons of a page under node; what came of it."""
     done = subprocess.run(
-        [program("node"), str(DOM), str(path)], capture_output=True, text=True, timeout=120, check=False
+        [program("node"), str(DOM), str(path)], capture_output=True, text=True, timeout=600, check=False
     )
     assert (done.returncode, done.stderr) == (0, "")
     found: dict[str, object] = json.loads(done.stdout)
