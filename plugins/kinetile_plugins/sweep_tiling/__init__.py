@@ -157,6 +157,9 @@ class SweepTiling:
         n = len(scene)
         radius = np.array([shape.radius for shape in scene.shapes] or scene.radius)
         longest = float(scene.radius.max(initial=0.0)) if scene.shapes else 0.0
+        thickest = (
+            float(radius.min() / (8.0 * radius.max()) * radius.min() - 2.0**-29 * longest) if n else None
+        )
         state = empty(scene.capacity, bool(scene.periodic))
         return BroadPhaseParts(
             near=near,
@@ -174,9 +177,7 @@ class SweepTiling:
             ticks=(state.due,),
             solid=True,
             outlines=True,
-            skin_limit=float(radius.min() / (8.0 * radius.max()) * radius.min() - 2.0**-29 * longest)
-            if n
-            else None,
+            skin_limit=thickest,
             room=3 * scene.capacity + 1,
             periodic=True,
         )
