@@ -55,7 +55,8 @@ sys.exit(main(sys.argv[1:]))
 '''
 
 IMPORTED = """
-import json, sys
+import json, os, sys
+os.environ.pop("NUMBA_DISABLE_JIT", None)  # interpreted, nothing imports Numba
 for name in ("numba", "llvmlite", "typer", "rich"):
     sys.modules[name] = None
 from kinetile.records.contacts import read_contacts

@@ -13,7 +13,8 @@ import distributions
 import kinetile as kt
 
 WITHOUT_NUMBA = """
-import runpy, sys
+import os, runpy, sys
+os.environ.pop("NUMBA_DISABLE_JIT", None)
 for name in ("numba", "llvmlite", "typer", "rich"):
     sys.modules[name] = None
 sys.argv = sys.argv[1:]

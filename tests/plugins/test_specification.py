@@ -19,9 +19,8 @@ import pytest
 import kinetile as kt
 from agreement import ALL, choices
 from kinetile.errors import Refused, SceneError
-from kinetile.kernel.clock import TICKS, Clock
+from kinetile.kernel.clock import TICKS, Clock, frame_of
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
-from kinetile.kernel.falling import frame_of
 from kinetile.kernel.flight import anchor_at
 from kinetile.kernel.tables import NEVER, Kernel, allocate
 from kinetile.scene.bodies import Bodies

@@ -7,16 +7,14 @@ the present frame was at rest: its *origin*. A body of the frame is in the room,
 (T - origin)^2 / 2, and has its velocity + g (T - origin), in time. So ``k.bodies`` has velocities and places
 of the frame, and all that is read out has those of the room (``shift_of``).
 
-A frame lasts for a number of ticks that follows from the scene (``frame_of``), so that it falls by a quarter
-of a side at most. Then all bodies pass to the next one at once (``pass_frame`` of the engine), between two
+A frame lasts for a number of ticks that follows from the scene (``clock.frame_of``), so that it falls by a
+quarter of a side at most. Then all bodies pass to the next one at once (``pass_frame`` of the engine), between two
 chunks of the loop, and the structure of the broad phase is built again. Each is anchored in doing so, which
 is part of the answer (docs/specification.md, rule 8g).
 """
 
 from __future__ import annotations
 
-import math
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -26,17 +24,6 @@ from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.tables import Kernel
-
-LONGEST = 53
-"""A frame has at most 2^53 ticks, so that their number is a double."""
-
-
-def frame_of(gravity: tuple[float, float], sides: tuple[float, float], unit: float) -> int:
-    """Return how many ticks a frame lasts: the largest power of two, up to 2^53, in which it falls by a
-    quarter of the shorter side at most; 0 if it falls further in one tick."""
-    pull = sum(map(abs, map(Fraction, gravity)))
-    squares = Fraction(min(sides)) / 2 / pull / (Fraction(unit) / TICKS) ** 2
-    return 1 << min(math.isqrt(int(squares)).bit_length() - 1, LONGEST) if squares >= 1 else 0
 
 
 @hook

@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kinetile.errors import Mistake, SceneError
-from kinetile.kernel.clock import Clock, time_unit
-from kinetile.kernel.falling import frame_of
+from kinetile.kernel.clock import Clock, frame_of, time_unit
 from kinetile.scene.bodies import Bodies, Bools, check_bodies, read_arrays
 from kinetile.scene.checks import (
     RESTING,
