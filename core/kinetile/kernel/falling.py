@@ -8,9 +8,9 @@ the present frame was at rest: its *origin*. A body of the frame is in the room,
 of the frame, and all that is read out has those of the room (``shift_of``).
 
 A frame lasts for a number of ticks that follows from the scene (``clock.frame_of``), so that it falls by a
-quarter of a side at most. Then all bodies pass to the next one at once (``pass_frame`` of the engine), between two
-chunks of the loop, and the structure of the broad phase is built again. Each is anchored in doing so, which
-is part of the answer (docs/specification.md, rule 8g).
+quarter of a side at most. Then all bodies pass to the next one at once (``pass_frame`` of the engine),
+between two chunks of the loop, and the structure of the broad phase is built again. Each is anchored in doing
+so, which is part of the answer (docs/specification.md, rule 8g).
 """
 
 from __future__ import annotations
