@@ -12,6 +12,7 @@ from itertools import product
 import pytest
 
 import kinetile as kt
+from kinetile_accuracy.drawing import LOOKS
 from kinetile_bench import thesis as bench_thesis_module
 from kinetile_bench.events import DENSITIES
 from kinetile_bench.thesis import ThesisBench, ThesisScene, bench_thesis
@@ -190,6 +191,11 @@ def test_both_figures_are_drawn(small, tmp_path, no_run):
     assert all((tmp_path / name).stat().st_size > 10_000 for name in names)
     found = json.loads(kinetile("bench", "thesis", "--out", tmp_path / "new", "--json").stdout)
     assert found["files"] == [str(tmp_path / "new" / name) for name in names]
+
+
+def test_every_phase_has_a_look_of_its_own():
+    """Of six phases the fifth and the sixth had those of the first and the second."""
+    assert len({marker for _, marker, _ in LOOKS}) == len(LOOKS) >= len(bench_thesis_module.PHASES)
 
 
 def test_thesis_needs_matplotlib_for_its_figures_before_it_measures(tmp_path, monkeypatch):
