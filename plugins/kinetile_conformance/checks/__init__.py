@@ -35,6 +35,7 @@ DRAWS: dict[str, Draw] = {
     "corridors": swarms.swarms_of(swarms.CORRIDORS),
     "scaled swarms": swarms.draw_scaled,
     "lattices": bulk.draw_lattices,
+    "falling scenes": bulk.draw_falling,
     "marathons": bulk.draw_marathons,
     "large scenes": bulk.draw_large,
     "the gallery": gallery.draw_gallery,

@@ -81,6 +81,18 @@ def _some(random: np.random.Generator, count: int, share: float) -> npt.NDArray[
 
 draw_lattices = numbered(lambda number: lattices(LATTICES, number, bool(number & 1), APART[number >> 1 & 1]))
 
+
+def falling(number: int) -> Scene:
+    """Return lattices, or bodies of several sizes, that fall along both axes, by much or hardly: gravity
+    along one alone would be another loop to compile. None rests on a wall."""
+    random = np.random.default_rng(number)
+    base = lattices(4, number, True, APART[1]) if number & 1 else swarm("gas", 30, number, number % 7)
+    pull = random.choice([-1.0, 1.0], 2) * 2.0 ** random.integers(-6, 4, 2)
+    return base.replace(velocity=np.where(base.velocity == 0.0, 0.25, base.velocity), gravity=pull.tolist())
+
+
+draw_falling = numbered(falling)
+
 BASES, CONTACTS = 40, 100_000
 """How often the base of the clock moves in a marathon, or more often, and how many contacts it has."""
 

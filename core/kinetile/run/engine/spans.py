@@ -61,8 +61,9 @@ def count_from_next(k: Kernel, of_phase: Iterable[Any]) -> None:
     k.passings.begun -= SPAN
     k.traits.touched[:] = np.maximum(k.traits.touched - SPAN, LONG_AGO)
     clock.now -= SPAN
-    clock.fall.origin -= SPAN
-    clock.fall.end -= SPAN
+    if clock.fall.end > clock.fall.origin:  # in a frame: without gravity both stay 0
+        clock.fall.origin -= SPAN
+        clock.fall.end -= SPAN
     if len(k.images):
         clock.torus.beat -= SPAN
     stops.tick = max(int(stops.tick) - SPAN, LONG_AGO)
