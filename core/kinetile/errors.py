@@ -288,7 +288,7 @@ _WRITTEN = {
     "kind": "type species group layer category tag name label",
     "arena = [width, height]": "walls bounds bounding-box box world domain",
     'periodic = "x", "y" or "xy"': "torus wrap pbc boundary",
-    "gravity = [gx, gy]": "g acceleration",
+    "gravity = [gx, gy]": "gravity g acceleration",
     "until": "duration end-time stop-time",
     "corners, anticlockwise": "vertices points outline",
     "disc": "circle ball sphere",

@@ -12,7 +12,8 @@ from kinetile.scene.by_name import parse_parameters
 from kinetile.scene.files import loads_scene
 
 SENTENCES = {
-    "gravity acceleration force": "is not modelled: bodies fly straight between contacts",
+    "acceleration": "write gravity = [gx, gy]",
+    "force": "is not modelled: bodies are moved by gravity, contacts and commands alone",
     "angle rotation angular_velocity torque": "is not modelled: bodies do not rotate",
     "friction": "is not modelled: contacts act along their normal alone",
     "drag damping": "is not modelled: bodies keep their velocity",
@@ -75,7 +76,7 @@ def test_a_shape_of_another_name_is_answered():
 
 def test_a_name_that_is_nearer_comes_first():
     assert "did you mean 'speed'?" in refused("run grid -s sped=2")
-    assert "'gravity' is not modelled" in refused("run grid -s gravity=2")
+    assert "'force' is not modelled" in refused("run grid -s force=2")
     with pytest.raises(TypeError, match=r"has no argument 'raduis'; .*did you mean 'radius'"):
         kt.Scene([[0.0, 0.0]], [[0.0, 0.0]], raduis=1.0)
 
