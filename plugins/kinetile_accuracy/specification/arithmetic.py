@@ -98,14 +98,17 @@ class Frame:
             fits = (k for k in range(54) if twice * Fraction(1 << k, fine) ** 2 <= min(arena))
             self.fall = 1 << max(fits)
 
-    def tau(self, tick: int) -> float:
-        """Returns the time since the frame of a tick has begun."""
-        return float(tick % self.fall) * 2.0**-self.fine if self.fall else 0.0
+    def fallen(self, tick: int) -> tuple[float, float, float, float]:
+        """Returns how far (x, y) and how fast (vx, vy) the frame of a tick has fallen by then: what a place
+        and a velocity in the room have more than in the frame; 0 without gravity."""
+        (gx, gy), tau = self.gravity, float(tick % self.fall) * 2.0**-self.fine if self.fall else 0.0
+        half = 0.5 * (tau * tau)
+        return gx * half, gy * half, gx * tau, gy * tau
 
     def rest(self, tick: int) -> Vector:
         """Returns the velocity of what is at rest in the room (rule 9g); 0 without gravity."""
-        tau = self.tau(tick)
-        return -(self.gravity[0] * tau), -(self.gravity[1] * tau)
+        _, _, vx, vy = self.fallen(tick)
+        return -vx, -vy
 
 
 class FlightPlan:

@@ -214,12 +214,13 @@ class LogCertifier:
         return due
 
     def _wrong_plan(self, course: Course, index: int, line: CourseEvent) -> str | None:
-        """Returns where a row's plans are not those of rule 9; the sign of a zero does not count."""
+        """Returns where a row's plans, in the room, are not those of rule 9; the sign of a zero does not
+        count."""
         row = self._rows[index]
         for side, body in (("a", line.a), ("b", line.b)):
-            for name in _PLAN:
+            for name, more in zip(_PLAN, course.frame.fallen(line.tick), strict=True):
                 none = body < 0 or not course.changes_plans(line)
-                right = float("nan") if none else getattr(course.plans[body], name)
+                right = float("nan") if none else getattr(course.plans[body], name) + more
                 found = float(row[side + name])
                 if found != right and not (none and np.isnan(found)):
                     what = f"{name} of body {body} after {_named(line)} is {found!r}"

@@ -374,9 +374,8 @@ class Course:
 
     def _fallen(self, place: Vector) -> Vector:
         """Returns a place in the room as the present frame has it (rule 9g)."""
-        (gx, gy), tau = self.frame.gravity, self.frame.tau(self.now)
-        half = 0.5 * (tau * tau)
-        return place[0] - gx * half, place[1] - gy * half
+        x, y, _, _ = self.frame.fallen(self.now)
+        return place[0] - x, place[1] - y
 
     def _in_next_frame(self, plan: FlightPlan) -> tuple[FlightPlan, Vector]:
         """Returns an anchored plan, and its velocity, in the frame that begins now (rule 8g)."""
