@@ -14,6 +14,8 @@ import lanes
 from agreement import assert_one_answer
 from kinetile.errors import Refused, SceneError
 from kinetile.scene.files import dumps_scene, loads_scene
+from kinetile.toolbox import WallParts, hook
+from registering import registered
 
 BALL = kt.Scene([[0.5, 0.75]], [[0.0, 0.0]], 0.25, arena=(1.0, 2.0), gravity=(0.0, -1.0))
 """At rest, .5 above the floor."""
@@ -179,6 +181,41 @@ def test_a_ball_bounces_a_hundred_thousand_times_at_equal_ticks():
     sim.run(max_contacts=100_000)
     ticks = sim.contacts["epoch"] * 2**52 + sim.contacts["tick"]
     assert set(np.diff(ticks).tolist()) == {2**48}
+
+
+@pytest.mark.small
+def test_bodies_fall_in_later_spans_of_the_clock_and_come_into_an_empty_room():
+    coming = kt.Insert(time=1500.0, position=(0.5, 1.0), velocity=(0.0, 0.25), radius=0.25)
+    scene = BALL.replace(commands=[kt.Remove(0, 3.5), coming, kt.Turn(1, 1500.5, (0.0, 1.0))])
+    sim = kt.Simulation(scene, "cells")
+    assert [event.kind for event in sim.steps(until=1505.0)] == ["wall"] * 2 + [
+        "remove",
+        "insert",
+        "turn",
+        "wall",
+    ]
+    assert sim.contacts["time"][-1] == pytest.approx(1501.5 + math.sqrt(2.5))  # .75 high, and up for 1
+    sim.remove(1)
+    assert sim.step() is None
+    assert sim.time == 1505.0
+    sim.insert((0.5, 1.0), (0.0, 0.0), 0.25)
+    assert sim.step().time == 1505.0 + pytest.approx(math.sqrt(1.5))
+
+
+@hook
+def anything(k, body):
+    raise NotImplementedError
+
+
+@pytest.mark.parametrize("narrow", [("disc",), ("disc", "elsewhere")])
+def test_walls_that_do_not_know_falling_bodies_are_refused(narrow):
+    class Elsewhere:
+        def prepare(self, scene):
+            return WallParts(anything, anything)
+
+    spec = kt.NarrowPhaseSpec("elsewhere", Elsewhere, role="wall")
+    with registered(spec), pytest.raises(Refused, match="how bodies fall on walls .*: wall does"):
+        kt.Simulation(BALL, narrow_phases=narrow)
 
 
 ROOM = {"position": [[0.5, 0.5]], "velocity": [[0.0, 1.0]], "radius": 0.25, "arena": (1.0, 1.0)}

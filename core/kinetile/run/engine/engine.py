@@ -648,7 +648,8 @@ class Engine(Tables):
     @property
     def rests(self) -> bool:
         """Whether nothing is scheduled; what falls never rests, though a frame may end before."""
-        return not self.scene.falls and bool((self.k.queue.key == NEVER).all())
+        falls = self.scene.falls and len(self.taken) > 0
+        return not falls and bool((self.k.queue.key == NEVER).all())
 
     @property
     def horizon(self) -> int:
