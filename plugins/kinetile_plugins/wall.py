@@ -205,6 +205,8 @@ def _falling(x: bool, y: bool, bent_x: bool, bent_y: bool) -> WallParts:
         limits = k.clock[0].limits
         fall = k.clock[0].fall
         tick, wall = first_wall(k, body, x and not bent_x, y and not bent_y)
+        if tick >= fall.end:  # as at bent walls: it has another plan then
+            tick = NEVER
         if bent_x:
             left = after_fall(k, body, body.x, 0.0, body.vx, fall.x)
             right = after_fall(k, body, limits.width, body.x, -body.vx, -fall.x)
