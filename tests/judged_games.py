@@ -1,7 +1,8 @@
 """Games of ``games.py`` judged by all that follows docs/specification.md: ``certify-log`` to the end and the
 second implementation; and forged lists of their contacts, to be found.
 
-``python tests/judged_games.py 500 [FIRST]`` prints how many of so many games agree."""
+``python tests/judged_games.py 500 [FIRST [falling]]`` prints how many of so many games agree, or
+of games with gravity."""
 
 from __future__ import annotations
 
@@ -71,7 +72,8 @@ def forgeries(sim: kt.Simulation, end: dict[str, Any], rng: random.Random) -> It
     later = rng.choice((-1000, -1, 1, 1000, 2**40))
     yield "another tick", with_field(at, tick=true["tick"][at] + later)
     order = [*range(at), at + 1, at, *range(at + 2, len(true))]
-    yield "another order", true[order]
+    if true[at] != true[at + 1]:  # in a jam a body may meet a wall twice at one tick
+        yield "another order", true[order]
     yield "left out", np.delete(true, at)
     yield "twice", np.insert(true, at + 1, true[at : at + 1])
     a, b = sorted(rng.sample(range(bodies), 2))
@@ -151,17 +153,12 @@ def second_agrees(game: kt.Scene, folder: Path, most: int = MOST) -> bool:
     return same_end and rows == wanted.contacts and fingerprint == wanted.fingerprint
 
 
-def drawn(seed: int) -> kt.Scene:
-    """Returns the game of a seed: every fourth one falls."""
-    return games.draw_falling_game(seed) if seed % 4 == 3 else games.draw_game(seed)
-
-
-def main(many: int, first: int) -> int:
+def main(many: int, first: int = 0, kind: str = "") -> int:
     """Judges so many games, prints what was found, and returns the number of games that failed."""
     ends, caught, failed = Counter[str](), Counter[str](), Counter[str]()
     contacts, wrong = 0, set()
     for seed in range(first, first + many):
-        game = drawn(seed)
+        game = games.draw_falling_game(seed) if kind == "falling" else games.draw_game(seed)
         sim, end = with_end(game, most=JAMMED)
         contacts += len(sim.contacts)
         ends[next(iter(end), "jam")] += 1
@@ -185,4 +182,4 @@ def main(many: int, first: int) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(min(main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0), 1))
+    sys.exit(min(main(*map(int, sys.argv[1:3]), *sys.argv[3:]), 1))
