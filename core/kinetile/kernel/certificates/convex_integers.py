@@ -11,8 +11,6 @@ its corners and the ways of its faces are exact, as sums of two doubles each.
 
 from __future__ import annotations
 
-import numpy as np
-
 from kinetile.kernel.certificates.integers import (
     CELLS,
     DX,
@@ -41,7 +39,7 @@ from kinetile.kernel.certificates.integers import (
     room,
 )
 from kinetile.kernel.certificates.plans import Axis, Plans
-from kinetile.kernel.compiled import Numbers, apart, larger, subroutine
+from kinetile.kernel.compiled import Numbers, apart, larger, subroutine, zeros
 from kinetile.kernel.tables import NEVER
 
 COUNT, RADIUS, RADIUS_LOW, SIZE, LEAST, PLAIN, FLUSH, HEAD = range(8)
@@ -262,7 +260,7 @@ def enters_exactly(f: Numbers, row: int, plans: Plans, guess: int) -> int:
     y = plans.y
     if x.v == x.v2 and y.v == y.v2:
         return NEVER
-    m = np.zeros(ROOM, dtype=np.int64)
+    m = zeros(ROOM)
     first, end = room(CELLS, 0, f[row + SIZE], 0)
     first, end = room(first, end, f[row + LEAST], 0)  # and so all numbers of the row have room
     first, end = read_in(m, plans, f[row + RADIUS], f[row + RADIUS_LOW], first, end)
@@ -311,7 +309,7 @@ def leaves_exactly(f: Numbers, row: int, plans: Plans, guess: int) -> int:
     """
     if f[row + COUNT] < 3.0 and f[row + RADIUS] == 0.0:
         return 0
-    m = np.zeros(ROOM, dtype=np.int64)
+    m = zeros(ROOM)
     first, end = room(CELLS, 0, f[row + SIZE], 0)
     first, end = room(first, end, f[row + LEAST], 0)
     first, end = read_in(m, plans, f[row + RADIUS], f[row + RADIUS_LOW], first, end)
@@ -343,7 +341,7 @@ def comes_nearer(f: Numbers, row: int, face: int, vx: float, vy: float, vx2: flo
     up = f[face + TX] * (vy2 - vy)
     if abs(across - up) > 2.0**-49 * (abs(across) + abs(up)):
         return 1 if across < up else 0
-    m = np.zeros(ROOM, dtype=np.int64)
+    m = zeros(ROOM)
     size, least = f[row + SIZE], f[row + LEAST]
     plans = Plans(Axis(0.0, vx, 0.0, vx2, 0.0, 0.0), Axis(0.0, vy, 0.0, vy2, 0.0, 0.0), 0, 2.0**-52, 2.0**52)
     first, end = read_in(m, plans, size, least)

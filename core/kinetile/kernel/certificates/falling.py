@@ -46,8 +46,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from kinetile.kernel.certificates.contact import LARGE, TINY, plus
 from kinetile.kernel.certificates.integers import (
     CELLS,
@@ -64,7 +62,7 @@ from kinetile.kernel.certificates.integers import (
     put_count,
     room,
 )
-from kinetile.kernel.compiled import apart, hook, smaller, subroutine
+from kinetile.kernel.compiled import apart, hook, smaller, subroutine, zeros
 from kinetile.kernel.tables import NEVER
 from kinetile.kernel.vectors import product_error
 
@@ -260,7 +258,7 @@ def falls_at_by_integers(f: Fall, guess: int) -> int:
     end += 3
     if end > CELLS:
         return NEVER
-    m = np.zeros(MEMORY, dtype=np.int64)
+    m = zeros(MEMORY)
     put(m, GAP, f.far, 1, 1)
     put(m, GAP, f.near, 1, -1)
     put(m, GAP, f.radius, 1, -1)

@@ -47,10 +47,8 @@ from __future__ import annotations
 import math
 from typing import Any, TypeAlias
 
-import numpy as np
-
 from kinetile.kernel.certificates.plans import Axis, Plans
-from kinetile.kernel.compiled import hook, larger, smaller, subroutine
+from kinetile.kernel.compiled import hook, larger, smaller, subroutine, zeros
 from kinetile.kernel.tables import NEVER
 
 Cells: TypeAlias = Any
@@ -296,7 +294,7 @@ def read_in(
 def touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int, parting: bool) -> int:
     """Return what ``first_touch`` does, or ``last_touch`` for a parting, for finite numbers of any size; for
     others ``NEVER``, or 0."""
-    m = np.zeros(MEMORY, dtype=np.int64)
+    m = zeros(MEMORY)
     first, end = read_in(m, plans, radius, radius2)
     if end > CELLS:
         return 0 if parting else NEVER

@@ -42,3 +42,4 @@ from kinetile.kernel.compiled.views import disowned as disowned
 from kinetile.kernel.compiled.views import numbers_from as numbers_from
 from kinetile.kernel.compiled.views import pointer as pointer
 from kinetile.kernel.compiled.views import wrapping as wrapping
+from kinetile.kernel.compiled.views import zeros as zeros
