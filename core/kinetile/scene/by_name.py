@@ -80,7 +80,7 @@ def complete_parameters(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
     return {
         each.name: _convert(each, given[each.name]) if each.name in given else each.default
         for each in accepted_parameters(name)
-        if each not in SHARED or each.name in given
+        if not any(each is shared for shared in SHARED) or each.name in given
     }
 
 

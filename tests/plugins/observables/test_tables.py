@@ -53,6 +53,6 @@ def test_the_pressure_of_few_discs_is_that_of_the_table(bodies, density, time, w
 )
 def test_the_equation_of_state_of_the_fluid(reduced_density, wanted):
     density = reduced_density * math.pi / 4.0
-    ratio = compressibility(4096, density, 20.0, 80.0 / reduced_density)
+    ratio = compressibility(4096, density, 20.0, 160.0 / reduced_density)
     assert ratio.error < 2e-3 * wanted
     assert abs(ratio.mean - wanted) < 3.0 * ratio.error
