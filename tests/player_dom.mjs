@@ -21,7 +21,8 @@ class Element {
     this.checked = true;
     this.style = {};
     const names = new Set();
-    this.classList = { add: (name) => names.add(name), remove: (name) => names.delete(name), contains: (name) => names.has(name) };
+    this.classList = { add: (name) => names.add(name), remove: (name) => names.delete(name), contains: (name) => names.has(name),
+      toggle: (name, on = !names.has(name)) => (on ? names.add(name) : names.delete(name), on) };
   }
   addEventListener(kind, listener) { this.listeners[kind] = listener; }
   setAttribute(name, value) { this.attributes[name] = value; }

@@ -64,6 +64,15 @@ SCENES = {
         kind=["ball", "sensor", "ball"],
         responses={("ball", "sensor"): "pass"},
     ),
+    "falling": kt.Scene(
+        [[0.2, 0.2], [0.5, 0.5], [0.8, 0.3]],
+        [[0.9, 0.4], [0.0, 0.0], [-0.7, 0.8]],
+        [0.05, 0.1, 0.07],
+        [1.0, 1.0, 3.0],
+        arena=(1, 1),
+        gravity=(0.3, -2.0),
+        commands=[kt.Insert(0.4, (0.9, 0.9), (-0.6, 0.3), 0.05), kt.Turn(1, 1.1, (0.2, -0.9))],
+    ),
     "slow": kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[0.001, 0.0], [0.0, 0.0]], 0.25, arena=(4, 4)),
 }
 UNTIL = {"slow": 3000.0}
@@ -157,7 +166,7 @@ def ask_node(tmp_path: Path, page: Page, body: str, **given: Any) -> Any:
     asked = tmp_path / "asked.json"
     asked.write_text(json.dumps({"held": page.held, "given": given}))
     names = ("clock", "events", "live", "playback", "proof", "sentences")
-    names = ("page/camera", "page/trial", *(f"run/{name}" for name in names))
+    names = ("page/camera", "page/tables", "page/trial", *(f"run/{name}" for name in names))
     imports = "\n".join(
         f"import * as {name.split('/')[1]} from {json.dumps((SCRIPT / f'{name}.mjs').as_uri())};"
         for name in names

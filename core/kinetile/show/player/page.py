@@ -78,6 +78,7 @@ class Page:
             "unit": scene.time_unit,
             "arena": scene.arena,
             "periods": scene.periods,
+            "gravity": scene.gravity,
             "box": _box(scene, first.plans),
             "begin": divmod(first.begin, TICKS),
             "end": divmod(end, TICKS),
@@ -134,7 +135,7 @@ class Page:
             structure, labels = steps.structure.columns(), steps.structure.labels
         return {
             "label": legible(recording.label),
-            "rows": None if same else encode(_rows(recording, first.plans, self.scene.time_unit)),
+            "rows": None if same else encode(_rows(recording, first.plans, self.scene)),
             "steps": None if coded is None else encode(coded),
             "structure": None if structure is None else encode(structure),
             "labels": labels,
@@ -161,12 +162,12 @@ def script() -> str:
     return "\n".join(lines)
 
 
-def _rows(recording: Recording, plans: Plans, unit: float) -> dict[str, Any]:
+def _rows(recording: Recording, plans: Plans, scene: Scene) -> dict[str, Any]:
     rows = recording.rows
     columns: dict[str, Any] = {"kind": kinds_of(rows)}
     for name in ("epoch", "tick"):
         columns[name] = np.diff(rows[name].astype(np.float64), prepend=0.0)  # of whole numbers: exact
-    return columns | {"a": rows["a"], "b": rows["b"]} | residuals(plans, rows, unit)
+    return columns | {"a": rows["a"], "b": rows["b"]} | residuals(plans, rows, scene)
 
 
 def _box(scene: Scene, plans: Plans) -> Sequence[float]:

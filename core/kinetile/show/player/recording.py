@@ -10,7 +10,8 @@ bit. So a page holds only the differences, as bits (exclusive or), and most are 
 is half as large. The same prediction is in ``script/rows.mjs``, operation by operation.
 
 A shape of the structure moves with its bodies, so it is recorded once for its whole life.
-A new certificate, with another failure time, makes it a new shape.
+A new certificate, with another failure time, makes it a new shape. With gravity none is recorded: what is
+fixed in a shape falls with its frame, and between two events a frame may end.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ import numpy.typing as npt
 
 from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
+from kinetile.kernel.falling import shift_at
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED
 from kinetile.kernel.tables import NEVER
 from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Polygon, Segment, points_of
@@ -45,6 +47,11 @@ MOST_STEPS = 5_000
 
 _PAIRED = ("tiling", "boxes")
 """Structures that a page computes with pairs."""
+
+_FALLS = (
+    "The structure is left out: with gravity it is of frames that fall with the bodies, and a page shows the "
+    "room. A picture has it at any moment (kinetile draw SCENE --at TIME)."
+)
 
 
 @dataclass(frozen=True)
@@ -128,10 +135,13 @@ def record(
     recording = Recording(label, plans, rows.rows, first, int(last), None, tuple(notes), whole=whole)
     drawn_as, paired = simulation.composition.broad.drawn_as, wants_pairs(pairs, len(plans.x))
     skin = float(simulation.tables.clock[0].limits.skin)
-    recording = replace(recording, drawn_as=drawn_as, skin=skin, pairs=paired)
+    falls = (drawn_as or again) and scene.falls
+    recording = replace(recording, drawn_as="" if falls else drawn_as, skin=skin, pairs=paired)
     if again is not None:
         recording = _with_steps(recording, again, clock, begin)
-    has_links = drawn_as in _PAIRED or (recording.stepped and recording.stepped.structure.unpaired)
+    if falls:
+        recording = replace(recording, notes=(*recording.notes, _FALLS))
+    has_links = recording.drawn_as in _PAIRED or (recording.stepped and recording.stepped.structure.unpaired)
     if pairs is None and not paired and has_links:
         left_out = f"Pairs are left out, of more than {MOST_PAIRED} bodies; --pairs (pairs=True) draws them."
         recording = replace(recording, notes=(*recording.notes, left_out))
@@ -154,13 +164,13 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
     """Steps a simulation through a window, and returns the recording with what was seen."""
     events = np.append(-1, np.flatnonzero(recording.rows["b"] != REANCHORED)) + 1
     seen: list[tuple[int, int, int, int]] = []
-    met = 0
+    met, falls = 0, again.scene.falls
     log, queue, notes = StructureLog(recording.pairs), [], recording.notes
     until = math.nextafter(clock.moment(recording.end)[0], math.inf)
     try:
         if begin > again.time:
             again.run(begin)
-        log.see(0, again.drawing())
+        log.see(0, () if falls else again.drawing())
         queue.append(_queued(again))
         for number, event in enumerate(again.steps(until), 1):
             if event.epoch * TICKS + event.tick > recording.end:
@@ -176,7 +186,7 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
                 met = min(met + 1, len(events) - 1)
             queue.append(_queued(again))
             leaves = event.kind == "part" and not set(event.bodies) <= set(again.bodies.tolist())
-            if not log.full and not leaves:  # its removal, which has ended the passing, comes behind it
+            if not (log.full or leaves or falls):  # its removal, which has ended the passing, comes behind it
                 log.see(number, again.drawing())
     except KinetileError as error:
         if not recording.notes:  # the free run has said which
@@ -259,6 +269,11 @@ class Plans:
         _, columns["epoch"][numbers], columns["tick"][numbers] = clock.split(bodies["anchor"])
         for name in ("x", "y", "vx", "vy", "radius"):
             columns[name][numbers] = bodies[name]
+        if simulation.scene.falls:  # of a frame: pages have plans of the room
+            moments = (columns[name][numbers].astype(np.int64) for name in ("epoch", "tick"))
+            shifts = np.hstack(shift_at(simulation.scene, *moments))
+            for name, shift in zip(("x", "y", "vx", "vy"), shifts.T, strict=True):
+                columns[name][numbers] += shift
         if len(tables.images):
             for name in ("kx", "ky"):
                 columns[name][numbers] = np.asarray(tables.images[name])[taken]
@@ -274,10 +289,10 @@ def kinds_of(rows: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     return kinds.astype(np.uint8)
 
 
-def residuals(plans: Plans, rows: npt.NDArray[Any], unit: float) -> dict[str, npt.NDArray[np.uint64]]:
+def residuals(plans: Plans, rows: npt.NDArray[Any], scene: Scene) -> dict[str, npt.NDArray[np.uint64]]:
     """Returns columns ax .. bvy, (rows,) each: the bits in which a row differs from its prediction.
 
-    A body is at the position of its plan and keeps its velocity; but if two bodies of one mass meet, b
+    A body is at the position of its plan, and has its velocity then; but if two bodies of one mass meet, b
     gets the momentum that a has lost. Columns without a plan (b of a wall, for example) are 0.
     """
     flights = Flights.of(rows)
@@ -288,17 +303,18 @@ def residuals(plans: Plans, rows: npt.NDArray[Any], unit: float) -> dict[str, np
 
     epoch, tick = (rows[name][flights.row].astype(np.float64) for name in ("epoch", "tick"))
     ticks = (epoch - before(plans.epoch, epoch)) * float(TICKS) + (tick - before(plans.tick, tick))
-    elapsed = ticks * (unit / TICKS)
+    elapsed = ticks * (scene.time_unit / TICKS)
     columns = {name: np.zeros(len(rows), np.uint64) for pair in SIDES.values() for name in pair}
-    for place, speed in (("x", "vx"), ("y", "vy")):
+    for (place, speed), pull in zip((("x", "vx"), ("y", "vy")), scene.gravity, strict=True):
         found, flies = flights.value(place), flights.value(speed)
         was, flew = before(getattr(plans, place), found), before(getattr(plans, speed), flies)
-        keeps = flew.copy()
+        ends = flew + pull * elapsed
+        keeps = ends.copy()
         second = np.flatnonzero(flights.is_b)  # its row's a comes right before it
         same = second[plans.mass[flights.body[second]] == plans.mass[flights.body[second - 1]]]
-        keeps[same] = flew[same] + (flew[same - 1] - flies[same - 1])
+        keeps[same] = ends[same] + (ends[same - 1] - flies[same - 1])
         for name, bits in (
-            (place, _bits(found) ^ _bits(was + flew * elapsed)),
+            (place, _bits(found) ^ _bits(was + flew * elapsed + pull * (0.5 * elapsed * elapsed))),
             (speed, _bits(flies) ^ _bits(keeps)),
         ):
             for side, column in enumerate(SIDES[name]):

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import BadOption, Refused
+from kinetile.errors import BadOption
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.plugin.choices import write_phase
 from kinetile.records.bounded import BoundedRows, TooManyRows
@@ -105,7 +105,6 @@ def view_scene(
 
     Raises UnknownName, BadOption and Refused as ``Simulation``.
     """
-    _demand_straight(scene)
     begin, until = window(scene, begin, until)
     if at is not None and not begin <= at <= until:
         raise BadOption(f"the page is to open at {at!r}; expected a time from {begin!r} to {until!r}")
@@ -163,15 +162,6 @@ def _plain(row: Any) -> dict[str, Any]:
     return {name: row[name].item() for name in _EXACT}
 
 
-def _demand_straight(scene: Scene) -> None:
-    """Raises Refused for a scene with gravity."""
-    if scene.falls:
-        raise Refused(
-            "a page plays bodies that fly straight, and this scene has gravity: draw pictures of it, or a "
-            "film, with kinetile draw, or leave gravity out"
-        )
-
-
 def window(scene: Scene, begin: float | None, until: float | None) -> tuple[float, float]:
     """Returns the times from which and to which a scene is shown, by default from its start to its own
     ``until``, or for one time unit. Raises BadOption unless they are in order."""
@@ -190,7 +180,6 @@ def view_file(path: str | os.PathLike[str]) -> View:
     """Returns a view of an event file, up to as many events as a page takes. Raises RecordError as
     ``Trajectory.read``."""
     trajectory = Trajectory.read(path)
-    _demand_straight(trajectory.scene)
     scene, end, notes = trajectory.scene, trajectory.end, [_NO_STRUCTURE]
     clock = Clock(scene.start, scene.time_unit)
     kept = BoundedRows(MOST_ROWS, clock)

@@ -10,6 +10,7 @@ import pytest
 import kinetile as kt
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.records import Trajectory
+from kinetile.run.readings import energy
 from kinetile.show.player import view_scene
 from lanes import first
 from player_pages import HARD, SCENES, ask_node, case_of, moments, needs_node, record
@@ -32,8 +33,9 @@ def test_places_are_those_of_the_trajectory(name, tmp_path):
 
 
 @needs_node
-def test_a_window_is_as_exact(tmp_path):
-    scene = SCENES["come and go"]
+@pytest.mark.parametrize("name", ["come and go", "falling"])
+def test_a_window_is_as_exact(name, tmp_path):
+    scene = SCENES[name]
     rows = record(kt.Simulation(scene, "naive"), 2.0)
     trajectory = Trajectory(rows, scene)
     page = view_scene(scene, [("naive", {})], begin=0.75, until=2.0, steps=False).page
@@ -42,6 +44,24 @@ def test_a_window_is_as_exact(tmp_path):
     assert len(times) > 100
     found = ask_node(tmp_path, page, PLACES, times=times)
     assert found == [trajectory.positions(time).ravel().tolist() for time in times]
+
+
+@needs_node
+@pytest.mark.parametrize("name", ["masses", "falling"])
+def test_velocities_are_exact_and_the_energy_is_that_of_the_run(name, tmp_path):
+    scene, trajectory, page, _ = case_of(name)
+    times = np.linspace(scene.start, trajectory.rows["time"][-1], 23)[1:].tolist()
+    asked = """return given.times.map((time) => {
+        play.seek(clock.momentAt(time, held.start, held.unit));
+        const { motion } = play.runs[0];
+        const those = [...motion.plans.there.keys()].filter((body) => motion.plans.there[body]);
+        return [those.map((body) => motion.velocity(body, play.moment)), tables.energy(motion)];
+    });"""
+    sim = kt.Simulation(scene, "naive")
+    for time, (velocities, found) in zip(times, ask_node(tmp_path, page, asked, times=times), strict=True):
+        sim.run(time)
+        assert velocities == trajectory.velocities(time).tolist()
+        assert found == pytest.approx(energy(sim.tables), rel=1e-12)
 
 
 @needs_node

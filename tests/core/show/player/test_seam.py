@@ -15,7 +15,7 @@ from chromium import needs_chromium
 from kinetile.plugin.drawing import points_of
 from kinetile.show.picture import take_picture
 from kinetile.show.player import view_scene
-from player_pages import ask_node, needs_node, torus
+from player_pages import SCENES, ask_node, needs_node, torus
 
 CASES = [
     *((periodic, False, phase) for periodic in ("x", "xy") for phase in ("sap-1d", "sap-2d")),
@@ -173,3 +173,34 @@ def test_a_contact_beyond_the_border_is_looked_at_where_it_is_drawn(browser, tmp
     x = browser.value("kinetilePlayer.camera.x")
     assert 0 < x < 0.5  # drawn there, and not beyond 4
     assert browser.said() == []
+
+
+@needs_chromium
+def test_a_body_that_falls_has_a_parabola_for_its_plan_and_no_structure(browser, tmp_path):
+    view = view_scene(SCENES["falling"], [("sweep-tiling", {})], until=1.5)
+    assert view.page.held["runs"][0]["structure"] is None
+    assert view.page.all_notes[0].startswith(
+        "The structure is left out: with gravity it is of frames that fall"
+    )
+    browser.open(view.save(tmp_path / "page.html"))
+    browser.value("kinetilePlayer.goTo('0.7')")
+    plans = browser.value(FLIGHT)
+    assert len(plans) == 4
+    for lines, points, place in plans:
+        assert len(lines) == 48 + 24  # of what is to come every second piece
+        assert points[48] == pytest.approx(place)
+        for half in (points[:49], points[48:]):
+            bends = np.diff(half, 2, axis=0)
+            assert bends == pytest.approx(np.broadcast_to(bends[0], bends.shape), abs=1e-9)
+            assert bends[0] == pytest.approx(bends[0][0] / 0.3 * np.array([0.3, -2.0]), abs=1e-9)
+            assert bends[0][1] < -1e-7
+    for axis in "xy":
+        browser.value(
+            f"(() => {{ const axis = document.getElementById('axis'); axis.value = '{axis}'; "
+            "axis.dispatchEvent(new Event('change')); })()"
+        )
+        assert browser.value("[axis.value, said.textContent, spacetime.hidden]") == [
+            "",
+            f"space and time has straight bands, and along {axis} there is gravity",
+            True,
+        ]

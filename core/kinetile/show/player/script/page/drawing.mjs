@@ -175,17 +175,22 @@ function corners(structure, shape, places) {
   return [structure.coordinate(shape, at, places), structure.coordinate(shape, at + 1, places), structure.coordinate(shape, at + 2, places), structure.coordinate(shape, at + 3, places)];
 }
 
-/** A flight: from an anchor to where the body is, and on to where it will be. */
-export function drawFlight(view, [anchor, now, then], colour) {
+/** A flight: points from an anchor to where the body is, in the middle, and on to where it will be; of a curve every second piece of that. */
+export function drawFlight(view, points, colour) {
   const { pen } = view;
+  const middle = (points.length - 1) / 2;
+  const draw = (from, to, step = 1) => {
+    for (let at = to; at > from; at -= step) addLine(view, ...points[at - 1], ...points[at]);
+  };
   pen.strokeStyle = colour;
   pen.lineWidth = 1.5;
   pen.beginPath();
-  addLine(view, ...anchor, ...now);
+  draw(0, middle);
   pen.stroke();
-  pen.setLineDash([6, 4]);
+  const isCurved = middle > 1;
+  pen.setLineDash(isCurved ? [] : [6, 4]); // which would begin anew with each piece
   pen.beginPath();
-  addLine(view, ...now, ...then);
+  draw(middle, 2 * middle, isCurved ? 2 : 1);
   pen.stroke();
   pen.setLineDash([]);
 }

@@ -227,6 +227,7 @@ export async function begin() {
   $("group").addEventListener("change", (event) => setGroup(player, event.target.value));
   $("axis").addEventListener("change", (event) => {
     player.spaceTime.show(event.target.value);
+    event.target.value = player.spaceTime.axis;
     player.changed();
   });
   $("spacetime").addEventListener("pointerdown", (event) => {

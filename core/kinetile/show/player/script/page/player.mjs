@@ -10,7 +10,7 @@ import { SpaceTime } from "./spacetime.mjs";
 import { BodyTable, countUp, tell } from "./tables.mjs";
 import { Timeline, lanesOf } from "./timeline.mjs";
 import { Trial } from "./trial.mjs";
-import { compare, elapsed, later, momentAt, timeOf } from "../run/clock.mjs";
+import { between, compare, elapsed, later, momentAt, timeOf } from "../run/clock.mjs";
 import { GROUPS, momentOfEvent, seek } from "../run/events.mjs";
 import { apartAlong, imagesAlong, wrapped } from "../run/motion.mjs";
 import { Playback } from "../run/playback.mjs";
@@ -19,6 +19,9 @@ import { Sentences } from "../run/sentences.mjs";
 
 /** How fast time may pass at most, in parts of the speed at first: a whole recording within a frame. */
 const FASTEST = 2 ** 12;
+
+/** Lines that a drawn parabola has, from an anchor to now, and from now on. */
+const CURVED = 48;
 
 /** How slowly, at least: of a recording of one unit of the clock, a frame is a few ticks. */
 const SLOWEST = 2 ** -40;
@@ -387,12 +390,12 @@ export class Player {
   drawPlan(view, run, body) {
     const { bodies, theme, held: { periods } } = this;
     const points = this.plan(run, body);
-    for (const [right, up] of imagesAlong(points[0], points[2], periods)) drawFlight(view, points.map(([x, y]) => [x + right, y + up]), theme.selected);
-    const [x, y] = points[2].map((place, axis) => [wrapped(place, periods[axis])]);
+    for (const [right, up] of imagesAlong(points[0], points.at(-1), periods)) drawFlight(view, points.map(([x, y]) => [x + right, y + up]), theme.selected);
+    const [x, y] = points.at(-1).map((place, axis) => [wrapped(place, periods[axis])]);
     this.drawImages({ x, y }, (seen) => drawOutline(view, seen.x[0], seen.y[0], bodies.radius[body] || 0, bodies.outline[body], theme.selected));
   }
 
-  /** A body's plan: the points of its anchor, where it is, and where it is at its next event, on one straight line. */
+  /** A body's plan: points from its anchor to where it is, in the middle, and on to its next event; with gravity on a parabola. */
   plan(run, body) {
     const { plans } = run.motion;
     let until = this.playback.end;
@@ -400,7 +403,10 @@ export class Player {
     while (event >= 0 && KINDS[run.events.kind[event]] === "structural") event = seek(run.events, event + 1, 1, "all", body);
     if (event >= 0) until = momentOfEvent(run.events, event);
     const { moment } = this.playback;
-    return [[plans.epoch[body], plans.tick[body]], moment, until].map((each) => run.motion.flown(body, each, moment));
+    const count = this.held.gravity.some((each) => each) ? CURVED : 1;
+    const part = (from, to) => Array.from({ length: count }, (_, at) => between(from, to, at / count));
+    const moments = [...part([plans.epoch[body], plans.tick[body]], moment), ...part(moment, until), until];
+    return moments.map((each) => run.motion.flown(body, each, moment));
   }
 
   /** The gap between the surfaces of two bodies. */

@@ -29,9 +29,12 @@ export class SpaceTime {
     Object.assign(this, { canvas, player, axis: "" });
   }
 
+  /** Draw along an axis, unless bodies fall along it. */
   show(axis) {
-    this.axis = axis;
-    this.canvas.hidden = !axis;
+    const isBent = axis && this.player.held.gravity["xy".indexOf(axis)] !== 0;
+    if (isBent) this.player.say(`space and time has straight bands, and along ${axis} there is gravity`);
+    this.axis = isBent ? "" : axis;
+    this.canvas.hidden = !this.axis;
   }
 
   /** The rows of the first run that are drawn, and the moments where they begin and end. */

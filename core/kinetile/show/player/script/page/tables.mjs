@@ -23,12 +23,14 @@ export function countUp(events) {
   return { total, before: (group, event) => columns[group][event] };
 }
 
-/** The kinetic energy of those that are there and can be moved. */
-export function energy(bodies, plans) {
+/** The energy of those that are there and can be moved: kinetic, and with gravity that of their heights, 0 in the corner (0, 0). */
+export function energy(motion) {
+  const { bodies, plans, gravity: [right, up] } = motion;
   let sum = 0;
   for (let body = 0; body < plans.vx.length; body += 1) {
     if (!plans.there[body] || bodies.mass[body] === Infinity) continue;
-    sum += 0.5 * bodies.mass[body] * (plans.vx[body] ** 2 + plans.vy[body] ** 2);
+    const twice = plans.vx[body] ** 2 + plans.vy[body] ** 2 - 2 * (right * plans.x[body] + up * plans.y[body]); // as at its anchor
+    sum += 0.5 * bodies.mass[body] * twice;
   }
   return sum;
 }
@@ -87,7 +89,7 @@ function readings(player, run, at) {
   found.events = run.done;
   for (const group of lanes) found[group] = counts[at].before(group, run.done);
   found.bodies = run.motion.plans.there.reduce((sum, there) => sum + there, 0);
-  found["kinetic energy"] = energy(bodies, run.motion.plans).toPrecision(9);
+  found[run.motion.gravity.some((each) => each) ? "energy" : "kinetic energy"] = energy(run.motion).toPrecision(9);
   if (steps && run.done < steps.queue.length) found.queue = steps.queue[run.done];
   Object.assign(found, structure?.counts(run.done));
   if (run.done > run.structure?.seen) found.structure = `recorded up to event ${run.structure.seen}${structure === run.structure ? "" : ", computed since"}`;
@@ -110,13 +112,13 @@ export class BodyTable {
     this.#events(run, body);
     if (body === null) return;
     const { plans } = run.motion;
-    const [x, y] = run.motion.place(body, playback.moment);
+    const [[x, y], [vx, vy]] = [run.motion.place(body, playback.moment), run.motion.velocity(body, playback.moment)];
     $("body-name").textContent = `Body ${body}`;
     const anchored = timeOf([plans.epoch[body], plans.tick[body]], held.start, held.unit);
     const partners = this.player.structureOf(run)?.partners(run.done, body) ?? [];
     fill($("plan"), null, plans.there[body] ? [
       ["place", `${x}, ${y}`],
-      ["velocity", `${plans.vx[body]}, ${plans.vy[body]}`],
+      ["velocity", `${vx}, ${vy}`],
       ["anchor", `${plans.x[body]}, ${plans.y[body]} at ${anchored}`],
       ["pairs drawn", partners.length ? `with ${partners.join(", ")}` : held.pairs ? "none" : "left out"],
       bodies.outline[body]

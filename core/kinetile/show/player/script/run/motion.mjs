@@ -1,5 +1,6 @@
 // Where everybody is. Plans in force after a number of rows; from there one goes forward and back, row by row.
-// A place is anchor + velocity * elapsed, in this order, in doubles: the same bits as the run's own.
+// A place is anchor + velocity * elapsed, in this order, in doubles: the same bits as the run's own. With gravity plans
+// are of the room, and bodies fall on parabolas: the same bits as those of ``Trajectory``.
 
 import { elapsed } from "./clock.mjs";
 import { copyPlans, givesPlans, isThereAfter } from "./rows.mjs";
@@ -10,6 +11,11 @@ export function wrapped(place, period) {
   const rest = place % period;
   const found = rest < 0 ? rest + period : rest;
   return found === period ? 0 : found;
+}
+
+/** The coordinate of a body along an axis, after a time on a plan, by its acceleration there. */
+export function fallen(at, speed, pull, time) {
+  return at + speed * time + pull * (0.5 * time * time);
 }
 
 /** What is between two places along an axis: to the nearest image of the other. */
@@ -38,8 +44,8 @@ export function imagesAlong(from, to, periods) {
 }
 
 export class Motion {
-  constructor(bodies, rows, unit, periods = [0, 0]) {
-    this.periods = periods;
+  constructor(bodies, rows, unit, periods = [0, 0], gravity = [0, 0]) {
+    Object.assign(this, { periods, gravity });
     this.names = ["x", "y", "vx", "vy", ...(periods.some((period) => period) ? ["kx", "ky"] : [])];
     this.bodies = bodies;
     this.rows = rows;
@@ -59,8 +65,15 @@ export class Motion {
   place(body, moment) {
     const { x, y, vx, vy, epoch, tick } = this.plans;
     const time = elapsed(moment, epoch[body], tick[body], this.unit);
-    const [width, height] = this.periods;
-    return [wrapped(x[body] + vx[body] * time, width), wrapped(y[body] + vy[body] * time, height)];
+    const [[width, height], [right, up]] = [this.periods, this.gravity];
+    return [wrapped(fallen(x[body], vx[body], right, time), width), wrapped(fallen(y[body], vy[body], up, time), height)];
+  }
+
+  /** The velocity of a body at a moment, under its plan in force: [vx, vy]. */
+  velocity(body, moment) {
+    const { vx, vy, epoch, tick } = this.plans;
+    const time = elapsed(moment, epoch[body], tick[body], this.unit);
+    return [vx[body] + this.gravity[0] * time, vy[body] + this.gravity[1] * time];
   }
 
   /** The place of a body at a moment under its plan in force, as far as it flies from where it is shown at another: [x, y]. */
@@ -68,19 +81,19 @@ export class Motion {
     const { x, y, vx, vy, epoch, tick } = this.plans;
     const [then, now] = [moment, from].map((each) => elapsed(each, epoch[body], tick[body], this.unit));
     return [[x, vx], [y, vy]].map(([at, speed], axis) => {
-      const period = this.periods[axis];
-      const shown = at[body] + speed[body] * now;
-      return at[body] + speed[body] * then - (period && shown - wrapped(shown, period));
+      const [period, pull] = [this.periods[axis], this.gravity[axis]];
+      const shown = fallen(at[body], speed[body], pull, now);
+      return fallen(at[body], speed[body], pull, then) - (period && shown - wrapped(shown, period));
     });
   }
 
   /** The places of all bodies at a moment, into arrays x, y; and into kx, ky the periods that are taken off to show them. */
   places(moment, into) {
     const { x, y, vx, vy, kx, ky, epoch, tick } = this.plans;
-    const [width, height] = this.periods;
+    const [[width, height], [right, up]] = [this.periods, this.gravity];
     for (let body = 0; body < x.length; body += 1) {
       const time = elapsed(moment, epoch[body], tick[body], this.unit);
-      const [flownX, flownY] = [x[body] + vx[body] * time, y[body] + vy[body] * time];
+      const [flownX, flownY] = [fallen(x[body], vx[body], right, time), fallen(y[body], vy[body], up, time)];
       into.x[body] = wrapped(flownX, width);
       into.y[body] = wrapped(flownY, height);
       if (width) into.kx[body] = kx[body] + Math.round((flownX - into.x[body]) / width);

@@ -15,7 +15,7 @@ export async function load(held) {
   let rows = null;
   const runs = [];
   for (const run of held.runs) {
-    rows = run.rows ? rebuild(bodies, await decode(run.rows), held.unit, held.periods) : rows; // null: as the run before
+    rows = run.rows ? rebuild(bodies, await decode(run.rows), held) : rows; // null: as the run before
     const steps = run.steps ? await decode(run.steps) : null;
     const structure = run.structure ? new Structure(await decode(run.structure), run.labels, Object.keys(held.looks), run.seen) : null;
     runs.push({ rows, steps, structure, present: new Present(run, bodies, held) });
@@ -25,13 +25,13 @@ export async function load(held) {
 
 export class Playback {
   /** `runs`: [{rows, steps, structure}], with rows as `rebuild` gives them; the others may be null. `known`: up to where there are rows so far. */
-  constructor(bodies, runs, { unit, begin, end, periods }) {
+  constructor(bodies, runs, { unit, begin, end, periods, gravity }) {
     Object.assign(this, { unit, begin, end, known: end });
     const events = runs.map(({ rows, steps }) => merge(rows, steps));
     this.runs = runs.map(({ rows, structure, present }, at) => ({
       events: events[at],
       passing: new Passing(events[at]),
-      motion: new Motion(bodies, rows, unit, periods),
+      motion: new Motion(bodies, rows, unit, periods, gravity),
       structure,
       present,
       done: 0,

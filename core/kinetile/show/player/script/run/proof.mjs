@@ -60,8 +60,8 @@ export function proofOfPair({ motion, events, done, passing }, [a, b], moment, h
     return { title, formula: "the gap of two shapes is not one formula", gap: null, fails: null };
   }
   if (passing.holds(done, a, b)) return { title, formula: "they are passing through each other", gap: null, fails: null };
-  const { vx, vy } = motion.plans;
-  const [wx, wy, reach] = [vx[b] - vx[a], vy[b] - vy[a], radius[a] + radius[b]];
+  const [[ux, uy], [vx, vy]] = [a, b].map((body) => motion.velocity(body, moment)); // all fall alike: what is between two flies straight
+  const [wx, wy, reach] = [vx - ux, vy - uy, radius[a] + radius[b]];
   const met = metNext(events, done, a, b);
   const [one, other] = [a, b].map((body) => motion.place(body, met ?? moment)); // the nearest images are those that meet
   const since = met ? elapsed(met, ...moment, held.unit) : 0;

@@ -1,5 +1,5 @@
 // Rows from what a page holds of them: bits in which they differ from what the plans before them foretell.
-// plans.py says the same, operation by operation.
+// recording.py says the same, operation by operation.
 
 import { elapsed } from "./clock.mjs";
 
@@ -48,7 +48,7 @@ export function isThereAfter(kind) {
  * x, y, velocity vx, vy, the periods kx, ky that were taken off the place since the body's first one, and the flight
  * `before` it of the same body (-1: the plan that it began with).
  */
-export function rebuild(bodies, coded, unit, periods) {
+export function rebuild(bodies, coded, { unit, periods, gravity }) {
   const { kind, a, b } = coded;
   const count = kind.length;
   const rows = { count, kind, a, b, epoch: sums(coded.epoch), tick: sums(coded.tick) };
@@ -72,9 +72,11 @@ export function rebuild(bodies, coded, unit, periods) {
       const flight = 2 * row + side;
       const time = elapsed(moment, now.epoch[body], now.tick[body], unit);
       const gains = side === 1 && kind[row] === DISC && bodies.mass[a[row]] === bodies.mass[b[row]];
-      const keepsX = gains ? now.vx[body] + lostX : now.vx[body];
-      const keepsY = gains ? now.vy[body] + lostY : now.vy[body];
-      const [fliesX, fliesY] = [now.x[body] + now.vx[body] * time, now.y[body] + now.vy[body] * time];
+      const [endsX, endsY] = [now.vx[body] + gravity[0] * time, now.vy[body] + gravity[1] * time];
+      const keepsX = gains ? endsX + lostX : endsX;
+      const keepsY = gains ? endsY + lostY : endsY;
+      const fliesX = now.x[body] + now.vx[body] * time + gravity[0] * (0.5 * time * time);
+      const fliesY = now.y[body] + now.vy[body] * time + gravity[1] * (0.5 * time * time);
       rows.x[flight] = differing(fliesX, x[row]);
       rows.y[flight] = differing(fliesY, y[row]);
       if (kind[row] !== INSERT) {
@@ -84,8 +86,8 @@ export function rebuild(bodies, coded, unit, periods) {
       [rows.kx[flight], rows.ky[flight]] = [now.kx[body], now.ky[body]];
       rows.vx[flight] = differing(keepsX, vx[row]);
       rows.vy[flight] = differing(keepsY, vy[row]);
-      lostX = now.vx[body] - rows.vx[flight];
-      lostY = now.vy[body] - rows.vy[flight];
+      lostX = endsX - rows.vx[flight];
+      lostY = endsY - rows.vy[flight];
       rows.before[flight] = last[body];
       last[body] = flight;
       now.x[body] = rows.x[flight];
