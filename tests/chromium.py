@@ -138,7 +138,8 @@ class Browser:
         self.ask("Page.navigate", url=path.resolve().as_uri() + link)
         if not any(each["method"] == "Page.loadEventFired" for each in self.events[-30:]):
             self.wait_for("Page.loadEventFired")
-        while not self.value("document.documentElement?.dataset.ready"):
+        # The mark of a page that is ready is in a saved copy of it from the start.
+        while not self.value("window.kinetilePlayer && document.documentElement?.dataset.ready"):
             thrown = [each for each in self.said() if each["method"] == "Runtime.exceptionThrown"]
             assert not thrown, thrown
             time.sleep(0.01)

@@ -141,7 +141,7 @@ class Trajectory:
         before = np.where(first[:, None], begins, place[flights.before])
         flown = np.where(first[:, None], flies, velocity[flights.before])
         size = np.abs(before) + np.abs(place) + np.abs(flown) * (np.abs(time) + unit)[:, None]
-        time = (time - since)[:, None]
+        time = np.where(came, 0.0, time - since)[:, None]  # what has just come has not fallen
         fallen = np.array(self.scene.gravity) * (0.5 * time * time)
         return before + flown * time + fallen - place, size + np.abs(fallen)
 

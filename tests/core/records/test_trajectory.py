@@ -12,7 +12,7 @@ from lanes import first
 from player_pages import SCENES, record
 
 
-@pytest.mark.parametrize("name", first(3, list(SCENES)))
+@pytest.mark.parametrize("name", first(3, [name for name, scene in SCENES.items() if not scene.falls]))
 def test_positions_and_velocities_are_those_of_the_run(name):
     scene = SCENES[name]
     trajectory = Trajectory(record(kt.Simulation(scene, "naive"), scene.start + 3.0), scene)

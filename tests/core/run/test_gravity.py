@@ -148,13 +148,16 @@ def test_what_comes_in_a_later_frame_is_foreseen():
 
 
 @pytest.mark.small
-def test_a_trajectory_is_made_of_parabolas():
-    rows = []
-    sim = kt.Simulation(falling(3), "cells")
-    sim.run(until=1.125, recorder=rows.append)
-    places, velocities = sim.positions(), sim.velocities()
-    sim.run(until=2.5, recorder=rows.append)
-    path = kt.Trajectory(np.concatenate(rows), sim.scene)
+@pytest.mark.parametrize("seed", [3, 7])  # of 7 a body comes
+def test_a_trajectory_is_made_of_parabolas(seed, tmp_path):
+    pytest.importorskip("pyarrow")
+    sim = kt.Simulation(falling(seed), "cells")
+    with kt.EventRecorder(tmp_path / "events.parquet", sim.scene) as recorder:
+        sim.run(until=1.125, recorder=recorder)
+        places, velocities = sim.positions(), sim.velocities()
+        sim.run(until=2.5, recorder=recorder)
+    path = kt.Trajectory.read(tmp_path / "events.parquet")
+    assert path.bodies(2.5).tolist() == sim.bodies.tolist()
     assert np.abs(path.positions(1.125) - places).max() < 1e-14
     assert np.abs(path.velocities(1.125) - velocities).max() < 1e-14
 
