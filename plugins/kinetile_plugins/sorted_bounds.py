@@ -33,6 +33,7 @@ from kinetile.toolbox import (
     Polygon,
     Records,
     Segment,
+    arena_now,
     falls_many,
     held_pairs,
     hook,
@@ -206,10 +207,10 @@ def _line(k: Kernel, lists: Lists) -> Iterator[Item]:
     order, axis = lists.order[0], int(lists.names[0] == "y")
     there = np.sort(order[order & 1 == 0] >> 1)
     now, away = positions_now(k)[there], offsets(k)[there]
-    size = (float(k.clock[0].limits.width), float(k.clock[0].limits.height))
+    corners = arena_now(k)
     low, high = (now + away[:, ::2]).min(axis=0), (now + away[:, 1::2]).max(axis=0)
-    if size[axis]:  # a body at a wall reaches a skin beyond it, and only for a moment
-        low, high = np.zeros(2), np.array(size)
+    if corners[0, axis] < corners[1, axis]:  # a body at a wall reaches a skin beyond it, for a moment
+        low, high = corners
     foot = float(low[1 - axis])
     yield Segment(
         "axis", _point(float(low[axis]), foot, axis), _point(float(high[axis]), foot, axis), label="xy"[axis]
@@ -225,9 +226,10 @@ def _slanted_line(k: Kernel, lists: Lists) -> Iterator[Item]:
     """Yields the line, through the middle of the arena or of the bodies, and each bound as a piece of a
     tangent."""
     share, order = lists.shares[0] / (lists.shares[0] @ lists.shares[0]), lists.order[0]
-    size = np.array([float(k.clock[0].limits.width), float(k.clock[0].limits.height)])
+    corners = arena_now(k)
+    size = corners[1] - corners[0]
     if size.all():
-        middle, half = 0.5 * size, 0.5 * float(np.abs(lists.shares[0]) @ size)
+        middle, half = 0.5 * corners.sum(axis=0), 0.5 * float(np.abs(lists.shares[0]) @ size)
         far = -half, half
     else:
         there = np.sort(order[order & 1 == 0] >> 1)

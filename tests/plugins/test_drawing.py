@@ -15,17 +15,21 @@ from lanes import BUILT_IN
 
 PHASES = (*BUILT_IN, "sap-1d:y", "sap-1d:3:4")
 WITH_PAIRS = tuple(phase for phase in BUILT_IN if phase != "sap-1d")
+STILL, FALLING = ((0.0, 0.0),), ((0.0, 0.0), (2.0, -6.0))
 EXAMPLES = settings(max_examples=25)  # the first ones compile
 
 
 @st.composite
-def moments(draw, phases=PHASES):
+def moments(draw, phases=PHASES, gravities=FALLING):
     """A simulation of a few discs, of one size or of several, somewhere in its run, perhaps after bodies have
-    come and gone."""
+    come and gone, perhaps in a frame that has fallen for up to a tenth of the arena."""
     bodies = draw(st.integers(1, 9))
     ratio = draw(st.sampled_from([1.0, 3.0, 40.0]))
     seed = draw(st.integers(0, 10**6))
-    scene = kt.make_scene("random", bodies=bodies, density=0.2, radius_ratio=ratio, seed=seed)
+    gravity = draw(st.sampled_from(gravities))
+    scene = kt.make_scene(
+        "random", bodies=bodies, density=0.2, radius_ratio=ratio, seed=seed, gravity=gravity
+    )
     name, _, axis = draw(st.sampled_from(phases)).partition(":")
     sim = kt.Simulation(scene, name, options={"axis": axis} if axis else None)
     sim.run(until=draw(st.sampled_from([0.0, 0.1, 0.25])))
@@ -57,7 +61,7 @@ def test_the_links_are_the_candidate_pairs(sim):
 
 
 @EXAMPLES
-@given(moments())
+@given(moments(gravities=STILL))
 def test_what_fails_next_is_the_next_structural_event(sim):
     drawn = next_to_fail(sim)
     event = sim.next_event
@@ -68,7 +72,7 @@ def test_what_fails_next_is_the_next_structural_event(sim):
 
 
 @EXAMPLES
-@given(moments())
+@given(moments(gravities=STILL))
 def test_it_holds_until_the_next_event(sim):
     before, event = sim.drawing(), sim.next_event
     if event is None:
@@ -92,6 +96,18 @@ def test_the_bounds_of_sap_1d_are_those_of_its_list(sim):
         assert edge.offset == pytest.approx(side * radius[edge.body], abs=1e-9)
     place = dict(zip(sim.bodies.tolist(), sim.positions()[:, axis].tolist(), strict=True))
     assert (np.diff([place[edge.body] + edge.offset for edge in edges]) > -1e-9).all()
+
+
+@pytest.mark.parametrize("gravity", FALLING)
+@pytest.mark.parametrize("axis", ["x", "y", "3:4"])
+def test_the_axis_of_sap_1d_goes_through_the_arena_of_the_room(axis, gravity):
+    scene = kt.make_scene("random", bodies=5, density=0.2, gravity=gravity)
+    sim = kt.Simulation(scene, "sap-1d", options={"axis": axis})
+    sim.run(until=0.1)
+    (line,) = [item for item in sim.drawing() if item.role == "axis"]
+    (x, y), (p, q) = line.a, line.b
+    wanted = {"x": [0.0, 0.0, 1.0, 0.0], "y": [0.0, 0.0, 0.0, 1.0], "3:4": [0.08, -0.06, 0.92, 1.06]}
+    assert [x, y, p, q] == pytest.approx(wanted[axis])
 
 
 @EXAMPLES
@@ -192,9 +208,11 @@ def test_every_body_is_in_a_cell(sim):
 
 
 @EXAMPLES
-@given(st.integers(1, 30), st.sampled_from([1.0, 3.0, 40.0]), st.integers(0, 10**6))
-def test_sides_of_power_cells_have_equal_and_least_power_over_two_discs(bodies, ratio, seed):
-    scene = kt.make_scene("random", bodies=bodies, density=0.2, radius_ratio=ratio, seed=seed)
+@given(st.integers(1, 30), st.sampled_from([1.0, 3.0, 40.0]), st.integers(0, 10**6), st.sampled_from(FALLING))
+def test_sides_of_power_cells_have_equal_and_least_power_over_two_discs(bodies, ratio, seed, gravity):
+    scene = kt.make_scene(
+        "random", bodies=bodies, density=0.2, radius_ratio=ratio, seed=seed, gravity=gravity
+    )
     sim = kt.Simulation(scene, "power", options={"cells": True})
     sim.run(until=0.05)
     sides = [item for item in sim.drawing() if item.role == "cell"]

@@ -97,6 +97,14 @@ def shift_now(k: Kernel, tick: int | None = None) -> tuple[Any, Any]:
     return shift_of(gravity, since * float(clock.tick))
 
 
+def arena_now(k: Kernel) -> npt.NDArray[np.float64]:
+    """Return the lower left and the upper right corner of the arena where they are in the present frame, as a
+    drawing needs them; (2, 2), without an arena all 0."""
+    limits = k.clock[0].limits
+    corners = np.array([[0.0, 0.0], [float(limits.width), float(limits.height)]])
+    return corners - shift_now(k)[0] if falls(k) else corners
+
+
 Slots = npt.NDArray[np.intp]
 
 

@@ -19,6 +19,7 @@ from kinetile.kernel.certificates.structural import (
 )
 from kinetile.kernel.certificates.wall import inside_arena
 from kinetile.kernel.compiled import hook, larger, smaller, unchecked
+from kinetile.kernel.falling import arena_now
 from kinetile.kernel.flight import closing_speed, positions_now, shared, since_anchor, since_origin
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
@@ -78,6 +79,7 @@ __all__ = [
     "Segment",
     "WallParts",
     "add_pair",
+    "arena_now",
     "blame",
     "box_gaps",
     "closing_speed",

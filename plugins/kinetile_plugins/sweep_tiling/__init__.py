@@ -67,6 +67,7 @@ from kinetile.toolbox import (
     Item,
     Kernel,
     Segment,
+    arena_now,
     hook,
     offer,
     pair_links,
@@ -230,8 +231,8 @@ def _bounds(k: Kernel, n: int) -> Iterator[Coordinate]:
 
 def _edges(k: Kernel, bodies: list[int]) -> list[list[float]]:
     """Returns the lowest and the highest corner of what is tiled: the arena, or a box around the bodies."""
-    limits = k.clock[0].limits
-    if limits.width or not bodies:
-        return [[0.0, 0.0], [float(limits.width), float(limits.height)]]
+    if k.clock[0].limits.width or not bodies:
+        corners: list[list[float]] = arena_now(k).tolist()
+        return corners
     places, reach = positions_now(k)[bodies], 2.0 * k.bodies.reach[bodies].max()
     return [(places.min(axis=0) - reach).tolist(), (places.max(axis=0) + reach).tolist()]
