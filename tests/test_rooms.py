@@ -1,4 +1,4 @@
-"""The rooms of docs/shapes.md: each is the same run under every broad phase that takes it."""
+"""The scenes of docs/shapes.md and docs/scenes.md: each is the same run under every broad phase that takes it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,11 @@ import kinetile as kt
 from lanes import GENERAL, first
 
 SCENES = Path(__file__).parents[1] / "docs" / "scenes"
-CONTACTS = {"sinai": 61, "stadium": 28, "maze": 64, "brick-breaker": 50}
+CONTACTS = {"sinai": 61, "stadium": 28, "maze": 64, "brick-breaker": 50} | {
+    "bouncing-ball": 8,
+    "column": 64,
+    "slope": 64,
+}
 """Of the whole run, or 64."""
 
 

@@ -9,6 +9,7 @@ python moving.py moving.svg
 kinetile draw random -s bodies=24 -s density=0.3 -s radius_ratio=4 -s seed=4 --at 0.15 --broad-phase stripes --out stripes.svg --overwrite
 kinetile draw grid -s bodies=49 -s seed=1 --roles certificate --velocities --out scene-grid.svg --overwrite
 kinetile draw mixture -s bodies=60 -s radii=1,2 -s fractions=.7,.3 -s density=.5 --roles certificate --velocities --out scene-mixture.svg --overwrite
+kinetile draw grid -s bodies=36 -s density=0.06 -s seed=1 -s gravity=0,-6 --at 0.8 --broad-phase sweep-tiling --roles tile --velocities --out falling.svg --overwrite
 kinetile draw hexagonal -s columns=8 -s rows=8 -s vacancies=3 --roles certificate --velocities --out scene-hexagonal.svg --overwrite
 kinetile draw living.toml --space-time x --until 1.25 --out living.svg --overwrite
 kinetile draw responses.toml --space-time x --until 4 --out responses.svg --overwrite
