@@ -1,4 +1,4 @@
-"""The scenes of docs/shapes.md and docs/scenes.md: each is the same run under every broad phase that takes it."""
+"""Scenes of docs/shapes.md and docs/scenes.md: each is one run under every broad phase that takes it."""
 
 from __future__ import annotations
 
