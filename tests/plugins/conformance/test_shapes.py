@@ -131,11 +131,11 @@ def test_a_reach_that_is_too_small_for_shapes_is_found(shrink):
 
 
 @pytest.mark.interpreted
-def test_a_solid_phase_and_one_for_discs_say_that_they_take_no_shapes():
+def test_a_phase_and_a_narrow_phase_for_discs_say_that_they_take_no_shapes():
     chosen = {"examples": 24, "in_process": True}
-    (result,) = check_broad_phase("sweep-tiling", checks=[OF_SHAPES], **chosen).results
+    (result,) = check_broad_phase("power", checks=[OF_SHAPES], **chosen).results
     assert result.status == "skipped"
-    assert "sweep-tiling is for discs, and this scene has other shapes" in result.reason
+    assert "power is for discs, and this scene has other shapes" in result.reason
     (result,) = check_broad_phase("naive", narrow_phases=["disc"], checks=[AS_CONVEX], **chosen).results
     assert result.status == "skipped"
     assert "does not take capsule against capsule" in result.reason

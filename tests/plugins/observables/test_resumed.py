@@ -240,7 +240,9 @@ def test_what_is_observed_of_nobody_is_left_out():
             periodic=periodic,
         )
         for each in registry().names("observable"):
-            sim = kt.Simulation(scene, "naive")
+            if each == "flips" and periodic:
+                continue  # power, whose structure it is of, takes no periodic axes
+            sim = kt.Simulation(scene, "power" if each == "flips" else "naive")
             sim.run(1.0, observe=[f"{each}:every=0.05"])
             values = [row.mean for row in sim.observed.rows() if row.quantity in ("kT", "psi6", "E")]
             assert np.isfinite(values).all()

@@ -262,7 +262,8 @@ def test_wrong_parameters_are_all_told_with_a_suggestion() -> None:
         make_scene("grid", bodys=4, density="much", seed=1.5, speed=True)
     assert str(caught.value).splitlines() == [
         "scene 'grid': parameter 'bodys': found no parameter of this name; "
-        "expected one of bodies, density, seed, speed, temperature, periodic; did you mean 'bodies'?",
+        "expected one of bodies, density, seed, speed, temperature, periodic, gravity; "
+        "did you mean 'bodies'?",
         "scene 'grid': parameter 'density': found 'much'; expected a number",
         "scene 'grid': parameter 'seed': found 1.5; expected a whole number",
         "scene 'grid': parameter 'speed': found True; expected a number",
@@ -285,7 +286,8 @@ def test_parameters_are_read_from_text() -> None:
     assert str(caught.value).splitlines() == [
         "scene 'grid': parameter 'bodies': found '1.5'; expected a whole number",
         "scene 'grid': parameter 'densty': found no parameter of this name; "
-        "expected one of bodies, density, seed, speed, temperature, periodic; did you mean 'density'?",
+        "expected one of bodies, density, seed, speed, temperature, periodic, gravity; "
+        "did you mean 'density'?",
         "scene 'grid': the parameter 'seed' is given twice; expected one value",
         "scene 'grid': a parameter is written name=value; found 'x'",
         "scene 'grid': a parameter is written name=value; found '=3'",
