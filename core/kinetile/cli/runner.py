@@ -282,8 +282,8 @@ def _lines(result: Mapping[str, Any], scene: Scene) -> Iterable[tuple[str, str]]
     run = result["run"]
     narrow = ", ".join(called(*each) for each in result["narrow_phases"].items())
     kinds = ", ".join(f"{kind} ({count:,})" for kind, count in result["scene"]["shapes"].items())
-    what = f"bodies: {kinds}," if kinds else "discs"
-    yield "scene", f"{source_of(scene) or 'arrays'}: {len(scene):,} {what} {around(scene)}"
+    what = scene.counted(len(scene)) + (f": {kinds}," if kinds else "")
+    yield "scene", f"{source_of(scene) or 'arrays'}: {what} {around(scene)}"
     broad = called(result["broad_phase"], result["options"])
     yield "phases", f"{broad}; {narrow or 'no narrow phase'}"
     yield "time", f"{scene.start:g} to {run['time']:.10g}: {run['status']}"
