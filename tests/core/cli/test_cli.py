@@ -350,7 +350,8 @@ def test_scenes_are_listed_with_their_parameters():
     grid = printed("scenes grid")
     assert {"name": "bodies", "type": "int", "required": False, "default": 400} in grid["parameters"]
     periodic = {"name": "periodic", "type": "str", "required": False, "default": ""}
-    assert grid["parameters"][-1] == periodic  # of every recipe
+    gravity = {"name": "gravity", "type": "tuple[float, ...]", "required": False, "default": []}
+    assert grid["parameters"][-2:] == [periodic, gravity]  # of every recipe
     assert re.search(r"periodic +str +\(empty\)", kinetile("scenes grid").stdout)
     assert "grid" in kinetile("scenes").stdout
     shown = kinetile("scenes grid").stdout
