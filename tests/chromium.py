@@ -139,7 +139,9 @@ class Browser:
         if not any(each["method"] == "Page.loadEventFired" for each in self.events[-30:]):
             self.wait_for("Page.loadEventFired")
         # The mark of a page that is ready is in a saved copy of it from the start.
+        end = time.monotonic() + 600.0
         while not self.value("window.kinetilePlayer && document.documentElement?.dataset.ready"):
+            assert time.monotonic() < end, f"{path} is no page of the player: visit it"
             thrown = [each for each in self.said() if each["method"] == "Runtime.exceptionThrown"]
             assert not thrown, thrown
             time.sleep(0.01)

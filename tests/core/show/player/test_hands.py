@@ -251,9 +251,9 @@ def test_several_of_a_role_have_their_plural(browser, tmp_path):
 def test_a_page_within_a_page_logs_nothing(browser, saved, tmp_path):
     outer = tmp_path / "outer.html"
     frame = f'<iframe title="run" src="{saved.as_uri()}"></iframe>'
-    outer.write_text(f"<!DOCTYPE html><html data-ready='1'><meta charset=utf-8>{frame}", encoding="utf-8")
+    outer.write_text(f"<!DOCTYPE html><html><meta charset=utf-8>{frame}", encoding="utf-8")
     del browser.events[:]
-    browser.open(outer)
+    browser.visit(outer)
     for _ in range(10):
         browser.settle()
     assert saved.as_uri() in browser.asked_for()
