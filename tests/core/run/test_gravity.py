@@ -34,7 +34,7 @@ def falling(seed: int, bodies: int = 9) -> kt.Scene:
     velocity[:, 1] = np.where(velocity[:, 1] == 0.0, 0.25, velocity[:, 1])  # nothing rests on the floor
     gravity = [(0.0, -0.5), (0.25, -1.0), (0.0, 2.0), (-1.0, 0.0)][seed // 2 % 4]
     periodic = "x" if gravity[0] == 0.0 and seed % 3 == 0 else ""
-    turns = [(int(rng.integers(bodies)), float(time), (0.5, 1.0)) for time in rng.integers(1, 24, 3) / 8]
+    turns = [(int(rng.integers(1, bodies)), float(time), (0.5, 1.0)) for time in rng.integers(1, 24, 3) / 8]
     kinds = (
         {"kind": (rng.integers(0, 2, bodies) + 1).tolist(), "responses": RULES[seed % 5]} if seed % 5 else {}
     )
