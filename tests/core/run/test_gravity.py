@@ -53,6 +53,9 @@ def falling(seed: int, bodies: int = 9) -> kt.Scene:
     )
 
 
+NO_ROOM = {49, 77, 105, 189, 196}
+"""Seeds of scenes in which another body is where one is inserted: so ends the run, under every phase."""
+
 RULES = {
     1: {(1, 2): kt.Response("pass")},
     2: {(2, 2): kt.Response("elastic")},
@@ -76,7 +79,7 @@ def test_a_ball_bounces_at_times_of_the_formula():
 @pytest.mark.parametrize("seed", lanes.first(4, range(200)))
 def test_all_phases_give_one_answer(seed):
     scene = falling(seed)
-    sim = assert_one_answer(scene, until=3.0)
+    sim = assert_one_answer(scene, until=3.0, ends="NoRoom" if seed in NO_ROOM else "ran")
     assert len(sim.contacts) > 10
     if not scene.responses and not scene.commands:
         assert sim.readings.energy_drift < 1e-12
