@@ -14,7 +14,7 @@ import math
 from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
 from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, hook, shared, smaller, unchecked
-from kinetile.toolbox.ticks import fallen_for
+from kinetile.toolbox.ticks import fallen
 
 
 class Elastic:
@@ -130,12 +130,9 @@ def halt(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None
 @hook
 def halt_in_room(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
     """Bring two bodies to rest in the room, where the frame falls: with gravity all have finite mass."""
-    fall = k.clock[0].fall
-    time = fallen_for(k, k.bodies[a].anchor)
-    k.bodies[a].vx = -(fall.x * time)
-    k.bodies[a].vy = -(fall.y * time)
-    k.bodies[b].vx = -(fall.x * time)
-    k.bodies[b].vy = -(fall.y * time)
+    _, _, vx, vy = fallen(k, k.bodies[a].anchor)
+    k.bodies[a].vx = k.bodies[b].vx = -vx
+    k.bodies[a].vy = k.bodies[b].vy = -vy
 
 
 class Stop:

@@ -33,7 +33,7 @@ from kinetile.toolbox import (
     smaller,
     unchecked,
 )
-from kinetile.toolbox.ticks import Fall, fallen_for, falls_at, reaches, with_shapes
+from kinetile.toolbox.ticks import Fall, fallen, falls_at, reaches, with_shapes
 
 
 @hook
@@ -104,19 +104,25 @@ def reach_any_wall(k: Kernel, body: Records) -> tuple[int, int]:
     return first_wall(k, body, walls and clock.torus.x == 0.0, walls and clock.torus.y == 0.0)
 
 
+@hook
+def depth_at(k: Kernel, body: Records, wall: int, x: float, y: float) -> tuple[float, float, float]:
+    """Return the normal into the wall, and how deep a body is in it at a place."""
+    limits = k.clock[0].limits
+    left, right, down, up = extent(body)
+    if wall == LEFT:
+        return -1.0, 0.0, float(left - x)
+    if wall == RIGHT:
+        return 1.0, 0.0, float(right - (limits.width - x))
+    if wall == BOTTOM:
+        return 0.0, -1.0, float(down - y)
+    return 0.0, 1.0, float(up - (limits.height - y))
+
+
 @unchecked
 @hook
 def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
     """Return the normal into the wall, and how deep the body is in it."""
-    limits = k.clock[0].limits
-    left, right, down, up = extent(body)
-    if wall == LEFT:
-        return -1.0, 0.0, float(left - body.x)
-    if wall == RIGHT:
-        return 1.0, 0.0, float(right - (limits.width - body.x))
-    if wall == BOTTOM:
-        return 0.0, -1.0, float(down - body.y)
-    return 0.0, 1.0, float(up - (limits.height - body.y))
+    return depth_at(k, body, wall, body.x, body.y)
 
 
 @unchecked
@@ -142,27 +148,12 @@ def after_fall(k: Kernel, body: Records, far: float, near: float, slope: float, 
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 
-@hook
-def in_room(k: Kernel, body: Records) -> tuple[float, float]:
-    """Return the place in the room of a body that has been anchored."""
-    fall = k.clock[0].fall
-    time = fallen_for(k, body.anchor)
-    return body.x + fall.x * (0.5 * (time * time)), body.y + fall.y * (0.5 * (time * time))
-
-
 @unchecked
 @hook
 def touch_falling(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
     """Return what ``touch`` does with gravity."""
-    limits = k.clock[0].limits
-    x, y = in_room(k, body)
-    if wall == LEFT:
-        return -1.0, 0.0, float(body.radius - x)
-    if wall == RIGHT:
-        return 1.0, 0.0, float(body.radius - (limits.width - x))
-    if wall == BOTTOM:
-        return 0.0, -1.0, float(body.radius - y)
-    return 0.0, 1.0, float(body.radius - (limits.height - y))
+    x, y, _, _ = fallen(k, body.anchor)
+    return depth_at(k, body, wall, body.x + x, body.y + y)
 
 
 @unchecked
@@ -171,12 +162,11 @@ def bounce_falling(k: Kernel, body: Records, wall: int) -> float:
     """Turn the velocity round as the wall has it, which moves in the frame (rule 9g); return how deep the
     body is in it."""
     _, _, depth = touch_falling(k, body, wall)
-    fall = k.clock[0].fall
-    time = fallen_for(k, body.anchor)
+    _, _, vx, vy = fallen(k, body.anchor)
     if wall == LEFT or wall == RIGHT:  # noqa: SIM109 - no tuple in a hook
-        body.vx = 2.0 * -(fall.x * time) - body.vx
+        body.vx = 2.0 * -vx - body.vx
     else:
-        body.vy = 2.0 * -(fall.y * time) - body.vy
+        body.vy = 2.0 * -vy - body.vy
     return float(depth)
 
 
@@ -234,18 +224,17 @@ def _falling(x: bool, y: bool, bent_x: bool, bent_y: bool) -> WallParts:
         limits = clock.limits
         until = smaller(tick, fall.end)
         t = since_anchor(k, body, until)
-        w = fallen_for(k, until)
-        half = 0.5 * w * w
+        fallen_x, fallen_y, vx, vy = fallen(k, until)
         edge = body.radius + limits.fat
-        at_x = body.x + body.vx * t + fall.x * half
-        at_y = body.y + body.vy * t + fall.y * half
+        at_x = body.x + body.vx * t + fallen_x
+        at_y = body.y + body.vy * t + fallen_y
         if x and not bent_x and not (at_x > edge and at_x < limits.width - edge):
             return False
         if y and not bent_y and not (at_y > edge and at_y < limits.height - edge):
             return False
-        if bent_x and not away_from_walls(at_x, body.vx + fall.x * w, fall.x, limits.width, edge):
+        if bent_x and not away_from_walls(at_x, body.vx + vx, fall.x, limits.width, edge):
             return False
-        return not bent_y or away_from_walls(at_y, body.vy + fall.y * w, fall.y, limits.height, edge)
+        return not bent_y or away_from_walls(at_y, body.vy + vy, fall.y, limits.height, edge)
 
     return WallParts(reach_wall, bounce_falling, touch_falling, periodic=True, inside=inside, falling=True)
 

@@ -5,7 +5,7 @@ straight, and pairs, broad phases and the queue have nothing to do with gravity;
 narrow phase knows that (``certificates.falling``). ``clock.fall`` has the acceleration and the tick at which
 the present frame was at rest: its *origin*. A body of the frame is in the room, at a tick T, at its place + g
 (T - origin)^2 / 2, and has its velocity + g (T - origin), in time. So ``k.bodies`` has velocities and places
-of the frame, and all that is read out has those of the room (``shift_of``).
+of the frame, and all that is read out has those of the room (``fallen``).
 
 A frame lasts for a number of ticks that follows from the scene (``clock.frame_of``), so that it falls by a
 quarter of a side at most. Then all bodies pass to the next one at once (``pass_frame`` of the engine),
@@ -21,80 +21,76 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import TICKS
-from kinetile.kernel.compiled import hook
+from kinetile.kernel.compiled import hook, python_of, template
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.tables import Kernel
+from kinetile.kernel.tables import Kernel, Records
+
+FALLING = False
 
 
 @hook
-def fallen_for(k: Kernel, tick: int) -> float:
-    """Return how long the present frame has been falling at a tick, in the scene's time: exactly."""
+def fallen(k: Kernel, tick: int) -> tuple[float, float, float, float]:
+    """Return what a place (x, y) and a velocity (x, y) in the room have more than in the present frame, at a
+    tick. The time since the frame was at rest is exact."""
     clock = k.clock[0]
-    return float(float(tick - clock.fall.origin) * clock.tick)
+    time = float(tick - clock.fall.origin) * clock.tick
+    half = 0.5 * (time * time)
+    return clock.fall.x * half, clock.fall.y * half, clock.fall.x * time, clock.fall.y * time
 
 
 @hook
-def place_in_frame(k: Kernel, x: float, y: float, tick: int) -> tuple[float, float]:
-    """Return a place in the room as one in the frame."""
-    fall = k.clock[0].fall
-    time = fallen_for(k, tick)
-    return x - fall.x * (0.5 * (time * time)), y - fall.y * (0.5 * (time * time))
+def enter_frame(k: Kernel, plan: Records) -> None:
+    """Make a plan of the room one of the frame, at its anchor."""
+    x, y, vx, vy = fallen(k, plan.anchor)
+    plan.x -= x
+    plan.y -= y
+    plan.vx -= vx
+    plan.vy -= vy
 
 
-@hook
-def velocity_in_frame(k: Kernel, vx: float, vy: float, tick: int) -> tuple[float, float]:
-    """Return a velocity in the room as one in the frame."""
-    fall = k.clock[0].fall
-    time = fallen_for(k, tick)
-    return vx - fall.x * time, vy - fall.y * time
-
-
-@hook
-def squares_in_room(k: Kernel, vx: float, vy: float, tick: int) -> float:
-    """Return the square of the speed in the room that a velocity in the frame has."""
-    fall = k.clock[0].fall
-    time = fallen_for(k, tick)
-    vx += fall.x * time
-    vy += fall.y * time
+@template
+def squares_in_room(k: Kernel, plan: Records) -> float:
+    """Return the square of the speed in the room that a plan has at its anchor."""
+    vx = plan.vx
+    vy = plan.vy
+    if FALLING:
+        _, _, more_x, more_y = fallen(k, plan.anchor)
+        vx += more_x
+        vy += more_y
     return float(vx * vx + vy * vy)
 
 
-@hook
-def squares_of_height(k: Kernel, x: float, y: float, tick: int) -> float:
-    """Return the square of the speed with which a body arrives in the corner (0, 0) of the room that begins
-    at rest at a place in the frame, below 0 if it has to be thrown up to there: twice the energy of its
-    height, for a mass of 1."""
-    fall = k.clock[0].fall
-    time = fallen_for(k, tick)
-    half = 0.5 * (time * time)
-    return float(-2.0 * (fall.x * (x + fall.x * half) + fall.y * (y + fall.y * half)))
-
-
-def shift_of(gravity: npt.NDArray[np.float64], time: Any) -> tuple[Any, Any]:
-    """Return what is added to places and to velocities of a frame, each (..., 2), to have those of the room,
-    at times (...) since the frame was at rest. This is the one place that turns a frame into the room."""
-    fallen = np.asarray(time)[..., np.newaxis]
-    return gravity * (0.5 * (fallen * fallen)), gravity * fallen
+@template
+def twice_energy(k: Kernel, plan: Records) -> float:
+    """Return twice the energy that a mass of 1 has in the room, at the anchor of its plan: the square of its
+    speed, and with gravity that of the speed with which it arrives in the corner (0, 0) if it begins at rest
+    where it is; below 0 if it has to be thrown up to there."""
+    squares = squares_in_room(k, plan)
+    if FALLING:
+        fall = k.clock[0].fall
+        x, y, _, _ = fallen(k, plan.anchor)
+        squares -= 2.0 * (fall.x * (plan.x + x) + fall.y * (plan.y + y))
+    return squares
 
 
 def shift_at(scene: Any, epoch: Any, tick: Any) -> tuple[Any, Any]:
-    """Return what ``shift_of`` does in a scene at moments (epoch, tick), each in the frame of that moment."""
+    """Return what ``fallen`` does in a scene at moments (...) of (epoch, tick), each in the frame of that
+    moment: for places and for velocities, (..., 2)."""
     since = ((epoch & 1) << 52 | tick) & (scene.frame - 1)  # a frame has 2^53 ticks at most
-    return shift_of(np.array(scene.gravity), since * (scene.time_unit / TICKS))
+    time = np.asarray(since * (scene.time_unit / TICKS))[..., np.newaxis]
+    return np.array(scene.gravity) * (0.5 * (time * time)), np.array(scene.gravity) * time
+
+
+def shift_now(k: Kernel, tick: int | None = None) -> npt.NDArray[np.float64]:
+    """Return what ``fallen`` does at the present tick, or at another one: of a place and of a velocity,
+    (2, 2)."""
+    return np.reshape(python_of(fallen)(k, int(k.clock[0].now) if tick is None else tick), (2, 2))
 
 
 def falls(k: Kernel) -> bool:
     """Whether there is gravity."""
     fall = k.clock[0].fall
     return bool(fall.x != 0.0 or fall.y != 0.0)
-
-
-def shift_now(k: Kernel, tick: int | None = None) -> tuple[Any, Any]:
-    """Return what ``shift_of`` does for the present frame, at the present tick or another one."""
-    clock = k.clock[0]
-    gravity = np.array([clock.fall.x, clock.fall.y])
-    since = (int(clock.now) if tick is None else tick) - int(clock.fall.origin)
-    return shift_of(gravity, since * float(clock.tick))
 
 
 def arena_now(k: Kernel) -> npt.NDArray[np.float64]:

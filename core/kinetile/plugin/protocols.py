@@ -277,7 +277,7 @@ class ResponseParts:
     that a scene with those needs no other machine code either.
 
     ``falling``: the hook is right with gravity, where velocities are those of a frame that falls
-    (``toolbox.ticks.fallen_for``): one that reads differences of velocities alone is. Else a scene with
+    (``toolbox.ticks.fallen``): one that reads differences of velocities alone is. Else a scene with
     gravity is refused.
     """
 

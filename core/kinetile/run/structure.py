@@ -18,7 +18,7 @@ import numpy.typing as npt
 from kinetile.errors import PhaseError
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
-from kinetile.kernel.falling import falls, shift_now
+from kinetile.kernel.falling import shift_now
 from kinetile.kernel.tables import NEVER, Kernel, is_there, read_only
 from kinetile.plugin.calling import calling, described
 from kinetile.plugin.drawing import (
@@ -99,7 +99,7 @@ def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]
         items = list(parts.draw(read_only(k), read_only(parts.state)))
     numbers, images = np.asarray(k.queue["number"]).tolist(), np.asarray(k.images)
     taken_off = (images["kx"].tolist(), images["ky"].tolist()) if len(images) else None
-    shift = shift_now(k)[0].tolist() if falls(k) else (0.0, 0.0)
+    shift = shift_now(k)[0].tolist()
     return tuple(map(_Reader(name, numbers, clock, taken_off, shift).read, items))
 
 

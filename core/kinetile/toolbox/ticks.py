@@ -3,7 +3,7 @@
 The flight plans of two bodies are one value, which ``plans_of`` makes, and ``plans_through`` of an image. It
 is what discs (``first_touch``, ``last_touch``; ``touch_about``, if a bound is known) and convex bodies
 (``enters``, ``leaves``) take; walls take coordinates (``reaches``), and with gravity a ``Fall``
-(``falls_at``), in a frame that has fallen for a time (``fallen_for``). The difference of two convex shapes is
+(``falls_at``), in a frame that has fallen so far (``fallen``). The difference of two convex shapes is
 a row of a table (``difference_table``, ``comes_nearer``), whose columns are named here. Along periodic axes
 ``first_image`` is the first contact of two discs through any image, and ``first_image_of`` makes the same for
 other bodies.
@@ -39,7 +39,7 @@ from kinetile.kernel.certificates.wall import reaches as reaches
 from kinetile.kernel.compiled import Numbers as Numbers
 from kinetile.kernel.compiled import pointer as pointer
 from kinetile.kernel.compiled import with_shapes as with_shapes
-from kinetile.kernel.falling import fallen_for as fallen_for
+from kinetile.kernel.falling import fallen as fallen
 from kinetile.kernel.images import HALVES as HALVES
 from kinetile.kernel.images import discs_overlap as discs_overlap
 from kinetile.kernel.images import discs_touch as discs_touch

@@ -16,12 +16,7 @@ import math
 from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, template, to_be_filled_in
-from kinetile.kernel.falling import (
-    place_in_frame,
-    squares_in_room,
-    squares_of_height,
-    velocity_in_frame,
-)
+from kinetile.kernel.falling import enter_frame, fallen, squares_in_room, twice_energy
 from kinetile.kernel.flight import note_place, position_at, since_origin
 from kinetile.kernel.images import anchor, near_zero, wrap
 from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TURNED
@@ -178,7 +173,9 @@ def place_of(k: Kernel, command: Records) -> tuple[float, float]:
     x = command.x
     y = command.y
     if FALLING:
-        x, y = place_in_frame(k, x, y, command.tick)
+        more_x, more_y, _, _ = fallen(k, command.tick)
+        x -= more_x
+        y -= more_y
     return as_anchored(k, x, y)
 
 
@@ -246,10 +243,9 @@ def arrive(k: Kernel, command: Records) -> int:
     new.y = command.y
     new.vx = command.vx
     new.vy = command.vy
-    if FALLING:
-        new.x, new.y = place_in_frame(k, command.x, command.y, command.tick)
-        new.vx, new.vy = velocity_in_frame(k, command.vx, command.vy, command.tick)
     new.anchor = command.tick
+    if FALLING:
+        enter_frame(k, new)
     new.radius = command.radius
     new.reach = command.radius + k.clock[0].limits.skin
     new.last = NOBODY
@@ -279,10 +275,7 @@ def arrive(k: Kernel, command: Records) -> int:
         trait.touched = LONG_AGO
         trait.inside = 0
     k.counts[0].inserted += 1
-    squares = command.vx * command.vx + command.vy * command.vy
-    if FALLING:
-        squares += squares_of_height(k, new.x, new.y, command.tick)
-    _account(k, command.mass, squares)
+    _account(k, command.mass, twice_energy(k, new))
     return body
 
 
@@ -304,11 +297,7 @@ def depart(k: Kernel, body: int) -> None:
     lists = clock.lists
     gone = k.bodies[body]
     k.counts[0].removed += 1
-    squares = gone.vx * gone.vx + gone.vy * gone.vy
-    if FALLING:
-        squares = squares_in_room(k, gone.vx, gone.vy, gone.anchor)
-        squares += squares_of_height(k, gone.x, gone.y, gone.anchor)
-    _account(k, -k.mass[body], squares)
+    _account(k, -k.mass[body], twice_energy(k, gone))
     entry = k.queue[body]
     entry.own = NEVER
     forget(k, body)
@@ -377,14 +366,14 @@ def obey(k: Kernel, s: Any) -> int:
         return NOBODY
     if command.code == TURNED:
         k.counts[0].turns += 1
-        before = plan.vx * plan.vx + plan.vy * plan.vy
-        if FALLING:
-            before = squares_in_room(k, plan.vx, plan.vy, at)
-        _account(k, k.mass[body], command.vx * command.vx + command.vy * command.vy - before)
+        gained = command.vx * command.vx + command.vy * command.vy - squares_in_room(k, plan)
+        _account(k, k.mass[body], gained)
         plan.vx = command.vx
         plan.vy = command.vy
         if FALLING:
-            plan.vx, plan.vy = velocity_in_frame(k, command.vx, command.vy, at)
+            _, _, more_x, more_y = fallen(k, at)
+            plan.vx -= more_x
+            plan.vy -= more_y
     plan.last = NOBODY
     plan_changed(k, body)
     if PASSING:

@@ -40,7 +40,7 @@ MOST_RESPONSES = 4
 """Hooks of responses that there can be in a loop."""
 
 RESPONSES = 0
-PERIODIC = SHAPED = FALLING = False
+PERIODIC = SHAPED = False
 respond_1 = respond_2 = respond_3 = respond_4 = to_be_filled_in
 collide = touch = bounce = touch_wall = part = gap = to_be_filled_in
 
@@ -100,14 +100,10 @@ def leaves_out(k: Kernel, body: int, count: int) -> int:
 
 
 @template
-def _energy(k: Kernel, body: int, tick: int) -> float:
-    """Return a body's kinetic energy in the room; 0 for one of infinite mass."""
-    plan = k.bodies[body]
+def _energy(k: Kernel, body: int) -> float:
+    """Return the kinetic energy in the room of a body that has been anchored; 0 for one of infinite mass."""
     mass = k.mass[body]
-    squares = plan.vx * plan.vx + plan.vy * plan.vy
-    if FALLING:
-        squares = squares_in_room(k, plan.vx, plan.vy, tick)
-    return 0.5 * mass * squares if mass < math.inf else 0.0
+    return 0.5 * mass * squares_in_room(k, k.bodies[body]) if mass < math.inf else 0.0
 
 
 @hook
@@ -135,7 +131,7 @@ def _respond(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> 
 @template
 def answer(k: Kernel, a: int, b: int, tick: int) -> float:
     """Answer a contact of two bodies, both anchored at it, by their rule; return how deep they overlap."""
-    before = _energy(k, a, tick) + _energy(k, b, tick)
+    before = _energy(k, a) + _energy(k, b)
     rule = k.rules[rule_of(k, a, b)]
     if RESPONSES == 0 or rule.response == ELASTIC:  # no ``touch`` is needed for elastic contacts alone
         depth = collide(k, a, b)
@@ -143,7 +139,7 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
         nx, ny, depth = touch(k, a, b)
         _respond(k, a, b, nx, ny, rule)
     if depth == depth:  # else there is no answer, and the loop ends with both as they were
-        k.counts[0].answered_energy += (_energy(k, a, tick) + _energy(k, b, tick)) - before
+        k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
         _note(k, a, tick)
         _note(k, b, tick)
     return float(depth)
@@ -152,14 +148,14 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
 @template
 def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
     """Answer a contact of a body, anchored at it, and a wall by its rule; return how deep it is in there."""
-    before = _energy(k, a, tick)
+    before = _energy(k, a)
     rule = k.rules[rule_of(k, a, wall)]
     if RESPONSES == 0 or rule.response == ELASTIC:
         depth = bounce(k, k.bodies[a], wall)
     else:
         nx, ny, depth = touch_wall(k, k.bodies[a], wall)
         _respond(k, a, wall, nx, ny, rule)
-    k.counts[0].answered_energy += _energy(k, a, tick) - before
+    k.counts[0].answered_energy += _energy(k, a) - before
     _note(k, a, tick)
     return float(depth)
 
