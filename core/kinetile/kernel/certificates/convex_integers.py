@@ -19,25 +19,22 @@ from kinetile.kernel.certificates.integers import (
     LIMIT,
     MEMORY,
     REACH,
-    REACH2,
-    SPEED2,
     SUM,
     UX,
     UY,
     Cells,
-    X,
-    Y,
     add_product,
     between,
     carry,
     clear,
     copy,
     narrowed,
-    place_at,
     put,
+    put_count,
     read_in,
     room,
 )
+from kinetile.kernel.certificates.integers import COUNT as TICKS
 from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import Numbers, apart, larger, subroutine, zeros
 from kinetile.kernel.tables import NEVER
@@ -53,14 +50,16 @@ how far its line, moved out by R, is from the origin, in units of that vector's 
 has it; the same distance in units of that; its number; and how many columns there are."""
 
 
-AX, AY, WAY_X, WAY_Y = range(MEMORY, MEMORY + 4 * CELLS, CELLS)
-"""Rows of lengths: a place from a corner, and a vector along a face."""
+X, Y, AX, AY, WAY_X, WAY_Y = range(MEMORY, MEMORY + 6 * CELLS, CELLS)
+"""Rows of lengths: the separation at a tick, a place from a corner, and a vector along a face."""
 
-GAP, LENGTH2, LEAST_GAP, LEAST_LENGTH2 = range(MEMORY + 4 * CELLS, MEMORY + 12 * CELLS, 2 * CELLS)
-"""Rows of products of two: of a normal and a place, and the square of the normal; and the same of the face
-that is nearest so far."""
+SPEED2, REACH2, GAP, LENGTH2, LEAST_GAP, LEAST_LENGTH2 = range(
+    MEMORY + 6 * CELLS, MEMORY + 18 * CELLS, 2 * CELLS
+)
+"""Rows of products of two: the squares of what a tick adds, and of R; of a normal and a place, and the square
+of the normal; and the same of the face that is nearest so far."""
 
-SIXES = MEMORY + 12 * CELLS
+SIXES = MEMORY + 18 * CELLS
 SIGNS = SIXES + 6 * CELLS
 """Rows of products of six, and for each corner the signs of the gap to its face, of the place along this, and
 along the face before it."""
@@ -69,6 +68,18 @@ MOST = 16
 """Corners that a difference of two cores can have."""
 
 ROOM = SIGNS + 3 * MOST
+
+
+@subroutine
+def place_at(m: Cells, first: int, end: int, count: int) -> None:
+    """Put the separation at a count of ticks after the later anchor in the rows ``X`` and ``Y``."""
+    put_count(m, TICKS, count)
+    copy(m, X, DX, first, end)
+    copy(m, Y, DY, first, end)
+    add_product(m, X, UX, first, end - 3, TICKS, 0, 3)
+    add_product(m, Y, UY, first, end - 3, TICKS, 0, 3)
+    carry(m, X, first, end, 1)
+    carry(m, Y, first, end, 1)
 
 
 @subroutine
@@ -233,6 +244,36 @@ def distance_at(m: Cells, f: Numbers, row: int, first: int, end: int, ticks: int
 
 
 @subroutine
+def read_row(m: Cells, f: Numbers, row: int, plans: Plans) -> tuple[int, int]:
+    """Make numbers of two paths and of a row; return what ``read_in`` does."""
+    first, end = room(CELLS, 0, f[row + SIZE], 0)
+    first, end = room(first, end, f[row + LEAST], 0)  # and so all numbers of the row have room
+    first, end = read_in(m, plans, f[row + RADIUS], f[row + RADIUS_LOW], first, end)
+    if end <= CELLS:
+        dot(m, SPEED2, UX, UY, UX, UY, first, end)
+        add_product(m, REACH2, REACH, first, end, REACH, first, end)
+        carry(m, REACH2, 2 * first, 2 * end, 1)
+    return first, end
+
+
+@subroutine
+def last_within(
+    m: Cells, f: Numbers, row: int, first: int, end: int, guess: int, leaves: bool, returns: bool
+) -> int:
+    """Return the last count of ticks at which a place is outside, or touches, and comes nearer; or if it
+    ``leaves``, at which it is in, or touches, and before that if it ``returns``, comes nearer."""
+    low = 0
+    high = LIMIT + 1
+    stride = 1
+    guess = between(low, high, guess)
+    while high - low > 1:
+        gap, falls = distance_at(m, f, row, first, end, guess)
+        before = (gap <= 0 or (returns and falls)) if leaves else (falls and gap >= 0)
+        low, high, guess, stride = narrowed(low, high, guess, stride, before)
+    return low if low < LIMIT else NEVER
+
+
+@subroutine
 def passes_through(m: Cells, f: Numbers, row: int, first: int, end: int) -> bool:
     """Whether M with its margin is on both sides of the line on which a place moves, by more than a strip:
     a corner is not as far on the other side as R is wider than the strip, or farther on this one."""
@@ -261,14 +302,9 @@ def enters_exactly(f: Numbers, row: int, plans: Plans, guess: int) -> int:
     if x.v == x.v2 and y.v == y.v2:
         return NEVER
     m = zeros(ROOM)
-    first, end = room(CELLS, 0, f[row + SIZE], 0)
-    first, end = room(first, end, f[row + LEAST], 0)  # and so all numbers of the row have room
-    first, end = read_in(m, plans, f[row + RADIUS], f[row + RADIUS_LOW], first, end)
+    first, end = read_row(m, f, row, plans)
     if end > CELLS:
         return NEVER
-    dot(m, SPEED2, UX, UY, UX, UY, first, end)
-    add_product(m, REACH2, REACH, first, end, REACH, first, end)
-    carry(m, REACH2, 2 * first, 2 * end, 1)
     if not passes_through(m, f, row, first, end):
         return NEVER
     gap, falls = distance_at(m, f, row, first, end, 0)
@@ -276,14 +312,7 @@ def enters_exactly(f: Numbers, row: int, plans: Plans, guess: int) -> int:
         return NEVER
     if gap <= 0:
         return 0
-    low = 0
-    high = LIMIT + 1
-    stride = 1
-    guess = between(low, high, guess)
-    while high - low > 1:
-        gap, falls = distance_at(m, f, row, first, end, guess)
-        low, high, guess, stride = narrowed(low, high, guess, stride, falls and gap >= 0)
-    return low if low < LIMIT else NEVER
+    return last_within(m, f, row, first, end, guess, False, False)
 
 
 @subroutine
@@ -310,28 +339,16 @@ def leaves_exactly(f: Numbers, row: int, plans: Plans, guess: int) -> int:
     if f[row + COUNT] < 3.0 and f[row + RADIUS] == 0.0:
         return 0
     m = zeros(ROOM)
-    first, end = room(CELLS, 0, f[row + SIZE], 0)
-    first, end = room(first, end, f[row + LEAST], 0)
-    first, end = read_in(m, plans, f[row + RADIUS], f[row + RADIUS_LOW], first, end)
+    first, end = read_row(m, f, row, plans)
     if end > CELLS:
         return 0
-    dot(m, SPEED2, UX, UY, UX, UY, first, end)
-    add_product(m, REACH2, REACH, first, end, REACH, first, end)
-    carry(m, REACH2, 2 * first, 2 * end, 1)
     gap, falls = distance_at(m, f, row, first, end, 0)
     returns = gap > 0
     if returns and not (falls and goes_into(m, f, row, first, end)):
         return 0
     if plans.x.v == plans.x.v2 and plans.y.v == plans.y.v2:
         return NEVER
-    low = 0
-    high = LIMIT + 1
-    stride = 1
-    guess = between(low, high, guess)
-    while high - low > 1:
-        gap, falls = distance_at(m, f, row, first, end, guess)
-        low, high, guess, stride = narrowed(low, high, guess, stride, gap <= 0 or (returns and falls))
-    return low if low < LIMIT else NEVER
+    return last_within(m, f, row, first, end, guess, True, returns)
 
 
 @apart

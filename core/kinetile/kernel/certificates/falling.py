@@ -33,12 +33,12 @@ The discriminant Q'^2 - 2 pull Q at the anchor decides nothing but that there is
 Whole numbers
 =============
 
-With V = slope q, G = pull q^2 and N = since + n, 2 Q = 2 (far - near - radius) + 2 V n + G N^2, Q' q = V + G
-N, and q^2 times the discriminant is V^2 + G (2 V since - 2 (far - near - radius)): whole numbers times a
-power of two. ``scene.checks`` has gravity from 2^-200 to 2^200, and a frame lasts for a tick at least, so G
-is not beyond the cells: 2^-200 times the square of a tick of 2^-952, brought to 53 bits, is 2^-2156 and
-begins in cell 96 - 83 = 13. G N takes 78 + 63 bits, and G N^2 another 63: 8 cells with a sign, and ``room``
-has 11 here.
+2 Q is a quadratic of n, as ``integers`` have them: with V = slope q and G = pull q^2 its a is G, its b is V +
+G since, and its c 2 (far - near - radius) + G since^2, whole numbers times a power of two. With pull > 0 the
+tick is its first root; with pull < 0 the last root of -2 Q, or its vertex. ``scene.checks`` has gravity from
+2^-200 to 2^200, and a frame lasts for a tick at least, so G is not beyond the cells: 2^-200 times the square
+of a tick of 2^-952, brought to 53 bits, is 2^-2156 and begins in cell 96 - 83 = 13. G times a count takes 78
++ 63 bits, and its square another 63: 8 cells with a sign, and ``room`` has 11 here.
 """
 
 from __future__ import annotations
@@ -49,18 +49,20 @@ from typing import NamedTuple
 from kinetile.kernel.certificates.contact import LARGE, TINY, plus
 from kinetile.kernel.certificates.integers import (
     CELLS,
-    LIMIT,
-    Cells,
+    CONSTANT,
+    COUNT,
+    HALF_RATE,
+    MEMORY,
+    SQUARE,
+    SUM,
     add_product,
     as_count,
-    between,
     carry,
-    clear,
-    copy,
-    narrowed,
+    first_root,
     put,
     put_count,
     room,
+    root_of,
 )
 from kinetile.kernel.compiled import apart, hook, smaller, subroutine, zeros
 from kinetile.kernel.tables import NEVER
@@ -199,52 +201,6 @@ def falls_at(f: Fall) -> int:
     return int(found if found < f.end else NEVER)
 
 
-GAP, RATE, PULL, X, Y, COUNT, AGE = range(0, 7 * CELLS, CELLS)
-"""Rows of lengths, all twice the gap's or a tick's share of it: the gap at the anchor, V, G, two for what is
-made of them; counts of ticks since the anchor, and since the origin."""
-
-SUM = 8 * CELLS
-"""The row of products of two."""
-
-MEMORY = 10 * CELLS
-
-
-@subroutine
-def signs_after(m: Cells, f: Fall, first: int, end: int, ticks: int) -> tuple[int, int]:
-    """Return the signs of Q and Q' after a number of ticks; Y becomes G times their number since the
-    origin."""
-    put_count(m, COUNT, ticks)
-    put_count(m, AGE, f.since + ticks)
-    clear(m, Y, first, end)
-    add_product(m, Y, PULL, first, end - 3, AGE, 0, 3)
-    carry(m, Y, first, end, 1)
-    copy(m, X, RATE, first, end)
-    for i in range(first, end):
-        m[X + i] += m[Y + i]
-    rate = carry(m, X, first, end, 1)
-    copy(m, X, GAP, first, end)
-    for _ in range(2):
-        add_product(m, X, RATE, first, end - 3, COUNT, 0, 3)
-        carry(m, X, first, end, 1)
-    add_product(m, X, Y, first, end - 3, AGE, 0, 3)
-    return carry(m, X, first, end, 1), rate
-
-
-@subroutine
-def sign_of_discriminant(m: Cells, f: Fall, first: int, end: int) -> int:
-    """Return the sign of Q'^2 - 2 pull Q."""
-    put_count(m, COUNT, f.since)
-    copy(m, X, GAP, first, end)
-    carry(m, X, first, end, -1)
-    for _ in range(2):
-        add_product(m, X, RATE, first, end - 3, COUNT, 0, 3)
-        carry(m, X, first, end, 1)
-    add_product(m, SUM, RATE, first, end, RATE, first, end)
-    carry(m, SUM, 2 * first, 2 * end, 1)
-    add_product(m, SUM, PULL, first, end, X, first, end)
-    return carry(m, SUM, 2 * first, 2 * end, 1)
-
-
 @subroutine
 def falls_at_by_integers(f: Fall, guess: int) -> int:
     """Return after how many ticks a body is at a bent wall, for finite numbers; ``NEVER`` from 2^62 on, and
@@ -259,28 +215,17 @@ def falls_at_by_integers(f: Fall, guess: int) -> int:
     if end > CELLS:
         return NEVER
     m = zeros(MEMORY)
-    put(m, GAP, f.far, 1, 1)
-    put(m, GAP, f.near, 1, -1)
-    put(m, GAP, f.radius, 1, -1)
-    put(m, RATE, f.slope, power, 1)
-    put(m, PULL, f.pull, 2 * power, 1)
-    for row in (GAP, RATE, PULL):
+    way = 1 if f.pull > 0.0 else -1
+    put(m, CONSTANT, f.far, 1, way)
+    put(m, CONSTANT, f.near, 1, -way)
+    put(m, CONSTANT, f.radius, 1, -way)
+    put(m, HALF_RATE, f.slope, power, way)
+    put(m, SQUARE, f.pull, 2 * power, way)
+    put_count(m, COUNT, f.since)
+    add_product(m, SUM, SQUARE, first, end - 3, COUNT, 0, 3)
+    carry(m, SUM, first, end, 1)
+    add_product(m, HALF_RATE, SQUARE, first, end - 3, COUNT, 0, 3)
+    add_product(m, CONSTANT, SUM, first, end - 3, COUNT, 0, 3)
+    for row in (CONSTANT, HALF_RATE, SQUARE):
         carry(m, row, first, end, 1)
-    falling = f.pull < 0.0
-    gap, rate = signs_after(m, f, first, end, 0)
-    if not falling:
-        if rate >= 0:
-            return NEVER
-        if gap <= 0:
-            return 0
-        if sign_of_discriminant(m, f, first, end) <= 0:
-            return NEVER
-    low = 0
-    high = LIMIT + 1
-    stride = 1
-    guess = between(low, high, guess)
-    while high - low > 1:
-        gap, rate = signs_after(m, f, first, end, guess)
-        before = gap >= 0 or rate >= 0 if falling else gap >= 0 and rate < 0
-        low, high, guess, stride = narrowed(low, high, guess, stride, before)
-    return low if low < LIMIT else NEVER
+    return first_root(m, first, end, guess) if way > 0 else root_of(m, first, end, guess, True)

@@ -1,10 +1,12 @@
 """Contacts and partings in whole numbers: the last resort, right for all finite doubles.
 
 Every double is a whole number times a power of two, and so is all that is made of them by sums and
-products. So q and B at a whole tick K, and the discriminant, are whole numbers, and their signs are exact.
-The floor of the first root is the greatest K with q(K) >= 0 and B(K) < 0: once that has ceased to hold it
-does not hold again, so bisection finds it, from wherever it starts. The floor of the last root is likewise
-the greatest K with q(K) <= 0 or B(K) < 0. Some microseconds, more where the guess is bad.
+products. With D and U the separation at the later anchor and what a tick adds to it, q at a whole tick K is
+|D|^2 - R^2 + 2 D.U K + |U|^2 K^2: a *quadratic* c + 2 b K + a K^2 of whole numbers. Half its rate, b + a K,
+is B, and b^2 - a c its discriminant; all their signs are exact. The floor of the first root is the greatest K
+with q(K) >= 0 and B(K) < 0: once that has ceased to hold it does not hold again, so bisection finds it, from
+wherever it starts. The floor of the last root is likewise the greatest K with q(K) <= 0 or B(K) <= 0. Some
+microseconds, more where the guess is bad.
 
 A whole number is a row of digits in base 2^26: the digit in cell i counts 2^(26 (i - z)), z being the row's
 zero. Digits are signed, and after ``carry`` at most 2^25 in size, so all that is below a digit is less
@@ -20,10 +22,10 @@ first or behind the last.
 Why it is right
 ===============
 
-B, q and the discriminant R^2 |U|^2 - (D x U)^2 at a whole K are whole numbers times a power of two, so their
-signs are exact. B >= 0 at the anchor: never; q <= 0: 0; a discriminant <= 0: never. Otherwise "q(K) >= 0 and
-B(K) < 0" is true from 0 to the floor of the first root, then q < 0 up to the second root, and then B > 0. It
-does not become true again, so bisection finds the last K with it, whatever the guess.
+B >= 0 at the anchor: never; q <= 0: 0; a discriminant <= 0: never. Otherwise "q(K) >= 0 and B(K) < 0" is
+true from 0 to the floor of the first root, then q < 0 up to the second root, and then B > 0. It does not
+become true again, so bisection finds the last K with it, whatever the guess. And "q(K) <= 0 or B(K) <= 0" is
+true up to the floor of the last root, or of the vertex where there is no root.
 
 *Digits.* After ``carry`` a digit is from -2^25 to 2^25 - 1. All below a digit is at most 2^25 (1 + 2^26 + ...
 ) < 1 unit of it, so the highest that is not zero has the number's sign. A cell gets one product for each pair
@@ -37,9 +39,9 @@ bits) to 971; a tick takes up to 1,100 off. So ``cell``, ZERO + floor(p / 26), i
 up to 96 + 37 = 133. From there a double needs 3 cells (53 bits and a shift of up to 25: 78). Times a count
 (62 bits), and six of them summed, it is below 2^(78 + 65), that is 6 cells with a sign: ``room`` gives 8.
 Three fewer are enough for a speed, and what a count multiplies stays inside. Products of two have twice, of
-four four times the room, 16 and 32 cells for less than 12 and 24. The highest end is 141, of **CELLS = 160**.
-The periods of an image are such a length times a whole number below 2^32, less than a count: its digits are
-added before carrying, each below 2^58.
+four four times the room, 16 and 32 cells for less than 12 and 24; U K is a length, so a K and a K^2 have room
+as well. The highest end is 141, of **CELLS = 160**. The periods of an image are such a length times a whole
+number below 2^32, less than a count: its digits are added before carrying, each below 2^58.
 """
 
 from __future__ import annotations
@@ -148,12 +150,11 @@ def carry(m: Cells, row: int, first: int, end: int, by: int) -> int:
 LIMIT = 1 << 62
 """Ticks after the later anchor from which on nothing is predicted: ``structural.FAR`` as a whole number."""
 
-DX, DY, UX, UY, X, Y, REACH, COUNT = range(0, 8 * CELLS, CELLS)
-"""Rows of lengths: the separation at the later anchor, what a tick adds to it, the separation at a tick,
-R."""
+DX, DY, UX, UY, REACH, COUNT = range(0, 6 * CELLS, CELLS)
+"""Rows of lengths: the separation at the later anchor, what a tick adds to it, R."""
 
-SUM, CROSS, SPEED2, REACH2 = range(8 * CELLS, 16 * CELLS, 2 * CELLS)
-"""Rows of products of two."""
+CONSTANT, HALF_RATE, SQUARE, SUM, MORE = range(6 * CELLS, 16 * CELLS, 2 * CELLS)
+"""Rows of products of two: of a quadratic c, b and a, and what is made of them."""
 
 FOURS = 16 * CELLS
 """The row of products of four."""
@@ -170,49 +171,25 @@ def as_count(ticks: float) -> int:
 
 
 @subroutine
-def sign_of_inside(m: Cells, first: int, end: int) -> int:
-    """Return the sign of R^2 |v|^2 - (d x v)^2."""
-    add_product(m, CROSS, DY, first, end, UX, first, end)
-    carry(m, CROSS, 2 * first, 2 * end, -1)
-    add_product(m, CROSS, DX, first, end, UY, first, end)
-    carry(m, CROSS, 2 * first, 2 * end, 1)
-    add_product(m, SPEED2, UX, first, end, UX, first, end)
-    add_product(m, SPEED2, UY, first, end, UY, first, end)
-    carry(m, SPEED2, 2 * first, 2 * end, 1)
-    add_product(m, REACH2, REACH, first, end, REACH, first, end)
-    carry(m, REACH2, 2 * first, 2 * end, 1)
-    add_product(m, FOURS, CROSS, 2 * first, 2 * end, CROSS, 2 * first, 2 * end)
-    carry(m, FOURS, 4 * first, 4 * end, -1)
-    add_product(m, FOURS, SPEED2, 2 * first, 2 * end, REACH2, 2 * first, 2 * end)
-    return carry(m, FOURS, 4 * first, 4 * end, 1)
-
-
-@subroutine
-def place_at(m: Cells, first: int, end: int, count: int) -> None:
-    """Put the separation at a count of ticks after the later anchor in the rows ``X`` and ``Y``."""
-    put_count(m, COUNT, count)
-    copy(m, X, DX, first, end)
-    copy(m, Y, DY, first, end)
-    add_product(m, X, UX, first, end - 3, COUNT, 0, 3)
-    add_product(m, Y, UY, first, end - 3, COUNT, 0, 3)
-    carry(m, X, first, end, 1)
-    carry(m, Y, first, end, 1)
+def sign_of_discriminant(m: Cells, first: int, end: int) -> int:
+    """Return the sign of b^2 - a c, of a quadratic in cells from the first to before the end."""
+    add_product(m, FOURS, SQUARE, first, end, CONSTANT, first, end)
+    carry(m, FOURS, 2 * first, 2 * end, -1)
+    add_product(m, FOURS, HALF_RATE, first, end, HALF_RATE, first, end)
+    return carry(m, FOURS, 2 * first, 2 * end, 1)
 
 
 @subroutine
 def signs_at(m: Cells, first: int, end: int, count: int) -> tuple[int, int]:
-    """Return the signs of B and of q at a count of ticks after the later anchor."""
-    place_at(m, first, end, count)
-    clear(m, SUM, 2 * first, 2 * end)
-    add_product(m, SUM, X, first, end, UX, first, end)
-    add_product(m, SUM, Y, first, end, UY, first, end)
-    bend = carry(m, SUM, 2 * first, 2 * end, 1)
-    clear(m, SUM, 2 * first, 2 * end)
-    add_product(m, SUM, REACH, first, end, REACH, first, end)
-    carry(m, SUM, 2 * first, 2 * end, -1)
-    add_product(m, SUM, X, first, end, X, first, end)
-    add_product(m, SUM, Y, first, end, Y, first, end)
-    return bend, carry(m, SUM, 2 * first, 2 * end, 1)
+    """Return the signs of half the rate of a quadratic, and of itself, at a count of ticks."""
+    put_count(m, COUNT, count)
+    copy(m, SUM, HALF_RATE, first, end)
+    add_product(m, SUM, SQUARE, first, end - 3, COUNT, 0, 3)
+    rate = carry(m, SUM, first, end, 1)
+    copy(m, MORE, CONSTANT, first, end)
+    add_product(m, MORE, HALF_RATE, first, end - 3, COUNT, 0, 3)
+    add_product(m, MORE, SUM, first, end - 3, COUNT, 0, 3)
+    return rate, carry(m, MORE, first, end, 1)
 
 
 @hook
@@ -238,18 +215,32 @@ def between(low: int, high: int, guess: int) -> int:
 
 
 @subroutine
-def last_before(m: Cells, first: int, end: int, guess: int, parting: bool) -> int:
-    """Return the greatest count of ticks, 0 to 2^62, at which a contact, or a parting, has not been passed;
-    at 0 it has not."""
+def root_of(m: Cells, first: int, end: int, guess: int, last: bool) -> int:
+    """Return the floor of the last root of a quadratic, or of its vertex if there is no root; or of its first
+    root, which is after 0. From 2^62 on it is ``NEVER``, and 0 where it is before 0."""
     low = 0
     high = LIMIT + 1
     stride = 1
     guess = between(low, high, guess)
     while high - low > 1:
-        bend, gap = signs_at(m, first, end, guess)
-        before = (bend < 0 or gap <= 0) if parting else (bend < 0 and gap >= 0)
+        rate, value = signs_at(m, first, end, guess)
+        before = (rate <= 0 or value <= 0) if last else (rate < 0 and value >= 0)
         low, high, guess, stride = narrowed(low, high, guess, stride, before)
-    return low
+    return low if low < LIMIT else NEVER
+
+
+@subroutine
+def first_root(m: Cells, first: int, end: int, guess: int) -> int:
+    """Return the floor of the first root of a quadratic, 0 if only the last one is still to come; ``NEVER``
+    if there is none from 0 on."""
+    rate, value = signs_at(m, first, end, 0)
+    if rate >= 0:
+        return NEVER
+    if value <= 0:
+        return 0
+    if sign_of_discriminant(m, first, end) <= 0:
+        return NEVER
+    return root_of(m, first, end, guess, False)
 
 
 @subroutine
@@ -298,17 +289,21 @@ def touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int, p
     first, end = read_in(m, plans, radius, radius2)
     if end > CELLS:
         return 0 if parting else NEVER
-    bend, gap = signs_at(m, first, end, 0)
-    if parting:
-        if gap > 0 and (bend >= 0 or sign_of_inside(m, first, end) <= 0):
-            return 0
-        if plans.x.v == plans.x.v2 and plans.y.v == plans.y.v2:
-            return NEVER
-    elif bend >= 0:
-        return NEVER
-    elif gap <= 0:
+    add_product(m, CONSTANT, REACH, first, end, REACH, first, end)
+    carry(m, CONSTANT, 2 * first, 2 * end, -1)
+    for d, u in ((DX, UX), (DY, UY)):
+        add_product(m, CONSTANT, d, first, end, d, first, end)
+        add_product(m, HALF_RATE, d, first, end, u, first, end)
+        add_product(m, SQUARE, u, first, end, u, first, end)
+    first *= 2
+    end *= 2
+    for row in (CONSTANT, HALF_RATE, SQUARE):
+        carry(m, row, first, end, 1)
+    if not parting:
+        return first_root(m, first, end, guess)
+    rate, gap = signs_at(m, first, end, 0)
+    if gap > 0 and (rate >= 0 or sign_of_discriminant(m, first, end) <= 0):
         return 0
-    elif sign_of_inside(m, first, end) <= 0:
+    if plans.x.v == plans.x.v2 and plans.y.v == plans.y.v2:
         return NEVER
-    found = last_before(m, first, end, guess, parting)
-    return found if found < LIMIT else NEVER
+    return root_of(m, first, end, guess, True)
