@@ -144,7 +144,7 @@ def after_fall(k: Kernel, body: Records, far: float, near: float, slope: float, 
     fall = clock.fall
     since = body.anchor - fall.origin
     end = fall.end - body.anchor
-    delay = falls_at(Fall(far, near, body.radius, slope, pull, since, end, clock.tick, clock.per_time))
+    delay = falls_at(Fall(far, near, body.radius, slope, pull, since, end, clock.tick))
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 

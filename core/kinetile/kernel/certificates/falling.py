@@ -14,18 +14,19 @@ cases ``before`` says of a whole n whether the floor is n or later, and it never
 ``falls_at`` computes Q and Q' at whole ticks in doubles, with what each sum and product lost. Their signs are
 known where they are beyond a bound, or where nothing was lost at all; a body that is surely not at the wall
 by the end of its frame is answered with ``NEVER`` at once, and otherwise the tick is that of an estimate, or
-near it. What that leaves open is decided by bisection in whole numbers (``integers`` has how they are kept).
+beside it. What that leaves open is decided by bisection in whole numbers (``integers`` has how they are
+kept).
 
 Error bounds
 ============
 
-u is 2^-53. Every t and w is exact: n and since + n are below 2^53. ``plus`` and ``product_error`` give
-exactly what sums and products lost, unless a product underflows. So Q = all + (b + g + l1 + l2 + pull / 2 e +
-f + a), exactly, of which the product with e, what the square of w lost, and six sums are rounded: 7 u of the
-sum S of the magnitudes; **2^-49 = 16 u** covers it. The last sum, all + low, has the right sign. If S is 0
-nothing was rounded: the sign is exact, also when it is 0. For that, and for the bound, no product may
-underflow: each is above TINY or has a factor that is 0; otherwise TINY is added. In Q' = slope + pull w there
-are two roundings of the same kind: **2^-50** of them.
+u is 2^-53. Every t and w is exact: n and since + n are below 2^53. No product underflows: a factor is 0, or a
+speed or an acceleration above SMALL = 2^-200, or a number of ticks above 2^-100. So ``plus`` and
+``product_error`` give exactly what sums and products lost, and Q = all + (b + g + l1 + l2 + pull / 2 e + f +
+a), exactly, of which the product with e, what the square of w lost, and six sums are rounded: 7 u of the sum
+S of the magnitudes; **2^-49 = 16 u** covers it. The last sum, all + low, has the right sign. If S is 0
+nothing was rounded: the sign is exact, also when it is 0. In Q' = slope + pull w there are two roundings of
+the same kind: **2^-50** of them.
 
 The discriminant Q'^2 - 2 pull Q at the anchor decides nothing but that there is no root, and has a bound of
 2^-45 of its terms, and what the bounds of Q and Q' make in it.
@@ -46,7 +47,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from kinetile.kernel.certificates.contact import LARGE, TINY, plus
+from kinetile.kernel.certificates.contact import LARGE, SMALL, TINY, plus
 from kinetile.kernel.certificates.integers import (
     CELLS,
     CONSTANT,
@@ -64,7 +65,7 @@ from kinetile.kernel.certificates.integers import (
     room,
     root_of,
 )
-from kinetile.kernel.compiled import apart, hook, smaller, subroutine, zeros
+from kinetile.kernel.compiled import apart, hook, larger, smaller, subroutine, zeros
 from kinetile.kernel.tables import NEVER
 from kinetile.kernel.vectors import product_error
 
@@ -73,7 +74,7 @@ class Fall(NamedTuple):
     """The gap between a body and a wall along an axis with gravity: ``far - near - radius`` at the anchor in
     its frame, and its rate there, ``slope``; the acceleration of the room's gap, ``pull``; how many ticks
     after the origin of the frame the anchor is, ``since``, and how many after the anchor the frame ends: from
-    there on nothing is predicted. A tick is a power of two, and ``per_time`` its inverse."""
+    there on nothing is predicted. A tick is a power of two."""
 
     far: float
     near: float
@@ -83,13 +84,6 @@ class Fall(NamedTuple):
     since: int
     end: int
     tick: float
-    per_time: float
-
-
-@hook
-def whole(a: float, b: float, product: float) -> bool:
-    """Whether a product does not underflow, nor what it lost."""
-    return bool(abs(product) > TINY or a == 0.0 or b == 0.0)
 
 
 @hook
@@ -110,10 +104,7 @@ def gap_after(f: Fall, ticks: int) -> tuple[float, float]:
     three = half * product_error(w, w, square)
     low = (b + g) + ((one + two) + (three + (s + a)))
     size = (abs(b) + abs(g)) + ((abs(one) + abs(two)) + (abs(three) + (abs(s) + abs(a))))
-    error = 2.0**-49 * size
-    if not (whole(f.slope, t, flown) and whole(w, w, square) and whole(half, square, fallen)):
-        error += TINY
-    return all_of_it + low, error
+    return all_of_it + low, 2.0**-49 * size
 
 
 @hook
@@ -123,10 +114,7 @@ def rate_after(f: Fall, ticks: int) -> tuple[float, float]:
     gained = f.pull * w
     rate, low = plus(f.slope, gained)
     lost = product_error(f.pull, w, gained)
-    error = 2.0**-50 * (abs(low) + abs(lost))
-    if not whole(f.pull, w, gained):
-        error += TINY
-    return rate + (low + lost), error
+    return rate + (low + lost), 2.0**-50 * (abs(low) + abs(lost))
 
 
 @hook
@@ -158,45 +146,31 @@ def side_of(f: Fall, ticks: int) -> int:
 def falls_at(f: Fall) -> int:
     """Return after how many ticks a body is at a bent wall, rounded down exactly; ``NEVER`` from the end of
     its frame on."""
-    exact = (1 << 53) - f.since - 2
-    last = smaller(f.end, exact)
-    gap, gap_error = gap_after(f, 0)
-    rate, rate_error = rate_after(f, 0)
+    last = smaller(f.end, (1 << 53) - f.since - 2)
     size = abs(f.far) + abs(f.near) + abs(f.radius) + abs(f.slope)
+    slow = abs(f.slope) < SMALL and f.slope != 0.0
     guess = 0.0
-    if last > 0 and size < LARGE:
-        if side_of(f, last) > 0:
-            if last == f.end:
-                return NEVER
-        elif f.pull > 0.0 and sign_beyond(rate, rate_error) > 0:
-            return NEVER
+    if last > 0 and size < LARGE and not slow and abs(f.pull) > SMALL and f.tick > 2.0**-100:
+        gap, gap_error = gap_after(f, 0)
+        rate, rate_error = rate_after(f, 0)
         squares = rate * rate - 2.0 * f.pull * gap
         bound = 2.0**-45 * (rate * rate + 2.0 * abs(f.pull * gap)) + TINY
         bound += 2.0 * (abs(rate) * rate_error + abs(f.pull) * gap_error)
-        if f.pull > 0.0 and gap > gap_error and squares < -bound:
+        if f.pull > 0.0 and (squares < -bound or sign_beyond(rate, rate_error) > 0):
             return NEVER
+        if last == f.end and side_of(f, last) > 0:
+            return NEVER
+        if f.pull < 0.0 and side_of(f, 0) < 0:
+            return 0
         root = math.sqrt(squares) if squares > 0.0 else 0.0
         if f.pull < 0.0 and rate >= 0.0:
-            guess = (rate + root) / -f.pull * f.per_time
+            guess = (rate + root) / -f.pull / f.tick
         elif root > rate:
-            guess = 2.0 * gap / (root - rate) * f.per_time
-        if gap > gap_error or f.pull < 0.0:
-            ticks = smaller(as_count(guess), last - 1)
-            for _ in range(4):
-                here = side_of(f, ticks)
-                if here < 0 and ticks == 0 and f.pull < 0.0:
-                    return 0
-                if here < 0 and ticks > 0:
-                    ticks -= 1
-                elif here > 0:
-                    after = side_of(f, ticks + 1)
-                    if after < 0:
-                        return int(ticks)
-                    if after == 0 or ticks + 1 >= last:
-                        break
-                    ticks += 1
-                else:
-                    break
+            guess = 2.0 * gap / (root - rate) / f.tick
+        about = smaller(as_count(guess), last - 1)
+        for ticks in range(larger(about - 2, 0), smaller(about + 3, last)):
+            if side_of(f, ticks) > 0 and side_of(f, ticks + 1) < 0:
+                return int(ticks)
     found = int(falls_at_by_integers(f, as_count(guess)))
     return int(found if found < f.end else NEVER)
 
