@@ -61,7 +61,8 @@ class Clock:
 
     def ticks(self, time: float) -> int:
         """Return a time as ticks since the start, rounded down."""
-        return math.floor((Fraction(time) - Fraction(self.start)) / Fraction(self.unit) * TICKS)
+        (a, b), (c, d), (e, f) = (each.as_integer_ratio() for each in (time, self.start, self.unit))
+        return (a * d - c * b) * f * TICKS // (b * d * e)
 
     def tick_of(self, time: float, at: tuple[int, ...] | None) -> int:
         """Return a time, or where it is given the exact one, which begins with (epoch, tick), as ticks since
@@ -83,8 +84,9 @@ class Clock:
 
     def time(self, relative: int) -> float:
         """Return a kernel's tick as time, rounded once."""
+        (a, b), (c, d) = self.start.as_integer_ratio(), self.unit.as_integer_ratio()
         total = int(relative) + self.base * TICKS
-        return float(Fraction(self.start) + Fraction(total, TICKS) * Fraction(self.unit))
+        return (a * d * TICKS + total * c * b) / (b * d * TICKS)
 
     def before(self, ticks: int) -> float:
         """Return the last time whose tick is before this one."""

@@ -148,7 +148,7 @@ def check_command(command: Any, where: str, start: float | None, extent: Extent 
 
     ``start`` and ``extent``, of the arena, are None if they are not known, or there is none.
     """
-    if not isinstance(command, Turn | Insert | Remove):
+    if not isinstance(command, Command):
         expected = "kinetile.Insert(...), kinetile.Remove(...) or kinetile.Turn(...)"
         return [Mistake(where, shown(command), expected)]
     mistakes = check_time(command.time, where, start)

@@ -81,12 +81,14 @@ def fall_of(scene: Scene) -> tuple[float, float]:
 def drop_of(scene: Scene) -> float:
     """Returns the largest square of a speed that a body can gain by falling: 2 g.d for the arena's diagonal
     d."""
+    if not scene.falls:
+        return 0.0
     return 2.0 * sum(abs(pull) * side for pull, side in zip(scene.gravity, scene.arena or (), strict=False))
 
 
 def drift_of(scene: Scene) -> float:
     """Returns the greatest speed of a frame, by which velocities in it and in the room differ."""
-    return math.hypot(*scene.gravity) * lasting(scene)
+    return math.hypot(*scene.gravity) * lasting(scene) if scene.falls else 0.0
 
 
 def speed_bound(scene: Scene) -> float:

@@ -34,6 +34,9 @@ from kinetile.scene.shapes import Shape
 Rows = npt.NDArray[np.void]
 """Commands in the kernel's form (``kinetile.kernel.tables.COMMAND``), in its ticks."""
 
+ROWS = np.dtype((np.record, COMMAND))
+"""Rows whose fields are attributes too, as hooks that are interpreted read them."""
+
 _BYTES = np.dtype((np.void, COMMAND.itemsize))
 """A row as bytes: NumPy copies fields one by one."""
 
@@ -144,7 +147,8 @@ def squares_of(rows: Rows, drop: float) -> float:
     mass, vx, vy = rows["mass"], rows["vx"], rows["vy"]
     if math.inf in mass.tolist():  # immovable
         mass = np.where(np.isinf(mass), 0.0, mass)
-    return float(np.dot(mass, vx * vx + vy * vy + drop * (rows["code"] == INSERTED)))
+    squares = vx * vx + vy * vy
+    return float(np.dot(mass, squares + drop * (rows["code"] == INSERTED) if drop else squares))
 
 
 class Agenda:
@@ -243,7 +247,7 @@ def to_the_front(k: Kernel, fields: Fields, rows: Rows) -> Kernel:
     if many > fields.lists.command[0]:
         k = _with_rows(k, waiting(k), max(FRONT, 2 * many))
     command = fields.lists.command[0]
-    np.asarray(k.commands).view(_BYTES)[command - many : command] = rows.view(_BYTES)
+    np.frombuffer(k.commands, _BYTES)[command - many : command] = np.frombuffer(rows, _BYTES)
     fields.lists.command[0] = command - many
     return k
 
@@ -262,7 +266,7 @@ class History:
         self._rows = rows
         self._inserted = inserted  # bodies and kinds of insertions, so that kinds are read at once
         self._bases = bases
-        self._last: tuple[tuple[int, Rows], ...] = ()  # each with the base of its ticks
+        self._last: tuple[tuple[int, bytes], ...] = ()  # each with the base of its ticks
 
     @property
     def content(self) -> tuple[bytes, Bases]:
@@ -278,20 +282,20 @@ class History:
     def with_rows(self, rows: Rows, base: int) -> History:
         """Returns these commands and others after them; ``base`` is that of the clock of their ticks."""
         history = History(self._rows, self._inserted, self._bases)
-        history._last = (*self._last, (base, rows))
+        history._last = (*self._last, (base, rows.tobytes()))
         if len(history._last) >= LAST:
             history._take_in_last()
         return history
 
     def _take_in_last(self) -> None:
         for base, several in groupby(self._last, itemgetter(0)):
-            rows = np.concatenate([each for _, each in several])
+            rows = b"".join(each for _, each in several)
             if not self._bases or self._bases[-1][1] != base:
                 first = sum(map(len, self._rows)) // COMMAND.itemsize
                 self._bases = (*self._bases, (first, base))
-            came = _inserted(rows)
+            came = _inserted(np.frombuffer(rows, COMMAND))
             self._inserted = _joined(self._inserted, came) if came else self._inserted
-            self._rows = _joined(self._rows, rows.tobytes())
+            self._rows = _joined(self._rows, rows)
         self._last = ()
 
     @property

@@ -10,7 +10,7 @@ for a larger one.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -55,11 +55,6 @@ class Bounds(NamedTuple):
         radii = [*scene.radius.tolist(), *(command.radius for command in coming)]
         lightest, smallest = min(masses, default=math.inf), min(radii, default=math.inf)
         return cls(lightest, smallest, math.inf, speed_bound(scene), 0.0, NO_SKIN)
-
-    def including(self, rows: Any) -> Bounds:
-        """Returns the bounds with the masses and radii of bodies that commands insert."""
-        lightest = min(self.lightest, *rows["mass"].tolist())
-        return self._replace(lightest=lightest, smallest=min(self.smallest, *rows["radius"].tolist()))
 
 
 def fastest(squares: float, lightest: float) -> float:

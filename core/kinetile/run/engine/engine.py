@@ -48,7 +48,6 @@ from kinetile.kernel.loop.responses import begin_at_start
 from kinetile.kernel.passings import MOST_IMAGES
 from kinetile.kernel.skin import Skin, too_thick
 from kinetile.kernel.tables import (
-    COMMAND,
     JAMMED,
     NEVER,
     NOBODY,
@@ -64,7 +63,7 @@ from kinetile.plugin.registry import sentence
 from kinetile.run.audit import check_all
 from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine import layout, spans
-from kinetile.run.engine.agenda import Agenda, Command, Rows, due, squares_of, to_the_front
+from kinetile.run.engine.agenda import ROWS, Agenda, Command, Rows, due, squares_of, to_the_front
 from kinetile.run.engine.bounds import MOST_FLOWN, NO_SKIN, Bounds, fastest, squares_of_bodies
 from kinetile.run.engine.contents import RunState, contents_of, numbers_of
 from kinetile.run.engine.failures import blocked, blockers_of, failure
@@ -483,11 +482,10 @@ class Engine(Tables):
     # above, and only when it would exceed the speed in force is the energy summed up again.
 
     def command_rows(self, code: int, many: int = 1) -> Rows:
-        """Returns a number of commands of the present tick; the caller fills in their bodies and effects,
-        ``carry_out`` the contacts that come before."""
-        rows = np.zeros(many, COMMAND)
-        rows["code"] = code
-        rows["tick"] = self.now
+        """Returns a number of commands of the present moment; the caller fills in their bodies and
+        effects."""
+        rows = np.zeros(many, ROWS)
+        rows["code"], rows["tick"], rows["after"] = code, self.now, self.met_now
         return rows
 
     def carry_out(self, code: int, rows: Rows, shapes: tuple[Shape, ...] = ()) -> None:
@@ -534,8 +532,7 @@ class Engine(Tables):
                 if others_first:
                     with suppress(Refused):  # of an insertion without room: this command comes before it
                         self._run_commands()
-                    rows["overtakes"] = due(self.k, self.fields, self.met_now)
-                rows["after"] = self.met_now
+                    rows["after"], rows["overtakes"] = self.met_now, due(self.k, self.fields, self.met_now)
                 self._behind = self._waiting
                 self.k = to_the_front(self.k, self.fields, rows)
                 self._run_commands()
@@ -579,13 +576,18 @@ class Engine(Tables):
 
     def _bounds_with(self, rows: Rows, inserts: bool) -> tuple[Bounds, float]:
         """Returns the bounds with the energy of commands, and the largest speed of a body then."""
-        bounds = self.bounds.including(rows) if inserts else self.bounds
+        lightest, smallest, squares, speed, extent, skin = self.bounds
+        if inserts:
+            lightest = min(lightest, *rows["mass"].tolist())
+            smallest = min(smallest, *rows["radius"].tolist())
         drop, drift = drop_of(self.scene), drift_of(self.scene)
-        gained, squares = squares_of(rows, drop), bounds.squares
-        if not fastest(squares + gained, bounds.lightest) + drift <= bounds.speed:
+        gained = squares_of(rows, drop)
+        needed = fastest(squares + gained, lightest) + drift
+        if not needed <= speed:
             squares = squares_of_bodies(self.k) + self.agenda.squares(self.k, drop)
             squares += drop * float(self.k.mass[self.taken].sum()) if drop else 0.0
-        return bounds._replace(squares=squares + gained), fastest(squares + gained, bounds.lightest) + drift
+            needed = fastest(squares + gained, lightest) + drift
+        return Bounds(lightest, smallest, squares + gained, speed, extent, skin), needed
 
     @property
     def _waiting(self) -> int:

@@ -150,7 +150,7 @@ def blockers_of(packed: Any, composition: Composition, rows: Rows) -> npt.NDArra
     reach into, FREE, or FREE - 1 - i for the i-th of these commands. The loop would find the same, but only
     after a copy of all tables."""
     found = np.empty(len(rows), dtype=np.int64)
-    composition.find_room(packed, rows.view(np.recarray), found)
+    composition.find_room(packed, rows, found)
     return found
 
 

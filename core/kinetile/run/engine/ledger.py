@@ -209,14 +209,14 @@ class Ledger:
         if logged and self.unstepped is not None:
             self.unstepped += np.asarray(k.met)[:logged].tolist()
         if logged:
-            met = np.asarray(k.met)[:logged]
+            met = np.frombuffer(k.met, MET, logged)
             if self.keeps:
                 self._waiting.append(_kept(met))
                 self._total += logged
             else:
                 self._digest.update(met.view(np.uint8).data)
         if written:
-            long = np.asarray(k.log)[:written]
+            long = np.frombuffer(k.log, ROW, written)
             if self._recorder is not None:
                 self._recorder(_rows(long, self._clock, self._scene))
             elif self.puts_aside:
