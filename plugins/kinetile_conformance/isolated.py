@@ -79,10 +79,8 @@ def where(words: str) -> str:
             path = Path(frame["file"])
             if is_library(path):
                 continue
-            if path == OWN / "run" / "engine" / "engine.py" and frame["function"] == "_run_loop":
-                return "a compiled hook"
             if path.parent == OWN / "kernel" / "compiled":
-                return "the compiler"
+                return "a compiled hook" if frame["function"] == "__call__" else "the compiler"
             return f"{frame['function']} ({path.name}, line {frame['line']})"
     return ""
 
