@@ -272,7 +272,7 @@ def test_the_other_checks_are_run_after_a_death() -> None:
 
 @pytest.mark.slow
 def test_after_three_deaths_the_rest_is_not_run() -> None:
-    names = [check.name for check in CHECKS if check.observation.compares]  # those of memory have a child of their own
+    names = [check.name for check in CHECKS if check.observation.compares]  # others have a child of their own
     report = isolated("crashes-in-arrange", *names, shrink=False)
     assert [result.status for result in report.results if result.status != "skipped"] == ["died"] * 3
     assert report.notes == (f"not run, after 3 deaths: {', '.join(names[len(report.results) :])}",)
