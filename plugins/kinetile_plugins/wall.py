@@ -8,13 +8,12 @@ contact. Ties, a body in a corner, go to the wall that comes first: left, right,
 follows at the same tick.
 
 With gravity bodies are in a frame that falls with them, and the walls at the ends of an axis along which it
-pulls are bent there: ``_falling`` makes the hooks for these.
+pulls are bent there: ``FALLING`` has the hooks for these.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
 
 from kinetile.errors import Refused
 from kinetile.scene import Scene
@@ -170,6 +169,37 @@ def bounce_falling(k: Kernel, body: Records, wall: int) -> float:
     return float(depth)
 
 
+@unchecked
+@hook
+def reach_falling(k: Kernel, body: Records) -> tuple[int, int]:
+    """Return (tick, wall) of the first contact of a body with a wall; of several at one tick the first of
+    left, right, bottom and top."""
+    clock = k.clock[0]
+    limits = clock.limits
+    fall = clock.fall
+    straight_x = clock.torus.x == 0.0 and fall.x == 0.0
+    straight_y = clock.torus.y == 0.0 and fall.y == 0.0
+    tick, wall = first_wall(k, body, straight_x, straight_y)
+    if tick >= fall.end:  # as at bent walls: it has another plan then
+        tick = NEVER
+    if fall.x != 0.0:
+        left = after_fall(k, body, body.x, 0.0, body.vx, fall.x)
+        right = after_fall(k, body, limits.width, body.x, -body.vx, -fall.x)
+        if left <= tick or right <= tick:  # before the walls of the other axis
+            tick = left if left <= right else right
+            wall = LEFT if left <= right else RIGHT
+    if fall.y != 0.0:
+        bottom = after_fall(k, body, body.y, 0.0, body.vy, fall.y)
+        top = after_fall(k, body, limits.height, body.y, -body.vy, -fall.y)
+        if bottom < tick:
+            tick = bottom
+            wall = BOTTOM
+        if top < tick:
+            tick = top
+            wall = TOP
+    return tick, wall
+
+
 @hook
 def away_from_walls(place: float, speed: float, pull: float, side: float, edge: float) -> bool:
     """Return whether a body has reached neither wall at the ends of an axis, if it has a place and a velocity
@@ -180,63 +210,32 @@ def away_from_walls(place: float, speed: float, pull: float, side: float, edge: 
     rises = speed if pull < 0.0 else -speed
     if below <= 0.0 or above <= 0.0:
         return False
-    return bool(rises > 0.0 or rises * rises * (1.0 + 2.0**-40) < 2.0 * abs(pull) * above)
+    return bool(pull == 0.0 or rises > 0.0 or rises * rises * (1.0 + 2.0**-40) < 2.0 * abs(pull) * above)
 
 
-@cache
-def _falling(x: bool, y: bool, bent_x: bool, bent_y: bool) -> WallParts:
-    """Returns the parts for walls at the ends of these axes, those of some of them bent."""
+@unchecked
+@hook
+def inside_falling(k: Kernel, body: Records, tick: int) -> bool:
+    """Return whether a body surely reaches no wall up to a tick, or the end of its frame if that is sooner:
+    then it has another plan. Within a frame its place is rounded by less than ``fat``."""
+    clock = k.clock[0]
+    fall = clock.fall
+    limits = clock.limits
+    until = smaller(tick, fall.end)
+    t = since_anchor(k, body, until)
+    more_x, more_y, vx, vy = fallen(k, until)
+    edge = body.radius + limits.fat
+    x = body.x + body.vx * t + more_x
+    y = body.y + body.vy * t + more_y
+    if clock.torus.x == 0.0 and not away_from_walls(x, body.vx + vx, fall.x, limits.width, edge):
+        return False
+    return clock.torus.y != 0.0 or away_from_walls(y, body.vy + vy, fall.y, limits.height, edge)
 
-    @unchecked
-    @hook
-    def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
-        """Return (tick, wall) of the first contact of a body with a wall; of several at one tick the first of
-        left, right, bottom and top."""
-        limits = k.clock[0].limits
-        fall = k.clock[0].fall
-        tick, wall = first_wall(k, body, x and not bent_x, y and not bent_y)
-        if tick >= fall.end:  # as at bent walls: it has another plan then
-            tick = NEVER
-        if bent_x:
-            left = after_fall(k, body, body.x, 0.0, body.vx, fall.x)
-            right = after_fall(k, body, limits.width, body.x, -body.vx, -fall.x)
-            if left <= tick or right <= tick:  # before the walls of the other axis
-                tick = left if left <= right else right
-                wall = LEFT if left <= right else RIGHT
-        if bent_y:
-            bottom = after_fall(k, body, body.y, 0.0, body.vy, fall.y)
-            top = after_fall(k, body, limits.height, body.y, -body.vy, -fall.y)
-            if bottom < tick:
-                tick = bottom
-                wall = BOTTOM
-            if top < tick:
-                tick = top
-                wall = TOP
-        return tick, wall
 
-    @unchecked
-    @hook
-    def inside(k: Kernel, body: Records, tick: int) -> bool:
-        """Return whether a body surely reaches no wall up to a tick, or the end of its frame if that is
-        sooner: then it has another plan. Within a frame its place is rounded by less than ``fat``."""
-        clock = k.clock[0]
-        fall = clock.fall
-        limits = clock.limits
-        until = smaller(tick, fall.end)
-        t = since_anchor(k, body, until)
-        fallen_x, fallen_y, vx, vy = fallen(k, until)
-        edge = body.radius + limits.fat
-        at_x = body.x + body.vx * t + fallen_x
-        at_y = body.y + body.vy * t + fallen_y
-        if x and not bent_x and not (at_x > edge and at_x < limits.width - edge):
-            return False
-        if y and not bent_y and not (at_y > edge and at_y < limits.height - edge):
-            return False
-        if bent_x and not away_from_walls(at_x, body.vx + vx, fall.x, limits.width, edge):
-            return False
-        return not bent_y or away_from_walls(at_y, body.vy + vy, fall.y, limits.height, edge)
-
-    return WallParts(reach_wall, bounce_falling, touch_falling, periodic=True, inside=inside, falling=True)
+FALLING = WallParts(
+    reach_falling, bounce_falling, touch_falling, periodic=True, inside=inside_falling, falling=True
+)
+"""The parts for a scene with gravity."""
 
 
 class Wall:
@@ -252,8 +251,7 @@ class Wall:
     def prepare(self, scene: Scene) -> WallParts:
         """Returns the parts; refuses a scene without walls, unless they are general."""
         if scene.falls:
-            walled = [axis not in scene.periodic for axis in "xy"]
-            return _falling(*walled, *(pull != 0.0 for pull in scene.gravity))
+            return FALLING
         if self.general:
             return _parts(reach_any_wall)
         if scene.arena is None:

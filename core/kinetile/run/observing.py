@@ -551,12 +551,8 @@ class _Plans:
         self._take_in(moment.bodies)
         velocities = moment.velocities()
         if moment.scene.falls:
-            velocities -= self._shift(*map(np.array, moment.exact_time))
+            velocities -= shift_at(moment.scene, *map(np.array, moment.exact_time))[1]
         self._velocity[moment.bodies] = velocities
-
-    def _shift(self, epoch: Any, tick: Any) -> Any:
-        """Returns what is added to velocities of the frame at moments to have those of the room."""
-        return shift_at(self._moment.scene, epoch, tick)[1]
 
     def _take_in(self, coming: npt.NDArray[Any]) -> None:
         """Makes room for bodies, and reads the masses of all that are present."""
@@ -575,10 +571,10 @@ class _Plans:
         order = flights.by_body  # so that each follows the one before it
         body, flies = flights.body[order], flights.value("vx", "vy", which=order)
         first = np.append(True, body[1:] != body[:-1])[: len(body)]
-        shift = (
-            self._shift(rows["epoch"], rows["tick"])[flights.row[order]] if self._moment.scene.falls else 0.0
-        )
-        flies = flies - shift  # velocities of the frame, which all bodies have new rows in when it changes
+        scene, shift = self._moment.scene, np.zeros(())
+        if scene.falls:  # velocities of the frame, which all bodies have new rows in when it changes
+            shift = shift_at(scene, rows["epoch"], rows["tick"])[1][flights.row[order]]
+        flies = flies - shift
         last, flew = np.roll(first, -1), np.roll(flies, 1, axis=0)
         flew[first] = self._velocity[body[first]]
         self._velocity[body[last]] = flies[last]

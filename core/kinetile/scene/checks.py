@@ -197,19 +197,16 @@ def check_gravity(given: Any, extent: Extent | None) -> list[Mistake]:
     wrong = check_pair(given, "gravity", "[gx, gy]")
     if wrong:
         return wrong
-    pulls = [abs(float(each)) for each in given]
-    if any(0.0 < pull < SMALLEST for pull in pulls):
-        return [Mistake("gravity", shown(list(given)), f"[gx, gy], each 0 or {RANGE} in size")]
-    if any(pulls) and extent is None:
+    pulls = dict(zip("xy", (abs(float(each)) for each in given), strict=True))
+    along = [axis for axis, pull in pulls.items() if pull and extent and axis in extent.periodic]
+    wanted = ""
+    if any(0.0 < pull < SMALLEST for pull in pulls.values()):
+        wanted = f"[gx, gy], each 0 or {RANGE} in size"
+    elif any(pulls.values()) and extent is None:
         wanted = "an arena with it, or no gravity: without walls bodies fall for ever"
-        return [Mistake("gravity", shown(list(given)), wanted)]
-    along = [
-        axis for axis, pull in zip("xy", pulls, strict=True) if pull and extent and axis in extent.periodic
-    ]
-    if along:
+    elif along:
         wanted = f"none along {' and '.join(along)}, which is periodic: nothing stops a fall there"
-        return [Mistake("gravity", shown(list(given)), wanted)]
-    return []
+    return [Mistake("gravity", shown(list(given)), wanted)] if wanted else []
 
 
 def stands(

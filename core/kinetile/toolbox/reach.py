@@ -51,12 +51,12 @@ def extent_of(scene: Scene, walls: bool, speed: float, far: npt.NDArray[np.float
     holds the shape.
     """
     extents = [0.0]
-    for axis, at, fallen in zip("xy", far.tolist(), fall_of(scene), strict=True):
+    for axis, at in zip("xy", far.tolist(), strict=True):
         side = scene.arena["xy".index(axis)] if scene.arena is not None else 0.0
         if axis in scene.periodic:
             extents.append(1.25 * (0.5 * side + 4.0 * speed * scene.time_unit))
         elif walls:
-            extents.append(side + fallen)
+            extents.append(side + fall_of(scene))
         else:
             extents.append(at + flown(speed, scene.time_unit, spans))
     return max(extents) + (float(scene.radius.max(initial=0.0)) if scene.shapes else 0.0)
@@ -67,28 +67,18 @@ def flown(speed: float, unit: float, spans: int) -> float:
     return speed * unit * (spans * SPAN // TICKS)
 
 
-def lasting(scene: Scene) -> float:
-    """Returns how long a frame lasts, in the scene's time; 0 without gravity."""
-    return scene.frame * (scene.time_unit / TICKS)
-
-
-def fall_of(scene: Scene) -> tuple[float, float]:
-    """Returns how far a frame falls along each axis, by which bodies in it can be outside of the arena."""
-    time = lasting(scene)
-    return 0.5 * abs(scene.gravity[0]) * time * time, 0.5 * abs(scene.gravity[1]) * time * time
+def fall_of(scene: Scene) -> float:
+    """Returns how far a frame falls at most, by which bodies in it can be outside of the arena: a quarter of
+    the shorter side (rule 3g)."""
+    return 0.25 * min(scene.arena) if scene.arena is not None and scene.falls else 0.0
 
 
 def drop_of(scene: Scene) -> float:
     """Returns the largest square of a speed that a body can gain by falling: 2 g.d for the arena's diagonal
-    d."""
+    d. A frame, which falls by a quarter of a side at most, gains half of such a speed at most."""
     if not scene.falls:
         return 0.0
     return 2.0 * sum(abs(pull) * side for pull, side in zip(scene.gravity, scene.arena or (), strict=False))
-
-
-def drift_of(scene: Scene) -> float:
-    """Returns the greatest speed of a frame, by which velocities in it and in the room differ."""
-    return math.hypot(*scene.gravity) * lasting(scene) if scene.falls else 0.0
 
 
 def speed_bound(scene: Scene) -> float:
@@ -116,4 +106,4 @@ def speed_bound(scene: Scene) -> float:
                 pushed.append(square)
     lightest = min(mass.values())
     speed = math.sqrt(math.fsum(terms) / lightest) if lightest < math.inf else 0.0
-    return (speed + 2.0 * math.sqrt(max(pushed)) + drift_of(scene)) * (1.0 + 2.0**-20)
+    return (speed + 2.0 * math.sqrt(max(pushed)) + 0.5 * math.sqrt(drop_of(scene))) * (1.0 + 2.0**-20)

@@ -49,12 +49,8 @@ DISTANCE = 2.0
 def arrange(k: Kernel, s: State) -> None:
     """Computes scale and weights, and the order in which bodies are inserted."""
     limits, n = k.clock[0].limits, len(k.bodies)
-    fall = k.clock[0].fall
-    time = float(fall.end - fall.origin) * float(k.clock[0].tick)  # of a frame, if there is gravity
-    side = max(
-        float(limits.width) + 0.5 * abs(float(fall.x)) * time * time,
-        float(limits.height) + 0.5 * abs(float(fall.y)) * time * time,
-    )
+    sides, fall = (float(limits.width), float(limits.height)), k.clock[0].fall
+    side = max(sides) + (0.25 * min(sides) if fall.end > fall.origin else 0.0)  # what a frame may fall
     if float(limits.theta) != 2.0**-48 * side:  # that is, if bodies may leave the arena
         raise Refused(
             "power triangulates an arena whose walls keep the bodies in it, and no narrow phase for walls is "
@@ -129,7 +125,7 @@ class Power:
         if scene.shapes:
             raise Refused("power is for discs, and this scene has other shapes")
         radius = float(scene.radius.min(initial=math.inf))
-        side = max(side + 2.0 * fallen for side, fallen in zip(scene.arena, fall_of(scene), strict=True))
+        side = max(scene.arena) + 2.0 * fall_of(scene)
         if radius < THINNEST * side:
             raise Refused(
                 f"power is for bodies that are at most {1.0 / THINNEST:.0f} times as small as the arena, and "

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinetile.kernel.falling import falls, velocities_now
+from kinetile.kernel.falling import velocities_now
 from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import Kernel
 from kinetile.scene import Insert, Scene
@@ -68,10 +68,7 @@ def squares_of_bodies(k: Kernel) -> float:
     The order of slots, and the number of empty ones, depends on the broad phase. A sum that is rounded once
     does not.
     """
-    bodies = k.bodies.view(np.ndarray)
-    vx, vy = bodies["vx"], bodies["vy"]
-    if falls(k):
-        there = k.queue.number >= 0
-        vx, vy = np.where(there, velocities_now(k, np.arange(len(there))).T, 0.0)
-    mass = np.where(np.isinf(k.mass), 0.0, k.mass)
+    there = np.flatnonzero(k.queue.number >= 0)
+    vx, vy = velocities_now(k, there).T
+    mass = np.where(np.isinf(k.mass), 0.0, k.mass)[there]
     return math.fsum((mass * (vx * vx + vy * vy)).tolist())

@@ -73,7 +73,7 @@ from kinetile.run.interrupts import Interruptible, Unbroken, let_signals_through
 from kinetile.run.prepared import with_shapes
 from kinetile.scene import Scene
 from kinetile.scene.shapes import Shape
-from kinetile.toolbox.reach import SPANS, drift_of, drop_of, extent_of
+from kinetile.toolbox.reach import SPANS, drop_of, extent_of
 
 UNLIMITED = 2**62
 NONE_BEHIND = 2**62
@@ -580,7 +580,8 @@ class Engine(Tables):
         if inserts:
             lightest = min(lightest, *rows["mass"].tolist())
             smallest = min(smallest, *rows["radius"].tolist())
-        drop, drift = drop_of(self.scene), drift_of(self.scene)
+        drop = drop_of(self.scene)
+        drift = 0.5 * math.sqrt(drop)
         gained = squares_of(rows, drop)
         needed = fastest(squares + gained, lightest) + drift
         if not needed <= speed:
