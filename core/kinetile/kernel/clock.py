@@ -23,16 +23,12 @@ SPAN = 1 << 61
 hold 4."""
 
 
-LONGEST = 53
-"""A frame has at most 2^53 ticks, so that their number is a double."""
-
-
 def frame_of(gravity: tuple[float, float], sides: tuple[float, float], unit: float) -> int:
     """Return how many ticks a frame lasts that falls with gravity (``falling``): the largest power of two, up
     to 2^53, in which it falls by a quarter of the shorter side at most; 0 if it falls further in one tick."""
     pull = sum(map(abs, map(Fraction, gravity)))
     squares = Fraction(min(sides)) / 2 / pull / (Fraction(unit) / TICKS) ** 2
-    return 1 << min(math.isqrt(int(squares)).bit_length() - 1, LONGEST) if squares >= 1 else 0
+    return 1 << min(math.isqrt(int(squares)).bit_length() - 1, 53) if squares >= 1 else 0
 
 
 def time_unit(extent: float, speed: float) -> float:

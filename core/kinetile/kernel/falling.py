@@ -73,18 +73,18 @@ def twice_energy(k: Kernel, plan: Records) -> float:
     return squares
 
 
-def shift_at(scene: Any, epoch: Any, tick: Any) -> tuple[Any, Any]:
+def shift_at(scene: Any, epoch: Any, tick: Any) -> npt.NDArray[np.float64]:
     """Return what ``fallen`` does in a scene at moments (...) of (epoch, tick), each in the frame of that
-    moment: for places and for velocities, (..., 2)."""
+    moment, (..., 4)."""
     since = ((epoch & 1) << 52 | tick) & (scene.frame - 1)  # a frame has 2^53 ticks at most
     time = np.asarray(since * (scene.time_unit / TICKS))[..., np.newaxis]
-    return np.array(scene.gravity) * (0.5 * (time * time)), np.array(scene.gravity) * time
+    gravity = np.array(scene.gravity)
+    return np.concatenate([gravity * (0.5 * (time * time)), gravity * time], axis=-1)
 
 
 def shift_now(k: Kernel, tick: int | None = None) -> npt.NDArray[np.float64]:
-    """Return what ``fallen`` does at the present tick, or at another one: of a place and of a velocity,
-    (2, 2)."""
-    return np.reshape(python_of(fallen)(k, int(k.clock[0].now) if tick is None else tick), (2, 2))
+    """Return what ``fallen`` does at the present tick, or at another one, (4,)."""
+    return np.array(python_of(fallen)(k, int(k.clock[0].now) if tick is None else tick))
 
 
 def falls(k: Kernel) -> bool:
@@ -98,7 +98,7 @@ def arena_now(k: Kernel) -> npt.NDArray[np.float64]:
     drawing needs them; (2, 2), without an arena all 0."""
     limits = k.clock[0].limits
     corners = np.array([[0.0, 0.0], [float(limits.width), float(limits.height)]])
-    return corners - shift_now(k)[0] if falls(k) else corners
+    return np.asarray(corners - shift_now(k)[:2])
 
 
 Slots = npt.NDArray[np.intp]
@@ -107,11 +107,11 @@ Slots = npt.NDArray[np.intp]
 def places_now(k: Kernel, slots: Slots) -> npt.NDArray[np.float64]:
     """Return (n, 2) where the bodies in some slots are in the room, at the present tick."""
     places = positions_now(k, slots)
-    return places + shift_now(k)[0] if falls(k) else places
+    return places + shift_now(k)[:2] if falls(k) else places
 
 
 def velocities_now(k: Kernel, slots: Slots) -> npt.NDArray[np.float64]:
     """Return (n, 2) the velocities in the room of the bodies in some slots, at the present tick."""
     bodies = k.bodies.view(np.ndarray).take(slots)
     velocities = np.column_stack([bodies["vx"], bodies["vy"]])
-    return velocities + shift_now(k)[1] if falls(k) else velocities
+    return velocities + shift_now(k)[2:] if falls(k) else velocities

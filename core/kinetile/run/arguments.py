@@ -25,7 +25,7 @@ from kinetile.run.engine.bounds import MOST_FLOWN
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.questions.places import Box, Point
 from kinetile.scene import Insert, Scene
-from kinetile.scene.checks import FARTHEST, LARGEST, RESTING, WALL, Extent, is_finite, shown, stands
+from kinetile.scene.checks import FARTHEST, LARGEST, WALL, Extent, check_support, is_finite, shown
 from kinetile.scene.commands import check_command, shape_of, with_shape
 from kinetile.scene.responses import Kind, no_kind
 from kinetile.scene.shapes import Shape
@@ -311,13 +311,11 @@ def read_insertion(
     return rows, () if own is None or form < len(scene.shapes) else (own,)
 
 
-def _demand_falling(
-    scene: Scene, place: tuple[float, float], velocity: tuple[float, float], radius: float
-) -> None:
+def _demand_falling(scene: Scene, place: Any, velocity: Any, radius: float) -> None:
     """Raises ValueError for a body that would rest on a wall by gravity."""
-    wall = stands(place, velocity, radius, scene.arena, scene.gravity) if scene.arena and scene.falls else ""
-    if wall:
-        raise ValueError(f"this body cannot come: it is at rest on the {wall} wall, expected {RESTING}")
+    extent = Extent(scene.arena or (0.0, 0.0), scene.periodic, False, scene.gravity)
+    for mistake in check_support("", place, velocity, radius, extent):
+        raise ValueError(f"this body cannot come: it is {mistake.found}, expected {mistake.expected}")
 
 
 def read_insertions(

@@ -227,11 +227,6 @@ class Composition:
         return {} if gap is None else {"SHAPED": True, "gap": gap}
 
     @property
-    def of_gravity(self) -> dict[str, Any]:
-        """The values for templates that read velocities of the room; none in a scene without gravity."""
-        return {"FALLING": True} if self.prepared.falls else {}
-
-    @property
     def gapless(self) -> str:
         """Why no body can be inserted into the scene, in which there are shapes; "" where it can."""
         if self.pair is not None and self.pair.gap is not None:
@@ -256,7 +251,9 @@ class Composition:
         """``find_blockers`` for this scene."""
         walls = self.wall is not None and self.prepared.arena is not None
         rules = {"PASSING": self.passing, "PERIODIC": bool(self.prepared.periodic), **self.of_shapes}
-        return compose(find_blockers, {"WALLS": walls, **rules, **self.of_gravity}, "room", Kernel)
+        return compose(
+            find_blockers, {"WALLS": walls, "FALLING": self.prepared.falls, **rules}, "room", Kernel
+        )
 
     def _parts(self, commands: Commands) -> dict[str, Any]:
         """Returns the values for the loop's templates."""
@@ -275,12 +272,12 @@ class Composition:
             "RULES": self.rules is not None,
             "PASSING": self.passing,
             "PERIODIC": bool(self.prepared.periodic),
+            "FALLING": self.prepared.falls,
         }
         if self.prepared.shapes and (commands == Commands.ALL or self.passing):
             parts |= self.of_shapes
         if self.rules is not None:
             parts |= self.rules.parts(self.pair, self.wall)
-        parts |= self.of_gravity
         if parts["AHEAD"]:
             parts["soon"] = self.broad.soon
         if parts["LIVING"]:
@@ -394,12 +391,9 @@ def _prepared(
     if scene.periodic:
         _demand_periodic(scene, (name, broad), given)
     if scene.falls and not (wall is not None and wall.falling):
-        who = " and ".join(
-            described("narrow phase", each) for each in narrow if isinstance(given.get(each), WallParts)
-        )
         raise Refused(
-            f"{who or 'no narrow phase for walls is named, and'} {'does not know' if who else 'none knows'} "
-            "how bodies fall on walls (falling=True), and this scene has gravity: wall does"
+            f"of {', '.join(narrow) or 'no narrow phases'} none knows how bodies fall on walls "
+            "(falling=True), and this scene has gravity: wall does"
         )
     if broad.skin_limit is not None and scene.arena is not None:
         skin = skin_at_start(scene, walls=True)

@@ -551,7 +551,7 @@ class _Plans:
         self._take_in(moment.bodies)
         velocities = moment.velocities()
         if moment.scene.falls:
-            velocities -= shift_at(moment.scene, *map(np.array, moment.exact_time))[1]
+            velocities -= shift_at(moment.scene, *map(np.array, moment.exact_time))[2:]
         self._velocity[moment.bodies] = velocities
 
     def _take_in(self, coming: npt.NDArray[Any]) -> None:
@@ -573,7 +573,7 @@ class _Plans:
         first = np.append(True, body[1:] != body[:-1])[: len(body)]
         scene, shift = self._moment.scene, np.zeros(())
         if scene.falls:  # velocities of the frame, which all bodies have new rows in when it changes
-            shift = shift_at(scene, rows["epoch"], rows["tick"])[1][flights.row[order]]
+            shift = shift_at(scene, rows["epoch"], rows["tick"])[flights.row[order], 2:]
         flies = flies - shift
         last, flew = np.roll(first, -1), np.roll(flies, 1, axis=0)
         flew[first] = self._velocity[body[first]]

@@ -211,16 +211,10 @@ Sentences = Iterator[tuple[bool, str]]
 
 
 def _of_motion(scene: Scene, composition: Composition, certificates: int) -> Sentences:
-    yield (
-        True,
-        f"{scene.counted(len(scene))}, {'falling' if scene.falls else 'flying straight'} between contacts",
-    )
+    motion, lasts = "flying straight", f"{scene.frame * (scene.time_unit * 2.0**-52):.6g}"
     if scene.falls:
-        lasts = f"{scene.frame * (scene.time_unit * 2.0**-52):.6g}"
-        yield (
-            True,
-            f"gravity {list(scene.gravity)!r}: bodies fly straight in frames that fall, for {lasts} each",
-        )
+        motion = f"falling by gravity {list(scene.gravity)!r}, straight in frames that fall for {lasts} each,"
+    yield True, f"{scene.counted(len(scene))}, {motion} between contacts"
     left_out = ("" if scene.falls else "gravity, ") + "friction, rotation, growth"
     yield False, left_out + ("" if composition.rules is not None else " and any loss of energy")
     broad = called(composition.broad_phase, composition.options)

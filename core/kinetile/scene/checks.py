@@ -169,12 +169,13 @@ def check_frame(arena: object, start: Any, until: Any) -> list[Mistake]:
 
 
 class Extent(NamedTuple):
-    """An arena, (width, height), its periodic axes, "", "x", "y" or "xy", and whether bodies
-    have to be within its walls."""
+    """An arena, (width, height), its periodic axes, "", "x", "y" or "xy", whether bodies have to be within
+    its walls, and gravity."""
 
     sides: tuple[float, float]
     periodic: str
     walled: bool = True
+    gravity: tuple[float, float] = (0.0, 0.0)
 
     @property
     def periods(self) -> tuple[float, float]:
@@ -209,27 +210,19 @@ def check_gravity(given: Any, extent: Extent | None) -> list[Mistake]:
     return [Mistake("gravity", shown(list(given)), wanted)] if wanted else []
 
 
-def stands(
-    place: Sequence[float],
-    velocity: Sequence[float],
-    radius: float,
-    sides: Sequence[float],
-    gravity: Sequence[float],
-) -> str:
-    """Returns the wall on which a body would rest by gravity, touching it without a velocity along that axis;
-    "" if it does not: in truth there is no first contact then (docs/specification.md, rule 2g)."""
-    names = (("left", "right"), ("bottom", "top"))
-    for axis, pull in enumerate(gravity):
-        low = pull < 0.0
-        at = Fraction(place[axis]) if low else Fraction(sides[axis]) - Fraction(place[axis])
-        if pull and velocity[axis] == 0.0 and at <= Fraction(radius):
-            return names[axis][0 if low else 1]
-    return ""
-
-
-RESTING = (
-    "a body above the wall, or one that moves along the axis: one at rest on a wall would meet it endlessly"
-)
+def check_support(where: str, place: Any, velocity: Any, radius: float, extent: Extent) -> list[Mistake]:
+    """Checks that a body does not rest on a wall by gravity, touching it without a velocity along that axis:
+    in truth there is no first contact then (docs/specification.md, rule 2g)."""
+    above = "a body above the wall, or one that moves along the axis: one at rest on a wall"
+    for axis, pull in enumerate(extent.gravity):
+        if pull and velocity[axis] == 0.0:
+            low = pull < 0.0
+            at = Fraction(place[axis]) if low else Fraction(extent.sides[axis]) - Fraction(place[axis])
+            if at <= Fraction(radius):
+                wall = (("left", "right"), ("bottom", "top"))[axis][0 if low else 1]
+                found = f"at rest on the {wall} wall"
+                return [Mistake(where, found, f"{above} would meet it endlessly")]
+    return []
 
 
 def check_pace(start: float, unit: float) -> list[Mistake]:

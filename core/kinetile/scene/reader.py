@@ -18,7 +18,6 @@ from kinetile.errors import Mistake, SceneError
 from kinetile.kernel.clock import Clock, frame_of, time_unit
 from kinetile.scene.bodies import Bodies, Bools, check_bodies, read_arrays
 from kinetile.scene.checks import (
-    RESTING,
     WALL,
     Extent,
     abridged,
@@ -26,9 +25,9 @@ from kinetile.scene.checks import (
     check_gravity,
     check_pace,
     check_periodic,
+    check_support,
     check_unit,
     shown,
-    stands,
 )
 from kinetile.scene.commands import (
     Command,
@@ -125,6 +124,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         odd = check_gravity(given.gravity, extent)
         mistakes += odd
         fall = fall if odd else (float(given.gravity[0]) + 0.0, float(given.gravity[1]) + 0.0)
+        extent = extent and extent._replace(gravity=fall)
     rules = _read_rules(given, len(bodies), commands, places.complete, mistakes)
     mistakes += check_bodies(bodies, extent, (rules.kind, rules.passing))
     start = None if "start" in amiss else float(given.start)
@@ -135,8 +135,8 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     for where, command in commands:
         mistakes += check_command(command, where, start, extent)
     mistakes += check_unit(given.unit) + check_settings(settings)
-    if any(fall) and sides is not None and not (mistakes or places.mistakes):
-        mistakes += _check_fall(bodies, commands, rules, sides, fall)
+    if any(fall) and extent is not None and not (mistakes or places.mistakes):
+        mistakes += _check_fall(bodies, commands, rules, extent)
     _raise(mistakes, places)
 
     # Each value is right by itself. What follows needs the clock, and so all of them.
@@ -272,45 +272,31 @@ def _read_rules(
 
 
 def _check_fall(
-    bodies: Bodies,
-    commands: Sequence[tuple[str, Any]],
-    rules: SceneRules,
-    sides: tuple[float, float],
-    fall: tuple[float, float],
+    bodies: Bodies, commands: Sequence[tuple[str, Any]], rules: SceneRules, extent: Extent
 ) -> list[Mistake]:
     """Checks what a scene with gravity cannot have: other shapes than discs, immovable bodies, responses at
     walls, and bodies that rest on a wall."""
     mistakes = []
     if bodies.table is not None:
         mistakes.append(Mistake("shapes", "shapes beside gravity", "discs alone: gravity is for them"))
-    movable = "a finite mass: with gravity no body is immovable"
-    for i in np.flatnonzero(np.isinf(bodies.mass)).tolist():
-        mistakes.append(Mistake(f"bodies[{i}].mass", "inf", movable))
     for pair, response in rules.responses:
         if WALL in pair and response.name != ELASTIC:
-            where = f"responses[{pair!r}]"
-            mistakes.append(
-                Mistake(where, response.name, "elastic: with gravity walls have no other response")
-            )
-    each = zip(bodies.position.tolist(), bodies.velocity.tolist(), bodies.radius.tolist(), strict=True)
-    standing = [(f"bodies[{i}]", *body) for i, body in enumerate(each)]
-    for where, command in commands:
-        if isinstance(command, Insert):
-            if command.mass == math.inf:
-                mistakes.append(Mistake(f"{where}.mass", "inf", movable))
-            standing.append((where, command.position, command.velocity, command.radius))
-    for where, place, velocity, radius in standing:
-        wall = stands(place, velocity, radius, sides, fall)
-        if wall:
-            mistakes.append(Mistake(where, f"at rest on the {wall} wall", RESTING))
+            elastic = "elastic: with gravity walls have no other response"
+            mistakes.append(Mistake(f"responses[{pair!r}]", response.name, elastic))
+    columns = (getattr(bodies, name).tolist() for name in _COLUMNS)
+    each = [(f"bodies[{i}]", *body) for i, body in enumerate(zip(*columns, strict=True))]
+    coming = [(where, command) for where, command in commands if isinstance(command, Insert)]
+    each += [(where, *(getattr(command, name) for name in _COLUMNS)) for where, command in coming]
+    for where, place, velocity, radius, mass in each:
+        if mass == math.inf:
+            movable = "a finite mass: with gravity no body is immovable"
+            mistakes.append(Mistake(f"{where}.mass", "inf", movable))
+        mistakes += check_support(where, place, velocity, radius, extent)
     return mistakes
 
 
 def unit_of(
-    bodies: Bodies,
-    arena: tuple[float, ...] | None,
-    commands: Sequence[Command],
-    fall: tuple[float, float] = (0.0, 0.0),
+    bodies: Bodies, arena: tuple[float, ...] | None, commands: Sequence[Command], fall: tuple[float, float]
 ) -> float:
     """Returns the power of two, at most 1, in which the clock of a scene counts unless it says another."""
     if len(bodies) == 0 and (arena is None or not commands):
@@ -318,9 +304,8 @@ def unit_of(
     extent = max(arena) if arena else float(np.abs(bodies.position).max() + bodies.radius.max())
     squares = [float((bodies.velocity**2).sum(axis=1).max())] if len(bodies) else []
     fastest = max([*squares, *speeds(commands)], default=0.0)
-    if any(fall) and arena is not None:
-        fastest += 2.0 * (abs(fall[0]) * arena[0] + abs(fall[1]) * arena[1])
-    return time_unit(extent, math.sqrt(fastest))
+    drop = sum(abs(pull) * side for pull, side in zip(fall, arena or (), strict=False))
+    return time_unit(extent, math.sqrt(fastest + 2.0 * drop))
 
 
 def _order(commands: Sequence[Command], clock: Clock) -> list[int]:

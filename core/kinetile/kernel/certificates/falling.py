@@ -87,11 +87,12 @@ class Fall(NamedTuple):
 
 
 @hook
-def gap_after(f: Fall, ticks: int) -> tuple[float, float]:
-    """Return Q after a number of ticks, and a bound of its error."""
+def state_after(f: Fall, ticks: int) -> tuple[float, float, float, float]:
+    """Return Q after a number of ticks and a bound of its error, and the same of Q'."""
     t = float(ticks) * f.tick
     w = float(f.since + ticks) * f.tick
     flown = f.slope * t
+    gained = f.pull * w
     square = w * w
     half = 0.5 * f.pull
     fallen = half * square
@@ -104,17 +105,9 @@ def gap_after(f: Fall, ticks: int) -> tuple[float, float]:
     three = half * product_error(w, w, square)
     low = (b + g) + ((one + two) + (three + (s + a)))
     size = (abs(b) + abs(g)) + ((abs(one) + abs(two)) + (abs(three) + (abs(s) + abs(a))))
-    return all_of_it + low, 2.0**-49 * size
-
-
-@hook
-def rate_after(f: Fall, ticks: int) -> tuple[float, float]:
-    """Return Q' after a number of ticks, and a bound of its error."""
-    w = float(f.since + ticks) * f.tick
-    gained = f.pull * w
-    rate, low = plus(f.slope, gained)
+    rate, r = plus(f.slope, gained)
     lost = product_error(f.pull, w, gained)
-    return rate + (low + lost), 2.0**-50 * (abs(low) + abs(lost))
+    return all_of_it + low, 2.0**-49 * size, rate + (r + lost), 2.0**-50 * (abs(r) + abs(lost))
 
 
 @hook
@@ -129,10 +122,9 @@ def sign_beyond(value: float, error: float) -> int:
 def side_of(f: Fall, ticks: int) -> int:
     """Return 1 if the contact is surely at or after a whole tick, which it is not with pull > 0 unless there
     is one; -1 if it is surely before it; 0 where that is open."""
-    value, error = gap_after(f, ticks)
+    value, error, slope, slope_error = state_after(f, ticks)
     gap = sign_beyond(value, error)
-    value, error = rate_after(f, ticks)
-    rate = sign_beyond(value, error)
+    rate = sign_beyond(slope, slope_error)
     if f.pull < 0.0:
         if gap > 0 or rate > 0:
             return 1
@@ -151,8 +143,7 @@ def falls_at(f: Fall) -> int:
     slow = abs(f.slope) < SMALL and f.slope != 0.0
     guess = 0.0
     if last > 0 and size < LARGE and not slow and abs(f.pull) > SMALL and f.tick > 2.0**-100:
-        gap, gap_error = gap_after(f, 0)
-        rate, rate_error = rate_after(f, 0)
+        gap, gap_error, rate, rate_error = state_after(f, 0)
         squares = rate * rate - 2.0 * f.pull * gap
         bound = 2.0**-45 * (rate * rate + 2.0 * abs(f.pull * gap)) + TINY
         bound += 2.0 * (abs(rate) * rate_error + abs(f.pull) * gap_error)

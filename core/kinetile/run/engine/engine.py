@@ -667,12 +667,10 @@ class Engine(Tables):
         tick = fields.fall.end[0]
         if len(self.taken):
             self._record(self.ledger.reads)
-            parts: dict[str, Any] = {
-                "PERIODIC": bool(self.scene.periodic),
-                "PASSING": self.composition.passing,
-            }
-            if self.composition.passing and self.composition.pair is not None:
-                parts["part"] = self.composition.pair.part
+            pair, passing = self.composition.pair, self.composition.passing
+            parts: dict[str, Any] = {"PERIODIC": bool(self.scene.periodic), "PASSING": passing}
+            if passing and pair is not None:
+                parts["part"] = pair.part
             compose(spans.pass_frame, parts, "pass_frame", Kernel)(self.packed[0], tick)
         else:
             coming = self.next_command

@@ -114,7 +114,7 @@ def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
     who, other = 0, None
     if blocker >= 0:
         who, other = k.queue.view(np.ndarray)["number"][blocker], k.bodies.view(np.ndarray)[blocker].copy()
-    fallen = shift_now(k, int(command["tick"]))[0]
+    fallen = shift_now(k, int(command["tick"]))[:2]
 
     def text() -> str:
         x, y, radius = (command[name].item() for name in ("x", "y", "radius"))

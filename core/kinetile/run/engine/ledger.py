@@ -280,8 +280,8 @@ def _rows(written: Any, clock: Clock, scene: Scene) -> npt.NDArray[np.void]:
     for name in ("bx", "by", "bvx", "bvy"):
         rows[name] = np.where(written["b"] >= 0, written[name], np.nan)
     if scene.falls:
-        (x, y), (vx, vy) = (each.T for each in shift_at(scene, rows["epoch"], rows["tick"]))
-        for name, shift in zip(("x", "y", "vx", "vy"), (x, y, vx, vy), strict=True):
+        shifts = shift_at(scene, rows["epoch"], rows["tick"])
+        for name, shift in zip(("x", "y", "vx", "vy"), shifts.T, strict=True):
             rows[f"a{name}"] += shift
             rows[f"b{name}"] += shift
     return rows

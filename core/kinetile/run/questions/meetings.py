@@ -120,8 +120,8 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> Cast
     through any image, before ``kernel.images.FORESEEN`` ticks from now.
     """
     if falls(query.k):
-        shift, speed = shift_now(query.k)
-        centre, velocity = tuple((centre - shift).tolist()), tuple((velocity - speed).tolist())
+        x, y, vx, vy = (np.array([*centre, *velocity]) - shift_now(query.k)).tolist()
+        centre, velocity = (x, y), (vx, vy)
     ticks = np.full(len(query.slots), NEVER)
     discs = not query.shapes and outline[0] == DISC
     if any(query.periods):

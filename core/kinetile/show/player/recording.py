@@ -271,7 +271,7 @@ class Plans:
             columns[name][numbers] = bodies[name]
         if simulation.scene.falls:  # of a frame: pages have plans of the room
             moments = (columns[name][numbers].astype(np.int64) for name in ("epoch", "tick"))
-            shifts = np.hstack(shift_at(simulation.scene, *moments))
+            shifts = shift_at(simulation.scene, *moments)
             for name, shift in zip(("x", "y", "vx", "vy"), shifts.T, strict=True):
                 columns[name][numbers] += shift
         if len(tables.images):
