@@ -24,6 +24,7 @@ from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import anchor_at
 from kinetile.kernel.tables import NEVER, Kernel, allocate
 from kinetile.scene.bodies import Bodies
+from kinetile.scene.checks import Extent
 from kinetile.scene.reader import unit_of
 from kinetile_accuracy import certify_log
 from kinetile_plugins.disc import Disc
@@ -206,9 +207,7 @@ def test_a_scene_has_the_unit_of_the_rule() -> None:
         table = np.array(numbers).reshape(-1, 5)
         given = Bodies(table[:, :2], table[:, 2:4], table[:, 4], np.ones(len(table)), {})
         turns = [kt.Turn(0, 0.0, doubles(velocity)) for velocity in turned]
-        unit = unit_of(
-            given, None if arena is None else doubles(arena), turns
-        )  # of any size: none is refused
+        unit = unit_of(given, None if arena is None else Extent(tuple(doubles(arena)), ""), turns)
         assert unit == 2.0**-e, family
 
 

@@ -128,7 +128,8 @@ def advance(
             if finished:
                 return stop
             if reason == TIME_REACHED:
-                if still.note_span(engine) and end.ticks is None and still.idle > IDLE_SPANS:
+                still.note_span(engine)
+                if end.ticks is None and still.idle > IDLE_SPANS:
                     return None
                 still.move_on(engine, end)
     finally:
@@ -171,16 +172,15 @@ class _Stillness:
         self._seen = -1
         self._patience = self._next_try = PATIENCE
 
-    def note_span(self, engine: Engine) -> bool:
-        """Counts a span that has passed; returns whether it has, or a frame within it."""
+    def note_span(self, engine: Engine) -> None:
+        """Counts a span that has passed, unless it was a frame within it."""
         if engine.horizon < SPAN:
-            return False
+            return
         happened = engine.events - int(engine.k.counts[0].structural)
         self.quiet = self.quiet + 1 if happened == self._seen else 0
         self._next_try = self._next_try if self.quiet else self._patience
         self.idle = self.idle + 1 if self.quiet and engine.next_command is None else 0
         self._seen = happened
-        return True
 
     def move_on(self, engine: Engine, end: End) -> None:
         """Moves on to the next span of the clock in which something may happen.

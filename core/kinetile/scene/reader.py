@@ -146,7 +146,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     apart = ((where, Turn(*turn)) for where, turn in turns)
     every = [*sorted(apart, key=lambda pair: (pair[1].time, pair[1].body)), *commands]
     known = numbered([command for _, command in every], len(bodies), first)
-    clock = Clock(start, unit or unit_of(bodies, sides, known, fall))
+    clock = Clock(start, unit or unit_of(bodies, extent, known))
     order = _order(known, clock)
     kept = tuple(known[k] for k in order)
     mistakes = check_pace(start, clock.unit)
@@ -295,17 +295,16 @@ def _check_fall(
     return mistakes
 
 
-def unit_of(
-    bodies: Bodies, arena: tuple[float, ...] | None, commands: Sequence[Command], fall: tuple[float, float]
-) -> float:
+def unit_of(bodies: Bodies, extent: Extent | None, commands: Sequence[Command]) -> float:
     """Returns the power of two, at most 1, in which the clock of a scene counts unless it says another."""
-    if len(bodies) == 0 and (arena is None or not commands):
+    if len(bodies) == 0 and (extent is None or not commands):
         return 1.0
-    extent = max(arena) if arena else float(np.abs(bodies.position).max() + bodies.radius.max())
     squares = [float((bodies.velocity**2).sum(axis=1).max())] if len(bodies) else []
     fastest = max([*squares, *speeds(commands)], default=0.0)
-    drop = sum(abs(pull) * side for pull, side in zip(fall, arena or (), strict=False))
-    return time_unit(extent, math.sqrt(fastest + 2.0 * drop))
+    if extent is None:
+        return time_unit(float(np.abs(bodies.position).max() + bodies.radius.max()), math.sqrt(fastest))
+    drop = sum(abs(pull) * side for pull, side in zip(extent.gravity, extent.sides, strict=True))
+    return time_unit(max(extent.sides), math.sqrt(fastest + 2.0 * drop))
 
 
 def _order(commands: Sequence[Command], clock: Clock) -> list[int]:

@@ -60,9 +60,6 @@ magnitudes that d and the corners are made of.
   both sides of its line by more than the strip: products of two and four. The tick is the greatest at which
   the distance from M, less R, is not below 0 and falls; the distance is convex in time, so both cease for
   good.
-
-A wall whose reach is 0 or less (a shape need not reach beyond its place) is moved away by as much as the
-radius is made larger, exactly.
 """
 
 from __future__ import annotations

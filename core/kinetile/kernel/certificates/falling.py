@@ -35,7 +35,7 @@ Whole numbers
 =============
 
 2 Q is a quadratic of n, as ``integers`` have them: with V = slope q and G = pull q^2 its a is G, its b is V +
-G since, and its c 2 (far - near - radius) + G since^2, whole numbers times a power of two. With pull > 0 the
+G since, and its c 2 (far - near - radius) + G since^2, whole numbers times a power of two. With pull >= 0 the
 tick is its first root; with pull < 0 the last root of -2 Q, or its vertex. ``scene.checks`` has gravity from
 2^-200 to 2^200, and a frame lasts for a tick at least, so G is not beyond the cells: 2^-200 times the square
 of a tick of 2^-952, brought to 53 bits, is 2^-2156 and begins in cell 96 - 83 = 13. G times a count takes 78
@@ -126,9 +126,7 @@ def side_of(f: Fall, ticks: int) -> int:
     gap = sign_beyond(value, error)
     rate = sign_beyond(slope, slope_error)
     if f.pull < 0.0:
-        if gap > 0 or rate > 0:
-            return 1
-        return -1 if gap < 0 and rate < 0 else 0
+        return int(larger(gap, rate))
     if gap < 0:
         return -1
     return 1 if gap > 0 and rate < 0 else 0
@@ -168,8 +166,8 @@ def falls_at(f: Fall) -> int:
 
 @subroutine
 def falls_at_by_integers(f: Fall, guess: int) -> int:
-    """Return after how many ticks a body is at a bent wall, for finite numbers; ``NEVER`` from 2^62 on, and
-    for others."""
+    """Return after how many ticks a body is at a wall, bent or not, for finite numbers; ``NEVER`` from 2^62
+    on, and for others."""
     power = int(math.frexp(f.tick)[1]) - 1
     first, end = room(CELLS, 0, f.far, 1)
     first, end = room(first, end, f.near, 1)
@@ -180,7 +178,7 @@ def falls_at_by_integers(f: Fall, guess: int) -> int:
     if end > CELLS:
         return NEVER
     m = zeros(MEMORY)
-    way = 1 if f.pull > 0.0 else -1
+    way = -1 if f.pull < 0.0 else 1
     put(m, CONSTANT, f.far, 1, way)
     put(m, CONSTANT, f.near, 1, -way)
     put(m, CONSTANT, f.radius, 1, -way)

@@ -3,9 +3,8 @@
 The gap is ``far - near - radius``, exactly, and closes at an exact speed. With n ticks by a division, what
 is left of the gap after n is known almost exactly: the difference of two numbers that are nearly the same
 is exact, and the error of their product is a double. Its quotient by the speed has a bound, and where no
-whole tick lies within it, the floor is known. If nothing was lost, the sign of what is left decides; else
-``integers`` do. They know discs: where the radius is 0 or less, as that of a shape may be which does not
-reach beyond its place, the wall is moved away from the body, and the radius is larger by as much.
+whole tick lies within it, the floor is known; else whole numbers decide, as of a bent wall (``falling``)
+without a pull.
 
 Error bounds
 ============
@@ -13,17 +12,17 @@ Error bounds
 The gap G = far - near - radius is gap + between_low + gap_low, exactly. After n = time · P ticks, G - speed
 time = left + left_low + low - lost, all exact but for low. Four roundings, of low, low - lost, + left_low, +
 left, lose at most u (3 |low| + 2 |lost| + |left_low| + |rest|); **2^-50 = 8 u** of their sum covers it, and
-TINY what underflows. The quotient by the speed and the fraction are rounded as above: 2^-49 of the step,
-2^-50. The rest goes to ``look_closer``, as a disc, of a radius > 0, that flies straight at a point at rest: B
-< 0 since far > near, the root is where the gap closes, and q(0) <= 0 says that it has.
+TINY what underflows. The quotient by the speed and the fraction are rounded as in ``contact``: 2^-49 of the
+step, 2^-50.
 
 The floor is taken, and compared with 2^62, in whole numbers: as doubles, 2^62 - 1 is 2^62.
 """
 
 from __future__ import annotations
 
-from kinetile.kernel.certificates.contact import LARGE, OPEN, SMALL, TINY, floor_of, look_closer, plus
-from kinetile.kernel.certificates.plans import Axis, Plans
+from kinetile.kernel.certificates.contact import LARGE, OPEN, SMALL, TINY, floor_of, plus
+from kinetile.kernel.certificates.falling import Fall, falls_at_by_integers
+from kinetile.kernel.certificates.integers import as_count
 from kinetile.kernel.certificates.structural import FAR
 from kinetile.kernel.compiled import apart, hook, larger, unchecked
 from kinetile.kernel.flight import position_at
@@ -44,9 +43,11 @@ def reaches(far: float, near: float, radius: float, speed: float, tick: float, p
     between, between_low = plus(far, -near)
     gap, gap_low = plus(between, -radius)
     size = abs(far) + abs(near) + abs(radius)
+    guess = 0
     if size < LARGE and speed > SMALL and speed < LARGE:
         time = larger(gap / speed, 0.0)
         ticks = time * per_time
+        guess = as_count(ticks)
         if ticks < FAR:
             flown = speed * time
             left, left_low = plus(gap, -flown)
@@ -60,9 +61,7 @@ def reaches(far: float, near: float, radius: float, speed: float, tick: float, p
                 found = floor_of(ticks, step, bound)
                 if found != OPEN:
                     return found
-    more = 0.0 if radius > 0.0 else larger(2.0 * abs(radius), 1.0)
-    ahead = Axis(near, speed, far, 0.0, 1.0, more)
-    return look_closer(Plans(ahead, Axis(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0, tick, per_time), radius, more)
+    return int(falls_at_by_integers(Fall(far, near, radius, -speed, 0.0, 0, 0, tick), guess))
 
 
 @unchecked

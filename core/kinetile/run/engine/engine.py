@@ -651,8 +651,7 @@ class Engine(Tables):
     @property
     def rests(self) -> bool:
         """Whether nothing is scheduled; what falls never rests, though a frame may end before."""
-        falls = self.scene.falls and len(self.taken) > 0
-        return not falls and bool((self.k.queue.key == NEVER).all())
+        return not (self.scene.falls and len(self.taken)) and bool((self.k.queue.key == NEVER).all())
 
     @property
     def horizon(self) -> int:
