@@ -301,7 +301,8 @@ def read_insertion(
     x, y = map(float, insertion.position)
     vx, vy = map(float, insertion.velocity)
     radius = float(insertion.radius)
-    _demand_falling(scene, (x, y), (vx, vy), radius)
+    if scene.falls:
+        _demand_falling(scene, (x, y), (vx, vy), radius)
     _check_speed(engine, math.hypot(vx, vy), min(engine.bounds.smallest, radius))
     own = insertion.shape
     form = 0 if own is None else number_of(own, mass, scene)
