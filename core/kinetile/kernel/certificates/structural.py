@@ -114,8 +114,11 @@ def falls_eight(k: Kernel, since: Ticks, gap: Floats, rate: Floats) -> Ticks:
     return choose(falling, choose(soon, tick, never), choose(deep, now, never))
 
 
-STEPS = 4
-"""Steps of ``first_rise``. More of them find later ticks, and cost more."""
+PARTS = (0.125, 0.25, 0.5, 1.0)
+"""Where the intervals end that ``first_rise`` bounds at once; each begins where the one before ends."""
+
+STEPS = 3
+"""Steps of ``first_rise`` after that. More of them find later ticks, and cost more."""
 
 
 @hook
@@ -146,6 +149,19 @@ def clear_for(length: Floats, m: Floats, g1: Floats, g2: Floats, g3: Floats, g4:
 
 
 @hook
+def seen_from(
+    t: Floats, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return how far a polynomial is below zero at a time, almost nothing if it is not, and its terms from
+    there on but for the last, which stays the same."""
+    tt = t * t
+    m = spread(0.0) - ((g0 + g1 * t) + tt * ((g2 + g3 * t) + tt * g4))
+    h1 = (g1 + spread(2.0) * g2 * t) + tt * (spread(3.0) * g3 + spread(4.0) * g4 * t)
+    h2 = (g2 + spread(3.0) * g3 * t) + tt * (spread(6.0) * g4)
+    return choose(m > spread(0.0), m, spread(2.0**-400)), h1, h2, g3 + spread(4.0) * g4 * t
+
+
+@hook
 def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats, scale: Floats) -> Ticks:
     """Return a tick before which g0 + g1 t + g2 t^2 + g3 t^3 + g4 t^4 stays below zero, in each of eight
     lanes; t is the time since now in units of the clock, 2^52 ticks.
@@ -154,26 +170,32 @@ def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Fl
     bound of the first root, or ``NEVER``: when it comes, compute again whether the polynomial has risen.
     ``scale`` is a time in which the numbers that it was made of change as much as they are. No bound is
     later than that, for then rounding is no longer what it was.
+
+    Four intervals come first, which do not wait for each other: what time is spent on here is divisions that
+    do. The first is short, for after a flip a polynomial falls from almost zero: a bound for longer than it
+    takes to rise again would be almost nothing. Then there are steps, each longer than Newton's.
     """
     zero = spread(0.0)
     most = spread(1024.0)
-    tiny = spread(2.0**-400)
     now = spread_ticks(k.clock[0].now)
     end = spread(2.0**-52)
     at_once = (((g4 * end + g3) * end + g2) * end + g1) * end + g0 >= zero
     scale = choose(scale < most, scale, most)
-    t = end
+    t = zero
+    begin = zero
+    for part in PARTS:
+        until = spread(part) * scale
+        m, h1, h2, h3 = seen_from(choose(begin > end, begin, end), g0, g1, g2, g3, g4)
+        clear = begin + clear_for(until - begin, m, h1, h2, h3, g4)
+        t = choose(t >= begin * spread(1.0 - 2.0**-45), clear, t)
+        begin = until
     for _ in range(STEPS):
-        m = zero - ((((g4 * t + g3) * t + g2) * t + g1) * t + g0)
-        h1 = ((spread(4.0) * g4 * t + spread(3.0) * g3) * t + spread(2.0) * g2) * t + g1
-        h2 = (spread(6.0) * g4 * t + spread(3.0) * g3) * t + g2
-        h3 = spread(4.0) * g4 * t + g3
-        m = choose(m > zero, m, tiny)
-        length = (m + m) / (positive(h1) + tiny)
-        length = choose(length < scale, length, scale)
-        one = clear_for(length, m, h1, h2, h3, g4)
-        two = clear_for(spread(0.25) * scale, m, h1, h2, h3, g4)
-        t = t + choose(one > two, one, two) * spread(1.0 - 2.0**-40)
+        m, h1, h2, h3 = seen_from(t, g0, g1, g2, g3, g4)
+        length = spread(1.5) * m / (positive(h1) + spread(2.0**-400))
+        longest = spread(0.25) * scale
+        length = choose(length < longest, length, longest)
+        t = t + clear_for(length, m, h1, h2, h3, g4)
+    t = choose(t > end, t, end) * spread(1.0 - 2.0**-40)
     t = choose(t < scale, t, choose(scale > end, scale, end))
     soon = t < most
     tick = choose(soon, now + floor(choose(soon, t, zero) * spread(2.0**52)), spread_ticks(NEVER))
