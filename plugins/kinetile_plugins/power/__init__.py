@@ -1,11 +1,7 @@
 """Power: a kinetic regular triangulation, of discs that do not pass through each other.
 
-The weight of a site is the square of its body's reach. The power of a point over a body is the square of its
-distance from the centre less that weight, and the regular triangulation has an edge where two bodies share
-a border of their regions of least power. Two bodies that touch always share one, and no body is ever without
-a region (docs/cells.md has the proofs). So a body is near those to which it has an edge, and all that can
-happen is that an edge flips. There are at most 3n + 5 edges and never a parameter; the number of flips for a
-contact hardly grows with the number of bodies.
+A body is near those to which it has an edge, and all that can happen is that an edge flips (docs/cells.md has
+the proofs; radii there are reaches here). There are at most 3n + 5 edges and never a parameter.
 
 Files: ``web`` the stored structure; ``certificates`` when edges fail; ``events`` flips, insertion, removal;
 ``audit`` every invariant, slowly. This file has the class, and the drawing.
@@ -17,6 +13,7 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+import numpy.typing as npt
 
 from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
@@ -26,7 +23,6 @@ from kinetile.toolbox import (
     BroadPhaseParts,
     Item,
     Kernel,
-    Point,
     Polygon,
     Segment,
     pair_links,
@@ -36,22 +32,18 @@ from kinetile.toolbox.reach import fall_of
 
 from .audit import audit
 from .events import build, enter, leave, repair, replan
-from .web import PER_LENGTH, UNIT, State, empty, far_points, near, slots, succ
+from .web import CORNERS, EXTENT, PER_LENGTH, UNIT, State, empty, near, slots, start, succ
 
 THINNEST = 2.0**-14
 """The smallest radius, by the arena's longer side: rounding may make 2^-39 of a power, and theta, which is
 more, is at most 2^-10 of the square of the radius."""
 
-DISTANCE = 2.0
-"""How far the far points are from the arena's centre, by its longer side."""
-
 
 def arrange(k: Kernel, s: State) -> None:
-    """Computes scale and weights, and the order in which bodies are inserted."""
-    limits, n = k.clock[0].limits, len(k.bodies)
-    sides, fall = (float(limits.width), float(limits.height)), k.clock[0].fall
-    side = max(sides) + (0.25 * min(sides) if fall.end > fall.origin else 0.0)  # what a frame may fall
-    if float(limits.theta) != 2.0**-48 * side:  # that is, if bodies may leave the arena
+    """Computes the weights and the order in which bodies are inserted, and lays out the square of the far
+    points."""
+    n = len(k.bodies)
+    if float(k.clock[0].limits.theta) != 2.0**-48 * s.scale[EXTENT]:  # that is, if bodies may leave the arena
         raise Refused(
             "power triangulates an arena whose walls keep the bodies in it, and no narrow phase for walls is "
             "named: name one, or choose another broad phase, such as cells"
@@ -59,6 +51,14 @@ def arrange(k: Kernel, s: State) -> None:
     s.scale[UNIT] = float(k.clock[0].tick) * 2.0**52
     s.weight[:n] = (s.scale[PER_LENGTH] * k.bodies.reach) ** 2
     s.order[:n] = np.random.default_rng(0).permutation(n)
+    start(s)
+
+
+def between_bodies(s: State) -> npt.NDArray[np.int64]:
+    """Returns a half-edge of each edge between two bodies: that of its owner."""
+    h = np.flatnonzero((s.org >= 0) & (s.twin >= 0))
+    a, b = s.org[h], s.org[s.twin[h]]
+    return np.asarray(h[(a < b) & (b < slots(s))])
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
@@ -69,15 +69,13 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
     between = (corners >= 0).all(axis=1) & (corners < n).all(axis=1)
     for sites, tick in zip(corners[between].tolist(), due[between].tolist(), strict=True):
         yield Polygon("tile", tuple((At(site), At(site)) for site in sites), tick)
-    h = np.flatnonzero((s.org >= 0) & (s.org < n) & (s.twin >= 0))
-    a, b = s.org[h], s.org[s.twin[h]]
-    once = (a < b) & (b < n)
-    yield from pair_links(zip(a[once].tolist(), b[once].tolist(), strict=True))
+    h = between_bodies(s)
+    yield from pair_links(zip(s.org[h].tolist(), s.org[s.twin[h]].tolist(), strict=True))
     first = int(s.due.argmin())
     if s.due[first] != NEVER:
-        far: list[Point] = [(x, y) for x, y in (far_points(s) / s.scale[PER_LENGTH]).tolist()]
+        far = np.column_stack([s.far_x, s.far_y]) / s.scale[PER_LENGTH]
         one, two = (
-            (At(site), At(site)) if site < n else far[site - n]
+            (At(site), At(site)) if site < n else (float(far[site, 0]), float(far[site, 1]))
             for site in (int(s.org[first]), int(s.org[succ(first)]))
         )
         yield Segment("certificate", one, two, int(s.due[first]))
@@ -87,17 +85,15 @@ def draw_cells(k: Kernel, s: State) -> Iterator[Item]:
     """Yields what ``draw`` does, and the sides of the power cells, which do not move until the next event: a
     side leads from the point of equal powers over the corners of one triangle to that of the next."""
     yield from draw(k, s)
-    n, scale = slots(s), s.scale[PER_LENGTH]
-    place = np.concatenate([positions_now(k)[:n] * scale, far_points(s)])
+    place = np.column_stack([s.far_x, s.far_y])
+    place[: slots(s)] = positions_now(k)[: slots(s)] * s.scale[PER_LENGTH]
     height = (place**2).sum(axis=1) - s.weight
-    corners = s.org.reshape(-1, 4)[:, :3]
-    a, b, c = np.where(corners[:, :1] < 0, [n, n + 1, n + 2], corners).T  # any three, where none is used
-    u, v = 2.0 * (place[b] - place[a]), 2.0 * (place[c] - place[a])
-    rise, climb = height[b] - height[a], height[c] - height[a]
-    equal = np.column_stack([rise * v[:, 1] - climb * u[:, 1], climb * u[:, 0] - rise * v[:, 0]])
-    equal /= (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])[:, None] * scale
-    h = np.flatnonzero((s.org >= 0) & (s.org < n) & (s.twin >= 0))
-    h = h[(s.org[h] < s.org[s.twin[h]]) & (s.org[s.twin[h]] < n)]
+    used = np.flatnonzero(s.org[::4] >= 0)
+    a, others = s.org[4 * used, None], s.org.reshape(-1, 4)[used, 1:3]
+    equal = np.zeros((len(s.org) // 4, 2))
+    ways, rises = 2.0 * (place[others] - place[a]), height[others] - height[a]
+    equal[used] = np.linalg.solve(ways, rises[..., None])[..., 0] / s.scale[PER_LENGTH]
+    h = between_bodies(s)
     for (x, y), (p, q) in zip(equal[h >> 2].tolist(), equal[s.twin[h] >> 2].tolist(), strict=True):
         yield Segment("cell", (x, y), (p, q))
 
@@ -125,18 +121,22 @@ class Power:
         if scene.shapes:
             raise Refused("power is for discs, and this scene has other shapes")
         radius = float(scene.radius.min(initial=math.inf))
-        side = max(scene.arena) + 2.0 * fall_of(scene)
+        width, height = scene.arena
+        extent = max(width, height) + fall_of(scene)
+        side = extent + fall_of(scene)
         if radius < THINNEST * side:
             raise Refused(
                 f"power is for bodies that are at most {1.0 / THINNEST:.0f} times as small as the arena, and "
                 f"the smallest radius is {radius!r} in an arena of {side!r}"
             )
         state = empty(scene.capacity)
-        width, height = scene.arena
         scale = math.ldexp(1.0, -math.frexp(side)[1])
         proven = min(1.0, max(16.0 * radius / side, (2.0**-12 * side / radius) ** 2))  # (docs/cells.md)
         theta = 2.0**-10 * (scale * radius) ** 2 * proven if len(scene) else 0.0
-        state.scale[:] = scale, 0.0, theta, 0.5 * scale * width, 0.5 * scale * height, DISTANCE * scale * side
+        state.scale[:] = scale, 0.0, theta, extent
+        far = 2.0 * side * np.array([-1.0, 0.0, 1.0, 0.0])
+        state.far_x[-CORNERS:] = scale * (0.5 * width + far)
+        state.far_y[-CORNERS:] = scale * (0.5 * height + np.roll(far, 1))
         return BroadPhaseParts(
             near=near,
             state=state,
@@ -148,7 +148,7 @@ class Power:
             leave=leave,
             audit=audit,
             draw=self.draw,
-            ticks=(state.due, state.soonest),
+            ticks=(state.due,),
             solid=True,
             skin_limit=radius / 16.0 if len(scene) else None,
             room=scene.capacity + 4,

@@ -1,48 +1,27 @@
 """Certificates of the edges: when the triangulation stops to be regular, and for which of them a body is
 queued.
 
-A site at (x, y) with weight w is lifted to (x, y, x^2 + y^2 - w). An edge ab with c on its left and d on its
-right has one certificate: d is less than theta below the plane of a, b and c. Twice the area of the triangle
-times that depth is a determinant of three rows, polynomials in time: of degree 4. All is computed relative to
-a, which is a body, so that a far point costs no digits; and what rounding can make of the determinant is
-taken off it. So what is said to fail has failed, for one set of rounded places, and each flip lowers the
-lifted surface: every tick has an end.
+An edge ab with c on its left and d on its right has one certificate: the lifted d is less than theta below
+the plane of a, b and c (docs/cells.md). Twice the area of the triangle times that depth is a determinant of
+three rows. All is computed relative to a, which is a body, so that a far point costs no digits; and what
+rounding can make of the determinant is taken off it, so what is said to fail has failed.
 
 A certificate need not be computed to its root. ``first_rise`` gives a lower bound; when that comes, a site
 that is less than half of theta below is watched again, and else the edge flips (``events``).
+
+An edge is watched for the body that *owns* it: its end with the smaller number, hence never a far point. Its
+tick is kept at the half-edge that begins at the owner, and the twin has ``NEVER``. So what a body owns is
+read in one turn around it.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from kinetile.toolbox import NEVER, Kernel, first_rise, hook, schedule, since_origin, smaller
-from kinetile.toolbox.lanes import (
-    Floats,
-    Ticks,
-    choose,
-    lane,
-    numbers,
-    pick,
-    places,
-    some,
-    spread,
-    spread_whole,
-)
+from kinetile.toolbox import NEVER, NOBODY, Kernel, first_rise, hook, schedule, since_origin, smaller
+from kinetile.toolbox.lanes import Floats, Ticks, choose, lane, pick, places, some, spread
 
-from .web import (
-    CENTRE_X,
-    CENTRE_Y,
-    FAR,
-    PER_LENGTH,
-    THETA,
-    UNIT,
-    State,
-    around,
-    pred,
-    slots,
-    succ,
-)
+from .web import PER_LENGTH, THETA, UNIT, State, around, pred, slots, spokes, succ
 
 NOISE = 2.0**-47
 """What rounding can make of a determinant, in products of the sizes of its rows; with room of more than
@@ -85,18 +64,14 @@ class Sites(NamedTuple):
 @hook
 def spot(k: Kernel, s: State, site: int) -> Spot:
     """Return where a site is at the end of this tick."""
-    n = slots(s)
-    scale = s.scale
-    if site >= n:
-        across = scale[FAR] if site == n + 2 else -scale[FAR] if site == n else 0.0
-        along = scale[FAR] if site == n + 3 else -scale[FAR] if site == n + 1 else 0.0
-        return Spot(scale[CENTRE_X] + across, scale[CENTRE_Y] + along, 0.0)
-    elapsed = since_origin(k, k.clock[0].now)
+    if site >= slots(s):
+        return Spot(s.far_x[site], s.far_y[site], 0.0)
     place = k.places[site]
-    flown = scale[PER_LENGTH] * k.clock[0].tick
+    elapsed = since_origin(k, k.clock[0].now)
+    flown = s.scale[PER_LENGTH] * k.clock[0].tick
     return Spot(
-        (place.x + place.vx * elapsed) * scale[PER_LENGTH] + place.vx * flown,
-        (place.y + place.vy * elapsed) * scale[PER_LENGTH] + place.vy * flown,
+        (place.x + place.vx * elapsed) * s.scale[PER_LENGTH] + place.vx * flown,
+        (place.y + place.vy * elapsed) * s.scale[PER_LENGTH] + place.vy * flown,
         s.weight[site],
     )
 
@@ -108,9 +83,9 @@ def turn(a: Spot, b: Spot, c: Spot) -> float:
 
 
 @hook
-def sunk(o: Spot, a: Spot, b: Spot, c: Spot, part: float) -> float:
-    """Return how deep o is below the plane of a, b, c, counter-clockwise, times twice their area; less a part
-    of what rounding can make of it."""
+def sunk(o: Spot, a: Spot, b: Spot, c: Spot) -> float:
+    """Return how deep o is below the plane of a, b, c, counter-clockwise, times twice their area; less what
+    rounding can make of it."""
     ax = a.x - o.x
     ay = a.y - o.y
     bx = b.x - o.x
@@ -124,44 +99,40 @@ def sunk(o: Spot, a: Spot, b: Spot, c: Spot, part: float) -> float:
     one = abs(ax) + abs(ay)
     two = abs(bx) + abs(by)
     three = abs(cx) + abs(cy)
-    return depth - part * NOISE * (one * two * three * (one + two + three))
+    return depth - 0.5 * NOISE * (one * two * three * (one + two + three))
 
 
 @hook
-def fails(k: Kernel, s: State, h: int) -> bool:
-    """Whether the site beyond an edge is surely more than half of theta below the plane of the triangle."""
-    a = spot(k, s, s.org[h])
-    b = spot(k, s, s.org[succ(h)])
-    c = spot(k, s, s.org[pred(h)])
-    d = spot(k, s, s.org[pred(s.twin[h])])
-    return bool(sunk(a, c, b, d, 0.5) > 0.5 * s.scale[THETA] * turn(a, b, c))
+def fails(k: Kernel, s: State, h: int, theta: float) -> bool:
+    """Whether the site beyond an edge is surely more than theta below the plane of the triangle, of whose
+    corners the first or the last is a body."""
+    g = s.twin[h]
+    if g < 0:
+        return False
+    e = h if s.org[h] < slots(s) else pred(h)
+    a = spot(k, s, s.org[e])
+    b = spot(k, s, s.org[succ(e)])
+    c = spot(k, s, s.org[pred(e)])
+    return bool(sunk(a, c, b, spot(k, s, s.org[pred(g)])) > theta * turn(a, b, c))
 
 
 @hook
 def eight_sites(k: Kernel, s: State, at: int) -> Sites:
     """Return eight sites of those that are named, from one place on."""
-    scale = s.scale
-    n = slots(s)
-    site = numbers(s.sites, at)
     weight = pick(s.weight, s.sites, at)
     x, y, vx, vy = places(k.places, s.plans, at)
     elapsed = spread(since_origin(k, k.clock[0].now))
-    length = spread(scale[PER_LENGTH])
+    length = spread(s.scale[PER_LENGTH])
     x = (x + vx * elapsed) * length
     y = (y + vy * elapsed) * length
-    speed = spread(scale[PER_LENGTH] * scale[UNIT])
+    speed = length * spread(s.scale[UNIT])
     vx = vx * speed
     vy = vy * speed
-    is_far = site > spread_whole(n - 1)
+    zero = spread(0.0)
+    is_far = weight <= zero
     if some(is_far):
-        zero = spread(0.0)
-        far = spread(scale[FAR])
-        across = choose(site == spread_whole(n), zero - far, choose(site == spread_whole(n + 2), far, zero))
-        along = choose(
-            site == spread_whole(n + 1), zero - far, choose(site == spread_whole(n + 3), far, zero)
-        )
-        x = choose(is_far, spread(scale[CENTRE_X]) + across, x)
-        y = choose(is_far, spread(scale[CENTRE_Y]) + along, y)
+        x = choose(is_far, pick(s.far_x, s.sites, at), x)
+        y = choose(is_far, pick(s.far_y, s.sites, at), y)
         vx = choose(is_far, zero, vx)
         vy = choose(is_far, zero, vy)
     return Sites(x, y, vx, vy, weight)
@@ -190,11 +161,10 @@ def row(a: Sites, b: Sites, theta: Floats) -> Row:
 def failures(k: Kernel, s: State) -> Ticks:
     """Return bounds of when eight edges fail, by their sites."""
     a = eight_sites(k, s, 0)
-    theta = spread(s.scale[THETA])
     zero = spread(0.0)
     b = row(a, eight_sites(k, s, 8), zero)
     c = row(a, eight_sites(k, s, 16), zero)
-    d = row(a, eight_sites(k, s, 24), theta)
+    d = row(a, eight_sites(k, s, 24), spread(s.scale[THETA]))
     # the minors of two rows, times the height of the third; in the order of a determinant whose sign is that
     # of the depth, since a is the site from which all is counted
     cb0 = c.x0 * b.y0 - b.x0 * c.y0
@@ -219,19 +189,45 @@ def failures(k: Kernel, s: State) -> Ticks:
 
 
 @hook
+def owned(s: State, h: int) -> int:
+    """Return the half-edge at which an edge is watched; NOBODY for one between two far points."""
+    a = s.org[h]
+    b = s.org[succ(h)]
+    if smaller(a, b) >= slots(s):
+        return NOBODY
+    return h if a < b else int(s.twin[h])
+
+
+@hook
+def enlist(s: State, count: int, h: int) -> int:
+    """Add the edge of a half-edge to those to be watched; return how many there are then."""
+    own = owned(s, h)
+    s.listed[count] = own
+    return count + 1 if own >= 0 else count
+
+
+@hook
+def enlist_around(s: State, body: int) -> int:
+    """List the edges of which a body is an end or opposite to, to be watched; return how many there are."""
+    count = 0
+    for i in range(spokes(s, body)):
+        count = enlist(s, count, s.spokes[i])
+        count = enlist(s, count, succ(s.spokes[i]))
+    return count
+
+
+@hook
 def settle(k: Kernel, s: State, site: int) -> None:
     """Queue a body for the first of the edges that it owns to fail."""
     if site >= slots(s):
         return
     least = NEVER
-    begin = int(s.first[site])
-    h = begin
+    h = int(s.first[site])
     for _ in range(len(s.first)):
         least = smaller(least, s.due[h])
         h = around(s, h)
-        if h == begin:
+        if h == s.first[site]:
             break
-    s.soonest[site] = least
     schedule(k, site, least)
 
 
@@ -242,10 +238,9 @@ def note(k: Kernel, s: State, h: int, tick: int) -> None:
     old = s.due[h]
     s.due[h] = tick
     s.due[s.twin[h]] = NEVER
-    if tick <= s.soonest[site]:
-        s.soonest[site] = tick
+    if tick <= k.queue[site].own:
         schedule(k, site, tick)
-    elif old == s.soonest[site]:
+    elif old == k.queue[site].own:
         settle(k, s, site)
 
 
@@ -253,17 +248,15 @@ def note(k: Kernel, s: State, h: int, tick: int) -> None:
 def watch(k: Kernel, s: State, count: int) -> None:
     """Watch the edges that are listed, eight at a time."""
     last = slots(s) - 1
-    for i in range(count, count + 7):
-        s.listed[i] = s.listed[0]
     for begin in range(0, count, 8):
         for i in range(8):
-            h = s.listed[begin + i]
+            h = s.listed[smaller(begin + i, count - 1)]
             s.sites[i] = s.org[h]
             s.sites[8 + i] = s.org[succ(h)]
             s.sites[16 + i] = s.org[pred(h)]
             s.sites[24 + i] = s.org[pred(s.twin[h])]
-        for i in range(32):
-            s.plans[i] = smaller(s.sites[i], last)
+            for at in range(i, 32, 8):
+                s.plans[at] = smaller(s.sites[at], last)
         tick = failures(k, s)
         for i in range(smaller(8, count - begin)):
             note(k, s, s.listed[begin + i], lane(tick, i))

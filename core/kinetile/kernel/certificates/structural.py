@@ -195,7 +195,8 @@ def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Fl
         longest = spread(0.25) * scale
         length = choose(length < longest, length, longest)
         t = t + clear_for(length, m, h1, h2, h3, g4)
-    t = choose(t > end, t, end) * spread(1.0 - 2.0**-40)
+    t = t * spread(1.0 - 2.0**-40)
+    t = choose(t > end, t, end)
     t = choose(t < scale, t, choose(scale > end, scale, end))
     soon = t < most
     tick = choose(soon, now + floor(choose(soon, t, zero) * spread(2.0**52)), spread_ticks(NEVER))
