@@ -78,7 +78,7 @@ class Pressure(Observable):
         self.inverse_mass = np.append(1.0 / scene.mass, np.zeros(4))
         self.alike = bool((scene.radius == scene.radius[:1]).all() and (scene.mass == scene.mass[:1]).all())
         self.virial = self.at_walls = self.energy = 0.0
-        self.at_each = [0.0] * len(WALLS)
+        self.at_each = np.zeros(len(WALLS))
         self.bodies = self.movable = 0
         self.last: float | None = None
 
@@ -95,10 +95,7 @@ class Pressure(Observable):
             along = (apart * collisions.impulse).sum(axis=1)
             self.virial = _added(self.virial, np.where(pair, along, to_wall * push))
             self.at_walls = _added(self.at_walls, push[~pair])
-            if self.scene.falls:
-                self.at_each = [
-                    _added(sum_, push[b == wall]) for sum_, wall in zip(self.at_each, WALLS, strict=True)
-                ]
+            np.add.at(self.at_each, -1 - b[~pair], push[~pair])  # one by one, as ``_added``
             return
         if max(a.max(initial=0), b.max(initial=0)) >= len(self.radius) - 4:
             raise Refused(
@@ -142,7 +139,7 @@ class Pressure(Observable):
                 found["P_walls"] = unit * at_walls / (time * self.perimeter)
             if self.scene.falls:
                 found |= self._of_each_wall(time)
-            self.at_each = [0.0] * len(WALLS)
+            self.at_each = np.zeros(len(WALLS))
         self.virial = self.at_walls = 0.0
         return found
 
@@ -152,7 +149,7 @@ class Pressure(Observable):
         lengths = {LEFT: height, RIGHT: height, BOTTOM: width, TOP: width}
         return {
             f"P_{WALLS[wall]}": push / (time * lengths[wall])
-            for wall, push in zip(WALLS, self.at_each, strict=True)
+            for wall, push in zip(WALLS, self.at_each.tolist(), strict=True)
             if ("x" if wall >= RIGHT else "y") in axes
         }
 

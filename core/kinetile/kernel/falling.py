@@ -39,13 +39,14 @@ def fallen(k: Kernel, tick: int) -> tuple[float, float, float, float]:
 
 
 @hook
-def enter_frame(k: Kernel, plan: Records) -> None:
-    """Make a plan of the room one of the frame, at its anchor."""
+def shift_plan(k: Kernel, plan: Records, way: float) -> None:
+    """Make a plan of the frame one of the room, at its anchor; or the other way round, if ``way`` is not 1
+    but -1."""
     x, y, vx, vy = fallen(k, plan.anchor)
-    plan.x -= x
-    plan.y -= y
-    plan.vx -= vx
-    plan.vy -= vy
+    plan.x += way * x
+    plan.y += way * y
+    plan.vx += way * vx
+    plan.vy += way * vy
 
 
 @template

@@ -130,10 +130,8 @@ def _parts(response: Response, scene: Scene) -> ResponseParts:
         raise PhaseError(f"{label}: its parts have no respond; expected a function marked with toolbox.hook")
     if scene.falls and not parts.falling:
         label = described("response", response.name)
-        raise Refused(
-            f"{label} does not know velocities of a frame that falls (falling=True), and this scene has "
-            "gravity"
-        )
+        said = "does not know velocities of a frame that falls (falling=True), and this scene has gravity"
+        raise Refused(f"{label} {said}")
     return parts
 
 

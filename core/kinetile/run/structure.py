@@ -99,8 +99,7 @@ def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]
         items = list(parts.draw(read_only(k), read_only(parts.state)))
     numbers, images = np.asarray(k.queue["number"]).tolist(), np.asarray(k.images)
     taken_off = (images["kx"].tolist(), images["ky"].tolist()) if len(images) else None
-    shift = shift_now(k)[:2].tolist()
-    return tuple(map(_Reader(name, numbers, clock, taken_off, shift).read, items))
+    return tuple(map(_Reader(name, numbers, clock, taken_off, shift_now(k)[:2].tolist()).read, items))
 
 
 @dataclass

@@ -220,8 +220,7 @@ def check_support(where: str, place: Any, velocity: Any, radius: float, extent: 
             at = Fraction(place[axis]) if low else Fraction(extent.sides[axis]) - Fraction(place[axis])
             if at <= Fraction(radius):
                 wall = (("left", "right"), ("bottom", "top"))[axis][0 if low else 1]
-                found = f"at rest on the {wall} wall"
-                return [Mistake(where, found, f"{above} would meet it endlessly")]
+                return [Mistake(where, f"at rest on the {wall} wall", f"{above} would meet it endlessly")]
     return []
 
 

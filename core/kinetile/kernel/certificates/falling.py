@@ -14,8 +14,7 @@ cases ``before`` says of a whole n whether the floor is n or later, and it never
 ``falls_at`` computes Q and Q' at whole ticks in doubles, with what each sum and product lost. Their signs are
 known where they are beyond a bound, or where nothing was lost at all; a body that is surely not at the wall
 by the end of its frame is answered with ``NEVER`` at once, and otherwise the tick is that of an estimate, or
-beside it. What that leaves open is decided by bisection in whole numbers (``integers`` has how they are
-kept).
+beside it. What that leaves open is decided by bisection in whole numbers (``integers``).
 
 Error bounds
 ============

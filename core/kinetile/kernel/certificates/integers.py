@@ -304,6 +304,4 @@ def touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int, p
     rate, gap = signs_at(m, first, end, 0)
     if gap > 0 and (rate >= 0 or sign_of_discriminant(m, first, end) <= 0):
         return 0
-    if plans.x.v == plans.x.v2 and plans.y.v == plans.y.v2:
-        return NEVER
     return root_of(m, first, end, guess, True)

@@ -16,7 +16,7 @@ import math
 from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, template, to_be_filled_in
-from kinetile.kernel.falling import enter_frame, fallen, squares_in_room, twice_energy
+from kinetile.kernel.falling import fallen, shift_plan, squares_in_room, twice_energy
 from kinetile.kernel.flight import note_place, position_at, since_origin
 from kinetile.kernel.images import anchor, near_zero, wrap
 from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TURNED
@@ -245,7 +245,7 @@ def arrive(k: Kernel, command: Records) -> int:
     new.vy = command.vy
     new.anchor = command.tick
     if FALLING:
-        enter_frame(k, new)
+        shift_plan(k, new, -1.0)
     new.radius = command.radius
     new.reach = command.radius + k.clock[0].limits.skin
     new.last = NOBODY

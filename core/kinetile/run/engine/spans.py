@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import SPAN
 from kinetile.kernel.compiled import disowned, hook, smaller, template
-from kinetile.kernel.falling import fallen
+from kinetile.kernel.falling import shift_plan
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.images import BEAT, anchor, remainder, turns_of
 from kinetile.kernel.log import REANCHORED
@@ -233,16 +233,12 @@ def pass_frame(k: Kernel, tick: int) -> None:
     """Anchor all bodies at the end of their frame, and give them plans in the next one. Before: the log has
     room for a row of each. A template, as ``kernel.loop`` has."""
     k = disowned(k)
-    x, y, vx, vy = fallen(k, tick)
     for number in range(len(k.slots)):
         body = k.slots[number]
         if body >= 0:
             plan = k.bodies[body]
             anchor(k, body, tick)
-            plan.x += x
-            plan.y += y
-            plan.vx += vx
-            plan.vy += vy
+            shift_plan(k, plan, 1.0)
             plan.last = NOBODY
             k.stamps[body] += 1
             log(k, tick, body, REANCHORED)
