@@ -64,18 +64,18 @@ class Unbroken:
 
     _outermost: ClassVar[Unbroken | None] = None  # of the main thread: the step that signals wait for now
 
-    def __init__(self) -> None:
-        self._before: dict[int, Any] = {}
-        self._noted: dict[int, FrameType | None] = {}
-        self._waiting = False  # until all handlers are in place, and after that, each goes through at once
-        self._depth = 0  # steps within this one, which cannot be interrupted
-        self._within: tuple[Unbroken, bool, int] | None = None  # the outermost step, as it was before this
+    _before: dict[int, Any]
+    _noted: dict[int, FrameType | None]
+    _waiting = False  # until all handlers are in place, and after that, each goes through at once
+    _depth = 0  # steps within this one, which cannot be interrupted
+    _within: tuple[Unbroken, bool, int] | None = None  # the outermost step, as it was before this
 
     def __enter__(self) -> Self:
         if threading.current_thread() is not threading.main_thread():
             return self
         outer = Unbroken._outermost
         if outer is None:
+            self._before, self._noted = {}, {}
             try:
                 self._take_handlers()
                 self._waiting = True
