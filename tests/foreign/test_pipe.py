@@ -28,7 +28,7 @@ from kinetile_conformance.questions import (
     reference_contacts,
     touching,
 )
-from kinetile_conformance.strategies.shapes import draw_shapes
+from kinetile_conformance.strategies.shapes import DRAWS
 from lanes import first
 from programs import program
 
@@ -552,7 +552,7 @@ def test_what_times_of_a_cast_are_right(ahead, aside):
 
 @pytest.mark.small
 def test_casts_of_shapes_are_those_of_the_kernel():
-    drawn = [scene for scene in draw_shapes(12, 0) if not scene.periodic]
+    drawn = [scene for scene in DRAWS["shapes"](12, 0) if not scene.periodic]
     question = Casts(1e-9)
     met = 0
     for case in [case for scene in drawn for case in question.cases(scene)]:

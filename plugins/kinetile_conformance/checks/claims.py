@@ -1,26 +1,32 @@
 """Observations of claims: what a phase declares of itself, and what it must not depend on.
 
 A phase declares that it is right up to a skin (``skin_limit``), or that it has a feature. It must not depend
-on what runs before or beside it, nor on the view of a scene: one that is enlarged, moved, slowed, or begun
-later. All factors are powers of two and all shifts dyadic, so rounding does not make a transformed scene
-another scene.
+on what runs before or beside it, on its process or its thread, on what else a scene says, nor on the view of
+a scene: one that is enlarged, moved, slowed, or begun later. All factors are powers of two and all shifts
+dyadic, so rounding does not make a transformed scene another scene.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
+import kinetile as kt
 from kinetile.errors import BadOption, KinetileError, Refused
 from kinetile.plugin.registry import registry
 from kinetile.run.simulation import Simulation
-from kinetile.scene import Scene, Settings
+from kinetile.scene import Scene, Settings, relabelled
 from kinetile_conformance.cases import CONTACTS, Subject, horizon, outcome, run_summary
 from kinetile_conformance.checks.check import Case, Disagreement, compare, observation
-from kinetile_conformance.strategies.changes import changed, enlarged, shifted_in_time, slowed
+from kinetile_conformance.processes import Died, in_a_child
+from kinetile_conformance.strategies.bulk import lattices
+from kinetile_conformance.strategies.changes import viewed
 from kinetile_conformance.strategies.swarms import swarm
 
 FINEST = 45
@@ -109,13 +115,13 @@ def state_is_not_kept(case: Case) -> None:
     gives the same contacts"""
     subject, scene = case.subject, case.scene
     # Of a size at which nothing has run: what is kept of the first scene of a size is that of half radii.
-    large = enlarged(scene, 8.0)
-    for each in (changed(large, radius=0.5 * large.radius), large):
+    large = viewed(scene, larger=8.0)
+    for each in (large.replace(radius=0.5 * large.radius), large):
         compare(replace(case, scene=each), outcome(subject, each, case.contacts), "after half radii, ")
     first = run_summary(subject, scene)
     run_summary(subject, swarm("gas" if scene.arena is not None else "cloud", 16))
     # As many bodies, flying the other way: state shared between two simulations would show.
-    sims = [subject.simulation(each) for each in (scene, changed(scene, velocity=-scene.velocity))]
+    sims = [subject.simulation(each) for each in (scene, scene.replace(velocity=-scene.velocity))]
     ends = ["ran", "ran"]
     for _ in range(TURNS):
         for which, sim in enumerate(sims):
@@ -144,11 +150,82 @@ def same_contacts_after_a_change_of_view(case: Case) -> None:
 def _views(scene: Scene) -> Iterator[tuple[str, Scene]]:
     """Yield (name of the transformation, transformed scene). A scene that is mirrored or renumbered is
     another one of its strategy."""
-    yield "32 times as large", enlarged(scene, 32.0)
-    yield "2^40 times as small", enlarged(scene, 2.0**-40)
-    yield "256 times as slow", slowed(scene, 256.0)  # so long that the clock's base moves on
-    yield "started at 2^40", shifted_in_time(scene, 2.0**40)
+    yield "32 times as large", viewed(scene, larger=32.0)
+    yield "2^40 times as small", viewed(scene, larger=2.0**-40)
+    yield "256 times as slow", viewed(scene, slower=256.0)  # so long that the clock's base moves on
+    yield "started at 2^40", viewed(scene, later=2.0**40)
     if scene.arena is None and len(scene):
-        yield "moved", changed(scene, position=scene.position + np.array([2.0**12, -(2.0**9)]))
+        yield "moved", scene.replace(position=scene.position + np.array([2.0**12, -(2.0**9)]))
         aside = scene.position - np.ceil(scene.position.max(axis=0))
-        yield "moved to where all coordinates are negative", changed(scene, position=aside)
+        yield "moved to where all coordinates are negative", scene.replace(position=aside)
+
+
+OTHER_HASHES = {"PYTHONHASHSEED": "4711"}
+"""The environment of the other process: the order of a set is another one there."""
+
+
+def _scenes() -> list[Scene]:
+    """Return scenes with arenas: all phases accept them."""
+    of_lattices = [lattices(count, seed, arena=True) for count, seed in ((1, 1), (1, 7), (9, 2))]
+    return [*of_lattices, swarm("gas", 30), swarm("shear", 40, variation=1)]
+
+
+def _summaries(
+    subject: Subject, started: Sequence[Scene | Path], ends: Iterable[float]
+) -> list[tuple[str, str]]:
+    """Run scenes, and go on with saved simulations, each until its time; return for each how it ended, and
+    its fingerprint."""
+    return [_summary(subject, each, end) for each, end in zip(started, ends, strict=True)]
+
+
+def _summary(subject: Subject, started: Scene | Path, end: float) -> tuple[str, str]:
+    if isinstance(started, Scene):
+        return run_summary(subject, started, end)
+    try:
+        sim = kt.resume(started)
+        sim.run(until=end, max_contacts=CONTACTS - len(sim.contacts))
+    except Exception as error:  # a foreign phase may raise anything; the verdict says what
+        return f"{type(error).__name__}: {error}", ""
+    return "ran", sim.fingerprint
+
+
+def _saved(subject: Subject, scene: Scene, path: Path) -> Path:
+    """Save a scene after some of its contacts; return the file."""
+    sim = subject.simulation(scene)
+    sim.run(until=horizon(scene), max_contacts=CONTACTS // 3)
+    sim.save(path)
+    return path
+
+
+@observation()
+def does_not_see_who_asks(case: Case) -> None:
+    """Contacts do not depend on process, thread, origin, or the end of the scene; a saved run goes
+    on in another process"""
+    subject, scenes = case.subject, _scenes()
+    ends = [horizon(each) for each in scenes]
+    plain = _summaries(subject, scenes, ends)
+    later, endless = (
+        [relabelled(each, settings=Settings(until=until), origin={"recipe": "production"}) for each in scenes]
+        for until in (2.0**20, None)
+    )
+    with TemporaryDirectory() as folder, ThreadPoolExecutor(1, thread_name_prefix="worker-7") as thread:
+        saved = [_saved(subject, each, Path(folder) / f"saved-{at}") for at, each in enumerate(scenes)]
+        try:  # what was saved first, while nothing else has run there
+            there = in_a_child(
+                _summaries, subject, [*saved, *scenes], [*ends, *ends], environment=OTHER_HASHES
+            )
+        except Died as died:
+            raise Disagreement(f"in another process it does not run: {died}") from None
+        views = {
+            "with another origin and a later end": _summaries(subject, later, ends),
+            "with another origin and no end": _summaries(subject, endless, ends),
+            "in another thread": thread.submit(_summaries, subject, scenes, ends).result(),
+            "in another process": there[len(saved) :],
+            "saved, and resumed in another process": there[: len(saved)],
+        }
+    for how, summaries in views.items():
+        for shown, one, other in zip(scenes, plain, summaries, strict=True):
+            if one[0] != other[0]:
+                raise Disagreement(f"{how}, the run {other[0]}; before it {one[0]}", shown)
+            if one != other:
+                raise Disagreement(f"{how}, the contacts are others", shown)

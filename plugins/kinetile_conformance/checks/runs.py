@@ -7,7 +7,6 @@ often broken long before a contact is missed, and names the fault.
 
 from __future__ import annotations
 
-import math
 import tempfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,9 +19,9 @@ import kinetile as kt
 from kinetile.errors import AuditError, KinetileError, TooThick
 from kinetile.run.compare import first_difference
 from kinetile.run.simulation import Simulation
-from kinetile.scene import Insert, Remove, with_commands
+from kinetile.scene import Command, Insert, Remove, relabelled, with_commands
 from kinetile.toolbox import box_gaps, reaches_of
-from kinetile_conformance.cases import CONTACTS, RunOutcome, Subject, difference, horizon, outcome
+from kinetile_conformance.cases import RunOutcome, difference, horizon, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, compare, observation
 
 Look = Callable[[Simulation], Simulation | None]
@@ -71,41 +70,46 @@ def moments(case: Case, most: int) -> list[float]:
     return [float(found[int(at)]) for at in np.unique(np.linspace(0, len(found) - 1, most).astype(np.int64))]
 
 
-def watch(case: Case, look: Look, most: int = STOPS, steps: int = 0, but: str = "") -> None:
-    """Run a case, and look at it when it is built, after each of its first events, and at moments of its run;
-    raise Disagreement unless its outcome is the reference's, but for one table."""
-    sim = case.subject.simulation(case.scene)
+def watch(
+    case: Case, look: Look, most: int = STOPS, steps: int = STEPS, every: int = 1, but: str = ""
+) -> None:
+    """Run a case, and look at it when it is built, after each of its first events, and at moments of its run,
+    or at each so many of these; raise Disagreement unless its outcome is the reference's, but for one
+    table."""
+    sim, number = case.subject.simulation(case.scene), count()
+
+    def see() -> Simulation:
+        return (look(sim) or sim) if next(number) % every == 0 else sim
+
     ended = "ran"
     try:
         sim.build()
-        sim = look(sim) or sim
+        sim = see()
         events = sim.steps(horizon(case.scene))
         for _ in range(steps if len(case.scene) <= FEW else 0):
             if len(sim.contacts) >= case.contacts or next(events, None) is None:
                 break
-            sim = look(sim) or sim
-        for moment in [*moments(case, most), None]:
-            until = max(horizon(case.scene) if moment is None else moment, sim.time)
-            left = case.contacts - len(sim.contacts)
-            if left > 0:
-                sim.run(until=until, max_contacts=left)
-                sim = sim if moment is None else look(sim) or sim
+            sim = see()
+        for moment in moments(case, most):
+            if _run(case, sim, moment):
+                sim = see()
+        _run(case, sim, horizon(case.scene))
     except KinetileError as error:
         ended = f"{type(error).__name__}: {error}"
+    compare(case, _left(sim, ended, but))
+
+
+def _left(sim: Simulation, ended: str, but: str = "") -> RunOutcome:
     found = RunOutcome.of(sim, ended)
-    tables = {name: table for name, table in found.tables.items() if name != but}
-    compare(case, replace(found, tables=tables))
+    return replace(found, tables={name: table for name, table in found.tables.items() if name != but})
 
 
-def watch_some(case: Case, look: Callable[[Simulation], None]) -> None:
-    """Run a case as ``watch`` does, and look at one of ``EVERY`` moments: for what takes long."""
-    number = count()
-
-    def see(sim: Simulation) -> None:
-        if next(number) % EVERY == 0:
-            look(sim)
-
-    watch(case, see, STOPS, STEPS)
+def _run(case: Case, sim: Simulation, until: float) -> bool:
+    """Run until a time, unless a case has had its contacts; return whether it has not."""
+    left = case.contacts - len(sim.contacts)
+    if left > 0:
+        sim.run(until=max(until, sim.time), max_contacts=left)
+    return left > 0
 
 
 @observation()
@@ -119,7 +123,7 @@ def same_contacts(case: Case) -> None:
 def its_structure_is_true(case: Case) -> None:
     """What must hold between events does: bodies that touch are near each other, queue and pairs are as they
     should be, and the phase's own audit finds nothing"""
-    watch(case, _audit, stops_for(case, STOPS), STEPS)
+    watch(case, _audit, stops_for(case, STOPS))
 
 
 def _audit(sim: Simulation) -> None:
@@ -133,15 +137,13 @@ def _audit(sim: Simulation) -> None:
 def can_be_drawn(case: Case) -> None:
     """Its structure can be drawn between any two events: draw raises nothing, changes nothing, and is the
     same when it is called again"""
-    number = count()
 
     def look(sim: Simulation) -> None:
-        if len(sim.bodies) <= FEW and next(number) % DRAWN:
-            return
         if repr(sim.drawing()) != repr(sim.drawing()):
             raise Disagreement(f"at time {sim.time!r} it is drawn otherwise when it is drawn once more")
 
-    watch(case, look, min(4, stops_for(case, STOPS)), STEPS)
+    few = len(case.scene) <= FEW
+    watch(case, look, min(4, stops_for(case, STOPS)), every=DRAWN if few else 1)
 
 
 def look_at(sim: Simulation) -> None:
@@ -171,6 +173,9 @@ def resume(sim: Simulation) -> Simulation:
     return sim
 
 
+PUT_BACK = "stamps"
+"""The table that is another one where a simulation was put back: its bodies have new plans."""
+
 WAYS: dict[str, Look] = {
     "stopped and looked at": look_at,
     "resumed from a file": resume,
@@ -197,7 +202,7 @@ def resumes(case: Case) -> None:
 
     try:
         most = min(len(ways) - 1, stops_for(case, 4 * STOPS))
-        watch(case, look, most, but="stamps")  # a body that is put back has a new plan
+        watch(case, look, most, steps=0, but=PUT_BACK)
     except Disagreement as error:
         said = str(error)
         raise Disagreement(said if said.startswith(way) else f"{way}, {said}", error.scene) from error
@@ -207,97 +212,53 @@ def resumes(case: Case) -> None:
 def same_contacts_when_commanded_by_hand(case: Case) -> None:
     """The same contacts where commands are given between two runs, and after some the simulation is looked
     at, drawn, audited, built anew, put back, or saved and resumed"""
-    looks: tuple[Look, ...] = (*WAYS.values(), _audit, _draw)
-    every = 1 + len(case.scene.commands) // BY_HAND
-
-    def look(sim: Simulation, at: int) -> Simulation:
-        if at % every:
-            return sim
-        return looks[at // every % len(looks)](sim) or sim
-
-    legs: list[Leg] = []
-    found = _by_hand(case.subject, case, look, legs, leads=True)
-    said = difference(found, _by_hand(case.subject.reference, case, _go_on, legs), case.subject.name)
+    scene, looks = case.scene, (*WAYS.values(), _audit, _draw)
+    every = 1 + len(scene.commands) // BY_HAND
+    sim = case.subject.simulation(with_commands(scene, []), room=None)
+    numbers = {body: body for body in range(len(scene))}
+    ended = "ran"
+    try:
+        for at, command in enumerate(scene.commands):
+            if command.time > sim.time:
+                _run(case, sim, command.time)
+                if len(sim.contacts) < case.contacts:
+                    next(sim.steps(), None)  # it may be one of the phase's structure
+            if len(sim.contacts) >= case.contacts:
+                break
+            _give(sim, command, numbers)
+            if at % every == 0:
+                sim = looks[at // every % len(looks)](sim) or sim
+        _run(case, sim, horizon(scene))
+    except KinetileError as error:
+        ended = f"{type(error).__name__}: {error}"
+    until = replace(scene.settings, until=max(horizon(scene), sim.time))
+    expected = case.reference(relabelled(sim.recorded(), settings=until), case.contacts)
+    said = difference(_left(sim, ended, PUT_BACK), expected, case.subject.name)
     if said is not None:
         raise Disagreement(said)
-
-
-def _go_on(sim: Simulation, at: int) -> Simulation:
-    return sim
 
 
 def _draw(sim: Simulation) -> None:
     sim.drawing()
 
 
-Leg = tuple[float, int]
-"""When a command is given, and after how many contacts since the one before."""
-
-
-def _by_hand(
-    tested: Subject,
-    case: Case,
-    between: Callable[[Simulation, int], Simulation],
-    legs: list[Leg],
-    leads: bool = False,
-) -> RunOutcome:
-    """Run a scene whose commands are given by hand; ``between`` is called after each command, and returns the
-    simulation that goes on. What is refused, as there is no room by now, is left out.
-
-    Each command waits for an event of the phase that ``leads``, which may be one of its structure, and is
-    given at the same tick; ``legs`` say when, for the reference to do so too.
-    """
-    scene = case.scene
-    sim = tested.simulation(with_commands(scene, []), room=None)
-    numbers = {body: body for body in range(len(scene))}
-    ended = "ran"
-    try:
-        for at, command in enumerate(scene.commands):
-            if leads:
-                legs.append(_lead(sim, command.time))
-            until, most = legs[at] if at < len(legs) else (command.time, CONTACTS)
-            if until > sim.time:
-                sim.run(until=until, max_contacts=most)
-            if most >= CONTACTS:  # enough
-                break
-            had = len(sim.contacts)
-            if isinstance(command, Insert):
-                _, place, flies, radius, mass, *_, shape = command
-                try:
-                    numbers[command.body] = sim.insert(place, flies, radius, mass, command.kind, shape)
-                except TooThick:
-                    raise
-                except (KinetileError, ValueError):
-                    continue
-            elif command.body not in numbers:
-                continue
-            elif isinstance(command, Remove):
-                sim.remove(numbers[command.body])
-            else:
-                sim.set_velocity(numbers[command.body], command.velocity)
-            if len(sim.contacts) != had and scene.kinds == (0,):  # with kinds, a passing may begin or end
-                raise Disagreement(f"at time {sim.time!r} a command runs {len(sim.contacts) - had} contacts")
-            sim = between(sim, at)
-        sim.run(until=max(horizon(scene), sim.time), max_contacts=CONTACTS)
-    except KinetileError as error:
-        ended = f"{type(error).__name__}: {error}"
-    return RunOutcome.of(sim, ended)
-
-
-def _lead(sim: Simulation, time: float) -> Leg:
-    """Run until a time, and to the next event after it; return when that is, and how many contacts a run may
-    have that ends there: one more than there are, or so many that they are enough."""
-    if time <= sim.time:
-        return sim.time, 1
-    had = len(sim.contacts)
-    sim.run(until=time, max_contacts=CONTACTS)
-    if len(sim.contacts) - had < CONTACTS:
-        next(sim.steps(), None)
-        clock = sim.tables.clock[0]  # later, a double does not hold the tick
-        is_exact = clock.epoch == 0 and clock.now < 2**53 and sim.scene.start == 0.0
-        sim.run(until=sim.time if is_exact else math.nextafter(sim.time, math.inf), max_contacts=CONTACTS)
-    gone = len(sim.contacts) - had
-    return sim.time, gone + (gone < CONTACTS)
+def _give(sim: Simulation, command: Command, numbers: dict[int, int]) -> None:
+    """Give a command of a scene, in which bodies have other ``numbers``; what is refused, as there is no room
+    by now, is left out."""
+    if isinstance(command, Insert):
+        _, place, flies, radius, mass, *_, shape = command
+        try:
+            numbers[command.body] = sim.insert(place, flies, radius, mass, command.kind, shape)
+        except TooThick:
+            raise
+        except (KinetileError, ValueError):
+            pass
+    elif command.body not in numbers:
+        pass
+    elif isinstance(command, Remove):
+        sim.remove(numbers[command.body])
+    else:
+        sim.set_velocity(numbers[command.body], command.velocity)
 
 
 @observation(feature="boxes")
@@ -320,4 +281,4 @@ def pairs_are_overlapping_boxes(case: Case) -> None:
             for a, b in np.argwhere(np.triu(wrong, 1))[:1].tolist():
                 raise Disagreement(f"at time {sim.time!r} the boxes of {a} and {b} {said}")
 
-    watch(case, look, 4, STEPS)
+    watch(case, look, 4)

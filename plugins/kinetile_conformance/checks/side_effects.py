@@ -1,8 +1,13 @@
-"""Observations of what a phase does to its process.
+"""Observations of what a phase changes that is not its own: in its process, and in the kernel's tables.
 
 A phase is a guest in a user's program. What it prints breaks ``--json``, a seed that it sets makes a study
 repeat itself, and what each simulation leaves behind ends a long one. What it reads, and a cache that is
 full some day, are its own business (sentences 25 to 28 of the contract).
+
+What hooks write, and where they read, is watched on fixed scenes. A breach is named with hook, field and
+line, and often has no effect on any contact: on another machine, or in a larger scene, it would have.
+``watched_hooks`` runs a phase interpreted; where the kit's own process has compiled hooks, an interpreter of
+its own does that.
 """
 
 from __future__ import annotations
@@ -18,18 +23,23 @@ import tempfile
 import threading
 import tracemalloc
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
-from kinetile.errors import KinetileError
+from kinetile.errors import KinetileError, Refused
+from kinetile.kernel.compiled import INTERPRETED
 from kinetile.scene import Scene
 from kinetile_conformance.cases import CONTACTS, Subject, horizon
 from kinetile_conformance.checks.check import Case, Disagreement, observation
+from kinetile_conformance.processes import Died, in_a_child
+from kinetile_conformance.strategies.gallery import SMALL
 from kinetile_conformance.strategies.swarms import swarm
+from kinetile_conformance.watched_hooks import watch_hooks
 
 try:
     import resource
@@ -100,64 +110,42 @@ PARTS: dict[str, Callable[[], Any]] = {
 def _as_at_first() -> Iterator[None]:
     """Sets what a phase may have set already, so that it would show if it sets it again; the process has many
     open files."""
-    environment, collects = dict(os.environ), gc.isenabled()
-    limits = resource and resource.getrlimit(resource.RLIMIT_NOFILE)
-    opened: list[int] = []
-    try:
-        os.environ.clear()
-        os.environ.update(AT_FIRST)
+    with ExitStack() as after, patch.dict(os.environ, AT_FIRST, clear=True):
+        after.callback(gc.enable if gc.isenabled() else gc.disable)
         gc.enable()
-        if resource and limits:
+        if resource:
+            limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+            after.callback(resource.setrlimit, resource.RLIMIT_NOFILE, limits)
             resource.setrlimit(resource.RLIMIT_NOFILE, (limits[1], limits[1]))
+        opened: list[int] = []
         with suppress(OSError), tempfile.TemporaryFile() as file:
             opened.extend(os.dup(file.fileno()) for _ in range(FILES))
-        for each in opened[-ROOM:]:
-            os.close(each)
-        del opened[-ROOM:]
+        for at, each in enumerate(reversed(opened)):
+            os.close(each) if at < ROOM else after.callback(os.close, each)
         with np.errstate(divide="warn", over="warn", under="ignore", invalid="warn"):
             yield
-    finally:
-        for each in opened:
-            os.close(each)
-        if resource and limits:
-            resource.setrlimit(resource.RLIMIT_NOFILE, limits)
-        os.environ.clear()
-        os.environ.update(environment)
-        (gc.enable if collects else gc.disable)()
 
 
 @contextmanager
 def _written() -> Iterator[Callable[[], str]]:
     """Keeps what is written to the standard output and error within this context, by Python or beside it;
     yields a function that returns it."""
-    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as file:
-        kept = {stream: os.dup(stream) for stream in (1, 2)}
-        sys.stdout.flush()
-        sys.stderr.flush()
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as file, ExitStack() as after:
 
         def text() -> str:
             file.flush()
             file.seek(0)
             return file.read()
 
-        for stream in kept:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        for stream in (1, 2):
+            kept = os.dup(stream)
+            after.callback(os.close, kept)
+            after.callback(os.dup2, kept, stream)
             os.dup2(file.fileno(), stream)
-        try:
-            with redirect_stdout(file), redirect_stderr(file):
-                yield text
-        finally:
-            for stream, old in kept.items():
-                os.dup2(old, stream)
-                os.close(old)
-
-
-def _run(subject: Subject, scene: Scene) -> None:
-    sim = subject.simulation(scene)
-    try:
-        sim.run(until=horizon(scene), max_contacts=CONTACTS)
-        sim.drawing()
-    except KinetileError:
-        pass  # whether a run may end so, other checks compare
+        with redirect_stdout(file), redirect_stderr(file):
+            yield text
 
 
 @observation(compares=False)
@@ -171,12 +159,13 @@ def leaves_the_process_alone(case: Case) -> None:
     async def run() -> str:
         before = {what: read() for what, read in PARTS.items()}
         with _written() as written:
-            _run(case.subject, shown)
-            said = written()
-        changed = [what for what, read in PARTS.items() if read() != before[what]]
-        if said:
-            return f"it writes to the standard output or error: {said.splitlines()[0][:100]!r}"
-        return f"a run changes {changed[0]}" if changed else ""
+            sim = case.subject.simulation(shown)
+            with suppress(KinetileError):  # whether a run may end so, other checks compare
+                sim.run(until=horizon(shown), max_contacts=CONTACTS)
+                sim.drawing()
+            if said := written():
+                return f"it writes to the standard output or error: {said.splitlines()[0][:100]!r}"
+        return next((f"a run changes {what}" for what, read in PARTS.items() if read() != before[what]), "")
 
     with _as_at_first():
         said = asyncio.run(run())
@@ -209,3 +198,51 @@ def memory_does_not_grow(case: Case) -> None:
         tracemalloc.stop()
     mib = (taken - first) / 2**20
     raise Disagreement(f"each simulation leaves {grown / 1024:.0f} KiB behind, all together {mib:.0f} MiB")
+
+
+SECONDS = 60.0
+"""CPU seconds for a simulation in a child."""
+
+
+def first_breach(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | None:
+    """Run a phase interpreted on scenes with all hooks watched; return the first breach and its scene, None
+    where there is none.
+
+    Raises Refused where it refuses all the scenes, or cannot be sent to another interpreter; TimeIsUp where
+    it is not through with them in time.
+    """
+    if INTERPRETED:
+        return _watched(subject, scenes)
+    try:
+        found: str | None = in_a_child(
+            _watched, subject, scenes, environment={"NUMBA_DISABLE_JIT": "1"}, seconds=SECONDS
+        )
+    except Died as died:
+        return f"interpreted, with its hooks watched, its process ended ({died})"
+    return found
+
+
+def _watched(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | None:
+    """Return the first breach of a phase whose hooks are watched, and its scene; None where there is none.
+    Scenes that the phase refuses are left out; raises Refused where it refuses all."""
+    refused = []
+    for title, scene in scenes:
+        try:
+            said = watch_hooks(subject, scene)
+        except Refused as refusal:
+            refused.append(refusal)
+            continue
+        if said is not None:
+            return f"{said}, on {title}"
+    if len(refused) == len(scenes):
+        raise refused[0]
+    return None
+
+
+@observation(compares=False)
+def writes_only_where_it_may(case: Case) -> None:
+    """Interpreted, its hooks change nothing that is not theirs, use no index outside of an array, and raise
+    nothing"""
+    said = first_breach(case.subject, SMALL)
+    if said is not None:
+        raise Disagreement(said)

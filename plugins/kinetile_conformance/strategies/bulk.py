@@ -79,9 +79,6 @@ def _some(random: np.random.Generator, count: int, share: float) -> npt.NDArray[
     return random.random((count, 1, 1)) < share
 
 
-draw_lattices = numbered(lambda number: lattices(LATTICES, number, bool(number & 1), APART[number >> 1 & 1]))
-
-
 def falling(number: int) -> Scene:
     """Return lattices, or bodies of several sizes, that fall along both axes, by much or hardly: gravity
     along one alone would be another loop to compile. None rests on a wall."""
@@ -90,8 +87,6 @@ def falling(number: int) -> Scene:
     pull = random.choice([-1.0, 1.0], 2) * 2.0 ** random.integers(-6, 4, 2)
     return base.replace(velocity=np.where(base.velocity == 0.0, 0.25, base.velocity), gravity=pull.tolist())
 
-
-draw_falling = numbered(falling)
 
 BASES, CONTACTS = 40, 100_000
 """How often the base of the clock moves in a marathon, or more often, and how many contacts it has."""
@@ -114,5 +109,9 @@ def marathon(bodies: int, seed: int) -> Scene:
     return Scene(place, velocity, radius, arena=(float(columns), float(rows)), settings=Settings(until=until))
 
 
-draw_marathons = numbered(lambda number: marathon(FEWEST + number % (MOST - FEWEST + 1), number))
-draw_large = numbered(lambda number: swarm("gas", 1_500, number, 1 + number % 7))
+DRAWS = {
+    "lattices": numbered(lambda number: lattices(LATTICES, number, bool(number & 1), APART[number >> 1 & 1])),
+    "falling scenes": numbered(falling),
+    "marathons": numbered(lambda number: marathon(FEWEST + number % (MOST - FEWEST + 1), number)),
+    "large scenes": numbered(lambda number: swarm("gas", 1_500, number, 1 + number % 7)),
+}

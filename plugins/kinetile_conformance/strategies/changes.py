@@ -1,4 +1,4 @@
-"""Scenes made from scenes: with other fields, enlarged, slowed, begun later.
+"""Scenes made from scenes: some bodies or commands of one, or all of it as it is seen from elsewhere.
 
 All factors are powers of two, so rounding does not make a scene another one.
 """
@@ -14,12 +14,7 @@ import numpy.typing as npt
 from kinetile.scene import Insert, Scene, Turn
 from kinetile_conformance.cases import horizon
 
-COLUMNS = ("position", "velocity", "mass")
-
-
-def changed(scene: Scene, **fields: Any) -> Scene:
-    """Return a scene with some fields changed."""
-    return scene.replace(**fields)
+changed = Scene.replace
 
 
 def only_bodies(scene: Scene, kept: npt.NDArray[np.integer]) -> Scene:
@@ -28,7 +23,7 @@ def only_bodies(scene: Scene, kept: npt.NDArray[np.integer]) -> Scene:
     new = {int(old): number for number, old in enumerate(kept)}
     coming = {command.body for command in scene.commands if isinstance(command, Insert)}
     new |= {body: body - len(scene) + len(kept) for body in coming}
-    columns = (*COLUMNS, "shape" if scene.shapes else "radius")
+    columns = ("position", "velocity", "mass", "shape" if scene.shapes else "radius")
     fields: dict[str, Any] = {name: getattr(scene, name)[kept] for name in columns}
     commands = [each._replace(body=new[each.body]) for each in scene.commands if each.body in new]
     return changed(scene, **fields, kind=[scene.kind[body] for body in kept], commands=commands)
@@ -47,31 +42,21 @@ def ended_at(scene: Scene, until: float) -> Scene:
     return changed(scene, settings=replace(scene.settings, until=until), commands=left)
 
 
-def enlarged(scene: Scene, by: float) -> Scene:
-    """Return a scene in which all lengths, and so all speeds, are multiplied."""
-    arena = scene.arena
-    return changed(
-        scene,
-        position=scene.position * by,
-        velocity=scene.velocity * by,
-        radius=scene.radius * by,
-        arena=None if arena is None else (arena[0] * by, arena[1] * by),
-        turns=[Turn(t.body, t.time, (t.velocity[0] * by, t.velocity[1] * by)) for t in scene.turns],
+def viewed(scene: Scene, larger: float = 1.0, slower: float = 1.0, later: float = 0.0) -> Scene:
+    """Return a scene in which all lengths and all durations are multiplied, and which starts later."""
+
+    def when(time: float) -> float:
+        return scene.start + later + slower * (time - scene.start)
+
+    arena, faster = scene.arena, larger / slower
+    return scene.replace(
+        position=larger * scene.position,
+        velocity=faster * scene.velocity,
+        radius=larger * scene.radius,
+        arena=None if arena is None else (larger * arena[0], larger * arena[1]),
+        turns=[
+            Turn(body, when(time), (faster * vx, faster * vy)) for body, time, (vx, vy), *_ in scene.turns
+        ],
+        start=scene.start + later,
+        settings=replace(scene.settings, until=when(horizon(scene))),
     )
-
-
-def slowed(scene: Scene, by: float) -> Scene:
-    """Return a scene in which all durations are multiplied."""
-    turns = [
-        Turn(t.body, scene.start + by * (t.time - scene.start), (t.velocity[0] / by, t.velocity[1] / by))
-        for t in scene.turns
-    ]
-    settings = replace(scene.settings, until=scene.start + by * (horizon(scene) - scene.start))
-    return changed(scene, velocity=scene.velocity / by, turns=turns, settings=settings)
-
-
-def shifted_in_time(scene: Scene, by: float) -> Scene:
-    """Return a scene that starts later."""
-    turns = [Turn(t.body, t.time + by, t.velocity) for t in scene.turns]
-    settings = replace(scene.settings, until=horizon(scene) + by)
-    return changed(scene, start=scene.start + by, turns=turns, settings=settings)

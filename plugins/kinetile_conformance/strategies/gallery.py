@@ -11,7 +11,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinetile.scene import Scene, Settings
+from kinetile.scene import Scene
+from kinetile_conformance.strategies.changes import ended_at
 from kinetile_conformance.strategies.shapes import shape_torus
 from kinetile_conformance.strategies.swarms import swarm
 from kinetile_conformance.strategies.torus import torus
@@ -34,7 +35,7 @@ def smallest() -> Scene:
     return Scene([[0.5, 0.5]], [[0.0, 0.0]], 0.25, arena=(1.0, 1.0))
 
 
-def draw_gallery(count: int, seed: int) -> Iterator[Scene]:
+def _gallery(count: int, seed: int) -> Iterator[Scene]:
     """Yield scenes with nothing, one body, or nothing that moves, and a row between two."""
     nobody = np.zeros((0, 2))
     yield Scene(nobody, nobody, np.zeros(0), arena=(1.0, 1.0))
@@ -45,22 +46,20 @@ def draw_gallery(count: int, seed: int) -> Iterator[Scene]:
     yield row_between_two()
 
 
+DRAWS = {"the gallery": _gallery}
+
 SHORT = 0.5
 """How long scenes last on which memory is watched."""
 
-SMALL = tuple(
-    (title, scene.replace(settings=Settings(until=SHORT), turns=[t for t in scene.turns if t.time <= SHORT]))
-    for title, scene in (
-        ("one body", smallest().replace(velocity=[[1.0, 0.5]])),
-        *(
-            (f"{bodies} bodies of the kind {kind!r}", swarm(kind, bodies, variation=variation))
-            for kind, bodies, variation in (
-                *(("gas", 16, 3), ("lattice", 12, 0), ("cloud", 12, 1), ("far", 9, 7)),
-                *(("burst", 20, 2), ("corridor", 20, 2), ("crowd", 24, 4)),
-            )
-        ),
-        ("a swarm on a torus", torus(19)),
-        ("a swarm of shapes on a torus", shape_torus(6)),
-    )
+_OF_KINDS = (
+    *(("gas", 16, 3), ("lattice", 12, 0), ("cloud", 12, 1), ("far", 9, 7)),
+    *(("burst", 20, 2), ("corridor", 20, 2), ("crowd", 24, 4)),
 )
+_SHOWN = {
+    "one body": smallest().replace(velocity=[[1.0, 0.5]]),
+    **{f"{n} bodies of the kind {kind!r}": swarm(kind, n, variation=each) for kind, n, each in _OF_KINDS},
+    "a swarm on a torus": torus(19),
+    "a swarm of shapes on a torus": shape_torus(6),
+}
+SMALL = tuple((title, ended_at(scene, SHORT)) for title, scene in _SHOWN.items())
 """Few bodies of all kinds: for interpreted hooks many would take too long."""

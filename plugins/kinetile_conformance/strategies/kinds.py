@@ -115,4 +115,4 @@ def of_many_kinds(number: int) -> Scene:
     )
 
 
-draw_kinds = numbered(of_many_kinds)
+DRAWS = {"many kinds": numbered(of_many_kinds)}

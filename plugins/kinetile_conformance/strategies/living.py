@@ -107,7 +107,8 @@ def _still(scene: Scene) -> Scene:
 class _Play:
     """A living scene in the making: what the rules do to a run under the reference."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, number: int) -> None:
+        self.random = np.random.default_rng(number)
         self.scene = scene
         self.sim = Subject(REFERENCE, {}).reference.simulation(scene, room=None)
         self.ended = False
@@ -132,26 +133,24 @@ class _Play:
         except KinetileError:
             self.ended = True  # under every phase: what came before is a scene as well
 
-    def place(self, random: np.random.Generator) -> Any:
+    def place(self) -> Any:
         """Return a place in 64ths of the scene, or anywhere in it."""
-        part = random.integers(1, 64, 2) / 64.0 if random.random() < 0.75 else random.random(2)
+        part = self.random.integers(1, 64, 2) / 64.0 if self.random.random() < 0.75 else self.random.random(2)
         for at, axis in enumerate("xy"):  # on a periodic axis also on the border, and some periods away
-            if axis in self.scene.periodic and random.random() < 0.5:
-                part[at] = random.choice([part[at], 0.0, 1.0]) + random.integers(-2, 3)
+            if axis in self.scene.periodic and self.random.random() < 0.5:
+                part[at] = self.random.choice([part[at], 0.0, 1.0]) + self.random.integers(-2, 3)
         return self.corner + part * self.size
 
-    def insert(
-        self, place: Any, velocity: Any, radius: float, random: np.random.Generator, sizes: int = 3
-    ) -> bool:
+    def insert(self, place: Any, velocity: Any, radius: float, sizes: int = 3) -> bool:
         """Insert a body, or a smaller one of up to ``sizes`` sizes, if there is room for it; return whether
         it has come."""
-        kind = None if self.scene.kinds == (0,) else KINDS[int(random.integers(len(KINDS)))]
+        kind = None if self.scene.kinds == (0,) else KINDS[int(self.random.integers(len(KINDS)))]
         for smaller in (1.0, 2.0, 4.0)[:sizes]:
             size: dict[str, Any] = {"radius": radius / smaller}
             if kind == "block":
                 size["mass"] = math.inf
             if self.scene.shapes:
-                size |= {"radius": None, "shape": self.shape(radius / smaller, random)}
+                size |= {"radius": None, "shape": self.shape(radius / smaller)}
             try:
                 self.sim.insert(place, velocity, **size, kind=kind)
             except (KinetileError, ValueError):  # no room, or too fast for the scene's clock
@@ -159,40 +158,41 @@ class _Play:
             return True
         return False
 
-    def shape(self, radius: float, random: np.random.Generator) -> Shape:
+    def shape(self, radius: float) -> Shape:
         """Return one of a few shapes that a circle of a radius holds: mostly one that there is, as each new
         one has its differences from all others."""
         there = [each for each in self.scene.shapes if each.reach <= radius]
-        if there and random.random() < 0.9:
-            return there[int(random.integers(len(there)))]
-        shape = SHAPES[int(random.integers(len(SHAPES)))]
+        if there and self.random.random() < 0.9:
+            return there[int(self.random.integers(len(there)))]
+        shape = SHAPES[int(self.random.integers(len(SHAPES)))]
         return scaled(shape, 2.0 ** math.floor(math.log2(radius / shape.reach)))
 
-    def chosen(self, most: int, random: np.random.Generator) -> list[int]:
+    def chosen(self, most: int) -> list[int]:
         """Return some of those present, in any order."""
         there = self.sim.bodies
-        return [int(body) for body in random.permutation(there)[: int(random.integers(1, most + 1))]]
+        some: list[int] = self.random.permutation(there)[: self.random.integers(1, most + 1)].tolist()
+        return some
 
-    def exchange(self, bodies: list[int], random: np.random.Generator) -> None:
+    def exchange(self, bodies: list[int]) -> None:
         """Remove bodies, and insert as many at their places, in another order."""
         rows = [int(np.flatnonzero(self.sim.bodies == body)[0]) for body in bodies]
         places, radii = self.sim.positions()[rows], self.sim.radii()[rows]
         velocities = self.sim.velocities()[rows]
         for body in bodies:
             self.sim.remove(body)
-        for at, by in enumerate(random.permutation(len(bodies))):
-            self.insert(places[by], velocities[at], float(min(radii[at], radii[by])), random)
+        for at, by in enumerate(self.random.permutation(len(bodies))):
+            self.insert(places[by], velocities[at], float(min(radii[at], radii[by])))
 
-    def open_a_way(self, random: np.random.Generator) -> None:
+    def open_a_way(self) -> None:
         """Let the next bodies on both sides of one fly at each other, remove that one, and run until they
         meet.
 
         Where it leaves, it flies out of their way before it is removed. So neither awaits a contact with
         it, after whose end it would look for the other one.
         """
-        axis, leaves = int(random.integers(2)), bool(random.integers(2))
+        axis, leaves = int(self.random.integers(2)), bool(self.random.integers(2))
         places, radii = self.sim.positions(), self.sim.radii()
-        for row in random.permutation(len(radii))[:16]:
+        for row in self.random.permutation(len(radii))[:16]:
             aside, along = places[:, 1 - axis] - places[row, 1 - axis], places[:, axis] - places[row, axis]
             beside = np.flatnonzero((np.abs(aside) < radii + radii[row]) & (along != 0.0))
             nearest = beside[np.argsort(np.abs(along[beside]))]
@@ -213,57 +213,57 @@ class _Play:
                 self.run(9)
             return
 
-    def insert_one(self, random: np.random.Generator) -> None:
+    def insert_one(self) -> None:
         """One comes, as wide as the widest at the start, or narrower, or a little wider."""
-        radius = self.widest * float(random.choice([1.0, 0.5, 0.25, 0.125, 1.5]))
+        radius = self.widest * float(self.random.choice([1.0, 0.5, 0.25, 0.125, 1.5]))
         for _ in range(4):
-            if self.insert(self.place(random), random.integers(-4, 5, 2) / 4.0, radius, random):
+            if self.insert(self.place(), self.random.integers(-4, 5, 2) / 4.0, radius):
                 return
 
-    def crowd(self, random: np.random.Generator) -> None:
+    def crowd(self) -> None:
         """Up to eight small ones come to one place."""
         radius = self.widest / 16.0
-        place, aside = self.place(random), random.integers(-1, 2, 2) / 8.0
-        for at in range(int(random.integers(2, 9))):
+        place, aside = self.place(), self.random.integers(-1, 2, 2) / 8.0
+        for at in range(int(self.random.integers(2, 9))):
             step = 2.25 * radius * np.array([at % 3, at // 3])
-            self.insert(place + step, aside, radius, random, sizes=1)
+            self.insert(place + step, aside, radius, sizes=1)
 
-    def remove_some(self, random: np.random.Generator) -> None:
+    def remove_some(self) -> None:
         """Up to three go."""
-        for body in self.chosen(3, random):
+        for body in self.chosen(3):
             self.sim.remove(body)
 
-    def exchange_some(self, random: np.random.Generator) -> None:
+    def exchange_some(self) -> None:
         """Up to eight go, and as many come in their places."""
-        self.exchange(self.chosen(8, random), random)
+        self.exchange(self.chosen(8))
 
-    def exchange_the_ends(self, random: np.random.Generator) -> None:
+    def exchange_the_ends(self) -> None:
         """The first and the last go, and two come: one takes the low slot, far from where that was."""
         there = self.sim.bodies
         ends = [int(there[-1]), int(there[0])][: len(there)]
-        self.exchange(ends[:: int(random.choice([-1, 1]))], random)
+        self.exchange(ends[:: int(self.random.choice([-1, 1]))])
 
-    def start_over(self, random: np.random.Generator) -> None:
+    def start_over(self) -> None:
         """All of a few go, or all but one, and one comes that may be four times as wide as any was.
 
         A structure that was built for those present is too narrow for it, or was built for no body.
         """
         if len(self.sim.bodies) <= 8:
-            for body in self.sim.bodies[int(random.integers(2)) :].tolist():
+            for body in self.sim.bodies[int(self.random.integers(2)) :].tolist():
                 self.sim.remove(body)
-            self.insert(self.place(random), random.integers(-4, 5, 2) / 4.0, 4.0 * self.widest, random)
+            self.insert(self.place(), self.random.integers(-4, 5, 2) / 4.0, 4.0 * self.widest)
 
-    def turn(self, random: np.random.Generator) -> None:
+    def turn(self) -> None:
         """One takes the velocity of another, or its opposite, or stops."""
-        body, other = random.choice(self.sim.bodies), random.integers(len(self.sim.bodies))
-        self.sim.set_velocity(int(body), self.sim.velocities()[other] * float(random.integers(-1, 2)))
+        body, other = self.random.choice(self.sim.bodies), self.random.integers(len(self.sim.bodies))
+        self.sim.set_velocity(int(body), self.sim.velocities()[other] * float(self.random.integers(-1, 2)))
 
-    def many_turn(self, random: np.random.Generator) -> None:
+    def many_turn(self) -> None:
         """Up to 24 fly back, or exchange their velocities, or have one in common."""
-        rows = random.permutation(len(self.sim.bodies))[:24]
+        rows = self.random.permutation(len(self.sim.bodies))[:24]
         there = self.sim.velocities()[rows]
-        turned = (-there, random.permutation(there), np.tile(there[:1], (len(there), 1)))
-        self.sim.set_velocities(self.sim.bodies[rows], turned[int(random.integers(3))])
+        turned = (-there, self.random.permutation(there), np.tile(there[:1], (len(there), 1)))
+        self.sim.set_velocities(self.sim.bodies[rows], turned[int(self.random.integers(3))])
 
     def recorded(self) -> Scene:
         """Return the scene that has been played, with some time to go on."""
@@ -288,7 +288,8 @@ RULES = (
 
 def _play(scene: Scene, number: int) -> Scene:
     """Return the scene that is played from a start: rules in any order, with pieces of a run between."""
-    random, play = np.random.default_rng(number), _Play(scene)
+    play = _Play(scene, number)
+    random = play.random
     rules = [each for each in RULES if random.random() < 0.7] or [_Play.insert_one]
     many = random.random() < 0.25 and not INTERPRETED
     for _ in range(MANY_STEPS if many else STEPS):
@@ -297,7 +298,7 @@ def _play(scene: Scene, number: int) -> Scene:
             break
         rule = rules[int(random.integers(len(rules)))] if len(play.sim.bodies) else _Play.insert_one
         with suppress(KinetileError):  # what is refused, such as a velocity too fast for the scene's clock
-            rule(play, random)
+            rule(play)
     return play.recorded()
 
 
@@ -308,7 +309,7 @@ def played(kind: str, start: int = 0) -> Iterator[Scene]:
         yield from filter(is_living, scenes)  # the others have loops of their own, and other checks
 
 
-def draw_played(kind: str) -> Draw:
+def _drawing(kind: str) -> Draw:
     """Return what plays scenes of a kind: few with plain Python hooks, with which one takes over a second."""
     return lambda count, start: islice(played(kind, start), max(1, count // 10) if INTERPRETED else count)
 
@@ -323,4 +324,10 @@ def _all_pass() -> st.SearchStrategy[Scene]:
     )
 
 
-draw_passing = drawn(_all_pass)
+DRAWS = {
+    "living scenes": _drawing("living"),
+    "living scenes with responses": _drawing("ruled"),
+    "living scenes on a torus": _drawing("torus"),
+    "living scenes of shapes": _drawing("shapes"),
+    "swarms in which all pass": drawn(_all_pass),
+}

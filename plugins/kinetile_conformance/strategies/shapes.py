@@ -17,13 +17,7 @@ from hypothesis import strategies as st
 from kinetile import Shape, box, capsule, disc, polygon, segment
 from kinetile.scene import Scene, Settings
 from kinetile_conformance.strategies.kinds import of_kinds, with_kinds
-from kinetile_conformance.strategies.small import (
-    MOST,
-    body_in_cell,
-    scene_of,
-    scenes,
-    several,
-)
+from kinetile_conformance.strategies.small import MOST, body_in_cell, scene_of, scenes, several
 from kinetile_conformance.strategies.strategy import drawn, numbered
 from kinetile_conformance.strategies.swarms import anyhow, slots, square
 
@@ -124,10 +118,6 @@ def of_all_shapes() -> st.SearchStrategy[Scene]:
     return st.one_of(*_scenes_of(SHAPES), _at_a_grating(SHAPES))
 
 
-def _of_shapes_and_squares() -> st.SearchStrategy[Scene]:
-    return st.one_of(*_scenes_of(SHAPES), _at_a_grating(SHAPES), *_scenes_of((SQUARE,)))
-
-
 MANY = 40
 """Bodies of a swarm of shapes."""
 
@@ -184,6 +174,9 @@ def shape_torus(number: int) -> Scene:
     return shape_swarm(number, ("xy", "x", "y")[number % 3])
 
 
-draw_shapes = drawn(lambda: of_all_shapes().map(with_kinds))
-draw_shapes_and_squares = drawn(_of_shapes_and_squares)
-draw_swarms, draw_swarms_on_a_torus = numbered(shape_swarm), numbered(shape_torus)
+DRAWS = {
+    "shapes": drawn(lambda: of_all_shapes().map(with_kinds)),
+    "shapes, and squares alone": drawn(lambda: st.one_of(of_all_shapes(), *_scenes_of((SQUARE,)))),
+    "swarms of shapes": numbered(shape_swarm),
+    "swarms of shapes on a torus": numbered(shape_torus),
+}

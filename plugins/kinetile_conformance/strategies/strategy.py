@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
@@ -45,19 +44,6 @@ class Strategy:
     fixed: int = 0
 
 
-def generating(examples: int, **more: Any) -> settings:
-    """Return settings with which Hypothesis draws examples, and does nothing else."""
-    return settings(
-        max_examples=examples,
-        database=None,
-        deadline=None,
-        phases=[Phase.generate],
-        report_multiple_bugs=False,
-        suppress_health_check=list(HealthCheck),
-        **more,
-    )
-
-
 def drawn(make: Callable[[], st.SearchStrategy[Scene]]) -> Draw:
     """Return what draws from a Hypothesis strategy, which is made when it is needed."""
 
@@ -65,7 +51,13 @@ def drawn(make: Callable[[], st.SearchStrategy[Scene]]) -> Draw:
         found: list[Scene] = []
 
         @seeded(seed)
-        @generating(count)
+        @settings(
+            max_examples=count,
+            database=None,
+            deadline=None,
+            phases=[Phase.generate],
+            suppress_health_check=list(HealthCheck),
+        )
         @given(make())
         def keep(scene: Scene) -> None:
             found.append(scene)

@@ -20,8 +20,8 @@ import numpy.typing as npt
 
 from kinetile.errors import SceneError
 from kinetile.scene import Scene, Settings, Turn
-from kinetile_conformance.strategies.changes import enlarged, slowed
-from kinetile_conformance.strategies.strategy import Draw, numbered
+from kinetile_conformance.strategies.changes import viewed
+from kinetile_conformance.strategies.strategy import numbered
 
 Floats = npt.NDArray[np.float64]
 
@@ -33,9 +33,14 @@ def swarm_of(
     arena: tuple[float, float] | None,
     until: float,
     turns: Iterable[Turn] = (),
+    aside: int = 0,
 ) -> Scene:
-    """Return the scene of these bodies, (n, 2) and (n,)."""
-    return Scene(position, velocity, radius, arena=arena, turns=list(turns), settings=Settings(until=until))
+    """Return the scene of these bodies, (n, 2) and (n,); ``aside``: with x and y exchanged."""
+    way = slice(None, None, -1 if aside else 1)
+    walls, settings = arena[::-1] if arena and aside else arena, Settings(until=until)
+    return Scene(
+        position[:, way], velocity[:, way], radius, arena=walls, turns=list(turns), settings=settings
+    )
 
 
 def slots(random: np.random.Generator, bodies: int, columns: int, rows: int) -> Floats:
@@ -69,11 +74,6 @@ def anyhow(random: np.random.Generator, bodies: int) -> Floats:
     return random.normal(size=(bodies, 2))
 
 
-def moments_of(bodies: int) -> tuple[float, ...]:
-    """Return when a cloud turns: the more often, the fewer its bodies are."""
-    return tuple(2.0 * (turn + 1) for turn in range(1 + 300 // bodies))
-
-
 def back_and_forth(velocity: Floats, moments: tuple[float, ...]) -> list[Turn]:
     """Return turns with which each body flies back, and forth again."""
     there, back = velocity.tolist(), (-velocity).tolist()
@@ -103,9 +103,7 @@ def lattice(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     velocity = random.integers(-2, 3, (bodies, 2)) / 2.0
     velocity[np.arange(bodies), random.integers(0, 2, bodies)] = 0.0
     place, arena = slots(random, bodies, columns, rows), (float(columns), float(rows))
-    if variation & 1:
-        return swarm_of(place[:, ::-1], velocity[:, ::-1], radius, arena[::-1], 100.0)
-    return swarm_of(place, velocity, radius, arena, 100.0)
+    return swarm_of(place, velocity, radius, arena, 100.0, aside=variation & 1)
 
 
 def shear(random: np.random.Generator, bodies: int, variation: int) -> Scene:
@@ -125,10 +123,7 @@ def corridor(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     radius = 0.5 * radii(random, bodies, variation % 4)
     place = slots(random, bodies, length, 1) + jitter(random, radius)
     velocity = anyhow(random, bodies) * np.array([30.0, 1.0])
-    arena = (float(length), 1.0)
-    if variation & 1:
-        return swarm_of(place[:, ::-1], velocity[:, ::-1], radius, arena[::-1], 10.0)
-    return swarm_of(place, velocity, radius, arena, 10.0)
+    return swarm_of(place, velocity, radius, (float(length), 1.0), 10.0, aside=variation & 1)
 
 
 def resting(random: np.random.Generator, bodies: int, variation: int) -> Scene:
@@ -169,7 +164,7 @@ def cloud(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     velocity = -place * random.uniform(0.8, 1.2, (bodies, 1)) + 0.1 * anyhow(random, bodies)
     if random.random() < 0.5:
         velocity = anyhow(random, bodies)
-    moments = moments_of(bodies)
+    moments = tuple(2.0 * (turn + 1) for turn in range(1 + 300 // bodies))  # the more often, the fewer
     return swarm_of(place, velocity, radius, None, moments[-1] + 2.0, back_and_forth(velocity, moments))
 
 
@@ -178,13 +173,7 @@ def far(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     scene = cloud(random, bodies, 0 if variation < 4 else 1)
     scale = 2.0 ** (-10 if variation & 1 else 0)
     away = (2.0**33, 2.0**12, 2.0**20, 2.0**32)[variation % 4] * random.choice([-1.0, 1.0], 2)
-    velocity = scale * scene.velocity
-    return scene.replace(
-        position=scale * (away + scene.position),
-        velocity=velocity,
-        radius=scale * scene.radius,
-        turns=back_and_forth(velocity, moments_of(bodies)),
-    )
+    return viewed(scene.replace(position=away + scene.position), scale)
 
 
 def returning(random: np.random.Generator, bodies: int, variation: int) -> Scene:
@@ -290,9 +279,7 @@ def lanes(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     place = np.vstack([start, thick, thin]) - side * (random.random(2) if variation & 4 else 0.5)
     velocity = 2.0**-8 * anyhow(random, bodies) + (variation & 1) * 0.25 * random.normal(size=2)
     velocity[:large] = np.array([[0.0, 1.0], [0.0, -1.0], [0.0, 1.0]])
-    if variation & 2:
-        place, velocity = place[:, ::-1], velocity[:, ::-1]
-    return swarm_of(place, velocity, radius, None, 4.0 * side)
+    return swarm_of(place, velocity, radius, None, 4.0 * side, aside=variation & 2)
 
 
 # Kinds in which much happens at one tick, or along one axis.
@@ -307,10 +294,8 @@ def front(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     others = np.column_stack([1.5 + apart, np.arange(bodies - rows) + 0.5])
     velocity = np.zeros((bodies, 2))
     velocity[:rows, 0], velocity[rows:, 0] = 1.0, (0.0, -0.5)[variation & 1]
-    place, arena = np.vstack([front, others]), (10.0, float(max(rows, bodies - rows)))
-    if variation & 4:
-        return swarm_of(place[:, ::-1], velocity[:, ::-1], radius, arena[::-1], 24.0)
-    return swarm_of(place, velocity, radius, arena, 24.0)
+    arena = 10.0, float(max(rows, bodies - rows))
+    return swarm_of(np.vstack([front, others]), velocity, radius, arena, 24.0, aside=variation & 4)
 
 
 def fast_corridor(random: np.random.Generator, bodies: int, variation: int) -> Scene:
@@ -335,8 +320,8 @@ def steep(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     velocity = np.zeros((bodies, 2))
     velocity[:fliers] = np.column_stack([right * slight, np.ones(fliers)])
     place = np.vstack([start, goal, slots(random, crowd, side, side)])
-    way = slice(None, None, -1 if variation & 4 else 1)
-    return swarm_of(place[:, way], velocity[:, way], radius, None, 1.25 * float((aside / slight).max()))
+    until = 1.25 * float((aside / slight).max())
+    return swarm_of(place, velocity, radius, None, until, aside=variation & 4)
 
 
 FEWEST, MOST = 8, 400
@@ -395,12 +380,13 @@ def scaled(number: int) -> Scene:
             scene = scene.replace(position=scene.position + away, turns=scene.turns)
     # Not much slower: while nothing happens the kernel moves the base of its clock every 4,096 time units.
     slower, larger = 2.0 ** float(random.integers(-40, 5)), 2.0 ** float(random.integers(-40, 41))
-    return enlarged(slowed(scene, slower), larger)
+    return viewed(scene, larger, slower)
 
 
-def swarms_of(kinds: Iterable[str]) -> Draw:
-    """Return what draws swarms of some kinds."""
-    return numbered(partial(swarm_numbered, kinds))
-
-
-draw_scaled = numbered(scaled)
+DRAWS = {
+    "swarms": numbered(partial(swarm_numbered, KINDS)),
+    "giants": numbered(partial(swarm_numbered, GIANTS)),
+    "bursts": numbered(partial(swarm_numbered, BURSTS)),
+    "corridors": numbered(partial(swarm_numbered, CORRIDORS)),
+    "scaled swarms": numbered(scaled),
+}

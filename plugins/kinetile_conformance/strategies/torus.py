@@ -103,4 +103,4 @@ def torus(number: int) -> Scene:
     )
 
 
-draw_few, draw_swarms = drawn(_few), numbered(torus)
+DRAWS = {"small scenes on a torus": drawn(_few), "swarms on a torus": numbered(torus)}

@@ -14,7 +14,7 @@ from kinetile.errors import Refused
 from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook
 from kinetile_conformance import check_named
 from kinetile_conformance.cases import Subject, outcome, table_difference, tables_after
-from kinetile_conformance.checks import process_independence
+from kinetile_conformance.checks import claims
 from kinetile_conformance.runner import CheckRun, Plan, Runner
 from kinetile_conformance.strategies.swarms import swarm
 from kinetile_plugins.naive import near as everybody
@@ -149,7 +149,7 @@ def test_a_claim_that_does_not_hold_is_found_out(name, check, words):
     ],
 )
 def test_who_asks_is_found_out(name, words, monkeypatch):
-    monkeypatch.setattr(process_independence, "_scenes", lambda: [swarm("gas", 8)])
+    monkeypatch.setattr(claims, "_scenes", lambda: [swarm("gas", 8)])
     options = {"hashed": hash("a body")} if name == "looks-at-a-hash" else {}
     result = judged(name, "does-not-see-who-asks", **options)
     assert result.ok is not bool(words)

@@ -12,9 +12,9 @@ import trespassing_phases
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance.cases import Subject
-from kinetile_conformance.checks import memory
+from kinetile_conformance.checks import side_effects
 from kinetile_conformance.checks.check import Check, Observation
-from kinetile_conformance.checks.memory import first_breach
+from kinetile_conformance.checks.side_effects import first_breach
 from kinetile_conformance.runner import CheckRun
 from kinetile_conformance.strategies.gallery import SMALL, smallest
 from lanes import BUILT_IN
@@ -94,7 +94,7 @@ def test_every_trespassing_phase_is_tested():
 
 
 def test_the_check_sees_a_phase_of_this_process():
-    said = said_by(memory.writes_only_where_it_may, "uncounts")
+    said = said_by(side_effects.writes_only_where_it_may, "uncounts")
     assert said is not None
     assert said.startswith(SEEN["uncounts"])
 
@@ -121,4 +121,4 @@ def test_a_class_that_cannot_be_imported_goes_by_value():
 @pytest.mark.long
 @pytest.mark.parametrize("name", [*BUILT_IN, "stripes"])
 def test_the_phases_that_there_are_touch_nothing_else(name):
-    assert said_by(memory.writes_only_where_it_may, name) is None
+    assert said_by(side_effects.writes_only_where_it_may, name) is None

@@ -102,7 +102,7 @@ FAULTS = {
     "now": "at a later present time|with nothing in the kernel's other tables",
     "order": "with the bodies numbered the other way round",
     "asked": "with nothing in the kernel's other tables",
-    "writes": "meet wrote stamps",
+    "writes": "meet or collide wrote stamps",
 }
 
 
@@ -241,7 +241,7 @@ def late_beyond_a_time(k: Kernel, body: int, count: int, barred: int, at: int) -
 
 WRONG = {
     "meet": (meets_a_tick_late, "discs-meet-at-the-tick-of-the-specification", "by the specification"),
-    "collide": (heats, "a-contact-adds-no-energy", "gain .*e-0[67] of their energy"),
+    "collide": (heats, "a-contact-adds-no-energy", "a meeting of .* adds .*e-0[67] of energy"),
     "soonest": (
         late_beyond_a_time,
         "its-bounds-are-never-late",

@@ -10,7 +10,7 @@ from kinetile.errors import Refused
 from kinetile.toolbox import Kernel, PairParts, hook
 from kinetile_conformance import check_broad_phase
 from kinetile_conformance.cases import Subject, outcome
-from kinetile_conformance.strategies.shapes import draw_shapes, draw_shapes_and_squares
+from kinetile_conformance.strategies.shapes import DRAWS
 from kinetile_plugins.cells import Cells
 from kinetile_plugins.convex import Convex, meet, soonest, touch
 from kinetile_plugins.disc import exchange
@@ -93,7 +93,7 @@ def _added():
 
 def drawn(squares: bool) -> list[kt.Scene]:
     """Return what the kit draws."""
-    draw = draw_shapes_and_squares if squares else draw_shapes
+    draw = DRAWS["shapes, and squares alone" if squares else "shapes"]
     return [scene for seed in range(3) for scene in draw(60, seed)]
 
 

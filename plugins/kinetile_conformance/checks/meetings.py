@@ -1,0 +1,457 @@
+"""Observations of narrow phases and responses: what their hooks answer for the meetings of a moment.
+
+All broad phases run a wrong narrow phase or response alike: the bodies of a pair, for example, always come in
+the same order. So no comparison of contacts shows what is wrong. A hook is called again on copies of the
+kernel's tables that differ in what it may not depend on, and its answers are compared with those of another
+one, or with what it may answer.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from itertools import combinations, product
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.flight import note_all_places, position_at
+from kinetile.kernel.log import WALLS
+from kinetile.kernel.passings import FIRST, rule_of
+from kinetile.kernel.tables import column, fields_in
+from kinetile.plugin.registry import registry
+from kinetile.run.audit import said_tick
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Response, Scene
+from kinetile.toolbox import (
+    BOTTOM,
+    LEFT,
+    NEVER,
+    NOBODY,
+    RIGHT,
+    TOP,
+    Kernel,
+    PairParts,
+    WallParts,
+    inside_arena,
+)
+from kinetile_conformance.cases import GENERAL, RunOutcome, difference, outcome
+from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
+from kinetile_conformance.checks.runs import EVERY, watch
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.integer]
+Ticks = npt.NDArray[np.int64]
+
+ROUNDED = 2.0**-44
+"""The part of the energy that rounding may add."""
+
+LATER = 2**44 + 977
+"""Ticks, some 1/256 of a time unit, and odd: what is computed from there is rounded otherwise."""
+
+ALONE = 4
+"""Meetings of a moment that are tried with nobody else there."""
+
+NORMALS = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
+
+OF_THE_SCENE = ("bodies", "mass", "radii", "sides", "traits", "rules", "numbers")
+OF_BODIES = ("bodies", "mass", "radii", "sides", "places", "queue", "traits")
+CLOCK = (
+    *("now", "tick", "per_time", "epoch", "kinds"),
+    *(f"limits.{name}" for name in ("skin", "theta", "tolerance", "width", "height", "fat")),
+)
+"""Tables with the bodies and the rules of a scene, those with a row for each body, and what the clock says of
+a scene."""
+
+
+class Met(NamedTuple):
+    """Meetings, and what is answered for them.
+
+    ``who`` meets whom, (m, 2), a wall below 0; ``normal`` is from the first to the second, (m, 2). They meet
+    at ``ticks``, (m,), and have velocities ``after`` it, (m, 4). What is None is not compared.
+    """
+
+    who: Integers
+    normal: Floats | None = None
+    ticks: Ticks | None = None
+    after: Floats | None = None
+
+    def said(self, at: int) -> str:
+        """Return a meeting in words."""
+        a, b = self.who[at].tolist()
+        said = f"body {a} and " + (f"body {b}" if b >= 0 else f"the {WALLS[b]} wall")
+        if self.ticks is not None:
+            said += f" meet {said_tick(int(self.ticks[at]))}"
+        return said if self.after is None else f"{said} leave with {self.after[at].tolist()}"
+
+    def check(self, sim: Simulation, found: Met, how: str) -> None:
+        """Raise for the first meeting that is found to be another one; ``how``: by what, or where."""
+        differs = np.zeros(len(self.who), np.bool_)
+        for one, other in zip(self, found, strict=True):
+            if one is not None and other is not None:
+                differs |= (one != other).reshape(len(one), -1).any(axis=1)
+        for at in np.flatnonzero(differs)[:1].tolist():
+            raise Disagreement(f"at time {sim.time!r} {self.said(at)}; {how}, {found.said(at)}")
+
+    def turned(self, bodies: int) -> Met:
+        """Return the meetings of bodies that are numbered the other way round; the lower number is first."""
+        two = self.who[:, 1:] >= 0
+        who = np.where(self.who < 0, self.who, bodies - 1 - self.who)
+        normal = None if self.normal is None else np.where(two, -self.normal, self.normal)
+        after = None if self.after is None else np.where(two, self.after[:, [2, 3, 0, 1]], self.after)
+        return Met(np.where(two, who[:, ::-1], who), normal, self.ticks, after)
+
+
+Answer = Callable[[Kernel, Met], Met]
+"""Returns meetings with what a hook answers, on tables that it leaves as they were."""
+
+
+def _at_some_moments(
+    case: Case,
+    meetings: Callable[[Simulation], tuple[Answer, Met] | None],
+    look: Callable[[Simulation, Answer, Met], None],
+) -> None:
+    """Call a function with a simulation at some moments of a run, and with what answers there for whom."""
+
+    def see(sim: Simulation) -> None:
+        found = meetings(sim)
+        if found is not None:
+            look(sim, *found)
+
+    watch(case, see, every=EVERY)
+
+
+def _pairs(sim: Simulation) -> tuple[Answer, Met] | None:
+    """Return the narrow phase for pairs, and all pairs; None where there is none."""
+    pair, two = sim.composition.pair, np.column_stack(np.triu_indices(len(sim.tables.bodies), 1))
+    return None if pair is None else (partial(_met, pair), Met(two.astype(np.int32)))
+
+
+def _met(pair: PairParts, k: Kernel, met: Met) -> Met:
+    """Return when the bodies of each pair meet, and their velocities after that contact."""
+    ticks, after = np.zeros(len(met.who), np.int64), np.zeros((len(met.who), 4))
+    who = np.ascontiguousarray(met.who, np.int32)
+    _call(meet_all, k, who, ticks, after, meet=pair.meet, collide=pair.collide)
+    return met._replace(ticks=ticks, after=after)
+
+
+@observation(judges="pair", compares=False)
+def a_contact_depends_on_two_plans_alone(case: Case) -> None:
+    """The tick of a contact, and the velocities after it, follow from two flight plans: the present time, the
+    numbers of the bodies and what else the kernel holds make no difference, and computing a tick changes
+    nothing"""
+
+    def look(sim: Simulation, answer: Answer, met: Met) -> None:
+        _check_surroundings(sim, "meet or collide", answer, met, "clock.now")
+
+    _at_some_moments(case, _pairs, look)
+
+
+SLOWER = (0, 4, 8)
+"""By which powers of 1/2 velocities are scaled: bodies then meet late, up to the 1,024 units within which
+contacts are foreseen."""
+
+
+@observation(judges="pair", compares=False)
+def its_bounds_are_never_late(case: Case) -> None:
+    """No contact is before the bound of `soonest` for its pair, however late it is"""
+    parts = case.subject.composition(case.scene).pair
+    if parts is None or parts.soonest is None:
+        raise DoesNotApply("it has no bounds")
+
+    def look(sim: Simulation, answer: Answer, met: Met) -> None:
+        k, bound = copied(sim.tables), np.zeros(len(met.who))
+        for power in SLOWER:
+            k.bodies.vx[:] = sim.tables.bodies.vx * 0.5**power
+            k.bodies.vy[:] = sim.tables.bodies.vy * 0.5**power
+            now, per_time = int(k.clock[0].now), float(k.clock[0].per_time)
+            note_all_places(k, now)
+            _call(bound_all, k, met.who, bound, soonest=parts.soonest)
+            ticks = cast(Ticks, answer(k, met).ticks)
+            delay = (ticks - now) * (1.0 + 2.0**-50) / per_time
+            # A bound within this tick is never late.
+            late = (bound > delay) & (ticks >= now) & (ticks < NEVER) & (bound * per_time >= 1.0)
+            for at in np.flatnonzero(late)[:1].tolist():
+                said = f"bodies {met.who[at].tolist()} meet after {delay[at].item()!r}"
+                said += f", and the bound is {bound[at].item()!r}"
+                raise Disagreement(f"at time {sim.time!r}, 2^{power} times as slow, {said}")
+
+    _at_some_moments(case, _pairs, look)
+
+
+@observation(judges="pair", compares=False)
+def discs_meet_at_the_tick_of_the_specification(case: Case) -> None:
+    """Where it says that bodies touch at the sum of their radii, they meet at the tick of `disc`"""
+    parts = case.subject.composition(case.scene).pair
+    if parts is None or parts.contact_distance != "sum of radii":
+        raise DoesNotApply("it does not say that bodies touch at the sum of their radii")
+    usual = partial(_met, registry().target("narrow phase", "disc")(**GENERAL).prepare(case.scene))
+
+    def look(sim: Simulation, answer: Answer, met: Met) -> None:
+        found, right = (each(copied(sim.tables), met)._replace(after=None) for each in (answer, usual))
+        found.check(sim, right, "by the specification")
+
+    _at_some_moments(case, _pairs, look)
+
+
+@observation(judges="wall", compares=False)
+def walls_are_met_at_the_tick_of_the_specification(case: Case) -> None:
+    """Where it takes `inside_arena`, so that walls are at the arena's edges, bodies meet them at the tick of
+    `wall`"""
+    (name, options), *_ = case.subject.of_role("wall").items() or [("", {})]
+    if case.scene.arena is None or _walls(name, options, case.scene).inside is not inside_arena:
+        raise DoesNotApply("it does not say that walls are at the edges of an arena")
+    named, usual = (_walls(each, how, case.scene) for each, how in ((name, options), ("wall", GENERAL)))
+
+    def look(sim: Simulation) -> None:
+        _met_walls(named, sim.tables).check(sim, _met_walls(usual, sim.tables), "by the specification")
+
+    watch(case, look, every=EVERY)
+
+
+def _walls(name: str, options: Mapping[str, Any], scene: Scene) -> WallParts:
+    return cast(WallParts, registry().target("narrow phase", name)(**options).prepare(scene))
+
+
+def _met_walls(walls: WallParts, k: Kernel) -> Met:
+    """Return the next contact of each body with a wall."""
+    found = np.zeros((len(k.bodies), 2), np.int64)
+    _call(reach_all_walls, k, found, reach_wall=walls.reach_wall)
+    return Met(np.column_stack([np.arange(len(found)), found[:, 1]]), ticks=found[:, 0])
+
+
+@observation(judges="pair", compares=False)
+def a_contact_adds_no_energy(case: Case) -> None:
+    """Two bodies that collide have no more energy than before, but for what rounding adds"""
+    _at_some_moments(case, _pairs, _check_energy)
+
+
+@observation(judges="pair")
+def same_contacts_as_convex(case: Case) -> None:
+    """Where it takes bodies of other shapes, its contacts, and all places and velocities at the end, are
+    those of `convex`, under the reference and under this broad phase"""
+    subject = case.subject
+    compare(case, outcome(subject, case.scene, case.contacts))
+    convex = replace(subject, narrow=subject.of_role("wall") | {"convex": {}}).reference
+    found, expected = (_answer_of(each) for each in (case.expected, outcome(convex, case.scene)))
+    said = difference(found, expected, str(subject.pair))
+    if said is not None:
+        raise Disagreement(f"compared with convex, {said}")
+
+
+def _answer_of(run: RunOutcome) -> RunOutcome:
+    """Return what the specification says of a run: not how deep bodies overlap, nor the sign of a zero."""
+    return replace(run, tables={}, positions=run.positions + 0.0, velocities=run.velocities + 0.0)
+
+
+def _meetings(name: str, sim: Simulation) -> tuple[Answer, Met] | None:
+    """Return the response of a name, and the meetings of bodies that approach to which it would be the
+    answer; None where there is none."""
+    rules, k = sim.composition.rules, sim.tables
+    rows = [response.name == name for row in sim.scene.meets for response in row]
+    if rules is None or not any(rows):
+        return None
+    bodies = range(len(k.bodies))
+    two = [*combinations(bodies, 2), *product(bodies, WALLS)]
+    who = np.array([(a, b) for a, b in two if rows[rule_of(k, a, b)]], np.int64).reshape(-1, 2)
+    normal = np.array([_normal(k, a, b) for a, b in who.tolist()]).reshape(-1, 2)
+    *_, velocity = _before(k, who)
+    closing = ((velocity[:, :2] - velocity[:, 2:]) * normal).sum(axis=1) > 0.0
+    number = {int(rules.table[row].response) for row, used in enumerate(rows) if used}.pop()
+    if number < FIRST or not closing.any():
+        return None
+    return partial(_answered, rules.hooks[number - FIRST]), Met(who[closing], normal[closing])
+
+
+def _normal(k: Kernel, a: int, b: int) -> tuple[float, float]:
+    """Return the direction from one centre to the other, or to a wall: any is as good as that of a
+    contact."""
+    if b < 0:
+        return NORMALS[b]
+    x, y = (float(k.bodies[b][axis] - k.bodies[a][axis]) for axis in ("x", "y"))
+    long = math.hypot(x, y)
+    return (x / long, y / long) if long > 0.0 else (1.0, 0.0)
+
+
+def _answered(hook: Any, k: Kernel, met: Met) -> Met:
+    """Return the velocities after the meetings: of the first, and of the second; with a wall, twice the
+    first's."""
+    after = np.zeros((len(met.who), 4))
+    _call(answer_all, k, np.ascontiguousarray(met.who), np.ascontiguousarray(met.normal), after, respond=hook)
+    return met._replace(after=after)
+
+
+@observation(judges="response", compares=False)
+def a_response_depends_on_the_meeting_alone(case: Case) -> None:
+    """A response gives new velocities to the two that meet, by these two and the normal: the base of the
+    clock, other bodies, the numbers of the two and their order make no difference. It changes nothing else,
+    and no immovable body that meets a movable one"""
+
+    def look(sim: Simulation, answer: Answer, met: Met) -> None:
+        moved = "clock.now", "bodies.anchor", "traits.touched"
+        found = _check_surroundings(sim, "respond", answer, met, *moved)
+        _, heavy, old = _before(sim.tables, met.who)
+        pushed = heavy & (met.who >= 0).repeat(2, axis=1) & (found.after != old)
+        for a, b in met.who[pushed.any(axis=1)].tolist():
+            said = f"at time {sim.time!r} one of {a} and {b} is immovable"
+            raise Disagreement(f"{said}, and gets another velocity")
+
+    _at_some_moments(case, partial(_meetings, _response(case).name), look)
+
+
+@observation(judges="response", compares=False)
+def a_response_adds_no_energy_that_says_so(case: Case) -> None:
+    """A response that declares the feature `dissipative` adds no energy, but for what rounding adds: of two,
+    or of one as an immovable body or a wall sees it"""
+    name = _response(case).name
+    if "dissipative" not in registry().spec("response", name).features:
+        raise DoesNotApply("it does not declare the feature 'dissipative'")
+    _at_some_moments(case, partial(_meetings, name), _check_energy)
+
+
+def _response(case: Case) -> Response:
+    """Return the response under test; raises DoesNotApply where the kernel itself answers."""
+    response = cast(Response, case.subject.response)
+    parts = registry().target("response", response.name)(**response.options)
+    if parts.prepare(case.scene).respond is None:
+        raise DoesNotApply("the kernel itself answers")
+    return response
+
+
+def _check_surroundings(sim: Simulation, hook: str, answer: Answer, met: Met, *moved: str) -> Met:
+    """Return what a hook answers; raise where it writes to a table, but for a fault, which it may report, or
+    answers otherwise in other surroundings. ``moved`` are the ticks that are later together."""
+    k = copied(sim.tables)
+    right = answer(k, met)
+    for name, was, table in zip(k._fields, sim.tables, k, strict=True):
+        for field in fields_in(was.dtype) or [""]:
+            one, two = (column(was, field), column(table, field)) if field else (was, table)
+            if one.tobytes() != two.tobytes() and not field.startswith("fault"):
+                raise Disagreement(f"at time {sim.time!r} {hook} wrote {name}.{field}".rstrip("."))
+    for how, tables, expected in _surroundings(k, right, moved):
+        expected.check(sim, answer(tables, expected), how)
+    turned = copied(k)._replace(**{name: getattr(k, name)[::-1].copy() for name in OF_BODIES})
+    found = answer(turned, right.turned(len(k.bodies))).turned(len(k.bodies))
+    right.check(sim, found, "with the bodies numbered the other way round")
+    return right
+
+
+def _surroundings(k: Kernel, met: Met, moved: tuple[str, ...]) -> Iterator[tuple[str, Kernel, Met]]:
+    """Yield a difference in words, tables with it, and meetings there."""
+    later = copied(k)
+    for name in moved:
+        table, _, field = name.partition(".")
+        column(getattr(later, table), field)[:] += LATER
+    yield "at a later present time", later, met
+    bare = Kernel(*map(np.zeros_like, k))
+    for name in OF_THE_SCENE:
+        getattr(bare, name)[:] = getattr(k, name)
+    bare.bodies.last = NOBODY
+    for name in CLOCK:
+        column(bare.clock, name)[:] = column(k.clock, name)
+    yield "with nothing in the kernel's other tables", bare, met
+    for at in range(0, len(met.who), 1 + len(met.who) // ALONE):
+        alone, others = copied(k), np.setdiff1d(np.arange(len(k.bodies)), met.who[at])
+        for name in ("bodies", "mass", "radii", "traits"):
+            rows = getattr(alone, name)
+            rows[others[: len(rows)]] = np.zeros(1, rows.dtype)[0]  # some tables have none
+        one = Met(*(cast(Any, each if each is None else each[[at]]) for each in met))
+        yield "with nobody else there", alone, one
+
+
+def copied(k: Kernel) -> Kernel:
+    """Return copies of the tables."""
+    return Kernel(*(table.copy() for table in k))
+
+
+def _before(k: Kernel, who: Integers) -> tuple[Floats, npt.NDArray[np.bool_], Floats]:
+    """Return the masses of those that meet, which of them the other cannot move, and their velocities, (m, 4)
+    each. A wall is an immovable body at rest; two immovable ones have equal masses."""
+    body, wall = np.maximum(who, 0), who < 0
+    mass = np.where(wall, math.inf, k.mass[body]).repeat(2, axis=1)
+    heavy = np.isinf(mass)
+    mass, heavy = np.where(heavy, 1.0, mass), heavy & ~heavy.all(axis=1, keepdims=True)
+    vx, vy = (np.where(wall, 0.0, speeds[body]) for speeds in (k.bodies.vx, k.bodies.vy))
+    return mass, heavy, np.stack([vx, vy], axis=2).reshape(-1, 4)
+
+
+def _check_energy(sim: Simulation, answer: Answer, met: Met) -> None:
+    """Raise where two that meet gain more energy than rounding adds, as an immovable one sees it where one
+    is."""
+    mass, heavy, old = _before(sim.tables, met.who)
+    shared = np.where(heavy, old, 0.0)
+    frame = np.tile(shared[:, :2] + shared[:, 2:], 2)
+    after = cast(Floats, answer(copied(sim.tables), met).after)
+    speeds = old - frame, np.where(heavy, old, after) - frame, np.abs(old) + np.abs(frame)
+    had, has, most = (np.where(heavy, 0.0, mass * each**2).sum(axis=1) for each in speeds)
+    for at in np.flatnonzero(has > had + ROUNDED * most)[:1].tolist():
+        more = f"{has[at] / had[at] - 1.0:.3g} of energy"
+        raise Disagreement(f"at time {sim.time!r} a meeting of {met.who[at].tolist()} adds {more}")
+
+
+# Templates, as ``kernel.loop`` has them: each leaves all bodies as they were.
+
+meet = soonest = collide = reach_wall = respond = to_be_filled_in
+
+
+def _call(template: Any, k: Kernel, *arrays: npt.NDArray[Any], **hooks: Any) -> None:
+    """Call a template with the hooks that it names."""
+    compose(template, hooks, "conformance", Kernel)(k, *arrays)
+
+
+def meet_all(k: Kernel, pairs: Integers, ticks: Ticks, after: Floats) -> None:
+    """Write down when the bodies of each pair meet, and their velocities after that contact."""
+    k = disowned(k)
+    for i in range(len(pairs)):
+        a, b = pairs[i, 0], pairs[i, 1]
+        one, two = k.bodies[a], k.bodies[b]
+        x, y, vx, vy, anchor = one.x, one.y, one.vx, one.vy, one.anchor
+        u, v, wx, wy, other = two.x, two.y, two.vx, two.vy, two.anchor
+        ticks[i] = meet(k, a, b)
+        if ticks[i] < NEVER:
+            one.x, one.y = position_at(k, one, ticks[i])
+            two.x, two.y = position_at(k, two, ticks[i])
+            one.anchor = two.anchor = ticks[i]
+            collide(k, a, b)
+        after[i, 0], after[i, 1], after[i, 2], after[i, 3] = one.vx, one.vy, two.vx, two.vy
+        one.x, one.y, one.vx, one.vy, one.anchor = x, y, vx, vy, anchor
+        two.x, two.y, two.vx, two.vy, two.anchor = u, v, wx, wy, other
+
+
+def bound_all(k: Kernel, pairs: Integers, bounds: Floats) -> None:
+    """Write down the latest bound of each pair, from either body, alone and beside the body itself: a narrow
+    phase may have another way for one partner than for many."""
+    k = disowned(k)
+    for i in range(len(pairs)):
+        bounds[i] = 0.0
+        for j in range(4):
+            body = pairs[i, j & 1]
+            k.near[0] = pairs[i, 1 - (j & 1)]
+            k.near[1] = body
+            first, _, _ = soonest(k, body, 1 + (j >> 1), NOBODY, k.clock[0].now)
+            bounds[i] = max(bounds[i], first)
+
+
+def reach_all_walls(k: Kernel, found: Ticks) -> None:
+    """Write down when each body meets a wall, and which."""
+    k = disowned(k)
+    for body in range(len(found)):
+        found[body, 0], found[body, 1] = reach_wall(k, k.bodies[body])
+
+
+def answer_all(k: Kernel, who: Integers, normal: Floats, after: Floats) -> None:
+    """Write down the velocities after each meeting."""
+    k = disowned(k)
+    for i in range(len(who)):
+        a, b = who[i, 0], who[i, 1]
+        one = k.bodies[a]
+        two = k.bodies[b if b >= 0 else a]
+        vx, vy, wx, wy = one.vx, one.vy, two.vx, two.vy
+        respond(k, a, b, normal[i, 0], normal[i, 1], k.rules[rule_of(k, a, b)])
+        after[i, 0], after[i, 1], after[i, 2], after[i, 3] = one.vx, one.vy, two.vx, two.vy
+        one.vx, one.vy = vx, vy
+        two.vx, two.vy = wx, wy
