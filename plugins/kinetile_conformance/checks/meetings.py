@@ -84,9 +84,9 @@ class Met(NamedTuple):
         """Return a meeting in words."""
         a, b = self.who[at].tolist()
         said = f"body {a} and " + (f"body {b}" if b >= 0 else f"the {WALLS[b]} wall")
-        if self.ticks is not None:
-            said += f" meet {said_tick(int(self.ticks[at]))}"
-        return said if self.after is None else f"{said} leave with {self.after[at].tolist()}"
+        when = "" if self.ticks is None else f"meet {said_tick(int(self.ticks[at]))}"
+        then = "" if self.after is None else f"leave with {self.after[at].tolist()}"
+        return f"{said} {' and '.join(each for each in (when, then) if each)}"
 
     def check(self, sim: Simulation, found: Met, how: str) -> None:
         """Raise for the first meeting that is found to be another one; ``how``: by what, or where."""

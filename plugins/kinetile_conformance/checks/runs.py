@@ -42,9 +42,6 @@ FEW = 8
 BY_HAND = 21
 """Commands after which something is done, of those that are given by hand."""
 
-DRAWN = 6
-"""Stops from one drawing of few bodies to the next."""
-
 
 def stops_for(case: Case, most: int) -> int:
     """Return how often a run is stopped: the less often, the more bodies there are."""
@@ -143,7 +140,7 @@ def can_be_drawn(case: Case) -> None:
             raise Disagreement(f"at time {sim.time!r} it is drawn otherwise when it is drawn once more")
 
     few = len(case.scene) <= FEW
-    watch(case, look, min(4, stops_for(case, STOPS)), every=DRAWN if few else 1)
+    watch(case, look, min(4, stops_for(case, STOPS)), every=EVERY if few else 1)
 
 
 def look_at(sim: Simulation) -> None:

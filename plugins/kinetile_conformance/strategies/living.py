@@ -33,7 +33,7 @@ from kinetile_conformance.strategies.shapes import SHAPES, of_all_shapes, scaled
 from kinetile_conformance.strategies.small import box_scenes, plane_scenes
 from kinetile_conformance.strategies.strategy import Draw, drawn, numbered
 from kinetile_conformance.strategies.swarms import KINDS as SWARMS
-from kinetile_conformance.strategies.swarms import swarm
+from kinetile_conformance.strategies.swarms import slots, swarm
 from kinetile_conformance.strategies.torus import torus
 
 STEPS, MANY_STEPS = 50, 200
@@ -63,8 +63,7 @@ def _of_kinds(number: int) -> Scene:
     another."""
     random, passing = np.random.default_rng(number), bool(number & 1)
     bodies = int(random.integers(2, 8))
-    kinds, cells = random.integers(0, len(KINDS), bodies), random.choice(16, bodies, replace=False)
-    place = np.column_stack([cells % 4, cells // 4]) + 0.5
+    kinds, place = random.integers(0, len(KINDS), bodies), slots(random, bodies, 4, 4)
     radius = random.choice([0.5, 0.25, 0.125], bodies)
     if passing:
         wisps = np.flatnonzero((kinds == KINDS.index("wisp")) & (random.random(bodies) < 0.5))
@@ -88,20 +87,18 @@ def _of_any_size() -> st.SearchStrategy[Scene]:
     return st.one_of(few, st.builds(_of_many, st.integers(0, 2**24 - 1)))
 
 
+def _of_any_shapes() -> st.SearchStrategy[Scene]:
+    few = of_all_shapes().map(lambda scene: with_kinds(scene.replace(turns=())))
+    return st.one_of(few, st.builds(shape_swarm, st.integers(0, 2**24 - 1)))
+
+
 STARTS: dict[str, Draw] = {
     "living": drawn(_of_any_size),
     "ruled": numbered(_of_kinds),
     "torus": numbered(lambda number: torus(number).replace(turns=())),
-    "shapes": drawn(
-        lambda: st.one_of(of_all_shapes().map(_still), st.integers(0, 2**24 - 1).map(shape_swarm))
-    ),
+    "shapes": drawn(_of_any_shapes),
 }
 """What living scenes begin with, by kind."""
-
-
-def _still(scene: Scene) -> Scene:
-    """Return a scene without its turns."""
-    return with_kinds(scene.replace(turns=()))
 
 
 class _Play:
