@@ -25,7 +25,7 @@ from kinetile.scene import Scene, Settings, relabelled
 from kinetile_conformance.cases import CONTACTS, Subject, horizon, outcome, run_summary
 from kinetile_conformance.checks.check import Case, Disagreement, compare, observation
 from kinetile_conformance.processes import Died, in_a_child
-from kinetile_conformance.strategies.bulk import lattices
+from kinetile_conformance.strategies.bulk import lattices, marathon
 from kinetile_conformance.strategies.changes import viewed
 from kinetile_conformance.strategies.swarms import anyhow, jitter, slots, swarm
 
@@ -162,9 +162,9 @@ OTHER_HASHES = {"PYTHONHASHSEED": "4711"}
 
 
 def _scenes() -> list[Scene]:
-    """Return scenes with arenas: all phases accept them."""
+    """Return scenes with arenas, which all phases accept; in the first each body meets each."""
     of_lattices = [lattices(count, seed, arena=True) for count, seed in ((1, 1), (1, 7), (9, 2))]
-    return [*of_lattices, swarm("gas", 30), swarm("shear", 40, variation=1)]
+    return [marathon(5, 0), *of_lattices, swarm("gas", 30), swarm("shear", 40, variation=1)]
 
 
 def _summaries(

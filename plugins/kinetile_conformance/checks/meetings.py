@@ -97,13 +97,16 @@ class Met(NamedTuple):
         for at in np.flatnonzero(differs)[:1].tolist():
             raise Disagreement(f"at time {sim.time!r} {self.said(at)}; {how}, {found.said(at)}")
 
-    def turned(self, bodies: int) -> Met:
-        """Return the meetings of bodies that are numbered the other way round; the lower number is first."""
+    def exchanged(self) -> Met:
+        """Return the meetings with the second body as the first; walls stay the second."""
         two = self.who[:, 1:] >= 0
-        who = np.where(self.who < 0, self.who, bodies - 1 - self.who)
         normal = None if self.normal is None else np.where(two, -self.normal, self.normal)
         after = None if self.after is None else np.where(two, self.after[:, [2, 3, 0, 1]], self.after)
-        return Met(np.where(two, who[:, ::-1], who), normal, self.ticks, after)
+        return Met(np.where(two, self.who[:, ::-1], self.who), normal, self.ticks, after)
+
+    def turned(self, bodies: int) -> Met:
+        """Return the meetings of bodies that are numbered the other way round; the lower number is first."""
+        return self._replace(who=np.where(self.who < 0, self.who, bodies - 1 - self.who)).exchanged()
 
 
 Answer = Callable[[Kernel, Met], Met]
@@ -294,6 +297,8 @@ def a_response_depends_on_the_meeting_alone(case: Case) -> None:
     def look(sim: Simulation, answer: Answer, met: Met) -> None:
         moved = "clock.now", "bodies.anchor", "traits.touched"
         found = _check_surroundings(sim, "respond", answer, met, *moved)
+        exchanged = answer(copied(sim.tables), found.exchanged()).exchanged()
+        found.check(sim, exchanged, "with the two exchanged")
         _, heavy, old = _before(sim.tables, met.who)
         pushed = heavy & (met.who >= 0).repeat(2, axis=1) & (found.after != old)
         for a, b in met.who[pushed.any(axis=1)].tolist():

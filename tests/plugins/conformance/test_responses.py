@@ -56,6 +56,11 @@ def favours_the_first(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Rec
 
 
 @hook
+def favours_the_higher_as_the_first(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    exchange(k, a, b, nx, ny, 0.5 if a > b >= 0 else 1.0)
+
+
+@hook
 def reads_the_clock(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
     exchange(k, a, b, nx, ny, 1.0 if k.clock[0].now < 2**43 else 0.5)
 
@@ -123,8 +128,9 @@ def test_a_right_response_is_spared(response):
 
 FAULTS = {
     "heats": "a meeting of .* adds .*e-0[67] of energy",
-    "favours_a_number": "with the bodies numbered the other way round",
+    "favours_a_number": "with the (bodies numbered the other way round|two exchanged)",
     "favours_the_first": "with the bodies numbered the other way round",
+    "favours_the_higher_as_the_first": "with the two exchanged",
     "reads_the_clock": "at a later present time",
     "counts_contacts": "with nothing in the kernel's other tables",
     "reads_others": "with nobody else there",
