@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import ctypes
 import os
-import re
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -277,9 +277,11 @@ def cpu_limit(subject: object) -> tuple[float, int]:
 
 
 def sends_half_a_message(subject: object) -> None:
-    """Write the length of a message and its beginning to the connection, and wait."""
-    number = re.findall(r"main\((\d+)\)", sys.orig_argv[-1])[0]
-    os.write(int(number), b"\0\0\1\0half")
+    """Write the beginning of a message to the pipe, and wait."""
+    for each in Path("/proc/self/fd").iterdir():
+        with suppress(OSError):
+            if os.readlink(each).startswith("pipe:"):
+                os.write(int(each.name), b"\x80half")
     time.sleep(600.0)
 
 

@@ -273,7 +273,7 @@ class Malformed:
         said("run --explain", path)
 
     def of_cases(self, rng: random.Random) -> None:
-        head = f"# check: {rng.choice(WORDS)}\n# options: {rng.choice(['[' * 100_000, *WORDS])}\n"
+        head = f'# {{"check": {rng.choice(WORDS)}, "options": {rng.choice(["[" * 100_000, *WORDS])}}}\n'
         load_case(self.written("c.toml", changed_text(rng, head + SCENE)))
 
     def of_studies(self, rng: random.Random) -> None:

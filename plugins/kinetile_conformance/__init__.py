@@ -15,13 +15,13 @@ from kinetile.errors import MissingExtra
 
 if TYPE_CHECKING:
     from kinetile_conformance.api import check_broad_phase as check_broad_phase
+    from kinetile_conformance.api import check_engine as check_engine
     from kinetile_conformance.checks import CHECKS as CHECKS
     from kinetile_conformance.checks import check_named as check_named
     from kinetile_conformance.checks.check import Check as Check
     from kinetile_conformance.checks.check import Disagreement as Disagreement
     from kinetile_conformance.pipe import EngineError as EngineError
     from kinetile_conformance.pipe import EngineReport as EngineReport
-    from kinetile_conformance.pipe import check_engine as check_engine
     from kinetile_conformance.pytest_plugin import parametrize_with_checks as parametrize_with_checks
     from kinetile_conformance.reporting import KIT_VERSION as KIT_VERSION
     from kinetile_conformance.reporting import Report as Report
@@ -39,7 +39,7 @@ _HOME = {
     "Report": "reporting",
     "Result": "reporting",
     "check_broad_phase": "api",
-    "check_engine": "pipe",
+    "check_engine": "api",
     "check_named": "checks",
     "parametrize_with_checks": "pytest_plugin",
 }

@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Mapping
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -13,6 +14,8 @@ from kinetile.errors import BadOption, Refused, one_of
 from kinetile_conformance.cases import Subject, load_case
 from kinetile_conformance.checks import CHECKS
 from kinetile_conformance.isolated import DEATHS, IsolatedRunner
+from kinetile_conformance.pipe import JUDGING, EngineReport, EngineRunner
+from kinetile_conformance.pipe import SECONDS as LINE_SECONDS
 from kinetile_conformance.reporting import KIT_VERSION, Report, Result
 from kinetile_conformance.runner import CheckRun, Options, Plan, Runner, applicable, verdict
 
@@ -32,18 +35,49 @@ def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
         ValueError: a check is named that does not exist.
         MissingExtra: Hypothesis is not installed.
     """
-    plan = Plan.of(name, options)
-    with closing(runner_for(plan)) as runner:
-        results: list[Result] = []
-        notes: tuple[str, ...] = ()
+    plan = Plan.of_phase(name, options)
+    return plan.report(*_results(plan, runner_for(plan)))
+
+
+def check_engine(
+    command: str, *, asked: str = "contacts", within: float | None = None, **options: Unpack[Options]
+) -> EngineReport:
+    """Judge an engine over a pipe; return the report.
+
+    ``asked`` is one of ``QUESTIONS``, ``within`` the distance of times, which casts need. Of the ``options``
+    (``Options``) those apply that are not of phases; ``seconds`` is the limit for a line, by the clock, and
+    ``checks`` are names of ``JUDGING``, None: all that ask so.
+
+    Raises:
+        EngineError: it does not start, or does not keep to the protocol.
+    """
+    plan, wanted = Plan.of(Subject(command, {}), options), options.get("checks")
+    names = tuple(name for name in JUDGING[asked] if wanted is None or name in wanted)
+    plan = replace(plan, checks=names)
+    results, _ = _results(plan, EngineRunner(plan, asked, within, options.get("seconds") or LINE_SECONDS))
+    took = time.perf_counter() - plan.began
+    return EngineReport(plan.subject, "", results, took, asked=asked, within=within)
+
+
+def _results(
+    plan: Plan, runner: Runner | IsolatedRunner | EngineRunner
+) -> tuple[tuple[Result, ...], tuple[str, ...]]:
+    """Run the checks of a plan; return the results, and notes."""
+    results: list[Result] = []
+    notes: tuple[str, ...] = ()
+    here = Path.cwd()
+    with closing(runner):
         runner.smoke_test()
         for done, check in enumerate(plan.names):
             if runner.deaths >= DEATHS:
                 notes = (f"not run, after {runner.deaths} deaths: {', '.join(plan.names[done:])}",)
                 break
-            results.append(runner.run(check))
-            plan.on_result(results[-1])
-        return plan.report(results, notes)
+            result = runner.run(check)
+            if result.case is not None and result.case.is_relative_to(here):
+                result = replace(result, case=result.case.relative_to(here))
+            results.append(result)
+            plan.on_result(result)
+    return tuple(results), notes
 
 
 def runner_for(plan: Plan) -> Runner | IsolatedRunner:

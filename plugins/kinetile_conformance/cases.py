@@ -6,7 +6,8 @@ tables that is a function of the scene alone. Left out is what may differ betwee
 checks and structural events, the calendar, the pair set. Without walls the skin is computed again whenever a
 phase's pair set grows; there it is compared with the bodies' reach alone.
 
-A saved case is a scene in TOML that replays exactly; comments at its head name the check and the phases.
+A saved case is a scene in TOML that replays exactly; its first line, a comment, names the check and the
+phases, in JSON.
 """
 
 from __future__ import annotations
@@ -20,12 +21,13 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict
 
 from kinetile.errors import KinetileError, Refused, TooThick, UnknownName
 from kinetile.kernel.tables import column, slots_taken
 from kinetile.plugin.choices import write_phase
-from kinetile.plugin.registry import Provided, registry
-from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, ResponseSpec, hookimpl
+from kinetile.plugin.registry import HOOKS, Provided, registry
+from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, Spec, hookimpl
 from kinetile.run.compare import Outcome, describe_row, find_divergence, first_difference, outcome_of
 from kinetile.run.compose import Composition, compose_phases
 from kinetile.run.simulation import Simulation
@@ -82,10 +84,16 @@ class Subject:
     response: Response | None = None
 
     @property
-    def beside(self) -> list[str]:
-        """What is judged with the broad phase, as it is written."""
-        response = [] if self.response is None else [(self.response.name, self.response.options)]
-        return [write_phase(*each) for each in (*self.narrow.items(), *response)]
+    def label(self) -> str:
+        """The broad phase and its options, as the command line takes them."""
+        return write_phase(self.name, self.options)
+
+    @property
+    def beside(self) -> dict[str, str]:
+        """What is judged with the broad phase, as it is written, and the kind of each."""
+        found = {write_phase(*each): "narrow phase" for each in self.narrow.items()}
+        answer = self.response
+        return found | ({write_phase(answer.name, answer.options): "response"} if answer else {})
 
     def dressed(self, scene: Scene) -> Scene:
         """Return a scene with the response under test."""
@@ -153,27 +161,12 @@ def provided(subject: Subject) -> tuple[Provided, ...]:
 
 
 class PhasePlugin:
-    """A plugin that provides one phase, under the phase's name: for phases that exist in this process
-    only."""
+    """A plugin that provides one phase or response, under its name: for what exists in this process only."""
 
-    def __init__(self, spec: BroadPhaseSpec | NarrowPhaseSpec | ResponseSpec) -> None:
+    def __init__(self, spec: Spec) -> None:
         self.__name__ = spec.name
-        self._spec = spec
-
-    @hookimpl
-    def kinetile_broad_phases(self) -> list[BroadPhaseSpec]:
-        """Return the phase, if it is a broad phase."""
-        return [self._spec] if isinstance(self._spec, BroadPhaseSpec) else []
-
-    @hookimpl
-    def kinetile_narrow_phases(self) -> list[NarrowPhaseSpec]:
-        """Return the phase, if it is a narrow phase."""
-        return [self._spec] if isinstance(self._spec, NarrowPhaseSpec) else []
-
-    @hookimpl
-    def kinetile_responses(self) -> list[ResponseSpec]:
-        """Return the response, if it is one."""
-        return [self._spec] if isinstance(self._spec, ResponseSpec) else []
+        (name,) = (name for name, (_, kind) in HOOKS.items() if isinstance(spec, kind))
+        setattr(self, name, hookimpl(lambda: [spec]))
 
 
 @unchecked
@@ -214,16 +207,6 @@ class RunOutcome(Outcome):
     tables: Tables = field(default_factory=dict)
 
     @classmethod
-    def after(cls, sim: Simulation, run: Callable[[], object]) -> RunOutcome:
-        """Return what is left of a simulation after a run; an error of the run is part of it."""
-        ended = "ran"
-        try:
-            run()
-        except KinetileError as error:
-            ended = f"{type(error).__name__}: {error}"
-        return cls.of(sim, ended)
-
-    @classmethod
     def of(cls, sim: Simulation, ended: str = "ran") -> RunOutcome:
         """Return what a simulation holds now."""
         return cls(**vars(outcome_of(sim, ended)), tables=tables_after(sim) if ended == "ran" else {})
@@ -234,23 +217,28 @@ def horizon(scene: Scene) -> float:
     return scene.settings.until if scene.settings.until is not None else scene.start + UNTIL
 
 
+def ran(sim: Simulation, until: float, contacts: int) -> str:
+    """Run a simulation; return how that ended."""
+    try:
+        sim.run(until=until, max_contacts=contacts)
+    except KinetileError as error:
+        return f"{type(error).__name__}: {error}"
+    return "ran"
+
+
 def run_summary(subject: Subject, scene: Scene, until: float | None = None) -> tuple[str, str]:
     """Run a case, by default to its horizon; return how it ended, and its fingerprint: what two runs of one
     phase have in common. How many events it took may differ."""
     sim = subject.simulation(scene)
-    ended = "ran"
-    try:
-        sim.run(until=horizon(scene) if until is None else until, max_contacts=CONTACTS)
-    except KinetileError as error:
-        ended = type(error).__name__
-    return ended, sim.fingerprint
+    ended = ran(sim, horizon(scene) if until is None else until, CONTACTS)
+    return ended.partition(":")[0], sim.fingerprint
 
 
 def outcome(subject: Subject, scene: Scene, contacts: int = CONTACTS) -> RunOutcome:
     """Run a case; an error of the run is part of its outcome, but not one of preparing it: ``Refused`` and
     ``BadOption`` are raised."""
     sim = subject.simulation(scene)
-    return RunOutcome.after(sim, lambda: sim.run(until=horizon(scene), max_contacts=contacts))
+    return RunOutcome.of(sim, ran(sim, horizon(scene), contacts))
 
 
 def tables_after(sim: Simulation) -> Tables:
@@ -328,44 +316,30 @@ def table_difference(found: Tables, expected: Tables) -> str | None:
     return None
 
 
-@dataclass(frozen=True)
-class SavedCase:
-    """A case as it was saved: the scene, and the check, phases and options that its file names; None, where
-    it names none."""
+class SavedCase(BaseModel):
+    """A case as it was saved: the scene, and what its file names, if it does: check, phases and options."""
 
+    model_config = ConfigDict(arbitrary_types_allowed=True)
     scene: Scene
-    check: str | None
-    name: str | None
-    options: Mapping[str, Any]
-    narrow_phases: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    check: str | None = None
+    name: str | None = None
+    options: dict[str, Any] = {}
+    narrow_phases: dict[str, dict[str, Any]] = {}
 
 
-def save_case(scene: Scene, path: Path, check: str, subject: Subject, said: str) -> None:
-    """Write a case as a scene file; comments at its head name the check, the phases with their options, and
-    the first lines of the failure."""
-    head = [f"check: {check}", f"broad phase: {subject.name}"]
-    if subject.options:
-        head.append(f"options: {json.dumps(dict(subject.options), default=repr)}")
-    if subject.narrow:
-        head.append(f"narrow phases: {json.dumps(subject.narrow, default=repr)}")
-    head += [f"said: {line}" for line in said.splitlines()[:6]]
-    text = "".join(f"# {line}\n" for line in head)
+def save_case(scene: Scene, path: Path, said: str, subject: Subject, check: str | None = None) -> None:
+    """Write a case as a scene file. Comments at its head name the check that replays it, if there is one, the
+    phases with their options, and the first lines of the failure."""
+    head = {"check": check, "name": subject.name, "options": subject.options, "narrow_phases": subject.narrow}
+    lines = [json.dumps(head, default=repr), *said.splitlines()[:6]]
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text + dumps_scene(scene), encoding="utf-8")
+    path.write_text("".join(f"# {line}\n" for line in lines) + dumps_scene(scene), encoding="utf-8")
 
 
 def load_case(path: Path) -> SavedCase:
     """Read a case; any other scene file is a case that names nothing."""
     scene = load_scene(path)  # and so the file is one, in UTF-8
-    head: dict[str, str] = {}
-    for line in read_bytes(path).decode("utf-8", errors="replace").splitlines():
-        if not line.startswith("# "):
-            break
-        key, _, value = line[2:].partition(":")
-        head.setdefault(key, value.strip())
-    check = head.get("check")
-    said: dict[str, Any] = {"options": {}, "narrow phases": {}}
-    for key in said if check else ():
-        with contextlib.suppress(ValueError, RecursionError):
-            said[key] = json.loads(head.get(key, "{}"))
-    return SavedCase(scene, check, head.get("broad phase") if check else None, *said.values())
+    head = read_bytes(path).partition(b"\n")[0].removeprefix(b"# ")
+    with contextlib.suppress(ValueError, TypeError, RecursionError):
+        return SavedCase(scene=scene, **json.loads(head))
+    return SavedCase(scene=scene)

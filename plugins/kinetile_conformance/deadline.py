@@ -14,7 +14,7 @@ import time
 from collections.abc import Iterator
 
 from kinetile.kernel.compiled import INTERPRETED, compiling_seconds, while_compiling
-from kinetile.kernel.compiled.limits import end_after
+from kinetile.kernel.compiled.limits import end_after, limit_memory
 
 SECONDS = 600.0 if INTERPRETED else 60.0
 """CPU seconds that a check of a hundred scenes may take, without compiling."""
@@ -37,36 +37,18 @@ def spent() -> float:
     return time.process_time() + children - compiling_seconds()
 
 
-def cpu_seconds(process: int) -> float | None:
-    """Return the CPU seconds of a process, without what it has started; None where the system does not
-    tell."""
-    with contextlib.suppress(OSError, OverflowError, AttributeError):
-        return time.clock_gettime(~process << 3 | 2)  # Linux: the clock of another process
-    return None
-
-
-class Deadline:
-    """A number of CPU seconds from now."""
-
-    def __init__(self, seconds: float) -> None:
-        self.seconds = seconds
-        self._began = spent()
-
-    def check(self) -> None:
-        """Raise TimeIsUp where they are over."""
-        if spent() - self._began > self.seconds:
-            raise TimeIsUp
-
-
 _limit = 0.0
 """The CPU seconds of a scene in this process; 0: no limit is kept."""
 
 
-def limit_scenes(seconds: float) -> None:
-    """Have this process ended where ``begin_scene`` was called longer ago than so many of its CPU seconds."""
+def keep_limits(scene: float, memory: int = 0) -> None:
+    """Have this process ended where ``begin_scene`` was called longer ago than so many of its CPU seconds, or
+    where it takes so many bytes beyond what it has now; 0: no limit."""
     global _limit
-    _limit = seconds
+    _limit = scene
     while_compiling(uncounted)
+    if memory:
+        limit_memory(memory)
 
 
 def begin_scene() -> None:

@@ -27,17 +27,9 @@ from kinetile_conformance.cases import Subject, provided
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.diagnosis import diagnosed
 from kinetile_conformance.drawing import Search, by_number, leave_out
-from kinetile_conformance.processes import (
-    IDLE,
-    Child,
-    Died,
-    Limits,
-    Message,
-    Send,
-    leave_without_memory,
-)
+from kinetile_conformance.processes import IDLE, Child, Died, Message, Send, leave_without_memory
 from kinetile_conformance.reporting import Result, saved
-from kinetile_conformance.runner import CheckRun, Plan, Runner, verdict
+from kinetile_conformance.runner import Plan, Runner
 from kinetile_conformance.strategies.changes import only_bodies
 from kinetile_conformance.strategies.gallery import smallest
 
@@ -158,8 +150,8 @@ class IsolatedRunner:
         ``again``: it repeats what a child has died of, so another death does not count.
         """
         if self._child is None:
-            limits = Limits(self._scene_seconds, self._plan.memory)
-            self._child = Child(self._plan.subject, partial(_runner, self._plan.alone), limits)
+            make = partial(_runner, self._plan.alone, self._scene_seconds)
+            self._child = Child(self._plan.subject, make)
         try:
             return self._child.call(function, *arguments, hear=hear)
         except Died:
@@ -230,7 +222,7 @@ class IsolatedRunner:
     def _survives(self, check: str, scene: Scene) -> bool:
         """Whether a child survives a check on a scene, or its end is nobody's fault."""
         try:
-            self._call(_alone, check, scene, again=True)
+            self._call(Runner.holds, check, scene, again=True)
         except Died as died:
             return ENDINGS[died.how][0] == "not judged"
         return True
@@ -239,16 +231,18 @@ class IsolatedRunner:
         """Return which phase a death speaks against, by the same scene under the other phases; "" where a
         child does not survive these, either."""
         with suppress(Died):
-            return str(self._call(_verdict, check, scene, again=True))
+            return str(self._call(Runner.verdict, check, scene, again=True))
         return ""
 
 
 # In the child
 
 
-def _runner(plan: Plan, subject: Subject, send: Send) -> Runner:
-    """Return the runner of a plan. It sends each scene before it runs it, and again if it fails: so the scene
-    is known if the process does not survive it, and what was seen is not lost, however the process ends."""
+def _runner(plan: Plan, scene_seconds: float, subject: Subject, send: Send) -> Runner:
+    """Keep the limits of a plan, and return its runner. It sends each scene before it runs it, and again if
+    it fails: so the scene is known if the process does not survive it, and what was seen is not lost, however
+    the process ends."""
+    deadline.keep_limits(scene_seconds, plan.memory)
 
     def observe(count: int, scene: Scene, error: Exception | None) -> None:
         message = {"count": count, "scene": pickle.dumps(scene)}
@@ -258,13 +252,3 @@ def _runner(plan: Plan, subject: Subject, send: Send) -> Runner:
         send(message)
 
     return Runner(replace(plan, subject=subject), observe)
-
-
-def _alone(runner: Runner, check: str, scene: Scene) -> None:
-    """Run a check on a scene, to see if the process survives."""
-    CheckRun(check_named(check), runner.subject).holds(scene)
-
-
-def _verdict(runner: Runner, check: str, scene: Scene) -> str:
-    """Run a check under the other phases, to see which one its failure speaks against."""
-    return verdict(check_named(check), runner.subject, scene)

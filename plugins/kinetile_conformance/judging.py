@@ -7,7 +7,6 @@ table of faults that the kit is known to find. What is done when it is interrupt
 from __future__ import annotations
 
 import json
-import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing, suppress
@@ -74,7 +73,18 @@ class Judged:
     def __post_init__(self) -> None:
         if not isinstance(self.report, EngineReport):
             with suppress(NotJudged, PhaseError, Refused):
-                Subject(self.report.name, self.report.options).composition(make_scene("two-discs"))
+                alone = Subject(self.report.subject.name, self.report.subject.options)
+                alone.composition(make_scene("two-discs"))
+
+    def run(self, on_result: Callable[[Result], None], **how: Any) -> None:
+        """Run the checks; each result is in the report when it is told."""
+
+        def hear(result: Result) -> None:
+            self.report = replace(self.report, results=(*self.report.results, result))
+            on_result(result)
+
+        self.report = self.judge(on_result=hear, **how)
+        self.done = True
 
     @property
     def verdict(self) -> str:
@@ -101,13 +111,17 @@ class Judgement:
     checks: Sequence[str] | None = None
     repeats: int = 3
     save_to: Path | None = None
-    beside: Subject = field(default_factory=lambda: Subject(REFERENCE, {}))
     status: str = "interrupted"
     kit: str = KIT_VERSION
     faults: Mapping[str, Sequence[int]] = field(default_factory=faults)
     made: Mapping[str, Any] = field(
         default_factory=lambda: {"date": time.strftime("%Y-%m-%d")} | environment()
     )
+
+    @property
+    def beside(self) -> Subject:
+        """The reference, with what is judged with all."""
+        return self.judged[0].report.subject.under(REFERENCE)
 
     @property
     def exit_code(self) -> int:
@@ -122,7 +136,7 @@ class Judgement:
             | {"report": each.report.as_dict(), "measured": [vars(row) for row in each.rows]}
             for each in self.judged
         ]
-        return vars(self) | {"judged": judged, "beside": self.beside.beside}
+        return vars(self) | {"judged": judged, "beside": [*self.beside.beside]}
 
     def run(self, show: Callable[[float | None, str], None], tell: Callable[[str], None]) -> None:
         """Judges all, then measures all; ``show`` is called with how far it is, and where, and ``tell`` with
@@ -135,8 +149,8 @@ class Judgement:
             runners = {}
             for label, each in [*able.items()]:
                 if not isinstance(each.report, EngineReport):
-                    subject = replace(self.beside, name=each.report.name, options=each.report.options)
-                    runners[label] = children.enter_context(closing(IsolatedRunner(Plan(subject))))
+                    runner = IsolatedRunner(Plan(each.report.subject))
+                    runners[label] = children.enter_context(closing(runner))
                 elif each.report.asked != "contacts":
                     del able[label]
             for at, (name, path) in enumerate(SCENES.items()):
@@ -157,22 +171,15 @@ class Judgement:
 
     def _judge(self, each: Judged, show: Callable[[float | None, str], None]) -> None:
         """Runs the checks on one."""
-
-        def hear(result: Result) -> None:
-            if result.case is not None:
-                result = replace(result, case=Path(os.path.relpath(result.case)))
-            each.report = replace(each.report, results=(*each.report.results, result))
-
-        label = each.report.label
         how = {"examples": self.examples, "seed": self.seed, "checks": self.checks, "save_to": self.save_to}
+
+        def on_scene(check: str, count: int) -> None:
+            show(None, f"{each.report.label}: {check}, {count:,}")
+
         try:
-            found = each.judge(
-                **how, on_result=hear, on_scene=lambda what, count: show(None, f"{label}: {what}, {count:,}")
-            )
-            each.report = replace(found, results=each.report.results)
+            each.run(lambda _: None, on_scene=on_scene, **how)
         except KinetileError as error:
             each.error = str(error)
-        each.done = True
 
 
 def _measured(report: Report, runner: IsolatedRunner | None, scene: Scene, contacts: Any) -> Measured:
@@ -184,9 +191,10 @@ def _measured(report: Report, runner: IsolatedRunner | None, scene: Scene, conta
             )
         scene = ended_at(scene, float(contacts["time"][:BEGINNING].max(initial=scene.start)))
         exchange = Contacts(report.within).exchange(scene, _reference(Subject(REFERENCE, {}), scene)[0])
-        with Engine(report.name) as engine:
-            began, found, ended = engine.cpu_seconds(), engine.answer(exchange), engine.cpu_seconds()
-            most = engine.peak_bytes()
+        with Engine(report.label) as engine:
+            program = engine.program
+            began, found, ended = program.cpu_seconds(), engine.answer(exchange), program.cpu_seconds()
+            most = program.peak_bytes()
     except (PhaseError, EngineError) as error:
         return Measured(report.label, str(error))
     if isinstance(found, str):

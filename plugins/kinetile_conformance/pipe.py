@@ -9,36 +9,33 @@ protocol is not judged: ``EngineError`` says what it did, and on which line.
 from __future__ import annotations
 
 import json
-import os
 import queue
 import shlex
 import signal
-import subprocess
-import threading
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn, Self, cast
+from typing import Any, NoReturn
 
-from kinetile.errors import KinetileError
+from kinetile.errors import KinetileError, Refused
 from kinetile.scene import Scene
-from kinetile.scene.files import dumps_scene
-from kinetile_conformance.cases import CONTACTS
+from kinetile_conformance.cases import CONTACTS, save_case
 from kinetile_conformance.checks import CHECKS
-from kinetile_conformance.checks.check import Check
-from kinetile_conformance.deadline import cpu_seconds, spent
+from kinetile_conformance.checks.check import Check, Disagreement, Observation
+from kinetile_conformance.deadline import spent
 from kinetile_conformance.drawing import Drawing
+from kinetile_conformance.processes import Program
 from kinetile_conformance.questions import QUESTIONS, Exchange, Question
-from kinetile_conformance.reporting import Report, Result
-from kinetile_conformance.runner import EXAMPLES, REDUCING
+from kinetile_conformance.reporting import KIT_VERSION, Report, Result
+from kinetile_conformance.runner import REDUCING, CheckRun, Plan
 
 SECONDS = 10.0
 """Seconds by the clock that an engine has for a line."""
 
-LONGEST, AHEAD = 2**26, 16
-"""Bytes of the longest answer, and lines that are read before they are asked for."""
+LONGEST = 2**26
+"""Bytes of the longest answer."""
 
 FREE = {"", "-in-a-scaled-swarm", "-of-shapes"}
 IN_PLACES = FREE | {"-on-lattices", "-as-bodies-come-and-go"}
@@ -53,35 +50,27 @@ ASKED = {
 kit's checks of contacts end with that have the scenes."""
 
 
-class Judging(NamedTuple):
-    """A check of engines: the question, the kit's check that has its scenes, and what it says of an
-    engine."""
-
-    asked: str
-    scenes: Check
-    sentence: str
-
-
-def _judging() -> dict[str, Judging]:
-    """Return the checks of engines by name."""
-    found = {}
+def _judging() -> Mapping[str, dict[str, Check]]:
+    """Return the checks of engines by question and name."""
+    found: dict[str, dict[str, Check]] = {asked: {} for asked in ASKED}
     for asked, (says, prefix, wanted) in ASKED.items():
+        said = Observation(prefix, says, lambda case: None)
         for each in CHECKS:
-            suffix, strategy = each.name.removeprefix("same-contacts"), each.strategy
-            if strategy and each.observation.name == "same-contacts" and suffix in wanted:
-                found[prefix + suffix] = Judging(asked, each, f"{says}, {strategy.where}.")
+            if each.observation.name == "same-contacts" and each.strategy and each.strategy.suffix in wanted:
+                check = Check(said, each.strategy, each.share, at_home=False)
+                found[asked][check.name] = check
     return found
 
 
 JUDGING = _judging()
-"""The checks of engines, by name."""
+"""The checks of engines by question and name; their observations are the question's."""
 
 
 class EngineError(KinetileError, RuntimeError):
     """An engine does not start, ends early, gives no answer in time, or one that is none."""
 
 
-class Engine:
+class Engine(AbstractContextManager["Engine"]):
     """A program that answers lines, one for one; its stderr is passed on.
 
     Args:
@@ -95,67 +84,18 @@ class Engine:
         self.start()
 
     def start(self) -> None:
-        """Start the program. It has a process group of its own, so that what it starts ends with it."""
+        """Start the program."""
         try:
             words = shlex.split(self.command)
             if not words:
                 raise ValueError("it names no program")
-            self._child = subprocess.Popen(
-                words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=0
-            )
-            self._to = cast(Any, self._child.stdin)
+            self.program = Program(words, lambda stream: stream.readline(LONGEST))
         except (OSError, ValueError) as error:
             why = error.strerror if isinstance(error, OSError) else error
             raise EngineError(f"--command {self.command!r} does not start: {why}") from error
-        self._answers: queue.Queue[bytes] = queue.Queue(AHEAD)
-        self._writer = threading.Thread()
-        threading.Thread(target=self._read, args=(self._child.stdout, self._answers), daemon=True).start()
-
-    @staticmethod
-    def _read(stream: Any, answers: queue.Queue[bytes]) -> None:
-        """Put the lines of a stream into a queue, and an empty one at its end; then close it."""
-        with stream:
-            while line := stream.readline(LONGEST):
-                answers.put(line)
-        answers.put(b"")
-
-    def _write(self, line: bytes) -> None:
-        """Send a line; where the program has ended, its output says so."""
-        with suppress(OSError):
-            self._to.write(line)
-            self._to.flush()
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *error: object) -> None:
-        self.end()
-
-    def end(self) -> None:
-        """End the program and what it has started."""
-        self._kill()
-        self._child.wait()
-        if not self._writer.is_alive():  # what it has started in another session may hold its end
-            with suppress(OSError):
-                self._to.close()
-
-    def _kill(self) -> None:
-        if hasattr(os, "killpg"):
-            with suppress(ProcessLookupError):
-                os.killpg(self._child.pid, signal.SIGKILL)
-        self._child.kill()
-
-    def cpu_seconds(self) -> float | None:
-        """Return the CPU seconds of the program, without what it has started; None where the system does not
-        tell."""
-        return cpu_seconds(self._child.pid)
-
-    def peak_bytes(self) -> int | None:
-        """Return the most memory that the program has had; None where the system does not tell."""
-        with suppress(OSError, ValueError, StopIteration):
-            lines = Path(f"/proc/{self._child.pid}/status").read_text(encoding="utf-8").splitlines()
-            return 1024 * int(next(line for line in lines if line.startswith("VmHWM:")).split()[1])
-        return None
+        self.program.end()
 
     def answer(self, exchange: Exchange) -> Any:
         """Return the value of an engine's answer to a line, or why it refuses it, as a string; raise
@@ -163,25 +103,19 @@ class Engine:
         line = self._exchanged(exchange.line)
         form = exchange.form
         try:
-            found = form.read(line)
+            return form.read(line)
         except ValueError as error:
             shown = f"the engine answered {line[:80].decode(errors='replace')!r} ({error})"
             wanted = f'{{"{form.key}": {form.shown}}} or {{"refused": "reason"}}'
             raise EngineError(f"{shown}; expected {wanted}") from None
-        return found.refused if "refused" in found.model_fields_set else found.value
 
     def _exchanged(self, line: bytes) -> bytes:
-        """Send a line and return the one that comes back.
-
-        The program may write before it has read all, and ending it need not close a pipe, which what it has
-        started in another session may hold. So threads read and write, and this one waits for so long.
-        """
-        self._writer = threading.Thread(target=self._write, args=(line,), daemon=True)
-        self._writer.start()
+        """Send a line and return the one that comes back."""
+        self.program.send(line)
         try:
-            answer = self._answers.get(timeout=self._seconds)
+            answer: bytes = self.program.came.get(timeout=self._seconds) or b""
         except queue.Empty:
-            self._kill()
+            self.program.end()
             said = f"the engine gave no answer within {self._seconds:g} s (--scene-seconds)"
             raise EngineError(said) from None
         if len(answer) >= LONGEST:
@@ -190,185 +124,147 @@ class Engine:
 
     def _no_answer(self, answer: bytes) -> NoReturn:
         """Raise EngineError, with how the program has closed its output."""
-        how = "closed its output"
-        with suppress(subprocess.TimeoutExpired):
-            code = self._child.wait(1.0)
+        code, how = self.program.exit_code(), "closed its output"
+        if code is not None:
             how = f"ended with exit code {code}" if code >= 0 else f"ended by {signal.Signals(-code).name}"
         raise EngineError(f"the engine {how} {'within a line' if answer else 'without an answer'}")
 
 
 @dataclass(frozen=True)
 class EngineReport(Report):
-    """All results of an engine; ``name`` is its command, ``asked`` the question, ``within`` the relative
-    distance of times allowed, None where nothing is compared within one."""
+    """All results of an engine; the ``subject`` has its command as the name. ``asked`` is the question,
+    ``within`` the relative distance of times allowed, None where nothing is compared within one."""
 
     asked: str = "contacts"
     within: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Return the report, fit for JSON."""
-        of_phases = ("broad_phase", "options", "narrow_phases", "distribution")
+        of_phases = ("broad_phase", "options", "narrow_phases", "response", "distribution")
         kept = {key: value for key, value in super().as_dict().items() if key not in of_phases}
-        return {"command": self.name, "asked": self.asked, "within": self.within} | kept
-
-    @property
-    def refuses_all(self) -> bool:
-        """Whether the engine has refused every scene that it was given: it cannot be judged then."""
-        return bool(self.results) and all(result.status == "skipped" for result in self.results)
-
-    @property
-    def ok(self) -> bool:
-        """Whether the engine conforms."""
-        return super().ok and not self.refuses_all
+        return {"command": self.subject.name, "asked": self.asked, "within": self.within} | kept
 
     @property
     def not_judged(self) -> str:
-        """Why it is not judged."""
-        return "it refuses every scene" if self.refuses_all else super().not_judged
+        """Why it is not judged: an engine that has refused every scene cannot be."""
+        if self.results and all(result.status == "skipped" for result in self.results):
+            return "it refuses every scene"
+        return super().not_judged
 
     @property
     def head(self) -> str:
         """The line above the results."""
         exact = "exact ticks" if self.asked == "contacts" else self.asked
         how = exact if self.within is None else f"{self.asked}, times within {self.within:g}"
-        return f"conformance kit {self.kit}: command {self.name!r}, {how}"
+        return f"conformance kit {KIT_VERSION}: command {self.label!r}, {how}"
 
     def replays(self, case: Path) -> str:
         """Return the command that shows a failure again."""
         lines = case.with_suffix(".jsonl")
         sent = len(lines.read_text(encoding="utf-8").splitlines()) - 2  # the others are the two answers
-        return f"head -n {sent} {lines} | {self.name}"
+        return f"head -n {sent} {lines} | {self.label}"
 
 
-class _Judged:
-    """An engine under one check: what it was shown, and the last case on which it failed."""
+class _EngineRun(CheckRun):
+    """An engine under one check. Its cases are those of a question."""
 
-    def __init__(
-        self, engine: Engine, name: str, question: Question, shown: Callable[[str, int], None]
-    ) -> None:
+    fatal = (EngineError,)
+
+    def __init__(self, each: Check, plan: Plan, engine: Engine, question: Question) -> None:
+        super().__init__(each, plan.subject, observe=lambda count, *_: plan.on_scene(each.name, count))
         self.engine = engine
-        self.name = name
         self.question = question
-        self.count = self.refused = 0
-        self.refusal = self.said = ""
-        self.exchange: Exchange | None = None
+        self.wrong: Any = None
         self.found: Any = None
-        self._shown = shown
 
-    def holds(self, scene: Scene) -> bool:
+    def all_hold(self, scene: Scene) -> bool:
         """Return whether the engine is right about all cases of a scene, or refuses them."""
-        return all(map(self.case_holds, self.question.cases(scene)))
+        return all(map(self.holds, self.question.cases(scene)))
 
-    def case_holds(self, case: Any) -> bool:
-        """Return whether the engine's answers to the lines of a case are right, or it refuses one."""
-        self.count += 1
-        self._shown(self.name, self.count)
+    def look(self, case: Any) -> None:
+        """Raise Disagreement unless the engine's answers to the lines of a case are right."""
         for exchange in self.question.exchanges(case):
             try:
                 found = self.engine.answer(exchange)
-            except EngineError as error:
-                self.said, self.exchange, self.found = str(error), exchange, error
+            except EngineError:
+                self.wrong, self.found = exchange, None
                 raise
             if isinstance(found, str):
-                self.refused += 1
-                self.refusal = found
-                return True
+                raise Refused(found)
             said = exchange.judge(found)
             if said is not None:
-                self.said, self.exchange, self.found = said, exchange, found
-                return False
-        return True
-
-    @property
-    def case(self) -> Any:
-        """The last case on which it failed."""
-        return self.exchange and self.exchange.case
+                self.wrong, self.found = exchange, {exchange.form.key: found}
+                raise Disagreement(said)
 
     def minimise(self) -> None:
         """Search for a smaller case. Then a fresh process is given it alone: what an engine keeps from one
         case to the next shows there."""
         end = time.monotonic() + 3.0 * REDUCING  # the CPU time of the engine is not this process's
         self.question.smaller(
-            self.case, lambda fewer: time.monotonic() < end and not self.case_holds(fewer), REDUCING
+            self.wrong.case, lambda fewer: time.monotonic() < end and not self.holds(fewer), REDUCING
         )
-        said, case = self.said, self.case
-        self.engine.end()
+        said = str(self.said)
+        self.engine.program.end()
         self.engine.start()
-        if self.case_holds(case):
+        if self.holds(self.wrong.case):
             said += "\n(not in a fresh process: the engine keeps something from one scene to the next)"
         self.said = said
 
-    def saved(self, folder: Path) -> Path:
+    def saved(self, said: str, folder: Path) -> Path:
         """Save the lines that the engine was sent, with its last answer and the reference's, where there are
         any, and a scene as a file beside it; return the path."""
-        path = folder / f"engine-{self.name}.jsonl"
+        path, case = folder / f"engine-{self.each.name}.jsonl", self.wrong.case
         folder.mkdir(parents=True, exist_ok=True)
-        lines = [each.line.decode() for each in self.question.exchanges(self.case)]
-        if self.exchange and not isinstance(self.found, EngineError):
-            values = self.found, self.exchange.right
-            lines += [json.dumps({self.exchange.form.key: value}) + "\n" for value in values]
+        lines = [each.line.decode() for each in self.question.exchanges(case)]
+        if self.found is not None:
+            right = {self.wrong.form.key: self.wrong.right}
+            lines += [json.dumps(value) + "\n" for value in (self.found, right)]
         path.write_text("".join(lines), encoding="utf-8")
-        if not isinstance(self.case, Scene):
-            return path
-        said = "".join(f"# said: {line}\n" for line in self.said.splitlines())
-        path = path.with_suffix(".toml")
-        path.write_text(f"# engine: {self.engine.command}\n{said}{dumps_scene(self.case)}", encoding="utf-8")
+        if isinstance(case, Scene):
+            path = path.with_suffix(".toml")
+            save_case(case, path, said, self.subject)
         return path
 
-    def result(self, drawing: Drawing, shrink: bool, save_to: Path | None) -> Result:
-        """Run the check; return its result."""
-        began = spent()
-        judging = JUDGING[self.name]
+
+class EngineRunner:
+    """Runs checks on an engine: ``asked`` is one of ``QUESTIONS``, ``within`` the distance of times, and
+    ``seconds`` the limit for a line, by the clock."""
+
+    deaths = 0
+
+    def __init__(self, plan: Plan, asked: str, within: float | None, seconds: float) -> None:
+        self._plan = plan
+        self._asked, self._within = asked, within
+        self._drawing = Drawing(plan.examples, plan.seed)
+        self._engine = Engine(plan.subject.name, seconds)
+
+    def smoke_test(self) -> None:
+        """Do nothing: the program has been started."""
+
+    def close(self) -> None:
+        """End the program."""
+        self._engine.program.end()
+
+    def run(self, name: str) -> Result:
+        """Run the check of a name and return its result."""
+        began, plan, each = spent(), self._plan, JUDGING[self._asked][name]
+        most = each.strategy.contacts if each.strategy else CONTACTS
+        question = QUESTIONS[self._asked](self._within, most)
+        run = _EngineRun(each, plan, self._engine, question)
         try:
-            if drawing.scenes_fail(judging.scenes, self.holds) and shrink:
-                self.minimise()
+            if self._drawing.scenes_fail(each, run.all_hold) and plan.shrink:
+                run.minimise()
         except EngineError as error:
-            where = f"; the scene is saved: {self.saved(save_to)}" if save_to and self.exchange else ""
-            raise EngineError(f"{error} ({self.name}, scene {self.count}{where})") from error
-        result = Result(self.name, judging.sentence, "passed", self.count, spent() - began)
-        if self.said:
-            case = self.saved(save_to) if save_to else None
-            return replace(result, status="failed", said=self.said, bodies=len(self.case), case=case)
-        if self.refused:
-            whole = self.refused == self.count
-            reason = f"it refuses {self.refused} of {self.count} scenes, such as: {self.refusal}"
+            folder = plan.save_to if run.wrong else None
+            where = f"; the scene is saved: {run.saved(str(error), folder)}" if folder else ""
+            raise EngineError(f"{error} ({name}, scene {run.count}{where})") from error
+        result = Result(name, each.sentence, "passed", run.count, spent() - began)
+        if run.said is not None:
+            case = run.saved(run.said, plan.save_to) if plan.save_to else None
+            return replace(result, status="failed", said=run.said, bodies=len(run.wrong.case), case=case)
+        if run.refused:
+            whole = run.refused == run.count
+            reason = f"it refuses {run.refused} of {run.count} scenes, such as: {run.refusal}"
             result = replace(result, status="skipped" if whole else "passed", reason=reason)
-        sums = self.question.sums
-        return replace(result, said=self.question.told.format(*sums)) if any(sums) else result
-
-
-def check_engine(
-    command: str,
-    *,
-    asked: str = "contacts",
-    within: float | None = None,
-    seconds: float = SECONDS,
-    examples: int = EXAMPLES,
-    checks: Sequence[str] | None = None,
-    save_to: Path | None = None,
-    shrink: bool = True,
-    seed: int = 0,
-    on_result: Callable[[Result], None] = lambda result: None,
-    on_scene: Callable[[str, int], None] = lambda check, count: None,
-) -> EngineReport:
-    """Judge an engine over a pipe; return the report.
-
-    ``asked`` is one of ``QUESTIONS``, ``within`` the distance of times, which casts need; ``checks`` are
-    names of ``JUDGING``, None: all that ask so.
-
-    Raises:
-        EngineError: it does not start, or does not keep to the protocol.
-    """
-    began = time.perf_counter()
-    drawing = Drawing(examples, seed)
-    results: list[Result] = []
-    names = [name for name, each in JUDGING.items() if each.asked == asked and name in (checks or JUDGING)]
-    with Engine(command, seconds) as engine:
-        for name in names:
-            strategy = JUDGING[name].scenes.strategy
-            question = QUESTIONS[asked](within, strategy.contacts if strategy else CONTACTS)
-            judged = _Judged(engine, name, question, on_scene)
-            results.append(judged.result(drawing, shrink, save_to))
-            on_result(results[-1])
-    took = time.perf_counter() - began
-    return EngineReport(command, {}, "", tuple(results), seconds=took, asked=asked, within=within)
+        sums = question.sums
+        return replace(result, said=question.told.format(*sums)) if any(sums) else result

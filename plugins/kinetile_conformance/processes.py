@@ -1,18 +1,17 @@
-"""Child processes of the kit: fresh interpreters that call functions of the kit, and surely end.
+"""Programs that surely end, and fresh interpreters that call functions of the kit.
 
-A child receives the phases under test, has the limits that it is given, and calls one function after the
-other. What it prints, and the stack that ``faulthandler`` writes when it dies, go to a file. When the calling
-process ends, the connection closes, and the child ends too.
+A program is sent bytes, and sends something back: an engine lines, an interpreter of the kit pickles. That
+one receives the phases under test, and calls one function after the other. What it prints, and the stack that
+``faulthandler`` writes when it dies, go to a file. When the calling process ends, the pipes close, and it
+ends too.
 
-No limit is one of time by the clock, which would judge the machine. What the child has started may outlive
-it, and hold its end of the connection: so a thread reads, and the caller does not wait for it.
+No limit of a child is one of time by the clock, which would judge the machine.
 """
 
 from __future__ import annotations
 
 import contextlib
 import faulthandler
-import math
 import os
 import pickle
 import queue
@@ -23,18 +22,20 @@ import tempfile
 import threading
 import time
 import traceback
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib.machinery import PathFinder
-from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, cast
 
 from kinetile.errors import BadOption, MissingExtra, NotJudged, Refused
-from kinetile.kernel.compiled.limits import end_after, limit_memory, out_of_time
+from kinetile.kernel.compiled.limits import out_of_time
 from kinetile.plugin.registry import registry
 from kinetile_conformance.cases import PhasePlugin, Subject, provided
-from kinetile_conformance.deadline import SCENE_SECONDS, TimeIsUp, cpu_seconds, limit_scenes, uncounted
+from kinetile_conformance.deadline import SCENE_SECONDS, TimeIsUp, keep_limits, uncounted
+
+AHEAD = 16
+"""What is read of a program before it is asked for."""
 
 GRACE, PATROL = 2.0, 5.0
 """Seconds that a process has to write its stack, or to end; and without a message, after which the CPU time
@@ -82,35 +83,81 @@ def _ending(code: int | None, words: str) -> str:
     return "signal" if code < 0 else "exit"
 
 
-@dataclass(frozen=True)
-class Limits:
-    """What a child may use.
+class Program:
+    """A running program.
 
-    Attributes:
-        scene: CPU seconds for one simulation of a scene; 0: no limit.
-        memory: bytes beyond what it begins with, where the system can tell; 0: no limit.
+    It may write before it has read all, and what it has started may outlive it, and hold its ends of the
+    pipes: so threads read and write, and the caller waits for neither. Its process group ends with it.
+
+    Args:
+        words: the program and its arguments.
+        read: reads one thing from a stream; something false, or an error, where no more comes.
+        how: more arguments of ``subprocess.Popen``.
     """
 
-    scene: float = 0.0
-    memory: int = 0
+    def __init__(self, words: Sequence[str], read: Callable[[BinaryIO], Any], **how: Any) -> None:
+        how |= {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "start_new_session": True}
+        self._process: Any = subprocess.Popen(words, **how)
+        self._sent: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self.came: queue.Queue[Any] = queue.Queue(AHEAD)
+        for thread in (self._write, partial(self._read, read)):
+            threading.Thread(target=thread, daemon=True).start()
 
-    def keep(self) -> None:
-        """Have this process keep them, in place of those that it has inherited."""
-        end_after(math.inf)
-        if self.memory:
-            limit_memory(self.memory)
-        if self.scene:
-            limit_scenes(self.scene)
+    def _write(self) -> None:
+        """Write what is sent; where the program has ended, its output says so."""
+        with contextlib.suppress(OSError), self._process.stdin as stream:
+            while (sent := self._sent.get()) is not None:
+                stream.write(sent)
+                stream.flush()
+
+    def _read(self, read: Callable[[BinaryIO], Any]) -> None:
+        """Keep what comes, and None when no more comes."""
+        with contextlib.suppress(Exception), self._process.stdout as stream:
+            while came := read(stream):
+                self.came.put(came)
+        self.came.put(None)
+
+    def send(self, sent: bytes) -> None:
+        """Send something; nothing happens if the program has ended."""
+        self._sent.put(sent)
+
+    def exit_code(self, seconds: float = GRACE) -> int | None:
+        """Return the exit code, negative for a signal; None if it still runs after so many seconds."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(seconds)
+        return cast(int | None, self._process.returncode)
+
+    def cpu_seconds(self) -> float | None:
+        """Return the CPU seconds of the program, without what it has started; None where the system does not
+        tell."""
+        with contextlib.suppress(OSError, OverflowError, AttributeError):
+            return time.clock_gettime(~self._process.pid << 3 | 2)  # Linux: the clock of another process
+        return None
+
+    def peak_bytes(self) -> int | None:
+        """Return the most memory that the program has had; None where the system does not tell."""
+        with contextlib.suppress(OSError, ValueError, StopIteration):
+            lines = Path(f"/proc/{self._process.pid}/status").read_text(encoding="utf-8").splitlines()
+            return 1024 * int(next(line for line in lines if line.startswith("VmHWM:")).split()[1])
+        return None
+
+    def end(self) -> None:
+        """End the program and what it has started."""
+        self._process.kill()
+        if hasattr(os, "killpg"):
+            with contextlib.suppress(OSError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+        self.exit_code()
+        self._sent.put(None)
 
 
-class Child:
-    """A running child.
+class Child(Program):
+    """A running interpreter.
 
     Args:
         subject: the phases under test.
         make: is called there with the phases, and with a function that sends messages; what it returns is the
             first argument of all functions that are called there.
-        limits: what the child may use.
         environment: variables that it has beside those of this process.
 
     Raises:
@@ -122,42 +169,22 @@ class Child:
         self,
         subject: Subject,
         make: Callable[[Subject, Send], Any],
-        limits: Limits,
         environment: Mapping[str, str] | None = None,
     ) -> None:
-        begin = pickled(subject, make, limits)
+        begin = pickled(subject, make)
         self._folder = tempfile.TemporaryDirectory(prefix="kinetile-child-", ignore_cleanup_errors=True)
-        self._words = Path(self._folder.name) / "words"
-        self._link, there = Pipe()
-        number = there.fileno()
-        how: dict[str, Any] = {"pass_fds": (number,), "start_new_session": True}
-        if sys.platform == "win32":
-            os.set_handle_inheritable(number, True)
-            how = {"close_fds": False}
+        self._file, self.words = Path(self._folder.name) / "words", ""
         # Hypothesis writes files, which do not belong into the working folder of the calling process.
         own = {
             "PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path),
             "HYPOTHESIS_STORAGE_DIRECTORY": self._folder.name,
         }
-        with self._words.open("wb") as printed, uncounted():
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", "-c", f"from {__name__} import main; main({number})"],
-                stdin=subprocess.DEVNULL,
-                stdout=printed,
-                stderr=printed,
-                env={**os.environ, **own, **(environment or {})},
-                **how,
+        command = [sys.executable, "-P", "-c", f"from {__name__} import main; main()"]
+        with self._file.open("wb") as printed, uncounted():
+            super().__init__(
+                command, pickle.load, stderr=printed, env={**os.environ, **own, **(environment or {})}
             )
-        there.close()
-        self._messages: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
-        self._send(begin)
-
-    def _send(self, pickled: bytes) -> None:
-        """Send something; nothing happens if the child has ended."""
-        with contextlib.suppress(OSError):
-            self._link.send_bytes(pickled)
+        self.send(begin)
 
     def call(
         self, function: Callable[..., Any], *arguments: Any, hear: Callable[[Message], None] = lambda _: None
@@ -170,7 +197,7 @@ class Child:
             Died: the process ends, or has ended, or sends nothing for too long; it is ended then.
             BadOption, NotJudged, Refused: the function raises it.
         """
-        self._send(pickle.dumps((function, arguments)))
+        self.send(pickle.dumps((function, arguments)))
         trace = ""
         while (message := self.receive()) is not None:
             if "returned" in message:
@@ -179,8 +206,9 @@ class Child:
                 raise RAISED[message["error"]](message["said"])
             trace = message.get("trace", "")
             hear(message)
-        code, words = self._exit_code(), self.end()
-        raise Died("error" if trace else _ending(code, words), code, trace, words)
+        code = self.exit_code()
+        self.end()
+        raise Died("error" if trace else _ending(code, self.words), code, trace, self.words)
 
     def receive(self) -> Message | None:
         """Return the next message; None where the child has ended, and sends no more. Raise Died where it
@@ -189,46 +217,25 @@ class Child:
         while True:
             ended = self._process.poll() is not None
             with contextlib.suppress(queue.Empty):
-                return self._messages.get(timeout=PATROL)
+                return cast(Message | None, self.came.get(timeout=PATROL))
             if ended:
                 return None  # what it has started may hold its end
-            now = cpu_seconds(self._process.pid)
+            now = self.cpu_seconds()
             if now is None or now > used:
                 used, since = now or 0.0, time.monotonic()
             elif time.monotonic() > since + IDLE:
                 if hasattr(signal, "SIGABRT"):  # it writes its stack
                     self._process.send_signal(signal.SIGABRT)
-                    self._exit_code()
-                raise Died("idle", words=self.end())
+                    self.exit_code()
+                self.end()
+                raise Died("idle", words=self.words)
 
-    def _exit_code(self) -> int | None:
-        """Return the exit code, negative for a signal, of a process that sends no more messages; None if it
-        still runs."""
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            return self._process.wait(GRACE)
-        return None
-
-    def end(self) -> str:
-        """End the process and all that it has started; return what it has printed."""
-        self._process.kill()
-        if hasattr(os, "killpg"):
-            with contextlib.suppress(OSError):
-                os.killpg(self._process.pid, signal.SIGKILL)
-        self._exit_code()
-        self._reader.join(GRACE)  # longer only where another process holds the connection
-        words = ""
+    def end(self) -> None:
+        """End the process and what it has started; ``words`` is what it has printed."""
+        super().end()
         with contextlib.suppress(OSError):
-            words = self._words.read_text(encoding="utf-8", errors="replace")
+            self.words = self._file.read_text(encoding="utf-8", errors="replace")
         self._folder.cleanup()
-        return words
-
-    def _read(self) -> None:
-        """Put what comes through the connection into the queue, and None when no more comes; then close
-        it."""
-        with contextlib.suppress(Exception), self._link:  # a phase may have written there
-            while True:
-                self._messages.put(dict(self._link.recv()))
-        self._messages.put(None)
 
 
 def pickled(subject: Subject, *more: object) -> bytes:
@@ -283,7 +290,7 @@ def in_a_child(
         TimeIsUp: one takes longer than that, or waits for something.
         BadOption, NotJudged, Refused: the function raises it, or the phases cannot be sent.
     """
-    child = Child(subject, _themselves, Limits(scene=seconds), environment)
+    child = Child(subject, partial(_themselves, seconds), environment)
     try:
         return child.call(function, *arguments)
     except Died as died:
@@ -297,12 +304,13 @@ def in_a_child(
 # In the child
 
 
-def _themselves(subject: Subject, _: Send) -> Subject:
+def _themselves(seconds: float, subject: Subject, _: Send) -> Subject:
+    keep_limits(seconds)
     return subject
 
 
-def main(number: int) -> None:
-    """Serve in a process of its own, through the connection of a number."""
+def main() -> None:
+    """Serve in a process of its own, through the pipes that are its input and output at first."""
     faulthandler.enable(file=2)
     if hasattr(signal, "SIGXCPU"):
         faulthandler.register(signal.SIGXCPU, file=2, chain=True)
@@ -311,20 +319,26 @@ def main(number: int) -> None:
         import resource
 
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    link = Connection(number)
+    link, back = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    os.dup2(2, 1)
+
+    def send(message: Message) -> None:
+        pickle.dump(message, back)
+        back.flush()
+
     try:
-        subject, added, make, limits = link.recv()
+        subject, added, make = pickle.load(link)
     except Exception as error:  # whatever unpickling a foreign phase comes to
         said = f"the phase cannot be loaded in a process of its own ({error}): judge it in this process"
-        link.send({"error": "Refused", "said": said})
+        send({"error": "Refused", "said": said})
         return
     try:
-        limits.keep()
         for name, spec in added:
             plugin = PhasePlugin(spec)
             plugin.__name__ = name
             registry().add(plugin)
-        server = make(subject, link.send)
+        server = make(subject, send)
         calls: queue.SimpleQueue[tuple[Callable[..., Any], tuple[Any, ...]]] = queue.SimpleQueue()
         threading.Thread(target=_listen, args=(link, calls), daemon=True).start()
         while True:
@@ -335,18 +349,18 @@ def main(number: int) -> None:
                 leave_without_memory(error)
                 name = next(each for each, kind in RAISED.items() if isinstance(error, kind))
                 found = {"error": name, "said": str(error)}
-            link.send(found)
+            send(found)
     except Exception as error:  # what a phase raises is a result: this is an error of the kit
         leave_without_memory(error)
-        link.send({"trace": traceback.format_exc()})
+        send({"trace": traceback.format_exc()})
         raise
 
 
-def _listen(link: Connection, calls: queue.SimpleQueue[Any]) -> None:
+def _listen(link: BinaryIO, calls: queue.SimpleQueue[Any]) -> None:
     """Pass on the calls that the other process sends; end this one when that has closed its end."""
     with contextlib.suppress(EOFError, OSError):
         while True:
-            calls.put(link.recv())
+            calls.put(pickle.load(link))
     os._exit(71)
 
 

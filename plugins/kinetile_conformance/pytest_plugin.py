@@ -37,7 +37,7 @@ def parametrize_with_checks(
     from kinetile_conformance.runner import Plan
 
     plan, known = (
-        Plan.of(name, options),
+        Plan.of_phase(name, options),
         {check_named(each).name: why for each, why in (expected_failures or {}).items()},
     )
     phase = registry().target("broad phase", name)

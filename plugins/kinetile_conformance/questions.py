@@ -63,28 +63,23 @@ Body = Annotated[int, Field(ge=-(2**31), lt=2**31)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
-class Answer(BaseModel):
-    """An answer: a value, or why there is none."""
-
-    model_config = ConfigDict(extra="forbid", strict=True)
-    refused: str = ""
-    value: Any
-
-
 class Form(NamedTuple):
     """The form of an answer: the key of its value, how that is written, and what reads it."""
 
     key: str
     shown: str
-    model: type[Answer]
+    model: type[BaseModel]
 
     @classmethod
     def of(cls, key: str, shown: str, kind: Any) -> Form:
         """Return the form of answers whose value is of a type."""
-        return cls(key, shown, create_model("Answer", __base__=Answer, value=(kind, Field(None, alias=key))))
+        fields: dict[str, Any] = {key: (kind, None), "refused": (str, "")}
+        config = ConfigDict(extra="forbid", strict=True)
+        return cls(key, shown, create_model("Answer", __config__=config, **fields))
 
-    def read(self, line: bytes) -> Answer:
-        """Return an answer; raise ValueError, with what is wrong, for a line that is none."""
+    def read(self, line: bytes) -> Any:
+        """Return the value of an answer, or, as a string, why there is none; raise ValueError, with what is
+        wrong, for a line that is no answer."""
         try:
             found = self.model.model_validate_json(line)
         except ValidationError as error:
@@ -92,7 +87,7 @@ class Form(NamedTuple):
             raise ValueError(": ".join([*(f"{at}" for at in first["loc"]), first["msg"]])) from None
         if len(found.model_fields_set) != 1:
             raise ValueError("it has no value, or both")
-        return found
+        return getattr(found, *found.model_fields_set)
 
 
 class Exchange(NamedTuple):

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
-from kinetile.plugin.choices import write_phase
 from kinetile.run.audit import OWN
-from kinetile.scene import Response, Scene
+from kinetile.scene import Scene
 from kinetile.show.picture import escape
 from kinetile_conformance.cases import Subject, save_case
 from kinetile_conformance.checks import check_named
@@ -44,34 +42,43 @@ class Result:
         """Whether this is as it should be."""
         return self.status in ("passed", "skipped")
 
-    @property
-    def unjudged(self) -> bool:
-        """Whether the check came to no result."""
-        return self.status == "not judged"
-
 
 @dataclass(frozen=True)
 class Report:
-    """All results of one broad phase, alone or with narrow phases.
+    """All results of one broad phase, alone or with narrow phases and a response: the ``subject``.
 
     ``exit_code`` is 0 where the phase conforms, 1 where it does not, 3 where the reference itself is in
     doubt, 4 where no fault was seen and not everything was judged.
     """
 
-    name: str
-    options: Mapping[str, Any]
+    subject: Subject
     distribution: str
-    results: tuple[Result, ...]
+    results: tuple[Result, ...] = ()
     seconds: float = 0.0
-    kit: str = KIT_VERSION
-    notes: tuple[str, ...] = field(default=())
-    narrow_phases: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    response: Response | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def failed(self) -> tuple[Result, ...]:
+        """The results that are not as they should be. A failure of the phase's own audit is the first: the
+        author's own words say what is wrong with the structure, and the others follow from it."""
+        failed = (result for result in self.results if not result.ok and result.status != "not judged")
+        return tuple(sorted(failed, key=lambda result: OWN not in result.said))
+
+    @property
+    def not_judged(self) -> str:
+        """Why the phase is not judged, where no fault was seen; "" where everything was judged."""
+        open_ = [result.check for result in self.results if result.status == "not judged"]
+        return f"no fault was seen, and {', '.join(open_)} not ended" if open_ else ""
+
+    @property
+    def conforms(self) -> bool | None:
+        """Whether the phase conforms; None where no fault was seen and not everything was judged."""
+        return False if self.failed else None if self.not_judged else True
 
     @property
     def ok(self) -> bool:
         """Whether the phase conforms."""
-        return all(result.ok for result in self.results)
+        return self.conforms is True
 
     @property
     def in_doubt(self) -> bool:
@@ -81,30 +88,16 @@ class Report:
     @property
     def exit_code(self) -> int:
         """0, 1, 3 or 4."""
-        if self.failed:
-            return 3 if self.in_doubt else 1
-        return 0 if self.ok else 4
-
-    @property
-    def failed(self) -> tuple[Result, ...]:
-        """The results that are not as they should be. A failure of the phase's own audit is the first: the
-        author's own words say what is wrong with the structure, and the others follow from it."""
-        failed = (result for result in self.results if not (result.ok or result.unjudged))
-        return tuple(sorted(failed, key=lambda result: OWN not in result.said))
-
-    @property
-    def conforms(self) -> bool | None:
-        """Whether the phase conforms; None where no fault was seen and not everything was judged."""
-        return False if self.failed else True if self.ok else None
+        return {True: 0, False: 3 if self.in_doubt else 1, None: 4}[self.conforms]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the report, fit for JSON."""
         return {
-            "kit": self.kit,
-            "broad_phase": self.name,
-            "options": dict(self.options),
-            "narrow_phases": {name: dict(options) for name, options in self.narrow_phases.items()},
-            "response": dict(self.beside).get("response"),
+            "kit": KIT_VERSION,
+            "broad_phase": self.subject.name,
+            "options": dict(self.subject.options),
+            "narrow_phases": {name: dict(options) for name, options in self.subject.narrow.items()},
+            "response": {kind: each for each, kind in self.subject.beside.items()}.get("response"),
             "distribution": self.distribution,
             "conforms": self.conforms,
             "reference_in_doubt": self.in_doubt,
@@ -130,49 +123,32 @@ class Report:
 
     @property
     def label(self) -> str:
-        """The broad phase and its options, as the command line takes them."""
-        return write_phase(self.name, self.options)
-
-    @property
-    def beside(self) -> list[tuple[str, str]]:
-        """What is judged with the broad phase: of each its kind, and how it is written."""
-        found = [("narrow phase", write_phase(*each)) for each in self.narrow_phases.items()]
-        answer = self.response
-        return found + ([("response", write_phase(answer.name, answer.options))] if answer else [])
-
-    @property
-    def who(self) -> str:
-        """What is judged, in the last line."""
-        return " with ".join([self.name, *(written for _, written in self.beside)])
+        """What is judged, without what is judged with it."""
+        return self.subject.label
 
     @property
     def head(self) -> str:
         """The line above the results."""
-        beside = "".join(f" with {kind} {written!r}" for kind, written in self.beside)
-        return f"conformance kit {self.kit}: broad phase {self.label!r}{beside}, of {self.distribution}"
+        beside = "".join(f" with {kind} {written!r}" for written, kind in self.subject.beside.items())
+        return f"conformance kit {KIT_VERSION}: broad phase {self.label!r}{beside}, of {self.distribution}"
 
     @property
     def foot(self) -> str:
         """The lines below the results: notes, and whether the phase conforms."""
         lines = [f"  {note}" for note in self.notes]
+        who = " with ".join([self.subject.name, *self.subject.beside])
         saved = [result for result in self.failed if result.case is not None]
         if saved:
             simplest = min(saved, key=lambda result: (OWN not in result.said, result.bodies or 0))
             lines.append(f"  begin with {simplest.check}: {self.replays(cast(Path, simplest.case))}")
         if self.failed:
-            lines.append(f"{self.who} does not conform: {', '.join(result.check for result in self.failed)}")
-        elif not self.ok:
-            lines.append(f"{self.who} is not judged: {self.not_judged}")
+            lines.append(f"{who} does not conform: {', '.join(result.check for result in self.failed)}")
+        elif self.not_judged:
+            lines.append(f"{who} is not judged: {self.not_judged}")
         else:
             spent = sum(result.seconds for result in self.results)
-            lines.append(f"{self.who} conforms ({spent:.0f} CPU s, {self.seconds:.0f} s)")
+            lines.append(f"{who} conforms ({spent:.0f} CPU s, {self.seconds:.0f} s)")
         return "\n".join(lines)
-
-    @property
-    def not_judged(self) -> str:
-        """Why the phase is not judged."""
-        unjudged = [result.check for result in self.results if result.unjudged]
-        return f"no fault was seen, and {', '.join(unjudged)} not ended"
 
     def lines(self, result: Result, wide: int) -> list[str]:
         """Return the lines of one result, the name of its check padded to a width."""
@@ -210,9 +186,8 @@ def saved(result: Result, scene: Scene, subject: Subject, folder: Path | None) -
     name = re.sub(r"[^\w.-]+", "-", subject.name)  # the name of a phase may have "/" in it
     path = folder / f"{name}-{result.check}.toml"
     try:
-        save_case(scene, path, replayed, subject, result.said)
+        save_case(scene, path, result.said, subject, replayed)
     except OSError as error:
-        return replace(
-            result, said=f"{result.said}\n(the scene could not be saved: {error.strerror or error})"
-        )
+        why = f"(the scene could not be saved: {error.strerror or error})"
+        return replace(result, said=f"{result.said}\n{why}")
     return replace(result, case=path)

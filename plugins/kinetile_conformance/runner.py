@@ -7,12 +7,13 @@ them checked and completed, and is all that a runner needs.
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, TypedDict
 
@@ -21,17 +22,10 @@ from kinetile.plugin.calling import NOT_AUTHORS, place_of
 from kinetile.plugin.registry import registry
 from kinetile.run.compose import check_options, read_narrow_phases
 from kinetile.scene import Response, Scene
-from kinetile_conformance.cases import (
-    CONTACTS,
-    REFERENCE,
-    RunOutcome,
-    Subject,
-    outcome,
-    provided,
-)
+from kinetile_conformance.cases import REFERENCE, Subject, outcome, provided
 from kinetile_conformance.checks import CHECKS, check_named
-from kinetile_conformance.checks.check import Check, Disagreement, DoesNotApply
-from kinetile_conformance.deadline import SECONDS, Deadline, TimeIsUp, begin_scene, spent
+from kinetile_conformance.checks.check import Check, Disagreement, DoesNotApply, Reference
+from kinetile_conformance.deadline import SECONDS, TimeIsUp, begin_scene, spent
 from kinetile_conformance.diagnosis import diagnosed
 from kinetile_conformance.drawing import Drawing, reduced
 from kinetile_conformance.reporting import Report, Result, saved
@@ -90,6 +84,10 @@ class Options(TypedDict, total=False):
     on_scene: Callable[[str, int], None] | None
 
 
+OF_PHASES = {"options", "narrow_phases", "response"}
+"""The options that make the phases under test."""
+
+
 def _ignore(*_: object) -> None:
     """Reports nothing."""
 
@@ -117,31 +115,36 @@ class Plan:
     began: float = field(default_factory=time.perf_counter)
 
     @classmethod
-    def of(cls, name: str, options: Mapping[str, Any]) -> Plan:
-        """Return the plan for a phase with these ``Options``.
-
-        Raises UnknownName, BadOption, and ValueError for a check that does not exist.
-        """
-        given = {key: value for key, value in options.items() if value is not None}
-        for known in given.get("checks", ()):
-            check_named(known)
-        narrow: dict[str, Mapping[str, Any]] = {}
-        for each, chosen in read_narrow_phases(given.pop("narrow_phases", ())).items():
-            check_options("narrow phase", each, registry().target("narrow phase", each), chosen)
-            narrow[registry().spec("narrow phase", each).name] = dict(chosen)
-        response = given.pop("response", None)
-        response = Response(response) if isinstance(response, str) else response
-        if response is not None:
-            target = registry().target("response", response.name)
-            check_options("response", response.name, target, response.options)
-        subject = Subject(name, dict(given.pop("options", {})), narrow, response)
-        provided(subject)  # the smoke test checks the options of the broad phase
+    def of(cls, subject: Subject, options: Mapping[str, Any]) -> Plan:
+        """Return the plan for phases with these ``Options``; those that make the phases are left out."""
+        given = {key: value for key, value in options.items() if value is not None and key not in OF_PHASES}
         if "checks" in given:
-            given["checks"] = tuple(given["checks"])
+            given["checks"] = tuple(dict.fromkeys(given["checks"]))
         if "save_to" in given:
             given["save_to"] = Path(given["save_to"]).absolute()
         plan = cls(subject, **given)
         return replace(plan, seconds=plan.seconds * max(1.0, plan.examples / EXAMPLES))
+
+    @classmethod
+    def of_phase(cls, name: str, options: Mapping[str, Any]) -> Plan:
+        """Return the plan for a phase with these ``Options``.
+
+        Raises UnknownName, BadOption, and ValueError for a check that does not exist.
+        """
+        for known in options.get("checks") or ():
+            check_named(known)
+        narrow: dict[str, Mapping[str, Any]] = {}
+        for each, chosen in read_narrow_phases(options.get("narrow_phases") or ()).items():
+            check_options("narrow phase", each, registry().target("narrow phase", each), chosen)
+            narrow[registry().spec("narrow phase", each).name] = dict(chosen)
+        response = options.get("response")
+        response = Response(response) if isinstance(response, str) else response
+        if response is not None:
+            target = registry().target("response", response.name)
+            check_options("response", response.name, target, response.options)
+        subject = Subject(name, dict(options.get("options") or {}), narrow, response)
+        provided(subject)  # the smoke test checks the options of the broad phase
+        return cls.of(subject, options)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -157,33 +160,18 @@ class Plan:
         """Return the report on these results."""
         first, *_ = provided(self.subject)
         return Report(
-            name=self.subject.name,
-            options=self.subject.options,
-            distribution=f"{first.distribution or 'this process'} {first.version or ''}".strip(),
-            narrow_phases=self.subject.narrow,
-            response=self.subject.response,
-            results=tuple(results),
-            seconds=time.perf_counter() - self.began,
-            notes=notes,
+            self.subject,
+            f"{first.distribution or 'this process'} {first.version or ''}".strip(),
+            tuple(results),
+            time.perf_counter() - self.began,
+            notes,
         )
 
 
-class References:
-    """Outcomes of scenes under the reference, with the narrow phases under test; the last ones are kept, for
-    the checks that share a scene."""
-
-    def __init__(self, subject: Subject | None = None) -> None:
-        self._subject = (subject or Subject(REFERENCE, {})).reference
-        self._kept: dict[tuple[int, int], tuple[Scene, RunOutcome]] = {}
-
-    def __call__(self, scene: Scene, contacts: int = CONTACTS) -> RunOutcome:
-        """Return the reference's outcome of a scene, with a number of contacts at most."""
-        key = id(scene), contacts
-        if key not in self._kept:
-            while len(self._kept) >= KEPT:
-                del self._kept[next(iter(self._kept))]
-            self._kept[key] = scene, outcome(self._subject, scene, contacts)
-        return self._kept[key][1]
+def reference_of(subject: Subject) -> Reference:
+    """Return what runs scenes under the reference, with the narrow phases under test, and keeps the last
+    outcomes, for the checks that share a scene."""
+    return lru_cache(KEPT)(partial(outcome, subject.reference))
 
 
 def applicable(subject: Subject, each: Check) -> str | None:
@@ -209,13 +197,16 @@ class CheckRun:
     Minimising runs ever smaller scenes, so the last failure is the smallest one.
     """
 
+    fatal: tuple[type[Exception], ...] = ()
+    """Errors that are no failure of the check: they end the run."""
+
     def __init__(
         self,
         each: Check,
         subject: Subject,
-        reference: References | None = None,
-        deadline: Deadline | None = None,
-        observe: Callable[[Scene, Exception | None], None] = _ignore,
+        reference: Reference | None = None,
+        observe: Callable[[int, Any, Exception | None], None] = _ignore,
+        seconds: float = math.inf,
     ) -> None:
         self.each = each
         self.subject = subject
@@ -223,26 +214,32 @@ class CheckRun:
         self.refusal = self.inapplicable = ""
         self.said: str | None = None
         self.scene: Scene | None = None
-        self._reference = References(subject) if reference is None else reference
-        self._deadline = deadline
+        self.end = spent() + seconds
+        self._reference = reference or reference_of(subject)
         self._observe = observe
 
-    def holds(self, scene: Scene) -> bool:
+    def look(self, scene: Any) -> None:
+        """Run the check on a scene; raise Disagreement where it fails, Refused where the phase refuses it."""
+        self.each.run(self.subject, scene, self._reference)
+
+    def holds(self, scene: Any) -> bool:
         """Run the check on a scene; return False where it fails. A scene that the phase refuses holds."""
-        if self._deadline is not None:
-            self._deadline.check()  # before the scene counts
+        if spent() > self.end:
+            raise TimeIsUp  # before the scene counts
         self.count += 1
         begin_scene()
         try:
-            self._observe(scene, None)
-            self.each.run(self.subject, scene, self._reference)
+            self._observe(self.count, scene, None)
+            self.look(scene)
         except Refused as error:
             self.refused += 1
             self.refusal = str(error)
             if isinstance(error, DoesNotApply):
                 self.inapplicable = str(error)
+        except self.fatal:
+            raise
         except Exception as error:  # whatever a foreign phase raises is its failure
-            self._observe(scene, error)
+            self._observe(self.count, scene, error)
             self.said, self.scene = f"{type(error).__name__}: {error}{_place(error)}", scene
             if isinstance(error, Disagreement):
                 self.said, self.scene = str(error), scene if self.each.draws else error.scene
@@ -291,14 +288,14 @@ class Runner:
             with the error if it fails.
     """
 
+    deaths = 0
+
     def __init__(self, plan: Plan, observe: Callable[[int, Scene, Exception | None], None] = _ignore) -> None:
         self.plan = plan
         self.subject = plan.subject
-        self.deaths = 0
         self._drawing = Drawing(plan.examples, plan.seed, partial(acceptable, plan.subject))
-        self._references = References(plan.subject)
-        self._count = 0
-        self._report = observe
+        self._reference = reference_of(plan.subject)
+        self._observe = observe
 
     def smoke_test(self) -> None:
         """Load and compile the phase, and run it once (``smoke_test.smoke_test``)."""
@@ -307,14 +304,13 @@ class Runner:
     def close(self) -> None:
         """Do nothing: in this process there is nothing to end."""
 
-    def _observe(self, scene: Scene, error: Exception | None) -> None:
-        self._count += error is None
-        self._report(self._count, scene, error)
+    def holds(self, name: str, scene: Scene) -> bool:
+        """Run the check of a name on a scene, once."""
+        return CheckRun(check_named(name), self.subject).holds(scene)
 
-    def _check_run(
-        self, each: Check, reference: References | None = None, deadline: Deadline | None = None
-    ) -> CheckRun:
-        return CheckRun(each, self.subject, reference, deadline, self._observe)
+    def verdict(self, name: str, scene: Scene) -> str:
+        """Return which phase it speaks against that the check of a name fails (``verdict``)."""
+        return verdict(check_named(name), self.subject, scene)
 
     def run(self, name: str) -> Result:
         """Run the check of a name and return its result."""
@@ -323,12 +319,12 @@ class Runner:
         if skipped is not None:
             return Result(each.name, each.sentence, "skipped", 0, 0.0, reason=skipped)
         began, late = spent(), False
-        self._count = 0
-        run = self._check_run(each, self._references, Deadline(self.plan.seconds))
+        run = CheckRun(each, self.subject, self._reference, self._observe, self.plan.seconds)
         try:
             fails = self._drawing.scenes_fail(each, run.holds)
-            if fails and self.plan.shrink and each.draws:
-                self._reduce(run)
+            if fails and self.plan.shrink and each.draws and run.scene is not None:
+                run.end = math.inf
+                reduced(run.scene, lambda fewer: not run.holds(fewer), REDUCING)
         except TimeIsUp:
             late = run.said is None
         result = Result(each.name, each.sentence, "passed", run.count, 0.0)
@@ -341,16 +337,6 @@ class Runner:
             reason = run.inapplicable or f"it refuses all scenes of this check: {run.refusal}"
             result = replace(result, status="skipped", reason=reason)
         return replace(result, seconds=spent() - began)
-
-    def _reduce(self, run: CheckRun) -> None:
-        """Leave out of a scene what is not needed for its failure."""
-        if run.scene is None:
-            return
-        found = self._check_run(run.each)
-        reduced(run.scene, lambda fewer: not found.holds(fewer), REDUCING)
-        run.count += found.count
-        if found.said is not None:
-            run.said, run.scene = found.said, found.scene
 
     def _failed(self, run: CheckRun, result: Result) -> Result:
         """Return the result of a check that has failed."""
@@ -365,18 +351,17 @@ class Runner:
         result = replace(result, said="\n".join(lines))
         if not each.observation.compares or scene is None:
             return result
-        replayed = check_named(each.replay) if each.replay else each
-        return replace(result, verdict=verdict(replayed, self.subject, scene))
+        return replace(result, verdict=self.verdict(each.replay or each.name, scene))
 
     def _how_often(self, run: CheckRun) -> Iterator[str]:
         """Repeat the check on the scene on which it failed; yield a line where it does not always fail."""
         if run.scene is None or not run.each.draws:
             return
         failed: list[bool] = []
-        deadline = Deadline(self.plan.seconds)
+        again = CheckRun(run.each, self.subject, seconds=self.plan.seconds)
         with suppress(TimeIsUp):
             while len(failed) < AGAIN:
-                failed.append(not CheckRun(run.each, self.subject, None, deadline).holds(run.scene))
+                failed.append(not again.holds(run.scene))
         times, tried = sum(failed), len(failed)
         if times != tried:
             yield f"(not every time: of {tried} times more on this scene it failed {times})"

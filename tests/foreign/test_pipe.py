@@ -18,7 +18,8 @@ import pytest
 
 import kinetile as kt
 from command_line import kinetile, refused
-from kinetile_conformance.pipe import Engine, EngineError, check_engine
+from kinetile_conformance import check_engine
+from kinetile_conformance.pipe import Engine, EngineError
 from kinetile_conformance.questions import (
     Casts,
     Contacts,

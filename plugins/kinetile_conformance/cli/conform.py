@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import json as as_text
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -30,7 +29,8 @@ from kinetile_conformance.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from kinetile_conformance.reporting import Report, Result
+    from kinetile_conformance.judging import Judged
+    from kinetile_conformance.reporting import Result
 
 
 def _list(wanted: bool) -> None:
@@ -104,97 +104,97 @@ def conform(
     conform, 3 if the reference itself is in doubt, 4 if it could not be judged."""
     if (phase is None) == (command is None):
         raise BadOption("expected the NAME of a broad phase or --command CMD, one of the two")
-    of_phases = {
-        "--narrow-phase": narrow_phase,
-        "--response": response,
-        "--seconds": seconds,
-        "--in-process": None if isolated else True,
-    }
-    of_programs = {"--within": within, "--scene-seconds": scene_seconds}
-    strange: dict[str, Any] = of_phases if command is not None else {"--ask": ask, **of_programs}
-    for option, value in strange.items():
-        if value is not None:
-            raise BadOption(f"{option} is for {'--command' if command is None else 'broad phases'}")
-    above_nought({"--seconds": seconds, "--scene-seconds": scene_seconds})
-    if command is None:
-        unfinished, judge = judge_of_phase(str(phase), narrow_phase or (), response, seconds, isolated)
-    else:
-        unfinished, judge = judge_of_program(command, ask or "contacts", within, scene_seconds)
-    checks = [check_called(each, (ask or "contacts") if command is not None else "") for each in check or ()]
+    (judged,), checks = to_judge(
+        [phase] if phase else [],
+        [command] if command is not None else [],
+        check,
+        {
+            "--narrow-phase": narrow_phase,
+            "--response": response,
+            "--seconds": seconds,
+            "--in-process": None if isolated else True,
+        },
+        {"--ask": ask, "--within": within, "--scene-seconds": scene_seconds},
+    )
     try_folder("--save-to", save_to, keep=False)
-    show = _ReportPrinter(unfinished, json)
-    who = " with ".join([command or str(phase), *(narrow_phase or ()), *([response] if response else ())])
+    show = _Printer(judged, json)
+    who = " with ".join([judged.report.label, *judged.report.subject.beside])
     notice(f"judging {who} on {examples:,} scenes a check{compiling_first()} ...")
     first = FirstSignal()
+    how: dict[str, Any] = {"examples": examples, "checks": checks, "save_to": save_to, "shrink": shrink}
     try:
         with first:
-            report = judge(
-                examples=examples,
-                checks=checks or None,
-                save_to=save_to,
-                shrink=shrink,
-                seed=seed,
-                on_result=show.result,
-                on_scene=show.scene,
-            )
+            judged.run(show.result, on_scene=show.scene, seed=seed, **how)
     except KeyboardInterrupt:
-        show.end(show.unfinished, "interrupted")
+        show.end("interrupted")
         notice(f"kinetile: interrupted{show.at}")
         raise typer.Exit(128 + first.number if first.number else INTERRUPTED) from None
-    show.end(replace(report, results=show.unfinished.results), "complete")
-    if report.exit_code:
-        raise typer.Exit(report.exit_code)
+    show.end("complete")
+    if judged.report.exit_code:
+        raise typer.Exit(judged.report.exit_code)
 
 
-def above_nought(numbers: Mapping[str, float | None]) -> None:
-    """Raise BadOption unless the numbers of these options are above 0."""
-    for option, value in numbers.items():
-        if value is not None and not 0.0 < value < math.inf:
-            raise BadOption(f"{option} {value:g}: expected a number above 0")
-
-
-def judge_of_phase(
-    phase: str,
-    narrow_phase: Sequence[str],
-    response: str | None,
-    seconds: float | None,
-    isolated: bool,
-) -> tuple[Report, Callable[..., Report]]:
-    """Return the report without results on a broad phase, and what judges it."""
-    from kinetile.scene import Response
-    from kinetile_conformance import check_broad_phase
+def to_judge(
+    phases: Sequence[str],
+    commands: Sequence[str],
+    checks: Sequence[str] | None,
+    of_phases: Mapping[str, Any],
+    of_programs: Mapping[str, Any],
+) -> tuple[list[Judged], list[str] | None]:
+    """Return what is judged, with options of phases and of programs, and the names of the checks; raise
+    BadOption for options that are not for these, or that have no such value."""
+    for options, strange, whose in (
+        (of_phases, bool(commands), "broad phases alone"),
+        (of_programs, not commands, "--command"),
+    ):
+        for option, value in options.items():
+            if strange and value is not None:
+                raise BadOption(f"{option} is for {whose}")
+            if isinstance(value, float) and not 0.0 < value < math.inf:
+                raise BadOption(f"{option} {value:g}: expected a number above 0")
+    from kinetile.errors import one_of
+    from kinetile_conformance import CHECKS, check_broad_phase, check_engine
+    from kinetile_conformance.cases import Subject
+    from kinetile_conformance.judging import Judged
+    from kinetile_conformance.pipe import JUDGING, EngineReport
     from kinetile_conformance.runner import Plan
 
-    name, options = registered_phase(phase)
-    answer, with_options = registered_phase(response, "response") if response else ("", {})
-    given: dict[str, Any] = {
-        "options": options,
-        "narrow_phases": dict(registered_phase(each, "narrow phase") for each in narrow_phase),
-        "response": Response(answer, **with_options) if response else None,
-        "seconds": seconds,
-        "in_process": not isolated,
-    }
-    return Plan.of(name, given).report(()), partial(check_broad_phase, name, **given)
-
-
-def judge_of_program(
-    command: str, ask: str, within: float | None, seconds: float | None
-) -> tuple[Report, Callable[..., Report]]:
-    """Return the report without results on a program, and what judges it."""
-    from kinetile.errors import one_of
-    from kinetile_conformance import check_engine  # says which extra is missing
-    from kinetile_conformance.pipe import SECONDS, EngineReport
-    from kinetile_conformance.questions import QUESTIONS
-
-    above_nought({"--within": within})
-    if ask not in QUESTIONS:
-        raise BadOption(f"--ask {ask}: expected {one_of(ask, QUESTIONS)}")
-    if ask == "casts" and within is None:
+    asked, within = of_programs["--ask"] or "contacts", of_programs["--within"]
+    if asked not in JUDGING:
+        raise BadOption(f"--ask {asked}: expected {one_of(asked, JUDGING)}")
+    if commands and asked == "casts" and within is None:
         raise BadOption("--ask casts needs --within D, the distance within which a time is right")
-    if ask == "pairs" and within is not None:
+    if asked == "pairs" and within is not None:
         raise BadOption("--within is for times: whether two bodies touch is decided exactly")
-    judge = partial(check_engine, command, asked=ask, within=within, seconds=seconds or SECONDS)
-    return EngineReport(command, {}, "", (), asked=ask, within=within), judge
+    known = [check.name for check in CHECKS] if phases else [*JUDGING[asked]]
+    for name in checks or ():
+        if name not in known:
+            raise BadOption(f"there is no check {name!r}; expected {one_of(name, known)}")
+    chosen = []
+    for each in dict.fromkeys(phases):
+        name, options = registered_phase(each)
+        given = {"options": options, **_beside(of_phases)}
+        report = Plan.of_phase(name, given).report(())
+        chosen.append(Judged(report, partial(check_broad_phase, name, **given)))
+    for command in dict.fromkeys(commands):
+        how = {"asked": asked, "within": within, "seconds": of_programs.get("--scene-seconds")}
+        report = EngineReport(Subject(command, {}), "", asked=asked, within=within)
+        chosen.append(Judged(report, partial(check_engine, command, **how)))
+    return chosen, [*checks] if checks else None
+
+
+def _beside(of_phases: Mapping[str, Any]) -> dict[str, Any]:
+    """Return these options of phases as ``check_broad_phase`` takes them."""
+    from kinetile.scene import Response
+
+    narrow, response = of_phases["--narrow-phase"] or (), of_phases["--response"]
+    answer, options = registered_phase(response, "response") if response else ("", {})
+    return {
+        "narrow_phases": dict(registered_phase(each, "narrow phase") for each in narrow),
+        "response": Response(answer, **options) if response else None,
+        "seconds": of_phases.get("--seconds"),
+        "in_process": of_phases.get("--in-process"),
+    }
 
 
 def compiling_first() -> str:
@@ -204,17 +204,17 @@ def compiling_first() -> str:
     return "" if INTERPRETED else "; loops that are not compiled yet are compiled first (about 10 s each)"
 
 
-class _ReportPrinter:
+class _Printer:
     """Prints a report as it comes into being."""
 
-    def __init__(self, unfinished: Report, json: bool) -> None:
+    def __init__(self, judged: Judged, json: bool) -> None:
         from kinetile_conformance import CHECKS
 
-        self.unfinished = unfinished
+        self._judged = judged
         self._json = json
         self._wide = max(len(check.name) for check in CHECKS)
         if not json:
-            echo(f"{self.unfinished.head}\n")
+            echo(f"{judged.report.head}\n")
         self.at = ""
         self._bar = Bar("judging")
 
@@ -224,20 +224,18 @@ class _ReportPrinter:
         self._bar.show(None, f"{check}: {count:,} scenes")
 
     def result(self, result: Result) -> None:
-        """Print a result; files are named as seen from here."""
+        """Print a result."""
         self.at = ""
         self._bar.close()
-        shown = replace(result, case=_from_here(result.case))
-        others = [each for each in self.unfinished.results if each.check != shown.check]
-        self.unfinished = replace(self.unfinished, results=(*others, shown))
         if self._json:
-            _line({"result": self.unfinished.row(shown)})
+            _line({"result": self._judged.report.row(result)})
         else:
-            echo("\n".join(self.unfinished.lines(shown, self._wide)))
+            echo("\n".join(self._judged.report.lines(result, self._wide)))
 
-    def end(self, report: Report, status: str) -> None:
+    def end(self, status: str) -> None:
         """Print the lines below the results, or all of it as a line of JSON."""
         self._bar.close()
+        report = self._judged.report
         if self._json:
             from kinetile.versions import versions
 
@@ -250,28 +248,6 @@ class _ReportPrinter:
 def _line(row: dict[str, Any]) -> None:
     """Print a line of JSON at once."""
     echo(as_text.dumps(row, allow_nan=False, default=str))
-
-
-def _from_here(path: Path | None) -> Path | None:
-    """Return a path in the working folder as relative to it, and any other as it is."""
-    here = Path.cwd()
-    return path.relative_to(here) if path is not None and path.is_relative_to(here) else path
-
-
-def check_called(name: str, asked: str = "") -> str:
-    """Return the name of a check, or of one that asks a program so; raise BadOption where there is none of
-    this name."""
-    from kinetile.errors import one_of
-    from kinetile_conformance import CHECKS
-
-    known = [check.name for check in CHECKS]
-    if asked:
-        from kinetile_conformance.pipe import JUDGING
-
-        known = [each for each, judging in JUDGING.items() if judging.asked == asked]
-    if name not in known:
-        raise BadOption(f"there is no check {name!r}; expected {one_of(name, known)}")
-    return name
 
 
 def replay(

@@ -14,7 +14,7 @@ from kinetile.cli.options import Json, Repeats
 from kinetile.cli.output import as_json
 from kinetile.cli.terminal import INTERRUPTED, Bar, FirstSignal, echo, notice
 from kinetile.errors import BadOption
-from kinetile_conformance.cli.conform import check_called, compiling_first, judge_of_phase, judge_of_program
+from kinetile_conformance.cli.conform import compiling_first, to_judge
 from kinetile_conformance.cli.options import (
     EXAMPLES,
     Answer,
@@ -50,28 +50,17 @@ def judge(
     codes are those of `conform`."""
     if not (phases or command):
         raise BadOption("expected the NAME of a broad phase, or --command CMD, or several of both")
-    if not command and (ask or within):
-        raise BadOption(f"{'--ask' if ask else '--within'} is for --command")
-    if command and (narrow_phase or response):
-        raise BadOption(f"{'--narrow-phase' if narrow_phase else '--response'} is for broad phases alone")
-    beside = narrow_phase or (), response
-    chosen = [judge_of_phase(each, *beside, None, True) for each in dict.fromkeys(phases or ())]
-    chosen += [
-        judge_of_program(each, ask or "contacts", within, None) for each in dict.fromkeys(command or ())
-    ]
-    checks = [check_called(each, "" if phases else ask or "contacts") for each in check or ()] or None
-    from kinetile_conformance.cases import REFERENCE, Subject
-    from kinetile_conformance.judging import SCENES, Judged, Judgement
+    beside = {"--narrow-phase": narrow_phase, "--response": response}
+    judged, checks = to_judge(phases or (), command or (), check, beside, {"--ask": ask, "--within": within})
+    from kinetile_conformance.judging import SCENES, Judgement
     from kinetile_conformance.page import page
 
-    judged = [Judged(*each) for each in chosen]
-    with_it = Subject(REFERENCE, {}, judged[0].report.narrow_phases, judged[0].report.response)
-    judgement = Judgement(judged, examples, seed, checks, repeats, out / "failures", with_it)
+    judgement = Judgement(judged, examples, seed, checks, repeats, out / "failures")
     try_folder("--out", out, keep=True)
     files = out / "judge.html", out / "judge.json"
     for path in files:
         check_new("--out", path, overwrite)
-    names = ", ".join(each.report.label for each in judgement.judged)
+    names = ", ".join(each.report.label for each in judged)
     notice(
         f"judging {names} on {examples:,} scenes a check, measuring on {len(SCENES)}{compiling_first()} ..."
     )

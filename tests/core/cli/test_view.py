@@ -87,7 +87,7 @@ def test_overwrite_replaces_a_page(tmp_path):
 @pytest.mark.small
 def test_a_saved_case_opens_where_the_phase_is_wrong(blind, tmp_path):
     scene = kt.Scene([[0.3, 0.5], [0.7, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.1, arena=(1.0, 1.0))
-    save_case(scene, tmp_path / "case.toml", "same-contacts", Subject(blind, {}), "contact 0 is missing")
+    save_case(scene, tmp_path / "case.toml", "contact 0 is missing", Subject(blind, {}), "same-contacts")
     result = kinetile("view case.toml --until 0.15")
     assert result.exit_code == 0, result.stderr
     found = held(tmp_path / "view.html")
@@ -105,7 +105,7 @@ def test_a_saved_case_opens_where_the_phase_is_wrong(blind, tmp_path):
 @pytest.mark.small
 def test_a_case_under_a_phase_that_is_right(blind, tmp_path):
     scene = kt.Scene([[0.3, 0.5], [0.7, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.1, arena=(1.0, 1.0))
-    save_case(scene, tmp_path / "case.toml", "same-contacts", Subject(blind, {}), "contact 0 is missing")
+    save_case(scene, tmp_path / "case.toml", "contact 0 is missing", Subject(blind, {}), "same-contacts")
     result = kinetile("view case.toml --broad-phase sap-1d --until 0.15")
     assert "All 1 events are the same under naive and sap-1d." in result.stderr
     assert held(tmp_path / "view.html")["open"] is None

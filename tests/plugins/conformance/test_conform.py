@@ -14,6 +14,7 @@ import kinetile_conformance
 from installing import install_blind, run
 from kinetile.cli import app
 from kinetile_conformance import Report, Result
+from kinetile_conformance.cases import Subject
 from lanes import first
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -122,7 +123,7 @@ def pretending(monkeypatch, *results: Result, error: type[BaseException] | None 
             on_result(result)
         if error is not None:
             raise error
-        return Report(name, {}, "kinetile", results)
+        return Report(Subject(name, {}), "kinetile", results)
 
     monkeypatch.setattr(kinetile_conformance, "check_broad_phase", judge)
 
@@ -231,7 +232,7 @@ def test_any_scene_can_be_replayed():
     ("text", "more", "said"),
     [
         (None, [], "case.toml: No such file or directory"),
-        ("# check: no-such-check\n", [], "'case.toml' names the check 'no-such-check'"),
+        ('# {"check": "no-such-check"}\n', [], "'case.toml' names the check 'no-such-check'"),
         ("", ["--check", "same-contact"], "did you mean 'same-contacts'?"),
         ("", ["--check", "skin-limit-holds-at-its-edge"], "expected one that takes a scene"),
         ("", ["--check", "pairs-are-overlapping-boxes"], "does not apply to 'naive'"),

@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, deadline, processes
 from kinetile_conformance.cases import Subject, load_case
 from kinetile_conformance.isolated import IsolatedRunner
-from kinetile_conformance.processes import Child, Died, Limits, Message, in_a_child, pickled
+from kinetile_conformance.processes import Child, Died, Message, in_a_child, pickled
 from kinetile_conformance.runner import Plan, Runner
 from lanes import first
 from registering import registered
@@ -223,7 +224,7 @@ def test_a_child_that_sends_nothing_hung_the_judge(
     """No time by the clock is a limit for one that computes: beside busy processes it takes any time."""
     monkeypatch.setattr(processes, "IDLE", 1.0)
     monkeypatch.setattr(processes, "PATROL", 0.1)
-    child = Child(Subject("naive", {}), processes._themselves, Limits())
+    child = Child(Subject("naive", {}), partial(processes._themselves, 0.0))
     with pytest.raises(Died) as caught:
         child.call(function)
     assert caught.value.how == how
@@ -308,7 +309,7 @@ def _exits_with_two() -> Iterator[None]:
 @pytest.mark.small
 @pytest.mark.usefixtures("_exits_with_two")
 def test_a_death_outside_of_checks_is_an_error_that_says_what_was_done() -> None:
-    with closing(IsolatedRunner(Plan.of("exits-with-two", {}))) as runner:
+    with closing(IsolatedRunner(Plan.of_phase("exits-with-two", {}))) as runner:
         with pytest.raises(PhaseError, match="the process ended itself with status 7 in a measurement"):
             runner.attempt("a measurement", Runner.smoke_test)
         assert "Runner" in runner.attempt("another", repr)  # in another child

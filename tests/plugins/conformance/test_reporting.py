@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from kinetile_conformance import KIT_VERSION, Report, Result
+from kinetile_conformance.cases import Subject
 
 PASSED = Result("can-be-drawn", "It gets on.", "passed", 100, 0.5)
 FAILED = Result(
@@ -28,7 +29,7 @@ SKIPPED = Result("boxes", "Boxes.", "skipped", 0, 0.0, reason="for phases that d
 
 
 def report(*results: Result, **more: object) -> Report:
-    return Report("demo", {}, "kinetile-demo 0.1.0", results, **more)  # type: ignore[arg-type]
+    return Report(Subject("demo", {}), "kinetile-demo 0.1.0", results, **more)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -93,7 +94,7 @@ def test_it_advises_to_begin_with_the_fewest_bodies_or_the_phases_own_audit():
 
 
 def test_options_stand_where_the_command_line_takes_them():
-    found = Report("sap-1d", {"axis": "y"}, "kinetile 0.1.0", (FAILED,))
+    found = Report(Subject("sap-1d", {"axis": "y"}), "kinetile 0.1.0", (FAILED,))
     assert "broad phase 'sap-1d:axis=y'" in found.head
     assert "replay: kinetile replay sap-1d:axis=y conformance-failures" in str(found)
 

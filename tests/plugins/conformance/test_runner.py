@@ -23,7 +23,7 @@ from kinetile_conformance.checks import check_named
 from kinetile_conformance.checks.check import Case, Disagreement, compare
 from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.reporting import Result
-from kinetile_conformance.runner import CheckRun, Plan, References, Runner
+from kinetile_conformance.runner import CheckRun, Plan, Runner, reference_of
 from kinetile_plugins.naive import near as everybody
 from registering import registered
 
@@ -143,11 +143,12 @@ def test_a_failure_in_the_gallery_is_saved_and_replayed(tmp_path: Path) -> None:
 
 
 def test_small_scenes_are_drawn_once_and_judged_by_the_reference_once() -> None:
-    drawing, references, each = Drawing(10, seed=3), References(), check_named("same-contacts")
+    drawing, each = Drawing(10, seed=3), check_named("same-contacts")
+    reference = reference_of(Subject("naive", {}))
     scenes = list(drawing.scenes(each))
     assert all(one is other for one, other in zip(drawing.scenes(each), scenes, strict=True))
-    assert references(scenes[0]) is references(scenes[0])
-    assert references(scenes[0], 1) is not references(scenes[0])
+    assert reference(scenes[0]) is reference(scenes[0])
+    assert reference(scenes[0], 1) is not reference(scenes[0])
     assert scenes == list(Drawing(10, seed=3).scenes(each))
 
 
@@ -226,7 +227,7 @@ def test_a_refused_skin_excuses_no_contact_that_was_wrong_before():
     speed = 2.0**24
     place, flies = [[1.0, 1.0], [3.0, 1.0], [5.0, 1.0]], [[speed, 0.0], [0.0, 0.0], [-speed, 1.0]]
     scene = kt.Scene(place, flies, 0.25, unit=1.0, settings=kt.Settings(until=1e5))
-    case = Case(Subject("sweep-tiling", {}), scene, References(Subject("sweep-tiling", {})))
+    case = Case(Subject("sweep-tiling", {}), scene, reference_of(Subject("sweep-tiling", {})))
     found = outcome(case.subject, scene)
     assert len(found.contacts) > 1
     with pytest.raises(Refused, match="the skin around bodies is thin"):

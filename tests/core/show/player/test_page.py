@@ -234,7 +234,7 @@ def test_a_simulation_shows_what_it_has_done_and_stays_as_it_is():
 @needs_node
 def test_a_saved_case_opens_at_the_moment_of_disagreement(blind, tmp_path):
     pair = kt.Scene([[0.3, 0.5], [0.7, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.1, arena=(1.0, 1.0))
-    save_case(pair, tmp_path / "case.toml", "same-contacts", Subject(blind, {}), "contact 0 is missing")
+    save_case(pair, tmp_path / "case.toml", "contact 0 is missing", Subject(blind, {}), "same-contacts")
     found = run_page(view_saved(tmp_path / "case.toml", until=0.3).save(tmp_path / "page.html"))
     right = kt.Simulation(pair, "naive")
     right.run(0.3)
