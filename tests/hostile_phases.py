@@ -281,7 +281,7 @@ def sends_half_a_message(subject: object) -> None:
     for each in Path("/proc/self/fd").iterdir():
         with suppress(OSError):
             if os.readlink(each).startswith("pipe:"):
-                os.write(int(each.name), b"\x80half")
+                os.write(int(each.name), b"\x80\x04\x95half")
     time.sleep(600.0)
 
 

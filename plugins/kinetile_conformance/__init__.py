@@ -29,29 +29,24 @@ if TYPE_CHECKING:
     from kinetile_conformance.runner import EXAMPLES as EXAMPLES
 
 _HOME = {
-    "CHECKS": "checks",
-    "EXAMPLES": "runner",
-    "KIT_VERSION": "reporting",
-    "Check": "checks.check",
-    "Disagreement": "checks.check",
-    "EngineError": "pipe",
-    "EngineReport": "pipe",
-    "Report": "reporting",
-    "Result": "reporting",
-    "check_broad_phase": "api",
-    "check_engine": "api",
-    "check_named": "checks",
-    "parametrize_with_checks": "pytest_plugin",
+    "api": ("check_broad_phase", "check_engine"),
+    "checks": ("CHECKS", "check_named"),
+    "checks.check": ("Check", "Disagreement"),
+    "pipe": ("EngineError", "EngineReport"),
+    "pytest_plugin": ("parametrize_with_checks",),
+    "reporting": ("KIT_VERSION", "Report", "Result"),
+    "runner": ("EXAMPLES",),
 }
 
-__all__ = list(_HOME)
+__all__ = [name for names in _HOME.values() for name in names]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    home = next((module for module, names in _HOME.items() if name in names), None)
+    if home is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     try:
-        return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+        return getattr(import_module(f"{__name__}.{home}"), name)
     except ModuleNotFoundError as error:
         if error.name not in ("hypothesis", "pytest"):
             raise

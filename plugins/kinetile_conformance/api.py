@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any, TypeVar, Unpack
 
 from kinetile.errors import BadOption, Refused, one_of
 from kinetile_conformance.cases import Subject, load_case
@@ -17,7 +17,7 @@ from kinetile_conformance.isolated import DEATHS, IsolatedRunner
 from kinetile_conformance.pipe import JUDGING, EngineReport, EngineRunner
 from kinetile_conformance.pipe import SECONDS as LINE_SECONDS
 from kinetile_conformance.reporting import KIT_VERSION, Report, Result
-from kinetile_conformance.runner import CheckRun, Options, Plan, Runner, applicable, verdict
+from kinetile_conformance.runner import CheckRun, Options, Plan, Runner, applicable, unheard
 
 
 def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
@@ -36,7 +36,9 @@ def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
         MissingExtra: Hypothesis is not installed.
     """
     plan = Plan.of_phase(name, options)
-    return plan.report(*_results(plan, runner_for(plan)))
+    with closing(IsolatedRunner(plan, options.get("on_scene", unheard))) as runner:
+        runner.smoke_test()
+        return _judged(plan.report(), runner, plan.checks, options)
 
 
 def check_engine(
@@ -51,42 +53,33 @@ def check_engine(
     Raises:
         EngineError: it does not start, or does not keep to the protocol.
     """
-    plan, wanted = Plan.of(Subject(command, {}), options), options.get("checks")
-    names = tuple(name for name in JUDGING[asked] if wanted is None or name in wanted)
-    plan = replace(plan, checks=names)
-    results, _ = _results(plan, EngineRunner(plan, asked, within, options.get("seconds") or LINE_SECONDS))
-    took = time.perf_counter() - plan.began
-    return EngineReport(plan.subject, "", results, took, asked=asked, within=within)
+    plan, wanted = Plan.of(Subject(command, {}), options), options.get("checks") or JUDGING[asked]
+    seconds, on_scene = options.get("seconds") or LINE_SECONDS, options.get("on_scene", unheard)
+    report = EngineReport(plan.subject, "", asked=asked, within=within)
+    names = [name for name in JUDGING[asked] if name in wanted]
+    with closing(EngineRunner(plan, asked, within, seconds, on_scene)) as runner:
+        return _judged(report, runner, names, options)
 
 
-def _results(
-    plan: Plan, runner: Runner | IsolatedRunner | EngineRunner
-) -> tuple[tuple[Result, ...], tuple[str, ...]]:
-    """Run the checks of a plan; return the results, and notes."""
-    results: list[Result] = []
-    notes: tuple[str, ...] = ()
-    here = Path.cwd()
-    with closing(runner):
-        runner.smoke_test()
-        for done, check in enumerate(plan.names):
-            if runner.deaths >= DEATHS:
-                notes = (f"not run, after {runner.deaths} deaths: {', '.join(plan.names[done:])}",)
-                break
-            result = runner.run(check)
-            if result.case is not None and result.case.is_relative_to(here):
-                result = replace(result, case=result.case.relative_to(here))
-            results.append(result)
-            plan.on_result(result)
-    return tuple(results), notes
+SomeReport = TypeVar("SomeReport", bound=Report)
 
 
-def runner_for(plan: Plan) -> Runner | IsolatedRunner:
-    """Return the runner of a plan: in this process, or in child processes with limits."""
-    return Runner(plan) if plan.in_process else IsolatedRunner(plan)
-
-
-DEFAULT_CHECK = "same-contacts"
-"""The check for a scene file that names none."""
+def _judged(
+    report: SomeReport, runner: IsolatedRunner | EngineRunner, checks: Sequence[str], options: Options
+) -> SomeReport:
+    """Run checks; return a report with their results, and notes."""
+    began, here, on_result = time.perf_counter(), Path.cwd(), options.get("on_result", unheard)
+    for done, check in enumerate(checks):
+        if runner.deaths >= DEATHS:
+            note = f"not run, after {runner.deaths} deaths: {', '.join(checks[done:])}"
+            report = replace(report, notes=(note,))
+            break
+        result = runner.run(check)
+        if result.case is not None and result.case.is_relative_to(here):
+            result = replace(result, case=result.case.relative_to(here))
+        report = replace(report, results=(*report.results, result))
+        on_result(result)
+    return replace(report, seconds=time.perf_counter() - began)
 
 
 def replay(
@@ -113,7 +106,7 @@ def replay(
     path = Path(path)
     case = load_case(path)
     scene = case.scene
-    wanted = check or case.check or DEFAULT_CHECK
+    wanted = check or case.check or "same-contacts"
     each = next((known for known in CHECKS if known.name == wanted), None)
     if each is None or not each.draws:
         known = one_of(wanted, [known.name for known in CHECKS if known.draws])
@@ -130,14 +123,7 @@ def replay(
     holds = run.holds(scene)
     if run.refused:
         raise Refused(run.refusal)
-    return Result(
-        each.name,
-        each.sentence,
-        "passed" if holds else "failed",
-        1,
-        time.perf_counter() - began,
-        said=run.said or "",
-        verdict="" if holds else verdict(each, subject, scene),
-        bodies=len(scene),
-        case=path,
-    )
+    took, status = time.perf_counter() - began, "passed" if holds else "failed"
+    said = run.said or ""
+    result = Result(each.name, each.sentence, status, 1, took, said, bodies=len(scene), case=path)
+    return result if holds else replace(result, verdict=Runner(Plan(subject)).verdict(each.name, scene))

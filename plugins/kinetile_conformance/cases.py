@@ -25,6 +25,7 @@ from pydantic import BaseModel, ConfigDict
 
 from kinetile.errors import KinetileError, Refused, TooThick, UnknownName
 from kinetile.kernel.tables import column, slots_taken
+from kinetile.plugin.calling import NOT_AUTHORS
 from kinetile.plugin.choices import write_phase
 from kinetile.plugin.registry import HOOKS, Provided, registry
 from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, Spec, hookimpl
@@ -36,6 +37,8 @@ from kinetile.scene.files import dumps_scene, load_scene
 from kinetile.scene.schema import read_bytes
 from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, NoState, hook, is_there, unchecked
 from kinetile_conformance.deadline import begin_scene
+
+NOT_AUTHORS.add(Path(__file__).parent)
 
 REFERENCE = "naive"
 """The reference, as messages call it."""

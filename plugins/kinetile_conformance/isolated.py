@@ -16,7 +16,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import kinetile
 from kinetile.errors import PhaseError
@@ -25,11 +25,10 @@ from kinetile.scene import Scene
 from kinetile_conformance import deadline
 from kinetile_conformance.cases import Subject, provided
 from kinetile_conformance.checks import check_named
-from kinetile_conformance.diagnosis import diagnosed
 from kinetile_conformance.drawing import Search, by_number, leave_out
 from kinetile_conformance.processes import IDLE, Child, Died, Message, Send, leave_without_memory
-from kinetile_conformance.reporting import Result, saved
-from kinetile_conformance.runner import Plan, Runner
+from kinetile_conformance.reporting import Result, diagnosed, saved
+from kinetile_conformance.runner import OnScene, Plan, Runner, unheard
 from kinetile_conformance.strategies.changes import only_bodies
 from kinetile_conformance.strategies.gallery import smallest
 
@@ -78,15 +77,18 @@ def where(words: str) -> str:
 
 
 class IsolatedRunner:
-    """Runs checks on one phase in child processes; ``close`` ends them.
+    """Runs checks on one phase in child processes, or, if the plan says so, in this one; ``close`` ends them.
 
     Args:
         plan: the phases under test, and the options.
+        on_scene: is called with the name of a check and its number of scenes so far.
     """
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, on_scene: OnScene = unheard) -> None:
         self.deaths = 0
         self._plan = plan
+        self._on_scene = on_scene
+        self._here = Runner(plan) if plan.in_process else None
         self._scene_seconds = deadline.SCENE_SECONDS
         self._child: Child | None = None
 
@@ -101,7 +103,6 @@ class IsolatedRunner:
         that, the checks will report the cause."""
         with suppress(Died):
             self._call(Runner.smoke_test)
-        self.deaths = 0
 
     def run(self, name: str) -> Result:
         """Run the check of a name.
@@ -117,17 +118,15 @@ class IsolatedRunner:
                 failed.update(message)
             elif "count" in message:
                 last.update(message)
-                self._plan.on_scene(name, message["count"])
+                self._on_scene(name, message["count"])
 
         began = time.perf_counter()
         try:
-            result = self._call(Runner.run, name, hear=hear)
+            return cast(Result, self._call(Runner.run, name, hear=hear))
         except Died as died:
+            self.deaths += 1
             result = self._death(died, name, failed or last)
             return replace(result, seconds=time.perf_counter() - began)
-        if not isinstance(result, Result):
-            raise PhaseError(f"the child has sent no result of the check {name!r}")
-        return result
 
     def attempt(self, what: str, function: Callable[..., Any], *arguments: Any) -> Any:
         """Return what a function of the runner in the child returns; raise PhaseError, with the cause, where
@@ -142,21 +141,18 @@ class IsolatedRunner:
         function: Callable[..., Any],
         *arguments: Any,
         hear: Callable[[Message], None] = lambda _: None,
-        again: bool = False,
     ) -> Any:
         """Return what a function of the runner in the child returns, and pass on messages until then; raise
-        Died if the child ends before.
-
-        ``again``: it repeats what a child has died of, so another death does not count.
-        """
+        Died if the child ends before."""
+        if self._here is not None:
+            return function(self._here, *arguments)
         if self._child is None:
-            make = partial(_runner, self._plan.alone, self._scene_seconds)
+            make = partial(_runner, self._plan, self._scene_seconds)
             self._child = Child(self._plan.subject, make)
         try:
             return self._child.call(function, *arguments, hear=hear)
         except Died:
             self._child = None
-            self.deaths += not again
             raise
 
     def _sentence(self, died: Died, what: str) -> str:
@@ -182,9 +178,7 @@ class IsolatedRunner:
         status, _ = ENDINGS[died.how]
         seen = str(last.get("seen", ""))
         result = Result(name, check.sentence, status, int(last["count"]), 0.0, said=dying)
-        scene: Scene | None = None
-        if check.draws and "scene" in last:
-            scene = pickle.loads(last["scene"])
+        scene = pickle.loads(last["scene"]) if check.draws and "scene" in last else None
         if seen:
             lines = [seen, f"(and while a smaller scene was looked for, {dying})"]
             lines += diagnosed(name, seen, self._plan.subject)
@@ -192,11 +186,13 @@ class IsolatedRunner:
         elif status == "not judged":
             return replace(result, said="", reason=dying)
         elif died.how == "endless":
-            if self._is_slow(name, scene):
-                slow = (
-                    f"{self._scene_seconds:g} CPU s are too few for it, in check {name!r}; it comes to an end"
-                )
-                return replace(result, status="not judged", said="", reason=slow)
+            few = f"{self._scene_seconds:g} CPU s are too few for it, in check {name!r}"
+            self._scene_seconds *= deadline.LONGER
+            is_slow = self._survives(name, scene or smallest())
+            self.close()  # this child has the longer limit
+            self._scene_seconds /= deadline.LONGER
+            if is_slow:
+                return replace(result, status="not judged", said="", reason=f"{few}; it comes to an end")
         elif scene is not None and self._plan.shrink:
             search = Search(scene, lambda fewer: not self._survives(name, fewer), self._plan.seconds)
             leave_out(search, by_number, only_bodies, 1)
@@ -204,35 +200,21 @@ class IsolatedRunner:
         if scene is None:
             return result
         if self._plan.explains and (check.observation.compares or not seen):
-            result = replace(result, verdict=self._verdict(check.replay or name, scene))
+            with suppress(Died):  # under the other phases, too
+                verdict = self._call(Runner.verdict, check.replay or name, scene)
+                result = replace(result, verdict=verdict)
             if died.how == "endless" and not seen and not result.verdict:
                 slow = f"{dying}; and so it is under kinetile's other phases"
                 return replace(result, status="not judged", said="", reason=slow)
         return saved(replace(result, bodies=len(scene)), scene, self._plan.subject, self._plan.save_to)
 
-    def _is_slow(self, check: str, scene: Scene | None) -> bool:
-        """Whether a check that seemed endless comes to an end if it may take longer."""
-        usual, self._scene_seconds = self._scene_seconds, deadline.LONGER * self._scene_seconds
-        try:
-            return self._survives(check, scene or smallest())
-        finally:
-            self.close()  # this child has the longer limit
-            self._scene_seconds = usual
-
     def _survives(self, check: str, scene: Scene) -> bool:
         """Whether a child survives a check on a scene, or its end is nobody's fault."""
         try:
-            self._call(Runner.holds, check, scene, again=True)
+            self._call(Runner.holds, check, scene)
         except Died as died:
             return ENDINGS[died.how][0] == "not judged"
         return True
-
-    def _verdict(self, check: str, scene: Scene) -> str:
-        """Return which phase a death speaks against, by the same scene under the other phases; "" where a
-        child does not survive these, either."""
-        with suppress(Died):
-            return str(self._call(Runner.verdict, check, scene, again=True))
-        return ""
 
 
 # In the child

@@ -11,12 +11,12 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from kinetile import Scene, load_scene, make_scene
 from kinetile.errors import KinetileError, NotJudged, PhaseError, Refused, printable
-from kinetile.plugin.choices import write_phase
 from kinetile_accuracy.environment import environment
 from kinetile_bench.user_scene import SceneRow, bench_scene
 from kinetile_conformance.cases import REFERENCE, Subject
@@ -25,7 +25,7 @@ from kinetile_conformance.isolated import IsolatedRunner
 from kinetile_conformance.pipe import Engine, EngineError, EngineReport
 from kinetile_conformance.questions import Contacts
 from kinetile_conformance.reporting import KIT_VERSION, Report, Result
-from kinetile_conformance.runner import EXAMPLES, Plan, Runner
+from kinetile_conformance.runner import EXAMPLES, Plan, Runner, unheard
 from kinetile_conformance.strategies.changes import ended_at
 
 FAULTS = Path(__file__).with_name("faults.json")
@@ -76,7 +76,7 @@ class Judged:
                 alone = Subject(self.report.subject.name, self.report.subject.options)
                 alone.composition(make_scene("two-discs"))
 
-    def run(self, on_result: Callable[[Result], None], **how: Any) -> None:
+    def run(self, on_result: Callable[[Result], None] = unheard, **how: Any) -> None:
         """Run the checks; each result is in the report when it is told."""
 
         def hear(result: Result) -> None:
@@ -141,62 +141,52 @@ class Judgement:
     def run(self, show: Callable[[float | None, str], None], tell: Callable[[str], None]) -> None:
         """Judges all, then measures all; ``show`` is called with how far it is, and where, and ``tell`` with
         each verdict."""
+        chosen = ("examples", "seed", "checks", "save_to")
+        how: dict[str, Any] = {name: getattr(self, name) for name in chosen}
         for each in self.judged:
-            self._judge(each, show)
+            label = each.report.label
+            try:
+                each.run(on_scene=lambda check, n, of=label: show(None, f"{of}: {check}, {n:,}"), **how)
+            except KinetileError as error:
+                each.error = str(error)
             tell(each.line)
-        able = {each.report.label: each for each in self.judged if not each.error}
         with ExitStack() as children:
-            runners = {}
-            for label, each in [*able.items()]:
-                if not isinstance(each.report, EngineReport):
-                    runner = IsolatedRunner(Plan(each.report.subject))
-                    runners[label] = children.enter_context(closing(runner))
-                elif each.report.asked != "contacts":
-                    del able[label]
+            measures: list[tuple[Judged, Callable[[Scene, Any], Measured]]] = []
+            for each in self.judged:
+                report = each.report
+                if isinstance(report, EngineReport) and report.asked == "contacts" and not each.error:
+                    measures.append((each, partial(_program_measured, report)))
+                elif not isinstance(report, EngineReport) and not each.error:
+                    runner = children.enter_context(closing(IsolatedRunner(Plan(report.subject))))
+                    measures.append((each, partial(runner.attempt, "a measurement", _phase_measured)))
             for at, (name, path) in enumerate(SCENES.items()):
                 scene = self.beside.dressed(load_scene(path))
                 contacts, fingerprint = _reference(self.beside, scene)
-                runs: dict[str, list[Measured]] = {label: [] for label in able}
-                for label in [*able] * self.repeats:  # in turns: a machine that slows down slows all
-                    show(at / len(SCENES), f"measuring {label}: {name}")
-                    if all(row.ended_by is None for row in runs[label]):
-                        report = able[label].report
-                        runs[label].append(_measured(report, runners.get(label), scene, contacts))
-                for label, rows in runs.items():
+                runs: list[list[Measured]] = [[] for _ in measures]
+                for (each, measure), rows in [*zip(measures, runs, strict=True)] * self.repeats:
+                    # in turns: a machine that slows down slows all
+                    show(at / len(SCENES), f"measuring {each.report.label}: {name}")
+                    if all(row.ended_by is None for row in rows):
+                        try:
+                            rows.append(measure(scene, contacts))
+                        except (PhaseError, EngineError) as error:
+                            rows.append(Measured(each.report.label, str(error)))
+                for (each, _), rows in zip(measures, runs, strict=True):
                     row = sorted(rows, key=lambda row: row.cpu_seconds or 0.0)[len(rows) // 2]
                     if row.fingerprint not in (None, fingerprint) and row.ended_by is None:
                         row = replace(row, differs="its contacts are not the reference's")
-                    able[label].rows.append(replace(row, of=name))
+                    each.rows.append(replace(row, of=name))
         self.status = "complete"
 
-    def _judge(self, each: Judged, show: Callable[[float | None, str], None]) -> None:
-        """Runs the checks on one."""
-        how = {"examples": self.examples, "seed": self.seed, "checks": self.checks, "save_to": self.save_to}
 
-        def on_scene(check: str, count: int) -> None:
-            show(None, f"{each.report.label}: {check}, {count:,}")
-
-        try:
-            each.run(lambda _: None, on_scene=on_scene, **how)
-        except KinetileError as error:
-            each.error = str(error)
-
-
-def _measured(report: Report, runner: IsolatedRunner | None, scene: Scene, contacts: Any) -> Measured:
-    """Returns one measurement."""
-    try:
-        if not isinstance(report, EngineReport):
-            return cast(
-                Measured, cast(IsolatedRunner, runner).attempt("a measurement", _phase_measured, scene)
-            )
-        scene = ended_at(scene, float(contacts["time"][:BEGINNING].max(initial=scene.start)))
-        exchange = Contacts(report.within).exchange(scene, _reference(Subject(REFERENCE, {}), scene)[0])
-        with Engine(report.label) as engine:
-            program = engine.program
-            began, found, ended = program.cpu_seconds(), engine.answer(exchange), program.cpu_seconds()
-            most = program.peak_bytes()
-    except (PhaseError, EngineError) as error:
-        return Measured(report.label, str(error))
+def _program_measured(report: EngineReport, scene: Scene, contacts: Any) -> Measured:
+    """Measures a program on the beginning of a scene."""
+    scene = ended_at(scene, float(contacts["time"][:BEGINNING].max(initial=scene.start)))
+    exchange = Contacts(report.within).exchange(scene, _reference(Subject(REFERENCE, {}), scene)[0])
+    with Engine(report.label) as engine:
+        program = engine.program
+        began, found, ended = program.cpu_seconds(), engine.answer(exchange), program.cpu_seconds()
+        most = program.peak_bytes()
     if isinstance(found, str):
         return Measured(report.label, found)
     spent = ended - began if ended and began else None
@@ -212,14 +202,14 @@ def _reference(subject: Subject, scene: Scene) -> tuple[Any, str]:
     return sim.contacts, sim.fingerprint
 
 
-def _phase_measured(runner: Runner, scene: Scene) -> Measured:
+def _phase_measured(runner: Runner, scene: Scene, contacts: Any) -> Measured:
     """Measures a phase on a scene, in the child."""
     begin_scene()
     subject = runner.subject
-    phase = subject.name, subject.options
     narrow = subject.narrow_phases(scene) if subject.narrow else None
     try:
-        found = bench_scene(scene, [phase], narrow_phases=narrow, repeats=1, seconds=RUN)
+        phases = [(subject.name, subject.options)]
+        found = bench_scene(scene, phases, narrow_phases=narrow, repeats=1, seconds=RUN)
         return Measured(**vars(found.rows[0]))
     except Exception as error:  # a foreign phase may raise anything: it is the result
-        return Measured(write_phase(*phase), printable(f"{type(error).__name__}: {error}"))
+        return Measured(subject.label, printable(f"{type(error).__name__}: {error}"))

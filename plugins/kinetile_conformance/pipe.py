@@ -13,15 +13,14 @@ import queue
 import shlex
 import signal
 import time
-from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from kinetile.errors import KinetileError, Refused
 from kinetile.scene import Scene
-from kinetile_conformance.cases import CONTACTS, save_case
+from kinetile_conformance.cases import CONTACTS, Subject, save_case
 from kinetile_conformance.checks import CHECKS
 from kinetile_conformance.checks.check import Check, Disagreement, Observation
 from kinetile_conformance.deadline import spent
@@ -29,7 +28,7 @@ from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.processes import Program
 from kinetile_conformance.questions import QUESTIONS, Exchange, Question
 from kinetile_conformance.reporting import KIT_VERSION, Report, Result
-from kinetile_conformance.runner import REDUCING, CheckRun, Plan
+from kinetile_conformance.runner import REDUCING, CheckRun, OnScene, Plan
 
 SECONDS = 10.0
 """Seconds by the clock that an engine has for a line."""
@@ -50,19 +49,15 @@ ASKED = {
 kit's checks of contacts end with that have the scenes."""
 
 
-def _judging() -> Mapping[str, dict[str, Check]]:
-    """Return the checks of engines by question and name."""
-    found: dict[str, dict[str, Check]] = {asked: {} for asked in ASKED}
-    for asked, (says, prefix, wanted) in ASKED.items():
-        said = Observation(prefix, says, lambda case: None)
-        for each in CHECKS:
-            if each.observation.name == "same-contacts" and each.strategy and each.strategy.suffix in wanted:
-                check = Check(said, each.strategy, each.share, at_home=False)
-                found[asked][check.name] = check
-    return found
+def _judging(says: str, prefix: str, wanted: set[str]) -> dict[str, Check]:
+    """Return the checks of a question, by name."""
+    said = Observation(prefix, says, lambda case: None)
+    of_contacts = [each for each in CHECKS if each.observation.name == "same-contacts"]
+    drawn = [each for each in of_contacts if each.strategy and each.strategy.suffix in wanted]
+    return {each.name: each for each in (replace(each, observation=said, at_home=False) for each in drawn)}
 
 
-JUDGING = _judging()
+JUDGING = {asked: _judging(*row) for asked, row in ASKED.items()}
 """The checks of engines by question and name; their observations are the question's."""
 
 
@@ -100,7 +95,20 @@ class Engine(AbstractContextManager["Engine"]):
     def answer(self, exchange: Exchange) -> Any:
         """Return the value of an engine's answer to a line, or why it refuses it, as a string; raise
         EngineError for any other answer, and for none."""
-        line = self._exchanged(exchange.line)
+        self.program.send(exchange.line)
+        try:
+            line: bytes = self.program.came.get(timeout=self._seconds) or b""
+        except queue.Empty:
+            self.program.end()
+            said = f"the engine gave no answer within {self._seconds:g} s (--scene-seconds)"
+            raise EngineError(said) from None
+        if len(line) >= LONGEST:
+            raise EngineError(f"the engine's answer has no end after {LONGEST:,} bytes")
+        if not line.endswith(b"\n"):
+            code, how = self.program.exit_code(), "closed its output"
+            if code is not None:
+                how = f"ended {f'with exit code {code}' if code >= 0 else f'by {signal.Signals(-code).name}'}"
+            raise EngineError(f"the engine {how} {'within a line' if line else 'without an answer'}")
         form = exchange.form
         try:
             return form.read(line)
@@ -108,26 +116,6 @@ class Engine(AbstractContextManager["Engine"]):
             shown = f"the engine answered {line[:80].decode(errors='replace')!r} ({error})"
             wanted = f'{{"{form.key}": {form.shown}}} or {{"refused": "reason"}}'
             raise EngineError(f"{shown}; expected {wanted}") from None
-
-    def _exchanged(self, line: bytes) -> bytes:
-        """Send a line and return the one that comes back."""
-        self.program.send(line)
-        try:
-            answer: bytes = self.program.came.get(timeout=self._seconds) or b""
-        except queue.Empty:
-            self.program.end()
-            said = f"the engine gave no answer within {self._seconds:g} s (--scene-seconds)"
-            raise EngineError(said) from None
-        if len(answer) >= LONGEST:
-            raise EngineError(f"the engine's answer has no end after {LONGEST:,} bytes")
-        return answer if answer.endswith(b"\n") else self._no_answer(answer)
-
-    def _no_answer(self, answer: bytes) -> NoReturn:
-        """Raise EngineError, with how the program has closed its output."""
-        code, how = self.program.exit_code(), "closed its output"
-        if code is not None:
-            how = f"ended with exit code {code}" if code >= 0 else f"ended by {signal.Signals(-code).name}"
-        raise EngineError(f"the engine {how} {'within a line' if answer else 'without an answer'}")
 
 
 @dataclass(frozen=True)
@@ -170,8 +158,10 @@ class _EngineRun(CheckRun):
 
     fatal = (EngineError,)
 
-    def __init__(self, each: Check, plan: Plan, engine: Engine, question: Question) -> None:
-        super().__init__(each, plan.subject, observe=lambda count, *_: plan.on_scene(each.name, count))
+    def __init__(self, each: Check, engine: Engine, question: Question, on_scene: OnScene) -> None:
+        super().__init__(
+            each, Subject(engine.command, {}), observe=lambda count, *_: on_scene(each.name, count)
+        )
         self.engine = engine
         self.question = question
         self.wrong: Any = None
@@ -232,14 +222,14 @@ class EngineRunner:
 
     deaths = 0
 
-    def __init__(self, plan: Plan, asked: str, within: float | None, seconds: float) -> None:
+    def __init__(
+        self, plan: Plan, asked: str, within: float | None, seconds: float, on_scene: OnScene
+    ) -> None:
         self._plan = plan
+        self._on_scene = on_scene
         self._asked, self._within = asked, within
         self._drawing = Drawing(plan.examples, plan.seed)
         self._engine = Engine(plan.subject.name, seconds)
-
-    def smoke_test(self) -> None:
-        """Do nothing: the program has been started."""
 
     def close(self) -> None:
         """End the program."""
@@ -250,7 +240,7 @@ class EngineRunner:
         began, plan, each = spent(), self._plan, JUDGING[self._asked][name]
         most = each.strategy.contacts if each.strategy else CONTACTS
         question = QUESTIONS[self._asked](self._within, most)
-        run = _EngineRun(each, plan, self._engine, question)
+        run = _EngineRun(each, self._engine, question, self._on_scene)
         try:
             if self._drawing.scenes_fail(each, run.all_hold) and plan.shrink:
                 run.minimise()

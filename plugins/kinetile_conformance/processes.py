@@ -48,7 +48,7 @@ of busy processes, one that computes gets some CPU time within them."""
 NO_MEMORY = 77
 """The exit code of a child that has no more memory."""
 
-RAISED = {error.__name__: error for error in (BadOption, NotJudged, Refused)}
+RAISED = (BadOption, NotJudged, Refused)
 """Errors of phases and options, which a call raises in the calling process; any other is one of the kit."""
 
 Message = dict[str, Any]
@@ -144,9 +144,8 @@ class Program:
     def end(self) -> None:
         """End the program and what it has started."""
         self._process.kill()
-        if hasattr(os, "killpg"):
-            with contextlib.suppress(OSError):
-                os.killpg(self._process.pid, signal.SIGKILL)
+        with contextlib.suppress(OSError, AttributeError):  # Windows has no groups
+            os.killpg(self._process.pid, signal.SIGKILL)
         self.exit_code()
         self._sent.put(None)
 
@@ -202,8 +201,8 @@ class Child(Program):
         while (message := self.receive()) is not None:
             if "returned" in message:
                 return message["returned"]
-            if "error" in message:
-                raise RAISED[message["error"]](message["said"])
+            if "raised" in message:
+                raise message["raised"]
             trace = message.get("trace", "")
             hear(message)
         code = self.exit_code()
@@ -224,9 +223,8 @@ class Child(Program):
             if now is None or now > used:
                 used, since = now or 0.0, time.monotonic()
             elif time.monotonic() > since + IDLE:
-                if hasattr(signal, "SIGABRT"):  # it writes its stack
-                    self._process.send_signal(signal.SIGABRT)
-                    self.exit_code()
+                self._process.send_signal(signal.SIGABRT)  # it writes its stack
+                self.exit_code()
                 self.end()
                 raise Died("idle", words=self.words)
 
@@ -312,12 +310,11 @@ def _themselves(seconds: float, subject: Subject, _: Send) -> Subject:
 def main() -> None:
     """Serve in a process of its own, through the pipes that are its input and output at first."""
     faulthandler.enable(file=2)
-    if hasattr(signal, "SIGXCPU"):
-        faulthandler.register(signal.SIGXCPU, file=2, chain=True)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    with contextlib.suppress(ImportError, ValueError):
+    with contextlib.suppress(ImportError, ValueError):  # Windows has neither
         import resource
 
+        faulthandler.register(signal.SIGXCPU, file=2, chain=True)
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     link, back = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
@@ -331,7 +328,7 @@ def main() -> None:
         subject, added, make = pickle.load(link)
     except Exception as error:  # whatever unpickling a foreign phase comes to
         said = f"the phase cannot be loaded in a process of its own ({error}): judge it in this process"
-        send({"error": "Refused", "said": said})
+        send({"raised": Refused(said)})
         return
     try:
         for name, spec in added:
@@ -345,10 +342,9 @@ def main() -> None:
             function, arguments = calls.get()
             try:
                 found = {"returned": function(server, *arguments)}
-            except tuple(RAISED.values()) as error:
+            except RAISED as error:
                 leave_without_memory(error)
-                name = next(each for each, kind in RAISED.items() if isinstance(error, kind))
-                found = {"error": name, "said": str(error)}
+                found = {"raised": next(kind for kind in RAISED if isinstance(error, kind))(str(error))}
             send(found)
     except Exception as error:  # what a phase raises is a result: this is an error of the kit
         leave_without_memory(error)

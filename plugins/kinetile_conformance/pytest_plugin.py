@@ -32,18 +32,16 @@ def parametrize_with_checks(
     """
     from kinetile.plugin.registry import registry
     from kinetile.run.compose import check_options
-    from kinetile_conformance.api import runner_for
     from kinetile_conformance.checks import check_named
+    from kinetile_conformance.isolated import IsolatedRunner
     from kinetile_conformance.runner import Plan
 
-    plan, known = (
-        Plan.of_phase(name, options),
-        {check_named(each).name: why for each, why in (expected_failures or {}).items()},
-    )
+    plan = Plan.of_phase(name, options)
+    known = {check_named(each).name: why for each, why in (expected_failures or {}).items()}
     phase = registry().target("broad phase", name)
     check_options("broad phase", name, phase, plan.subject.options)
     phase(**plan.subject.options)
-    runner = runner_for(plan)
+    runner = IsolatedRunner(plan)
     OPEN.append(runner)
     smoke_test = cache(runner.smoke_test)
 
@@ -53,13 +51,13 @@ def parametrize_with_checks(
             result = runner.run(check)
             if result.status == "skipped":
                 pytest.skip(result.reason)
-            assert result.ok, str(plan.report((result,)))
+            assert result.ok, str(plan.report(result))
 
         expected = known.get(check)
         marks = () if expected is None else (pytest.mark.xfail(reason=expected, strict=True),)
         return pytest.param(run, id=check, marks=marks)
 
-    return pytest.mark.parametrize("check", [case(check) for check in plan.names])
+    return pytest.mark.parametrize("check", [case(check) for check in plan.checks])
 
 
 def pytest_unconfigure() -> None:

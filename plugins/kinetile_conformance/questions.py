@@ -53,6 +53,9 @@ DISTURBED, CASTS, FAR = 1000.0, 20, 2
 """Which part of the distance a disturbance has: what rounding does to an engine should be less. Pairs of
 bodies of a scene that are cast, and how many of these do not come near each other."""
 
+NOTHING = np.zeros((0, 4))
+"""The boxes of no body."""
+
 Row = tuple[float, ...]
 """A contact of an answer: epoch, tick, a, b, or, where times are compared, time, a, b."""
 
@@ -141,10 +144,7 @@ class Contacts(Question):
     at the start, or slide along each other, none could be disturbed.
     """
 
-    @property
-    def told(self) -> str:  # type: ignore[override]
-        """What is counted."""
-        return "" if self.within is None else "{:,} of {:,} contacts compared, before errors have grown"
+    told = "{:,} of {:,} contacts compared, before errors have grown"
 
     def cases(self, scene: Scene) -> Iterator[Scene]:
         """Yield the scene."""
@@ -205,17 +205,16 @@ def reference_contacts(scene: Scene, most: int) -> tuple[Scene, NDArray[np.void]
 
 
 def difference(scene: Scene, found: Sequence[Row], expected: NDArray[np.void]) -> str | None:
-    """Return where an engine's contacts first differ from the reference's, in a sentence; None: nowhere."""
-    right: list[Row] = expected[EXACT].tolist()
-    for at, (mine, theirs) in enumerate(zip_longest(found, right)):
+    """Return where an engine's contacts first differ from the reference's, in a sentence, and which contact
+    is right by the specification, where that decides it quickly; None: nowhere."""
+    right = expected[EXACT]
+    for at, (mine, theirs) in enumerate(zip_longest(found, right.tolist())):
         if mine != theirs:
-            return _told(at, mine, theirs) + _who_is_right(scene, found, expected, at)
+            lists = {"the engine": np.array(found, right.dtype), REFERENCE: right}
+            judged = explain_difference(scene, lists, at) if len(scene) <= JUDGED else ""
+            said = told(f"contact {at}", mine, theirs, _contact)
+            return f"{said}\n{judged}" if judged else said
     return None
-
-
-def _told(at: int, mine: Row | None, theirs: Row | None) -> str:
-    """Return how two contacts of a number differ, in words."""
-    return told(f"contact {at}", mine, theirs, _contact)
 
 
 def _contact(row: Row) -> str:
@@ -224,15 +223,6 @@ def _contact(row: Row) -> str:
     partner = f"the {WALLS[int(b)]} wall" if b in WALLS else f"body {b}"
     moment = f"time {when[0]!r}" if len(when) == 1 else f"epoch {when[0]}, tick {when[1]}"
     return f"body {a} with {partner} at {moment}"
-
-
-def _who_is_right(scene: Scene, found: Sequence[Row], expected: NDArray[np.void], at: int) -> str:
-    """Return a line that says which contact is right by the specification, where that decides it quickly."""
-    if len(scene) > JUDGED:
-        return ""
-    right = expected[EXACT]
-    said = explain_difference(scene, {"the engine": np.array(found, right.dtype), REFERENCE: right}, at)
-    return f"\n{said}" if said else ""
 
 
 def _near(scene: Scene, within: float, one: float, other: float) -> bool:
@@ -261,7 +251,8 @@ def parting(
         for (at, one), (k, other) in zip_longest(mine, theirs, fillvalue=(-1, None)):
             if one is None or other is None or not near(one[0], other[0]):
                 first = min(row[0] for row in (one, other) if row is not None)
-                wrong.append((first, _told(k if one is None else at, one, other)))
+                place = f"contact {k if one is None else at}"
+                wrong.append((first, told(place, one, other, _contact)))
                 break
     wrong = [each for each in wrong if each[0] < end]
     return min(wrong, default=None)
@@ -323,13 +314,8 @@ class Moments:
         there = set(kept.tolist())
         return replace(self, moments=tuple({n: b[n] for n in b if n in there} for b in self.moments))
 
-    @property
-    def numbers(self) -> NDArray[np.int64]:
-        """The bodies that are there at some moment."""
-        return np.array(sorted(set().union(*self.moments)), dtype=np.int64)
-
     def __len__(self) -> int:
-        return len(self.numbers)
+        return len(set().union(*self.moments))
 
 
 class Pairs(Question):
@@ -339,9 +325,24 @@ class Pairs(Question):
     told = "{:,} candidate pairs for {:,} that touch"
 
     def cases(self, scene: Scene) -> Iterator[Moments]:
-        """Yield the moments of the reference's run, with bodies as they are, and larger."""
+        """Yield moments of the reference's run of a scene, with bodies as they are, and larger: at its start,
+        at times at equal distances, and at the first contact after each of these. A run with many contacts
+        does not reach its end."""
         for growth in GROWTH:
-            yield moments_of(scene, growth)
+            sim = Subject(REFERENCE, {}).reference.simulation(scene)
+            found: list[dict[int, tuple[float, ...]]] = []
+            for part in range(MOMENTS + 1):
+                end = scene.start + part / MOMENTS * (horizon(scene) - scene.start)
+                with suppress(KinetileError):  # where it jams, it goes no further
+                    sim.run(until=max(end, sim.time), max_contacts=CONTACTS if part % 2 == 0 else 1)
+                x, y = sim.positions().T
+                rows = np.column_stack([x, y, growth * sim.radii()])
+                if scene.shapes:
+                    reaches = growth * np.array([each.reaches for each in sim.shapes()] or NOTHING)
+                    left, right, down, up = reaches.T
+                    rows = np.column_stack([x - left, y - down, x + right, y + up])
+                found.append(dict(zip(sim.bodies.tolist(), map(tuple, rows.tolist()), strict=True)))
+            yield Moments("boxes" if scene.shapes else "discs", tuple(found))
 
     def exchanges(self, case: Moments) -> Iterator[Exchange]:
         """Yield a line for each moment, the first of which has number 0."""
@@ -372,56 +373,33 @@ class Pairs(Question):
 
     def smaller(self, case: Moments, fails: Callable[[Moments], bool], seconds: float) -> Moments:
         """Return a minimised case: fewer moments, fewer bodies."""
-        steps = (
-            lambda search: leave_out(search, lambda case: np.arange(len(case.moments)), Moments.at, 1),
-            lambda search: leave_out(search, lambda case: case.numbers, Moments.only, 1),
+        parts = (
+            (lambda case: np.arange(len(case.moments)), Moments.at),
+            (lambda case: np.array(sorted(set().union(*case.moments))), Moments.only),
         )
+        steps = [partial(leave_out, order=order, only=only, least=1) for order, only in parts]
         return minimised(case, fails, seconds, steps)
 
 
 PAIRS = Form.of("pairs", "[[a, b], ...]", list[tuple[Body, Body]])
 
 
-def moments_of(scene: Scene, growth: float) -> Moments:
-    """Return moments of the reference's run of a scene, at its start, at times at equal distances, and at the
-    first contact after each of these, with bodies so many times as large. A run with many contacts does not
-    reach its end."""
-    sim = Subject(REFERENCE, {}).reference.simulation(scene)
-    found: list[dict[int, tuple[float, ...]]] = []
-    for part in range(MOMENTS + 1):
-        end = scene.start + part / MOMENTS * (horizon(scene) - scene.start)
-        with suppress(KinetileError):  # where it jams, it goes no further
-            sim.run(until=max(end, sim.time), max_contacts=CONTACTS if part % 2 == 0 else 1)
-        places, sizes = sim.positions(), growth * sim.radii()[:, None]
-        rows = np.hstack([places, sizes])
-        if scene.shapes:
-            left, right, down, up = (
-                growth * np.array([shape.reaches for shape in sim.shapes()]).reshape(-1, 4).T
-            )
-            x, y = places.T
-            rows = np.column_stack([x - left, y - down, x + right, y + up])
-        found.append(dict(zip(sim.bodies.tolist(), map(tuple, rows.tolist()), strict=True)))
-    return Moments("boxes" if scene.shapes else "discs", tuple(found))
-
-
 def touching(bodies: Mapping[int, tuple[float, ...]]) -> list[tuple[int, int]]:
     """Return the pairs of closed discs, or boxes, that have a point in common, exactly."""
-    numbers = sorted(bodies)
-    if len(numbers) < 2:
-        return []
-    rows = np.array([bodies[number] for number in numbers])
+    numbers = np.array(sorted(bodies), dtype=np.int64)
+    rows = np.array([bodies[number] for number in numbers.tolist()] or NOTHING)
     a, b = np.triu_indices(len(rows), 1)
     if rows.shape[1] == 4:
         low, high = rows[:, :2], rows[:, 2:]
         touch = ((low[a] <= high[b]) & (low[b] <= high[a])).all(axis=1)
-        return [(numbers[i], numbers[j]) for i, j in zip(a[touch], b[touch], strict=True)]
-    apart, reach = np.hypot(*(rows[a, :2] - rows[b, :2]).T), rows[a, 2] + rows[b, 2]
-    close = np.abs(apart - reach) <= 1e-12 * reach + 1e-300  # far more than rounding does to either
-    touch = (apart < reach) & ~close
-    for at in np.flatnonzero(close).tolist():
-        (x, y, r), (z, w, s) = (map(Fraction, rows[i].tolist()) for i in (a[at], b[at]))
-        touch[at] = (x - z) ** 2 + (y - w) ** 2 <= (r + s) ** 2
-    return [(numbers[i], numbers[j]) for i, j in zip(a[touch], b[touch], strict=True)]
+    else:
+        apart, reach = np.hypot(*(rows[a, :2] - rows[b, :2]).T), rows[a, 2] + rows[b, 2]
+        close = np.abs(apart - reach) <= 1e-12 * reach + 1e-300  # far more than rounding does to either
+        touch = (apart < reach) & ~close
+        for at in np.flatnonzero(close).tolist():
+            (x, y, r), (z, w, s) = (map(Fraction, rows[i].tolist()) for i in (a[at], b[at]))
+            touch[at] = (x - z) ** 2 + (y - w) ** 2 <= (r + s) ** 2
+    return list(zip(numbers[a[touch]].tolist(), numbers[b[touch]].tolist(), strict=True))
 
 
 class Casts(Question):

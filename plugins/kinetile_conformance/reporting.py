@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
@@ -15,6 +16,15 @@ from kinetile_conformance.checks import check_named
 
 KIT_VERSION = "5.0"
 """The version of the set of checks."""
+
+OFTEN = "often: "
+
+SYMPTOMS: dict[str, dict[str, Any]] = tomllib.loads(
+    Path(__file__).with_name("symptoms.toml").read_text(encoding="utf-8")
+)
+"""What is ``often`` wrong where one of these ``checks`` (none: any) fails in words in which the regular
+expression ``pattern`` is found, the more particular rows first: a check sees a symptom, and the same few
+mistakes cause most of them."""
 
 
 @dataclass(frozen=True)
@@ -176,6 +186,19 @@ class Report:
             if result.case.suffix == ".toml":
                 details.append(f"see it: kinetile view {result.case}")
         return details
+
+
+def likely(check: str, said: str) -> str:
+    """Return what authors usually did wrong where this check says so; "" where no row applies."""
+    rows = (row for row in SYMPTOMS.values() if check in row.get("checks", [check]))
+    return next((row["often"] for row in rows if re.search(row.get("pattern", ""), said)), "")
+
+
+def diagnosed(check: str, said: str, subject: Subject) -> list[str]:
+    """Return the line that ends such a failure, if there is one: diagnoses are for broad phases. It is a
+    guess from experience and no judgement, so it comes last, and begins with "often"."""
+    often = likely(check, said) if subject.pair is None else ""
+    return [f"{OFTEN}{often}"] if often else []
 
 
 def saved(result: Result, scene: Scene, subject: Subject, folder: Path | None) -> Result:

@@ -9,30 +9,26 @@ from __future__ import annotations
 
 import math
 import os
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, TypedDict
 
-from kinetile.errors import Refused
-from kinetile.plugin.calling import NOT_AUTHORS, place_of
+from kinetile import box, capsule
+from kinetile.errors import BadOption, KinetileError, MissingExtra, NotJudged, Refused, UnknownName
+from kinetile.plugin.calling import place_of
 from kinetile.plugin.registry import registry
 from kinetile.run.compose import check_options, read_narrow_phases
-from kinetile.scene import Response, Scene
+from kinetile.scene import Response, Scene, Settings
 from kinetile_conformance.cases import REFERENCE, Subject, outcome, provided
 from kinetile_conformance.checks import CHECKS, check_named
 from kinetile_conformance.checks.check import Check, Disagreement, DoesNotApply, Reference
 from kinetile_conformance.deadline import SECONDS, TimeIsUp, begin_scene, spent
-from kinetile_conformance.diagnosis import diagnosed
 from kinetile_conformance.drawing import Drawing, reduced
-from kinetile_conformance.reporting import Report, Result, saved
-from kinetile_conformance.smoke_test import smoke_test
+from kinetile_conformance.reporting import Report, Result, diagnosed, saved
 from kinetile_conformance.strategies.kinds import acceptable
-
-NOT_AUTHORS.add(Path(__file__).parent)
 
 EXAMPLES = 100
 """Scenes drawn for each check by default."""
@@ -43,6 +39,26 @@ MEMORY, REDUCING = 4 << 30, 20.0
 KEPT, AGAIN = 400, 5
 """Outcomes of the reference that are kept, for other checks on the same scenes, and repetitions of a failed
 check on the scene on which it failed."""
+
+
+OnScene = Callable[[str, int], None]
+"""Called with the name of a check and its number of scenes so far."""
+
+
+def unheard(*_: object) -> None:
+    """Stands where nothing is called."""
+
+
+BOX = (4.0, 4.0)
+_TWO = Scene(
+    [[1.0, 1.0], [3.0, 1.25]], [[1.0, 0.5], [-1.0, 0.0]], 0.5, arena=BOX, settings=Settings(until=2.0)
+)
+_STILL = _TWO.replace(velocity=[[1.0, 0.5], [0.0, 0.0]], mass=[1.0, math.inf])
+SAMPLES = (
+    *(_TWO.replace(radius=[0.5, least], arena=arena) for arena in (BOX, None) for least in (0.5, 2**-6)),
+    *(_STILL.replace(shape=each) for each in (capsule((-0.25, 0.0), (0.25, 0.0), 0.25), box(1.0, 1.0))),
+)
+"""Scenes of two bodies before all checks: discs, capsules, and squares."""
 
 
 class Options(TypedDict, total=False):
@@ -65,8 +81,7 @@ class Options(TypedDict, total=False):
             and a crash is one of this process; False.
         memory: bytes that a child may take beyond what it begins with, where the system can tell; ``MEMORY``.
         on_result: called after each check, with its result.
-        on_scene: called with the name of the check and its number of scenes so far, for each scene that a
-            child judges.
+        on_scene: called for each scene that a child or a program judges (``OnScene``).
     """
 
     options: Mapping[str, Any] | None
@@ -80,28 +95,24 @@ class Options(TypedDict, total=False):
     seconds: float | None
     in_process: bool
     memory: int
-    on_result: Callable[[Result], None] | None
-    on_scene: Callable[[str, int], None] | None
+    on_result: Callable[[Result], None]
+    on_scene: OnScene
 
 
-OF_PHASES = {"options", "narrow_phases", "response"}
-"""The options that make the phases under test."""
-
-
-def _ignore(*_: object) -> None:
-    """Reports nothing."""
+OF_OTHERS = {"options", "narrow_phases", "response", "on_result", "on_scene"}
+"""The options that make the phases under test, and those that are called."""
 
 
 @dataclass(frozen=True)
 class Plan:
     """The options of a conformance run, checked and completed, and the phases under test.
 
-    ``checks`` are those that are run; None: all. ``seconds`` are those of one check. ``explains``: whether a
-    failure is repeated, and tried under other phases.
+    ``checks`` are those that are run. ``seconds`` are those of one check. ``explains``: whether a failure is
+    repeated, and tried under other phases.
     """
 
     subject: Subject
-    checks: tuple[str, ...] | None = None
+    checks: tuple[str, ...] = ()
     examples: int = EXAMPLES
     save_to: Path | None = None
     shrink: bool = True
@@ -110,16 +121,12 @@ class Plan:
     seconds: float = SECONDS
     in_process: bool = False
     memory: int = MEMORY
-    on_result: Callable[[Result], None] = _ignore
-    on_scene: Callable[[str, int], None] = _ignore
-    began: float = field(default_factory=time.perf_counter)
 
     @classmethod
     def of(cls, subject: Subject, options: Mapping[str, Any]) -> Plan:
-        """Return the plan for phases with these ``Options``; those that make the phases are left out."""
-        given = {key: value for key, value in options.items() if value is not None and key not in OF_PHASES}
-        if "checks" in given:
-            given["checks"] = tuple(dict.fromkeys(given["checks"]))
+        """Return the plan for phases with these ``Options``; those ``OF_OTHERS`` are left out."""
+        given = {key: value for key, value in options.items() if value is not None and key not in OF_OTHERS}
+        given["checks"] = tuple(dict.fromkeys(given.get("checks", (each.name for each in CHECKS))))
         if "save_to" in given:
             given["save_to"] = Path(given["save_to"]).absolute()
         plan = cls(subject, **given)
@@ -146,26 +153,11 @@ class Plan:
         provided(subject)  # the smoke test checks the options of the broad phase
         return cls.of(subject, options)
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names of the checks that are run."""
-        return tuple(each.name for each in CHECKS) if self.checks is None else self.checks
-
-    @property
-    def alone(self) -> Plan:
-        """The plan as it is sent to another process: its results go to the caller of that."""
-        return replace(self, on_result=_ignore, on_scene=_ignore)
-
-    def report(self, results: Sequence[Result], notes: tuple[str, ...] = ()) -> Report:
+    def report(self, *results: Result) -> Report:
         """Return the report on these results."""
         first, *_ = provided(self.subject)
-        return Report(
-            self.subject,
-            f"{first.distribution or 'this process'} {first.version or ''}".strip(),
-            tuple(results),
-            time.perf_counter() - self.began,
-            notes,
-        )
+        source = f"{first.distribution or 'this process'} {first.version or ''}".strip()
+        return Report(self.subject, source, results)
 
 
 def reference_of(subject: Subject) -> Reference:
@@ -177,8 +169,7 @@ def reference_of(subject: Subject) -> Reference:
 def applicable(subject: Subject, each: Check) -> str | None:
     """Return why a check does not apply to phases; None where it does."""
     if each.judges == "broad" and subject.beside:
-        what = "narrow phase" if subject.narrow else "response"
-        return f"for a broad phase alone: judge it without a {what} named"
+        return f"for a broad phase alone: judge it without a {next(iter(subject.beside.values()))} named"
     if not each.draws and subject.response is not None:
         return "its scenes have no responses"
     if each.judges == "response" and subject.response is None:
@@ -205,7 +196,7 @@ class CheckRun:
         each: Check,
         subject: Subject,
         reference: Reference | None = None,
-        observe: Callable[[int, Any, Exception | None], None] = _ignore,
+        observe: Callable[[int, Any, Exception | None], None] = unheard,
         seconds: float = math.inf,
     ) -> None:
         self.each = each
@@ -252,33 +243,6 @@ def _place(error: Exception) -> str:
     return "" if type(error).__module__ == "kinetile.errors" else place_of(error)
 
 
-def verdict(each: Check, subject: Subject, scene: Scene) -> str:
-    """Run a failing case under kinetile's own other phases; return which phase the failure speaks against.
-
-    Phases of other distributions are left out: each would have to be compiled, and could hang or crash.
-    """
-    named = ", ".join(subject.beside)
-    what = "narrow phase" if subject.narrow else "response"
-    suspect = f"suspect the {what}, {named}" if named else "the reference is in doubt"
-    also: list[str] = []
-    fine: list[str] = []
-    for other in registry().names("broad phase"):
-        own = registry().provided("broad phase", other).distribution == "kinetile"
-        if not own or other in (subject.name, REFERENCE):
-            continue
-        if applicable(subject.under(other), each) is not None:
-            continue
-        run = CheckRun(each, subject.under(other))
-        holds = run.holds(acceptable(run.subject, scene))
-        if not run.refused:
-            (fine if holds else also).append(other)
-    if also and not fine:
-        return f"also {', '.join(also)}: {suspect}"
-    if also:
-        return f"also {', '.join(also)}, but not {', '.join(fine)}"
-    return f"only {subject.name}" + (f"; {', '.join(fine)} agree with the reference" if fine else "")
-
-
 class Runner:
     """Runs checks in this process.
 
@@ -288,9 +252,7 @@ class Runner:
             with the error if it fails.
     """
 
-    deaths = 0
-
-    def __init__(self, plan: Plan, observe: Callable[[int, Scene, Exception | None], None] = _ignore) -> None:
+    def __init__(self, plan: Plan, observe: Callable[[int, Scene, Exception | None], None] = unheard) -> None:
         self.plan = plan
         self.subject = plan.subject
         self._drawing = Drawing(plan.examples, plan.seed, partial(acceptable, plan.subject))
@@ -298,19 +260,58 @@ class Runner:
         self._observe = observe
 
     def smoke_test(self) -> None:
-        """Load and compile the phase, and run it once (``smoke_test.smoke_test``)."""
-        smoke_test(self.subject)
+        """Load a phase, compile it for the first sample that it does not refuse, and run it on that. What
+        fails there is said once, with the author's own file and line; what becomes of the run is a matter of
+        the checks.
 
-    def close(self) -> None:
-        """Do nothing: in this process there is nothing to end."""
+        Raises:
+            NotJudged: it does not load, a part of it raises, or its hooks do not compile.
+            UnknownName, BadOption: there is no such phase, or it has no such option.
+            Refused: it refuses all samples.
+        """
+        refusals = []
+        for scene in SAMPLES:
+            try:
+                sim = self.subject.simulation(scene)
+                sim.compile()
+                with suppress(KinetileError):
+                    sim.run()
+                    sim.audit()
+                return
+            except Refused as error:
+                refusals.append(error)
+            except (UnknownName, BadOption, MissingExtra):
+                raise
+            except KinetileError as error:
+                raise NotJudged(str(error)) from error
+        raise refusals[0]
 
     def holds(self, name: str, scene: Scene) -> bool:
         """Run the check of a name on a scene, once."""
         return CheckRun(check_named(name), self.subject).holds(scene)
 
     def verdict(self, name: str, scene: Scene) -> str:
-        """Return which phase it speaks against that the check of a name fails (``verdict``)."""
-        return verdict(check_named(name), self.subject, scene)
+        """Run a failing check under kinetile's own other phases; return which phase the failure speaks
+        against.
+
+        Phases of other distributions are left out: each would have to be compiled, and could hang or crash.
+        """
+        each, subject = check_named(name), self.subject
+        suspect = "the reference is in doubt"
+        for kind in [*subject.beside.values()][:1]:
+            suspect = f"suspect the {kind}, {', '.join(subject.beside)}"
+        found: dict[bool, list[str]] = {True: [], False: []}
+        for other in registry().names("broad phase"):
+            own = registry().provided("broad phase", other).distribution == "kinetile"
+            run = CheckRun(each, subject.under(other))
+            if own and other not in (subject.name, REFERENCE) and applicable(run.subject, each) is None:
+                holds = run.holds(acceptable(run.subject, scene))
+                if not run.refused:
+                    found[holds].append(other)
+        also, fine = ", ".join(found[False]), ", ".join(found[True])
+        if also:
+            return f"also {also}, but not {fine}" if fine else f"also {also}: {suspect}"
+        return f"only {subject.name}" + (f"; {fine} agree with the reference" if fine else "")
 
     def run(self, name: str) -> Result:
         """Run the check of a name and return its result."""
@@ -357,11 +358,9 @@ class Runner:
         """Repeat the check on the scene on which it failed; yield a line where it does not always fail."""
         if run.scene is None or not run.each.draws:
             return
-        failed: list[bool] = []
-        again = CheckRun(run.each, self.subject, seconds=self.plan.seconds)
+        again, times = CheckRun(run.each, self.subject, seconds=self.plan.seconds), 0
         with suppress(TimeIsUp):
-            while len(failed) < AGAIN:
-                failed.append(not again.holds(run.scene))
-        times, tried = sum(failed), len(failed)
-        if times != tried:
-            yield f"(not every time: of {tried} times more on this scene it failed {times})"
+            for _ in range(AGAIN):
+                times += not again.holds(run.scene)
+        if times != again.count:
+            yield f"(not every time: of {again.count} times more on this scene it failed {times})"

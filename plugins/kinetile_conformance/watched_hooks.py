@@ -15,27 +15,25 @@ settled. So a certificate that differs without such an offer was written by some
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import wraps
 from inspect import unwrap
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any
 
 import numpy as np
 
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.tables import column, fields_in
-from kinetile.plugin.calling import NOT_AUTHORS, place_of
+from kinetile.plugin.calling import place_of
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import BroadPhaseSpec
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel
 from kinetile_conformance.cases import PhasePlugin, Subject, horizon
-
-NOT_AUTHORS.add(Path(__file__).parent)
 
 WATCHED = "_watched"
 """The name of the phase whose hooks are watched."""
@@ -45,8 +43,8 @@ class Breach(Exception):
     """A hook does what it must not; the message names the hook, what it touched, and where."""
 
 
-class _Strict(np.ndarray[Any, Any]):
-    """Numbers, of which none is found by an index below zero; what is cut from them is not so strict."""
+class _Strict(np.recarray[Any, Any]):
+    """A table in which nothing is found by an index below zero; what is cut from it is not so strict."""
 
     strict = False
 
@@ -63,16 +61,11 @@ class _Strict(np.ndarray[Any, Any]):
             raise IndexError(f"index {index} is below 0, in one of the kernel's tables")
 
 
-class _StrictRecords(_Strict, np.recarray):
-    """Records."""
-
-
 def strict(k: Kernel) -> Kernel:
     """Return the kernel's tables as views of the same memory that refuse an index below zero."""
-    views = []
-    for table in k:
-        views.append(table.view(_StrictRecords if isinstance(table, np.recarray) else _Strict))
-        views[-1].strict = True
+    views = [table.view(_Strict) for table in k]
+    for view in views:
+        view.strict = True
     return Kernel(*views)
 
 
@@ -106,90 +99,75 @@ HOOKS = {
 
 ONLY_GROW = {"clock": ("lists.offered", "lists.wanted"), "counts": ("updated", "pairs_max", "late")}
 
-OF_SCENE = ("position", "velocity", "radius", "mass")
+USED = {"offers": "offered", "met": "logged", "log": "written"}
+"""Of a list, how much of it is in use: what is there already, no hook may change."""
+
+Before = dict[str, tuple[Any, Any]]
+"""Arrays and their copies from before a hook, by name."""
 
 
-class HookSnapshot(NamedTuple):
-    """Copies from before a hook: of the tables that it may not change in whole, as far as they are in use, of
-    the scene's arrays, and, where it may not change that either, of its state."""
-
-    tables: dict[str, Any]
-    scene: dict[str, bytes]
-    state: dict[str, Any]
-
-    @classmethod
-    def of(cls, hook: str, k: Kernel, s: Any, scene: Scene) -> HookSnapshot:
-        """Take one before a hook is called."""
-        may = HOOKS[hook]
-        tables = {name: _copy(t) for name, t in k._asdict().items() if may.get(name) is not EVERYTHING}
-        for name, used in (("offers", "offered"), ("met", "logged"), ("log", "written")):
-            tables[name] = _copy(getattr(k, name)[: int(k.clock[0].lists[used])])
-        held = s._asdict() if hook in ("audit", "soon") else {}
-        state = {name: array.copy() for name, array in held.items()}
-        return cls(tables, bytes_of(scene), state)
+def copies(arrays: Mapping[str, Any]) -> Before:
+    """Return arrays and their copies, made at once: NumPy would copy records with gaps field by field."""
+    plain = {name: array.view(np.ndarray) for name, array in arrays.items()}  # attributes are slow
+    return {name: (each, np.frombuffer(each.tobytes(), each.dtype)) for name, each in plain.items()}
 
 
-def bytes_of(scene: Scene) -> dict[str, bytes]:
-    """Return the arrays of a scene as they are now."""
-    return {name: getattr(scene, name).tobytes() for name in OF_SCENE}
+def of_scene(scene: Scene) -> dict[str, Any]:
+    """Return the arrays of a scene, by name."""
+    fields = ("position", "velocity", "radius", "mass")
+    return {f"the scene's {name}": getattr(scene, name).reshape(-1) for name in fields}
 
 
-def breaches(hook: str, before: HookSnapshot, k: Kernel, s: Any, scene: Scene) -> Iterator[str]:
+def before(hook: str, k: Kernel, s: Any, scene: Scene) -> Before:
+    """Return what a hook may not change in whole, as it is now: the tables, as far as they are in use, the
+    scene's arrays, and, where it may not change that either, its state."""
+    lists, may = k.clock[0].lists, HOOKS[hook]
+    used = {name: int(getattr(lists, field)) for name, field in USED.items()}
+    tables = {name: table[: used.get(name)] for name, table in k._asdict().items()}
+    kept = {name: each for name, each in tables.items() if name in used or may.get(name) is not EVERYTHING}
+    held = s._asdict() if hook in ("audit", "soon") else {}
+    return copies(kept | of_scene(scene) | {f"s.{name}": array.reshape(-1) for name, array in held.items()})
+
+
+def breaches(hook: str, before: Before, k: Kernel) -> Iterator[str]:
     """Yield what a hook has changed and may not, now that it has returned."""
     may = HOOKS[hook]
-    for name, was in before.tables.items():
-        table = _plain(getattr(k, name))[: len(was)]
-        if was.tobytes() != table.tobytes():
-            yield from _changed(name, was, table, may.get(name, set()) if name != "offers" else set())
+    for name, (now, was) in before.items():
+        yield from changed(name, now, was, may.get(name, ()))
     for name, fields in ONLY_GROW.items():
-        was, is_now = before.tables[name], getattr(k, name)
-        less = (field for field in fields if column(is_now, field)[0] < column(was, field)[0])
+        now, was = before[name]
+        less = (field for field in fields if column(now, field)[0] < column(was, field)[0])
         yield from (f"{name}.{field} (it has become less)" for field in less)
     if "queue" in may:
         yield from _not_scheduled(before, k)
-    for name, held in bytes_of(scene).items():
-        if held != before.scene[name]:
-            yield f"the scene's {name}"
-    for name, was in before.state.items():
-        if was.tobytes() != getattr(s, name).tobytes():
-            yield f"s.{name}"
 
 
-def _plain(table: Any) -> Any:
-    """Return a table without access to its columns by attribute, which is slow."""
-    return table.view(np.ndarray)
-
-
-def _copy(table: Any) -> Any:
-    """Return a copy of a table, at once: NumPy would copy records with gaps field by field."""
-    return np.frombuffer(table.tobytes(), table.view(np.ndarray).dtype)
-
-
-def _changed(name: str, was: Any, table: Any, may: set[str]) -> Iterator[str]:
-    """Yield, for each field that may not change and has, the first row in which it did."""
-    for field in fields_in(table.dtype) or (None,):
+def changed(name: str, now: Any, was: Any, may: Iterable[str | None] = ()) -> Iterator[str]:
+    """Yield, for each field of an array that may not change and has, the first row in which it did."""
+    if was.tobytes() == now.tobytes():
+        return
+    for field in fields_in(now.dtype) or (None,):
         if field in may:
             continue
-        old, new = (was, table) if field is None else (column(was, field), column(table, field))
-        if old.tobytes() != new.tobytes():
-            row = next(row for row in range(len(new)) if old[row].tobytes() != new[row].tobytes())
+        old, new = (was, now) if field is None else (column(was, field), column(now, field))
+        for row in [row for row in range(len(new)) if old[row].tobytes() != new[row].tobytes()][:1]:
             which = name if name in ("clock", "counts") else f"{name}[{row}]"
             which += f".{field}" if field else ""
             yield f"{which} ({new[row].item()!r}, where {old[row].item()!r} stood)"
 
 
-def _not_scheduled(before: HookSnapshot, k: Kernel) -> Iterator[str]:
+def _not_scheduled(before: Before, k: Kernel) -> Iterator[str]:
     """Yield certificates that have changed, and not by ``schedule``."""
     clock = k.clock[0]
-    first, last, hand = len(before.tables["offers"]), int(clock.lists.offered), int(clock.hand)
+    first, last, hand = len(before["offers"][1]), int(clock.lists.offered), int(clock.hand)
     if not first <= last <= len(k.offers):
         return  # the list overflowed: every body is settled again
-    left = _plain(k.offers)[first:last]
+    left = k.offers[first:last]
     settled = left["a"][left["b"] == NOBODY].tolist()
-    set_anew = int(k.counts[0].updated) - int(before.tables["counts"][0]["updated"])
+    set_anew = int(k.counts[0].updated) - int(before["counts"][1]["updated"][0])
     of_hand = set_anew - len(settled)
-    changed = np.flatnonzero(_plain(k.queue)["own"] != before.tables["queue"]["own"]).tolist()
-    for body in changed:
+    now, was = before["queue"]
+    for body in np.flatnonzero(now["own"] != was["own"]).tolist():
         if body not in settled and (body != hand or of_hand == 0):
             yield f"queue[{body}].own, the certificate of body {body}, other than by schedule"
     if of_hand < 0 or (of_hand > 0 and hand < 0):
@@ -204,20 +182,20 @@ STRICT = ("build", "repair", "replan", "near", "enter", "leave", "soon")
 
 
 class Watched:
-    """The broad phase of a ``subject``, with every hook watched; a phase is a class, so each subject has its
-    own. ``said`` is what was seen first; None: nothing."""
+    """The broad phase of a subject, with every hook watched, for one run; ``said`` is what was seen first."""
 
-    subject: Subject
-    said: str | None = None
+    def __init__(self, subject: Subject) -> None:
+        self.said: str | None = None
+        self._subject = subject
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Return the parts of the phase under test, with watched hooks."""
-        held = bytes_of(scene)
-        made = registry().target("broad phase", self.subject.name)(**self.subject.options)
+        held = copies(of_scene(scene))
+        made = registry().target("broad phase", self._subject.name)(**self._subject.options)
         parts: BroadPhaseParts = made.prepare(scene)
-        for name, was in held.items():
-            if bytes_of(scene)[name] != was:
-                raise self._breach(f"prepare wrote the scene's {name}")
+        for name, arrays in held.items():
+            for field in changed(name, *arrays):
+                raise self._breach(f"prepare wrote {field}")
         hooks = {name: hook for name in HOOKS if (hook := getattr(parts, name)) is not None}
         if parts.audit is not None:
             audit = parts.audit
@@ -236,29 +214,25 @@ class Watched:
 
     def _watched(self, name: str, hook: Callable[..., Any], scene: Scene) -> Callable[..., Any]:
         """Return a watched hook."""
+        code = getattr(unwrap(hook), "__code__", None)
+        begins = f" (it begins in {Path(code.co_filename).name}, line {code.co_firstlineno})" if code else ""
 
         def watched(k: Kernel, s: Any, *body: int) -> Any:
-            before = HookSnapshot.of(name, k, s, scene)
+            held = before(name, k, s, scene)
             try:
                 found = hook(strict(k) if name in STRICT else k, s, *body)
             except Exception as error:
                 said = f"{name} raised {type(error).__name__}: {error}{place_of(error)}"
                 raise self._breach(said) from error
-            for field in breaches(name, before, k, s, scene):
-                raise self._breach(f"{name} wrote {field}{_place(hook)}")
+            for field in breaches(name, held, k):
+                raise self._breach(f"{name} wrote {field}{begins}")
             return found
 
         return watched
 
     def _breach(self, said: str) -> Breach:
-        type(self).said = self.said or said
+        self.said = self.said or said
         return Breach(said)
-
-
-def _place(hook: Callable[..., Any]) -> str:
-    """Return where a hook begins, to be put behind a sentence."""
-    code = getattr(unwrap(hook), "__code__", None)
-    return f" (it begins in {Path(code.co_filename).name}, line {code.co_firstlineno})" if code else ""
 
 
 def watch_hooks(subject: Subject, scene: Scene) -> str | None:
@@ -267,8 +241,9 @@ def watch_hooks(subject: Subject, scene: Scene) -> str | None:
     Whether the run gives the right answer, or comes to its end at all, is for other checks to say. Raises
     Refused where the phase cannot do the scene.
     """
-    watched: Any = type("Watched", (Watched,), {"subject": subject})
-    plugin = PhasePlugin(BroadPhaseSpec(WATCHED, watched))
+    watched = Watched(subject)
+    phase = type("Phase", (), {"prepare": staticmethod(watched.prepare)})
+    plugin = PhasePlugin(BroadPhaseSpec(WATCHED, phase))
     registry().add(plugin)
     try:
         _run(subject.under(WATCHED).simulation(scene), scene)
@@ -279,7 +254,7 @@ def watch_hooks(subject: Subject, scene: Scene) -> str | None:
         return str(watched.said or f"the run ended with {type(error).__name__}: {error}{place_of(error)}")
     finally:
         registry().remove(plugin)
-    return cast(str | None, watched.said)
+    return watched.said
 
 
 def _run(sim: Simulation, scene: Scene) -> None:
@@ -287,15 +262,13 @@ def _run(sim: Simulation, scene: Scene) -> None:
     run on again, and run the phase's audit after each piece. What the audit says is for other checks."""
     for piece in range(3):
         there, places, radii = sim.bodies, sim.positions(), sim.radii()
-        shapes = sim.shapes() if scene.shapes else None
+        shapes = sim.shapes() if scene.shapes else ()
         fast = float(np.abs(sim.velocities()).max(initial=0.0))
         if piece == 1 and len(there):
             with suppress(KinetileError, ValueError):  # too fast
                 sim.set_velocity(int(there[-1]), (1.5 * fast, 0.25 * fast))
         for row in range(0, len(there) if piece == 2 else 0, 3 + len(there) // 6):
-            size: dict[str, Any] = (
-                {"shape": shapes[row]} if shapes is not None else {"radius": float(radii[row])}
-            )
+            size: dict[str, Any] = {"shape": shapes[row]} if shapes else {"radius": float(radii[row])}
             with suppress(KinetileError, ValueError):  # no room
                 sim.remove(int(there[row]))
                 sim.insert(places[row], (0.25 * fast, -0.125 * fast), **size)

@@ -13,24 +13,39 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetile.cli.files import file_errors, try_folder
-from kinetile.cli.options import Json, registered_phase
+from kinetile.cli.options import Json, NarrowPhases, registered_phase
 from kinetile.cli.output import as_json
 from kinetile.cli.terminal import DIFFERENT, INTERRUPTED, Bar, FirstSignal, echo, notice
 from kinetile.errors import BadOption
-from kinetile_conformance.cli.options import (
-    EXAMPLES,
-    Answer,
-    Ask,
-    Checks,
-    Examples,
-    NarrowPhases,
-    Seed,
-    Within,
-)
 
 if TYPE_CHECKING:
     from kinetile_conformance.judging import Judged
     from kinetile_conformance.reporting import Result
+
+
+EXAMPLES = 100
+"""Scenes drawn for each check; ``runner.EXAMPLES``, without what that imports."""
+
+Ask = Annotated[
+    str | None,
+    typer.Option(
+        metavar="WHAT",
+        help="Of programs: contacts of a run, pairs that may touch, or casts of two bodies. "
+        "[default: contacts]",
+    ),
+]
+Within = Annotated[
+    float | None,
+    typer.Option(metavar="D", help="Of programs: times to a relative distance, in place of ticks."),
+]
+Examples = Annotated[int, typer.Option(min=1, metavar="N", help="Scenes drawn for each check.")]
+Checks = Annotated[
+    list[str] | None, typer.Option("--check", metavar="CHECK", help="Run this check, not all.")
+]
+Seed = Annotated[int, typer.Option(metavar="N", help="What the drawing of scenes begins with.")]
+Answer = Annotated[
+    str | None, typer.Option(metavar="NAME", help="A response to judge with it; with options if need be.")
+]
 
 
 def _list(wanted: bool) -> None:
@@ -104,18 +119,11 @@ def conform(
     conform, 3 if the reference itself is in doubt, 4 if it could not be judged."""
     if (phase is None) == (command is None):
         raise BadOption("expected the NAME of a broad phase or --command CMD, one of the two")
-    (judged,), checks = to_judge(
-        [phase] if phase else [],
-        [command] if command is not None else [],
-        check,
-        {
-            "--narrow-phase": narrow_phase,
-            "--response": response,
-            "--seconds": seconds,
-            "--in-process": None if isolated else True,
-        },
-        {"--ask": ask, "--within": within, "--scene-seconds": scene_seconds},
-    )
+    of_phases = {"--narrow-phase": narrow_phase, "--response": response, "--seconds": seconds}
+    of_phases["--in-process"] = None if isolated else True
+    of_programs = {"--ask": ask, "--within": within, "--scene-seconds": scene_seconds}
+    named = [phase] if phase else [], [command] if command is not None else []
+    (judged,), checks = to_judge(*named, check, of_phases, of_programs)
     try_folder("--save-to", save_to, keep=False)
     show = _Printer(judged, json)
     who = " with ".join([judged.report.label, *judged.report.subject.beside])
@@ -153,6 +161,7 @@ def to_judge(
             if isinstance(value, float) and not 0.0 < value < math.inf:
                 raise BadOption(f"{option} {value:g}: expected a number above 0")
     from kinetile.errors import one_of
+    from kinetile.scene import Response
     from kinetile_conformance import CHECKS, check_broad_phase, check_engine
     from kinetile_conformance.cases import Subject
     from kinetile_conformance.judging import Judged
@@ -170,31 +179,27 @@ def to_judge(
     for name in checks or ():
         if name not in known:
             raise BadOption(f"there is no check {name!r}; expected {one_of(name, known)}")
+    answer = of_phases["--response"]
+    name, options = registered_phase(answer, "response") if answer else ("", {})
+    given: dict[str, Any] = {
+        "narrow_phases": dict(
+            registered_phase(each, "narrow phase") for each in of_phases["--narrow-phase"] or ()
+        ),
+        "response": Response(name, **options) if answer else None,
+        "seconds": of_phases.get("--seconds"),
+        "in_process": of_phases.get("--in-process"),
+    }
     chosen = []
     for each in dict.fromkeys(phases):
         name, options = registered_phase(each)
-        given = {"options": options, **_beside(of_phases)}
-        report = Plan.of_phase(name, given).report(())
-        chosen.append(Judged(report, partial(check_broad_phase, name, **given)))
+        how: dict[str, Any] = {"options": options, **given}
+        report = Plan.of_phase(name, how).report()
+        chosen.append(Judged(report, partial(check_broad_phase, name, **how)))
     for command in dict.fromkeys(commands):
         how = {"asked": asked, "within": within, "seconds": of_programs.get("--scene-seconds")}
         report = EngineReport(Subject(command, {}), "", asked=asked, within=within)
         chosen.append(Judged(report, partial(check_engine, command, **how)))
     return chosen, [*checks] if checks else None
-
-
-def _beside(of_phases: Mapping[str, Any]) -> dict[str, Any]:
-    """Return these options of phases as ``check_broad_phase`` takes them."""
-    from kinetile.scene import Response
-
-    narrow, response = of_phases["--narrow-phase"] or (), of_phases["--response"]
-    answer, options = registered_phase(response, "response") if response else ("", {})
-    return {
-        "narrow_phases": dict(registered_phase(each, "narrow phase") for each in narrow),
-        "response": Response(answer, **options) if response else None,
-        "seconds": of_phases.get("--seconds"),
-        "in_process": of_phases.get("--in-process"),
-    }
 
 
 def compiling_first() -> str:
@@ -273,11 +278,8 @@ def replay(
         echo(as_json(row | {"fails": not result.ok, "versions": versions()} | Report.row(result)))
     else:
         bodies = f"{result.bodies} {'body' if result.bodies == 1 else 'bodies'}"
-        echo(
-            f"{'passes' if result.ok else 'still fails'}: {phase}, {result.check}, {file} ({bodies})\n"
-            f"  {result.sentence}"
-        )
-        for line in [*result.said.splitlines(), *([f"verdict: {result.verdict}"] if result.verdict else [])]:
-            echo(f"  {line}")
+        echo(f"{'passes' if result.ok else 'still fails'}: {phase}, {result.check}, {file} ({bodies})")
+        verdict = [f"verdict: {result.verdict}"] if result.verdict else []
+        echo("\n".join(f"  {line}" for line in [result.sentence, *result.said.splitlines(), *verdict]))
     if not result.ok:
         raise typer.Exit(DIFFERENT)

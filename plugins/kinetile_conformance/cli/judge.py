@@ -10,20 +10,20 @@ from typing import Annotated
 import typer
 
 from kinetile.cli.files import check_new, try_folder
-from kinetile.cli.options import Json, Repeats
+from kinetile.cli.options import Json, NarrowPhases, Repeats
 from kinetile.cli.output import as_json
 from kinetile.cli.terminal import INTERRUPTED, Bar, FirstSignal, echo, notice
 from kinetile.errors import BadOption
-from kinetile_conformance.cli.conform import compiling_first, to_judge
-from kinetile_conformance.cli.options import (
+from kinetile_conformance.cli.conform import (
     EXAMPLES,
     Answer,
     Ask,
     Checks,
     Examples,
-    NarrowPhases,
     Seed,
     Within,
+    compiling_first,
+    to_judge,
 )
 
 

@@ -8,9 +8,9 @@ from kinetile.scene import Scene, Settings
 from kinetile_conformance import CHECKS
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import check_named
-from kinetile_conformance.diagnosis import OFTEN, SYMPTOMS, diagnosed, likely
 from kinetile_conformance.drawing import Drawing
-from kinetile_conformance.runner import CheckRun, References
+from kinetile_conformance.reporting import OFTEN, SYMPTOMS, diagnosed, likely
+from kinetile_conformance.runner import CheckRun, reference_of
 
 SEEN = (
     ("one-sided", "naive-names-the-later-ones-only", "its-structure-is-true"),
@@ -40,17 +40,17 @@ def meeting() -> Scene:
 
 
 @pytest.fixture(scope="module")
-def shared() -> tuple[Drawing, References]:
+def shared():
     """Some scenes for all mutants, and their outcomes under the reference."""
-    return Drawing(100, 0), References()
+    return Drawing(100, 0), reference_of(Subject("naive", {}))
 
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize(("row", "label", "check"), SEEN)
 def test_a_failure_ends_with_what_authors_usually_did_wrong(row, label, check, shared, load_mutant):
     load_mutant(label)
-    drawing, references = shared
-    run = CheckRun(check_named(check), Subject(label, {}), references)
+    drawing, reference = shared
+    run = CheckRun(check_named(check), Subject(label, {}), reference)
     assert drawing.scenes_fail(run.each, run.holds)
     assert diagnosed(check, str(run.said), run.subject) == [f"{OFTEN}{often(row)}"]
 
@@ -67,7 +67,7 @@ def test_truncation_for_floor_is_named(load_mutant):
 
 def often(row: str) -> str:
     """Return the text of a row."""
-    return next(each.often for each in SYMPTOMS if each.id == row)
+    return SYMPTOMS[row]["often"]
 
 
 def test_many_rows_are_shown_on_mutants():
@@ -107,5 +107,7 @@ def test_nothing_is_told_where_no_row_applies():
 
 
 def test_rows_are_few_and_name_checks_that_there_are():
-    assert len({row.id for row in SYMPTOMS}) == len(SYMPTOMS) <= 21
-    assert {check for row in SYMPTOMS for check in row.checks} <= {check.name for check in CHECKS}
+    assert len(SYMPTOMS) <= 21
+    assert all({*row} <= {"often", "checks", "pattern"} for row in SYMPTOMS.values())
+    named = {check for row in SYMPTOMS.values() for check in row.get("checks", ())}
+    assert named <= {check.name for check in CHECKS}
