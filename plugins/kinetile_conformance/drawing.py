@@ -73,7 +73,6 @@ class Drawing:
         return any(not holds(scene) for scene in self.scenes(each))
 
 
-Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 FAMILIAR = 2

@@ -12,7 +12,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any, TypedDict
 
@@ -22,7 +22,7 @@ from kinetile.plugin.calling import place_of
 from kinetile.plugin.registry import registry
 from kinetile.run.compose import check_options, read_narrow_phases
 from kinetile.scene import Response, Scene, Settings
-from kinetile_conformance.cases import REFERENCE, Subject, outcome, provided
+from kinetile_conformance.cases import CONTACTS, REFERENCE, RunOutcome, Subject, outcome, provided
 from kinetile_conformance.checks import CHECKS, check_named
 from kinetile_conformance.checks.check import Check, Disagreement, DoesNotApply, Reference
 from kinetile_conformance.deadline import SECONDS, TimeIsUp, begin_scene, spent
@@ -161,9 +161,19 @@ class Plan:
 
 
 def reference_of(subject: Subject) -> Reference:
-    """Return what runs scenes under the reference, with the narrow phases under test, and keeps the last
-    outcomes, for the checks that share a scene."""
-    return lru_cache(KEPT)(partial(outcome, subject.reference))
+    """Return what runs scenes under the reference, with the narrow phases under test. It keeps the last
+    outcomes, for checks that share a scene: by its identity, for a phase may have written to it since."""
+    kept: dict[tuple[int, int], tuple[Scene, RunOutcome]] = {}
+
+    def reference(scene: Scene, contacts: int = CONTACTS) -> RunOutcome:
+        key = id(scene), contacts
+        if key not in kept:
+            if len(kept) >= KEPT:
+                del kept[next(iter(kept))]
+            kept[key] = scene, outcome(subject.reference, scene, contacts)
+        return kept[key][1]
+
+    return reference
 
 
 def applicable(subject: Subject, each: Check) -> str | None:
@@ -297,9 +307,8 @@ class Runner:
         Phases of other distributions are left out: each would have to be compiled, and could hang or crash.
         """
         each, subject = check_named(name), self.subject
-        suspect = "the reference is in doubt"
-        for kind in [*subject.beside.values()][:1]:
-            suspect = f"suspect the {kind}, {', '.join(subject.beside)}"
+        named, kinds = ", ".join(subject.beside), [*subject.beside.values()]
+        suspect = f"suspect the {kinds[0]}, {named}" if kinds else "the reference is in doubt"
         found: dict[bool, list[str]] = {True: [], False: []}
         for other in registry().names("broad phase"):
             own = registry().provided("broad phase", other).distribution == "kinetile"

@@ -75,25 +75,18 @@ EVERYTHING: set[str] = set()
 
 TOOLBOX = {
     "queue": {"own"},
-    "offers": EVERYTHING,
-    "pairs": EVERYTHING,
-    "lookup": EVERYTHING,
-    "firsts": EVERYTHING,
+    **dict.fromkeys(("offers", "pairs", "lookup", "firsts"), EVERYTHING),
     "clock": {"lists.offered", "lists.pairs", "lists.free", "lists.wanted", *FAULT},
     "counts": {"updated", "pairs_max", "late"},
 }
+BOTH = {**TOOLBOX, "near": EVERYTHING}
 ONLY_NAMES = {"near": EVERYTHING, "clock": FAULT, "counts": {"late"}}
 
 HOOKS = {
-    "build": {**TOOLBOX, "near": EVERYTHING},
-    "repair": {**TOOLBOX, "near": EVERYTHING},
+    **dict.fromkeys(("build", "repair", "enter", "leave"), BOTH),
     "replan": TOOLBOX,
-    "enter": {**TOOLBOX, "near": EVERYTHING},
-    "leave": {**TOOLBOX, "near": EVERYTHING},
-    "near": ONLY_NAMES,
+    **dict.fromkeys(("near", "arrange", "audit"), ONLY_NAMES),
     "soon": {},
-    "arrange": ONLY_NAMES,
-    "audit": ONLY_NAMES,
 }
 """What each hook may change of the kernel's tables; of none but the state it may change anything else."""
 

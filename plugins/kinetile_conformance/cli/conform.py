@@ -122,7 +122,7 @@ def conform(
     of_phases = {"--narrow-phase": narrow_phase, "--response": response, "--seconds": seconds}
     of_phases["--in-process"] = None if isolated else True
     of_programs = {"--ask": ask, "--within": within, "--scene-seconds": scene_seconds}
-    named = [phase] if phase else [], [command] if command is not None else []
+    named = [phase] if phase is not None else [], [command] if command is not None else []
     (judged,), checks = to_judge(*named, check, of_phases, of_programs)
     try_folder("--save-to", save_to, keep=False)
     show = _Printer(judged, json)
