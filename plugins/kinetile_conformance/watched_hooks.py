@@ -255,13 +255,13 @@ def _run(sim: Simulation, scene: Scene) -> None:
     run on again, and run the phase's audit after each piece. What the audit says is for other checks."""
     for piece in range(3):
         there, places, radii = sim.bodies, sim.positions(), sim.radii()
-        shapes = sim.shapes() if scene.shapes else ()
+        shapes = sim.shapes()
         fast = float(np.abs(sim.velocities()).max(initial=0.0))
         if piece == 1 and len(there):
             with suppress(KinetileError, ValueError):  # too fast
                 sim.set_velocity(int(there[-1]), (1.5 * fast, 0.25 * fast))
         for row in range(0, len(there) if piece == 2 else 0, 3 + len(there) // 6):
-            size: dict[str, Any] = {"shape": shapes[row]} if shapes else {"radius": float(radii[row])}
+            size: dict[str, Any] = {"shape": shapes[row]} if scene.shapes else {"radius": float(radii[row])}
             with suppress(KinetileError, ValueError):  # no room
                 sim.remove(int(there[row]))
                 sim.insert(places[row], (0.25 * fast, -0.125 * fast), **size)

@@ -89,6 +89,11 @@ def test_what_is_allowed_passes(name):
     assert first_breach(Subject(name, {}), SMALL[:5]) is None
 
 
+@pytest.mark.interpreted
+def test_a_phase_passes_on_shapes():
+    assert first_breach(Subject("naive", {}), SMALL[-1:]) is None
+
+
 def test_every_trespassing_phase_is_tested():
     assert set(trespassing_phases.ALL) == SEEN.keys() | set(ALLOWED)
 
