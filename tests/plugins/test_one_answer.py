@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from agreement import ALL, assert_one_answer, lattice_scene
+from agreement import ALL, assert_one_answer, lattice_scene, outcome
 from kinetile.errors import ZenoError
 from kinetile.kernel import skin
 from kinetile.kernel.compiled import INTERPRETED
@@ -187,10 +187,8 @@ def test_without_the_skin_ties_part(monkeypatch):
     monkeypatch.setattr(skin.Skin, "of", classmethod(bare))
     parted = 0
     for seed in range(100):
-        try:
-            assert_agrees(lattice_scene(seed), 20.0, 200)
-        except AssertionError:
-            parted += 1
+        scene, phases = lattice_scene(seed), ("naive", "sap-1d", "sap-2d", "sweep-tiling")
+        parted += len({outcome(scene, phase, {}, 20.0, 200)[1] for phase in phases}) > 1
     assert parted > 5
 
 

@@ -139,7 +139,7 @@ def test_the_commands_name_a_wrong_narrow_phase(squares):
 @pytest.mark.slow
 def test_broad_phases_part_where_a_contact_depends_on_now(squares):
     """Told without the check of its own: and it is the narrow phase that is to blame, not the reference."""
-    chosen = ("--narrow-phase", "squares:fault=now", "--check", "same-contacts-in-the-gallery")
+    chosen = ("--narrow-phase", "squares:fault=now", "--check", "same-contacts")
     done = squares.run("conform", "cells", *chosen, "--json")
     assert done.returncode == 1, done.stdout + done.stderr
     report = json.loads(done.stdout.splitlines()[-1])

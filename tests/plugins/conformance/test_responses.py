@@ -177,5 +177,5 @@ def test_the_command_judges_a_response():
     done = kinetile(f"{line} {ALONE}")
     assert done.exit_code == 0, done.output
     assert done.stdout.splitlines()[-1].startswith(
-        "naive with restitution:contact_time=0.001,e=0.75 conforms"
+        "naive with restitution:e=0.75,contact_time=0.001 conforms"
     )

@@ -114,7 +114,7 @@ def test_what_is_drawn():
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_convex_bodies_have_one_answer_under_cells():
-    checks = [OF_SHAPES, f"{OF_SHAPES}-on-a-torus"]
+    checks = [OF_SHAPES, "same-contacts-in-a-swarm-of-shapes-on-a-torus"]
     for result in check_broad_phase("cells", checks=checks, examples=100, in_process=True).results:
         assert (result.status, result.scenes) == ("passed", 50), result.said
 

@@ -28,7 +28,7 @@ def compressibility(bodies: int, density: float, warm: float, time: float) -> Es
     scene = kt.make_scene("mixture", bodies=bodies, density=density, radii=(0.5,), periodic="xy")
     sim = kt.Simulation(scene, "cells", keep_contacts=False)
     sim.run(warm)
-    sim.run(warm + time, observe=[f"pressure:every={time / 64}"])
+    sim.run(warm + time, observe=[f"pressure:every={time / 256}"])
     return sim.observed["pressure"]["Z"]
 
 
