@@ -115,8 +115,9 @@ def test_what_is_drawn():
 @pytest.mark.compiled
 def test_convex_bodies_have_one_answer_under_cells():
     checks = [OF_SHAPES, "same-contacts-in-a-swarm-of-shapes-on-a-torus"]
-    for result in check_broad_phase("cells", checks=checks, examples=100, in_process=True).results:
-        assert (result.status, result.scenes) == ("passed", 50), result.said
+    report = check_broad_phase("cells", checks=checks, examples=100, in_process=True)
+    found = [(result.status, result.scenes) for result in report.results]
+    assert found == [("passed", 50), ("passed", 24)], str(report)
 
 
 @pytest.mark.slow
@@ -124,7 +125,7 @@ def test_convex_bodies_have_one_answer_under_cells():
 @pytest.mark.parametrize("shrink", [False, True])
 def test_a_reach_that_is_too_small_for_shapes_is_found(shrink):
     """And by scenes of discs it is not."""
-    chosen = {"checks": ["same-contacts", OF_SHAPES], "examples": 20, "in_process": True, "shrink": shrink}
+    chosen = {"checks": ["same-contacts", OF_SHAPES], "examples": 60, "in_process": True, "shrink": shrink}
     discs, shapes = check_broad_phase("narrow-cells", **chosen).results
     assert (discs.status, shapes.status) == ("passed", "failed")
     assert shapes.bodies <= (3 if shrink else 6)
