@@ -189,7 +189,7 @@ def test_a_case_names_its_narrow_phases(tmp_path):
     chosen = {"checks": [PLANS_ALONE], "examples": 40, "in_process": True}
     report = check_broad_phase("naive", narrow_phases=wrong, save_to=tmp_path, **chosen)
     assert [result.status for result in report.results] == ["failed"]
-    assert report.narrow_phases == wrong
+    assert report.subject.narrow == wrong
     case = load_case(report.results[0].case)
     assert case.narrow_phases == wrong
     page = view_saved(report.results[0].case).page
