@@ -67,12 +67,9 @@ def moments(case: Case, most: int) -> list[float]:
     return [float(found[int(at)]) for at in np.unique(np.linspace(0, len(found) - 1, most).astype(np.int64))]
 
 
-def watch(
-    case: Case, look: Look, most: int = STOPS, steps: int = STEPS, every: int = 1, but: str = ""
-) -> None:
+def watch(case: Case, look: Look, most: int = STOPS, steps: int = STEPS, every: int = 1) -> None:
     """Run a case, and look at it when it is built, after each of its first events, and at moments of its run,
-    or at each so many of these; raise Disagreement unless its outcome is the reference's, but for one
-    table."""
+    or at each so many of these; raise Disagreement unless its outcome is the reference's."""
     sim, number = case.subject.simulation(case.scene), count()
 
     def see() -> Simulation:
@@ -93,12 +90,13 @@ def watch(
         _run(case, sim, horizon(case.scene))
     except KinetileError as error:
         ended = f"{type(error).__name__}: {error}"
-    compare(case, _left(sim, ended, but))
+    compare(case, _left(sim, ended))
 
 
-def _left(sim: Simulation, ended: str, but: str = "") -> RunOutcome:
+def _left(sim: Simulation, ended: str) -> RunOutcome:
+    """Return the outcome without the numbers of the plans: a body that is put back has a new plan."""
     found = RunOutcome.of(sim, ended)
-    return replace(found, tables={name: table for name, table in found.tables.items() if name != but})
+    return replace(found, tables={name: found.tables[name] for name in found.tables if name != "stamps"})
 
 
 def _run(case: Case, sim: Simulation, until: float) -> bool:
@@ -139,13 +137,13 @@ def can_be_drawn(case: Case) -> None:
         if repr(sim.drawing()) != repr(sim.drawing()):
             raise Disagreement(f"at time {sim.time!r} it is drawn otherwise when it is drawn once more")
 
-    few = len(case.scene) <= FEW
-    watch(case, look, min(4, stops_for(case, STOPS)), every=EVERY if few else 1)
+    most, few = min(4, stops_for(case, STOPS)), len(case.scene) <= FEW
+    watch(case, look, most, every=EVERY if few else 1)
 
 
 def look_at(sim: Simulation) -> None:
     """Read what a user reads between two runs."""
-    sim.candidate_pairs(), sim.near(), sim.next_event, sim.readings
+    sim.candidate_pairs(), sim.near(), sim.next_event, sim.readings, sim.drawing()
 
 
 def put_back(sim: Simulation) -> None:
@@ -169,9 +167,6 @@ def resume(sim: Simulation) -> Simulation:
     sim.drawing(), sim.near()
     return sim
 
-
-PUT_BACK = "stamps"
-"""The table that is another one where a simulation was put back: its bodies have new plans."""
 
 WAYS: dict[str, Look] = {
     "stopped and looked at": look_at,
@@ -199,7 +194,7 @@ def resumes(case: Case) -> None:
 
     try:
         most = min(len(ways) - 1, stops_for(case, 4 * STOPS))
-        watch(case, look, most, steps=0, but=PUT_BACK)
+        watch(case, look, most, steps=0)
     except Disagreement as error:
         said = str(error)
         raise Disagreement(said if said.startswith(way) else f"{way}, {said}", error.scene) from error
@@ -209,7 +204,7 @@ def resumes(case: Case) -> None:
 def same_contacts_when_commanded_by_hand(case: Case) -> None:
     """The same contacts where commands are given between two runs, and after some the simulation is looked
     at, drawn, audited, built anew, put back, or saved and resumed"""
-    scene, looks = case.scene, (*WAYS.values(), _audit, _draw)
+    scene, looks = case.scene, (*WAYS.values(), _audit)
     every = 1 + len(scene.commands) // BY_HAND
     sim = case.subject.simulation(with_commands(scene, []), room=None)
     numbers = {body: body for body in range(len(scene))}
@@ -230,13 +225,9 @@ def same_contacts_when_commanded_by_hand(case: Case) -> None:
         ended = f"{type(error).__name__}: {error}"
     until = replace(scene.settings, until=max(horizon(scene), sim.time))
     expected = case.reference(relabelled(sim.recorded(), settings=until), case.contacts)
-    said = difference(_left(sim, ended, PUT_BACK), expected, case.subject.name)
+    said = difference(_left(sim, ended), expected, case.subject.name)
     if said is not None:
         raise Disagreement(said)
-
-
-def _draw(sim: Simulation) -> None:
-    sim.drawing()
 
 
 def _give(sim: Simulation, command: Command, numbers: dict[int, int]) -> None:

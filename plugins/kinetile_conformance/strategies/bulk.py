@@ -19,7 +19,7 @@ import numpy.typing as npt
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.scene import Scene, Settings
 from kinetile_conformance.strategies.strategy import numbered
-from kinetile_conformance.strategies.swarms import swarm
+from kinetile_conformance.strategies.swarms import slots, swarm
 
 LATTICES = 100
 """Lattices in a scene."""
@@ -96,9 +96,8 @@ def marathon(bodies: int, seed: int) -> Scene:
     """Return bodies in a small box, which meet each other and the walls for a long time."""
     random = np.random.default_rng(seed)
     columns, rows = random.permutation([3, 4])
-    chosen = random.choice(12, bodies, replace=False)
+    place = slots(random, bodies, int(columns), int(rows))
     radius = random.choice([0.25, 0.375, 0.4375], bodies)
-    place = np.column_stack([chosen % columns, chosen // columns]) + 0.5
     place += (0.5 - radius)[:, None] * random.uniform(-1.0, 1.0, (bodies, 2))
     velocity = random.normal(size=(bodies, 2))
     # A body meets a wall or another about once in the time in which it flies 1: in all a contact each

@@ -54,9 +54,6 @@ SIZES = ("crowd", "giants")
 LEVELS = 12 if INTERPRETED else 48
 """if there are so many bodies; they are drawn more often."""
 
-UNWALLED = (4.0, 4.0)
-"""Width and height of where bodies are inserted that have no arena, where there is no body."""
-
 
 def _of_kinds(number: int) -> Scene:
     """Return up to seven bodies in a box, of three kinds; of those that pass, if any do, one may begin within
@@ -112,11 +109,9 @@ class _Play:
         self.widest = float(scene.radius.max(initial=0.25))
         if scene.arena is not None:
             self.corner, self.size = np.zeros(2), np.array(scene.arena)
-        elif len(scene):
+        else:
             self.corner = scene.position.min(axis=0) - self.widest
             self.size = scene.position.max(axis=0) + self.widest - self.corner
-        else:
-            self.corner, self.size = np.zeros(2), np.array(UNWALLED)
         speed = np.abs(scene.velocity).max(initial=0.0) or 1.0
         self.unit = 2.0 ** np.round(np.log2(max(2.0 * self.widest, self.size.min() / 8.0) / speed))
 

@@ -7,7 +7,9 @@ same seed has the same scenes.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from unittest.mock import patch
 
 import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
@@ -44,6 +46,19 @@ class Strategy:
     fixed: int = 0
 
 
+@contextmanager
+def _no_constants() -> Iterator[None]:
+    """Lets Hypothesis draw no constants of the modules that are loaded: with them the same seed has other
+    scenes in each project, and after each import."""
+    try:
+        from hypothesis.internal.conjecture.providers import HypothesisProvider
+    except ImportError:  # a version that has none of them
+        yield
+        return
+    with patch.object(HypothesisProvider, "_maybe_draw_constant", lambda *_, **__: None, create=True):
+        yield
+
+
 def drawn(make: Callable[[], st.SearchStrategy[Scene]]) -> Draw:
     """Return what draws from a Hypothesis strategy, which is made when it is needed."""
 
@@ -62,7 +77,8 @@ def drawn(make: Callable[[], st.SearchStrategy[Scene]]) -> Draw:
         def keep(scene: Scene) -> None:
             found.append(scene)
 
-        keep()
+        with _no_constants():
+            keep()
         return found
 
     return draw

@@ -372,8 +372,7 @@ def scaled(number: int) -> Scene:
     bodies, variation = int(random.integers(FEWEST, SCALED_MOST + 1)), int(random.integers(8))
     scene = swarm(kind, bodies, number, variation)
     if random.random() < 0.5:
-        scene = scene.replace(arena=None)
-        scene = scene.replace(position=scene.position - np.round(scene.position.mean(axis=0)))
+        scene = scene.replace(arena=None, position=scene.position - np.round(scene.position.mean(axis=0)))
     if scene.arena is None and random.random() < 0.75:
         away = random.choice([-1.0, 0.0, 1.0], 2) * 2.0 ** random.integers(20, 48)
         with suppress(SceneError):  # so far away that rounded bodies overlap

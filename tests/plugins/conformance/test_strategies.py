@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import itertools
 from collections.abc import Iterable
 
@@ -11,6 +12,7 @@ import pytest
 from kinetile.scene import Scene
 from kinetile_conformance.cases import Subject, difference, outcome
 from kinetile_conformance.strategies.bulk import LATTICES, lattices, marathon
+from kinetile_conformance.strategies.small import DRAWS
 from kinetile_conformance.strategies.swarms import GIANTS, KINDS, swarm, swarm_numbered
 from kinetile_plugins.cells.layout import sides_for
 
@@ -28,6 +30,15 @@ def test_a_far_swarm_lies_beyond_lane_2_to_the_31():
     for seed in range(8):
         scene = swarm("far", 30, seed, variation=0)
         assert (np.abs(scene.position) / (2.0 * scene.radius.max()) > 2.0**31).all()
+
+
+def test_a_seed_has_the_same_scenes_whatever_is_imported(tmp_path, monkeypatch):
+    """Hypothesis draws constants of loaded modules, too: of an author's phase, or of another test."""
+    (tmp_path / "constants_of_an_author.py").write_text("X = 0.28, 0.3, 1.7, 11.5, 12.25", encoding="utf-8")
+    before = list(DRAWS["small scenes"](40, 3))
+    monkeypatch.syspath_prepend(tmp_path)
+    importlib.import_module("constants_of_an_author")
+    assert list(DRAWS["small scenes"](40, 3)) == before
 
 
 def test_a_lattice_is_the_same_wherever_it_stands():
