@@ -72,4 +72,4 @@ def inside_arena(k: Kernel, body: Records, tick: int) -> bool:
     limits = k.clock[0].limits
     x, y = position_at(k, body, tick)
     edge = body.radius + limits.fat
-    return bool(x > edge and y > edge and x < limits.width - edge and y < limits.height - edge)
+    return bool((x > edge) & (y > edge) & (x < limits.width - edge) & (y < limits.height - edge))

@@ -45,7 +45,7 @@ try:
     from numba.core import cgutils as _cgutils
     from numba.core.caching import FunctionCache, IndexDataCacheFile
     from numba.core.ccallback import CFunc
-    from numba.core.codegen import JITCodeLibrary
+    from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
     from numba.core.compiler import Compiler
     from numba.core.compiler_lock import global_compiler_lock
     from numba.core.compiler_machinery import PassManager
@@ -74,6 +74,7 @@ MEMBERS: dict[Any, str] = {
     CFunc: "compile address _cache",
     JITCodeLibrary: "codegen _codegen _optimize_functions _optimize_final_module "
     "_finalize_final_module _finalized enable_object_caching",
+    JITCPUCodegen: "_module_pass_manager",
     Compiler: "compile_extra define_pipelines",
     PassManager: "passes",
     Context: "refresh resolve_value_type resolve_function_type resolve_getattr",
@@ -123,13 +124,25 @@ class _NoEnvironment:
         """Do nothing: an environment is read by code that has Python objects, and hooks have none."""
 
 
-class _LinkedCode(JITCodeLibrary):
-    """The code of a hook or a subroutine, which is only ever linked into that of its callers.
+class _Code(JITCodeLibrary):
+    """The code of a function that Python calls: optimised once, with all that is linked into it."""
 
-    Numba optimises the code of each function, with that of all that it calls, and makes machine code of
-    it. Only the code of the outermost caller ever runs, and is optimised with all that was linked into
-    it. So neither is done for the rest, which saves a part of the time to compile a loop.
-    """
+    def _optimize_functions(self, module: Any) -> None:
+        """Leave that for later: a loop that is still small would get its first turn apart, and so all of its
+        code twice."""
+        module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        """Leave out the cheap round that is for counts of references, and have pairs of numbers, along x and
+        y, as vectors."""
+        made = self._codegen._module_pass_manager(slp_vectorize=True)
+        passes, *how = made if isinstance(made, tuple) else (made,)  # alone before Numba 0.62
+        passes.run(self._final_module, *how)
+
+
+class _LinkedCode(_Code):
+    """The code of a hook or a subroutine, which is only ever linked into that of its callers: neither
+    optimised alone nor made machine code, which saves a part of the time to compile a loop."""
 
     @property
     def codegen(self) -> Any:
@@ -249,21 +262,13 @@ class LinkingCompiler(_Compiler):
         super().__init__(typing, target, own, *rest)
 
 
-class _EntryCode(JITCodeLibrary):
-    """The code of a function that Python calls. It is optimised with all that is linked into it, not alone
-    before: a loop that is still small would get its first turn apart, and so all of its code twice."""
-
-    def _optimize_functions(self, module: Any) -> None:
-        module.data_layout = self._codegen._data_layout
-
-
 class EntryCompiler(_Compiler):
     """The compiler of functions that Python calls."""
 
     def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
         typing.refresh()
         target.refresh()
-        own = library or cast(Any, _EntryCode)(target.codegen(), "entry")
+        own = library or cast(Any, _Code)(target.codegen(), "entry")
         own.enable_object_caching()
         super().__init__(typing, target, own, *rest)
 

@@ -122,12 +122,14 @@ def move(k: Kernel, body: int, key: int) -> None:
     if before < OUT:
         _take_out(k, body)
     entry.key = key
+    counts = k.counts[0]
     if key != NEVER:
         _file(k, body, key)
-    if (before == NEVER) != (key == NEVER):
-        counts = k.counts[0]
-        counts.queued += 1 if before == NEVER else -1
-        counts.queue_max = larger(counts.queue_max, counts.queued)
+        if before == NEVER:
+            counts.queued += 1
+            counts.queue_max = larger(counts.queue_max, counts.queued)
+    elif before != NEVER:
+        counts.queued -= 1
 
 
 @hook

@@ -1,8 +1,8 @@
 """Hooks that are not marked ``unchecked``, as the loop calls them.
 
-Numbers of bodies that they return are compared with how many there are, because the loop reads its tables
-there, and its index is not checked (``kernel.compiled.views``): one that is none is a fault that names the
-phase, and not a read of other memory.
+Counts and numbers of bodies that they return are compared with how many there are, because the loop reads its
+tables there, and its index is not checked (``kernel.compiled.views``): one that is none is a fault that names
+the phase, and not a read of other memory.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from kinetile.kernel.compiled import hook, larger, smaller, unchecked, with_numpy
-from kinetile.kernel.tables import BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, blame
+from kinetile.kernel.tables import BAD_COUNT, BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, blame
 
 Hook = Callable[..., Any]
 
@@ -35,8 +35,9 @@ def _naming(function: Hook) -> Hook:
     @hook
     def call(k: Kernel, s: Any, body: int) -> int:
         count = given(k, s, body)
-        if count > len(k.near) - SPARE:
-            return int(count)  # a fault of its own
+        if count < 0 or count > len(k.near) - SPARE:
+            blame(k, BAD_COUNT, body, count)
+            return 0
         lowest = np.int32(0)  # as short as names are: the compiler takes eight at a time
         highest = np.int32(0)
         for i in range(count):

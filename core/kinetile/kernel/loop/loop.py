@@ -84,18 +84,15 @@ from kinetile.kernel.loop.events import (
 from kinetile.kernel.loop.predictions import ask_all_exactly, look_at, meeting
 from kinetile.kernel.loop.responses import crowded, end_first_passing
 from kinetile.kernel.tables import (
-    BAD_COUNT,
     GUESS,
     NEVER,
     NOBODY,
     PAIR,
     PARTING,
-    SPARE,
     STRUCTURAL,
     TURN,
     WALL,
     Kernel,
-    blame,
     elder,
     is_there,
 )
@@ -224,9 +221,7 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
                 body, count = next_offer(k)
             else:
                 return
-        if count < 0 or count > len(k.near) - SPARE:
-            blame(k, BAD_COUNT, body, count)
-        elif PAIRS and count > 0:
+        if PAIRS and count > 0:
             look_at(k, body, count, at)
         count = 0
         if AHEAD:
@@ -334,7 +329,9 @@ def is_over(k: Kernel, kind: int, at: int, until: int, quota: int) -> bool:
     The last tick may end between two of its contacts: where a command was given between two runs, or where a
     recording stopped. Structural events and commands of that place have happened then.
     """
-    return bool(at > until or at == NEVER or (at == until and kind >= WALL and met_at(k, at) >= quota))
+    if at < until:
+        return False
+    return bool(at > until or at == NEVER or (kind >= WALL and met_at(k, at) >= quota))
 
 
 @template
@@ -388,10 +385,7 @@ def comes_next(k: Kernel, h: int, other: int, tick: int, until: int, budget: int
     if PASSING:
         rival = smaller(rival, smaller(k.traits[h].leave, k.traits[other].leave))
     return not (
-        tick >= rival
-        or tick >= runner_up(k, h, other)
-        or tick >= until
-        or tick < clock.now
+        tick >= smaller(smaller(rival, until), runner_up(k, h, other))
         or budget <= 0
         or log_is_full(k, 1)
         or (PASSING and crowded(k, 1))

@@ -8,7 +8,7 @@ to wait until all of them are done.
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from inspect import signature
 from typing import Any, ClassVar, NamedTuple, cast
 
@@ -114,13 +114,14 @@ class _Call(NamedTuple):
         data = made(self.context, self.builder, value=array).data
         return self.builder.bitcast(data, element.as_pointer())
 
-    def named(self, which: int, array: Any, first: Any) -> list[Any]:
-        """Return eight numbers of an array, as words: read one by one, as they may have been stored, so that
-        no load has to wait for several stores."""
+    def named(self, which: int, array: Any, first: Any) -> Iterator[Any]:
+        """Yield eight numbers of an array, as words: read one by one, as they may have been stored, so that
+        no load has to wait for several stores; and each when it is used, for there are not many registers."""
         builder = self.builder
         at = builder.gep(self.data(which, array, _WHOLE), [first])
-        each = [builder.gep(at, [ir.Constant(_WORD, i)]) for i in range(LANES)]
-        return [builder.sext(builder.load_atomic(here, "unordered", 4), _WORD) for here in each]
+        for i in range(LANES):
+            here = builder.gep(at, [ir.Constant(_WORD, i)])
+            yield builder.sext(builder.load_atomic(here, "unordered", 4), _WORD)
 
     def nothing(self) -> Any:
         """Return what a function without a result returns."""
