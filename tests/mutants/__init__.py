@@ -203,7 +203,7 @@ def judge(name: str, folder: Path, checks: Sequence[str] | None = None, **option
     unjudged: list[Result] = []
 
     def stop(result: Result) -> None:
-        if result.unjudged:
+        if result.status == "not judged":
             unjudged.append(result)
         elif not result.ok:
             raise _Found(result)
@@ -220,7 +220,7 @@ def judge(name: str, folder: Path, checks: Sequence[str] | None = None, **option
 
 def as_expected(name: str, found: Result | None) -> bool:
     """Whether a mutant is killed by its check, or spared where it has none."""
-    if found is None or found.unjudged:
+    if found is None or found.status == "not judged":
         return found is None and not ALL[name].killed_by
     return found.check == ALL[name].killed_by
 
@@ -229,12 +229,12 @@ def matrix_row(name: str, folder: Path, **options: Any) -> dict[str, Any]:
     """Return which checks fail on a mutant, and which come to no end, of all that are run."""
     results: list[Result] = []
     run_checks(name, folder, results.append, shrink=False, explains=False, **options)
-    failed = [result.check for result in results if not result.ok and not result.unjudged]
+    failed = [result.check for result in results if not result.ok and result.status != "not judged"]
     return {
         "name": name,
         "family": ALL[name].family,
         "failed": failed,
-        "not judged": [result.check for result in results if result.unjudged],
+        "not judged": [result.check for result in results if result.status == "not judged"],
         "not run": [] if options.get("checks") else _not_run(results),
         "seconds": round(sum(result.seconds for result in results)),
     }
@@ -363,7 +363,7 @@ def _line(
     began = time.perf_counter()
     found = judge(name, folder, checks, shrink=False, explains=False, **options)
     fine = as_expected(name, found)
-    killed = found.check if found is not None and not found.unjudged else None
+    killed = found.check if found is not None and found.status != "not judged" else None
     said = "spared" if ALL[name].right else "lives"
     if found is not None:
         said = f"{found.status} {found.check}: {(found.said or found.reason).splitlines()[0][:80]}"

@@ -389,9 +389,9 @@ def test_an_error_of_the_kit_is_told_with_its_traceback() -> None:
 # What was seen, and how long is waited
 
 
-FIRST, *OTHERS = random.Random(26).sample(range(20), 4)
+FIRST, *OTHERS = random.Random(26).sample(range(12), 4)
 """After how many of the messages that follow a failure its child is killed, while it looks for a smaller
-scene: it sends some 26. It goes on while they are read, so it is anywhere in its work when it dies."""
+scene: it sends some 14. It goes on while they are read, so it is anywhere in its work when it dies."""
 
 
 @pytest.mark.interpreted

@@ -105,7 +105,7 @@ def test_squares_conform_with_cells():
 FAULTS = {
     "now": "at a later present time|with nothing in the kernel's other tables",
     "order": "with the bodies numbered the other way round",
-    "asked": "with nothing in the kernel's other tables",
+    "asked": "with nothing in the kernel's other tables|and should be body 0 with body 1",
     "writes": "meet or collide wrote stamps",
 }
 
