@@ -27,8 +27,8 @@ from kinetile.errors import KinetileError, Refused, TooThick, UnknownName
 from kinetile.kernel.tables import column, slots_taken
 from kinetile.plugin.calling import NOT_AUTHORS
 from kinetile.plugin.choices import write_phase
-from kinetile.plugin.registry import HOOKS, Provided, registry
-from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, Spec, hookimpl
+from kinetile.plugin.registry import Provided, registry
+from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, ResponseSpec, hookimpl
 from kinetile.run.compare import Outcome, describe_row, find_divergence, first_difference, outcome_of
 from kinetile.run.compose import Composition, compose_phases
 from kinetile.run.simulation import Simulation
@@ -163,13 +163,20 @@ def provided(subject: Subject) -> tuple[Provided, ...]:
     return registry().provided("broad phase", subject.name), *narrow, *response
 
 
+HOOKS = {
+    BroadPhaseSpec: "kinetile_broad_phases",
+    NarrowPhaseSpec: "kinetile_narrow_phases",
+    ResponseSpec: "kinetile_responses",
+}
+"""The hook of a plugin that provides such a spec."""
+
+
 class PhasePlugin:
     """A plugin that provides one phase or response, under its name: for what exists in this process only."""
 
-    def __init__(self, spec: Spec) -> None:
+    def __init__(self, spec: BroadPhaseSpec | NarrowPhaseSpec | ResponseSpec) -> None:
         self.__name__ = spec.name
-        (name,) = (name for name, (_, kind) in HOOKS.items() if isinstance(spec, kind))
-        setattr(self, name, hookimpl(lambda: [spec]))
+        setattr(self, HOOKS[type(spec)], hookimpl(lambda: [spec]))
 
 
 @unchecked

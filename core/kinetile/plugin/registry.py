@@ -258,14 +258,13 @@ def _source(plugin: str, distribution: str | None, version: str | None) -> str:
 
 
 _GROUP = "kinetile"
-HOOKS: dict[str, tuple[Kind, type[Spec]]] = {
+_HOOKS: dict[str, tuple[Kind, type[Spec]]] = {
     "kinetile_broad_phases": ("broad phase", specs.BroadPhaseSpec),
     "kinetile_narrow_phases": ("narrow phase", specs.NarrowPhaseSpec),
     "kinetile_responses": ("response", specs.ResponseSpec),
     "kinetile_scenes": ("scene", SceneSpec),
     "kinetile_observables": ("observable", specs.ObservableSpec),
 }
-"""The hooks of a plugin: of each what it provides, and the type of its specs."""
 
 
 class Installed(NamedTuple):
@@ -297,7 +296,7 @@ def offers(plugin: object) -> list[tuple[Kind, Spec]]:
     _check_hooks(plugin, {caller.name: caller for caller in manager.get_hookcallers(plugin) or ()})
     return [
         (kind, spec)
-        for hook, (kind, spec_type) in HOOKS.items()
+        for hook, (kind, spec_type) in _HOOKS.items()
         for spec in _call(getattr(manager.hook, hook), spec_type)
     ]
 
@@ -312,16 +311,16 @@ def _check_hooks(plugin: object, callers: dict[str, pluggy.HookCaller]) -> None:
     """Raises BadPlugin for a hook that kinetile does not have, one that is not marked, or none at all."""
     for name, caller in callers.items():
         if not caller.has_spec() and not all(hook.optionalhook for hook in caller.get_hookimpls()):
-            meant = nearest(name, HOOKS)
+            meant = nearest(name, _HOOKS)
             hint = f"; did you mean {meant}?" if meant else "."
-            raise BadPlugin(f"kinetile has no hook {name!r}{hint} There are: {', '.join(HOOKS)}")
-    for name in HOOKS:
+            raise BadPlugin(f"kinetile has no hook {name!r}{hint} There are: {', '.join(_HOOKS)}")
+    for name in _HOOKS:
         if name not in callers and callable(getattr(plugin, name, None)):
             raise BadPlugin(
                 f"its function {name} is not marked as a hook; decorate it with kinetile.hookimpl"
             )
     if not callers:
-        raise BadPlugin(f"it implements no hook of kinetile; there are: {', '.join(HOOKS)}")
+        raise BadPlugin(f"it implements no hook of kinetile; there are: {', '.join(_HOOKS)}")
 
 
 def _call(caller: pluggy.HookCaller, spec_type: type[Spec]) -> Iterator[Spec]:
