@@ -14,7 +14,7 @@ from kinetile.errors import Refused
 from kinetile.kernel import compiled
 from kinetile.kernel.compiled import INTERPRETED, composer, disowned, hook, unchecked, wrapping
 from kinetile.kernel.loop.checked import checked as as_checked
-from kinetile.kernel.tables import BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, allocate
+from kinetile.kernel.tables import BAD_COUNT, BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, allocate
 from lanes import BUILT_IN, first
 
 
@@ -120,7 +120,7 @@ def near(k: Kernel, s: int, body: int) -> int:
     k.near[0] = 1
     k.near[1] = s
     k.near[2] = -7
-    return len(k.near) if s > 90 else 2
+    return len(k.near) if s > 90 else -1 if s < -90 else 2
 
 
 @hook
@@ -137,18 +137,23 @@ def bound(k, body, who):
 
 
 @pytest.mark.parametrize(
-    ("named", "count", "fault"),
-    [(0, 2, 0), (4, 2, 0), (-1, 0, BAD_NAME), (5, 0, BAD_NAME), (99, 6 + SPARE, 0)],
+    ("named", "fault", "wrong"),
+    [
+        (0, 0, 0),
+        (4, 0, 0),
+        (-1, BAD_NAME, -1),
+        (5, BAD_NAME, 5),
+        (99, BAD_COUNT, 6 + SPARE),
+        (-99, BAD_COUNT, -1),
+    ],
 )
-def test_a_number_that_is_no_body_s_is_a_fault_and_no_index(named, count, fault):
-    """Numbers behind those that count are not looked at; a count that is too large is a fault elsewhere."""
+def test_a_number_that_is_no_body_s_is_a_fault_and_no_index(named, fault, wrong):
+    """Numbers behind those that count are not looked at, and none where their count cannot be."""
     k = allocate(5, 6, 1)
     parts = {"near": as_checked("near", near)}
-    assert compiled.compose(ask, parts, "names", Kernel)(k, named, 2) == count
+    assert compiled.compose(ask, parts, "names", Kernel)(k, named, 2) == (0 if fault else 2)
     fault_seen = k.clock[0].fault
-    assert (int(fault_seen.code), int(fault_seen.a), int(fault_seen.b)) == (
-        (fault, 2, named) if fault else (0, 0, 0)
-    )
+    assert (int(fault_seen.code), int(fault_seen.a), int(fault_seen.b)) == (fault, 2 if fault else 0, wrong)
 
 
 @pytest.mark.parametrize(("who", "right"), [(0, True), (4, True), (NOBODY, False), (5, False)])
