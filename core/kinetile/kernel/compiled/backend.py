@@ -135,7 +135,7 @@ class _Code(JITCodeLibrary):
     def _optimize_final_module(self) -> None:
         """Leave out the cheap round that is for counts of references, and have pairs of numbers, along x and
         y, as vectors."""
-        made = self._codegen._module_pass_manager(slp_vectorize=True)
+        made = cast(Any, self._codegen)._module_pass_manager(slp_vectorize=True)
         passes, *how = made if isinstance(made, tuple) else (made,)  # alone before Numba 0.62
         passes.run(self._final_module, *how)
 
