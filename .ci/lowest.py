@@ -10,7 +10,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-_REQUIREMENT = re.compile(r"([A-Za-z0-9_.-]+)(?:\[([\w,]+)\])?>=([\w.]+)")
+_REQUIREMENT = re.compile(r"([A-Za-z0-9_.-]+)(?:\[([\w,]+)\])?>=([\w.]+)(?:,<[\w.]+)?(?:;.*)?")
 
 
 def lowest(*extras: str) -> list[str]:
