@@ -139,7 +139,7 @@ def test_a_phase_and_a_narrow_phase_for_discs_say_that_they_take_no_shapes():
     assert result.reason.startswith("it refuses all scenes of this check: power ")
     (result,) = check_broad_phase("naive", narrow_phases=["disc"], checks=[AS_CONVEX], **chosen).results
     assert result.status == "skipped"
-    assert "does not take capsule" in result.reason
+    assert "'disc' of kinetile:builtin (kinetile 0.1.0) does not take " in result.reason
 
 
 @pytest.mark.interpreted
