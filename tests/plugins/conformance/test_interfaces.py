@@ -16,7 +16,7 @@ TESTS = """
 from kinetile_conformance import parametrize_with_checks
 
 
-@parametrize_with_checks("blind", examples=2, shrink=False, expected_failures={"same-contacts": "blind"})
+@parametrize_with_checks("blind", examples=20, shrink=False, expected_failures={"same-contacts": "blind"})
 def test_as_expected(check):
     check()
 
@@ -89,13 +89,13 @@ def blind(tmp_path_factory):
 
 @pytest.mark.slow
 def test_expected_failures_are_xfailed_and_may_not_pass(blind):
-    checks = ("can-be-drawn", "pairs-are-overlapping-boxes", "same-contacts")
+    checks = ("can-be-drawn", "pairs-are-overlapping-boxes", "rejects-unknown-options", "same-contacts")
     tests = product(("as_expected", "not_as_expected", "naive"), checks)
     done = blind("-rA", *(f"test_blind.py::test_{test}[{check}]" for test, check in tests))
     lines = [line.partition(" - ")[0] for line in done.stdout.splitlines()]
     assert done.returncode == 1, done.stderr
     for line in (
-        "PASSED test_blind.py::test_as_expected[can-be-drawn]",
+        "PASSED test_blind.py::test_as_expected[rejects-unknown-options]",
         "XFAIL test_blind.py::test_as_expected[same-contacts]",
         "FAILED test_blind.py::test_not_as_expected[can-be-drawn]",
         "PASSED test_blind.py::test_naive[same-contacts]",
