@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass, field, replace
@@ -41,12 +42,9 @@ SCENES = {path.stem: path for path in sorted(Path(__file__).with_name("scenes").
 
 def faults() -> dict[str, list[int]]:
     """Returns, for each family of the faults in ``FAULTS``, how many the kit finds, of how many."""
-    counts: dict[str, list[int]] = {}
-    if FAULTS.is_file():
-        for fault in json.loads(FAULTS.read_text(encoding="utf-8"))["faults"].values():
-            found, of = counts.get(fault["family"], (0, 0))
-            counts[fault["family"]] = [found + (fault["killed_by"] is not None), of + 1]
-    return counts
+    rows = json.loads(FAULTS.read_text(encoding="utf-8"))["faults"].values()
+    found = Counter(row["family"] for row in rows if row["killed_by"] is not None)
+    return {family: [found[family], of] for family, of in Counter(row["family"] for row in rows).items()}
 
 
 @dataclass(frozen=True)
@@ -72,8 +70,8 @@ class Judged:
 
     def __post_init__(self) -> None:
         if not isinstance(self.report, EngineReport):
+            alone = Subject(self.report.subject.name, self.report.subject.options)
             with suppress(NotJudged, PhaseError, Refused):
-                alone = Subject(self.report.subject.name, self.report.subject.options)
                 alone.composition(make_scene("two-discs"))
 
     def run(self, on_result: Callable[[Result], None] = unheard, **how: Any) -> None:
@@ -94,11 +92,6 @@ class Judged:
         if self.report.failed:
             return "the reference is in doubt" if self.report.in_doubt else "does not conform"
         return "conforms" if self.done and self.report.ok and self.report.results else "not judged"
-
-    @property
-    def line(self) -> str:
-        """The verdict, or why there is none, as a line."""
-        return f"{self.report.label}: {self.error or self.verdict}"
 
 
 @dataclass
@@ -138,18 +131,15 @@ class Judgement:
         ]
         return vars(self) | {"judged": judged, "beside": [*self.beside.beside]}
 
-    def run(self, show: Callable[[float | None, str], None], tell: Callable[[str], None]) -> None:
-        """Judges all, then measures all; ``show`` is called with how far it is, and where, and ``tell`` with
-        each verdict."""
-        chosen = ("examples", "seed", "checks", "save_to")
-        how: dict[str, Any] = {name: getattr(self, name) for name in chosen}
+    def run(self, show: Callable[[float | None, str], None]) -> None:
+        """Judges all, then measures all; ``show`` is called with how far it is, and where."""
+        how = {name: vars(self)[name] for name in ("examples", "seed", "checks", "save_to")}
         for each in self.judged:
             label = each.report.label
             try:
                 each.run(on_scene=lambda check, n, of=label: show(None, f"{of}: {check}, {n:,}"), **how)
             except KinetileError as error:
                 each.error = str(error)
-            tell(each.line)
         with ExitStack() as children:
             measures: list[tuple[Judged, Callable[[Scene, Any], Measured]]] = []
             for each in self.judged:

@@ -55,9 +55,7 @@ def _marked(status: str, text: str) -> str:
 
 
 def _number(value: float | None) -> str:
-    return (
-        "–" if value is None else f"{value:,.0f}" if value >= 100.0 or value == int(value) else f"{value:.3g}"
-    )
+    return "–" if value is None else f"{value:,.0f}" if value >= 100.0 else f"{value:.3g}"
 
 
 def _checks(judged: Sequence[Judged]) -> Iterator[str]:
@@ -111,8 +109,7 @@ def _measurements(of: Judgement) -> Iterator[str]:
 
 
 def _faults(of: Judgement) -> Iterator[str]:
-    if of.faults:
-        found, every = map(sum, zip(*of.faults.values(), strict=True))
-        yield paragraph(f"Of {every} faults that were written to test the kit, it finds {found} by default.")
-        rows = [[family, *map(str, counts)] for family, counts in of.faults.items()]
-        yield grid("", ("faults", "found", "of"), rows, (False, True, True))
+    found, every = map(sum, zip(*of.faults.values(), strict=True))
+    yield paragraph(f"Of {every} faults that were written to test the kit, it finds {found} by default.")
+    rows = [[family, *map(str, counts)] for family, counts in of.faults.items()]
+    yield grid("", ("faults", "found", "of"), rows, (False, True, True))

@@ -265,7 +265,7 @@ class Runner:
     def __init__(self, plan: Plan, observe: Callable[[int, Scene, Exception | None], None] = unheard) -> None:
         self.plan = plan
         self.subject = plan.subject
-        self._drawing = Drawing(plan.examples, plan.seed, partial(acceptable, plan.subject))
+        self._drawing = Drawing(plan.examples, plan.seed, partial(acceptable, plan.subject, known={}))
         self._reference = reference_of(plan.subject)
         self._observe = observe
 

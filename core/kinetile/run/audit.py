@@ -265,26 +265,25 @@ def _overlapping(
     k: Kernel, composition: Composition, place: Any, passing: set[tuple[int, int, int, int]]
 ) -> Iterator[str]:
     """Two bodies that overlap by more than rounding, through an image, and may pass, pass through it."""
-    kinds, kind, radius = k.clock[0].kinds, k.traits.kind, k.bodies.radius
+    kinds, kind, radius, number = k.clock[0].kinds, k.traits.kind, k.bodies.radius, k.queue.number
+    passes = k.rules.response == PASS
     between = _gaps(composition)
     periods = np.array([k.clock[0].torus.x, k.clock[0].torus.y])
     turns = np.column_stack([k.images.kx, k.images.ky]) if len(k.images) else np.zeros((len(place), 2), "i8")
-    steps = list(product(*(range(-1, 2) if period else range(1) for period in periods)))
-    for a in np.flatnonzero(k.queue.number >= 0).tolist():
-        may = (k.rules.response[kind[a] * (kinds + 1) + kind] == PASS) & (k.queue.number > k.queue.number[a])
-        nearest = -np.rint((place - place[a]) / np.where(periods > 0.0, periods, math.inf))
-        for step in steps:
-            image = nearest + step
-            away = place - place[a] + image * periods
-            apart = np.hypot(*away.T) - (radius + radius[a])
-            for b in np.flatnonzero(may & (apart < -1e-9 * (radius + radius[a]))).tolist():
-                if between is not None:
-                    meet = math.isfinite(k.mass[a]) or math.isfinite(k.mass[b])
-                    if not meet or not between(k, a, b, *away[b].tolist()) < -1e-9 * (radius[a] + radius[b]):
-                        continue
-                if (a, b, *(image[b] - turns[b] + turns[a]).astype(np.int64).tolist()) not in passing:
-                    said = f"bodies {k.queue.number[a]} and {k.queue.number[b]} overlap"
-                    yield f"{said} and are not passing each other"
+    steps = np.array(list(product(*(range(-1, 2) if period else range(1) for period in periods))))
+    for a in np.flatnonzero(number >= 0).tolist():
+        later = np.flatnonzero(passes[kind[a] * (kinds + 1) + kind] & (number > number[a]))
+        away = place[later] - place[a]
+        image = steps[:, None] - np.rint(away / np.where(periods > 0.0, periods, math.inf))
+        away, reach = away + image * periods, radius[later] + radius[a]
+        for step, at in np.argwhere(np.hypot(*away.transpose(2, 0, 1)) - reach < -1e-9 * reach).tolist():
+            b = int(later[at])
+            if between is not None:
+                meet = math.isfinite(k.mass[a]) or math.isfinite(k.mass[b])
+                if not meet or not between(k, a, b, *away[step, at].tolist()) < -1e-9 * reach[at]:
+                    continue
+            if (a, b, *(image[step, at] - turns[b] + turns[a]).astype(np.int64).tolist()) not in passing:
+                yield f"bodies {number[a]} and {number[b]} overlap and are not passing each other"
 
 
 class Complaint(NamedTuple):

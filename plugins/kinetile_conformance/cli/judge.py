@@ -52,7 +52,7 @@ def judge(
         raise BadOption("expected the NAME of a broad phase, or --command CMD, or several of both")
     beside = {"--narrow-phase": narrow_phase, "--response": response}
     judged, checks = to_judge(phases or (), command or (), check, beside, {"--ask": ask, "--within": within})
-    from kinetile_conformance.judging import SCENES, Judgement
+    from kinetile_conformance.judging import Judgement
     from kinetile_conformance.page import page
 
     judgement = Judgement(judged, examples, seed, checks, repeats, out / "failures")
@@ -61,24 +61,18 @@ def judge(
     for path in files:
         check_new("--out", path, overwrite)
     names = ", ".join(each.report.label for each in judged)
-    notice(
-        f"judging {names} on {examples:,} scenes a check, measuring on {len(SCENES)}{compiling_first()} ..."
-    )
+    notice(f"judging {names} on {examples:,} scenes a check{compiling_first()} ...")
     first, bar = FirstSignal(), Bar("judging")
-
-    def tell(line: str) -> None:
-        bar.close()
-        notice(line)
-
     try:
         with first, bar:
-            judgement.run(bar.show, tell)
+            judgement.run(bar.show)
     except KeyboardInterrupt:
         notice("kinetile: interrupted; what was done until then is written")
     result = as_json(judgement.as_dict())
     files[0].write_text(page(judgement, shlex.join(["kinetile", *sys.argv[1:]])), encoding="utf-8")
     files[1].write_text(result + "\n", encoding="utf-8")
-    echo(result if json else "\n".join([*(each.line for each in judged), *map(str, files)]))
+    verdicts = [f"{each.report.label}: {each.error or each.verdict}" for each in judged]
+    echo(result if json else "\n".join([*verdicts, *map(str, files)]))
     if judgement.status != "complete":
         raise typer.Exit(128 + first.number if first.number else INTERRUPTED)
     raise typer.Exit(judgement.exit_code)

@@ -65,24 +65,26 @@ BUILT = 80
 each, in half a millisecond."""
 
 
-def acceptable(subject: Subject, scene: Scene) -> Scene:
+def acceptable(subject: Subject, scene: Scene, known: dict[Any, tuple[int, bool]] | None = None) -> Scene:
     """Return a scene as phases accept it, if they do: with the response under test, without what no body
     does; where axes are periodic also without responses; and only its beginning, where each command is
-    dear."""
-    scene, living = subject.dressed(scene), is_living(scene)
-    choices: list[Rules] = []
-    if set(NOBODY_PASSES) & {pair for pair, _ in scene.responses}:
+    dear. ``known`` has what they accept of scenes that have as much."""
+    scene, living, known = subject.dressed(scene), is_living(scene), {} if known is None else known
+    choices: list[Rules] = [dict(scene.responses)]
+    if NOBODY_PASSES.keys() & choices[0].keys():
         choices.append({pair: answer for pair, answer in scene.responses if pair not in NOBODY_PASSES})
         choices += [{}] if scene.periodic and not living else []
-    if choices or (living and len(scene.commands) > BUILT):
-        for each in (scene, *(scene.replace(responses=rules) for rules in choices)):
-            begin_scene()
-            with suppress(Exception):  # what a foreign phase raises here, it raises in the check as well
-                composition = subject.composition(each)
-                if living and len(each.commands) > BUILT and not composition.living:
-                    return ended_at(each, each.commands[BUILT].time)
-                return each
-    return scene
+    long = living and len(scene.commands) > BUILT
+    like = len(choices), long, scene.periodic, bool(scene.shapes)
+    for at, rules in enumerate(choices if like not in known and (long or choices[1:]) else ()):
+        begin_scene()
+        with suppress(Exception):  # what a foreign phase raises here, it raises in the check as well
+            composition = subject.composition(scene.replace(responses=rules) if at else scene)
+            known[like] = at, composition.living
+            break
+    at, keeps = known.get(like, (0, True))
+    scene = scene.replace(responses=choices[at]) if at else scene
+    return scene if keeps or not long else ended_at(scene, scene.commands[BUILT].time)
 
 
 MANY = (9, 65, 256)

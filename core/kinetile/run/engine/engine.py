@@ -419,7 +419,7 @@ class Engine(Tables):
         begun = int(k.clock[0].lists.passings)
         self.k = layout.more_passings(k, begun + MOST_IMAGES * len(now) + len(k.bodies))
         parts = {"part": pair.part, "PERIODIC": bool(self.scene.periodic)} | self.composition.of_shapes
-        compose(begin_at_start, parts, f"begin_{self.composition.label}", Kernel)(self.k, now)
+        compose(begin_at_start, parts, "begin", Kernel)(self.k, now)
         self.k.clock[0].stops.due = 0  # ``advance`` looks among them for a watched one
 
     # Phases prepared again
