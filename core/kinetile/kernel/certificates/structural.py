@@ -114,38 +114,36 @@ def falls_eight(k: Kernel, since: Ticks, gap: Floats, rate: Floats) -> Ticks:
     return choose(falling, choose(soon, tick, never), choose(deep, now, never))
 
 
-PARTS = (0.125, 0.25, 0.5, 1.0)
-"""Where the intervals end that ``first_rise`` bounds at once; each begins where the one before ends."""
+LATEST = 2.0
+"""No bound of ``first_rise`` is later than this many times its scale."""
 
-STEPS = 3
+PARTS = (0.5, 0.125, 0.03125, 0.0)
+"""Where the intervals begin that ``first_rise`` looks at, by its scale, the last one first: each ends where
+the one before begins, and the first of them at ``LATEST``."""
+
+STEPS = 4
 """Steps of ``first_rise`` after that. More of them find later ticks, and cost more."""
 
 
 @hook
-def positive(value: Floats) -> Floats:
-    """Return the numbers that are above zero, and zero for the others."""
-    return choose(value > spread(0.0), value, spread(0.0))
+def steepest(length: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats) -> Floats:
+    """Return how much, at most, a polynomial rises in a length above what it begins at, if it went on as it
+    does where it is steepest.
 
-
-@hook
-def clear_for(length: Floats, m: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats) -> Floats:
-    """Return for how long, at most a length, a polynomial that begins at -m < 0 stays below zero.
-
-    On [0, length] it lies within the hull of its five Bernstein coefficients, at 0, 1/4, ... 1, of which the
-    first is -m. So it is nowhere above the steepest line from there to one of the others.
+    On [0, length] it lies within the hull of its five Bernstein coefficients, at 0, 1/4, ... 1. So it is
+    nowhere above the steepest line from the first to one of the others.
     """
     c1 = g1 * length
     c2 = g2 * (length * length)
     c3 = g3 * (length * length) * length
     third = spread(1.0 / 3.0)
-    steepest = c1
+    most = c1
     rise = c1 + third * c2
-    steepest = choose(rise > steepest, rise, steepest)
+    most = choose(rise > most, rise, most)
     rise = c1 + spread(2.0) * third * c2 + third * c3
-    steepest = choose(rise > steepest, rise, steepest)
+    most = choose(rise > most, rise, most)
     rise = c1 + c2 + c3 + g4 * ((length * length) * (length * length))
-    steepest = choose(rise > steepest, rise, steepest)
-    return length * m / choose(steepest > m, steepest, m)
+    return choose(rise > most, rise, most)
 
 
 @hook
@@ -168,12 +166,13 @@ def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Fl
 
     It is now if, and only if, the polynomial is not below zero at the end of this tick. Else it is a lower
     bound of the first root, or ``NEVER``: when it comes, compute again whether the polynomial has risen.
-    ``scale`` is a time in which the numbers that it was made of change as much as they are. No bound is
+    ``scale`` is a time in which the numbers that it was made of change as much as they are. No bound is much
     later than that, for then rounding is no longer what it was.
 
-    Four intervals come first, which do not wait for each other: what time is spent on here is divisions that
-    do. The first is short, for after a flip a polynomial falls from almost zero: a bound for longer than it
-    takes to rise again would be almost nothing. Then there are steps, each longer than Newton's.
+    The interval is found first in which it may rise: all are looked at, which do not wait for each other, for
+    what time is spent on here is divisions that do. They are the shorter the earlier, for after a flip a
+    polynomial falls from almost zero: a bound for longer than it takes to rise again would be almost nothing.
+    Then there are steps, each at most as long as the one before.
     """
     zero = spread(0.0)
     most = spread(1024.0)
@@ -181,23 +180,32 @@ def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Fl
     end = spread(2.0**-52)
     at_once = (((g4 * end + g3) * end + g2) * end + g1) * end + g0 >= zero
     scale = choose(scale < most, scale, most)
-    t = zero
-    begin = zero
+    latest = spread(LATEST) * scale
+    until = latest
+    t = latest
+    length = zero
+    depth = spread(1.0)
+    rise = depth
     for part in PARTS:
-        until = spread(part) * scale
+        begin = spread(part) * scale
         m, h1, h2, h3 = seen_from(choose(begin > end, begin, end), g0, g1, g2, g3, g4)
-        clear = begin + clear_for(until - begin, m, h1, h2, h3, g4)
-        t = choose(t >= begin * spread(1.0 - 2.0**-45), clear, t)
-        begin = until
+        highest = steepest(until - begin, h1, h2, h3, g4)
+        rises = highest > m
+        t = choose(rises, begin, t)
+        length = choose(rises, until - begin, length)
+        depth = choose(rises, m, depth)
+        rise = choose(rises, highest, rise)
+        until = begin
+    length = length * depth / rise
+    t = t + length
     for _ in range(STEPS):
         m, h1, h2, h3 = seen_from(t, g0, g1, g2, g3, g4)
-        length = spread(1.5) * m / (positive(h1) + spread(2.0**-400))
-        longest = spread(0.25) * scale
-        length = choose(length < longest, length, longest)
-        t = t + clear_for(length, m, h1, h2, h3, g4)
+        rise = steepest(length, h1, h2, h3, g4)
+        length = length * m / choose(rise > m, rise, m)
+        t = t + length
     t = t * spread(1.0 - 2.0**-40)
     t = choose(t > end, t, end)
-    t = choose(t < scale, t, choose(scale > end, scale, end))
+    t = choose(t < latest, t, choose(latest > end, latest, end))
     soon = t < most
     tick = choose(soon, now + floor(choose(soon, t, zero) * spread(2.0**52)), spread_ticks(NEVER))
     return choose(at_once, now, tick)
