@@ -225,7 +225,7 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
             pairs = np.broadcast_to(pairs, (len(numbers), 2))
     except (TypeError, ValueError, OverflowError):
         pairs = np.full((len(numbers), 2), np.nan)
-    vx, vy = pairs.T
+    vx, vy = pairs[:, 0], pairs[:, 1]
     speed = float(np.hypot(vx, vy).max(initial=0.0))
     if not math.isfinite(speed) and not np.isfinite(pairs).all():
         if isinstance(velocities, Sequence) and len(velocities) == 1 == len(numbers):

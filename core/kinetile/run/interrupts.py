@@ -105,7 +105,8 @@ class Unbroken:
                 raise
 
     def _take_handlers(self) -> None:
-        for number, handler in zip(_SIGNALS, map(_signal.getsignal, _SIGNALS), strict=True):
+        for number in _SIGNALS:
+            handler = _signal.getsignal(number)
             if callable(handler) and handler != self._come:
                 self._before[number] = handler
                 _signal.signal(number, self._come)

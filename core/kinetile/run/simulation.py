@@ -265,10 +265,8 @@ class Simulation(Moment):
                 )
             moment = Moment(self.scene, engine)
             observers = self._observers_for(observe)
-            if observers and isinstance(observe, Observed):
-                observers.go_on(moment, engine, end)
-            else:
-                observers.begin(moment, engine, end)
+            if observers:
+                (observers.go_on if isinstance(observe, Observed) else observers.begin)(moment, engine, end)
             engine.compile()
             began = engine.cpu_seconds
 
@@ -277,7 +275,8 @@ class Simulation(Moment):
                 cpu = engine.cpu_seconds - began
                 progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
 
-            after_chunk = None if progress is None else report
+            def run_to(to: End) -> Event | None:
+                return advance(engine, to, self._audit, None if progress is None else report)
 
             self._running = True
             if observers:
@@ -285,17 +284,16 @@ class Simulation(Moment):
             if stop is not None:
                 engine.watch(stop)
             try:
-                with engine.ledger.recording(recorder, moment, observers.counter, observers.observer):
-                    event = self._with_kinds(
-                        observers.advance(end, lambda to: advance(engine, to, self._audit, after_chunk))
-                    )
+                with engine.ledger.recording(recorder, moment, observers):
+                    event = self._with_kinds(observers.advance(end, run_to) if observers else run_to(end))
             except BaseException:
                 with suppress(PhaseError):  # the error that ended the run is raised, not this one
                     self._observe(observers)
                 raise
             finally:
                 self._running = False
-                observers.leave()
+                if observers:
+                    observers.leave()
                 if stop is not None:
                     engine.watch(None)
             self._observe(observers)
@@ -820,18 +818,19 @@ class Simulation(Moment):
         """Returns what observables go on from, for a snapshot; None if there are none."""
         return self._saved_observed if self._observers is None else self._observers.state
 
-    def _observers_for(self, observe: Sequence[str] | Observed) -> Observers:
-        """Returns the observables of a run: new ones, or those that have measured what it goes on with."""
+    def _observers_for(self, observe: Sequence[str] | Observed) -> Observers | None:
+        """Returns the observables of a run, if any: new ones, or those that have measured what it goes on
+        with."""
         if not isinstance(observe, Observed):
-            return Observers(self.scene, observe)
+            return None if isinstance(observe, tuple) and not observe else Observers(self.scene, observe)
         if observe is not self.observed:
             raise BadOption(
                 "observe has what another run has observed: expected observables by their names, or "
                 "observe=sim.observed of this simulation, to go on with what it has measured last"
             )
-        return self._observers or Observers(self.scene, ())
+        return self._observers
 
-    def _observe(self, observers: Observers) -> None:
+    def _observe(self, observers: Observers | None) -> None:
         """Keeps what the observables of a run have measured, if there are any."""
         if observers:
             self._observers, self._observed = None, Observed()  # if there are no results, for an error

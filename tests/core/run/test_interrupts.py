@@ -12,6 +12,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import PhaseError
+from kinetile.run.engine import fields
 from kinetile.run.interrupts import Unbroken
 
 
@@ -211,14 +212,16 @@ def test_ctrl_c_ends_a_run_out_of_its_progress_and_its_audit(monkeypatch):
 
 def test_rows_before_the_hook_that_raised_reach_the_recorder(monkeypatch):
     sim = kt.Simulation(kt.make_scene("grid", bodies=25, seed=3), "naive")
-    sim.compile()
-    loop, parts = sim._engine.loop, []
+    bind, parts = fields.bound, []
 
-    def broken(k, state, until, budget, contacts, quota):
-        loop(k, state, until, budget, 7, quota)
-        raise ValueError("a hook that is interpreted")
+    def broken(*tables, numbers):
+        def run(until, budget, contacts, quota):
+            bind(*tables, numbers=numbers)(until, budget, 7, quota)
+            raise ValueError("a hook that is interpreted")
 
-    monkeypatch.setattr(sim._engine, "loop", broken)
+        return run
+
+    monkeypatch.setattr(fields, "bound", broken)
     with pytest.raises(PhaseError, match="a hook that is interpreted"):
         sim.run(1.0, recorder=parts.append)
     assert len(recorded(parts)) == len(sim.contacts) == 7

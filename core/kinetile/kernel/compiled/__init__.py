@@ -17,6 +17,7 @@ With ``NUMBA_DISABLE_JIT=1`` the same source runs interpreted, for a debugger an
 from __future__ import annotations
 
 from kinetile.kernel.compiled.composer import NotCompiled as NotCompiled
+from kinetile.kernel.compiled.composer import bound as bound
 from kinetile.kernel.compiled.composer import compiling_seconds as compiling_seconds
 from kinetile.kernel.compiled.composer import compose as compose
 from kinetile.kernel.compiled.composer import is_cached as is_cached

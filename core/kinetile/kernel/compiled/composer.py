@@ -12,7 +12,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from functools import cache
+from functools import cache, partial
 from inspect import getattr_static
 from itertools import chain, pairwise
 from pathlib import Path
@@ -138,6 +138,15 @@ def packed(tables: Any) -> Any:
     return tables if INTERPRETED else Packed(tables)
 
 
+def bound(function: Callable[..., Any], *tables: Any, numbers: int) -> Callable[..., Any]:
+    """Return a composed function that takes packed tables, and so many whole numbers, as one of the numbers
+    alone. Whoever calls it keeps the tables."""
+    if INTERPRETED:
+        return np.errstate(all="ignore")(partial(function, *tables))  # compiled, nothing warns
+    entry = cast(_Composed, function).entry([*tables, *range(numbers)])
+    return partial(entry, *[each.address for each in tables])
+
+
 def _address(array: Any) -> int:
     return int(array.ctypes.data)
 
@@ -154,13 +163,13 @@ class _Composed:
     def __call__(self, *given: Any) -> Any:
         """Run, and first compile or load for such arguments."""
         taken = [each if type(each) in _TAKEN else _as_taken(each) for each in given]
-        return self._entry(taken)(*[each.address if type(each) is Packed else each for each in taken])
+        return self.entry(taken)(*[each.address if type(each) is Packed else each for each in taken])
 
     def make_ready(self, given: Sequence[Any]) -> None:
         """Compile or load for such arguments."""
-        self._entry([_as_taken(each) for each in given])
+        self.entry([_as_taken(each) for each in given])
 
-    def _entry(self, taken: list[Any]) -> Any:
+    def entry(self, taken: list[Any]) -> Any:
         """Return the machine code for such arguments."""
         key = tuple([each.kind._code if type(each) is Packed else _kind(each) for each in taken])
         if key not in self._entries:

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.compiled import packed
+from kinetile.kernel.compiled import bound, packed
 from kinetile.kernel.tables import Kernel, Records, slots_taken
 
 Fields: TypeAlias = Any
@@ -43,7 +43,9 @@ class Tables:
     state: Any
     _k: Kernel
     _taken: tuple[tuple[int, int], npt.NDArray[np.intp]] | None
+    loop: Any
     _packed: Any = None
+    _enter: Any = None
 
     @property
     def k(self) -> Kernel:
@@ -54,7 +56,7 @@ class Tables:
     def k(self, tables: Kernel) -> None:
         if hasattr(self, "_k") and tables is self._k:
             return
-        self._packed = None
+        self._packed = self._enter = None
         if not hasattr(self, "_k") or tables.clock is not self._k.clock:
             self.fields, self.count, self._taken = fields_of(tables.clock), fields_of(tables.counts), None
         self._k = tables
@@ -65,6 +67,13 @@ class Tables:
         if self._packed is None:
             self._packed = packed(self._k), packed(self.state)
         return self._packed
+
+    @property
+    def enter(self) -> Any:
+        """The loop for the tables: a function of its four numbers."""
+        if self._enter is None:
+            self._enter = bound(self.loop, *self.packed, numbers=4)
+        return self._enter
 
     @property
     def taken(self) -> npt.NDArray[np.intp]:
