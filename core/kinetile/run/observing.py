@@ -200,8 +200,9 @@ class Blocks:
         Blocks are made longer until the error levels off (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461,
         1989). Of n blocks, b joined are long enough if b^3 > 2 n R^2, where R is how much the square of the
         error has grown (Lee et al., Phys. Rev. E 83, 066706, 2011): then blocks still depend on each other by
-        less than what is uncertain in the spread of so few. The n blocks are worth n/R independent ones: if
-        these are fewer than 50, R itself is too uncertain, mostly too small, and there is no error.
+        less than what is uncertain in the spread of so few; what they do depend on their neighbours is added
+        (twice the correlation of neighbours). The n blocks are worth n/R independent ones: if these are fewer
+        than 50, R itself is too uncertain, mostly too small, and there is no error.
         """
         with np.errstate(all="ignore"):
             mean = np.divide(*(self._open + np.sum(self._blocks, axis=0)))
@@ -212,15 +213,17 @@ class Blocks:
                 sums = whole.reshape(len(whole) // joined, joined, *whole.shape[1:]).sum(axis=1)
                 means = sums[:, 0] / sums[:, 1]
                 known = (~np.isnan(means)).sum(axis=0)
-                spread = np.nansum((means - np.nansum(means, axis=0) / known) ** 2, axis=0)
+                apart = means - np.nansum(means, axis=0) / known
+                spread = np.nansum(apart**2, axis=0)
                 square = spread / (known - 1.0) / known
                 if joined == 1:
                     least, many = square, known
                     constant = least <= (_ROUNDING * mean) ** 2
                 grown = np.where(constant, 1.0, square / least)
                 found = (blocks == 0) & (known >= _FEWEST_BLOCKS) & (joined**3 > 2.0 * many * grown**2)
-                # What blocks of this length leave out, where the dependence decays exponentially:
-                square = square / (1.0 - np.maximum(grown - 1.0 / grown, 0.0) / (2.0 * joined))
+                # (Measured from deviations from their own mean, a correlation is too low by one over their number.)
+                follow = np.nansum(apart[1:] * apart[:-1], axis=0) / spread
+                square = square * (1.0 + 2.0 * np.fmax(follow + 1.0 / known, 0.0))
                 enough = np.sqrt(np.where(many >= _LEAST_INDEPENDENT * grown, square, math.nan))
                 error, blocks = np.where(found, enough, error), np.where(found, known, blocks)
         blocks = np.where(np.isnan(error), 0, blocks)

@@ -261,10 +261,9 @@ def test_blocks_have_the_mean_of_all_and_the_error_of_their_means():
     means = values[(250 % joined) * 4 :].reshape(-1, joined * 4).mean(axis=1)
     assert many[0] == len(means) == 25
     assert mean[0] == pytest.approx(values.mean())
-    square, least = (x.var(ddof=1) / len(x) for x in (means, values.reshape(-1, 4).mean(axis=1)))
-    assert square > least  # and what blocks of this length leave out is added:
-    left_out = (square / least - least / square) / (2 * joined)
-    assert error[0] == pytest.approx(math.sqrt(square / (1.0 - left_out)))
+    square, apart = means.var(ddof=1) / len(means), means - means.mean()
+    follow = (apart[1:] * apart[:-1]).sum() / (apart**2).sum()  # and what these blocks leave out is added:
+    assert error[0] == pytest.approx(math.sqrt(square * (1.0 + 2.0 * max(follow + 1.0 / 25, 0.0))))
     assert np.isnan([mean[1], error[1]]).all()
     assert many[1] == 0
     assert (mean[2], error[2]) == (1.0, 0.0)
