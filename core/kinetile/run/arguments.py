@@ -31,6 +31,9 @@ from kinetile.scene.responses import Kind, no_kind
 from kinetile.scene.shapes import Shape
 from kinetile.toolbox.differences import DISC, Outline, circle_around
 
+_NO_NUMBERS = bool, np.bool_, float, np.floating
+"""Of bodies, as for an index of NumPy."""
+
 _SIZE = "at most 2**200 in size"
 
 MOST_PERIODS = 4096
@@ -179,11 +182,8 @@ def read_end(
 
 def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
     """Returns the number of a body that is present, or will be inserted by the scene; IndexError, with what
-    is known of it, for any other number, TypeError for a value that is no number.
-
-    As for an index of NumPy, a float and a bool are no numbers of bodies.
-    """
-    if isinstance(body, bool | np.bool_ | float | np.floating):
+    is known of it, for any other number, TypeError for a value that is no number."""
+    if isinstance(body, _NO_NUMBERS):
         raise IndexError(f"a body goes by its number, a whole one; found {shown(body)}")
     try:
         number = operator.index(body)  # type: ignore[arg-type]  # anything may be given
@@ -211,7 +211,7 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
         numbers = np.zeros((0, 0))
     if numbers.ndim != 1:
         raise ValueError(f"bodies are given by a list of their numbers; found {shown(bodies)}")
-    if isinstance(bodies, list | tuple) and any(isinstance(body, bool | np.bool_) for body in bodies):
+    if isinstance(bodies, Sequence) and any(isinstance(body, bool | np.bool_) for body in bodies):
         numbers = np.array(bodies, dtype=object)  # among numbers, NumPy makes 1 of True
     if len(numbers) and numbers.dtype.kind not in "iu":
         for body in numbers.tolist():
@@ -233,7 +233,7 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
         expected = f"expected one, or one for each of the {len(numbers)} bodies, (n, 2)"
         raise ValueError(f"a velocity is two finite numbers; {expected}; found {shown(velocities)}")
     rows = engine.command_rows(TURNED, len(numbers))
-    rows["mass"] = engine.k.mass[_slots_of(engine, numbers)]
+    rows["mass"] = engine.k.mass.take(_slots_of(engine, numbers))
     rows["body"] = numbers
     rows["vx"], rows["vy"] = vx, vy
     _check_speed(engine, speed, engine.bounds.smallest)
@@ -243,10 +243,11 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
 def _slots_of(engine: Engine, numbers: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
     """Returns the slots of bodies; IndexError for a body that is not present."""
     try:
-        found: npt.NDArray[np.int32] = engine.k.slots[numbers.astype(np.int64)]
+        whole = numbers.astype(np.int64)
+        found: npt.NDArray[np.int32] = engine.k.slots.take(whole)
     except IndexError:  # beyond the table
-        found = np.array([NOBODY])
-    if np.minimum(found, numbers).min(initial=0) < 0:
+        found = whole = np.array([NOBODY], dtype=np.int32)
+    if np.bitwise_or.reduce(found | whole) < 0:
         for number in numbers.tolist():
             read_body(engine, number)
     return found

@@ -25,7 +25,7 @@ import signal
 import sys
 import threading
 from types import FrameType, TracebackType
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 _NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM", "SIGVTALRM", "SIGUSR1", "SIGUSR2", "SIGXCPU", "SIGBREAK")
 _SIGNALS = [int(getattr(signal, name)) for name in _NAMES if hasattr(signal, name)]
@@ -62,8 +62,6 @@ class Unbroken:
     handler runs, there is nothing to wait.
     """
 
-    _outermost: ClassVar[Unbroken | None] = None  # of the main thread: the step that signals wait for now
-
     _before: dict[int, Any]
     _noted: dict[int, FrameType | None]
     _waiting = False  # until all handlers are in place, and after that, each goes through at once
@@ -71,15 +69,16 @@ class Unbroken:
     _within: tuple[Unbroken, bool, int] | None = None  # the outermost step, as it was before this
 
     def __enter__(self) -> Self:
+        global _outermost
         if threading.current_thread() is not threading.main_thread():
             return self
-        outer = Unbroken._outermost
+        outer = _outermost
         if outer is None:
             self._before, self._noted = {}, {}
             try:
                 self._take_handlers()
                 self._waiting = True
-                Unbroken._outermost = self
+                _outermost = self
             except BaseException:  # a signal meanwhile
                 self._put_back()
                 raise
@@ -98,7 +97,7 @@ class Unbroken:
                 outer._depth = depth
                 if not waited:
                     outer._let_through()
-            elif Unbroken._outermost is self:
+            elif _outermost is self:
                 self._give_back()
         except KeyboardInterrupt:
             if error is None:
@@ -113,8 +112,9 @@ class Unbroken:
 
     def _give_back(self) -> None:
         """Puts the handlers back, and calls those that waited."""
+        global _outermost
         try:
-            Unbroken._outermost = None
+            _outermost = None
             self._waiting = False
             self._put_back()
         except BaseException:  # a signal whose handler is back
@@ -149,12 +149,16 @@ class Unbroken:
                 self._deliver()
 
     def _come(self, number: int, frame: FrameType | None) -> None:
-        waits, self._waiting = self._waiting, Unbroken._outermost is self
+        waits, self._waiting = self._waiting, _outermost is self
         self._noted.setdefault(number, frame)
         if not self._waiting:
             self._deliver()
         elif not waits:
             self._let_through()
+
+
+_outermost: Unbroken | None = None
+"""The step of the main thread that signals wait for now."""
 
 
 class Interruptible:
@@ -167,7 +171,7 @@ class Interruptible:
     _step: Unbroken | None = None
 
     def __enter__(self) -> Self:
-        step = Unbroken._outermost
+        step = _outermost
         main = threading.current_thread() is threading.main_thread()
         if main and step is not None and step._waiting and step._depth == 0:
             self._step = step
@@ -182,6 +186,6 @@ class Interruptible:
 
 def let_signals_through() -> None:
     """Handles the signals that have waited, as an empty ``Interruptible`` does; cheap if there are none."""
-    if Unbroken._outermost is not None and Unbroken._outermost._noted:
+    if _outermost is not None and _outermost._noted:
         with Interruptible():
             pass

@@ -446,7 +446,7 @@ class Simulation(Moment):
         with self._alone("take bodies in"):
             engine, reasons = self._engine, dict[int, Exception]()
             rows, new = arguments.read_insertions(engine, positions, velocities, each)
-            if engine.waits_for_nobody and not new:
+            if not (engine.due or new):
                 reasons.update(engine.insert_those_with_room(rows))
             else:  # a command of the scene comes first, or the table of shapes gets more
                 columns = [arguments.column(name, given, len(rows)) for name, given in each.items()]

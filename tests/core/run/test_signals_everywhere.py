@@ -19,7 +19,6 @@ import pytest
 
 import kinetile as kt
 from kinetile.run import interrupts
-from kinetile.run.interrupts import Unbroken
 
 RUN = str(Path(interrupts.__file__).parent)
 
@@ -114,7 +113,7 @@ def boundaries(start: kt.Simulation, call: Call, path: Path) -> int:
 
 def assert_whole(sim: kt.Simulation) -> None:
     """The simulation goes on, and its record has the same contacts under another phase."""
-    assert Unbroken._outermost is None
+    assert interrupts._outermost is None
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     assert sim._lock.acquire(blocking=False)
     sim._lock.release()

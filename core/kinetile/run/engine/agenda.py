@@ -229,19 +229,6 @@ def _with_rows(k: Kernel, rows: Rows, front: int) -> Kernel:
     return k._replace(commands=table)
 
 
-def due(k: Kernel, fields: Fields, met: int) -> int:
-    """Returns the number of commands that run now, before the next contact, when ``met`` contacts
-    have happened at the present tick. For the next command alone the kernel has ``may_come``."""
-    first, end, now = fields.lists.command[0], fields.lists.commands[0], fields.now[0]
-    if first == end:
-        return 0
-    rows = k.commands.view(COMMAND, np.ndarray)
-    place = first
-    while place < end and (rows["tick"][place], rows["after"][place]) <= (now, met):
-        place += 1
-    return int(place - first)
-
-
 def to_the_front(k: Kernel, fields: Fields, rows: Rows) -> Kernel:
     """Puts commands of the present moment before all that wait; returns the tables."""
     many = len(rows)

@@ -63,7 +63,7 @@ from kinetile.plugin.registry import sentence
 from kinetile.run.audit import check_all
 from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine import layout, spans
-from kinetile.run.engine.agenda import ROWS, Agenda, Command, Rows, due, squares_of, to_the_front
+from kinetile.run.engine.agenda import ROWS, Agenda, Command, Rows, squares_of, to_the_front
 from kinetile.run.engine.bounds import MOST_FLOWN, NO_SKIN, Bounds, fastest, squares_of_bodies
 from kinetile.run.engine.contents import RunState, contents_of, numbers_of
 from kinetile.run.engine.failures import blocked, blockers_of, failure
@@ -211,7 +211,7 @@ class Engine(Tables):
         self._demand_whole()
         self.busy = True
         try:
-            if self.fields.fault.code[0] == JAMMED and due(self.k, self.fields, self.met_now):
+            if self.fields.fault.code[0] == JAMMED and self.due:
                 self.fields.fault.code[0] = 0  # a command may end the jam
             self._record(self.ledger.reads)
             if len(self._overlapping):
@@ -238,7 +238,8 @@ class Engine(Tables):
         took = time.thread_time() - began
         self.cpu_seconds += took
         self._take_over(before)
-        layout.fit(self.k, self.fields, before, layout.steps(self.count) - heads)
+        if self.now > before:
+            layout.fit(self.k, self.fields, self.now - before, layout.steps(self.count) - heads)
         if reason == BUDGET_SPENT and budget == self._budget and took < CHUNK_SECONDS / 2:
             self._budget *= 2
         elif took > 2 * CHUNK_SECONDS:
@@ -493,7 +494,7 @@ class Engine(Tables):
             return
         inserts = code == INSERTED
         wanted = Commands.TURNS if code == TURNED else Commands.ALL
-        others_first = due(self.k, self.fields, self.met_now) > 0  # of the scene, which stopped before them
+        others_first = self.due  # of the scene, which stopped before them
         if inserts and len(rows) == 1 and not others_first and not shapes:
             (blocker,) = blockers_of(self.packed[0], self.composition, rows).tolist()
             if blocker != FREE:
@@ -523,7 +524,7 @@ class Engine(Tables):
                 if others_first:
                     with suppress(Refused):  # of an insertion without room: this command comes before it
                         self._run_commands()
-                    rows["after"], rows["overtakes"] = self.met_now, due(self.k, self.fields, self.met_now)
+                    rows["after"], rows["overtakes"] = self.met_now, self.due
                 self._behind = self._waiting
                 self.k = to_the_front(self.k, self.fields, rows)
                 self._run_commands()
@@ -560,11 +561,6 @@ class Engine(Tables):
         self.carry_out(INSERTED, rows[free])
         return reasons
 
-    @property
-    def waits_for_nobody(self) -> bool:
-        """Whether no command of the scene comes before one that is given now."""
-        return due(self.k, self.fields, self.met_now) == 0
-
     def _bounds_with(self, rows: Rows, inserts: bool) -> tuple[Bounds, float]:
         """Returns the bounds with the energy of commands, and the largest speed of a body then."""
         lightest, smallest, squares, speed, extent, skin = self.bounds
@@ -595,7 +591,7 @@ class Engine(Tables):
                 if self.chunk(self.now, UNLIMITED, quota=quota) == TIME_REACHED:
                     return
             except ZenoError:  # passings begin and end by a command, and may fill a window of contacts
-                if not due(self.k, self.fields, self.met_now):
+                if not self.due:
                     return  # all commands have run; the next run reports the jam
 
     def _has_place_for(self, code: int, rows: Rows, wanted: Commands) -> bool:

@@ -95,6 +95,18 @@ class Tables:
         return int(self.fields.met_there[0]) if self.fields.met_tick[0] == self.fields.now[0] else 0
 
     @property
+    def due(self) -> int:
+        """How many commands run now, before the next contact: of the scene, one that is given now comes after
+        them. For the next command alone the kernel has ``may_come``."""
+        place = first = self.fields.lists.command[0]
+        end = self.fields.lists.commands[0]
+        if first < end:
+            rows, moment = self._k.commands.view(np.ndarray), (self.now, self.met_now)
+            while place < end and (rows["tick"][place], rows["after"][place]) <= moment:
+                place += 1
+        return int(place - first)
+
+    @property
     def contacts(self) -> int:
         """Contacts of both kinds so far."""
         return int(self.count.contacts_disc[0] + self.count.contacts_wall[0])

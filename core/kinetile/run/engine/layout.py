@@ -288,10 +288,10 @@ def first_shift(k: Kernel, extent: float) -> int:
     return _shift(k, float(k.clock[0].per_time) / events)
 
 
-def fit(k: Kernel, fields: Fields, since: int, heads: int) -> None:
-    """Sets the length of slices to the mean distance of heads since a tick, by their number."""
-    if heads > FEW and fields.now[0] > since:
-        shift = _shift(k, (fields.now[0] - since) / heads)
+def fit(k: Kernel, fields: Fields, ticks: int, heads: int) -> None:
+    """Sets the length of slices to the mean distance of heads, by their number in so many ticks."""
+    if heads > FEW:
+        shift = _shift(k, ticks / heads)
         if abs(shift - fields.calendar.shift[0]) > 1:
             fields.calendar.shift[0] = shift
             fields.calendar.filed[0] = 0
