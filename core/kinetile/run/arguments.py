@@ -257,7 +257,7 @@ def read_insertion(
     engine: Engine,
     position: object,
     velocity: object,
-    radius: float,
+    radius: float | None,
     mass: float,
     kind: Kind | None,
     shape: Shape | int | None = None,
@@ -282,6 +282,7 @@ def read_insertion(
             "this body cannot come: it is immovable, so it may overlap another, and "
             f"{engine.composition.broad_phase} is right only while bodies cannot"
         )
+    radius = 0.0 if radius is None else radius
     insertion = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind, shape)  # type: ignore[arg-type]
     scene, mistakes = engine.scene, list[Mistake]()
     extent = None if scene.arena is None else Extent(scene.arena, scene.periodic, False)
@@ -367,9 +368,8 @@ def _read_one_of(
 ) -> tuple[Rows, tuple[Shape, ...]]:
     """Returns what ``read_insertion`` does, for one of several bodies; the error names it."""
     radius, mass, kind, shape = values
-    size = 0.0 if radius is None else radius
     try:
-        return read_insertion(engine, places[at], flies[at], size, mass, kind, shape)
+        return read_insertion(engine, places[at], flies[at], radius, mass, kind, shape)
     except ValueError as error:
         raise ValueError(f"body {at} of {len(places)}: {error}") from None
 

@@ -53,29 +53,28 @@ def with_shapes(scene: Scene, shapes: tuple[Shape, ...]) -> Scene:
     return copy
 
 
+def _columns(rows: Any, x: Any, y: Any, form: Any) -> dict[str, Any]:
+    """Returns the attributes of a scene for plans, or for commands that insert bodies."""
+    return {
+        "position": np.column_stack([x, y]),
+        "velocity": np.column_stack([rows["vx"], rows["vy"]]),
+        "radius": rows["radius"],
+        "mass": rows["mass"],
+        "kind_numbers": rows["kind"].astype(np.int64),
+        "shape": form.astype(np.int64),
+    }
+
+
 def standing(contents: Contents, scene: Scene, capacity: int, coming: Any = None) -> Prepared:
     """Returns a scene as it is in the middle of a run, on its clock: with the bodies of these contents, and
     perhaps those that commands insert, and without commands. Nothing is checked."""
     plans = contents.plans
     elapsed = (contents.clock["now"] - plans["anchor"]) * (scene.time_unit / TICKS)
     x, y = plans["x"] + plans["vx"] * elapsed, plans["y"] + plans["vy"] * elapsed
-    columns = {
-        "position": np.column_stack([x, y]),
-        "velocity": np.column_stack([plans["vx"], plans["vy"]]),
-        "radius": plans["radius"],
-        "mass": plans["mass"],
-        "kind_numbers": plans["kind"].astype(np.int64),
-        "shape": plans["form"].astype(np.int64),
-    }
+    columns = _columns(plans, x, y, plans["form"])
     if coming is not None:
-        new = {
-            "position": np.column_stack([coming.x, coming.y]),
-            "velocity": np.column_stack([coming.vx, coming.vy]),
-            "radius": coming.radius,
-            "mass": coming.mass,
-            "kind_numbers": coming.kind,
-            "shape": coming.form if scene.shapes else np.full(len(coming), -1),
-        }
+        form = coming.form if scene.shapes else np.full(len(coming), -1)
+        new = _columns(coming, coming.x, coming.y, form)
         columns = {name: np.concatenate([column, new[name]]) for name, column in columns.items()}
     columns = {name: np.ascontiguousarray(column) for name, column in columns.items()}
     for column in columns.values():

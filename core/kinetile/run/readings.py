@@ -11,7 +11,7 @@ import numpy as np
 
 from kinetile.kernel.falling import falls, places_now
 from kinetile.kernel.loop import idle
-from kinetile.kernel.tables import Kernel
+from kinetile.kernel.tables import COUNTS, Kernel
 from kinetile.plugin.choices import called
 from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine.bounds import Bounds, squares_of_bodies
@@ -89,26 +89,22 @@ class Readings:
         return asdict(self)
 
 
+_COUNTS = [name for name in Readings.__annotations__ if name in (COUNTS.names or ())]
+
+
 def readings_of(engine: Engine, start_energy: float) -> Readings:
     """Reads the instruments of an engine; ``start_energy`` is that of its bodies at the start."""
     k, counts, seconds = engine.k, engine.k.counts[0], engine.cpu_seconds
     expected = start_energy + float(counts.commanded_energy) + float(counts.answered_energy)
     scale = max(abs(start_energy), abs(expected))
+    same: Any = {name: int(counts[name]) for name in _COUNTS}
     return Readings(
-        contacts_disc=int(counts.contacts_disc),
-        contacts_wall=int(counts.contacts_wall),
-        passings=int(counts.passings),
-        turns=int(counts.turns),
-        inserted=int(counts.inserted),
-        removed=int(counts.removed),
+        **same,
         structural_events=int(counts.structural),
         events=engine.events,
         certificates_updated=int(counts.updated),
-        newcomers=int(counts.newcomers),
         partners_asked=int(counts.asked),
         contacts_computed=int(counts.exact),
-        queue_max=int(counts.queue_max),
-        pairs_max=int(counts.pairs_max),
         deepest_overlap=max(float(counts.deepest), 0.0),
         energy_drift=abs(energy(k) - expected) / scale if scale > 0.0 else 0.0,
         lateness=float(counts.late) * float(k.clock[0].tick),

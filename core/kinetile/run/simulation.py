@@ -409,10 +409,9 @@ class Simulation(Moment):
         return self._insert(position, velocity, radius, mass, kind, shape)
 
     def _insert(self, position: Any, velocity: Any, radius: Any, mass: Any, kind: Any, shape: Any) -> int:
-        size = 0.0 if radius is None else radius
         with self._alone("take a body in"):
             engine = self._engine
-            rows, new = arguments.read_insertion(engine, position, velocity, size, mass, kind, shape)
+            rows, new = arguments.read_insertion(engine, position, velocity, radius, mass, kind, shape)
             engine.carry_out(INSERTED, rows, new)
         return int(rows["body"][0])
 
@@ -451,11 +450,9 @@ class Simulation(Moment):
             else:  # a command of the scene comes first, or the table of shapes gets more
                 columns = [arguments.column(name, given, len(rows)) for name, given in each.items()]
                 with engine.unchanged_if(Exception):  # of a phase that does not accept the tenth of them
-                    for at, (row, *values) in enumerate(zip(rows, *columns, strict=True)):
-                        own = dict(zip(each, values, strict=True))
-                        place, flies = (row["x"], row["y"]), (row["vx"], row["vy"])
+                    for at, (row, *own) in enumerate(zip(rows, *columns, strict=True)):
                         try:
-                            row["body"] = self._insert(place, flies, **own)
+                            row["body"] = self._insert((row["x"], row["y"]), (row["vx"], row["vy"]), *own)
                         except NoRoom as error:
                             reasons[at] = error
             refused = np.zeros(len(rows), dtype=np.bool_)

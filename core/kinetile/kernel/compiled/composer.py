@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cache, partial
 from inspect import getattr_static
@@ -162,12 +162,8 @@ class _Composed:
 
     def __call__(self, *given: Any) -> Any:
         """Run, and first compile or load for such arguments."""
-        taken = [each if type(each) in _TAKEN else _as_taken(each) for each in given]
+        taken = [_as_taken(each) for each in given]
         return self.entry(taken)(*[each.address if type(each) is Packed else each for each in taken])
-
-    def make_ready(self, given: Sequence[Any]) -> None:
-        """Compile or load for such arguments."""
-        self.entry([_as_taken(each) for each in given])
 
     def entry(self, taken: list[Any]) -> Any:
         """Return the machine code for such arguments."""
@@ -176,9 +172,6 @@ class _Composed:
             kinds = [each.kind if type(each) is Packed else backend.numba.typeof(each) for each in taken]
             self._entries[key] = self.made.compile(tuple(kinds))
         return self._entries[key]
-
-
-_TAKEN = (int, Packed)
 
 
 def _as_taken(given: Any) -> Any:
@@ -225,15 +218,13 @@ def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
         return
     with uncollected():
         try:
-            cast(_Composed, function).make_ready(arguments)
+            cast(_Composed, function).entry([_as_taken(each) for each in arguments])
         except Exception as error:  # Numba lets errors of all types through
             raise NotCompiled(complaint(error)) from error
 
 
 def _kind(argument: Any) -> tuple[Any, ...]:
     """Return what the machine code depends on in an argument: types, and of arrays how they lie."""
-    if type(argument) is int:  # most are
-        return _INT
     if isinstance(argument, tuple):
         return type(argument), *(_kind(each) for each in argument)
     if isinstance(argument, np.ndarray):
@@ -248,7 +239,6 @@ def _kind(argument: Any) -> tuple[Any, ...]:
     return (type(argument),)
 
 
-_INT = (int,)
 _numbers: dict[Any, int] = {}
 _known: dict[int, tuple[Any, int]] = {}
 """Element types by their addresses, each kept, with its number: equal ones have the same."""

@@ -114,6 +114,7 @@ class Engine(Tables):
         audits: number of audits without a violation.
         busy: a chunk is under way, including the transfer of its log.
         broken: the error after which this engine cannot continue, or None.
+        overlapping: (m, 2) the pairs that overlap at the start and have not begun to pass yet.
     """
 
     def __init__(
@@ -152,7 +153,7 @@ class Engine(Tables):
         self._ready = False
         self._behind = NONE_BEHIND
         self._budget = FIRST_BUDGET
-        self._overlapping = state.overlapping
+        self.overlapping = state.overlapping
         tables = layout.tables_of(state.contents, self.numbers, composition, self.clock.unit)
         self.k = self.agenda.load(tables, self.clock)
         self.lay_out(self.speed)
@@ -166,11 +167,6 @@ class Engine(Tables):
     def speed(self) -> float:
         """A speed that no body exceeds."""
         return self.bounds.speed
-
-    @property
-    def overlapping(self) -> npt.NDArray[np.int64]:
-        """(m, 2) the pairs that overlap at the start and have not begun to pass yet."""
-        return self._overlapping
 
     @property
     def next_command(self) -> Command | None:
@@ -214,7 +210,7 @@ class Engine(Tables):
             if self.fields.fault.code[0] == JAMMED and self.due:
                 self.fields.fault.code[0] = 0  # a command may end the jam
             self._record(self.ledger.reads)
-            if len(self._overlapping):
+            if len(self.overlapping):
                 self._begin_passings()
                 self._take_over(self.now)
                 return BUDGET_SPENT
@@ -405,7 +401,7 @@ class Engine(Tables):
         """Begins the passings of pairs that overlap at the start, as many as the log has room for."""
         k, pair = self.k, self.composition.pair
         rows = min(len(k.met), len(k.log) or len(k.met)) // MOST_IMAGES
-        now, self._overlapping = self._overlapping[:rows], self._overlapping[rows:]
+        now, self.overlapping = self.overlapping[:rows], self.overlapping[rows:]
         if pair is None or not self.composition.passing:
             return
         begun = int(k.clock[0].lists.passings)
@@ -714,7 +710,7 @@ class Engine(Tables):
             history=self.history,
             entries=self.ledger.entries,
             requested=self._requested,
-            overlapping=self._overlapping,
+            overlapping=self.overlapping,
             shapes=self.scene.shapes[self._listed :],
             audits=self.audits,
             cpu_seconds=self.cpu_seconds,

@@ -304,24 +304,19 @@ def _shift(k: Kernel, ticks: float) -> int:
 
 
 def copied(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Returns the contents of a table, for ``fill``: records as bytes, which takes a tenth of the time."""
-    plain = np.asarray(table)
-    return _as_bytes(plain).copy() if _is_packed(plain) else plain.copy()
+    """Returns the contents of a table, for ``fill``."""
+    return _as_bytes(table).copy()
 
 
 def fill(table: npt.NDArray[Any], content: npt.NDArray[Any]) -> None:
     """Restores the copied contents of a table, bit for bit. Read-only arrays have not changed."""
+    if table.flags.writeable:
+        _as_bytes(table)[...] = content
+
+
+def _as_bytes(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Returns records as bytes, padding included, which are copied ten times as fast, and other arrays as
+    they are: not a copy."""
     plain = np.asarray(table)
-    if plain.flags.writeable:
-        if _is_packed(plain):
-            plain = _as_bytes(plain)
-        plain[...] = content
-
-
-def _is_packed(table: npt.NDArray[Any]) -> bool:
-    return table.dtype.names is not None and table.flags.c_contiguous
-
-
-def _as_bytes(table: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-    """Returns the bytes of records, padding included, not a copy."""
-    return table.reshape(-1).view(np.uint8)
+    packed = plain.dtype.names is not None and plain.flags.c_contiguous
+    return plain.reshape(-1).view(np.uint8) if packed else plain

@@ -388,11 +388,7 @@ def to_plain(value: Any, arrays: Arrays, where: str) -> Any:
     if type(value) is tuple:
         return {"tuple": [to_plain(each, arrays, where) for each in value]}
     if isinstance(value, Mapping):
-        return {
-            "table": [
-                [to_plain(key, arrays, where), to_plain(each, arrays, where)] for key, each in value.items()
-            ]
-        }
+        return {"table": [to_plain(list(each), arrays, where) for each in value.items()]}
     if isinstance(value, np.ndarray) and value.dtype.str in _DTYPES:
         name = f"array.{len(arrays)}"
         arrays[name] = value
