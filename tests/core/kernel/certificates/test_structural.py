@@ -116,15 +116,18 @@ def rises(*coefficients: tuple[float, ...], scale: float = 1.0, now: int = 0) ->
 
 
 SCALE = st.sampled_from([1.0, 0.0, 2.0**-60, 1e-6, 300.0, float("inf")])
-COEFFICIENT = st.one_of(st.floats(-1e6, 1e6), st.sampled_from([0.0, -0.0, 1e-200, -1e-200, 1.0, -1.0]))
+COEFFICIENT = st.one_of(
+    st.floats(-1e6, 1e6), st.integers(-9, 9).map(float), st.sampled_from([0.0, -0.0, 1e-200, -1e-200])
+)
 
 
 @given(st.lists(st.tuples(*[COEFFICIENT] * 5), min_size=1, max_size=8), SCALE, st.integers(-(2**50), 2**50))
 @example([(0.0, 0.0, 0.0, -1.0, 23.0)], 1.0, 0)  # below zero by almost nothing: not now
+@example([(-0.25, -7.0, -5.0, -1.0, 3.0), (-0.25, 1.0, -2.0, 7.0, -8.0)], 1.0, 0)  # bounds that are near
 @settings(deadline=None)
 def test_a_polynomial_is_below_zero_until_it_is_said_to_rise(polynomials, scale, now):
-    """In whole numbers: it is below zero at the end of this tick, or the tick is now; and at thirty times
-    before the tick that is said."""
+    """In whole numbers: it is below zero at the end of this tick, or the tick is now; and at 31 times up to
+    the tick that is said."""
     for polynomial, tick in zip(polynomials, rises(*polynomials, scale=scale, now=now), strict=True):
         exact = [Fraction(each) for each in polynomial]
         sizes = [abs(each) for each in exact]
@@ -137,7 +140,7 @@ def test_a_polynomial_is_below_zero_until_it_is_said_to_rise(polynomials, scale,
         assert tick == now or value(exact, end) <= rounding
         assert tick != now or value(exact, end) >= -rounding
         length = min(tick - now, 2**62)
-        for share in range(1, 31):
+        for share in range(1, 32):
             t = max(Fraction(length * share, 31 * 2**52), end)
             if tick > now:
                 assert value(exact, t) <= Fraction(1, 2**45) * value(sizes, t), (polynomial, tick, share)
