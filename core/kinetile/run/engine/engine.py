@@ -28,6 +28,7 @@ from kinetile.errors import NoRoom, PhaseError, Refused, ZenoError
 from kinetile.kernel.certificates.wall import inside_arena
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.compiled import INTERPRETED, NotCompiled, compose, make_ready, python_of
+from kinetile.kernel.falling import shift_now
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
 from kinetile.kernel.loop import (
@@ -253,7 +254,8 @@ class Engine(Tables):
             raise failure(self.k, self.composition, self.clock.time(self.now))
         if reason == BLOCKED:
             command = self.k.commands.view(np.ndarray)[self.fields.lists.command[0]]
-            raise blocked(self.k, self.clock, command.copy(), int(self.fields.fault.b[0]))
+            blocker, fallen = int(self.fields.fault.b[0]), shift_now(self.k, int(command["tick"]))
+            raise blocked(self.k, self.clock, command.copy(), blocker, fallen)
         watched = self.fields.stops.due[0]  # what wants room or a wider skin may be an event to stop at, too
         if reason == NO_ROOM:
             self._grow_pairs()
@@ -494,7 +496,7 @@ class Engine(Tables):
         if inserts and len(rows) == 1 and not others_first and not shapes:
             (blocker,) = blockers_of(self.packed[0], self.composition, rows).tolist()
             if blocker != FREE:
-                raise blocked(self.k, self.clock, rows[0], blocker)
+                raise blocked(self.k, self.clock, rows[0], blocker, shift_now(self.k))
             rows["fits"] = True
         bounds, needed = (self.bounds, 0.0) if code == REMOVED else self._bounds_with(rows, inserts)
         faster = needed > self.speed
@@ -545,14 +547,14 @@ class Engine(Tables):
         found = blockers_of(self.packed[0], self.composition, rows)
         free = found == FREE
         rows["body"] = self.numbers + np.cumsum(free) - free
-        reasons: dict[int, Refused] = {}
+        reasons, fallen = dict[int, Refused](), shift_now(self.k)
         for at in np.flatnonzero(~free).tolist():
             among = FREE - 1 - int(found[at])
             if among >= 0:
                 into = int(rows["body"][among])
                 reasons[at] = NoRoom(f"there is no room: it reaches into body {into}, inserted with it")
             else:
-                reasons[at] = blocked(self.k, self.clock, rows[at], int(found[at]))
+                reasons[at] = blocked(self.k, self.clock, rows[at], int(found[at]), fallen)
         rows["fits"] = free
         self.carry_out(INSERTED, rows[free])
         return reasons

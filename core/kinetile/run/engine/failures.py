@@ -24,7 +24,6 @@ from kinetile.errors import (
 from kinetile.kernel import tables
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
-from kinetile.kernel.falling import shift_now
 from kinetile.kernel.log import WALLS
 from kinetile.kernel.tables import Kernel
 from kinetile.plugin.calling import described
@@ -106,15 +105,14 @@ def _narrow_phases(composition: Composition) -> str:
     return " and ".join(described("narrow phase", name) for name in composition.narrow_phases)
 
 
-def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
+def blocked(k: Kernel, clock: Clock, command: Any, blocker: int, fallen: Any) -> Refused:
     """Returns the error for an inserted body without room: the body or wall that it would
-    reach into (``blocker``, a slot or a wall's code), and how deep. Its text is made when it is read: a game
-    refuses hundreds a second."""
+    reach into (``blocker``, a slot or a wall's code), and how deep; ``fallen`` is ``shift_now`` then. Its
+    text is made when it is read: a game refuses hundreds a second."""
     ticks = clock.total(int(command["tick"]))
     who, other = 0, None
     if blocker >= 0:
         who, other = k.queue.view(np.ndarray)["number"][blocker], k.bodies.view(np.ndarray)[blocker].copy()
-    fallen = shift_now(k, int(command["tick"]))[:2]
 
     def text() -> str:
         x, y, radius = (command[name].item() for name in ("x", "y", "radius"))
@@ -125,7 +123,7 @@ def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
             elapsed = float(command["tick"] - other["anchor"]) * clock.unit / TICKS
             apart = [[other["x"] + other["vx"] * elapsed - x, other["y"] + other["vy"] * elapsed - y]]
             torus = k.clock[0].torus
-            (away,) = nearest_image(np.array(apart) + fallen, (float(torus.x), float(torus.y)))
+            (away,) = nearest_image(np.array(apart) + fallen[:2], (float(torus.x), float(torus.y)))
             deep = radius + other["radius"].item() - math.hypot(*away.tolist())
             said = f"it reaches {deep:.6g} into body {who}"
         place = f"at ({x!r}, {y!r})" + ("" if len(k.forms) else f" with radius {radius!r}")
