@@ -221,7 +221,7 @@ class Blocks:
                     constant = least <= (_ROUNDING * mean) ** 2
                 grown = np.where(constant, 1.0, square / least)
                 found = (blocks == 0) & (known >= _FEWEST_BLOCKS) & (joined**3 > 2.0 * many * grown**2)
-                # (Measured from deviations from their own mean, a correlation is too low by one over their number.)
+                # A correlation of deviations from their own mean is too low by one over their number.
                 follow = np.nansum(apart[1:] * apart[:-1], axis=0) / spread
                 square = square * (1.0 + 2.0 * np.fmax(follow + 1.0 / known, 0.0))
                 enough = np.sqrt(np.where(many >= _LEAST_INDEPENDENT * grown, square, math.nan))

@@ -15,13 +15,9 @@ def end_after(seconds: float) -> None:
         import resource
 
         _, most = resource.getrlimit(resource.RLIMIT_CPU)
-        limit = resource.RLIM_INFINITY
-        if math.isfinite(seconds):
-            limit = math.ceil(time.process_time() + seconds)
-            if most != resource.RLIM_INFINITY:
-                limit = min(limit, most)
-        elif most != resource.RLIM_INFINITY:
-            limit = most
+        limit = math.ceil(time.process_time() + seconds) if math.isfinite(seconds) else most
+        if most != resource.RLIM_INFINITY:
+            limit = min(limit, most)
         resource.setrlimit(resource.RLIMIT_CPU, (limit, most))
 
 

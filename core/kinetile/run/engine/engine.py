@@ -448,13 +448,10 @@ class Engine(Tables):
     def _number(self, numbers: int) -> None:
         """Makes room for this many numbers of bodies in the table of their slots."""
         if numbers > len(self.k.slots):
-            more = np.full(numbers + len(self.k.slots) + 64, NOBODY, dtype=np.int32)
-            more[: len(self.k.slots)] = self.k.slots
-            self.k = self.k._replace(slots=more)
-            if len(self.k.watch):
-                watch = np.full(len(more), self.k.watch.min())
-                watch[: len(self.k.watch)] = self.k.watch
-                self.k = self.k._replace(watch=watch)
+            more, watch = (0, numbers + 64), self.k.watch
+            self.k = self.k._replace(slots=np.pad(self.k.slots, more, constant_values=NOBODY))
+            if len(watch):
+                self.k = self.k._replace(watch=np.pad(watch, more, constant_values=watch.min()))
 
     def _allow(self, commands: Commands) -> None:
         """Composes the loop with such commands in it, if it was composed without."""
