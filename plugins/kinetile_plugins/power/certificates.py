@@ -246,11 +246,12 @@ def note(k: Kernel, s: State, h: int, tick: int) -> None:
 
 @hook
 def watch(k: Kernel, s: State, count: int) -> None:
-    """Watch the edges that are listed, eight at a time."""
+    """Watch the edges that are listed, eight at a time; of the last ones other lanes are what they were."""
     last = slots(s) - 1
     for begin in range(0, count, 8):
-        for i in range(8):
-            h = s.listed[smaller(begin + i, count - 1)]
+        many = smaller(8, count - begin)
+        for i in range(many):
+            h = s.listed[begin + i]
             s.sites[i] = s.org[h]
             s.sites[8 + i] = s.org[succ(h)]
             s.sites[16 + i] = s.org[pred(h)]
@@ -258,5 +259,5 @@ def watch(k: Kernel, s: State, count: int) -> None:
             for at in range(i, 32, 8):
                 s.plans[at] = smaller(s.sites[at], last)
         tick = failures(k, s)
-        for i in range(smaller(8, count - begin)):
+        for i in range(many):
             note(k, s, s.listed[begin + i], lane(tick, i))
