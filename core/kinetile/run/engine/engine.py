@@ -436,9 +436,10 @@ class Engine(Tables):
         k, composition = self.k, self.composition
         first, many = int(k.clock[0].lists.command), max(self._waiting - self._behind, 1)
         if composition.living:
-            coming = k.commands[first : first + many]
+            before, coming = self.now, k.commands[first : first + many]
             self._go_on_with(layout.renewed(k, self.scene, composition, coming))
-            self._requested = None  # the tables are at the tick of the command
+            if self.now > before:
+                self._requested = None  # the tables are at the tick of the command
         else:
             if composition.passing or python_of(log_is_full)(k, many):
                 many = 1

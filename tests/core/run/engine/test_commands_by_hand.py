@@ -227,6 +227,15 @@ def test_a_removal_at_the_very_start_ran_the_contacts_of_touching_bodies(phase):
     assert sim.contacts[["a", "b"]].tolist() == [(2, 3), (4, 5)]
 
 
+@pytest.mark.parametrize("phase", ["cells", "naive"])
+def test_a_body_for_which_tables_were_made_again_moved_the_time(phase):
+    """From that of the run's end to that of its tick, and not under every phase."""
+    sim = kt.Simulation(kt.make_scene("grid", bodies=9, seed=2), phase, live=phase != "naive")
+    sim.run(until=0.1)
+    sim.insert((0.01, 0.01), radius=0.004)
+    assert sim.time == 0.1
+
+
 @pytest.mark.parametrize("phase", BUILT_IN)
 def test_one_command_after_two_contacts_gave_four(phase):
     sim = kt.Simulation(row_of_touching_bodies(), phase, live=True)
