@@ -4,7 +4,7 @@ Two tables have the texts of phases, and the texts in their place: ``mutants.tom
 kit was made, each with the check that kills it, and ``families.toml`` those that were written from the
 contract alone, in families, before there were checks for them. Their bases are the built-in phases,
 responses, and ``margins.py`` of this folder, a phase as authors write it. Some rows are spared: variations
-that are right, which no check may condemn. A few are wrong and unseen with the default budget. A mutant is
+that are right, which no check may condemn. Two are wrong and unseen with the default budget. A mutant is
 loaded as a package of its own, a copy of ``kinetile_plugins`` with the changes, and registered under its own
 name.
 
@@ -57,7 +57,7 @@ def outcomes() -> dict[str, Any]:
 
 WRITTEN = outcomes()
 
-HEAD = {"killed_by", "spared", "unseen", "features", "family"}
+HEAD = {"killed_by", "spared", "features", "family"}
 FAMILY = "built-in phases"
 """The family of the mutants against which the kit was made."""
 
