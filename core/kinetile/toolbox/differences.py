@@ -49,15 +49,16 @@ def difference_table(shapes: tuple[Shape, ...], pairs: Iterable[tuple[int, int]]
         )
     index = np.zeros(1 + len(shapes) ** 2)
     index[0] = len(shapes)
-    rows: list[float] = []
+    rows, end = [index], len(index)
     for i, j in wanted:
-        index[1 + i * len(shapes) + j] = len(index) + len(rows)
-        rows += difference_row((shapes[i].core, shapes[i].radius), (shapes[j].core, shapes[j].radius))
-    return np.concatenate([index, rows])
+        index[1 + i * len(shapes) + j] = end
+        rows.append(difference_row((shapes[i].core, shapes[i].radius), (shapes[j].core, shapes[j].radius)))
+        end += len(rows[-1])
+    return np.concatenate(rows)
 
 
 @lru_cache(maxsize=4096)
-def difference_row(one: Outline, other: Outline) -> tuple[float, ...]:
+def difference_row(one: Outline, other: Outline) -> npt.NDArray[np.float64]:
     """Returns the row of a difference, of the cores and radii of two shapes."""
     corners = core_difference(one[0], other[0])
     radius = Fraction(one[1]) + Fraction(other[1])
@@ -94,7 +95,9 @@ def difference_row(one: Outline, other: Outline) -> tuple[float, ...]:
     ]
     assert len(head) == HEAD
     assert len(body) == WIDE * count
-    return (*head, *body)
+    row = np.array([*head, *body])
+    row.flags.writeable = False
+    return row
 
 
 def _extent(outline: Outline) -> float:

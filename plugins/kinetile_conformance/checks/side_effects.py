@@ -37,7 +37,7 @@ from kinetile.scene import Scene
 from kinetile_conformance.cases import CONTACTS, Subject, horizon
 from kinetile_conformance.checks.check import Case, Disagreement, observation
 from kinetile_conformance.processes import Died, in_a_child
-from kinetile_conformance.strategies.gallery import SMALL
+from kinetile_conformance.strategies.gallery import small_ones
 from kinetile_conformance.strategies.swarms import swarm
 from kinetile_conformance.watched_hooks import watch_hooks
 
@@ -243,6 +243,6 @@ def _watched(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | Non
 def writes_only_where_it_may(case: Case) -> None:
     """Interpreted, its hooks change nothing that is not theirs, use no index outside of an array, and raise
     nothing"""
-    said = first_breach(case.subject, SMALL)
+    said = first_breach(case.subject, small_ones())
     if said is not None:
         raise Disagreement(said)

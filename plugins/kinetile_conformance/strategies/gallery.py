@@ -55,11 +55,14 @@ _OF_KINDS = (
     *(("gas", 16, 3), ("lattice", 12, 0), ("cloud", 12, 1), ("far", 9, 7)),
     *(("burst", 20, 2), ("corridor", 20, 2), ("crowd", 24, 4)),
 )
-_SHOWN = {
-    "one body": smallest().replace(velocity=[[1.0, 0.5]]),
-    **{f"{n} bodies of the kind {kind!r}": swarm(kind, n, variation=each) for kind, n, each in _OF_KINDS},
-    "a swarm on a torus": torus(19),
-    "a swarm of shapes on a torus": shape_torus(6),
-}
-SMALL = tuple((title, ended_at(scene, SHORT)) for title, scene in _SHOWN.items())
-"""Few bodies of all kinds: for interpreted hooks many would take too long."""
+
+
+def small_ones() -> list[tuple[str, Scene]]:
+    """Return few bodies of all kinds, with titles: for interpreted hooks many would take too long."""
+    shown = {
+        "one body": smallest().replace(velocity=[[1.0, 0.5]]),
+        **{f"{n} bodies of the kind {kind!r}": swarm(kind, n, variation=each) for kind, n, each in _OF_KINDS},
+        "a swarm on a torus": torus(19),
+        "a swarm of shapes on a torus": shape_torus(6),
+    }
+    return [(title, ended_at(scene, SHORT)) for title, scene in shown.items()]

@@ -16,7 +16,7 @@ from kinetile_conformance.checks import side_effects
 from kinetile_conformance.checks.check import Check, Observation
 from kinetile_conformance.checks.side_effects import first_breach
 from kinetile_conformance.runner import CheckRun
-from kinetile_conformance.strategies.gallery import SMALL, smallest
+from kinetile_conformance.strategies.gallery import small_ones, smallest
 from lanes import BUILT_IN
 
 TESTS = Path(__file__).parents[2]
@@ -75,7 +75,7 @@ def said_by(observation: Observation, name: str, **options) -> str | None:
 @pytest.mark.interpreted
 @pytest.mark.parametrize("name", SEEN)
 def test_a_trespass_is_named_with_hook_and_field(name):
-    said = first_breach(Subject(name, {}), SMALL[:5])
+    said = first_breach(Subject(name, {}), small_ones()[:5])
     assert said is not None
     assert said.startswith(SEEN[name])
     if name == "uncounts":
@@ -86,12 +86,12 @@ def test_a_trespass_is_named_with_hook_and_field(name):
 @pytest.mark.interpreted
 @pytest.mark.parametrize("name", ALLOWED)
 def test_what_is_allowed_passes(name):
-    assert first_breach(Subject(name, {}), SMALL[:5]) is None
+    assert first_breach(Subject(name, {}), small_ones()[:5]) is None
 
 
 @pytest.mark.interpreted
 def test_a_phase_passes_on_shapes():
-    assert first_breach(Subject("naive", {}), SMALL[-1:]) is None
+    assert first_breach(Subject("naive", {}), small_ones()[-1:]) is None
 
 
 def test_every_trespassing_phase_is_tested():
@@ -118,7 +118,7 @@ def test_a_class_that_cannot_be_imported_goes_by_value():
             return [kt.BroadPhaseSpec("local", Local)]
 
     kt.registry().add(Plugin())
-    said = first_breach(Subject("local", {}), SMALL)
+    said = first_breach(Subject("local", {}), small_ones())
     assert said is not None
     assert said.startswith("prepare wrote the scene's radius")
 
