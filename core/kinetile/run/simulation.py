@@ -843,7 +843,8 @@ class Simulation(Moment):
     def _query(self) -> Query:
         engine = self._engine
         slots, shapes = engine.taken.astype(np.int64), engine.scene.shapes
-        return Query(engine.k, slots, engine.clock, self.composition, shapes, engine.overlapping)
+        tables = engine.k, engine.packed[0]
+        return Query(*tables, slots, engine.clock, self.composition, shapes, engine.overlapping)
 
     def _among(self, kinds: Kind | Iterable[Kind] | None) -> Query:
         """Returns the present bodies, with the bodies of these kinds alone; ValueError for what is none."""

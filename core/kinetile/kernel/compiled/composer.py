@@ -12,6 +12,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from copy import copy
 from functools import cache, partial
 from inspect import getattr_static
 from itertools import chain, pairwise
@@ -118,16 +119,25 @@ class Packed:
     """Tables, a named tuple of arrays, as compiled code takes them: the address of a row of words for each
     array, where it begins, its lengths and its steps. Numba takes 6 us to read the tuple."""
 
-    def __init__(self, tables: tuple[Any, ...]) -> None:
+    def __init__(self, tables: Any) -> None:
         self.tables = tables
         key = _kind(tables)
         if key not in _kinds:  # Numba takes milliseconds for this
             _kinds[key] = packed_kind(tables)
         self.kind = _kinds[key]
-        plain = map(np.asarray, tables)
-        words = [(_address(each), *each.shape, *each.strides) for each in plain]
-        self._words = np.array([*chain.from_iterable(words)], dtype=np.int64)
+        self._take([_words_of(each) for each in tables])
+
+    def _take(self, rows: list[tuple[int, ...]]) -> None:
+        self._rows, self._words = rows, np.array([*chain.from_iterable(rows)], dtype=np.int64)
         self.address = _address(self._words)
+
+    def replaced(self, name: str, table: Any) -> Packed:
+        """Return the same tables but for one, which is to be of the same kind."""
+        other, rows = copy(self), self._rows.copy()
+        rows[self.tables._fields.index(name)] = _words_of(table)
+        other.tables = self.tables._replace(**{name: table})
+        other._take(rows)
+        return other
 
 
 _kinds: dict[tuple[Any, ...], Any] = {}
@@ -136,6 +146,11 @@ _kinds: dict[tuple[Any, ...], Any] = {}
 def packed(tables: Any) -> Any:
     """Return tables as a composed function takes them, for many calls; they stay the same arrays."""
     return tables if INTERPRETED else Packed(tables)
+
+
+def replaced(tables: Any, name: str, table: Any) -> Any:
+    """Return packed tables with another one, of the same kind, in the place of one of them."""
+    return tables._replace(**{name: table}) if INTERPRETED else tables.replaced(name, table)
 
 
 def bound(function: Callable[..., Any], *tables: Any, numbers: int) -> Callable[..., Any]:
@@ -149,6 +164,11 @@ def bound(function: Callable[..., Any], *tables: Any, numbers: int) -> Callable[
 
 def _address(array: Any) -> int:
     return int(array.ctypes.data)
+
+
+def _words_of(table: Any) -> tuple[int, ...]:
+    plain = np.asarray(table)
+    return _address(plain), *plain.shape, *plain.strides
 
 
 class _Composed:

@@ -131,7 +131,7 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> Cast
     elif not discs:
         _ticks_with_shape(query, centre, outline, velocity, ticks)
     else:
-        _composed(ticks_for_disc)(query.k, query.slots, *centre, *velocity, outline[1], ticks)
+        _composed(ticks_for_disc)(query.packed, query.slots, *centre, *velocity, outline[1], ticks)
     at = int(ticks.argmin()) if len(ticks) else 0
     if not len(ticks) or ticks[at] == NEVER:
         return None
@@ -155,7 +155,7 @@ def _ticks_with_shape(
     rows = [difference_row(each, outline) for each in theirs]
     begins = np.cumsum([0, *map(len, rows)])[:-1]
     numbers = np.array([number for row in rows for number in row])
-    _composed(ticks_for_shape)(query.k, query.slots, numbers, begins[which], *centre, *velocity, ticks)
+    _composed(ticks_for_shape)(query.packed, query.slots, numbers, begins[which], *centre, *velocity, ticks)
 
 
 def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point) -> Kernel:
@@ -226,13 +226,13 @@ def _first_of(query: Query, a: int, among: Integers | None = None, walls: bool =
 def _ticks_with(query: Query, a: int, others: Integers) -> dict[int, Integers]:
     """Returns when a body meets each of others, as the kernel counts, and when they begin or end to pass
     through each other, by the kind of event; NEVER where not, or not any more."""
-    pair, passing, k = query.composition.pair, query.composition.passing, query.aside
+    pair, passing, k = query.composition.pair, query.composition.passing, query.k
     if pair is None:
         return {}
     meets = np.full(len(others), NEVER)
     parts = {"meet": pair.meet, "PERIODIC": any(query.periods), "PASSING": passing}
     parts |= query.composition.of_shapes
-    _composed(ticks_of_partners, **parts)(k, a, others, meets)
+    _composed(ticks_of_partners, **parts)(query.aside, a, others, meets)
     meets[meets < query.now] = NEVER
     if not passing:
         return {PAIR: meets}
@@ -245,7 +245,7 @@ def _ticks_with(query: Query, a: int, others: Integers) -> dict[int, Integers]:
     near = np.flatnonzero(np.isin(others, pairs.sum(axis=1) - a))
     if len(near):
         parts = {"PERIODIC": any(query.periods)} | query.composition.of_shapes
-        _composed(beginnings, **parts)(k, a, others, near, begins)
+        _composed(beginnings, **parts)(query.aside, a, others, near, begins)
     return {BEGUN: begins, PAIR: meets, PARTING: ends[others]}
 
 

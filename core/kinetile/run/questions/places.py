@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import Clock
+from kinetile.kernel.compiled import replaced
 from kinetile.kernel.falling import places_now
 from kinetile.kernel.tables import NEVER, Kernel
 from kinetile.run.compose import Composition
@@ -43,6 +44,7 @@ class Query:
 
     Attributes:
         k: the kernel's tables.
+        packed: the same, as compiled code takes them.
         slots: (n,) int64, the slots of the bodies in question, in the order of the bodies' numbers:
             ties go by their place here.
         clock: what a tick is in the scene's time.
@@ -52,6 +54,7 @@ class Query:
     """
 
     k: Kernel
+    packed: Any
     slots: Integers
     clock: Clock
     composition: Composition
@@ -70,12 +73,13 @@ class Query:
         return float(torus.x), float(torus.y)
 
     @cached_property
-    def aside(self) -> Kernel:
-        """The tables with a clock of their own: a narrow phase may report a fault, which is not to end the
-        run. With gravity walls are awaited beyond the end of the frame, too."""
-        clock = self.k.clock.copy()
+    def aside(self) -> Any:
+        """The packed tables with a clock of their own: a narrow phase may report a fault, which is not to end
+        the run. With gravity walls are awaited beyond the end of the frame, too."""
+        kept = self.k.clock
+        clock = np.frombuffer(bytearray(kept.tobytes()), kept.dtype).view(type(kept))  # copy() goes by fields
         clock[0].fall.end = NEVER
-        return self.k._replace(clock=clock)
+        return replaced(self.packed, "clock", clock)
 
     @cached_property
     def places(self) -> Floats:
@@ -135,7 +139,7 @@ def _shifts(box: Box, periods: tuple[float, float], reach: float) -> Iterator[Fl
 def _in_box(query: Query, places: Floats, box: Box, inside: bool) -> Truths:
     """Returns which bodies at these places are in a box."""
     low, high = np.array(box).reshape(2, 2)
-    few = np.flatnonzero(np.maximum(low - places, places - high).max(axis=1) <= query.radii)
+    few = np.flatnonzero(np.maximum(*np.maximum(low - places, places - high).T) <= query.radii)
     if inside:
         corners, radii = query.cores(few)
         spots = places[few][:, None] + corners

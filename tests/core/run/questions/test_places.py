@@ -42,7 +42,7 @@ def laid_out(bodies: list[Body], slots: list[int] | None = None) -> Query:
     k.clock[0].tick = 2.0**-52
     asked = np.arange(n) if slots is None else np.array(slots, dtype=np.int64)
     table = (kt.disc(1.0), *(shape for shape, _, _ in bodies))
-    return Query(k, asked, Clock(0.0, 1.0), cast(Composition, None), table)
+    return Query(k, None, asked, Clock(0.0, 1.0), cast(Composition, None), table)
 
 
 quarters = st.integers(-12, 12).map(lambda i: i / 4)
