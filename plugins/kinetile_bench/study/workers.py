@@ -15,6 +15,7 @@ from multiprocessing.connection import Connection
 from queue import Empty, SimpleQueue
 
 from kinetile.errors import KinetileError
+from kinetile.run.interrupts import Unbroken
 from kinetile_bench.study.task import LOST, Row, StudyStopped, Task, row_of, run_task
 
 _ANOTHER = "the study goes on with another one"
@@ -117,7 +118,7 @@ def _processes(count: int) -> Iterator[Executor]:
     pool = ProcessPoolExecutor(count, context, initializer=_begin, initargs=(parent,))
     try:
         try:
-            with _interrupts_blocked():  # workers inherit that: Ctrl-C ends none of them in its imports
+            with Unbroken(), _interrupts_blocked():  # workers inherit that: Ctrl-C ends none in its imports
                 started = [pool.submit(os.getpid) for _ in range(count)]
             started[0].result()
         except BrokenExecutor as error:
@@ -134,7 +135,7 @@ def _processes(count: int) -> Iterator[Executor]:
 
 @contextmanager
 def _interrupts_blocked() -> Iterator[None]:
-    """Within this context Ctrl-C has to wait, where the system can do that."""
+    """Within this context Ctrl-C has to wait where the system can do that, if no other thread takes it."""
     if sys.platform == "win32":
         yield
         return
