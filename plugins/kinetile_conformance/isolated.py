@@ -71,7 +71,8 @@ def where(words: str) -> str:
             if is_library(path):
                 continue
             if path.parent == OWN / "kernel" / "compiled":
-                return "a compiled hook" if frame["function"] == "__call__" else "the compiler"
+                compiled = frame["function"] in ("__call__", "run_bound")
+                return "a compiled hook" if compiled else "the compiler"
             return f"{frame['function']} ({path.name}, line {frame['line']})"
     return ""
 
