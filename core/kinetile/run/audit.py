@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -19,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
-from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.compiled import compose, disowned, packed, to_be_filled_in
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import SOON, rank
 from kinetile.kernel.loop.predictions import meeting
@@ -255,10 +256,10 @@ def gap_between(k: Kernel, a: int, b: int, dx: float, dy: float) -> float:
     return float(gap(k, k.bodies[a].form, k.bodies[b].form, dx, dy))
 
 
-def _gaps(composition: Composition) -> Callable[..., float] | None:
-    """Returns ``gap_between`` for the shapes of a scene; None where all are discs."""
+def _gaps(k: Kernel, composition: Composition) -> Callable[..., float] | None:
+    """Returns ``gap_between`` for the shapes of these tables; None where all are discs."""
     shaped = composition.of_shapes
-    return compose(gap_between, {"gap": shaped["gap"]}, "gap", Kernel) if shaped else None
+    return partial(compose(gap_between, {"gap": shaped["gap"]}, "gap", Kernel), packed(k)) if shaped else None
 
 
 def _overlapping(
@@ -267,7 +268,7 @@ def _overlapping(
     """Two bodies that overlap by more than rounding, through an image, and may pass, pass through it."""
     kinds, kind, radius, number = k.clock[0].kinds, k.traits.kind, k.bodies.radius, k.queue.number
     passes = k.rules.response == PASS
-    between = _gaps(composition)
+    between = _gaps(k, composition)
     periods = np.array([k.clock[0].torus.x, k.clock[0].torus.y])
     turns = np.column_stack([k.images.kx, k.images.ky]) if len(k.images) else np.zeros((len(place), 2), "i8")
     steps = np.array(list(product(*(range(-1, 2) if period else range(1) for period in periods))))
@@ -280,7 +281,7 @@ def _overlapping(
             b = int(later[at])
             if between is not None:
                 meet = math.isfinite(k.mass[a]) or math.isfinite(k.mass[b])
-                if not meet or not between(k, a, b, *away[step, at].tolist()) < -1e-9 * reach[at]:
+                if not meet or not between(a, b, *away[step, at].tolist()) < -1e-9 * reach[at]:
                     continue
             if (a, b, *(image[step, at] - turns[b] + turns[a]).astype(np.int64).tolist()) not in passing:
                 yield f"bodies {number[a]} and {number[b]} overlap and are not passing each other"
@@ -457,7 +458,7 @@ def _touching(k: Kernel, near: Pairs, delta: float, composition: Composition) ->
     """Every two bodies of which circles and boxes are closer than a skin, through any image, are a pair; of
     a phase that goes by ``outlines``, those of which these are."""
     periods = composition.prepared.periods
-    between_shapes = _gaps(composition) if composition.broad.outlines else None
+    between_shapes = _gaps(k, composition) if composition.broad.outlines else None
     n = len(k.bodies)
     held = near[:, 0].astype(np.int64) * n + near[:, 1]
     slots = np.flatnonzero(k.queue.number >= 0)
@@ -475,9 +476,7 @@ def _touching(k: Kernel, near: Pairs, delta: float, composition: Composition) ->
         for missed in np.flatnonzero((a < b) & ~np.isin(a * n + b, held)).tolist():
             one, two, gap = int(a[missed]), int(b[missed]), apart[at[missed], other[missed]]
             if between_shapes is not None:
-                gap = between_shapes(
-                    k, two, one, *(float(each[at[missed], other[missed]]) for each in between)
-                )
+                gap = between_shapes(two, one, *(float(each[at[missed], other[missed]]) for each in between))
                 if gap > delta:
                     continue
             said = f"bodies {one} and {two} touch (gap {gap:.3g}) and are not a candidate pair"
