@@ -21,6 +21,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from queue import SimpleQueue
 from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -304,7 +305,7 @@ class Malformed:
         line = rng.choice([json.dumps(changed_json(rng, good)), *odd])
         came = SimpleQueue[bytes]()
         came.put(line.encode(errors="surrogateescape") + b"\n")
-        self.engine.program = SimpleNamespace(send=lambda _: None, came=came)  # type: ignore[assignment]
+        cast(Any, self.engine).program = SimpleNamespace(send=lambda _: None, came=came)
         self.engine.answer(self.asked)
 
     def of_words(self, rng: random.Random) -> None:

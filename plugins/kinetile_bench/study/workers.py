@@ -135,7 +135,7 @@ def _processes(count: int) -> Iterator[Executor]:
 
 @contextmanager
 def _interrupts_blocked() -> Iterator[None]:
-    """Within this context Ctrl-C has to wait where the system can do that, if no other thread takes it."""
+    """Within this context SIGINT is blocked in this thread, and in what it starts, where systems do that."""
     if sys.platform == "win32":
         yield
         return

@@ -154,8 +154,8 @@ def replaced(tables: Any, name: str, table: Any) -> Any:
 
 
 def bound(function: Callable[..., Any], *tables: Any, numbers: int) -> Callable[..., Any]:
-    """Return a composed function that takes packed tables, and so many whole numbers, as one of the numbers
-    alone. Whoever calls it keeps the tables."""
+    """Return a composed function of packed tables, and of a number of whole numbers, as one of these numbers
+    alone. The caller keeps the tables."""
     if INTERPRETED:
         return np.errstate(all="ignore")(partial(function, *tables))  # compiled, nothing warns
     entry = cast(_Composed, function).entry([*tables, *range(numbers)])

@@ -289,7 +289,7 @@ def first_shift(k: Kernel, extent: float) -> int:
 
 
 def fit(k: Kernel, fields: Fields, ticks: int, heads: int) -> None:
-    """Sets the length of slices to the mean distance of heads, by their number in so many ticks."""
+    """Sets the length of slices to the mean distance of heads, by their number in a time of some ticks."""
     if heads > FEW:
         shift = _shift(k, ticks / heads)
         if abs(shift - fields.calendar.shift[0]) > 1:
