@@ -145,11 +145,12 @@ def squares_of(rows: Rows, drop: float) -> float:
     """Returns the sum of mass * speed^2 over commands: twice the energy that they can add, with ``drop`` for
     each insertion."""
     mass, vx, vy = rows["mass"], rows["vx"], rows["vy"]
+    if math.inf in mass.tolist():  # immovable
+        mass = np.where(np.isinf(mass), 0.0, mass)
     squares = vx * vx + vy * vy
     if drop:
         squares += drop * (rows["code"] == INSERTED)
-    found = float(np.dot(mass, squares))
-    return found if math.isfinite(found) else float(np.dot(np.where(np.isinf(mass), 0.0, mass), squares))
+    return float(np.dot(mass, squares))
 
 
 class Agenda:

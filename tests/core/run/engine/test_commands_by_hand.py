@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections import Counter
 from typing import Any
 
@@ -234,6 +235,15 @@ def test_a_body_for_which_tables_were_made_again_moved_the_time(phase):
     sim.run(until=0.1)
     sim.insert((0.01, 0.01), radius=0.004)
     assert sim.time == 0.1
+
+
+def test_an_immovable_body_that_came_made_numpy_warn():
+    scene = kt.Scene([(1, 1)], [(0.5, 0.25)], 0.25, arena=(8, 8), responses="elastic")
+    sim = kt.Simulation(scene, "naive", live=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        body = sim.insert((4, 4), radius=0.25, mass=math.inf)
+        sim.set_velocities([0, body], [(0.5, 0.5), (0.0, 0.0)])
 
 
 @pytest.mark.parametrize("phase", BUILT_IN)
