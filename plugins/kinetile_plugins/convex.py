@@ -27,7 +27,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 from kinetile.errors import Refused
 from kinetile.scene import Scene
@@ -82,11 +81,9 @@ from kinetile.toolbox.ticks import (
     leaves,
     nearest_whole,
     plans_of,
-    plans_through,
     pointer,
-    turns_between,
 )
-from kinetile_plugins.disc import exchange
+from kinetile_plugins.disc import hooks_of
 from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, circles_meet, merged, two_least
 
 SLOWEST = 2.0**-900
@@ -503,49 +500,14 @@ def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, flo
     return x / distance, y / distance, reach - distance if distance > 0.0 else math.nan
 
 
-def _hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
-    """Returns ``collide``, ``touch`` and ``part``, of two bodies or of the image through which they meet."""
-
-    @unchecked
-    @hook
-    def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
-        """Return the normal from a to b at which they touch, and how deep they overlap."""
-        one = k.bodies[a]
-        two = k.bodies[b]
-        if periodic:
-            torus = k.clock[0].torus
-            return line_of(k, a, b, (two.x - one.x) + torus.right, (two.y - one.y) + torus.up)
-        return line_of(k, a, b, two.x - one.x, two.y - one.y)
-
-    @unchecked
-    @hook
-    def collide(k: Kernel, a: int, b: int) -> float:
-        """Exchange momentum along the normal, elastically; return how deep the two overlap."""
-        nx, ny, depth = touch(k, a, b)
-        exchange(k, a, b, nx, ny)
-        return float(depth)
-
-    @unchecked
-    @hook
-    def part(k: Kernel, a: int, b: int) -> int:
-        """Return the tick at which two bodies part that pass through each other, or ``NEVER``; through the
-        image that is on the clock."""
-        early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-        late = a + b - early
-        one = k.bodies[early]
-        two = k.bodies[late]
-        plans = plans_of(k, one, two)
-        if periodic:
-            right, up = turns_between(k, early, late, a)
-            plans = plans_through(k, one, two, right, up)
-        delay = leaves(pointer(k.numbers), row_of(k, early, late), plans)
-        return int(two.anchor + delay) if delay != NEVER else NEVER
-
-    return collide, touch, part
+@hook
+def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
+    """Return how many ticks after the later anchor two bodies touch last by their plans, or ``NEVER``."""
+    return int(leaves(pointer(k.numbers), row_of(k, early, late), plans))
 
 
-collide, touch, part = _hooks(False)
-collide_images, touch_images, part_images = _hooks(True)
+collide, touch, part = hooks_of(line_of, parts_after, False)
+collide_images, touch_images, part_images = hooks_of(line_of, parts_after, True)
 
 
 @unchecked

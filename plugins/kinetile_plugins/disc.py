@@ -293,30 +293,44 @@ def exchange(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
     two.vy -= two_share * ny
 
 
-def _hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
-    """Returns ``collide``, ``touch`` and ``part``, of two discs or of the image through which they meet."""
+@unchecked
+@hook
+def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
+    """Return the line of centres of two discs whose places differ by (dx, dy), and their overlap."""
+    distance = math.sqrt(dx * dx + dy * dy)
+    return dx / distance, dy / distance, overlap(k.bodies[a], k.bodies[b], distance)
 
-    @hook
-    def apart(k: Kernel, a: int, b: int) -> tuple[float, float]:
-        one = k.bodies[a]
-        two = k.bodies[b]
-        if periodic:
-            torus = k.clock[0].torus
-            return (two.x - one.x) + torus.right, (two.y - one.y) + torus.up
-        return two.x - one.x, two.y - one.y
+
+@hook
+def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
+    """Return how many ticks after the later anchor two discs touch last by their plans, or ``NEVER``."""
+    return int(last_touch(plans, k.bodies[early].radius, k.bodies[late].radius))
+
+
+def hooks_of(
+    line: Callable[..., Any], parts: Callable[..., Any], periodic: bool
+) -> tuple[Callable[..., Any], ...]:
+    """Returns ``collide``, ``touch`` and ``part`` of two bodies, or of the image through which they meet.
+
+    ``line`` is a hook that returns the normal and the overlap of two bodies whose places differ by (dx, dy),
+    ``parts`` one that returns by their plans how many ticks after the later anchor they touch last.
+    """
 
     @unchecked
     @hook
     def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
-        """Return the line of centres and the overlap."""
-        dx, dy = apart(k, a, b)
-        distance = math.sqrt(dx * dx + dy * dy)
-        return dx / distance, dy / distance, overlap(k.bodies[a], k.bodies[b], distance)
+        """Return the normal from a to b at which they touch, and how deep they overlap."""
+        one = k.bodies[a]
+        two = k.bodies[b]
+        if periodic:
+            torus = k.clock[0].torus
+            return line(k, a, b, (two.x - one.x) + torus.right, (two.y - one.y) + torus.up)
+        return line(k, a, b, two.x - one.x, two.y - one.y)
 
     @unchecked
     @hook
     def collide(k: Kernel, a: int, b: int) -> float:
-        """Exchange momentum along the line of centres, elastically; return the overlap."""
+        """Exchange momentum along the normal, elastically; return how deep the two overlap."""
         nx, ny, depth = touch(k, a, b)
         exchange(k, a, b, nx, ny)
         return float(depth)
@@ -324,24 +338,23 @@ def _hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @unchecked
     @hook
     def part(k: Kernel, a: int, b: int) -> int:
-        """Return the tick at which two discs part that pass through each other, or ``NEVER``; through the
+        """Return the tick at which two bodies part that pass through each other, or ``NEVER``; through the
         image that is on the clock."""
         early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
         late = a + b - early
-        one = k.bodies[early]
         two = k.bodies[late]
-        plans = plans_of(k, one, two)
+        plans = plans_of(k, k.bodies[early], two)
         if periodic:
             right, up = turns_between(k, early, late, a)
-            plans = plans_through(k, one, two, right, up)
-        delay = last_touch(plans, one.radius, two.radius)
+            plans = plans_through(k, k.bodies[early], two, right, up)
+        delay = parts(k, early, late, plans)
         return int(two.anchor + delay) if delay != NEVER else NEVER
 
     return collide, touch, part
 
 
-collide, touch, part = _hooks(False)
-collide_images, touch_images, part_images = _hooks(True)
+collide, touch, part = hooks_of(line_of, parts_after, False)
+collide_images, touch_images, part_images = hooks_of(line_of, parts_after, True)
 
 
 @unchecked
