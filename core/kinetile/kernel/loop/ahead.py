@@ -23,8 +23,11 @@ from kinetile.kernel.vectors import prefetch
 LARGE = 1 << 13
 """Bodies from which on it pays (docs/which-broad-phase.md)."""
 
-LEAD, AFAR = 32, 128
+LEAD, AFAR = 64, 192
 """Slices by which the scout is before the head at least, and at most."""
+
+SIGHT = 16
+"""Slices ahead of the scout in whose ring the first link is prefetched: else the scout would wait for it."""
 
 STAGE = 5
 """Bodies that are found between two stages of one."""
@@ -43,6 +46,7 @@ def look_ahead(k: Kernel, s: Any, seen: int, scout: int, turn: int) -> tuple[int
     scout = larger(scout, day + LEAD)
     if scout < day + AFAR:
         scout = next_marked(k, scout + 1)
+        prefetch(k.links, k.links[ring_of(k, scout + SIGHT)].next)
         body = k.links[ring_of(k, scout)].next
         while body < len(k.bodies):
             turn += 1
@@ -66,8 +70,12 @@ def _do_stages(k: Kernel, s: Any, body: int, turn: int) -> None:
     found[turn & (FOUND - 1)].partner = partner
     _fetch(k, partner)
     soon(k, s, partner, 0)
+    prefetch(k.bodies, k.bodies[before].last)
     soon(k, s, before, 1)
-    soon(k, s, found[(turn - STAGE) & (FOUND - 1)].partner, 1)
+    earlier = found[(turn - STAGE) & (FOUND - 1)].partner
+    prefetch(k.links, k.links[earlier].next)  # it is taken out of its ring, of which the scout sees no other
+    prefetch(k.links, k.links[earlier].prev)
+    soon(k, s, earlier, 1)
     soon(k, s, found[(turn - 2 * STAGE) & (FOUND - 1)].body, 2)
 
 
@@ -78,6 +86,7 @@ def _fetch(k: Kernel, body: int) -> None:
     prefetch(k.bodies, body)
     prefetch(k.places, body)
     prefetch(k.links, body)
+    prefetch(k.stamps, body)
     if PERIODIC:
         prefetch(k.images, body)
 
