@@ -308,7 +308,7 @@ def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
 
 
 def hooks_of(
-    line: Callable[..., Any], parts: Callable[..., Any], periodic: bool
+    line: Callable[..., tuple[float, float, float]], parts: Callable[..., int], periodic: bool
 ) -> tuple[Callable[..., Any], ...]:
     """Returns ``collide``, ``touch`` and ``part`` of two bodies, or of the image through which they meet.
 
