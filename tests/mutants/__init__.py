@@ -23,7 +23,8 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,6 +37,9 @@ from kinetile_conformance import Result, check_broad_phase, judging
 from registering import registered
 
 HERE = Path(__file__).parent
+MATRIX = HERE / "matrix.jsonl"
+"""What all checks say of each mutant, a line each: ``--all-checks --examples 20 --json`` has written it."""
+
 TABLES = HERE / "mutants.toml", HERE / "families.toml"
 FOUND = Path(str(kinetile_conformance.__file__)).with_name("faults.json")
 """What the kit finds, as the runner has last measured it; shipped with the kit."""
@@ -236,6 +240,7 @@ def matrix_row(name: str, folder: Path, **options: Any) -> dict[str, Any]:
         "failed": failed,
         "not judged": [result.check for result in results if result.status == "not judged"],
         "not run": [] if options.get("checks") else _not_run(results),
+        "examples": options.get("examples"),
         "seconds": round(sum(result.seconds for result in results)),
     }
 
@@ -304,7 +309,47 @@ def table() -> str:
         f"| {name} | {'yes' if name in full else 'no'} | {_shown(row['condemned_by'], 'none')} |"
         for name, row in variations
     ]
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, "", *matrix_table()]) + "\n"
+
+
+def matrix_table() -> list[str]:
+    """Return the part of the page on the checks: what each finds, and which other one finds all of that."""
+    rows = [row for name, row in _lines_of(MATRIX).items() if name in ALL and not ALL[name].right]
+    faults = sum(not mutant.right for mutant in ALL.values())
+    found = {
+        check.name: {row["name"] for row in rows if check.name in row["failed"]}
+        for check in kinetile_conformance.CHECKS
+    }
+    alone = {row["name"] for row in rows if len(row["failed"]) == 1}
+    dead = set().union(*found.values())
+    few: list[str] = []
+    while missing := dead.difference(*(found[name] for name in few)):
+        few.append(max(found, key=lambda name: len(found[name] & missing)))
+    unjudged = Counter(name for row in rows for name in row["not judged"] + row["not run"])
+    lines = [
+        "## All checks, all faults",
+        "",
+        f"Of {faults} faults {len(rows)} were judged by all checks to the end, with",
+        f"{_listed({str(row['examples']) for row in rows})} scenes for each check: {len(dead)} die,",
+        f"{len(alone)} of them by one check alone.",
+        "`python tests/mutants --all-checks --examples 20 --json FILE`",
+        "goes on with `matrix.jsonl` beside this page, which has a line for each of them.",
+        f"{len(few)} checks would find these {len(dead)}:",
+        f"{_listed(f'`{name}`' for name in few)}.",
+        f"Came to no end: {_listed(f'`{name}` on {count}' for name, count in unjudged.items()) or 'none'}.",
+        "",
+        "| check | finds | alone | all of these are found by |",
+        "|---|---|---|---|",
+    ]
+    for name, its in found.items():
+        wider = [other for other in found if other != name and its and its <= found[other]]
+        most = _shown(max(wider, key=lambda other: len(found[other]), default=None), "no other")
+        lines.append(f"| `{name}` | {len(its)} | {len(its & alone)} | {most if its else ''} |")
+    return lines
+
+
+def _listed(words: Iterable[str]) -> str:
+    return ", ".join(sorted(words))
 
 
 def _shown(check: str | None, none: str) -> str:
