@@ -211,7 +211,7 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
         numbers = np.zeros((0, 0))
     if numbers.ndim != 1:
         raise ValueError(f"bodies are given by a list of their numbers; found {shown(bodies)}")
-    if isinstance(bodies, Sequence) and any(isinstance(body, bool | np.bool_) for body in bodies):
+    if isinstance(bodies, Sequence) and not {bool, np.bool_}.isdisjoint(map(type, bodies)):
         numbers = np.array(bodies, dtype=object)  # among numbers, NumPy makes 1 of True
     if len(numbers) and numbers.dtype.kind not in "iu":
         for body in numbers.tolist():
