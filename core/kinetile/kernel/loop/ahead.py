@@ -23,7 +23,7 @@ from kinetile.kernel.vectors import prefetch
 LARGE = 1 << 13
 """Bodies from which on it pays (docs/which-broad-phase.md)."""
 
-LEAD, AFAR = 64, 192
+LEAD, AFAR = 48, 128
 """Slices by which the scout is before the head at least, and at most."""
 
 SIGHT = 16
