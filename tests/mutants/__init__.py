@@ -332,7 +332,7 @@ def matrix_table() -> list[str]:
         "",
         f"Of {faults} faults {len(rows)} were judged by all checks to the end, with",
         f"{_listed({str(row['examples']) for row in rows})} scenes for each check: {len(dead)} die,",
-        f"{len(alone)} of them by one check alone; of the others {later} die with the default budget.",
+        f"{len(alone)} of them by one check alone; {later} of the rest die with the default budget.",
         "`python tests/mutants --all-checks --examples 20 --json FILE`",
         "goes on with `matrix.jsonl` beside this page, which has a line for each of them.",
         f"{len(few)} checks would find these {len(dead)}:",
