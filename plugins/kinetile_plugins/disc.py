@@ -293,7 +293,6 @@ def exchange(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
     two.vy -= two_share * ny
 
 
-@unchecked
 @hook
 def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
     """Return the line of centres of two discs whose places differ by (dx, dy), and their overlap."""

@@ -326,18 +326,19 @@ def matrix_table() -> list[str]:
     while missing := dead.difference(*(found[name] for name in few)):
         few.append(max(found, key=lambda name: len(found[name] & missing)))
     unjudged = Counter(name for row in rows for name in row["not judged"] + row["not run"])
+    open_ones = [f"`{name}` on {count}" for name, count in unjudged.items()]
     later = sum(bool(ALL[row["name"]].killed_by) for row in rows if row["name"] not in dead)
     lines = [
         "## All checks, all faults",
         "",
-        f"Of {faults} faults {len(rows)} were judged by all checks to the end, with",
+        f"Of {faults} faults {len(rows)} were judged by all checks, with",
         f"{_listed({str(row['examples']) for row in rows})} scenes for each check: {len(dead)} die,",
         f"{len(alone)} of them by one check alone; {later} of the rest die with the default budget.",
         "`python tests/mutants --all-checks --examples 20 --json FILE`",
         "goes on with `matrix.jsonl` beside this page, which has a line for each of them.",
         f"{len(few)} checks would find these {len(dead)}:",
         f"{_listed(f'`{name}`' for name in few)}.",
-        f"Came to no end: {_listed(f'`{name}` on {count}' for name, count in unjudged.items()) or 'none'}.",
+        f"Came to no end, or were not run after some deaths: {_listed(open_ones) or 'none'}.",
         "",
         "| check | finds | alone | all of these are found by |",
         "|---|---|---|---|",

@@ -73,7 +73,7 @@ def _do_stages(k: Kernel, s: Any, body: int, turn: int) -> None:
     prefetch(k.bodies, k.bodies[before].last)
     soon(k, s, before, 1)
     earlier = found[(turn - STAGE) & (FOUND - 1)].partner
-    prefetch(k.links, k.links[earlier].next)  # it is taken out of its ring, of which the scout sees no other
+    prefetch(k.links, k.links[earlier].next)  # these two are linked when it is taken out of their ring
     prefetch(k.links, k.links[earlier].prev)
     soon(k, s, earlier, 1)
     soon(k, s, found[(turn - 2 * STAGE) & (FOUND - 1)].body, 2)
