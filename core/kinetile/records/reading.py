@@ -23,9 +23,10 @@ from kinetile.errors import RecordError
 from kinetile.kernel.log import LOG
 from kinetile.records.finishing import KEYS, LONGEST_SCENE, PARTIAL, is_log, pyarrow_modules, reason
 from kinetile.records.log import Seal
-from kinetile.scene import Insert, Scene
+from kinetile.scene import Scene
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.files import loads_scene
+from kinetile.scene.scene import kind_of_each
 from kinetile.sources import check_regular
 
 _COLUMNS = LOG.names or ()
@@ -154,7 +155,7 @@ class KindsByHand:
     def __init__(self, scene: Scene) -> None:
         self.several = len(scene.kinds) > 1
         self.runs: Runs = []
-        self._next = _numbers(scene)[-1] + 1 if self.several and len(_numbers(scene)) else 0
+        self._next = max(kind_of_each(scene), default=-1) + 1
 
     def add(self, bodies: npt.NDArray[Any], kinds_of: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) -> None:
         """Notes the kinds of those of these bodies, in ascending order, that have not been noted."""
@@ -173,23 +174,11 @@ def _append(runs: Runs, body: int, kind: Any) -> None:
         runs.append([body, body, kind])
 
 
-def _planned(scene: Scene) -> dict[int, Any]:
-    """Returns the kinds of the bodies that a scene's commands insert, by their numbers."""
-    coming = (each for each in scene.commands if isinstance(each, Insert))
-    return {each.body: scene.kinds[0] if each.kind is None else each.kind for each in coming}
-
-
-def _numbers(scene: Scene) -> list[int]:
-    """Returns the numbers of the bodies that a scene names, ascending."""
-    return [*range(len(scene)), *sorted(_planned(scene))]
-
-
 def all_runs(scene: Scene, by_hand: Runs) -> Runs:
     """Returns the kinds of all bodies: those of a scene, and interactively inserted ones."""
-    kinds: dict[int, Any] = dict(enumerate(scene.kind)) | _planned(scene)
     runs: Runs = []
-    for body in _numbers(scene):
-        _append(runs, body, kinds[body])
+    for body, kind in sorted(kind_of_each(scene).items()):
+        _append(runs, body, scene.kinds[kind])
     return runs + by_hand
 
 

@@ -307,6 +307,13 @@ def relabelled(
     return copy
 
 
+def kind_of_each(scene: Scene) -> dict[int, int]:
+    """Returns by the number of a body, those that are inserted too, the place of its kind in ``kinds``."""
+    own = dict(enumerate(scene.kind_numbers.tolist()))
+    coming = (each for each in scene.commands if isinstance(each, Insert))
+    return own | {each.body: 0 if each.kind is None else scene.kinds.index(each.kind) for each in coming}
+
+
 def source_of(scene: Scene) -> str:
     """Returns where a scene is from, in words: its file, its recipe with parameters, or nothing."""
     origin = scene.origin

@@ -26,7 +26,8 @@ import numpy.typing as npt
 
 from kinetile.errors import legible
 from kinetile.kernel.clock import TICKS
-from kinetile.scene import Insert, Scene
+from kinetile.scene import Scene
+from kinetile.scene.scene import kind_of_each
 from kinetile.scene.shapes import Shape
 from kinetile.show.picture import FRESH, LOOKS, NEXT, escape, outline_of
 from kinetile.show.player.recording import Plans, Recording, kinds_of, residuals
@@ -189,13 +190,8 @@ def _box(scene: Scene, plans: Plans) -> Sequence[float]:
 
 def _kinds(scene: Scene, bodies: int) -> list[int]:
     """Returns the kind of each body as its place in the scene's kinds; nothing where there is one kind."""
-    if len(scene.kinds) < 2:
-        return []
-    kinds = [*scene.kind_numbers.tolist(), *[0] * (bodies - len(scene))]
-    for each in scene.commands:
-        if isinstance(each, Insert) and each.kind is not None:
-            kinds[each.body] = scene.kinds.index(each.kind)
-    return kinds
+    of = kind_of_each(scene)
+    return [of.get(body, 0) for body in range(bodies)] if len(scene.kinds) > 1 else []
 
 
 def _shapes(scene: Scene, bodies: int) -> list[int]:
