@@ -341,7 +341,7 @@ class Simulation(Moment):
         with self._alone("look ahead"):
             event = next_event(self._engine)
             if self.scene.falls and is_beyond_frame(self._engine, event) and len(self.bodies):
-                ahead: Simulation = self.__copy__()  # it follows from the plans of a next frame
+                ahead = simulation_of(self.snapshot())  # it follows from the plans of a next frame
                 return ahead.step()
             if event is not None and event.kind == "wall" and event.wall is None:
                 wall = meetings.wall_of(self._query(), self._slot_of(event.bodies[0]))[1]
@@ -406,9 +406,6 @@ class Simulation(Moment):
             raise TypeError(
                 "insert() needs the radius of the body that comes, or its shape: insert(position, radius=...)"
             )
-        return self._insert(position, velocity, radius, mass, kind, shape)
-
-    def _insert(self, position: Any, velocity: Any, radius: Any, mass: Any, kind: Any, shape: Any) -> int:
         with self._alone("take a body in"):
             engine = self._engine
             rows, new = arguments.read_insertion(engine, position, velocity, radius, mass, kind, shape)
@@ -452,7 +449,7 @@ class Simulation(Moment):
                 with engine.unchanged_if(Exception):  # of a phase that does not accept the tenth of them
                     for at, (row, *own) in enumerate(zip(rows, *columns, strict=True)):
                         try:
-                            row["body"] = self._insert((row["x"], row["y"]), (row["vx"], row["vy"]), *own)
+                            row["body"] = self.insert((row["x"], row["y"]), (row["vx"], row["vy"]), *own)
                         except NoRoom as error:
                             reasons[at] = error
             refused = np.zeros(len(rows), dtype=np.bool_)
@@ -594,7 +591,8 @@ class Simulation(Moment):
         if one == other:
             raise ValueError(f"a contact is one of two bodies; found body {a} twice")
         planned = self._planned() if scheduled else None
-        return meetings.next_contact(self._query(), one, other, planned)
+        among = np.array([other], dtype=np.int64)
+        return meetings.next_contact_of(self._query(), one, planned, among, walls=False)
 
     def next_contact_of(
         self, body: int, *, scheduled: bool = False, kinds: Kind | Iterable[Kind] | None = None
@@ -770,11 +768,8 @@ class Simulation(Moment):
         """
         write_whole(path, self.snapshot(), note)
 
-    def __copy__(self) -> Any:
-        return self.__deepcopy__({})
-
     def __deepcopy__(self, memo: dict[int, Any]) -> Any:
-        return simulation_of(self.snapshot())
+        return simulation_of(self.snapshot())  # by __reduce__ the snapshot would be copied as well
 
     def __reduce__(self) -> tuple[Any, ...]:
         return simulation_of, (self.snapshot(),)

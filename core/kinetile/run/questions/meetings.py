@@ -86,12 +86,6 @@ class _First(NamedTuple):
     other: int
 
 
-def next_contact(query: Query, a: int, b: int, planned: Planned | None = None) -> NextContact | None:
-    """Returns the next contact of the bodies in two slots by their present plans, or the end of a passing;
-    None where there is none, or, with the ``planned`` changes of plans, where it is not scheduled."""
-    return next_contact_of(query, a, planned, np.array([b], dtype=np.int64), walls=False)
-
-
 def next_contact_of(
     query: Query,
     a: int,
