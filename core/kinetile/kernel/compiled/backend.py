@@ -17,13 +17,17 @@ from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any, cast
 
-import llvmlite
+import llvmlite as llvmlite
 import numba as _numba
-from llvmlite import ir
-from llvmlite.binding import add_symbol
+from llvmlite import ir as ir
+from llvmlite.binding import add_symbol as add_symbol
 from numba import extending as _extending
 from numba import types as _types
-from numba.extending import infer_getattr, intrinsic, lower_builtin, models, register_model
+from numba.extending import infer_getattr as infer_getattr
+from numba.extending import intrinsic as intrinsic
+from numba.extending import lower_builtin as lower_builtin
+from numba.extending import models as models
+from numba.extending import register_model as register_model
 
 VERSIONS = ">=0.60,<0.69"
 """The versions of Numba with private parts that are known."""
@@ -43,18 +47,21 @@ def misfit(what: str) -> str:
 
 try:
     from numba.core import cgutils as _cgutils
-    from numba.core.caching import FunctionCache, IndexDataCacheFile
+    from numba.core.caching import FunctionCache as FunctionCache
+    from numba.core.caching import IndexDataCacheFile as IndexDataCacheFile
     from numba.core.ccallback import CFunc
     from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
     from numba.core.compiler import Compiler
-    from numba.core.compiler_lock import global_compiler_lock
     from numba.core.compiler_machinery import PassManager
     from numba.core.cpu import CPUContext
-    from numba.core.errors import NumbaExperimentalFeatureWarning
-    from numba.core.registry import CPUDispatcher
-    from numba.core.types import Array, Type
+    from numba.core.errors import NumbaExperimentalFeatureWarning as NumbaExperimentalFeatureWarning
+    from numba.core.registry import CPUDispatcher as CPUDispatcher
+    from numba.core.types import Array as Array
+    from numba.core.types import Type as Type
     from numba.core.typing.context import Context
-    from numba.core.typing.templates import AttributeTemplate, ConcreteTemplate, infer_global
+    from numba.core.typing.templates import AttributeTemplate as AttributeTemplate
+    from numba.core.typing.templates import ConcreteTemplate as ConcreteTemplate
+    from numba.core.typing.templates import infer_global as infer_global
     from numba.np import arrayobj as _arrayobj
 except ImportError as error:
     raise ImportError(misfit(str(error))) from error
@@ -66,7 +73,6 @@ unbox: Any = _extending.unbox
 types: Any = _types
 cgutils: Any = _cgutils
 arrayobj: Any = _arrayobj
-compiler_lock: Any = global_compiler_lock
 
 MEMBERS: dict[Any, str] = {
     FunctionCache: "load_overload save_overload flush _impl _cache_path _cache_file _py_func",
@@ -317,41 +323,3 @@ def at_an_address(function: Callable[..., Any], signature: Any, cache: Any) -> A
         made._cache = cache(function)
     made.compile()
     return made
-
-
-__all__ = [
-    "FOLDER",
-    "VERSIONS",
-    "Array",
-    "AttributeTemplate",
-    "CPUDispatcher",
-    "ConcreteTemplate",
-    "FunctionCache",
-    "IndexDataCacheFile",
-    "LinkingCompiler",
-    "NativeValue",
-    "NumbaExperimentalFeatureWarning",
-    "Type",
-    "add_symbol",
-    "alone",
-    "arrayobj",
-    "at_an_address",
-    "cgutils",
-    "check",
-    "compiler_lock",
-    "entry",
-    "infer_getattr",
-    "infer_global",
-    "intrinsic",
-    "ir",
-    "llvmlite",
-    "lower_builtin",
-    "lower_getattr_generic",
-    "lowered",
-    "misfit",
-    "models",
-    "numba",
-    "register_model",
-    "types",
-    "unbox",
-]
