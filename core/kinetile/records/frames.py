@@ -26,6 +26,7 @@ from kinetile.errors import BadOption, MissingExtra, RecordError
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
+from kinetile.scene.bodies import whole_periods
 from kinetile.scene.scene import kind_of_each
 from kinetile.scene.shapes import Shape, disc
 from kinetile.scene.targets import replacing, writable_target
@@ -55,10 +56,8 @@ class Frame(NamedTuple):
 
     def images(self, scene: Scene) -> npt.NDArray[Any]:
         """Returns (n, 3) the periods by which each body is away from its position; 0 across walls."""
-        found, periods = np.zeros((len(self.bodies), 3), dtype=np.int64), np.array(scene.periods)
-        axes = periods > 0.0
-        apart = (self.unwrapped - self.positions)[:, axes]
-        found[:, :2][:, axes] = np.rint(apart / periods[axes])
+        found = np.zeros((len(self.bodies), 3), dtype=np.int64)
+        found[:, :2] = whole_periods(self.unwrapped - self.positions, scene.periods)
         return found
 
     @property

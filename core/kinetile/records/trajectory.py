@@ -24,7 +24,7 @@ from kinetile.kernel.log import INSERTED, LOG, REMOVED
 from kinetile.records.reading import EventFile, read_with_scene
 from kinetile.run.flights import Flights
 from kinetile.scene import Insert
-from kinetile.scene.bodies import in_box, nearest_image
+from kinetile.scene.bodies import in_box, nearest_image, whole_periods
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -106,15 +106,10 @@ class Trajectory:
         fallen = plans.gravity * plans.elapsed[:, None]
         return np.asarray(plans.velocity + fallen if plans.gravity.any() else plans.velocity)
 
-    def _periods_in(self, apart: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Returns how many periods differences (m, 2) are, to the nearest whole numbers."""
-        periods = np.array(self.scene.periods)
-        return np.asarray(np.rint(apart / np.where(periods > 0.0, periods, np.inf)))
-
     @cached_property
     def _images(self) -> NDArray[np.float64]:
         """(m, 2) how many periods have been taken off the body of each flight since its first place."""
-        order, off = self._flights.by_body, self._periods_in(self._strayed[0])
+        order, off = self._flights.by_body, whole_periods(self._strayed[0], self.scene.periods)
         body, off = self._flights.body[order], off[order]
         sums = np.cumsum(off, axis=0)
         found = np.empty_like(sums)
@@ -181,7 +176,7 @@ class Trajectory:
         anchor[moved] = flights.value("x", "y", which=which)
         velocity[moved] = flights.value("vx", "vy", which=which)
         if self.scene.periodic:
-            images[:n] = self._periods_in(self.scene.position - anchor[:n])
+            images[:n] = whole_periods(self.scene.position - anchor[:n], self.scene.periods)
             images[moved] = self._images[which]
         rows = self.rows[flights.row[which]]
         ticks = np.full(self._numbers, now, dtype=object)

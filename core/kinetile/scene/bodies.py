@@ -337,6 +337,12 @@ def nearest_image(apart: Floats, periods: tuple[float, float]) -> Floats:
     return np.column_stack(columns)
 
 
+def whole_periods(apart: Floats, periods: tuple[float, float]) -> Floats:
+    """Returns how many periods (n, 2) differences of places are, to whole numbers; 0 where there is none."""
+    sides = np.array(periods)
+    return np.asarray(np.rint(apart / np.where(sides > 0.0, sides, math.inf)))
+
+
 def in_box(places: Floats, periods: tuple[float, float]) -> Floats:
     """Returns (n, 2) places as they are shown: along a periodic axis from 0 to less than the period."""
     shown_at = np.array(places)

@@ -37,7 +37,7 @@ from kinetile.plugin.drawing import (
 )
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
-from kinetile.scene.bodies import in_box
+from kinetile.scene.bodies import in_box, whole_periods
 from kinetile.scene.shapes import Shape
 
 MOST_PAIRED = 250
@@ -160,8 +160,7 @@ def take_picture(
     wanted = [item for item in asked if paired or not isinstance(item, Link)]
     left_out = WITHOUT_PAIRS if pairs is None and len(wanted) < len(asked) else ""
     places = {disc.number: disc.at for disc in discs}
-    periods = np.array(sim.scene.periods)
-    taken_off = np.rint((sim.unwrapped() - of_bodies[0]) / np.where(periods > 0.0, periods, np.inf))
+    taken_off = whole_periods(sim.unwrapped() - of_bodies[0], sim.scene.periods)
     turns = dict(zip(places, taken_off.tolist(), strict=True))
     shapes = tuple(shape for item in wanted for shape in _placed(item, places, turns, sim.scene))
     low, high = _extent(sim.scene, discs, shapes)

@@ -36,7 +36,7 @@ from kinetile.run.engine.agenda import Command, History, Rows, planned, waiting
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.ledger import Entries
 from kinetile.scene import Insert, Scene
-from kinetile.scene.bodies import nearest_image, overlapping_images
+from kinetile.scene.bodies import nearest_image, overlapping_images, whole_periods
 from kinetile.scene.shapes import Shape
 
 OF_BODIES = ("x", "y", "vx", "vy", "anchor", "radius")
@@ -124,9 +124,7 @@ def contents_at_start(scene: Scene) -> Contents:
     plans["vx"], plans["vy"] = scene.velocity.T
     plans["radius"], plans["mass"], plans["kind"] = scene.radius, scene.mass, scene.kind_numbers
     plans["form"] = scene.shape
-    for name, axis, period in zip(("kx", "ky"), range(2), scene.periods, strict=True):
-        if period:
-            plans[name] = np.rint((scene.position[:, axis] - place[:, axis]) / period)
+    plans["kx"], plans["ky"] = whole_periods(scene.position - place, scene.periods).T
     clock = dict.fromkeys(CARRIED, 0)
     clock |= dict.fromkeys(("met_tick", "jam.window_tick", "stops.tick"), LONG_AGO) | {"torus.beat": BEAT}
     clock |= dict.fromkeys(("fault.a", "fault.b"), NOBODY)

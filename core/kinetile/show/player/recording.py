@@ -35,7 +35,7 @@ from kinetile.records.bounded import BoundedRows, TooManyRows, ticks_of
 from kinetile.run.flights import SIDES, Flights
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
-from kinetile.scene.bodies import nearest_image
+from kinetile.scene.bodies import nearest_image, whole_periods
 from kinetile.show.picture import MOST_PAIRED, ORDER, wants_pairs
 
 MOST_ROWS = 200_000
@@ -252,7 +252,7 @@ class Plans:
             columns["radius"][each.body], columns["mass"][each.body] = each.radius, each.mass
         if scene.periodic:
             first = np.concatenate([scene.position, np.reshape([each.position for each in comers], (-1, 2))])
-            off = np.rint((first - nearest_image(first, scene.periods)) / np.maximum(scene.periods, 1e-300))
+            off = whole_periods(first - nearest_image(first, scene.periods), scene.periods)
             numbers = [*range(n), *(each.body for each in comers)]
             columns["kx"][numbers], columns["ky"][numbers] = off.T
         return cls(**columns)
