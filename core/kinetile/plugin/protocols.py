@@ -31,11 +31,6 @@ ContactDistance: TypeAlias = Literal["sum of radii", "outlines", "closer"]
 less."""
 
 
-def no_state() -> idle.NoState:
-    """Returns the state of a broad phase that keeps none."""
-    return idle.NoState(np.zeros(1))
-
-
 @dataclass(frozen=True)
 class BroadPhaseParts:
     """A broad phase, ready to be composed. ``near`` is enough; a phase that keeps a structure has the others.
@@ -135,7 +130,7 @@ class BroadPhaseParts:
     """
 
     near: Hook
-    state: Any = field(default_factory=no_state)
+    state: Any = field(default_factory=lambda: idle.NoState(np.zeros(1)))
     build: Hook = idle.build
     repair: Hook = idle.repair
     replan: Hook = idle.replan

@@ -208,11 +208,6 @@ class Composition:
         return self.pair is not None and self.pair.alike and self.prepared.alike
 
     @property
-    def looks_ahead(self) -> bool:
-        """Whether the loop prefetches: only in a large scene."""
-        return self.broad.soon is not None and self.prepared.capacity >= LARGE
-
-    @property
     def passing(self) -> bool:
         """Whether bodies of some kinds pass through each other, by the rules of the scene."""
         return self.rules is not None and self.rules.passing and self.pair is not None
@@ -260,7 +255,7 @@ class Composition:
             "repair": self.broad.repair,
             "replan": self.broad.replan,
             "near": self.broad.near,
-            "AHEAD": self.looks_ahead,
+            "AHEAD": self.broad.soon is not None and self.prepared.capacity >= LARGE,  # whether it prefetches
             "PAIRS": self.pair is not None,
             "BOUNDS": self.pair is not None and self.pair.soonest is not None,
             "WALLS": self.wall is not None,

@@ -33,7 +33,7 @@ from kinetile.run.engine.ledger import RowFunction
 from kinetile.run.flights import Flights
 from kinetile.run.moment import Moment
 from kinetile.run.saving.files import to_plain
-from kinetile.scene.checks import shown
+from kinetile.scene.checks import is_finite, is_number, shown
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -244,10 +244,12 @@ class _Observation:
             raise BadOption(f"an observable goes by its name; found {shown(text)}")
         self.text = text
         self.name, options = read_phase(text, "observable")
-        self.every = _positive(options.pop("every", None), f"observable {text!r}: every")
-        after = options.pop("after", -math.inf)
-        if isinstance(after, bool) or not isinstance(after, int | float):
+        every, after = options.pop("every", None), options.pop("after", -math.inf)
+        if every is not None and not (is_finite(every) and every > 0.0):
+            raise BadOption(f"observable {text!r}: every is {every!r}; expected a time greater than 0")
+        if not is_number(after):
             raise BadOption(f"observable {text!r}: after is {after!r}; expected a time")
+        self.every = None if every is None else float(every)
         self.after = float(after)
         made = registry().target("observable", self.name)
         check_options("observable", self.name, made, options)
@@ -593,11 +595,3 @@ class _Plans:
         rows = rows[kept]
         position = np.stack([rows[name] for name in ("ax", "ay", "bx", "by")], axis=1).reshape(-1, 2, 2)
         return Collisions(rows["a"], rows["b"], position, before, after, impulse)
-
-
-def _positive(value: Any, what: str) -> float | None:
-    if value is None:
-        return None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < math.inf:
-        raise BadOption(f"{what} is {value!r}; expected a time greater than 0")
-    return float(value)

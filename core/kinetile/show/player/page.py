@@ -117,7 +117,7 @@ class Page:
             "SUMMARY": escape(summary),
             "NOTES": "\n".join(f'<p class="note">{escape(note)}</p>' for note in self.all_notes),
             "PANES": "\n".join(_pane(recording.label) for recording in self.recordings),
-            "SHAPE": _shape(len(self.recordings)),
+            "SHAPE": {1: "single", 2: "several"}.get(len(self.recordings), "several many"),
             "STYLE": _asset("page.css"),
             "SCRIPT": script(),
             "RECORDING": held,
@@ -144,13 +144,6 @@ class Page:
             "drawn_as": recording.drawn_as,
             "skin": recording.skin,
         }
-
-
-def _shape(count: int) -> str:
-    """Returns the classes of a page with so many runs side by side."""
-    if count == 1:
-        return "single"
-    return "several" if count == 2 else "several many"
 
 
 def script() -> str:
