@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from kinetile.errors import RecordError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import INSERTED, LOG, REMOVED
+from kinetile.records.bounded import ticks_of
 from kinetile.records.reading import EventFile, read_with_scene
 from kinetile.run.flights import Flights
 from kinetile.scene import Insert
@@ -180,7 +181,7 @@ class Trajectory:
             images[moved] = self._images[which]
         rows = self.rows[flights.row[which]]
         ticks = np.full(self._numbers, now, dtype=object)
-        ticks[moved] -= rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object)
+        ticks[moved] -= ticks_of(rows)
         there = bodies < n
         there[moved] = rows["b"] != REMOVED
         elapsed = ticks[there].astype(np.float64) * (self._clock.unit / TICKS)

@@ -158,8 +158,8 @@ def check_frame(arena: object, start: Any, until: Any) -> list[Mistake]:
             mistakes.append(Mistake("arena", shown(sides), f"[width, height], each {RANGE}"))
     if not is_finite(start):
         mistakes.append(Mistake("start", shown(start), "a finite number"))
-    elif abs(start) > FARTHEST_START:
-        mistakes.append(_too_late(start, 1.0))
+    else:
+        mistakes += check_pace(start, 1.0)
     if until is not None:
         if not is_finite(until):
             mistakes.append(Mistake("until", shown(until), "a finite number"))
@@ -226,7 +226,11 @@ def check_support(where: str, place: Any, velocity: Any, radius: float, extent: 
 
 def check_pace(start: float, unit: float) -> list[Mistake]:
     """Checks a scene's start against its time unit, which is less than 1 where bodies are fast."""
-    return [_too_late(start, unit)] if abs(start) > FARTHEST_START * unit else []
+    if abs(start) <= FARTHEST_START * unit:
+        return []
+    least = f"a start at most {FARTHEST_START * unit:.6g} from 0"
+    right = f"{least}, beyond which a time unit, {unit:.3g}, is lost in rounding"
+    return [Mistake("start", shown(start), right)]
 
 
 def check_unit(unit: Any) -> list[Mistake]:
@@ -236,13 +240,6 @@ def check_unit(unit: Any) -> list[Mistake]:
     if is_finite(unit) and 2.0**-900 <= unit <= 1.0 and math.frexp(unit)[0] == 0.5:
         return []
     return [Mistake("unit", shown(unit), "a power of two from 2**-900 to 1, or None")]
-
-
-def _too_late(start: Any, unit: float) -> Mistake:
-    least = f"a start at most {FARTHEST_START * unit:.6g} from 0"
-    return Mistake(
-        "start", shown(start), f"{least}, beyond which a time unit, {unit:.3g}, is lost in rounding"
-    )
 
 
 def check_time(time: Any, where: str, start: float | None) -> list[Mistake]:

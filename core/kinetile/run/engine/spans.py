@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -126,7 +127,8 @@ def quiet_spans(
             for axis, period in enumerate(periods):
                 if period:
                     nearest[..., axis] -= np.rint(nearest[..., axis] / period) * period
-            for image in _images(periods):
+            # The image nearest to 0, and those around.
+            for image in product(*((-period, 0.0, period) if period else (0.0,) for period in periods)):
                 apart = nearest + image
                 gap = np.hypot(apart[..., 0], apart[..., 1]) - reaches
                 if len(k.sides):  # the circles around shapes overlap before these meet, and are wide
@@ -151,13 +153,6 @@ def _blocks(bodies: int) -> Iterator[npt.NDArray[np.intp]]:
     """Yields bodies, a few at a time, to be compared with all."""
     for first in range(0, bodies, rows := max(MOST_PAIRS // bodies, 1)):
         yield np.arange(first, min(first + rows, bodies))
-
-
-def _images(periods: tuple[float, float]) -> Iterator[tuple[float, float]]:
-    """Yields what is added to the separation of two bodies, for the image nearest to 0 and those around."""
-    for m in (-1, 0, 1) if periods[0] else (0,):
-        for n in (-1, 0, 1) if periods[1] else (0,):
-            yield m * periods[0], n * periods[1]
 
 
 @hook

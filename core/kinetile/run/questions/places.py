@@ -220,9 +220,7 @@ def ray(
     size = float(np.hypot(*u))
     if any(query.periods):
         assert within is not None
-        if most is not None and within > 2.0 * max(
-            query.periods
-        ):  # the first are mostly found near the origin
+        if most is not None and within > 2.0 * max(query.periods):  # the first are mostly near the origin
             hits = ray(query, origin, direction, most, 0.25 * within)
             if len(hits) == most:
                 return hits
