@@ -37,12 +37,10 @@ class _WithPlugins(TyperGroup):
     _complete = False
 
     def make_context(self, *given: Any, **more: Any) -> Any:
-        """Reads the command line."""
         with exit_codes():
             return super().make_context(*given, **more)
 
     def invoke(self, ctx: Any) -> Any:
-        """Runs a command."""
         with exit_codes():
             return super().invoke(ctx)
 

@@ -71,7 +71,6 @@ def _flat(row: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]
 
 
 def _fields(row: Any) -> dict[str, Any]:
-    """Returns the fields of a row by name."""
     if dataclasses.is_dataclass(row):
         return {field.name: getattr(row, field.name) for field in dataclasses.fields(row)}
     return dict(row._asdict() if hasattr(row, "_asdict") else row)

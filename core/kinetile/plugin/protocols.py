@@ -394,6 +394,5 @@ def _is_sentence(sentence: object) -> bool:
 
 
 def _shown(value: Any) -> str:
-    """Returns a value briefly."""
     text = repr(value)
     return text if len(text) <= 60 else f"a {type(value).__name__}"

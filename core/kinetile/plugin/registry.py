@@ -280,8 +280,7 @@ class Installed(NamedTuple):
 
 
 def installed(group: str = _GROUP) -> list[Installed]:
-    """Returns the plugins of a group of entry points, kinetile's own first and the others in
-    alphabetical order."""
+    """Returns the plugins of a group of entry points, kinetile's own first, the others alphabetically."""
     return sorted(_entry_points(group), key=_built_in_first)
 
 

@@ -365,7 +365,6 @@ class EventRecorder:
 
 
 def _copy(file: LogFile, size: int, to: LogFile) -> None:
-    """Copies the beginning of a file."""
     with file.reader() as content:
         while to.position < size:
             to.write(content.read(min(_BYTES_AT_ONCE, size - to.position)))

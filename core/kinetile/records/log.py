@@ -52,8 +52,7 @@ _CHECKSUM = struct.Struct("<I")
 
 
 class Beginning(NamedTuple):
-    """The rows of a run up to its checkpoint: their number, the fingerprint of their contacts, and the
-    scene."""
+    """Rows of a run up to its checkpoint: their number, the fingerprint of their contacts, and the scene."""
 
     rows: int
     fingerprint: str

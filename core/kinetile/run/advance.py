@@ -319,8 +319,7 @@ def _next_command(engine: Engine) -> Any:
 
 
 def _event_of(engine: Engine, head: _Head) -> Event | None:
-    """Returns the next event; None for one that users do not see, a plan that is anchored again without
-    a change."""
+    """Returns the next event; None for a plan that is anchored again unchanged, which users do not see."""
     k = engine.k
     what: dict[str, Any]
     if head.beat:
@@ -344,8 +343,7 @@ def _event_of(engine: Engine, head: _Head) -> Event | None:
 
 
 def _watched(engine: Engine) -> tuple[Event | None, list[ContactRow]]:
-    """Returns the contact at which the loop has stopped, and those that have happened together with it and
-    follow it in the log."""
+    """Returns the contact at which the loop stopped, and those that happened with it, after it in the log."""
     k = engine.k
     stops = k.clock[0].stops
     if not stops.before:

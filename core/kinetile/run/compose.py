@@ -123,7 +123,6 @@ def _name(hook: Any) -> tuple[str, str]:
 
 
 def _parts(response: Response, scene: Scene) -> ResponseParts:
-    """Returns the parts of a response for a scene."""
     parts = _prepare("response", response.name, response.options, scene, ResponseParts)
     if parts.respond is None and response.name not in BUILT_IN:
         label = described("response", response.name)

@@ -259,7 +259,6 @@ class _Observation:
         self.taken = 0
 
     def prepare(self, scene: Scene) -> None:
-        """Prepares the observable for a scene."""
         with calling("observable", self.name, "prepare"):
             self.observable.prepare(scene)
         self.needs = getattr(self.observable, "needs", None)
@@ -270,8 +269,7 @@ class _Observation:
             )
 
     def plan(self, now: float, until: float | None, interval: float | None = None) -> None:
-        """Sets the times of the samples of a run; without an end in time, ``interval`` is the one of those
-        that have none of their own."""
+        """Sets the times of a run's samples; without an end in time ``interval`` is for those without one."""
         self.begin, self.until = max(now, self.after), until
         if until is not None:
             if self.begin >= until:

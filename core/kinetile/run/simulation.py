@@ -192,8 +192,7 @@ class Simulation(Moment):
     # Running
 
     def compile(self) -> float:
-        """Compiles the loop, or loads it from the disk cache; returns the CPU seconds spent on this so
-        far."""
+        """Compiles the loop, or loads it from the disk cache; returns the CPU seconds spent on it so far."""
         self._engine.compile()
         return self._engine.compile_seconds
 
@@ -546,8 +545,7 @@ class Simulation(Moment):
         return candidates(self._engine.k, self.composition)
 
     def near(self) -> npt.NDArray[np.int32]:
-        """Returns the near bodies of each body now: (a, b) wherever the broad phase names b as near a; (k,
-        2)."""
+        """Returns the near bodies of each body now, (k, 2): (a, b) if the broad phase names b as near a."""
         self.build()
         return by_number(self._engine.k, named_near(self._engine.k, self.composition))
 
@@ -811,8 +809,7 @@ class Simulation(Moment):
         return self._saved_observed if self._observers is None else self._observers.state
 
     def _observers_for(self, observe: Sequence[str] | Observed) -> Observers | None:
-        """Returns the observables of a run, if any: new ones, or those that have measured what it goes on
-        with."""
+        """Returns the observables of a run, if any: new ones, or those with whose measurements it goes on."""
         if not isinstance(observe, Observed):
             return None if isinstance(observe, tuple) and not observe else Observers(self.scene, observe)
         if observe is not self.observed:

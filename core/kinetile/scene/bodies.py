@@ -146,8 +146,7 @@ Passing: TypeAlias = tuple[npt.NDArray[np.int64], Bools]
 
 
 def check_bodies(bodies: Bodies, extent: Extent | None, passing: Passing) -> list[Mistake]:
-    """Checks bodies against each other and the arena; its extent is None if there is none, or an invalid
-    one."""
+    """Checks bodies against each other and the arena; its extent is None if there is none, or a wrong one."""
     mistakes: list[Mistake] = []
     right: dict[str, Bools] = {}
     for name, vectors in (("position", bodies.position), ("velocity", bodies.velocity)):

@@ -94,8 +94,7 @@ def recipe_parameters(name: str) -> tuple[Parameter, ...]:
 
 
 def accepted_parameters(name: str) -> tuple[Parameter, ...]:
-    """Returns what may be given to a recipe: its parameters, and those of ``SHARED`` that it has not
-    itself."""
+    """Returns what may be given to a recipe: its parameters, and those of ``SHARED`` that it lacks."""
     own = recipe_parameters(name)
     names = {each.name for each in own}
     return (*own, *(each for each in SHARED if each.name not in names))

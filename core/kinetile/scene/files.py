@@ -169,7 +169,6 @@ class _File:
         raise self._error(wrong)
 
     def _made(self, name: str, parameters: Mapping[str, Any]) -> Scene:
-        """Returns the scene of a recipe."""
         try:
             return make_scene(name, **parameters)
         except SceneError as error:
@@ -202,7 +201,6 @@ class _File:
         return self._scene_of(given, [], [*made, *commands], {})
 
     def scene_of_bodies(self) -> Scene:
-        """Returns the scene of the file's bodies."""
         if "parameters" in self.tables:
             wanted = "a recipe beside them, by name"
             self.mistakes.append(Mistake("parameters", "parameters without a recipe", wanted))
@@ -283,7 +281,6 @@ class _File:
         return [Mistake(where, shown(name), "the bodies themselves")] if "scene" in kinds else []
 
     def _unfit(self, name: str, options: Mapping[str, Any], where: str) -> list[Mistake]:
-        """Returns the mistakes in the options of a phase or response."""
         return option_mistakes(name, options, where) if self.look_up else []
 
     def _settings(self) -> Settings:
@@ -461,7 +458,6 @@ def _written_commands(scene: Scene) -> list[str]:
 
 
 def _written_responses(scene: Scene) -> list[str]:
-    """Returns the lines for a scene's responses."""
     lines = []
     for pair, response in scene.responses:
         lines += ["", "[[responses]]", f"between = {_toml(list(pair))}", f"response = {_toml(response.name)}"]

@@ -219,8 +219,7 @@ class Scene:
 
     @property
     def ruled(self) -> bool:
-        """Whether the scene has kinds, or contacts other than elastic contacts of movable
-        bodies."""
+        """Whether the scene has kinds, or contacts other than elastic ones of movable bodies."""
         coming = [command.mass for command in self.commands if isinstance(command, Insert)]
         static = math.inf in coming or bool(np.isinf(self.mass).any())
         kinds = bool(self.responses) or self.kinds != (0,)

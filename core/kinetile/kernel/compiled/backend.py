@@ -152,7 +152,6 @@ class _LinkedCode(_Code):
 
     @property
     def codegen(self) -> Any:
-        """Return the code generator."""
         return _NoEnvironment(self._codegen)
 
     def _optimize_final_module(self) -> None:
@@ -246,7 +245,6 @@ class _Compiler(Compiler):
         cast(Any, super()).__init__(known, there, library, *rest)
 
     def define_pipelines(self) -> Any:
-        """Return the passes."""
         [found] = cast(Any, super()).define_pipelines()
         code = self.state.func_id.code
         inner = "reduce" in code.co_names or any(isinstance(each, CodeType) for each in code.co_consts)

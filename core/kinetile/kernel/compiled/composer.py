@@ -272,8 +272,7 @@ _MOST_KNOWN = 10_000
 
 
 def is_cached(function: Callable[..., Any]) -> bool | None:
-    """Whether a composed function's machine code lies whole in the disk cache; None when it runs
-    interpreted."""
+    """Whether a composed function's machine code lies whole in the disk cache; None if it is interpreted."""
     if INTERPRETED:
         return None
     folder = Path(cast(_Composed, function).made.stats.cache_path or ".")
@@ -302,8 +301,7 @@ def complaint(error: Exception) -> str:
 
 
 def _place(error: Exception) -> str:
-    """Return the file and line at which the compiler was: the innermost of its frames, but for Numba's own
-    code."""
+    """Return the file and line at which the compiler was: its innermost frame but for Numba's own code."""
     found, trace = "", error.__traceback__
     while trace is not None:
         for value in list(trace.tb_frame.f_locals.values()):

@@ -192,8 +192,7 @@ class Agenda:
         return next(self._to_come(k, clock), None)
 
     def first_of_each(self, k: Kernel, clock: Clock) -> dict[int, int]:
-        """Returns for each occupied slot the kernel's tick of the first command for its body, if there is
-        one."""
+        """Returns by occupied slots the kernel's tick of the first command for the body, if there is one."""
         first: dict[int, int] = {}
         for command in self._to_come(k, clock):
             slot = int(k.slots[command.body])

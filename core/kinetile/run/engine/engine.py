@@ -431,8 +431,7 @@ class Engine(Tables):
         self.commands, self.loop, self._enter = commands, loop, None
 
     def _make_slot(self) -> bool:
-        """Prepares the phases again for an insertion or removal; returns whether the command has still to
-        run."""
+        """Prepares the phases again for an insertion or removal; returns whether it has still to run."""
         k, composition = self.k, self.composition
         first, many = int(k.clock[0].lists.command), max(self._waiting - self._behind, 1)
         if composition.living:
@@ -470,8 +469,7 @@ class Engine(Tables):
     # above, and only when it would exceed the speed in force is the energy summed up again.
 
     def command_rows(self, code: int, many: int = 1) -> Rows:
-        """Returns a number of commands of the present moment; the caller fills in their bodies and
-        effects."""
+        """Returns commands of the present moment; the caller fills in their bodies and effects."""
         rows = np.frombuffer(bytearray(many * ROWS.itemsize), ROWS)  # for few, faster than zeros
         rows["code"], rows["tick"], rows["after"] = code, self.now, self.met_now
         return rows

@@ -137,7 +137,6 @@ def _shifts(box: Box, periods: tuple[float, float], reach: float) -> Iterator[Fl
 
 
 def _in_box(query: Query, places: Floats, box: Box, inside: bool) -> Truths:
-    """Returns which bodies at these places are in a box."""
     low, high = np.array(box).reshape(2, 2)
     few = np.flatnonzero(np.maximum(*np.maximum(low - places, places - high).T) <= query.radii)
     if inside:

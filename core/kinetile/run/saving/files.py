@@ -121,8 +121,7 @@ def packed(snapshot: Snapshot) -> bytes:
 
 
 def unpack(content: bytes, name: str = "this") -> Snapshot:
-    """Returns the snapshot that was packed; RecordError, in which it is called ``name``, if that
-    fails."""
+    """Returns the snapshot that was packed; RecordError, which calls it ``name``, if that fails."""
     head, arrays = _opened(content, name)
     if head["answer"] not in range(1, ANSWER + 1):
         raise RecordError(
@@ -166,8 +165,7 @@ def note(content: bytes, name: str = "this") -> dict[str, Any]:
 
 
 def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
-    """Returns the head and the arrays, after the checksum; RecordError for a damaged or different
-    file."""
+    """Returns the head and the arrays, after the checksum; RecordError for a damaged file, or another one."""
     _check_begin(content, name)
     sha256 = hashlib.sha256(memoryview(content)[:-_CHECKSUM])
     sha256.update(bytes(_CHECKSUM))
@@ -372,8 +370,7 @@ _DTYPES = {"<f8", "<i8", "<i4", "|b1", "|u1"}
 
 
 def to_plain(value: Any, arrays: Arrays, where: str) -> Any:
-    """Returns a value for JSON, and adds its arrays; RecordError, which names ``where``, for any other
-    value."""
+    """Returns a value for JSON, and adds its arrays; RecordError, naming ``where``, for any other value."""
     if isinstance(value, np.generic):
         value = value.item()
     if value is None or type(value) in (bool, int, float, str):
@@ -464,8 +461,7 @@ def write_whole(
 
 
 def _clear_up(target: Path) -> None:
-    """Removes temporary files of killed writers of this file: those that have not changed for a
-    minute."""
+    """Removes temporary files of killed writers of this file that have not changed for a minute."""
     for left in target.parent.glob(f".{glob.escape(target.name)}.{'[0-9a-f]' * 8}.part"):
         with suppress(OSError):
             if time.time() - left.stat().st_mtime > 60.0:

@@ -417,7 +417,6 @@ def _without_certificate(item: Item) -> tuple[Any, ...]:
 
 
 def _coordinates(item: Item) -> Iterator[tuple[int, float, int]]:
-    """Yields the coordinates of a shape, x before y: with which body (-1: fixed), and how far from it, with
-    how many periods."""
+    """Yields the coordinates of a shape, x before y: the body (-1: fixed), the offset, the periods."""
     for each in chain.from_iterable(points_of(item)):
         yield each if isinstance(each, At) else (-1, each, 0)
