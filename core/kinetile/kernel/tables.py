@@ -357,10 +357,10 @@ class Kernel(NamedTuple):
     counts: Records
 
 
-def record_table(dtype: np.dtype[Any], length: int, aligned: int = 0) -> Records:
-    """Return a zeroed record array in which the record of number ``aligned`` starts on a cache line."""
+def record_table(dtype: np.dtype[Any], length: int) -> Records:
+    """Return a zeroed record array that starts on a cache line."""
     raw = np.zeros(length * dtype.itemsize + 64, dtype=np.uint8)
-    offset = -(raw.ctypes.data + aligned * dtype.itemsize) % 64
+    offset = -raw.ctypes.data % 64
     return raw[offset : offset + length * dtype.itemsize].view(dtype).view(np.recarray)
 
 
