@@ -20,7 +20,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from importlib import metadata
-from typing import Any, NamedTuple, TypeGuard, cast
+from typing import Any, NamedTuple, TypeGuard
 
 import pluggy
 
@@ -93,7 +93,22 @@ class Registry:
 
         Raises UnknownName, and PhaseError where the target does not import, or is no class or function.
         """
-        return cast("Callable[..., Any]", _load(self.provided(kind, name)))
+        provided = self.provided(kind, name)
+        spec = provided.spec
+        if not isinstance(spec.target, str):
+            return spec.target
+        where = f"{kind} {spec.name!r} of {provided.source}: its target {spec.target!r}"
+        try:
+            found: Callable[..., Any] = pkgutil.resolve_name(spec.target)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            raise PhaseError(f"{where} does not import: {sentence(error)}") from error
+        if kind == "scene" and not callable(found):
+            raise PhaseError(f"{where} is {found!r}; expected a function that makes a scene")
+        if kind != "scene" and not isinstance(found, type):
+            raise PhaseError(f"{where} is {found!r}; expected a class")
+        return found
 
     def spec(self, kind: Kind, name: str) -> Spec:
         """Returns the spec of a name or alias, importing nothing. Raises UnknownName."""
@@ -220,25 +235,6 @@ def registry() -> Registry:
                 _shared = None
                 raise
         return _shared
-
-
-def _load(provided: Provided) -> object:
-    """Returns the object of a spec's target, importing it if necessary; raises PhaseError if that fails."""
-    kind, spec = provided.kind, provided.spec
-    if not isinstance(spec.target, str):
-        return spec.target
-    where = f"{kind} {spec.name!r} of {provided.source}: its target {spec.target!r}"
-    try:
-        found = pkgutil.resolve_name(spec.target)
-    except KeyboardInterrupt:
-        raise
-    except BaseException as error:
-        raise PhaseError(f"{where} does not import: {sentence(error)}") from error
-    if kind == "scene" and not callable(found):
-        raise PhaseError(f"{where} is {found!r}; expected a function that makes a scene")
-    if kind != "scene" and not isinstance(found, type):
-        raise PhaseError(f"{where} is {found!r}; expected a class")
-    return found
 
 
 def _all_names(spec: Spec) -> tuple[str, ...]:

@@ -62,21 +62,20 @@ class _Turn(_FileTable):
     velocity: _Velocity
 
 
-class _Disc(_FileTable):
+class _OneBody(_FileTable):
     position: _Pair = Field(description="[x, y], two finite numbers")
     velocity: _Velocity = _ABSENT
     radius: float = Field(description="a finite number greater than 0")
     mass: float = Field(_ABSENT, description="a number greater than 0, or inf")
     kind: _Kind = Field(_ABSENT, description="the name of a kind, or a whole number")
-
-
-class _Body(_Disc):
     shape: _Number = Field(_ABSENT, description="the number of a shape")
+
+
+class _Body(_OneBody):
     turns: list[_Turn] = Field(_ABSENT, description="[[bodies.turns]] tables")
 
 
-class _Insertion(_Disc):
-    shape: _Number = Field(_ABSENT, description="the number of a shape")
+class _Insertion(_OneBody):
     body: _Number = _ABSENT
 
 
@@ -145,14 +144,12 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
 
     Returns the mistakes, and the places of the values that are missing or of a wrong type, and so unusable.
     """
+    found: list[tuple[str, Place]] = []
     try:
         _File.model_validate(tables)
     except ValidationError as error:
-        found = [
-            (detail["type"], detail["loc"]) for detail in error.errors(include_url=False, include_input=False)
-        ]
-    else:
-        found = []
+        details = error.errors(include_url=False, include_input=False)
+        found = [(each["type"], each["loc"]) for each in details]
     mistakes: dict[Place, Mistake] = {}
     meant: set[Place] = set()
     unknown: Counter[Place] = Counter()
