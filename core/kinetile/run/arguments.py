@@ -479,11 +479,11 @@ def _pair(engine: Engine, pair: Any) -> tuple[int, int]:
 
 def _of_kind(engine: Engine, scene: Scene, kind: Kind) -> list[int]:
     """Returns the numbers of the bodies of a kind: from the start, interactive, and still to be inserted."""
-    of_it = scene.kinds.index(kind)
-    found = np.flatnonzero(scene.kind_numbers == of_it).tolist()
-    found += [each.body for each in scene.commands if isinstance(each, Insert) and each.kind == kind]
-    k = engine.k
+    of_it, k = scene.kinds.index(kind), engine.k
+    named = np.flatnonzero(scene.kind_numbers == of_it).tolist()
+    coming = (each for each in scene.commands if isinstance(each, Insert))
+    named += [each.body for each in coming if kind == (scene.kinds[0] if each.kind is None else each.kind)]
+    there = k.queue.number >= 0
     if len(k.rules):
-        there = k.queue.number[(k.queue.number >= 0) & (k.traits.kind == of_it)]
-        found += there.tolist()
-    return sorted(set(found))
+        there &= k.traits.kind == of_it
+    return sorted({*named, *k.queue.number[there].tolist()})

@@ -403,6 +403,17 @@ def test_a_body_that_comes_during_the_run_is_of_its_kind():
     assert sim.run(until=6.0) is None
 
 
+@pytest.mark.parametrize("kind", [None, "sensor"])
+def test_a_body_that_comes_without_a_kind_is_of_the_first_one(kind):
+    comes = kt.Insert(1.0, (1.0, 3.5), (0.0, 2.0), 0.25)
+    kinds = {} if kind is None else {"kind": [kind], "kinds": [kind, "other"]}
+    scene = kt.Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.5, arena=(4.0, 4.0), commands=[comes], **kinds)
+    sim = kt.Simulation(scene, live=True)
+    by_hand = sim.insert((3.0, 1.0), (2.0, 0.0), 0.25)
+    found = stops(sim, kt.StopAt(kinds=[kind or 0]), 1.25)
+    assert [(event.time, event.bodies) for event in found] == [(0.375, (by_hand,)), (1.125, (1,))]
+
+
 @pytest.mark.parametrize(
     ("stop", "said"),
     [
