@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -42,15 +41,15 @@ _STYLE: dict[str, Any] = {
 }
 
 
-def check_figures() -> None:
-    """Raises MissingExtra where figures cannot be drawn."""
-    _matplotlib()
+def matplotlib_module(name: str = "matplotlib") -> Any:
+    """Returns matplotlib, or a module of it; MissingExtra where it is not installed."""
+    return needed("Drawing the figures", "matplotlib", "figures", name)
 
 
 @contextmanager
 def house_style() -> Iterator[None]:
     """Within this context figures are drawn, and written, in the common style."""
-    with _matplotlib().rc_context(_STYLE):
+    with matplotlib_module().rc_context(_STYLE):
         yield
 
 
@@ -60,8 +59,7 @@ def new_figure(panels: int = 1, height: float = 3.2, rows: int = 1, **options: A
 
     Options are those of ``Figure.subplots``. Raises MissingExtra without matplotlib.
     """
-    check_figures()
-    figure: Figure = import_module("matplotlib.figure").Figure((WIDTH, height), layout="constrained")
+    figure: Figure = matplotlib_module("matplotlib.figure").Figure((WIDTH, height), layout="constrained")
     axes = figure.subplots(rows, panels, **options)
     return figure, axes if rows == panels == 1 else axes.ravel()
 
@@ -98,7 +96,3 @@ def as_svg(figure: Figure, description: str = "") -> bytes:
     written = BytesIO()
     figure.savefig(written, format="svg", metadata={"Date": None, "Description": description or None})
     return written.getvalue()
-
-
-def _matplotlib() -> Any:
-    return needed("Drawing the figures", "matplotlib", "figures")

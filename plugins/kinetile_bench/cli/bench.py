@@ -82,7 +82,7 @@ def thesis(
 
     Exit code 1 unless all phases give the same contacts.
     """
-    from kinetile_accuracy.drawing import check_figures
+    from kinetile_accuracy.drawing import matplotlib_module
     from kinetile_bench.thesis import ThesisBench, bench_thesis
     from kinetile_bench.thesis.statements import statements
 
@@ -99,7 +99,7 @@ def thesis(
         if out is not None:  # before the measurement
             from kinetile_bench.thesis.figures import draw
 
-            check_figures()
+            matplotlib_module()
             try_folder("--out", out, keep=True)
         how: Any = {"seeds": seeds, "until": until, "seconds": seconds, "repeats": repeats}
         _last(bench_thesis(chosen, start=make_ready, progress=bar.count, **how), bar, show)
