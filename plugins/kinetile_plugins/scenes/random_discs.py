@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import chain, count, islice
 from typing import TypeAlias
 
 import numpy as np
@@ -102,24 +103,20 @@ def _at_random(radius: list[float], tries: int, side: float, random: Draws) -> I
     they are can overlap only those in the nine cells around it.
     """
     levels: _Levels = []
-    points: Iterator[list[float]] = iter(())
+    blocks = (random.uniform(1024, 2).tolist() for _ in count())
+    points = islice(chain.from_iterable(blocks), tries)
     for r in radius:
         if r > 0.5 * side:
             return
         width = _power_of_two_above(2.0 * r)
         if not levels or levels[-1][0] != width:
             levels.append((width, {}))
-        while True:
-            if tries == 0:
-                return
-            tries -= 1
-            point = next(points, None)
-            if point is None:
-                points = iter(random.uniform(1024, 2).tolist())
-                point = next(points)
+        for point in points:
             x, y = (r + part * (side - 2.0 * r) for part in point)
             if _has_room(x, y, r, levels):
                 break
+        else:
+            return  # the tries have run out
         cells = levels[-1][1]
         cells.setdefault((int(x / width), int(y / width)), []).append((x, y, r))
         yield x, y
