@@ -193,7 +193,7 @@ def draw_bounds(k: Kernel, lists: Lists) -> Iterator[Item]:
         return
     along_axes, several = not lists.shares.all(axis=1).any(), len(lists.names) > 1
     if several:
-        yield from _boxes(k, lists) if along_axes else _polygons(k, lists)
+        yield from _boxes(lists) if along_axes else _polygons(lists)
         yield from pair_links(held_pairs(k))
         yield from _entries(lists)
         row = int(np.argmin([lists.due[row, order].min() for row, order in enumerate(lists.order)]))
@@ -245,7 +245,7 @@ def _slanted_line(k: Kernel, lists: Lists) -> Iterator[Item]:
     yield from _certificate(k, lists, 0)
 
 
-def _boxes(k: Kernel, lists: Lists) -> Iterator[Item]:
+def _boxes(lists: Lists) -> Iterator[Item]:
     """Yields each body's box, with the tick of the first of its bounds to pass."""
     for body, due in _present(lists):
         (left, right), (low, high) = (
@@ -254,7 +254,7 @@ def _boxes(k: Kernel, lists: Lists) -> Iterator[Item]:
         yield Box("bound", (left, low), (right, high), due)
 
 
-def _polygons(k: Kernel, lists: Lists) -> Iterator[Item]:
+def _polygons(lists: Lists) -> Iterator[Item]:
     """Yields what the lines bound each body by, with the tick of the first of its bounds to pass."""
     normals = np.concatenate([-lists.shares, lists.shares])
     around = np.argsort(np.arctan2(*normals.T[::-1]))

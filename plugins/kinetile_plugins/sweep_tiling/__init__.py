@@ -200,7 +200,9 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
     there, pairs = {*bodies, n}, set()
     due, flips = s.due.tolist(), s.web[FLIPS:].tolist()
     (west, floor), (east, ceiling) = _edges(k, bodies)
-    across: list[Coordinate] = [*_bounds(k, n), east, west]
+    reach = reaches_of(k)[:n, :2] * (-1.0, 1.0)
+    across: list[Coordinate] = [At(body, x) for body, sides in enumerate(reach.tolist()) for x in sides]
+    across += [east, west]
     height: list[Coordinate] = [*map(At, range(n)), ceiling, floor]
     period = float(k.clock[0].torus.x)
     for p, q, top, bottom, away in zip(*(column.tolist() for column in tiles_of(k, s)), strict=True):
@@ -220,13 +222,6 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
             low, high = (height[int(s.web[bound + ENDS + side])] for side in (LOWER, UPPER))
             yield Segment("bound", (x, low), (x, high), label="R" if bound & 8 else "L")
     yield from pair_links(pairs)
-
-
-def _bounds(k: Kernel, n: int) -> Iterator[Coordinate]:
-    """Yields where bounds are on the x axis, two a body, L before R."""
-    for body, (left, right) in enumerate(reaches_of(k)[:n, :2].tolist()):
-        yield At(body, -left)
-        yield At(body, right)
 
 
 def _edges(k: Kernel, bodies: list[int]) -> list[list[float]]:

@@ -106,7 +106,7 @@ def _audit(k: Kernel, s: State) -> Iterator[str]:
         return  # the rest follows links
     yield from _pairs(k, s, tiles)
     if not len(s.turns):
-        yield from _sweep(s, tiles)
+        yield from _sweep(s)
     yield from _certificates(k, s, tiles)
     yield from _geometry(k, s, tiles)
 
@@ -150,7 +150,7 @@ def _pairs(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
         yield f"body {other} is named as near {body}, and they bound no tile"
 
 
-def _sweep(s: State, tiles: AllTiles) -> Iterator[str]:
+def _sweep(s: State) -> Iterator[str]:
     """The links lead from left to right without a circle, and a sweep in their order makes the same tiling.
 
     A bound is swept when all tiles that end at it have begun, so no coordinate is read. What the sweep line

@@ -65,9 +65,8 @@ class State(NamedTuple):
     status: Records  # (2m,) tree over the ranks: which bodies are on the sweep line
     opened: Records  # (n + 1,) the left port that is open above each body; n: above BOTTOM
     limits: Records  # (2,) how narrow a tile counts as of no width: for ties, and for flips
-    turns: (
-        Records  # as web, where x is periodic, else empty: the periods from a port's bound to the linked one
-    )
+    # as web, where x is periodic, else empty: the periods from a port's bound to the linked one
+    turns: Records
 
 
 def empty(bodies: int, periodic: bool) -> State:
