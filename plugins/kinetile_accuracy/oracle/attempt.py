@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import combinations
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from flint import arb, fmpq
@@ -64,11 +64,8 @@ class Undecided(Exception):
     """A comparison that is not certain: what it is about, about when, and the bodies concerned."""
 
     def __init__(self, what: str, time: float, bodies: tuple[int, ...]) -> None:
-        super().__init__(what)
+        super().__init__(what, time, bodies)
         self.what, self.time, self.bodies = what, time, bodies
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return Undecided, (self.what, self.time, self.bodies), self.__dict__
 
 
 class PossibleEvent(NamedTuple):
