@@ -112,11 +112,8 @@ def _from_xyz(path: Path, index: int) -> dict[str, Any]:
             raise ValueError("its Lattice is no rectangle")
         found["arena"] = tuple(np.diag(lattice)[:2].tolist())
         found["position"] -= np.array(head.get("Origin", "0 0").split()[:2], dtype=float)
-        periodic = "".join(
-            axis for axis, open_ in zip("xy", head.get("pbc", "").split(), strict=False) if open_ in "T1"
-        )
-        if periodic:
-            found["periodic"] = periodic
+        closed = zip("xy", head.get("pbc", "").split(), strict=False)
+        found["periodic"] = "".join(axis for axis, word in closed if word in "T1")
     if "shape" in columns:
         with open_regular(f"{path}.shapes.json") as file:
             found["shapes"] = [*map(_shape, json.load(file)["shapes"])]
