@@ -13,6 +13,7 @@ import math
 
 from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
+from kinetile.scene.checks import is_finite
 from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, hook, shared, smaller, unchecked
 from kinetile.toolbox.ticks import fallen
 
@@ -77,11 +78,11 @@ class Restitution:
     """
 
     def __init__(self, e: float, contact_time: float | None = None) -> None:
-        if not _is_number(e) or not 0.0 < e <= 1.0:
+        if not is_finite(e) or not 0.0 < e <= 1.0:
             raise BadOption(
                 f"restitution: e is {e!r}; expected a number above 0 and at most 1 (stop: to rest)"
             )
-        if contact_time is not None and (not _is_number(contact_time) or contact_time < 0.0):
+        if contact_time is not None and (not is_finite(contact_time) or contact_time < 0.0):
             raise BadOption(f"restitution: contact_time is {contact_time!r}; expected a length of time")
         if e < 1.0 and not contact_time:
             raise BadOption(
@@ -103,10 +104,6 @@ class Restitution:
 
 REMEMBERED = 1024
 """Units of the clock, 2^62 ticks, after which the tick of a body's last contact is forgotten."""
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 @unchecked

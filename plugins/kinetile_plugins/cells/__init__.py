@@ -67,10 +67,9 @@ neither is more than r and delta; likewise below and above.
 
 from __future__ import annotations
 
-import math
-
 from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
+from kinetile.scene.checks import is_finite
 from kinetile.toolbox import BroadPhaseParts
 from kinetile_plugins.cells import hierarchy, torus, uniform
 from kinetile_plugins.cells.audit import audit, draw
@@ -85,10 +84,8 @@ class Cells:
     """
 
     def __init__(self, *, side: float | None = None) -> None:
-        if side is not None:
-            number = isinstance(side, int | float) and not isinstance(side, bool)
-            if not (number and 0.0 < side < math.inf):
-                raise BadOption(f"cells have a side that is a length, above 0 and finite; side is {side!r}")
+        if side is not None and not (is_finite(side) and side > 0.0):
+            raise BadOption(f"cells have a side that is a length, above 0 and finite; side is {side!r}")
         self.side = None if side is None else float(side)
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
