@@ -73,15 +73,14 @@ def sizes_and_masses(
     masses: tuple[float, ...],
 ) -> tuple[Floats, Floats]:
     """Returns radius and mass of each disc, in the order of ``radii``, for the parameters of ``mixture``."""
-    radius_of = _numbers("radii", radii)
+    radius_of = _numbers("radii", radii, len(radii))
     demand(bool(radii), "radii are left empty; a mixture has one radius or more")
     numbers = _numbers_of(bodies, len(radii), fractions)
     demand(mass in ("equal", "area"), f"mass is {mass!r}; it is 'equal' or 'area'")
     demand(not masses or mass == "equal", f"mass is {mass!r} beside masses; expected one of the two")
     mass_of = (radius_of / radii[0]) ** 2 if mass == "area" else np.ones(len(radii))
     if masses:
-        _demand_one_each("masses", len(masses), len(radii))
-        mass_of = _numbers("masses", masses)
+        mass_of = _numbers("masses", masses, len(radii))
     return np.repeat(radius_of, numbers), np.repeat(mass_of, numbers)
 
 
@@ -89,8 +88,7 @@ def _numbers_of(bodies: int, sizes: int, fractions: tuple[float, ...]) -> Ints:
     """Returns the number of discs of each size."""
     demand_number("bodies", bodies, 2, "a mixture has 2 bodies or more")
     if fractions:
-        _demand_one_each("fractions", len(fractions), sizes)
-        _numbers("fractions", fractions)
+        _numbers("fractions", fractions, sizes)
     parts = [Fraction(each) for each in fractions or (1,) * sizes]
     exact = [bodies * each / sum(parts) for each in parts]
     numbers = [int(each) for each in exact]
@@ -100,14 +98,11 @@ def _numbers_of(bodies: int, sizes: int, fractions: tuple[float, ...]) -> Ints:
     return np.array(numbers)
 
 
-def _demand_one_each(name: str, number: int, sizes: int) -> None:
-    demand(
-        number == sizes, f"{name} has {number} numbers, and radii has {sizes}; expected one for each radius"
-    )
-
-
-def _numbers(name: str, numbers: tuple[float, ...]) -> Floats:
-    """Returns the numbers as an array; raises BadOption unless each is one that a scene can have."""
+def _numbers(name: str, numbers: tuple[float, ...], sizes: int) -> Floats:
+    """Returns the numbers as an array; raises BadOption unless there is one for each size of disc, and each
+    is one that a scene can have."""
+    many = len(numbers)
+    demand(many == sizes, f"{name} has {many} numbers, and radii has {sizes}; expected one for each radius")
     for k, number in enumerate(numbers):
         demand_in_range(f"{name}[{k}]", number)
     return np.array(numbers)
