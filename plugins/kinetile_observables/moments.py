@@ -13,6 +13,7 @@ from kinetile import Scene
 from kinetile.errors import BadOption, Refused
 from kinetile.run.moment import Moment
 from kinetile.run.observing import Observable
+from kinetile.scene.checks import is_finite
 from kinetile_observables.geometry import axes_with_walls, inner_energy, movable, narrowest, neighbours
 
 Floats = npt.NDArray[np.float64]
@@ -247,7 +248,7 @@ class BondOrder(_InArena):
     name = "psi6"
 
     def __init__(self, cutoff: float = 1.5) -> None:
-        if isinstance(cutoff, bool) or not isinstance(cutoff, int | float) or not 1.0 < cutoff < math.inf:
+        if not (is_finite(cutoff) and cutoff > 1.0):
             raise BadOption(f"cutoff is {cutoff!r}; expected a number of sums of radii, above 1")
         self.cutoff = cutoff
 
