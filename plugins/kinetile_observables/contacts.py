@@ -118,13 +118,13 @@ class Pressure(Observable):
         self.energy = inner_energy(moment)
         self.bodies, self.movable = len(masses), int(np.isfinite(masses).sum())
         virial, at_walls = self.virial, self.at_walls
+        self.virial = self.at_walls = 0.0
         if self.by == "counts" and self.alike and len(self.radius) > 4:
             at_walls *= 1.0 / math.sqrt(self.inverse_mass[0])
             virial = float(self.radius[0]) * (at_walls + virial * math.sqrt(2.0 / self.inverse_mass[0]))
         if last is not None:
             time, all_move = moment.time - last, self.movable == self.bodies
             degrees = 2 * self.movable - (len(self.scene.periodic) if all_move else 0)  # momentum is kept
-            self.virial = self.at_walls = 0.0
             if degrees <= 0 or energy + self.energy <= 0.0:
                 return {}  # one body alone on a torus, or none
             heat = (energy + self.energy) / degrees  # kT
@@ -140,7 +140,6 @@ class Pressure(Observable):
             if self.scene.falls:
                 found |= self._of_each_wall(time)
             self.at_each = np.zeros(len(WALLS))
-        self.virial = self.at_walls = 0.0
         return found
 
     def _of_each_wall(self, time: float) -> dict[str, float]:
