@@ -59,22 +59,14 @@ _PACE = 1e4  # metres a second: that mean; Box2D lets no pair bounce that approa
 
 @dataclass(frozen=True)
 class _World:
-    """A scene in an engine.
-
-    Attributes:
-        step: takes a step.
-        bodies: the engine's, in the scene's order.
-        velocity: the name that the engine has for a body's velocity.
-        length, speed: what a length and a speed of the scene are multiplied by in the engine.
-        owned: what must live as long as the engine, which does not own it.
-    """
+    """A scene in an engine, with its lengths and its speeds multiplied by ``length`` and ``speed``."""
 
     step: Callable[[], object]
-    bodies: list[Any]
-    velocity: str = "velocity"
+    bodies: list[Any]  # in the scene's order
+    velocity: str = "velocity"  # the engine's name for that of a body
     length: float = 1.0
     speed: float = 1.0
-    owned: Any = None
+    owned: Any = None  # what must live as long as the engine, which does not own it
 
     def advance(self, steps: int) -> None:
         """Takes this many steps."""
@@ -151,6 +143,7 @@ def _package(name: EngineName) -> str:
     return "pymunk" if name == "chipmunk" else "Box2D"
 
 
+_BODIES = "restitution 1, friction 0, no damping, gravity or sleeping, fixed rotation"
 _OF_BOX2D = (
     f"warm starting on; {_VELOCITY_ITERATIONS} velocity and {_POSITION_ITERATIONS} position iterations. The "
     f"scene is scaled: the largest disc has a radius of {_LARGEST:g} m, or as much as lets a disc at "
@@ -167,13 +160,11 @@ _SETTINGS: dict[EngineName, str] = {
         "has no continuous detection."
     ),
     "box2d": (
-        "restitution 1, friction 0, no damping, gravity or sleeping, fixed rotation; no disc is a bullet, so "
-        "that contacts with walls are detected continuously, and those of two discs after each step; "
-        + _OF_BOX2D
+        f"{_BODIES}; no disc is a bullet, so that contacts with walls are detected continuously, and "
+        f"those of two discs after each step; {_OF_BOX2D}"
     ),
     "box2d-bullets": (
-        "restitution 1, friction 0, no damping, gravity or sleeping, fixed rotation; every disc is a bullet, "
-        "so that all contacts are detected continuously; " + _OF_BOX2D
+        f"{_BODIES}; every disc is a bullet, so that all contacts are detected continuously; {_OF_BOX2D}"
     ),
 }
 
