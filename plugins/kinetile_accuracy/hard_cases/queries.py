@@ -62,7 +62,9 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
     rows: list[QueryRow] = []
     for done, family in enumerate(FAMILIES):
         progress(f"queries: {family.name}", done, len(FAMILIES))
-        rows += measure_family(family, COUNTS[budget])
+        queries = family.draw(COUNTS[budget])
+        rows.append(query_row(family, KERNEL, queries, kernel_ticks(queries)))
+        rows.append(query_row(family, TEXTBOOK, queries, textbook_ticks(queries)))
     progress("queries", len(FAMILIES), len(FAMILIES))
     return Section(
         name="queries",
@@ -124,26 +126,16 @@ def query_findings(rows: list[QueryRow]) -> tuple[str, ...]:
     )
 
 
-def measure_family(family: Family, count: int) -> list[QueryRow]:
-    """Puts one family to both forms, and returns a row for each."""
-    queries = family.draw(count)
-    return [
-        query_row(family, KERNEL, queries, kernel_ticks(queries)),
-        query_row(family, TEXTBOOK, queries, textbook_ticks(queries)),
-    ]
-
-
 def query_row(family: Family, form: str, queries: Queries, ticks: Ticks) -> QueryRow:
     """Returns the row of the answers of a form to queries, compared with the exact ticks."""
     plans = queries.plans()
     exact = [pair_tick(*pair) for pair in plans]
     answers = [None if tick == NEVER else tick for tick in ticks.tolist()]
     pairs = list(zip(answers, exact, strict=True))
-    both = [found is not None and right is not None for found, right in pairs]
     depths = [
-        depth_at(*each)
-        for each, right in zip(zip(plans, ticks.tolist(), strict=True), both, strict=True)
-        if right
+        depth_at(pair, found)
+        for pair, (found, right) in zip(plans, pairs, strict=True)
+        if found is not None and right is not None
     ]
     return QueryRow(
         family=family.name,

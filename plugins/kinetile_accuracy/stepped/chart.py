@@ -111,7 +111,19 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
     return Section(
         name="chart",
         title="Speed against error",
-        about=_about(effort),
+        about=(
+            "Discs on a grid are set off at the same speed in random directions (recipe grid). Cost is the "
+            f"CPU time of the loop for a unit of simulated time (runs go to {UNTIL:g}): the median of at "
+            f"least {ROUNDS} runs on each of {effort.seeds} scenes, set-up and compilation apart. Snapshots "
+            "are the pseudo-dynamic method, in compiled Python as the kinetic methods are: every dt all "
+            "discs are moved, and pairs that overlap and approach get the elastic impulse; pairs are found "
+            "by static sweep-and-prune with insertion sort (sweep) or by a grid (cells); walls are exact. "
+            "The deepest overlap is that of two discs, in radii, as far as the method itself sees it: at its "
+            "snapshots, or at contacts for kinetic methods. First encounters are contacts of two discs that "
+            "have touched neither disc nor wall before, taken from the kinetic run under naive; a method "
+            "misses one that it does not have as the first contact of both discs, where contacts of one "
+            "snapshot count as simultaneous (which favours long steps)."
+        ),
         findings=findings(rows),
         claims=claims(rows),
         tables=tuple(tables),
@@ -135,22 +147,6 @@ def _installed() -> tuple[dict[str, Setting], tuple[str, ...]]:
         except MissingExtra as error:
             left_out[str(error)] = None
     return engines, tuple(left_out)
-
-
-def _about(effort: Effort) -> str:
-    return (
-        "Discs on a grid are set off at the same speed in random directions (recipe grid). Cost is the "
-        f"CPU time of the loop for a unit of simulated time (runs go to {UNTIL:g}): the median of at least "
-        f"{ROUNDS} runs on each of {effort.seeds} scenes, set-up and compilation apart. Snapshots are the "
-        "pseudo-dynamic method, in compiled Python as the kinetic methods are: "
-        "every dt all discs are moved, and pairs that overlap and approach get the elastic impulse; pairs "
-        "are found by static sweep-and-prune with insertion sort (sweep) or by a grid (cells); walls are "
-        "exact. The deepest overlap is that of two discs, in radii, as far as the method itself sees it: "
-        "at its snapshots, or at contacts for kinetic methods. First encounters are contacts of two discs "
-        "that have touched neither disc nor wall before, taken from the kinetic run under naive; a "
-        "method misses one that it does not have as the first contact of both discs, where contacts of "
-        "one snapshot count as simultaneous (which favours long steps)."
-    )
 
 
 def _picture(rows: Sequence[SpeedError]) -> ReportFigure:

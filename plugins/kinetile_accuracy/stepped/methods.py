@@ -174,8 +174,31 @@ def measure_rows(
     known = reference_runs(bodies, density, encounters)
     sought = sum(len(each.pairs) for each in known)
     rows = []
-    for k, method in enumerate(methods):
-        rows.append(_row(bodies, density, method, costs[k], observed[k], sought, _missed(method, known)))
+    for k, (method, runs) in enumerate(zip(methods, observed, strict=True)):
+        deepest = [run.deepest for run in runs]
+        pairs = [int((run.contacts["b"] >= 0).sum()) for run in runs]
+        events = statistics.mean(run.steps for run in runs) / UNTIL if method.kind == "kinetic" else None
+        missed = _missed(method, known)
+        rows.append(
+            SpeedError(
+                bodies=bodies,
+                density=density,
+                kind=method.kind,
+                method=method.name,
+                dt=method.dt,
+                cost=statistics.median(costs[k]),
+                cost_low=min(costs[k]),
+                cost_high=max(costs[k]),
+                deepest=statistics.median(deepest),
+                deepest_high=max(deepest),
+                energy_drift=max(run.energy_drift for run in runs),
+                contacts=statistics.mean(pairs) / UNTIL,
+                events=events,
+                encounters=sought,
+                missed=missed,
+                missed_share=missed / sought,
+            )
+        )
         progress(seeds + k + 1, total)
     return rows
 
@@ -215,34 +238,3 @@ def _costs(methods: Sequence[Method], scene: kt.Scene) -> list[float]:
         for k, method in enumerate(methods):
             runs[k] += [method.cost(scene) for _ in range(batches[k])]
     return [statistics.median(each) for each in runs]
-
-
-def _row(
-    bodies: int,
-    density: float,
-    method: Method,
-    costs: Sequence[float],
-    observed: Sequence[SteppedRun],
-    encounters: int,
-    missed: int,
-) -> SpeedError:
-    deepest = [run.deepest for run in observed]
-    kinetic = method.kind == "kinetic"
-    return SpeedError(
-        bodies=bodies,
-        density=density,
-        kind=method.kind,
-        method=method.name,
-        dt=method.dt,
-        cost=statistics.median(costs),
-        cost_low=min(costs),
-        cost_high=max(costs),
-        deepest=statistics.median(deepest),
-        deepest_high=max(deepest),
-        energy_drift=max(run.energy_drift for run in observed),
-        contacts=statistics.mean(float((run.contacts["b"] >= 0).sum()) for run in observed) / UNTIL,
-        events=statistics.mean(run.steps for run in observed) / UNTIL if kinetic else None,
-        encounters=encounters,
-        missed=missed,
-        missed_share=missed / encounters,
-    )
