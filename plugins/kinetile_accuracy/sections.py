@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar, get_type_hints
 
@@ -38,12 +38,6 @@ class Column(NamedTuple):
     head: str = ""
 
 
-def columns_of(row: type) -> dict[str, Column]:
-    """Returns the columns of a class of rows, by the names of its fields."""
-    hints = get_type_hints(row, include_extras=True)
-    return {field.name: hints[field.name].__metadata__[0] for field in fields(row)}
-
-
 @dataclass(frozen=True)
 class Table:
     """Rows of one kind.
@@ -62,7 +56,8 @@ class Table:
     @property
     def columns(self) -> dict[str, Column]:
         """All columns, by the names of the fields."""
-        return columns_of(type(self.rows[0])) if self.rows else {}
+        fields = get_type_hints(type(self.rows[0]), include_extras=True) if self.rows else {}
+        return {name: field.__metadata__[0] for name, field in fields.items()}
 
     @property
     def heads(self) -> dict[str, str]:
