@@ -26,11 +26,12 @@ from kinetile.cli.options import (
     find_scene,
     until_or_default,
 )
-from kinetile.cli.output import as_json, printed, scene_summary
+from kinetile.cli.output import as_json, printed, rows_table, scene_summary, show
 from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, echo, make_ready, notice
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase
 from kinetile.sources import open_regular
+from kinetile.versions import versions
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -136,8 +137,6 @@ def _print_oracle(
     csv: bool,
 ) -> None:
     if json or csv:
-        from kinetile.versions import versions
-
         result: dict[str, Any] = {"versions": versions(), "scene": scene_summary(scene), "run": options}
         result["oracle"] = {
             "ended": certified.ended,
@@ -152,8 +151,6 @@ def _print_oracle(
         result |= {} if found is None else {"agreement": found.as_dict()}
         printed(result, result["oracle"]["contacts"], json=json, csv=csv)
         return
-    from kinetile.cli.output import show
-
     if found is not None:
         show(str(found), f"the oracle: {certified}")
     elif certified.contacts:
@@ -164,7 +161,6 @@ def _print_oracle(
 
 def _contacts_table(contacts: Sequence[CertifiedContact]) -> Table:
     """Returns the contacts as a table; of very many, the first and the last."""
-    from kinetile.cli.output import rows_table
     from kinetile.kernel.log import WALLS
 
     rows = []
@@ -205,11 +201,11 @@ def certify_log(
     certifier = _certifier(log, this_scene, until, max_contacts)
     with Bar("certifying") as bar:
 
-        def show(state: LogProgress) -> None:
+        def progress(state: LogProgress) -> None:
             bar.show(state.lines / state.total, f"{state.lines:,} lines right, time {state.time:.6g}")
 
         try:
-            report = certifier.run(show)
+            report = certifier.run(progress)
         except KeyboardInterrupt:
             bar.close()
             _print_certified(this_scene, log, certifier.report, json)
@@ -267,8 +263,6 @@ def _read_events(path: str, scene: Scene, end: float | None) -> tuple[NDArray[An
 
 def _print_certified(scene: Scene, log: str, report: CertifiedLog, json: bool) -> None:
     if json:
-        from kinetile.versions import versions
-
         result = {"versions": versions(), "answer": scene.answer, "scene": scene_summary(scene), "log": log}
         echo(as_json(result | report.as_dict()))
         return

@@ -6,11 +6,11 @@ import os
 import platform
 from typing import Any
 
+from kinetile.versions import versions
+
 
 def environment() -> dict[str, Any]:
     """Returns the versions and the machine that every measured figure depends on."""
-    from kinetile.versions import versions
-
     return {
         "versions": versions(),
         "machine": platform.machine(),

@@ -30,7 +30,7 @@ from kinetile.cli.options import (
     some_phases,
     until_or_default,
 )
-from kinetile.cli.output import printed, scene_summary
+from kinetile.cli.output import printed, scene_summary, show
 from kinetile.cli.terminal import DIFFERENT, Bar, make_ready
 from kinetile.errors import BadOption
 
@@ -86,7 +86,7 @@ def thesis(
     from kinetile_bench.thesis import ThesisBench, bench_thesis
     from kinetile_bench.thesis.statements import statements
 
-    def show(found: ThesisBench) -> None:
+    def finish(found: ThesisBench) -> None:
         verdicts = statements(found)
         files = [] if out is None else draw(found, out)
         more = {"statements": verdicts, "files": files}
@@ -102,7 +102,7 @@ def thesis(
             matplotlib_module()
             try_folder("--out", out, keep=True)
         how: Any = {"seeds": seeds, "until": until, "seconds": seconds, "repeats": repeats}
-        _last(bench_thesis(chosen, start=make_ready, progress=bar.count, **how), bar, show)
+        _last(bench_thesis(chosen, start=make_ready, progress=bar.count, **how), bar, finish)
 
 
 def scene(
@@ -172,8 +172,8 @@ def _on_scene(
         raise typer.Exit(DIFFERENT)
 
 
-def _last(measured: Iterable[Any], bar: Bar, show: Callable[[Any], None]) -> None:
-    """Measures to the end and shows the last result; exit code 1 unless all contacts agree."""
+def _last(measured: Iterable[Any], bar: Bar, finish: Callable[[Any], None]) -> None:
+    """Measures to the end and prints the last result; exit code 1 unless all contacts agree."""
     found = None
     try:
         for each in measured:
@@ -181,7 +181,7 @@ def _last(measured: Iterable[Any], bar: Bar, show: Callable[[Any], None]) -> Non
     finally:  # a signal does not discard finished measurements
         bar.close()
         if found is not None:
-            show(found)
+            finish(found)
     if found is not None and not found.identical:
         raise typer.Exit(DIFFERENT)
 
@@ -198,7 +198,6 @@ def _print(
     """Prints a result: all of it as JSON, with ``more``, its rows as CSV, or tables, made with ``to``."""
     result = found.as_dict()
     if not printed(dict(more or {}) | result, result[rows], json=json, csv=csv):
-        from kinetile.cli.output import show
         from kinetile_bench.cli.tables import printed_parts
 
         show(*printed_parts(found, *to))

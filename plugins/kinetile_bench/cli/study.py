@@ -9,7 +9,7 @@ import typer
 
 from kinetile.cli.files import file_errors
 from kinetile.cli.options import Csv, Json
-from kinetile.cli.output import as_csv, as_json, printed
+from kinetile.cli.output import as_csv, as_json, printed, show
 from kinetile.cli.terminal import FAULT, Bar, echo, notice
 
 if TYPE_CHECKING:
@@ -53,8 +53,6 @@ def run_study(
         if json:
             echo(as_json({**status._asdict(), "results": str(this.results), "well": status.well}))
         else:
-            from kinetile.cli.output import show
-
             show(*_status_lines(this, status))
         _end(status)
 
@@ -76,7 +74,6 @@ def study_table(
     status, found = this.status(), this.table(y)
     result = {"results": str(this.results), "status": status._asdict() | {"well": status.well}, **found}
     if not printed(result, found["groups"], json=json, csv=csv):
-        from kinetile.cli.output import show
         from kinetile_bench.cli.tables import study_parts
 
         show(*_status_lines(this, status), *study_parts(found))
