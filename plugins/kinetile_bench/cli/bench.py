@@ -123,12 +123,14 @@ def scene(
     """
     from kinetile_bench.user_scene import bench_scene
 
-    def measure(of_scene: Scene, chosen: Any, **how: Any) -> Any:
-        end_ = until_or_default(of_scene, until, max_contacts)
-        how |= {"max_contacts": max_contacts, "narrow_phases": narrow_choice(narrow_phase)}
-        return bench_scene(of_scene, chosen, end_, repeats=repeats, seconds=seconds, **how)
-
-    _on_scene(scene, parameters, phases, measure, json, csv)
+    with Bar("measuring") as bar:
+        chosen = None if phases is None else some_phases(phases)
+        this_scene = find_scene(scene, parameters)
+        end = until_or_default(this_scene, until, max_contacts)
+        how: Any = {"max_contacts": max_contacts, "narrow_phases": narrow_choice(narrow_phase)}
+        how |= {"seconds": seconds, "repeats": repeats, "start": make_ready, "progress": bar.count}
+        found = bench_scene(this_scene, chosen, end, **how)
+    _print_of_scene(found, this_scene, json, csv)
 
 
 def choose(
@@ -147,26 +149,16 @@ def choose(
     """
     from kinetile_bench import user_scene
 
-    def measure(of_scene: Scene, chosen: Any, **how: Any) -> Any:
-        return user_scene.choose(of_scene, chosen, until=until, seconds=seconds, repeats=repeats, **how)
-
-    _on_scene(scene, parameters, phases, measure, json, csv, rows="candidates")
-
-
-def _on_scene(
-    name: str,
-    parameters: list[str] | None,
-    phases: str | None,
-    measure: Callable[..., Any],
-    json: bool,
-    csv: bool,
-    rows: str = "rows",
-) -> None:
-    """Measures phases on a scene and prints the result; exit code 1 unless their contacts agree."""
     with Bar("measuring") as bar:
         chosen = None if phases is None else some_phases(phases)
-        scene = find_scene(name, parameters)
-        found = measure(scene, chosen, start=make_ready, progress=bar.count)
+        this_scene = find_scene(scene, parameters)
+        how: Any = {"until": until, "seconds": seconds, "repeats": repeats}
+        found = user_scene.choose(this_scene, chosen, start=make_ready, progress=bar.count, **how)
+    _print_of_scene(found, this_scene, json, csv, rows="candidates")
+
+
+def _print_of_scene(found: Any, scene: Scene, json: bool, csv: bool, rows: str = "rows") -> None:
+    """Prints the result of phases on a scene; exit code 1 unless their contacts agree."""
     _print(found, json, csv, more={"scene": scene_summary(scene)}, rows=rows)
     if not found.identical:
         raise typer.Exit(DIFFERENT)
