@@ -156,8 +156,7 @@ class Course:
         for body, (place, velocity) in enumerate(states):
             self._enter(body, tuple(place), tuple(velocity))
         if self._answers.passing:
-            pairs = itertools.combinations(range(len(scene)), 2)
-            self._at_once = self._overlaps(pairs)
+            self._at_once = self._overlaps(itertools.combinations(range(len(scene)), 2))
         for body in range(len(scene)):
             self._schedule([body])
         heapq.heapify(self._heap)
@@ -232,15 +231,8 @@ class Course:
                 math.remainder(there - here, period) if period else there - here
                 for here, there, period in zip(centre, (its.x, its.y), self.frame.periods, strict=True)
             )
-            m = self._difference(command.body, other)
-            if m is not None:
-                if not self._both_immovable(command.body, other) and room(m, (dx, dy)) < -(
-                    1e-12 * (r + self._radius[other])
-                ):
-                    return False
-                continue
-            reach = (r + self._radius[other]) - 1e-12 * (r + self._radius[other])
-            if dx * dx + dy * dy < reach * reach:
+            both_radii = r + self._radius[other]
+            if self._overlap(command.body, other, (dx, dy), both_radii - 1e-12 * both_radii):
                 return False
         return True
 
@@ -254,8 +246,7 @@ class Course:
         """Returns the passings that begin at once, since bodies overlap (rules 11 and 11p)."""
         found = []
         for a, b in pairs:
-            m = self._difference(a, b)
-            if not self._answers.passes(a, b) or (m is not None and self._both_immovable(a, b)):
+            if not self._answers.passes(a, b):
                 continue
             one, two = self._anchored(a), self._anchored(b)
             reach = (self._radius[a] + self._radius[b]) * (1.0 - 1e-12)
@@ -264,14 +255,18 @@ class Course:
             for side in itertools.product(*sides):
                 image = side[0] + one.turns[0] - two.turns[0], side[1] + one.turns[1] - two.turns[1]
                 right, up = self._away(one, two, image)
-                dx, dy = (two.x - one.x) + right, (two.y - one.y) + up
-                if m is not None:
-                    if room(m, (dx, dy)) < -(1e-12 * (self._radius[a] + self._radius[b])):
-                        found.append(_Passing(a, b, image))
-                    continue
-                if dx * dx + dy * dy < reach * reach:
+                if self._overlap(a, b, ((two.x - one.x) + right, (two.y - one.y) + up), reach):
                     found.append(_Passing(a, b, image))
         return found
+
+    def _overlap(self, a: int, b: int, apart: Vector, reach: float) -> bool:
+        """Returns whether two bodies overlap whose places are so far apart: discs nearer than a reach, and
+        shapes deeper than the same share of their radii, unless both are immovable (rules 9 and 9s)."""
+        m = self._difference(a, b)
+        if m is None:
+            return apart[0] * apart[0] + apart[1] * apart[1] < reach * reach
+        deep = 1e-12 * (self._radius[a] + self._radius[b])
+        return not self._both_immovable(a, b) and room(m, apart) < -deep
 
     def _there(self) -> Iterable[int]:
         """Returns the bodies that are there."""
