@@ -207,10 +207,8 @@ class LogCertifier:
 
     def _due(self, course: Course, end: int) -> CourseEvent | None:
         """Returns the next event that the list must have; events that it leaves out are carried out."""
-        due = course.next(end)
-        while due is not None and due.b <= TURNED and not self._whole:
+        while (due := course.next(end)) is not None and due.b <= TURNED and not self._whole:
             course.carry_out()
-            due = course.next(end)
         return due
 
     def _wrong_plan(self, course: Course, index: int, line: CourseEvent) -> str | None:

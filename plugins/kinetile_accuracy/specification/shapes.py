@@ -136,9 +136,9 @@ def parting(
 
 def _course(course: PairQuadratic) -> tuple[Exact, Exact]:
     """Returns d at the later anchor, and its change in a tick."""
-    d, v = ((x, y) for x, y in ((course.dx, course.dy), (course.vx, course.vy)))
-    size = 1 << course.bits
-    return (Fraction(d[0], size), Fraction(d[1], size)), (Fraction(v[0], size), Fraction(v[1], size))
+    whole = course.dx, course.dy, course.vx, course.vy
+    dx, dy, vx, vy = (Fraction(each, 1 << course.bits) for each in whole)
+    return (dx, dy), (vx, vy)
 
 
 def entry(m: Difference, d: Exact, v: Exact) -> Contact | None:
