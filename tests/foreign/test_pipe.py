@@ -305,7 +305,7 @@ def test_control_characters_of_an_engine_reached_the_terminal(tmp_path):
 def test_lines_longer_than_a_pipe(capfd, tmp_path):
     """Of a mebibyte each way; and what the engine writes to stderr is passed on."""
     command = in_python(
-        tmp_path, """'{"refused": "' + 'x' * 2**20 + str(sys.stderr.write('hello') * len(line)) + '"}'"""
+        tmp_path, """'{"refused": "' + 'x' * 2**20 + str(os.write(2, b'hello') * len(line)) + '"}'"""
     )
     scene = kt.Scene(np.arange(20_000).reshape(-1, 2) * 1.5, np.zeros((10_000, 2)), 0.5)
     with Engine(command) as engine:
