@@ -27,7 +27,7 @@ from kinetile.records.trajectory import Trajectory
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import whole_periods
-from kinetile.scene.scene import kind_of_each
+from kinetile.scene.scene import kinds_inserted
 from kinetile.scene.shapes import Shape, disc
 from kinetile.scene.targets import replacing, writable_target
 
@@ -132,11 +132,11 @@ def frames_of(source: Simulation | Trajectory, times: Iterable[float]) -> Iterat
             yield Frame(time, source.bodies, numbers, *moving, *sizes)
         return
     shapes = [scene.shapes[each] if each >= 0 else None for each in scene.shape.tolist()]
-    own = kind_of_each(scene)
+    coming = kinds_inserted(scene)
     known = dict(enumerate(zip(scene.kind_numbers, scene.radius, scene.mass, shapes, strict=True)))
     for each in scene.commands:
         if isinstance(each, Insert):
-            known[each.body] = own[each.body], each.radius, each.mass, each.shape
+            known[each.body] = coming[each.body], each.radius, each.mass, each.shape
     for time in times:
         bodies = source.bodies(time)
         unknown = [body for body in bodies.tolist() if body not in known]

@@ -155,7 +155,7 @@ class KindsByHand:
     def __init__(self, scene: Scene) -> None:
         self.several = len(scene.kinds) > 1
         self.runs: Runs = []
-        self._next = max(kind_of_each(scene), default=-1) + 1
+        self._next = max(kind_of_each(scene), default=-1) + 1 if self.several else 0
 
     def add(self, bodies: npt.NDArray[Any], kinds_of: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) -> None:
         """Notes the kinds of those of these bodies, in ascending order, that have not been noted."""

@@ -28,6 +28,7 @@ from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import FARTHEST, LARGEST, WALL, Extent, check_support, is_finite, shown
 from kinetile.scene.commands import check_command, shape_of, with_shape
 from kinetile.scene.responses import Kind, no_kind
+from kinetile.scene.scene import kinds_inserted
 from kinetile.scene.shapes import Shape
 from kinetile.toolbox.differences import DISC, Outline, circle_around
 
@@ -481,8 +482,7 @@ def _of_kind(engine: Engine, scene: Scene, kind: Kind) -> list[int]:
     """Returns the numbers of the bodies of a kind: from the start, interactive, and still to be inserted."""
     of_it, k = scene.kinds.index(kind), engine.k
     named = np.flatnonzero(scene.kind_numbers == of_it).tolist()
-    coming = (each for each in scene.commands if isinstance(each, Insert))
-    named += [each.body for each in coming if kind == (scene.kinds[0] if each.kind is None else each.kind)]
+    named += [body for body, its in kinds_inserted(scene).items() if its == of_it]
     there = k.queue.number >= 0
     if len(k.rules):
         there &= k.traits.kind == of_it

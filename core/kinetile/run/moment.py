@@ -13,9 +13,10 @@ import numpy.typing as npt
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.falling import places_now, velocities_now
 from kinetile.run.engine.engine import Engine
-from kinetile.scene import Insert, Scene
+from kinetile.scene import Scene
 from kinetile.scene.bodies import in_box
 from kinetile.scene.checks import WALL, shown
+from kinetile.scene.scene import kinds_inserted
 
 
 class Moment:
@@ -124,12 +125,10 @@ class Moment:
         """Returns which of the scene's kinds bodies are of that need not be there now; IndexError for a
         number that no body has been given."""
         scene, came = self.scene, self._engine.history.inserted
-        planned = [each for each in scene.commands if isinstance(each, Insert)]
+        coming = kinds_inserted(scene)
         which = np.full(max(len(self._engine.k.slots), self._engine.numbers), -1, dtype=np.int64)
         which[: len(scene)] = scene.kind_numbers
-        which[[each.body for each in planned]] = [
-            0 if each.kind is None else scene.kinds.index(each.kind) for each in planned
-        ]
+        which[list(coming)] = list(coming.values())
         which[came[:, 0]] = came[:, 1]
         odd = numbers[(numbers >= len(which)) | (which[np.minimum(numbers, len(which) - 1)] < 0)]
         if len(odd):

@@ -308,9 +308,13 @@ def relabelled(
 
 def kind_of_each(scene: Scene) -> dict[int, int]:
     """Returns by the number of a body, those that are inserted too, the place of its kind in ``kinds``."""
-    own = dict(enumerate(scene.kind_numbers.tolist()))
+    return dict(enumerate(scene.kind_numbers.tolist())) | kinds_inserted(scene)
+
+
+def kinds_inserted(scene: Scene) -> dict[int, int]:
+    """Returns the same of those alone that commands insert; where none is named, theirs is the only one."""
     coming = (each for each in scene.commands if isinstance(each, Insert))
-    return own | {each.body: 0 if each.kind is None else scene.kinds.index(each.kind) for each in coming}
+    return {each.body: 0 if each.kind is None else scene.kinds.index(each.kind) for each in coming}
 
 
 def source_of(scene: Scene) -> str:

@@ -404,7 +404,7 @@ def test_a_body_that_comes_during_the_run_is_of_its_kind():
 
 
 @pytest.mark.parametrize("kind", [None, "sensor"])
-def test_a_body_that_comes_without_a_kind_is_of_the_first_one(kind):
+def test_a_body_that_comes_is_watched_where_no_kinds_are_named(kind):
     comes = kt.Insert(1.0, (1.0, 3.5), (0.0, 2.0), 0.25)
     kinds = {} if kind is None else {"kind": [kind], "kinds": [kind, "other"]}
     scene = kt.Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.5, arena=(4.0, 4.0), commands=[comes], **kinds)

@@ -124,7 +124,8 @@ def contents_at_start(scene: Scene) -> Contents:
     plans["vx"], plans["vy"] = scene.velocity.T
     plans["radius"], plans["mass"], plans["kind"] = scene.radius, scene.mass, scene.kind_numbers
     plans["form"] = scene.shape
-    plans["kx"], plans["ky"] = whole_periods(scene.position - place, scene.periods).T
+    if scene.periodic:
+        plans["kx"], plans["ky"] = whole_periods(scene.position - place, scene.periods).T
     clock = dict.fromkeys(CARRIED, 0)
     clock |= dict.fromkeys(("met_tick", "jam.window_tick", "stops.tick"), LONG_AGO) | {"torus.beat": BEAT}
     clock |= dict.fromkeys(("fault.a", "fault.b"), NOBODY)

@@ -183,8 +183,10 @@ def _box(scene: Scene, plans: Plans) -> Sequence[float]:
 
 def _kinds(scene: Scene, bodies: int) -> list[int]:
     """Returns the kind of each body as its place in the scene's kinds; nothing where there is one kind."""
-    of = kind_of_each(scene)
-    return [of.get(body, 0) for body in range(bodies)] if len(scene.kinds) > 1 else []
+    if len(scene.kinds) < 2:
+        return []
+    known = kind_of_each(scene)
+    return [known.get(body, 0) for body in range(bodies)]
 
 
 def _shapes(scene: Scene, bodies: int) -> list[int]:
