@@ -17,6 +17,8 @@ body has left is taken by a later one; a number is never used twice. Hooks use s
 
 from __future__ import annotations
 
+import mmap
+from contextlib import suppress
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
@@ -311,7 +313,10 @@ OFFERS = 1 << 10
 """Offers that a hook may leave behind; with more, every body is refreshed."""
 
 MANY = 1 << 15
-"""Bodies. For fewer, twice as many slices are 5 % faster; for more, memory counts."""
+"""Bodies. For more there are more slices, since the look-ahead fetches in vain for bodies of a later year."""
+
+PAGE = 1 << 21
+"""Bytes of a large page."""
 
 FOUND = 16
 """Bodies that the look-ahead remembers."""
@@ -358,10 +363,22 @@ class Kernel(NamedTuple):
 
 
 def record_table(dtype: np.dtype[Any], length: int) -> Records:
-    """Return a zeroed record array that starts on a cache line."""
-    raw = np.zeros(length * dtype.itemsize + 64, dtype=np.uint8)
+    """Return a zeroed table of records, or of plain numbers, that starts on a cache line."""
+    raw = _zeroed(length * dtype.itemsize + 64)
     offset = -raw.ctypes.data % 64
-    return raw[offset : offset + length * dtype.itemsize].view(dtype).view(np.recarray)
+    table = raw[offset : offset + length * dtype.itemsize].view(dtype)
+    return table.view(np.recarray) if dtype.names else table
+
+
+def _zeroed(size: int) -> npt.NDArray[np.uint8]:
+    """Return zeroed bytes: on large pages if they fill one, where the system has such. Events read a table
+    here and there, and with small pages the processor has to look up where each is as well."""
+    if size > PAGE:
+        with suppress(AttributeError, OSError, OverflowError):  # none, or no memory: numpy says so
+            pages = mmap.mmap(-1, size + -size % PAGE, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+            pages.madvise(mmap.MADV_HUGEPAGE)
+            return np.frombuffer(pages, dtype=np.uint8)
+    return np.zeros(size, dtype=np.uint8)
 
 
 def equal(number: float, length: int) -> npt.NDArray[np.float64]:
@@ -373,7 +390,7 @@ def allocate(bodies: int, near: int, log_rows: int, alike: bool = False, shaped:
     """Return tables for ``bodies`` bodies, numbered as their slots are, with room for ``near`` answers of
     ``near`` and for ``log_rows`` rows of the log; ``alike``: their masses and radii are and stay equal;
     ``shaped``: not all are discs."""
-    per_body = 4 if bodies < MANY else 2
+    per_body = 4 if bodies < MANY else 8
     slices = 1 << max(6, (per_body * bodies - 1).bit_length())
     k = Kernel(
         bodies=record_table(SHAPED if shaped else BODY, bodies),

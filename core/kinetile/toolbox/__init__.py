@@ -25,7 +25,17 @@ from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
 from kinetile.kernel.pairs import add_pair, held_pairs, offer, pairs_of, remove_pair
 from kinetile.kernel.skin import box_gaps, reach_to, reaches_of
-from kinetile.kernel.tables import MY_FAULT, NEVER, NOBODY, TOO_DEEP, Kernel, Records, blame, is_there
+from kinetile.kernel.tables import (
+    MY_FAULT,
+    NEVER,
+    NOBODY,
+    TOO_DEEP,
+    Kernel,
+    Records,
+    blame,
+    is_there,
+    record_table,
+)
 from kinetile.kernel.vectors import prefetch
 from kinetile.plugin.drawing import (
     At,
@@ -100,6 +110,7 @@ __all__ = [
     "reach_of",
     "reach_to",
     "reaches_of",
+    "record_table",
     "remove_pair",
     "schedule",
     "shared",

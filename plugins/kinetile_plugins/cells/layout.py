@@ -59,7 +59,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from kinetile.scene import Scene
-from kinetile.toolbox import NOBODY, Kernel, Records, hook, positions_now
+from kinetile.toolbox import NOBODY, Kernel, Records, hook, positions_now, record_table
 from kinetile.toolbox.lanes import append
 
 BLOCK = 8
@@ -443,27 +443,19 @@ def empty(scene: Scene, sides: list[float], size: Size = table_size) -> State:
         level.height, level.rows = side, rows
         level.side, level.columns, level.cells, level.first = side, columns, columns * rows, cells
         cells += columns * rows
-    homes = _aligned(HOME, n)
+    homes = record_table(HOME, n)
     home_level = np.minimum(np.searchsorted(sides, _widths(scene)), coarser)
     homes.level[: len(scene)] = home_level
     np.maximum.at(levels.widest, home_level, _farthest(scene))
     return State(
-        blocks=_aligned(np.dtype(np.int32), cells * BLOCK),
-        lists=_aligned(np.dtype(np.int32), cells),
+        blocks=record_table(np.dtype(np.int32), cells * BLOCK),
+        lists=record_table(np.dtype(np.int32), cells),
         listed=np.zeros(len(sides), np.int64),
         homes=homes,
         levels=levels,
-        guests=_aligned(GUEST, n * coarser),
+        guests=record_table(GUEST, n * coarser),
         hosts=np.zeros(cells if coarser else 0, np.int32),
     )
-
-
-def _aligned(dtype: np.dtype[Any], length: int) -> Records:
-    """Returns zeroed memory that begins on a cache line, which no block or record then straddles."""
-    raw = np.zeros(length * dtype.itemsize + 64, np.uint8)
-    at = -raw.ctypes.data % 64
-    found = raw[at : at + length * dtype.itemsize].view(dtype)
-    return found.view(np.recarray) if dtype.names else found
 
 
 def arrange(k: Kernel, s: State) -> None:

@@ -38,7 +38,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.toolbox import NEVER, Kernel, Records, hook, prefetch, unchecked
+from kinetile.toolbox import NEVER, Kernel, Records, hook, prefetch, record_table, unchecked
 
 OUTER, UPPER, LOWER = 0, 1, 2
 """Ports of a bound, and sides of a body; also the numbers of the three tiles that a body owns: those at
@@ -72,9 +72,11 @@ class State(NamedTuple):
 def empty(bodies: int, periodic: bool) -> State:
     """Returns an empty state for this many bodies, for the construction."""
     leaves = 1 << max(bodies - 1, 0).bit_length()
+    due = record_table(np.dtype(np.int64), 4 * (bodies + 1))
+    due[:] = NEVER
     return State(
-        web=np.zeros(16 * (bodies + 1), dtype=np.uint32),
-        due=np.full(4 * (bodies + 1), NEVER, dtype=np.int64),
+        web=record_table(np.dtype(np.uint32), 16 * (bodies + 1)),
+        due=due,
         sweep=np.zeros(2 * bodies, dtype=np.int32),
         level=np.zeros(bodies, dtype=np.int32),
         at_level=np.zeros(bodies, dtype=np.int32),

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import mmap
+from typing import Any
+
 import numpy as np
 import pytest
 
-from kinetile.kernel.tables import allocate, fields_in
+from kinetile.kernel.tables import BODY, PAGE, allocate, fields_in, record_table
 
 TABLES = [name for name, table in allocate(2, 2, 2)._asdict().items() if table.dtype.names]
 
@@ -16,3 +19,28 @@ def test_no_field_is_hidden_by_an_attribute_of_numpy_s_records(name: str) -> Non
     table = getattr(allocate(2, 2, 2), name)
     names = {part for field in fields_in(table.dtype) for part in field.split(".")}
     assert not names & (set(dir(np.record)) | set(dir(np.recarray)))
+
+
+def _refuse(*arguments: Any) -> None:
+    raise OSError(22, "Invalid argument")
+
+
+@pytest.mark.parametrize("system", ["as it is", "has no large pages", "does not map"])
+@pytest.mark.parametrize("dtype", [BODY, np.dtype(np.int32)])
+def test_a_table_is_zeroed_and_begins_on_a_cache_line_with_large_pages_or_without(dtype, system, monkeypatch):
+    if system == "has no large pages":
+        monkeypatch.delattr(mmap, "MADV_HUGEPAGE", raising=False)
+    if system == "does not map":
+        monkeypatch.setattr(mmap, "mmap", _refuse)
+    for length in (1, 3, PAGE // dtype.itemsize + 1):
+        table = record_table(dtype, length)
+        assert len(table) == length
+        assert table.ctypes.data % 64 == 0
+        assert not table.view(np.ndarray).view(np.uint8).any()
+        table[length // 2 : length // 2 + 1] = np.ones(1, dtype)
+        assert table.view(np.ndarray).view(np.uint8).any()
+
+
+def test_a_table_that_no_memory_holds_is_out_of_memory():
+    with pytest.raises(MemoryError):
+        record_table(BODY, 1 << 50)
