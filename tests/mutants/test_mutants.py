@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import ast
 import itertools
+import re
 from pathlib import Path
 
 import pytest
 
 import lanes
 import mutants
+from kinetile.kernel.tables import allocate
 from kinetile_conformance import CHECKS, judging
 from kinetile_conformance.checks import check_named
 
@@ -69,6 +71,18 @@ def test_every_mutant_can_be_made_of_the_present_source() -> None:
             if file in changed:
                 assert text != mutants.FILES[file].read_text(encoding="utf-8"), mutant.name
                 ast.parse(text)
+
+
+FIELD = re.compile(r"\bk\.(\w+)\[[^\]]*\]\.(\w+)")
+"""A field of a table of the kernel, as a hook reads it."""
+
+
+def test_faults_read_fields_that_there_are() -> None:
+    """One read the stamps where they had been: it did not compile, so no check judged it."""
+    tables = allocate(2, 2, 2, shaped=True)
+    for mutant in mutants.ALL.values():
+        for table, field in FIELD.findall(" ".join(change.new for change in mutant.changes)):
+            assert field in getattr(tables, table).dtype.names, f"{mutant.name}: k.{table}[...].{field}"
 
 
 def test_the_table_names_checks() -> None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,9 +17,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import kinetile as kt
-from kinetile.errors import BadOption, KinetileError, Refused
+from kinetile.errors import KinetileError, Refused
 from kinetile.plugin.registry import registry
-from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene, Settings, relabelled
 from kinetile_conformance.cases import CONTACTS, Subject, horizon, outcome, run_summary
 from kinetile_conformance.checks.check import Case, Disagreement, compare, observation
@@ -93,14 +91,6 @@ def its_features_are_known(case: Case) -> None:
             f"it declares the feature {feature!r}, which nothing can disprove; features that are put to the "
             f"test: {', '.join(known)}"
         )
-
-
-@observation(judges="broad")
-def rejects_unknown_options(case: Case) -> None:
-    """An option that it does not have is refused by name"""
-    with suppress(BadOption):
-        Simulation(case.scene, case.subject.name, options={**case.subject.options, "no_such_option": 1})
-        raise Disagreement("it takes an option called 'no_such_option' without a word")
 
 
 TURNS = 10

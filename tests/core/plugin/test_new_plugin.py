@@ -113,7 +113,7 @@ def demo(tmp_path_factory):
 
 @pytest.mark.slow
 def test_its_tests_pass_at_once(demo):
-    chosen = ("-k", "(can-be-drawn and not drawn-) or rejects")
+    chosen = ("-k", "(can-be-drawn and not drawn-) or features-are")
     done = demo.run("-q", "-p", "no:cacheprovider", "kinetile-demo", *chosen, module="pytest")
     assert done.returncode == 0, done.stdout
     assert "2 passed" in done.stdout

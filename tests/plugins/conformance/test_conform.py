@@ -67,7 +67,7 @@ def test_a_phase_that_conforms(how, tmp_path):
 @pytest.mark.small
 def test_as_json():
     result = kinetile_(
-        "conform", "sweep-and-prune:axis=x", "--in-process", "--check", "rejects-unknown-options", "--json"
+        "conform", "sweep-and-prune:axis=x", "--in-process", "--check", "its-features-are-known", "--json"
     )
     told, report = result.stdout.splitlines()
     assert json.loads(told)["result"]["status"] == "passed"
@@ -101,7 +101,7 @@ def test_what_cannot_be_judged_is_exit_code_2(arguments, said):
 @pytest.mark.parametrize("how", ["--in-process", "--isolated"])
 def test_a_folder_that_cannot_be_written_is_said_before_anything_is_judged(folder, how, tmp_path):
     (tmp_path / "a-file").touch()
-    result = kinetile_("conform", "naive", how, "--check", "rejects-unknown-options", "--save-to", folder)
+    result = kinetile_("conform", "naive", how, "--check", "its-features-are-known", "--save-to", folder)
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.startswith(f"kinetile: --save-to {folder}: ")
     assert [path.name for path in tmp_path.iterdir()] == ["a-file"]
@@ -110,7 +110,7 @@ def test_a_folder_that_cannot_be_written_is_said_before_anything_is_judged(folde
 @pytest.mark.parametrize("folder", ["new", "new/and/deep", "old", "old/new"])
 def test_a_folder_for_which_there_is_nothing_is_left_as_it_was(folder, tmp_path):
     (tmp_path / "old").mkdir()
-    arguments = ("--in-process", "--check", "rejects-unknown-options", "--save-to", folder)
+    arguments = ("--in-process", "--check", "its-features-are-known", "--save-to", folder)
     assert kinetile_("conform", "naive", *arguments).exit_code == 0
     assert [path.name for path in tmp_path.rglob("*")] == ["old"]
 

@@ -103,7 +103,7 @@ def test_other_rows_are_told_by_the_check_and_its_words(row, check, words):
 
 
 def test_nothing_is_told_where_no_row_applies():
-    assert likely("rejects-unknown-options", "it takes an option without a word") == ""
+    assert likely("its-features-are-known", "it declares a feature") == ""
 
 
 def test_rows_are_few_and_name_checks_that_there_are():

@@ -54,7 +54,7 @@ def test_whom_it_does_not_know_it_does_not_judge(interface):
 
 def test_each_result_is_told_as_it_comes():
     told = []
-    checks = ["rejects-unknown-options", "pairs-are-overlapping-boxes"]
+    checks = ["its-features-are-known", "pairs-are-overlapping-boxes"]
     report = check_broad_phase("naive", checks=checks, on_result=told.append)
     assert tuple(told) == report.results
     assert [result.check for result in told] == checks
@@ -89,13 +89,13 @@ def blind(tmp_path_factory):
 
 @pytest.mark.slow
 def test_expected_failures_are_xfailed_and_may_not_pass(blind):
-    checks = ("can-be-drawn", "pairs-are-overlapping-boxes", "rejects-unknown-options", "same-contacts")
+    checks = ("can-be-drawn", "pairs-are-overlapping-boxes", "its-features-are-known", "same-contacts")
     tests = product(("as_expected", "not_as_expected", "naive"), checks)
     done = blind("-rA", *(f"test_blind.py::test_{test}[{check}]" for test, check in tests))
     lines = [line.partition(" - ")[0] for line in done.stdout.splitlines()]
     assert done.returncode == 1, done.stderr
     for line in (
-        "PASSED test_blind.py::test_as_expected[rejects-unknown-options]",
+        "PASSED test_blind.py::test_as_expected[its-features-are-known]",
         "XFAIL test_blind.py::test_as_expected[same-contacts]",
         "FAILED test_blind.py::test_not_as_expected[can-be-drawn]",
         "PASSED test_blind.py::test_naive[same-contacts]",

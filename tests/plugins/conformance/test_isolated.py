@@ -262,7 +262,7 @@ def test_what_a_compiled_hook_does_stays_in_the_child(
 def test_the_other_checks_are_run_after_a_death() -> None:
     heard: list[Result] = []
     report = isolated(
-        *("crashes-in-arrange", "same-contacts", "rejects-unknown-options"),
+        *("crashes-in-arrange", "same-contacts", "its-features-are-known"),
         on_result=heard.append,
         shrink=False,
     )
@@ -347,7 +347,7 @@ def test_a_scene_that_cannot_be_saved_is_no_fault_of_the_phase(
 
 
 def test_a_conforming_phase_passes_in_a_child_as_it_does_here() -> None:
-    report = check_broad_phase("sap-1d", checks=["rejects-unknown-options", "same-contacts-in-the-gallery"])
+    report = check_broad_phase("sap-1d", checks=["its-features-are-known", "same-contacts-in-the-gallery"])
     assert [result.status for result in report.results] == ["passed", "passed"]
     assert (report.ok, report.distribution) == (True, f"kinetile {kt.__version__}")
 

@@ -66,7 +66,6 @@ LEFT_OUT = {
     "same-contacts-of-shapes": "for a broad phase alone: judge it without a narrow phase named",
     "same-contacts-as-shapes-come-and-go": "for a broad phase alone: judge it without a narrow phase named",
     "its-features-are-known": "for a broad phase alone: judge it without a narrow phase named",
-    "rejects-unknown-options": "for a broad phase alone: judge it without a narrow phase named",
 }
 
 
