@@ -73,7 +73,7 @@ def test_every_mutant_can_be_made_of_the_present_source() -> None:
                 ast.parse(text)
 
 
-FIELD = re.compile(r"\bk\.(\w+)\[[^\]]*\]\.(\w+)")
+FIELD = re.compile(r"\bk\.(\w+)\[[^][]*\]\.(\w+)")
 """A field of a table of the kernel, as a hook reads it."""
 
 
