@@ -84,11 +84,16 @@ def pack(snapshot: Snapshot, file: BinaryIO, note: Mapping[str, Any] | None = No
     except (TypeError, ValueError) as error:
         raise RecordError(f"this simulation cannot be saved with its note: {error}") from error
     hashed = _Hashed(file)
-    with zipfile.ZipFile(hashed, "w") as archive:  # type: ignore[call-overload]  # it has to write, no more
+    archive = zipfile.ZipFile(hashed, "w")  # type: ignore[call-overload]  # it has to write, no more
+    try:
         for name, array in {HEAD: np.frombuffer(text, np.uint8), **arrays}.items():
             with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, array, allow_pickle=False)
         archive.comment = bytes(_CHECKSUM)
+        archive.close()
+    except BaseException:
+        archive.fp = None  # else it is closed when it is deleted, which fails within a member
+        raise
     file.seek(-_CHECKSUM, os.SEEK_END)
     file.write(hashed.sha256.hexdigest().encode())
 

@@ -349,14 +349,16 @@ def test_a_full_disk_leaves_what_was_there(path, limit):
     assert [each.name for each in path.parent.iterdir()] == [path.name]
 
 
-@pytest.mark.parametrize("name", ["fsync", "replace"])
+@pytest.mark.parametrize("name", ["fsync", "replace", "_ZipWriteFile"])
 def test_whatever_ends_it_on_its_way_what_was_there_is_there(path, monkeypatch, name):
+    """Ctrl-C as a member of the archive was opened was a ValueError: an archive is not closed within one."""
     before = path.read_bytes()
 
     def end(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(files.os if name == "fsync" else files.Path, name, end)
+    places = {"fsync": files.os, "replace": files.Path, "_ZipWriteFile": zipfile}
+    monkeypatch.setattr(places[name], name, end)
     with pytest.raises(KeyboardInterrupt):
         simulation("sap-1d").save(path)
     assert path.read_bytes() == before
