@@ -29,10 +29,12 @@ two."""
 
 
 class Spot(NamedTuple):
-    """A site at the end of this tick, by the scale."""
+    """A site now, rounded as in ``eight_sites``, and its flight in this tick, by the scale."""
 
     x: float
     y: float
+    flight_x: float
+    flight_y: float
     weight: float
 
 
@@ -63,35 +65,46 @@ class Sites(NamedTuple):
 
 @hook
 def spot(k: Kernel, s: State, site: int) -> Spot:
-    """Return where a site is at the end of this tick."""
+    """Return where a site is, and how far it flies in this tick.
+
+    The two are not added: what a place is rounded by is more than a flight, and between close sites more than
+    rounding can make of a determinant.
+    """
     if site >= slots(s):
-        return Spot(s.far_x[site], s.far_y[site], 0.0)
+        return Spot(s.far_x[site], s.far_y[site], 0.0, 0.0, 0.0)
     place = k.places[site]
     elapsed = since_origin(k, k.clock[0].now)
     flown = s.scale[PER_LENGTH] * k.clock[0].tick
     return Spot(
-        (place.x + place.vx * elapsed) * s.scale[PER_LENGTH] + place.vx * flown,
-        (place.y + place.vy * elapsed) * s.scale[PER_LENGTH] + place.vy * flown,
+        (place.x + place.vx * elapsed) * s.scale[PER_LENGTH],
+        (place.y + place.vy * elapsed) * s.scale[PER_LENGTH],
+        place.vx * flown,
+        place.vy * flown,
         s.weight[site],
     )
 
 
 @hook
+def way(a: Spot, b: Spot) -> tuple[float, float]:
+    """Return the way from a to b at the end of this tick."""
+    return (b.x - a.x) + (b.flight_x - a.flight_x), (b.y - a.y) + (b.flight_y - a.flight_y)
+
+
+@hook
 def turn(a: Spot, b: Spot, c: Spot) -> float:
     """Return twice the area of a triangle, above 0 if it is counter-clockwise."""
-    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
+    bx, by = way(a, b)
+    cx, cy = way(a, c)
+    return bx * cy - by * cx
 
 
 @hook
 def sunk(o: Spot, a: Spot, b: Spot, c: Spot) -> float:
     """Return how deep o is below the plane of a, b, c, counter-clockwise, times twice their area; less what
     rounding can make of it."""
-    ax = a.x - o.x
-    ay = a.y - o.y
-    bx = b.x - o.x
-    by = b.y - o.y
-    cx = c.x - o.x
-    cy = c.y - o.y
+    ax, ay = way(o, a)
+    bx, by = way(o, b)
+    cx, cy = way(o, c)
     ah = ax * ax + ay * ay - a.weight + o.weight
     bh = bx * bx + by * by - b.weight + o.weight
     ch = cx * cx + cy * cy - c.weight + o.weight
