@@ -70,7 +70,10 @@ def locate(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def insert(k: Kernel, s: State, body: int) -> None:
-    """Take a body into the triangulation; nothing is watched yet."""
+    """Take a body into the triangulation; nothing is watched yet.
+
+    ``left`` counts the edges opposite to the body that may fail: a flip leaves two in the place of one.
+    """
     split(s, locate(k, s, body), body)
     h = int(s.first[body])
     left = 3
@@ -79,7 +82,7 @@ def insert(k: Kernel, s: State, body: int) -> None:
         if fails(k, s, e, 0.0):
             flip(s, e)
             h = succ(e)
-            left += 2
+            left += 1
         else:
             h = around(s, h)
             left -= 1
