@@ -50,6 +50,11 @@ class Provided(NamedTuple):
         """The plugin and its distribution, as messages name them."""
         return _source(self.plugin, self.distribution, self.version)
 
+    @property
+    def built_in(self) -> bool:
+        """Whether it comes with kinetile."""
+        return self.distribution is not None and _folded(self.distribution) == "kinetile"
+
 
 class Failure(NamedTuple):
     """A plugin that was found and could not be used, with the reason. As text it is one line."""

@@ -17,7 +17,7 @@ from kinetile.errors import BadOption, KinetileError, PhaseError, Refused, TooTh
 from kinetile.kernel.compiled import compose, is_checked, python_of
 from kinetile.kernel.loop import idle
 from kinetile.kernel.loop.ahead import LARGE
-from kinetile.kernel.loop.checked import checked
+from kinetile.kernel.loop.checked import checked, parting
 from kinetile.kernel.loop.commands import find_blockers, obey_alone
 from kinetile.kernel.loop.loop import advance
 from kinetile.kernel.loop.responses import MOST_RESPONSES
@@ -55,6 +55,7 @@ class Rules:
         hooks: the responses' hooks, in the order of their numbers in the table.
         passing: whether some kinds pass through each other.
         names: the names of the responses in use.
+        foreign: the hooks of those that do not come with kinetile.
     """
 
     table: Records
@@ -62,11 +63,13 @@ class Rules:
     hooks: tuple[Callable[..., Any], ...]
     passing: bool
     names: tuple[str, ...]
+    foreign: frozenset[Callable[..., Any]]
 
     def parts(self, pair: PairParts | None, wall: WallParts | None) -> dict[str, Any]:
         """Returns their values for the templates."""
-        found: dict[str, Any] = {"RESPONSES": len(self.hooks)}
-        found |= {f"respond_{number}": hook for number, hook in enumerate(self.hooks, 1)}
+        found: dict[str, Any] = {"RESPONSES": len(self.hooks), "FOREIGN": bool(self.foreign)}
+        for number, hook in enumerate(self.hooks, 1):
+            found[f"respond_{number}"] = parting(hook) if hook in self.foreign else hook
         if pair is not None:
             found |= {"touch": pair.touch, "part": pair.part}
         if wall is not None:
@@ -113,7 +116,12 @@ def read_rules(
     names = tuple(dict.fromkeys(response.name for response in meets))
     table = record_table(RULE, len(each_two))
     table[:] = rows[[place[id(response)] for response in each_two]]
-    return Rules(table, kinds, tuple(hooks), passing, names)
+    foreign = (
+        each.respond
+        for response, each in zip(meets, parts, strict=True)
+        if each.respond is not None and not registry().provided("response", response.name).built_in
+    )
+    return Rules(table, kinds, tuple(hooks), passing, names, frozenset(foreign))
 
 
 def _name(hook: Any) -> tuple[str, str]:

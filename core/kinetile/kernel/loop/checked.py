@@ -1,8 +1,11 @@
-"""Hooks that are not marked ``unchecked``, as the loop calls them.
+"""Hooks as the loop calls them: those that are not marked ``unchecked``, and responses of other plugins.
 
 Counts and numbers of bodies that they return are compared with how many there are, because the loop reads its
 tables there, and its index is not checked (``kernel.compiled.views``): one that is none is a fault that names
 the phase, and not a read of other memory.
+
+Two that have met are barred from each other until one of them has another plan, lest rounding make a contact
+of what the last one has left. So a response that leaves them closing in would let them through each other.
 """
 
 from __future__ import annotations
@@ -14,8 +17,19 @@ from typing import Any
 
 import numpy as np
 
-from kinetile.kernel.compiled import hook, larger, smaller, unchecked, with_numpy
-from kinetile.kernel.tables import BAD_COUNT, BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, blame
+from kinetile.kernel.compiled import hook, is_checked, larger, smaller, unchecked, with_numpy
+from kinetile.kernel.flight import closing_speed
+from kinetile.kernel.tables import (
+    BAD_COUNT,
+    BAD_NAME,
+    BAD_PARTNER,
+    BAD_RESPONSE,
+    NOBODY,
+    SPARE,
+    Kernel,
+    Records,
+    blame,
+)
 
 Hook = Callable[..., Any]
 
@@ -62,5 +76,57 @@ def _bounding(function: Hook) -> Hook:
             blame(k, BAD_PARTNER, body, who)
             return math.inf, math.inf, NOBODY
         return float(first), float(second), int(who)
+
+    return call
+
+
+ROUNDED = 2.0**-50
+"""The part of all speeds, before and after a contact, that rounding may leave two bodies to close in with. A
+response without a rebound leaves half of this, at either sign: by an exact sign half of its contacts would be
+faults. By so little two bodies reach no deeper into each other than ``limits.tolerance`` in twenty units of
+the clock, while the fastest cross the scene in one."""
+
+
+@hook
+def _size(k: Kernel, body: int) -> float:
+    """Return the sum of the sizes of a body's velocity along x and y."""
+    return float(abs(k.bodies[body].vx) + abs(k.bodies[body].vy))
+
+
+@hook
+def _take_back(k: Kernel, body: int) -> None:
+    """Give a body back its velocity before a contact; the one after it stays in its row of ``k.places``."""
+    plan = k.bodies[body]
+    place = k.places[body]
+    vx = plan.vx
+    vy = plan.vy
+    plan.vx = place.vx
+    plan.vy = place.vy
+    place.vx = vx
+    place.vy = vy
+
+
+@cache
+def parting(function: Hook) -> Hook:
+    """Return the hook of a response as the loop calls it: it is a fault if what meets then closes in still,
+    two bodies by more than rounding explains, and a body and a wall, which are not barred, at all."""
+    given = with_numpy(function) if is_checked(function) else function
+
+    @unchecked
+    @hook
+    def call(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+        other = b if b >= 0 else a
+        size = _size(k, a) + _size(k, other)
+        given(k, a, b, nx, ny, rule)
+        size += _size(k, a) + _size(k, other)
+        one = k.bodies[a]
+        closing = one.vx * nx + one.vy * ny
+        if b >= 0:
+            closing = -closing_speed(one, k.bodies[b], nx, ny) - ROUNDED * size
+        if closing > 0.0:
+            blame(k, BAD_RESPONSE, a, b)
+            _take_back(k, a)
+            if b >= 0:
+                _take_back(k, b)
 
     return call

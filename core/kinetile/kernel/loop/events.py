@@ -37,7 +37,7 @@ from kinetile.kernel.tables import (
 )
 
 WALLS = LIVING = RULES = PASSING = True
-PERIODIC = False
+PERIODIC = FOREIGN = False
 repair = collide = reach_wall = bounce = to_be_filled_in
 
 NOTHING, REFILE, REFRESH, REPLAN, REFRESH_ALL = range(5)
@@ -165,6 +165,8 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
     wall = reach_wall(k, body)[1]
     anchor(k, h, at)
     depth = answer_wall(k, h, wall, at) if RULES else bounce(k, body, wall)
+    if FOREIGN and clock.fault.code != 0:
+        return NOTHING
     body.last = NOBODY
     k.counts[0].contacts_wall += 1
     plan_changed(k, h)
@@ -213,6 +215,8 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     if PERIODIC:
         come_together(k, a, b, h)
     depth = answer(k, a, b, at) if RULES else collide(k, a, b)
+    if FOREIGN and clock.fault.code != 0:  # the response has let them close in still
+        return NO_REASON, NOTHING, NOBODY, NOBODY
     if depth != depth:  # not a number: two centres on one place, and no line between them
         blame(k, NOT_FINITE, a, b)
         put_back(k, a)

@@ -24,14 +24,19 @@ from kinetile.errors import (
 from kinetile.kernel import tables
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.falling import velocities_now
 from kinetile.kernel.log import WALLS
 from kinetile.kernel.tables import Kernel
 from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition
 from kinetile.run.engine.agenda import Rows
 from kinetile.scene.bodies import nearest_image
+from kinetile.scene.checks import WALL
 
-_OF_SLOTS = (tables.LATE_CONTACT, tables.TOO_DEEP, tables.JAMMED, tables.STALLED, tables.NOT_FINITE)
+_OF_SLOTS = (
+    *(tables.LATE_CONTACT, tables.TOO_DEEP, tables.JAMMED, tables.STALLED, tables.NOT_FINITE),
+    tables.BAD_RESPONSE,
+)
 """Faults of present bodies, which the loop reports by their slots; users know them by numbers."""
 
 
@@ -67,6 +72,8 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         return PhaseError(
             f"{at} a contact of {named} has no outcome in finite numbers, as where centres meet"
         )
+    if fault == tables.BAD_RESPONSE:
+        return PhaseError(f"{at} {_lets_close_in(k, composition, slots, named)}")
     if fault == tables.STALLED:
         return StalledError(
             f"{at} {phase} does not get on: its certificates, the last of them that of body {a}, "
@@ -99,6 +106,20 @@ def _missed(composition: Composition, fault: int, other: int, named: str) -> str
         return f"a contact of {named} came up that lies in the past: {late}"
     missed = phase if other >= 0 else narrow
     return f"{named} overlap more than rounding explains: {missed} has missed their contact"
+
+
+def _lets_close_in(k: Kernel, composition: Composition, slots: tuple[int, int], named: str) -> str:
+    """Returns the error of a response that lets what meets, two bodies or one and a wall, close in still."""
+    scene, bodies = composition.prepared, np.array([slot for slot in slots if slot >= 0])
+    kinds, at_wall = k.traits.view(np.ndarray)["kind"][bodies].tolist(), slots[1] < 0
+    response = scene.meets[kinds[0]][-1 if at_wall else kinds[1]]
+    met = " and ".join(repr(each) for each in [*(scene.kinds[kind] for kind in kinds), WALL][:2])
+    was, made = (velocities_now(k._replace(bodies=table), bodies).tolist() for table in (k.bodies, k.places))
+    return (
+        f"{described('response', response.name)}, for {met}, lets {named} go on towards each other: "
+        f"the velocities before it are {was}, and after it {made}; it has to turn them away from each other, or "
+        "to leave no speed along the normal"
+    )
 
 
 def _narrow_phases(composition: Composition) -> str:
