@@ -185,7 +185,7 @@ class MissedContactError(KinetileError, RuntimeError):
 
 
 class PhaseError(KinetileError, RuntimeError):
-    """A phase broke the protocol; the message names the phase and what it did."""
+    """A phase or a response broke the protocol; the message names it and what it did."""
 
 
 class BusyError(KinetileError, RuntimeError):

@@ -48,7 +48,7 @@ Integers = npt.NDArray[np.integer]
 Ticks = npt.NDArray[np.int64]
 
 ROUNDED = 2.0**-44
-"""The part of the energy that rounding may add."""
+"""The part of the energy, or of all speeds, that rounding may add."""
 
 LATER = 2**44 + 977
 """Ticks, some 1/256 of a time unit, and odd: what is computed from there is rounded otherwise."""
@@ -292,7 +292,7 @@ def _answered(hook: Any, k: Kernel, met: Met) -> Met:
 def a_response_depends_on_the_meeting_alone(case: Case) -> None:
     """A response gives new velocities to the two that meet, by these two and the normal: the base of the
     clock, other bodies, the numbers of the two and their order make no difference. It changes nothing else,
-    and no immovable body that meets a movable one"""
+    and no immovable body that meets a movable one, and the two do not go on towards each other"""
 
     def look(sim: Simulation, answer: Answer, met: Met) -> None:
         moved = "clock.now", "bodies.anchor", "traits.touched"
@@ -304,6 +304,11 @@ def a_response_depends_on_the_meeting_alone(case: Case) -> None:
         for a, b in met.who[pushed.any(axis=1)].tolist():
             said = f"at time {sim.time!r} one of {a} and {b} is immovable"
             raise Disagreement(f"{said}, and gets another velocity")
+        after = np.where(met.who.repeat(2, axis=1) < 0, 0.0, found.after)
+        closing = ((after[:, :2] - after[:, 2:]) * met.normal).sum(axis=1)
+        most = np.where(met.who[:, 1] < 0, 0.0, ROUNDED * (abs(old) + abs(after)).sum(axis=1))
+        for a, b in met.who[closing > most].tolist():
+            raise Disagreement(f"at time {sim.time!r} {a} and {b} go on towards each other after it")
 
     _at_some_moments(case, partial(_meetings, _response(case).name), look)
 

@@ -117,8 +117,8 @@ def _lets_close_in(k: Kernel, composition: Composition, slots: tuple[int, int], 
     was, made = (velocities_now(k._replace(bodies=table), bodies).tolist() for table in (k.bodies, k.places))
     return (
         f"{described('response', response.name)}, for {met}, lets {named} go on towards each other: "
-        f"the velocities before it are {was}, and after it {made}; it has to turn them away from each other, or "
-        "to leave no speed along the normal"
+        f"the velocities before it are {was}, and after it {made}; it has to turn them away from each other, "
+        "or to leave no speed along the normal"
     )
 
 
