@@ -84,6 +84,11 @@ def moves(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> Non
     k.bodies[a].x += 2.0**-30
 
 
+@hook
+def lets_them_go_on(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    exchange(k, a, b, nx, ny, -1.0)
+
+
 class Trial:
     """A response with one of these hooks."""
 
@@ -135,6 +140,7 @@ FAULTS = {
     "counts_contacts": "with the two exchanged|with nothing in the kernel's other tables",
     "reads_others": "with nobody else there",
     "moves": "respond wrote bodies.x",
+    "lets_them_go_on": "0 and .* go on towards each other after it",
 }
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +14,22 @@ import broken_phases
 import kinetile as kt
 from kinetile.errors import AuditError, MissedContactError, PhaseError
 from kinetile.kernel.compiled import INTERPRETED
-from kinetile.toolbox import MY_FAULT, NEVER, BroadPhaseParts, Kernel, Records, blame, hook, schedule
+from kinetile.run.compose import accepting, compose_phases
+from kinetile.toolbox import (
+    MY_FAULT,
+    NEVER,
+    BroadPhaseParts,
+    Kernel,
+    Records,
+    ResponseParts,
+    blame,
+    closing_speed,
+    hook,
+    schedule,
+    shared,
+    unchecked,
+)
+from lanes import BUILT_IN
 from registering import registered
 
 
@@ -169,7 +186,11 @@ class Faulty:
 
 @pytest.fixture(autouse=True)
 def _registered():
-    specs = (kt.BroadPhaseSpec("gives-up", GivesUp), kt.BroadPhaseSpec("faulty", Faulty))
+    specs = (
+        kt.BroadPhaseSpec("gives-up", GivesUp),
+        kt.BroadPhaseSpec("faulty", Faulty),
+        kt.ResponseSpec("lax", Lax),
+    )
     with registered(broken_phases.Plugin(), *specs):
         yield
 
@@ -206,3 +227,124 @@ def test_what_is_no_sentence_is_refused(given):
 def test_sentences_are_taken(given):
     sim = kt.Simulation(kt.make_scene("two-discs"), "faulty", options={"faults": given})
     assert sim.composition.broad.faults == given
+
+
+@hook
+def nothing(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    pass
+
+
+@unchecked
+@hook
+def slows(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    for body in (a, b):
+        if body >= 0 and k.mass[body] < math.inf:
+            k.bodies[body].vx *= 0.5
+            k.bodies[body].vy *= 0.5
+
+
+@hook
+def no_rebound(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    one, two = k.bodies[a], k.bodies[b]
+    speed = 0.5 * closing_speed(one, two, nx, ny)
+    mine, theirs = shared(k.mass[a], k.mass[b], speed), shared(k.mass[b], k.mass[a], speed)
+    one.vx += mine * nx
+    one.vy += mine * ny
+    two.vx -= theirs * nx
+    two.vy -= theirs * ny
+
+
+class Lax:
+    """A response with one of these hooks."""
+
+    def __init__(self, how: str = "nothing") -> None:
+        self.how = how
+
+    def prepare(self, scene: kt.Scene) -> ResponseParts:
+        return ResponseParts(globals()[self.how], falling=True)
+
+
+def lax(*columns, how: str = "nothing", **more) -> kt.Scene:
+    rules = {("p", "ball"): kt.Response("lax", how=how), ("ball", "wall"): kt.Response("lax", how=how)}
+    return kt.Scene(*columns, **{"arena": (10.0, 6.0), "responses": rules, "kind": ["p", "ball"], **more})
+
+
+RISING = [[5.0, 3.0], [5.125, 1.0]], [[0.0, 0.0], [0.0, 1.0]]
+ACROSS = [[9.5, 3.0], [1.5, 3.0]], [[0.0, 0.0], [-1.0, 0.0]]
+BARS = {"shapes": [kt.box(2.0, 0.25), kt.disc(0.25)], "shape": [0, 1]}
+
+LETS_CLOSE_IN = {
+    "discs": partial(lax, *RISING, 0.25),
+    "discs, slowed by a hook without checks": partial(lax, *RISING, 0.25, how="slows"),
+    "a disc and one that nothing can move": partial(lax, *RISING, 0.25, [math.inf, 1.0]),
+    "a disc that one of infinite mass overtakes": partial(
+        lax, [[5.0, 5.0], [5.125, 4.0]], [[0.0, -1.0], [0.0, -0.5]], 0.25, [math.inf, 1.0], how="slows"
+    ),
+    "a bar and a disc": partial(lax, *RISING, mass=[math.inf, 1.0], **BARS),
+    "images of discs": partial(lax, *ACROSS, 0.25, periodic="xy"),
+    "images of a bar and a disc": partial(lax, *ACROSS, periodic="xy", **BARS),
+    "discs that fall": partial(lax, *RISING, 0.25, gravity=(0.0, -0.0625), responses={("p", "ball"): "lax"}),
+    "a disc and a wall": partial(lax, [[2.0, 3.0], [5.0, 1.0]], RISING[1], 0.25),
+}
+
+
+def ended(case: str, phase: str) -> str:
+    """Return the error of a run, which has come before the contact."""
+    who, sim = "bodies 0 and 1", kt.Simulation(LETS_CLOSE_IN[case](), phase)
+    if "wall" in case:
+        who = "body 1 and the top wall"
+    with pytest.raises(PhaseError, match=f"response 'lax' of lax .*, lets {who} go on towards") as caught:
+        sim.run(until=16.0)
+    last = sim.velocities()[1 if "wall" in case else 0 :].tolist()
+    assert f"the velocities before it are {last}, and after it [" in str(caught.value)
+    assert len(sim.contacts) == 0
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("case", LETS_CLOSE_IN)
+def test_what_a_response_left_closing_in_flew_through_each_other(case):
+    takes = [phase for phase in BUILT_IN if phase in accepting(LETS_CLOSE_IN[case]())]
+    assert len({ended(case, phase) for phase in takes}) == 1
+    assert len(takes) > 3
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_a_compiled_loop_ends_before_what_a_response_leaves_closing_in():
+    for case in ("images of a bar and a disc", "a disc and a wall"):
+        ended(case, "cells")
+
+
+def test_a_response_is_named_after_commands_and_in_a_run_that_was_saved(tmp_path):
+    sim = kt.Simulation(lax(*RISING, 0.25), "cells")
+    sim.remove(0)
+    assert sim.insert((5.0, 3.0), (0.0, 0.0), 0.25, kind="p") == 2
+    sim.run(until=1.0)
+    sim.save(tmp_path / "run.kts")
+    for each in (sim, kt.resume(tmp_path / "run.kts", "sap-1d")):
+        with pytest.raises(
+            PhaseError, match=r"for 'ball' and 'p', lets bodies 1 and 2 go on .* \[\[0.0, 1.0\]"
+        ):
+            each.run(until=8.0)
+
+
+def test_what_rounding_leaves_two_bodies_to_close_in_with_is_no_fault():
+    """By an exact sign half of the contacts of a response without a rebound would be faults."""
+    start = kt.make_scene("random", bodies=12, density=0.2, seed=3, periodic="xy")
+    rule = kt.Response("lax", how="no_rebound")
+    scene = start.replace(mass=[0.3, 1.0, 7.0] * 4, responses={("*", "*"): rule})
+    sim = kt.Simulation(scene, "naive")
+    sim.run(max_contacts=20)
+    assert len(sim.contacts) == 20
+
+
+def test_only_a_response_of_another_plugin_is_checked():
+    def respond(rule):
+        parts = compose_phases(lax(*RISING, 0.25, responses={("*", "*"): rule}), "cells", None, None)
+        return parts.rules.parts(None, None), parts.rules.hooks
+
+    found, hooks = respond("stop")
+    assert (found["FOREIGN"], [found["respond_1"], found["respond_2"]]) == (False, [*hooks])
+    found, (*own, _) = respond("lax")
+    assert (found["FOREIGN"], [found["respond_1"], found["respond_2"]]) == (True, own)
+    assert found["respond_3"] is not nothing
