@@ -304,7 +304,7 @@ def a_response_depends_on_the_meeting_alone(case: Case) -> None:
         for a, b in met.who[pushed.any(axis=1)].tolist():
             said = f"at time {sim.time!r} one of {a} and {b} is immovable"
             raise Disagreement(f"{said}, and gets another velocity")
-        after = np.where(met.who.repeat(2, axis=1) < 0, 0.0, found.after)
+        after = np.where(met.who.repeat(2, axis=1) < 0, 0.0, cast(Floats, found.after))
         closing = ((after[:, :2] - after[:, 2:]) * met.normal).sum(axis=1)
         most = np.where(met.who[:, 1] < 0, 0.0, ROUNDED * (abs(old) + abs(after)).sum(axis=1))
         for a, b in met.who[closing > most].tolist():
