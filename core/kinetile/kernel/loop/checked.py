@@ -82,9 +82,9 @@ def _bounding(function: Hook) -> Hook:
 
 ROUNDED = 2.0**-50
 """The part of all speeds, before and after a contact, that rounding may leave two bodies to close in with. A
-response without a rebound leaves half of this, at either sign: by an exact sign half of its contacts would be
-faults. By so little two bodies reach no deeper into each other than ``limits.tolerance`` in twenty units of
-the clock, while the fastest cross the scene in one."""
+response without a rebound leaves up to half of this, of either sign: by an exact sign every second contact
+would be a fault. By so little two bodies reach no deeper into each other than ``limits.tolerance`` in twenty
+units of the clock, while the fastest cross the scene in one."""
 
 
 @hook
