@@ -44,8 +44,7 @@ def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False) -> Log
         descriptor, new = _open(partial)
         file = LogFile(descriptor)
         try:
-            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-                raise OSError(errno.EINVAL, f"{partial} is there and is no regular file")
+            _check_kind(os.fstat(descriptor), partial)
             if not _lock(descriptor, partial) and not new:
                 raise RecordError(
                     f"{partial} is there: another run is writing it, or one that was killed has left it. "
@@ -127,7 +126,14 @@ def _open(partial: Path) -> tuple[int, bool]:
         with suppress(FileExistsError):
             return os.open(partial, _FLAGS | os.O_CREAT | os.O_EXCL, 0o666), True
         with suppress(FileNotFoundError):
+            _check_kind(os.lstat(partial), partial)
             return os.open(partial, _FLAGS), False
+
+
+def _check_kind(found: os.stat_result, partial: Path) -> None:
+    """Raises RecordError for a folder, a link, a pipe or a device: whatever stands there stays there."""
+    if not stat.S_ISREG(found.st_mode):
+        raise RecordError(f"{partial} is there and is no regular file: move it away")
 
 
 def _lock(descriptor: int, partial: Path, *, shared: bool = False) -> bool:

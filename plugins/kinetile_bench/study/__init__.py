@@ -14,7 +14,7 @@ from kinetile.errors import BadOption, one_of
 from kinetile_bench.study.plan import read_plan, read_plan_file
 from kinetile_bench.study.rows import Agreement, RowFile
 from kinetile_bench.study.summary import summary_of
-from kinetile_bench.study.task import DONE, REFUSED, STATUSES, Row, Task, tasks_of
+from kinetile_bench.study.task import DONE, REFUSED, STATUSES, Row, Task, row_of, tasks_of
 from kinetile_bench.study.workers import rows_of
 
 
@@ -108,7 +108,7 @@ class Study:
         file.forget([])  # a file that cannot be written is reported before a task runs in vain
         with file.locked():
             file.forget([row["key"] for row in self.rows() if row["status"] in again])
-            there = {row["key"]: row for row in file.read() if row["key"] in self.tasks}
+            there = {row["key"]: row for row in self._read()[0]}
             todo = [task for key, task in self.tasks.items() if key not in there]
             agreement, done = Agreement(there.values()), len(there)
             with closing(rows_of(todo, executor, workers)) as rows:
@@ -125,15 +125,14 @@ class Study:
 
     def status(self) -> StudyStatus:
         """Returns the progress of the study."""
-        every = RowFile(self.results).read()
-        rows = [row for row in every if row["key"] in self.tasks]
+        rows, others = self._read()
         agreement = Agreement(rows)
         return StudyStatus(
             total=len(self.tasks),
             statuses=dict(Counter(agreement.judged(row)["status"] for row in rows)),
             open=len(self.tasks) - len(rows),
             ran=0,
-            others=len(every) - len(rows),
+            others=others,
             disagreements=tuple(agreement.disagreements),
         )
 
@@ -142,13 +141,21 @@ class Study:
 
         A row's status is "disagrees" where another one of the same scene has other contacts.
         """
-        there = {row["key"]: row for row in RowFile(self.results).read()}
-        rows = [
-            there[key] | {"recipe": task.scene.name, "phase": task.phase}  # both as the study has them today
-            for key, task in self.tasks.items()
-            if key in there
-        ]
+        rows, _ = self._read()
         return list(map(Agreement(rows).judged, rows))
+
+    def _read(self) -> tuple[list[Row], int]:
+        """Returns the rows of all tasks that have one, in the order of the tasks, and the number of others.
+
+        What a row says of its task is replaced by what the study has today: names may differ, and no column
+        that means a task depends on the file.
+        """
+        there = {row["key"]: row for row in RowFile(self.results).read()}
+        of_tasks = (
+            (key, row_of(task, {"parameters": {**task.scene.parameters}})) for key, task in self.tasks.items()
+        )
+        rows = [there[key] | task for key, task in of_tasks if key in there]
+        return rows, len(there) - len(rows)
 
     def table(self, y: str | None = None) -> dict[str, Any]:
         """Returns, for each scene and phase, the mean of a column over seeds, and its ratio to that of the

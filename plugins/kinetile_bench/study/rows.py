@@ -1,6 +1,7 @@
 """Rows of a study: one SQLite file, one transaction a row, so that a kill loses no row that is there.
 
-The file is readable with any SQLite: its table ``rows`` has a row's key, its course, and its columns as JSON.
+The file is readable with any SQLite: its table ``rows`` has a row's key, its course, its columns as JSON, and
+a digest of these three. SQLite finds damage to its tree of pages (a row that is lost), but none to a value.
 Beside that, whether rows agree: the same scene to the same end has one list of contacts, under any phase, so
 a study is a test as well. Two rows with two fingerprints do not show which of them is wrong. So all rows of
 such a course have the status "disagrees", and each names one of the others.
@@ -19,11 +20,22 @@ from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from kinetile.errors import RecordError
-from kinetile_bench.study.task import DISAGREES, DONE, Row, StudyStopped
+from kinetile.errors import RecordError, printable
+from kinetile.scene.checks import shown
+from kinetile.sources import check_regular
+from kinetile_bench.study.task import DISAGREES, DONE, STATUSES, Row, StudyStopped, digest
 
-APPLICATION, FORMAT = int.from_bytes(b"kine", "big"), 1
+APPLICATION, FORMAT = int.from_bytes(b"kine", "big"), 2
 """The program that wrote the file and its format, in the header where SQLite has places for both."""
+
+_TABLE = "CREATE TABLE rows (key TEXT PRIMARY KEY, course TEXT, content TEXT, digest TEXT)"
+_SCHEMA = [("table", "rows", _TABLE), ("index", "sqlite_autoindex_rows_1", None)]
+
+_LONGEST = 1 << 24
+"""Bytes of a row: one of a damaged or foreign file could have a gigabyte."""
+
+_DEEPEST = 8
+"""Lists and tables within each other in a row: deeper ones would exhaust the stack of what prints them."""
 
 _PATIENCE = 60.0
 """Seconds to wait for another process that writes."""
@@ -43,10 +55,14 @@ class RowFile:
     def locked(self) -> Iterator[None]:
         """Within this context no other run of the study begins. Raises StudyStopped where one goes on."""
         path = self.path.with_name(f"{self.path.name}.running")
-        with closing(sqlite3.connect(path, timeout=0.0, isolation_level=None)) as lock:
+        with closing(_opened(path, 0.0)) as lock:
             try:
+                if path.stat().st_size:
+                    raise RecordError(f"{path} is there and is no lock of a study: move it away")
                 lock.execute("BEGIN EXCLUSIVE")
-            except sqlite3.OperationalError as error:
+            except (sqlite3.Error, OSError) as error:
+                if getattr(error, "sqlite_errorcode", None) != sqlite3.SQLITE_BUSY:
+                    raise _unusable(path, error) from error
                 raise StudyStopped(
                     f"another process runs this study and writes its rows to {self.path}: wait for its end, "
                     "or name another file for the rows of this run (results)"
@@ -58,17 +74,20 @@ class RowFile:
                     path.unlink()
 
     def read(self) -> list[Row]:
-        """Returns all rows, in the order in which they came."""
+        """Returns all rows, in the order in which they came, exactly as they were written."""
         if not self.path.exists() or (self.path.is_file() and self.path.stat().st_size == 0):
             return []
         with self._transaction("BEGIN") as file:
-            return [json.loads(row) for (row,) in file.execute("SELECT content FROM rows ORDER BY rowid")]
+            (state,) = file.execute("PRAGMA integrity_check(1)").fetchone()
+            if state != "ok":
+                raise ValueError(state)
+            return [_checked(*each) for each in file.execute("SELECT * FROM rows ORDER BY rowid")]
 
     def put(self, row: Row) -> None:
         """Writes a row; one that is there already, from another process, stays."""
         values = row["key"], row["course"], json.dumps(_finite(row), allow_nan=False)
         with self._transaction() as file:
-            file.execute("INSERT OR IGNORE INTO rows VALUES (?, ?, ?)", values)
+            file.execute("INSERT OR IGNORE INTO rows VALUES (?, ?, ?, ?)", (*values, digest(values)))
 
     def forget(self, keys: Iterable[str]) -> None:
         """Removes rows."""
@@ -78,33 +97,87 @@ class RowFile:
     @contextmanager
     def _transaction(self, begin: str = "BEGIN IMMEDIATE") -> Iterator[sqlite3.Connection]:
         """Yields the file within a transaction; an empty one becomes a file of a study."""
-        address = f"{self.path.absolute().as_uri()}?mode=rwc"
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            with closing(sqlite3.connect(address, uri=True, timeout=_PATIENCE, isolation_level=None)) as file:
+            with closing(_opened(self.path, _PATIENCE)) as file:
                 file.execute(begin)
-                heads = ("PRAGMA application_id", "PRAGMA user_version", "SELECT count(*) FROM sqlite_schema")
-                application, version, tables = (file.execute(each).fetchone()[0] for each in heads)
-                if (application, version, tables) == (0, 0, 0):
+                application, version = (
+                    file.execute(f"PRAGMA {each}").fetchone()[0]
+                    for each in ("application_id", "user_version")
+                )
+                schema = file.execute("SELECT type, name, sql FROM sqlite_schema").fetchmany(3)
+                if (application, version, schema) == (0, 0, []):
                     file.execute(f"PRAGMA application_id = {APPLICATION}")
                     file.execute(f"PRAGMA user_version = {FORMAT}")
-                    file.execute("CREATE TABLE rows (key TEXT PRIMARY KEY, course TEXT, content TEXT)")
+                    file.execute(_TABLE)
                 elif application != APPLICATION:
                     raise RecordError(f"{self.path} is the SQLite file of another program: {_EXPECTED}")
                 elif version != FORMAT:
                     raise RecordError(
                         f"{self.path} has rows in format {version}, and this version of kinetile reads and "
-                        f"writes format {FORMAT}: {_EXPECTED}"
+                        f"writes format {FORMAT}: run the study again, with a new file for its rows (results)"
                     )
+                elif schema != _SCHEMA:
+                    raise ValueError("it has other tables, views or indices than a study makes")
                 yield file
                 file.execute("COMMIT")
-        except RecordError:
-            raise
-        except (sqlite3.Error, OSError, ValueError) as error:  # ValueError: a row is no JSON
-            raise RecordError(f"{self.path} cannot be used: {error}; {_EXPECTED}") from error
+        except (sqlite3.Error, OSError, ValueError) as error:
+            raise _unusable(self.path, error) from error
 
 
 _EXPECTED = "expected a file with rows of a study, or a name for a new one in a folder that can be written"
+
+
+def _opened(path: Path, patience: float) -> sqlite3.Connection:
+    """Opens a file of SQLite, or makes it; ``patience``: the seconds to wait for another process.
+
+    Raises RecordError where it, or a file that SQLite opens beside it, is no regular file: a pipe never ends.
+    """
+    try:
+        for end in ("", "-journal", "-wal", "-shm"):
+            with suppress(FileNotFoundError):
+                check_regular(f"{path}{end}")
+        address = f"{path.absolute().as_uri()}?mode=rwc"
+        file = sqlite3.connect(address, uri=True, timeout=patience, isolation_level=None)
+    except (sqlite3.Error, OSError) as error:
+        raise _unusable(path, error) from error
+    file.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LONGEST)
+    return file
+
+
+def _unusable(path: Path, error: Exception) -> RecordError:
+    """Returns the error of a file that cannot be used, with the reason: what SQLite says has lines and texts
+    of the file in it."""
+    if isinstance(error, RecordError):
+        return error
+    said = " ".join(str(error).split())
+    if isinstance(error, OSError) and error.strerror:
+        said = f"{error.filename}: {error.strerror}"
+    return RecordError(f"{path} cannot be used: {printable(said, 200)}; {_EXPECTED}")
+
+
+def _checked(key: Any, course: Any, content: Any, said: Any) -> Row:
+    """Returns the row of a line of the table. Raises ValueError for one that was not written so."""
+    if said != digest((key, course, content)):
+        raise ValueError(f"row {shown(key)} is not what was written: it has another digest")
+    row = None
+    with suppress(TypeError, ValueError, RecursionError):
+        row = json.loads(content)
+    if not (
+        isinstance(row, dict)
+        and isinstance(key, str)
+        and [row.get("key"), row.get("course")] == [key, course]
+        and row.get("status") in STATUSES
+        and (row["status"] != DONE or isinstance(row.get("fingerprint"), str))
+        and _is_shallow(row)
+    ):
+        raise ValueError(f"row {shown(key)} is none that a task writes")
+    return row
+
+
+def _is_shallow(value: Any, levels: int = _DEEPEST) -> bool:
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return levels > 0 and all(_is_shallow(each, levels - 1) for each in parts)
 
 
 def _finite(value: Any) -> Any:

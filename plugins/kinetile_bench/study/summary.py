@@ -6,6 +6,7 @@ import math
 import statistics
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import Any
 
 from kinetile.errors import BadOption, one_of
@@ -44,19 +45,21 @@ def _groups(of_phases: dict[str, list[Row]], y: str) -> Iterator[dict[str, Any]]
     for phase, rows in of_phases.items():
         by_seed: dict[int, list[float]] = {}
         for row in rows:
-            if row["status"] == DONE and row.get(y) is not None:
-                by_seed.setdefault(row["parameters"].get("seed", 0), []).append(float(row[y]))
-        values = {seed: statistics.fmean(each) for seed, each in by_seed.items()}
+            if (value := _number(row, y)) is not None:
+                by_seed.setdefault(row["parameters"].get("seed", 0), []).append(value)
+        means = {seed: _mean(each)[0] for seed, each in by_seed.items()}
+        values = {seed: mean for seed, mean in means.items() if mean is not None}
         pairs = [(value, base.get(seed, 0.0)) for seed, value in values.items()] if base else []
         mean, error = _mean(list(values.values()))
-        ratio, ratio_error = _mean([math.log(one / other) for one, other in pairs if one > 0.0 < other])
+        ratios = (one / other for one, other in pairs if other > 0.0)
+        ratio, ratio_error = _mean([math.log(each) for each in ratios if 0.0 < each < math.inf])
         odd = Counter(row["status"] for row in rows if row["status"] != DONE)
         base = values if base is None else base
         yield {
             "phase": phase,
             "rows": len(rows),
             "odd": ", ".join(f"{count} {status}" for status, count in odd.items()),
-            "contacts": _mean([row["contacts"] for row in rows if row["status"] == DONE])[0],
+            "contacts": _mean([each for row in rows if (each := _number(row, "contacts")) is not None])[0],
             "mean": mean,
             "error": error,
             "ratio": None if ratio is None else math.exp(ratio),
@@ -64,9 +67,21 @@ def _groups(of_phases: dict[str, list[Row]], y: str) -> Iterator[dict[str, Any]]
         }
 
 
+def _number(row: Row, y: str) -> float | None:
+    """Returns the number in a column of a row that is done; None where there is none that is finite."""
+    value = row.get(y) if row["status"] == DONE else None
+    with suppress(OverflowError):
+        if isinstance(value, int | float) and math.isfinite(value):
+            return float(value)
+    return None
+
+
 def _mean(values: Sequence[float]) -> tuple[float | None, float | None]:
-    """Returns the mean and its standard error; None where there are too few values."""
+    """Returns the mean and its standard error; None for too few or too large values."""
     if not values:
         return None, None
-    error = statistics.stdev(values) / math.sqrt(len(values)) if len(values) > 1 else None
-    return statistics.fmean(values), error
+    try:
+        error = statistics.stdev(values) / math.sqrt(len(values)) if len(values) > 1 else None
+        return statistics.fmean(values), error
+    except OverflowError:
+        return None, None

@@ -74,11 +74,11 @@ def tasks_of(plan: StudyPlan) -> Iterator[Task]:
     for scene in plan.scenes:
         sources = (("framework", "kinetile", _source("framework", "kinetile")), *_sources(scene.named))
         # The name of a scene file is in no key: what determines the result is its content.
-        course = _digest([scene.content, scene.parameters, scene.until, scene.contacts, sources])
+        course = digest([scene.content, scene.parameters, scene.until, scene.contacts, sources])
         for repeat in range(1, plan.repeats + 1):
             for phase, source in phases if repeat % 2 else reversed(phases):
                 every = (*sources, *observed, *source)
-                key = _digest([course, read_phase(phase)[1], plan.observe, repeat, every])
+                key = digest([course, read_phase(phase)[1], plan.observe, repeat, every])
                 yield Task(key, course, scene, phase, plan.observe, repeat, every)
 
 
@@ -194,5 +194,6 @@ def _hash(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def _digest(value: Any) -> str:
+def digest(value: Any) -> str:
+    """Returns a digest of plain values: 32 hexadecimal digits."""
     return _hash(json.dumps(value, sort_keys=True, separators=(",", ":"), default=str).encode())[:32]

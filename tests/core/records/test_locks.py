@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -155,6 +156,18 @@ def test_a_killed_run_that_has_written_no_row_is_not_in_the_way(tmp_path):
     with EventRecorder(path, SCENE):
         pass
     assert names(tmp_path) == ["e.parquet"]
+
+
+@needs_locks
+@pytest.mark.parametrize("kind", [Path.mkdir, os.mkfifo, lambda path: path.symlink_to("nothing")])
+def test_what_stood_in_place_of_a_lock_was_no_lock_or_was_not_named(tmp_path, kind):
+    """Two writers of one checkpoint went on side by side; an event file was said to be a directory."""
+    path = tmp_path / "e.parquet"
+    for end, use in ((".lock", locks.alone(path)), (".partial", EventRecorder(path, SCENE))):
+        kind(tmp_path / f"e.parquet{end}")
+        with pytest.raises(RecordError, match=rf"parquet{end} is there and is no regular file: move it"), use:
+            pass
+    assert names(tmp_path) == ["e.parquet.lock", "e.parquet.partial"]
 
 
 @needs_locks

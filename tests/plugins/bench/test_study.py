@@ -6,10 +6,13 @@ import csv
 import io
 import json
 import math
+import os
+import re
 import sqlite3
 import sys
 from contextlib import closing
 from importlib.util import spec_from_file_location
+from pathlib import Path
 
 import pytest
 
@@ -228,24 +231,98 @@ def test_a_file_that_is_no_study_s_is_refused_and_never_overwritten(tmp_path):
     assert run({**TABLES, "seeds": 1}, tmp_path)[1].well
 
 
-def test_a_file_of_another_format_or_with_a_damaged_row_is_refused_and_stays(done, tmp_path):
+def sealed(content):
+    """Return SQL that puts a content into all rows, with the right digest."""
+    return f"UPDATE rows SET content = {content}, digest = digest(key, course, {content})"
+
+
+OTHER_DIGEST = "is not what was written: it has another digest"
+NO_ROW = "is none that a task writes"
+DAMAGES = [
+    ("PRAGMA user_version = 1", r"format 1, and this .* format 2: run the study again, with a new file"),
+    ("UPDATE rows SET content = substr(content, 9)", OTHER_DIGEST),
+    ("UPDATE rows SET content = replace(content, '\"cpu_seconds\": 0', '\"cpu_seconds\": 4')", OTHER_DIGEST),
+    ("UPDATE rows SET key = 'another' WHERE rowid = 1", OTHER_DIGEST),
+    *((f"UPDATE rows SET {name} = NULL", OTHER_DIGEST) for name in ("key", "course", "content", "digest")),
+    ("UPDATE rows SET content = x'ff'", OTHER_DIGEST),
+    ("UPDATE rows SET content = cast(x'ff' as text)", "Could not decode to UTF-8"),
+    ("UPDATE rows SET content = zeroblob(17000000) WHERE rowid = 1", "string or blob too big"),
+    *((sealed(each), NO_ROW) for each in ("NULL", "'1'", "'{}'", "'[]'", "'null'", "x'ff00'")),
+    (sealed("'" + "[" * 100_000 + "'"), NO_ROW),
+    (sealed("json_set(content, '$.deep', json('" + "[" * 9 + "]" * 9 + "'))"), NO_ROW),
+    *((sealed(f"json_set(content, '$.{name}', 1)"), NO_ROW) for name in ("key", "status", "fingerprint")),
+    ("DROP TABLE rows", "it has other tables, views or indices than a study makes"),
+    ("ALTER TABLE rows ADD COLUMN more", "it has other tables"),
+    (
+        "DROP TABLE rows; CREATE VIEW rows AS SELECT hex(zeroblob(450000000)) AS content",
+        "it has other tables",
+    ),
+]
+"""Statements that damage a file of rows, and what is said of it."""
+
+
+@pytest.mark.parametrize(("damage", "said"), DAMAGES, ids=range(len(DAMAGES)))
+def test_damaged_rows_were_believed_or_tracebacks(done, tmp_path, damage, said):
     path = tmp_path / "rows.sqlite"
-    for damage, said in [
-        (
-            "PRAGMA user_version = 2",
-            "has rows in format 2, and this version of kinetile reads and writes format 1",
-        ),
-        ("UPDATE rows SET content = substr(content, 9)", "cannot be used: Extra data"),
-        ("DROP TABLE rows", "cannot be used: no such table"),
-    ]:
-        path.write_bytes(done.results.read_bytes())
-        with closing(sqlite3.connect(path)) as file, file:
-            file.execute(damage)
-        before = path.read_bytes()
-        for use in (Study(TABLES, path).run, Study(TABLES, path).status):
-            with pytest.raises(RecordError, match=said):
-                use()
-        assert path.read_bytes() == before
+    path.write_bytes(done.results.read_bytes())
+    with closing(sqlite3.connect(path)) as file:
+        file.create_function("digest", 3, lambda *values: tasks.digest(values))
+        file.executescript(damage)
+    before = path.read_bytes()
+    for use in (Study(TABLES, path).run, Study(TABLES, path).status):
+        with pytest.raises(RecordError, match=said) as found:
+            use()
+        assert str(found.value).isprintable()
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_one_flipped_bit_gave_other_means_or_fewer_rows(done, tmp_path):
+    """A bit of each row, and of the number of rows in the head of each page."""
+    content, path, wrong = done.results.read_bytes(), tmp_path / "rows.sqlite", []
+    places = [each.end() for each in re.finditer(rb'"cpu_seconds": ....', content)]
+    places += range(4096 + 4, len(content), 4096)
+    for place in places:
+        path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
+        try:
+            wrong += [place] * (Study(TABLES, path).rows() != done.rows())
+        except RecordError:
+            continue
+    assert wrong == []
+
+
+def test_values_that_are_no_numbers_or_too_large_ended_a_table_in_a_traceback():
+    plan = read_plan({**TABLES, "seeds": 8, "phases": ["naive"]})
+    values = [1, "much", None, [2.0], 10**400, math.nan, 1e308, 1e308]
+    kinds = ({"status": "done", "contacts": value, "time": value} for value in [*values, *[1.0] * 8])
+    rows = [tasks.row_of(*each) for each in zip(tasks_of(plan), kinds, strict=True)]
+    first, second = summary_of(plan, rows, "time")["groups"]
+    assert (first["mean"], first["contacts"], second["mean"]) == (None, None, 1.0)
+
+
+@pytest.mark.parametrize("end", ["", "-journal", ".running", ".running-journal"])
+@pytest.mark.parametrize("kind", ["folder", "pipe", "device"])
+def test_a_folder_a_pipe_or_a_device_in_place_of_a_file_was_a_traceback_or_no_end(done, tmp_path, end, kind):
+    study, place = Study(TABLES, tmp_path / "rows.sqlite"), tmp_path / f"rows.sqlite{end}"
+    if end:
+        study.results.write_bytes(done.results.read_bytes())
+    if kind == "pipe":
+        getattr(os, "mkfifo", Path.mkdir)(place)
+    elif kind == "device":
+        place.symlink_to(os.devnull)
+    else:
+        place.mkdir()
+    with pytest.raises(RecordError, match=rf"rows\.sqlite{end} cannot be used|rows\.sqlite{end}: "):
+        study.run()
+    assert place.is_dir() or not place.is_file()
+
+
+def test_a_file_in_place_of_the_lock_was_a_traceback_or_was_removed(tmp_path):
+    study, lock = Study(TABLES, tmp_path / "rows.sqlite"), tmp_path / "rows.sqlite.running"
+    lock.write_text("my notes")
+    with pytest.raises(RecordError, match="is there and is no lock of a study: move it away"):
+        study.run()
+    assert lock.read_text() == "my notes"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="sets a limit of POSIX")
