@@ -8,16 +8,19 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import math
 import os
 import random
 import resource
 import signal
+import sqlite3
 import struct
 import warnings
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from queue import SimpleQueue
 from types import SimpleNamespace
@@ -27,16 +30,25 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+import lanes
 from command_line import kinetile
 from kinetile.errors import KinetileError, SceneError
-from kinetile.records.log import SIGNATURE
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.log import LOG
+from kinetile.records import Trajectory
+from kinetile.records.finishing import KEYS
+from kinetile.records.log import SIGNATURE, Seal
 from kinetile.run.saving import files
+from kinetile_bench import Study
 from kinetile_bench.study.plan import read_plan_file
+from kinetile_bench.study.task import digest
 from kinetile_conformance import pipe
 from kinetile_conformance.cases import load_case
 from kinetile_conformance.questions import Contacts
+from studies import run_here
 
-pytest.importorskip("pyarrow")
+pa = pytest.importorskip("pyarrow")
+pq = pytest.importorskip("pyarrow.parquet")
 
 SCENE = """
 arena = [8.0, 8.0]
@@ -96,6 +108,44 @@ JSON = [
     *([], {}, [[]], {"array": "x"}, {"tuple": []}, {"Shape": [1]}, {"Bounds": []}, [1] * 50),
     {"table": [[1]]},
 ]
+ALONE = """
+arena = [8.0, 8.0]
+until = 0.5
+bodies = []
+[[shapes]]
+kind = "box"
+width = 1.0
+height = 0.5
+[[shapes]]
+kind = "polygon"
+corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
+[[commands]]
+time = 0.25
+insert = { position = [4.0, 4.0], velocity = [1.0, 0.5], shape = 0 }
+"""
+"""A scene with shapes and no bodies."""
+ROWS = {
+    "phases": ["cells"],
+    "seeds": 3,
+    "until": 0.1,
+    "scenes": [{"recipe": "grid", "parameters": {"bodies": [4, 9]}}],
+}
+NO_ROWS = [
+    *(None, 1.5, b"\xff", "", "{}", "[]", "null", "[" * 100_000, "9" * 5000, '"\\ud800"', "\x00"),
+    *("NaN", '{"status": "done"}', '{"key": []}', "[" * 900 + "]" * 900),
+]
+SQL = [
+    *(f"UPDATE rows SET {name} = {{}} WHERE rowid = {{}}" for name in ("key", "course", "content", "digest")),
+    *("DROP TABLE rows", "ALTER TABLE rows ADD COLUMN more", "ALTER TABLE rows RENAME TO others", "VACUUM"),
+    *("CREATE INDEX more ON rows (course)", "CREATE VIEW more AS SELECT 1", "PRAGMA user_version = {1}"),
+    *("CREATE TRIGGER more AFTER INSERT ON rows BEGIN DELETE FROM rows; END", "PRAGMA application_id = {1}"),
+    *("PRAGMA journal_mode = WAL", "PRAGMA page_size = 512; VACUUM", "PRAGMA auto_vacuum = 1; VACUUM"),
+    "DROP TABLE rows; CREATE VIEW rows AS SELECT 1 AS key, 1 AS course, {0} AS content, 1 AS digest",
+    "DROP TABLE rows; CREATE VIEW rows AS SELECT {0} AS key, 1 AS course, {3} AS content, 1 AS digest",
+    "PRAGMA writable_schema = 1; UPDATE sqlite_schema SET {2} = {0} WHERE rowid = 1",
+]
+"""Changes of a file of rows, with room for a value, the number of a row, and a column of the schema."""
+VALUES = ["NULL", "1", "'x'", "1e999", "x'ff'", "cast(x'ff' as text)", "zeroblob(20000000)"]
 
 
 def changed_bytes(rng: random.Random, content: bytes) -> bytes:
@@ -106,6 +156,12 @@ def changed_bytes(rng: random.Random, content: bytes) -> bytes:
         put_in = content[:at] + one * rng.randrange(1, 9) + content[at + rng.randrange(3) :]
         content = rng.choice([put_in, content[:at]]) or b"\x80"
     return content
+
+
+def flipped(rng: random.Random, content: bytes) -> bytes:
+    """Content with one bit that is another."""
+    at = rng.randrange(len(content))
+    return content[:at] + bytes([content[at] ^ 1 << rng.randrange(8)]) + content[at + 1 :]
 
 
 def changed_text(rng: random.Random, text: str) -> bytes:
@@ -194,6 +250,44 @@ def changed_log(rng: random.Random, content: bytes) -> bytes:
     return SIGNATURE + said + struct.pack("<I", zlib.crc32(said, zlib.crc32(SIGNATURE)))
 
 
+def change_rows(rng: random.Random, path: Path, row: int, seals: bool) -> None:
+    """Changes a file of rows by statements; or one of its rows, the digest right again."""
+    with closing(sqlite3.connect(path)) as file, suppress(sqlite3.Error):  # views of gigabytes fail here too
+        file.create_function("digest", 3, lambda *values: digest(values))
+        if seals:
+            (content,) = file.execute("SELECT content FROM rows WHERE rowid = ?", (row,)).fetchone()
+            other = json.dumps(changed_json(rng, json.loads(content)))
+            values = rng.choice([other, other, rng.choice(NO_ROWS)]), row
+            file.execute("UPDATE rows SET content = ? WHERE rowid = ?", values)
+            file.execute("UPDATE rows SET digest = digest(key, course, content)")
+        else:
+            column = rng.choice(["type", "name", "tbl_name", "rootpage", "sql"])
+            gigabyte = "hex(zeroblob(450000000))"
+            file.executescript(rng.choice(SQL).format(rng.choice(VALUES), row, column, gigabyte))
+        file.commit()
+
+
+def change_events(rng: random.Random, path: Path, good: Any, seals: bool) -> None:
+    """Writes an event file with another value, metadata or scene, the digest right again if it ``seals``."""
+    rows, texts = good.rows.copy(), list(good.texts)
+    way = rng.randrange(3)
+    if way == 0:
+        odd = [2**31 - 1, 2**62, -(2**62), math.nan, math.inf, 1e308, *range(-9, 6)]
+        at, name = rng.randrange(len(rows)), rng.choice(["a", "b", *LOG.names])
+        with suppress(ValueError, OverflowError):
+            rows[name][at : rng.choice([None, at + 1])] = rng.choice(odd)
+    elif way == 1:
+        texts[0] = json.dumps(changed_json(rng, json.loads(texts[0])))
+    else:
+        texts[1] = changed_text(rng, texts[1]).decode(errors="replace")
+    if seals:
+        seal = Seal()
+        seal.add(rows)
+        texts[2] = seal.digest(*texts[:2])
+    table = pa.table({name: rows[name] for name in LOG.names})
+    pq.write_table(table.replace_schema_metadata(dict(zip(KEYS, texts, strict=True))), path)
+
+
 def changed_frames(rng: random.Random, text: str) -> bytes:
     lines = text.strip().split("\n")
     at = rng.randrange(len(lines))
@@ -249,8 +343,20 @@ class Malformed:
         partial = folder / "good.parquet.partial"
         with kt.EventRecorder(folder / "good.parquet", scene) as recorder:
             self.log = partial.read_bytes()
-            del recorder
+            sim.run(0.5, recorder=recorder)
         self.events = (folder / "good.parquet").read_bytes()
+        self.written_events = kt.read_events(folder / "good.parquet")
+        found = pq.read_metadata(folder / "good.parquet").metadata
+        texts = [found[key.encode()].decode() for key in KEYS]
+        self.good_events = SimpleNamespace(rows=self.written_events.rows, texts=texts)
+        self.study = Study(ROWS, folder / "good.sqlite")
+        self.plan = folder / "good.toml"
+        self.plan.write_text(
+            'phases = ["cells"]\nseeds = 3\nuntil = 0.1\n'
+            'scenes = [{ recipe = "grid", parameters = { bodies = [4, 9] } }]\n'
+        )
+        run_here(self.study)
+        self.rows, self.written_rows = self.study.results.read_bytes(), self.study.rows()
         self.run = (folder / "good.kt").read_bytes()
         with np.load(io.BytesIO(self.run)) as archive:
             self.arrays = {name: archive[name] for name in archive.files}
@@ -290,7 +396,47 @@ class Malformed:
         said("recover --overwrite", self.written("e.parquet.partial", changed_log(rng, self.log)))
 
     def of_event_files(self, rng: random.Random) -> None:
-        kt.read_events(self.written("e.parquet", changed_bytes(rng, self.events)))
+        way, path = rng.randrange(4), self.folder / "e.parquet"
+        if way < 2:
+            self.written("e.parquet", (flipped, changed_bytes)[way](rng, self.events))
+        else:
+            change_events(rng, path, self.good_events, way == 3)
+        found = kt.read_events(path)
+        same = found.rows.tobytes() == self.written_events.rows.tobytes()
+        assert way == 3 or (same and found.metadata == self.written_events.metadata)
+        found.kinds_of([-1, 0, 3, 2**31])
+        if rng.random() < 0.1:
+            export = "export --until 0.1 --every 0.1 --overwrite --to w.xyz"
+            said(rng.choice(["certify-log grid -s bodies=4", "view --out v.html", export]), path)
+        Trajectory.read(path).positions(0.25)
+
+    def of_rows(self, rng: random.Random) -> None:
+        for left in self.folder.glob("n.sqlite*"):
+            left.unlink()
+        way, path = rng.randrange(4), self.folder / "n.sqlite"
+        self.written(path.name, (flipped, changed_bytes)[way](rng, self.rows) if way < 2 else self.rows)
+        if way >= 2:
+            change_rows(rng, path, rng.randrange(1, 1 + len(self.written_rows)), way == 3)
+        self.study.results, y = path, rng.choice([None, "contacts", "events", "status"])
+        if rng.random() < 0.1:
+            said("study rows --results", path, self.plan)
+            said("study table --results", path, self.plan, *(("--y", y) if y else ()))
+        rows = self.study.rows()
+        assert way == 3 or rows == self.written_rows
+        self.study.status()
+        self.study.table(y)
+
+    def of_shapes_alone(self, rng: random.Random) -> None:
+        text = ALONE.replace("bodies = []\n", rng.choice(["", "bodies = []\n"]))
+        text = text.partition("[[commands]]")[0] if rng.random() < 0.5 else text
+        path = self.written("s.toml", changed_text(rng, text) if rng.random() < 0.9 else text.encode())
+        if rng.random() < 0.1:
+            said("run --explain --phase", rng.choice(lanes.GENERAL), path)
+        scene = kt.load_scene(path)
+        kt.save_scene(scene, path)
+        assert kt.load_scene(path) == scene
+        if INTERPRETED:  # else each choice of shapes and commands would be compiled
+            kt.Simulation(scene, rng.choice(lanes.GENERAL)).run(scene.settings.until or 0.5)
 
     def of_frames(self, rng: random.Random) -> None:
         kt.make_scene("frame", file=str(self.written("f.xyz", changed_frames(rng, self.frames))))
@@ -327,6 +473,7 @@ class Malformed:
                 ("x.parquet.partial", "recover"),
                 ("x.xyz", "run frame --explain -s"),
                 ("x.txt", "certify-log grid"),
+                ("x.sqlite", "study rows good.toml --results", "study table good.toml --results"),
             ]
         )
         path = self.folder / name
@@ -335,19 +482,38 @@ class Malformed:
         path.unlink(missing_ok=True)
 
 
+def tried(malformed: Malformed, ways: Sequence[str], many: int) -> Counter[tuple[str, bool]]:
+    """Returns how many cases of each way were read, and how many were refused in a sentence."""
+    counts: Counter[tuple[str, bool]] = Counter()
+    for case in range(many):
+        rng = random.Random(case)
+        way = rng.choice(ways)
+        try:
+            with within(60), suppress(KinetileError, FileNotFoundError):
+                counts[way, False] += 1
+                malformed.ways[way](rng)
+                counts.update({(way, False): -1, (way, True): 1})
+        except BaseException as error:
+            error.add_note(f"case {case}, {way}")
+            raise
+    return counts
+
+
 def test_what_is_malformed_is_refused_in_a_sentence(tmp_path, monkeypatch):
     """JSON that is nested deeply, numbers beyond 64 bits, bytes that are not UTF-8, a pipe in place of a
     file: each ended in a traceback, or did not end."""
     monkeypatch.chdir(tmp_path)
-    many = int(os.environ.get("KINETILE_MALFORMED", "300"))
     malformed = Malformed(tmp_path)
-    for case in range(many):
-        rng = random.Random(case)
-        way = rng.choice(sorted(malformed.ways))
-        try:
-            with within(60), suppress(KinetileError, FileNotFoundError):
-                malformed.ways[way](rng)
-        except BaseException as error:
-            error.add_note(f"case {case}, {way}")
-            raise
+    tried(malformed, sorted(malformed.ways), int(os.environ.get("KINETILE_MALFORMED", "300")))
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 2_000_000
+
+
+@pytest.mark.long
+@pytest.mark.small
+def test_damaged_rows_were_other_rows_and_shapes_without_bodies_a_traceback(tmp_path, monkeypatch):
+    """One bit of a study gave other means, and a view of it took all memory."""
+    monkeypatch.chdir(tmp_path)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    counts = tried(Malformed(tmp_path), ["event_files", "rows", "shapes_alone"], 10_000)
+    assert all(counts.values())
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < max(1_000_000, before + 1)

@@ -24,7 +24,7 @@ from kinetile.kernel.log import LOG
 from kinetile.records.finishing import KEYS, LONGEST_SCENE, PARTIAL, is_log, pyarrow_modules, reason
 from kinetile.records.log import Seal
 from kinetile.scene import Scene
-from kinetile.scene.checks import WALL, shown
+from kinetile.scene.checks import WALL, is_finite, shown
 from kinetile.scene.files import loads_scene
 from kinetile.scene.scene import kind_of_each
 from kinetile.sources import check_regular
@@ -72,6 +72,9 @@ def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
     try:
         metadata, scene = json.loads(text), loads_scene(scene_text, look_up=False)
         kinds = all_runs(scene, metadata["kinds"])
+        kinds_in(kinds, [])  # raises where they are no runs
+        if not (is_finite(metadata["missing"]) and is_finite(metadata["time"])):
+            raise ValueError("'missing' and 'time' are no numbers")
     except Exception as error:  # sealed with the right digest, it can be anything
         raise RecordError(f"{path} has metadata or a scene that no run writes: {error}") from error
     return EventFile(rows, metadata | {"scene": scene_text, "kinds": kinds}), scene
@@ -124,7 +127,10 @@ def _check_columns(pa: Any, path: Path, schema: Any) -> None:
 
 
 def _read_rows(path: Path, file: Any) -> NDArray[Any]:
-    rows = np.empty(file.metadata.num_rows, LOG)
+    count, size = file.metadata.num_rows, os.stat(path).st_size
+    if count > size:  # Snappy makes at most 21 bytes of one: the 72 of a row's floats take more than three
+        raise RecordError(f"{path} is damaged: {count:,} rows cannot be in {size:,} bytes")
+    rows = np.empty(count, LOG)
     first = 0
     for index in range(file.num_row_groups):
         table = file.read_row_group(index, use_threads=False)

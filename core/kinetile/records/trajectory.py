@@ -26,6 +26,7 @@ from kinetile.records.reading import EventFile, read_with_scene
 from kinetile.run.flights import Flights
 from kinetile.scene import Insert
 from kinetile.scene.bodies import in_box, nearest_image, whole_periods
+from kinetile.scene.scene import kind_of_each
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -143,9 +144,17 @@ class Trajectory:
 
     def _check_continuity(self, path: Path) -> None:
         """Raises RecordError unless each body flies, from row to row, to where the next row says it is."""
-        astray, size = self._strayed
-        astray = np.abs(nearest_image(astray, self.scene.periods))
-        wrong = np.flatnonzero((astray > 1e-9 * size).any(axis=1))
+        known = max(kind_of_each(self.scene), default=-1) + 1 + int((self.rows["b"] == INSERTED).sum())
+        if self._numbers > known:  # arrays of all bodies would be as long as any number says
+            raise RecordError(
+                f"{path} is no whole trajectory: a row is of body {self._numbers - 1}, and there are {known} "
+                "with all that were inserted"
+            )
+        with np.errstate(all="ignore"):
+            astray, size = self._strayed
+            astray = np.where(np.isfinite(astray), astray, math.nan)
+            astray = np.abs(nearest_image(astray, self.scene.periods))
+        wrong = np.flatnonzero((~(astray <= 1e-9 * size)).any(axis=1))
         if len(wrong):
             at, flights = int(wrong[0]), self._flights
             time_there = float(self.rows["time"][flights.row[at]])

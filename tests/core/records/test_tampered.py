@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 
 import numpy as np
@@ -194,15 +195,57 @@ def test_texts_in_the_footer_that_are_none(good, tmp_path, key, text, said):
         read_events(path)
 
 
-@pytest.mark.parametrize(("metadata", "scene"), [("{", None), ("[" * 100_000, None), ("{}", "bodies = 3")])
-def test_texts_that_no_run_writes_though_the_digest_is_right(good, tmp_path, metadata, scene):
-    path, rows, seal = tmp_path / "sealed.parquet", read_events(good).rows, Seal()
+def sealed(good, path, rows, metadata, scene=None):
+    """Write a file with other rows or texts, and the right digest."""
+    seal = Seal()
     scene = scene or pq.read_metadata(good).metadata[b"kinetile.scene"].decode()
     seal.add(rows)
     texts = (metadata, scene, seal.digest(metadata, scene))
-    rewrite(good, path, texts=dict(zip(KEYS, texts, strict=True)))
+    table = pa.table({name: rows[name] for name in kt.LOG.names})
+    rewrite(good, path, table=table, texts=dict(zip(KEYS, texts, strict=True)))
+
+
+@pytest.mark.parametrize(("metadata", "scene"), [("{", None), ("[" * 100_000, None), ("{}", "bodies = 3")])
+def test_texts_that_no_run_writes_though_the_digest_is_right(good, tmp_path, metadata, scene):
+    path = tmp_path / "sealed.parquet"
+    sealed(good, path, read_events(good).rows, metadata, scene)
     with pytest.raises(RecordError, match="has metadata or a scene that no run writes"):
         read_events(path)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("missing", {}), ("missing", "1"), ("time", None), ("time", math.inf), ("kinds", [1]), ("kinds", [[]])],
+)
+def test_metadata_of_other_types_ended_in_tracebacks_where_they_were_used(good, truth, tmp_path, key, value):
+    sealed(good, tmp_path / "e.parquet", truth.rows, json.dumps(truth.metadata | {key: value}))
+    with pytest.raises(RecordError, match="has metadata or a scene that no run writes"):
+        read_events(tmp_path / "e.parquet")
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "said"),
+    [
+        ("a", 2**31 - 1, "a row is of body 2147483647, and there are 9 with"),
+        ("b", 9, "a row is of body 9"),
+        *(("ay", value, "is not where the scene and the rows before have") for value in (math.nan, math.inf)),
+    ],
+)
+def test_a_row_of_a_body_that_there_is_not_took_all_memory(good, truth, tmp_path, column, value, said):
+    """Positions were computed for each number up to that."""
+    rows = truth.rows.copy()
+    rows[column][-1] = value
+    sealed(good, tmp_path / "e.parquet", rows, json.dumps(truth.metadata))
+    assert len(read_events(tmp_path / "e.parquet").rows) == len(rows)
+    with pytest.raises(RecordError, match=said):
+        Trajectory.read(tmp_path / "e.parquet")
+
+
+def test_a_small_file_of_many_rows_took_all_memory_before_its_digest_was_read(good, truth, tmp_path):
+    rows = np.zeros(200_000, kt.LOG)
+    rewrite(good, tmp_path / "e.parquet", table=pa.table({name: rows[name] for name in rows.dtype.names}))
+    with pytest.raises(RecordError, match=r"is damaged: 200,000 rows cannot be in [\d,]+ bytes"):
+        read_events(tmp_path / "e.parquet")
 
 
 def test_texts_that_are_not_utf_8(good, tmp_path):
