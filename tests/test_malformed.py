@@ -109,7 +109,6 @@ JSON = [
     {"table": [[1]]},
 ]
 ALONE = """
-arena = [8.0, 8.0]
 until = 0.5
 bodies = []
 [[shapes]]
@@ -427,9 +426,15 @@ class Malformed:
         self.study.table(y)
 
     def of_shapes_alone(self, rng: random.Random) -> None:
-        text = ALONE.replace("bodies = []\n", rng.choice(["", "bodies = []\n"]))
+        around = [
+            "",
+            "arena = [8.0, 8.0]\n",
+            'arena = [8.0, 8.0]\nperiodic = "xy"\n',
+            "gravity = [0.0, -1.0]\n",
+        ]
+        text = rng.choice(around) + (ALONE if rng.random() < 0.9 else ALONE.replace("bodies = []\n", ""))
         text = text.partition("[[commands]]")[0] if rng.random() < 0.5 else text
-        path = self.written("s.toml", changed_text(rng, text) if rng.random() < 0.9 else text.encode())
+        path = self.written("s.toml", changed_text(rng, text) if rng.random() < 0.6 else text.encode())
         if rng.random() < 0.1:
             said("run --explain --phase", rng.choice(lanes.GENERAL), path)
         scene = kt.load_scene(path)
