@@ -100,6 +100,8 @@ class RowFile:
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             with closing(_opened(self.path, _PATIENCE)) as file:
+                if self.path.stat().st_size == 1:  # which SQLite takes for an empty file
+                    raise ValueError("file is not a database")
                 file.execute(begin)
                 application, version = (
                     file.execute(f"PRAGMA {each}").fetchone()[0]

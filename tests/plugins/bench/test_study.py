@@ -212,19 +212,20 @@ def test_wrong_arguments_are_refused(tmp_path, how, said):
 
 
 def test_a_file_that_is_no_study_s_is_refused_and_never_overwritten(tmp_path):
-    text, other, folder = (tmp_path / name for name in ("notes.txt", "other.sqlite", "folder"))
+    text, other, folder, one = (tmp_path / name for name in ("notes.txt", "other.sqlite", "folder", "one"))
     text.write_text("what I wrote" * 100)
+    one.write_text("1")  # SQLite takes one byte for none
     with sqlite3.connect(other) as file:
         file.execute("CREATE TABLE rows (key TEXT)")
     folder.mkdir()
-    before = text.read_bytes(), other.read_bytes()
-    for path in (text, other, folder, text / "below"):
+    before = text.read_bytes(), other.read_bytes(), one.read_bytes()
+    for path in (text, other, folder, one, text / "below"):
         study = Study(TABLES, path)
         # Below a file there is none, and so there are no rows.
         for use in (study.run, study.rows if path.exists() else study.run):
             with pytest.raises(RecordError, match="expected a file with rows of a study"):
                 use()
-    assert (text.read_bytes(), other.read_bytes()) == before
+    assert (text.read_bytes(), other.read_bytes(), one.read_bytes()) == before
     empty = tmp_path / "empty"
     empty.touch()  # of a study that was killed before its first row
     assert Study(TABLES, empty).rows() == []
