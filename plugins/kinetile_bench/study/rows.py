@@ -99,9 +99,9 @@ class RowFile:
         """Yields the file within a transaction; an empty one becomes a file of a study."""
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
+            if self.path.is_file() and self.path.stat().st_size == 1:  # which SQLite takes for an empty file
+                raise ValueError("file is not a database")
             with closing(_opened(self.path, _PATIENCE)) as file:
-                if self.path.stat().st_size == 1:  # which SQLite takes for an empty file
-                    raise ValueError("file is not a database")
                 file.execute(begin)
                 application, version = (
                     file.execute(f"PRAGMA {each}").fetchone()[0]
