@@ -441,7 +441,7 @@ class Malformed:
         kt.save_scene(scene, path)
         assert kt.load_scene(path) == scene
         if INTERPRETED:  # else each choice of shapes and commands would be compiled
-            kt.Simulation(scene, rng.choice(lanes.GENERAL)).run(scene.settings.until or 0.5)
+            kt.Simulation(scene, rng.choice(lanes.GENERAL)).run(scene.start + 0.5)
 
     def of_frames(self, rng: random.Random) -> None:
         kt.make_scene("frame", file=str(self.written("f.xyz", changed_frames(rng, self.frames))))
