@@ -11,6 +11,7 @@ from pkgutil import resolve_name
 
 import pytest
 
+import kinetile as kt
 from kinetile.kernel.tables import COUNTS
 from kinetile.plugin.registry import registry
 from kinetile.run.engine.contents import COSTS
@@ -57,6 +58,28 @@ def test_a_name_is_in_its_page_and_its_options_are_said(kind: str, name: str) ->
             continue
         line = re.search(rf"^\s*{option}: \S", told, re.MULTILINE)
         demand(line, f"the option {option!r} of the {kind} {name!r} has no line '{option}: ...' under Args:")
+
+
+INTERNAL = {"alike", "composition", "counted", "declares_kinds", "newcomers", "ruled"}
+"""What packages of this project use is a function of a module, not an attribute that completion offers."""
+CLASSES = [each for each in (getattr(kt, name) for name in kt.__all__) if isinstance(each, type)]
+
+
+@pytest.mark.parametrize("public", CLASSES, ids=lambda each: each.__name__)
+def test_dir_showed_names_that_no_page_has(public: type) -> None:
+    """A page has the members with a docstring, inherited ones if it says so, and what the class's says."""
+    pages = "\n".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs" / "api").glob("*.md"))
+    said = re.search(rf"autoclass:: kinetile\.{public.__name__}\n((?:   :.*\n)*)", pages)
+    assert said, f"docs/api has no {public.__name__}"
+    own = {*vars(public), *getattr(public, "__annotations__", ())}
+    shown = {name for name in {*dir(public), *own} if not name.startswith("_")} - {"count", "index"}
+    has = shown if ":inherited-members:" in said[1] else own if ":members:" in said[1] else set()
+    told = {name for name in has if inspect.getdoc(getattr(public, name, None))}
+    told |= {
+        name for name in shown if re.search(rf"\b{name}\b", f"{public.__doc__}{inspect.signature(public)}")
+    }
+    assert shown <= told
+    assert not shown & INTERNAL
 
 
 def test_a_reading_is_said_with_its_unit() -> None:

@@ -170,7 +170,7 @@ def _load() -> float | None:
 
 
 def _contacts(simulation: Any) -> int:
-    return int(simulation.readings.contacts_disc + simulation.readings.contacts_wall)
+    return int(simulation.readings.contacts)
 
 
 def _measured(row: EventsRow, runs: Sequence[Any]) -> EventsRow:

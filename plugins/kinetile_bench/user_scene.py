@@ -155,7 +155,7 @@ def _row(phase: str, runs: Sequence[tuple[float, dict[str, Any]]], ended_by: str
         return SceneRow(phase, ended_by)
     seconds = [spent for spent, _ in runs]
     found, median = runs[0][1], statistics.median(seconds)
-    contacts = found["contacts_disc"] + found["contacts_wall"]
+    contacts = found["contacts"]
 
     def per_contact(count: str) -> float | None:
         return found[count] / contacts if contacts else None

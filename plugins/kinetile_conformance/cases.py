@@ -31,7 +31,7 @@ from kinetile.plugin.registry import Provided, registry
 from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, ResponseSpec, hookimpl
 from kinetile.run.compare import Outcome, describe_row, find_divergence, first_difference, outcome_of
 from kinetile.run.compose import Composition, compose_phases
-from kinetile.run.simulation import Simulation
+from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Response, Scene, Turn
 from kinetile.scene.files import dumps_scene, load_scene
 from kinetile.scene.schema import read_bytes
@@ -259,7 +259,7 @@ def tables_after(sim: Simulation) -> Tables:
     except KinetileError:
         return {}
     clock = k.clock[0]
-    walled = sim.scene.arena is not None and sim.composition.wall is not None
+    walled = sim.scene.arena is not None and composition_of(sim).wall is not None
     lives = bool(k.counts[0].inserted + k.counts[0].removed)
     there = slots_taken(k)
     full = not lives and len(there) == len(k.bodies)  # a phase without `enter` has no slots to spare

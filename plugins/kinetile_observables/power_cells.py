@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from kinetile import Scene
 from kinetile.errors import Refused
-from kinetile.run.moment import Moment
+from kinetile.run.moment import Moment, newcomers_of
 from kinetile.run.observing import Observable
 from kinetile_observables.geometry import axes_with_walls
 
@@ -130,5 +130,5 @@ class Flips(Observable):
 
     def sample(self, moment: Moment) -> dict[str, float]:
         """Returns the rate since the last sample."""
-        last, self.last = self.last, (moment.time, moment.newcomers)
+        last, self.last = self.last, (moment.time, newcomers_of(moment))
         return {} if last is None else {"flips": (self.last[1] - last[1]) / (self.last[0] - last[0])}

@@ -48,7 +48,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from kinetile.scene import Scene
+from kinetile.scene import Scene, are_alike
 from kinetile.toolbox import (
     NEVER,
     NOBODY,
@@ -411,7 +411,7 @@ class Disc:
             return PairParts(
                 meet=meet_among_shapes, collide=collide, touch=touch, part=part, gap=gap, shapes=True
             )
-        alike = scene.alike and not self.general
+        alike = are_alike(scene) and not self.general
         return PairParts(
             meet=meet,
             collide=collide_equals if alike else collide,

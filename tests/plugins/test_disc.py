@@ -16,6 +16,7 @@ import kinetile as kt
 from kinetile.errors import Refused
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.tables import NEVER
+from kinetile.run.simulation import composition_of
 from kinetile.toolbox import TOO_DEEP
 from kinetile_plugins.disc import meet, shared
 
@@ -87,7 +88,7 @@ def test_the_general_parts_give_the_contacts_of_those_for_bodies_that_are_alike(
     sims = [kt.Simulation(scene, "naive", narrow_phases=each) for each in (None, ALL_SCENES)]
     for sim in sims:
         sim.run(max_contacts=30 if INTERPRETED else 2_000)
-    usual, general = (sim.composition.pair for sim in sims)
+    usual, general = (composition_of(sim).pair for sim in sims)
     assert usual.collide is not general.collide
     assert usual.soonest is not general.soonest
     assert sims[0].fingerprint == sims[1].fingerprint

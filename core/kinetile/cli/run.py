@@ -167,7 +167,7 @@ def resume(
             events = Path(note["events"])
         check_files({"--events": events, "--checkpoint": file}, overwrite=False)
         read = simulation.readings
-        done = read.contacts_disc + read.contacts_wall
+        done = read.contacts
         requested = _requested_end(simulation, note, done, until, max_contacts)
         recorder = None if events is None else _resumed_recorder(simulation, events, requested)
         wanted = note.get("observe")
@@ -229,6 +229,7 @@ def recover(
 
 def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | None) -> Settings:
     """Returns the scene's settings, with the chosen broad phase, narrow phases and end."""
+    from kinetile.run.simulation import composition_of
     from kinetile.scene import Settings
 
     settings = simulation.scene.settings
@@ -236,7 +237,7 @@ def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | 
     if broad:
         options[simulation.broad_phase] = dict(simulation.options)
     if narrow:
-        options |= {name: dict(own) for name, own in simulation.composition.narrow_phases.items()}
+        options |= {name: dict(own) for name, own in composition_of(simulation).narrow_phases.items()}
     return Settings(
         simulation.broad_phase if broad else settings.broad_phase,
         simulation.narrow_phases if narrow else settings.narrow_phases,

@@ -247,10 +247,12 @@ class Checkpoint:
 
 def phases_of(simulation: Simulation) -> dict[str, Any]:
     """Returns the phases of a simulation with their options, in plain types."""
+    from kinetile.run.simulation import composition_of
+
     return {
         "broad_phase": simulation.broad_phase,
         "options": dict(simulation.options),
-        "narrow_phases": dict(simulation.composition.narrow_phases),
+        "narrow_phases": dict(composition_of(simulation).narrow_phases),
     }
 
 
@@ -277,12 +279,12 @@ def _result(
 def _lines(result: Mapping[str, Any], scene: Scene) -> Iterable[tuple[str, str]]:
     """Yields the result of a run in words: the scene, the phases, counts, accuracy and cost, with units."""
     from kinetile.run.readings import reading_lines
-    from kinetile.scene.scene import around, source_of
+    from kinetile.scene.scene import around, in_words, source_of
 
     run = result["run"]
     narrow = ", ".join(called(*each) for each in result["narrow_phases"].items())
     kinds = ", ".join(f"{kind} ({count:,})" for kind, count in result["scene"]["shapes"].items())
-    what = scene.counted(len(scene)) + (f": {kinds}," if kinds else "")
+    what = in_words(scene, len(scene)) + (f": {kinds}," if kinds else "")
     yield "scene", f"{source_of(scene) or 'arrays'}: {what} {around(scene)}"
     broad = called(result["broad_phase"], result["options"])
     yield "phases", f"{broad}; {narrow or 'no narrow phase'}"

@@ -201,9 +201,9 @@ class PairParts:
     ``numbers``: (m,) float64 that hooks find in ``k.numbers``: what the phase keeps for a scene, and options.
     Other numbers need no other machine code. None: it keeps none.
 
-    ``alike``: these are the parts for a scene whose bodies are alike (``scene.alike``), others than for the
-    rest. The tables then keep one mass and one radius: ``k.mass`` and ``k.radii`` have as many elements as
-    ever, and are not contiguous.
+    ``alike``: these are the parts for a scene whose bodies are alike (``kinetile.scene.are_alike``), others
+    than for the rest. The tables then keep one mass and one radius: ``k.mass`` and ``k.radii`` have as many
+    elements as ever, and are not contiguous.
     """
 
     meet: Hook

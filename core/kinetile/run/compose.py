@@ -36,7 +36,7 @@ from kinetile.plugin.protocols import (
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
 from kinetile.run.pair_phases import pair_parts, spec_of, who_takes
-from kinetile.scene import Insert, Response, Scene, Turn
+from kinetile.scene import Insert, Response, Scene, Turn, are_alike
 from kinetile.scene.responses import ELASTIC, PASS
 from kinetile.toolbox.reach import skin_at_start
 
@@ -84,7 +84,7 @@ def read_rules(
 
     Raises Refused if a phase does not support them.
     """
-    if not scene.ruled:
+    if not scene._ruled:
         return None
     each_two, kinds = [response for row in scene.meets for response in row], len(scene.kinds)
     meets = list({id(each): each for each in each_two}.values())  # one for all kinds that share it
@@ -212,7 +212,7 @@ class Composition:
     @property
     def alike(self) -> bool:
         """Whether the tables keep one mass and one radius for all bodies."""
-        return self.pair is not None and self.pair.alike and self.prepared.alike
+        return self.pair is not None and self.pair.alike and are_alike(self.prepared)
 
     @property
     def passing(self) -> bool:

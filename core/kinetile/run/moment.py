@@ -51,11 +51,6 @@ class Moment:
         """How many numbers bodies have been given, those of planned insertions among them."""
         return self._engine.numbers
 
-    @property
-    def newcomers(self) -> int:
-        """How many pairs the broad phase has reported as newly near at its events: see ``Readings``."""
-        return int(self._engine.k.counts[0].newcomers)
-
     def positions(self) -> npt.NDArray[np.float64]:
         """Returns the positions now, (n, 2), in the order of ``bodies``; along a periodic axis from 0 to less
         than the period."""
@@ -134,3 +129,8 @@ class Moment:
         if len(odd):
             raise IndexError(f"there is no body {odd[0]}: no body has been given that number")
         return which[numbers]
+
+
+def newcomers_of(moment: Moment) -> int:
+    """Returns how many pairs the broad phase has reported as newly near at its events: see ``Readings``."""
+    return int(moment._engine.k.counts[0].newcomers)

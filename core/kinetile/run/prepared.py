@@ -24,13 +24,11 @@ class Prepared(Scene):
 
     Attributes:
         capacity: the number of bodies for which a phase makes room.
-        ruled: whether the scene of the start has kinds, or contacts other than elastic ones of movable
-            bodies.
         movable_shapes: those of the scene of the start, and those that were added to it.
     """
 
     capacity: int = 0
-    ruled: bool = False
+    _ruled: bool = False  # that of the scene of the start
     movable_shapes: frozenset[int] = frozenset()
 
     @classmethod
@@ -39,7 +37,7 @@ class Prepared(Scene):
         LEAST if that is more."""
         room = max(2 * len(scene), LEAST) if capacity is None else capacity
         copy = object.__new__(cls)
-        of_the_start = {"ruled": scene.ruled, "movable_shapes": scene.movable_shapes}
+        of_the_start = {"_ruled": scene._ruled, "movable_shapes": scene.movable_shapes}
         copy.__dict__.update(vars(scene) | {"capacity": room} | of_the_start)
         return copy
 

@@ -18,6 +18,7 @@ from kinetile.run.engine.bounds import Bounds, squares_of_bodies
 from kinetile.run.engine.engine import Engine
 from kinetile.scene import Scene
 from kinetile.scene.commands import counted
+from kinetile.scene.scene import in_words
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class Readings:
     lateness the accuracy of the run.
 
     Attributes:
+        contacts: number of contacts of all kinds, those of ``Simulation.contacts``.
         contacts_disc: contacts of two discs, beginnings and ends of passings among them.
         contacts_wall: contacts of a body with a wall.
         passings: times that two discs began to pass through each other.
@@ -60,6 +62,7 @@ class Readings:
         fingerprint: digest of the list of contacts; equal under every broad phase.
     """
 
+    contacts: int
     contacts_disc: int
     contacts_wall: int
     passings: int
@@ -100,6 +103,7 @@ def readings_of(engine: Engine, start_energy: float) -> Readings:
     same: Any = {name: int(counts[name]) for name in _COUNTS}
     return Readings(
         **same,
+        contacts=engine.contacts,
         structural_events=int(counts.structural),
         events=engine.events,
         certificates_updated=int(counts.updated),
@@ -130,7 +134,7 @@ def energy(k: Kernel) -> float:
 
 def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yields readings (``Readings.as_dict``) line by line, each with its label."""
-    contacts = found["contacts_disc"] + found["contacts_wall"]
+    contacts = found["contacts"]
     checked, exact = (found[name] / max(contacts, 1) for name in ("partners_asked", "contacts_computed"))
     yield (
         "contacts",
@@ -210,7 +214,7 @@ def _of_motion(scene: Scene, composition: Composition, certificates: int) -> Sen
     motion, lasts = "flying straight", f"{scene.frame * (scene.time_unit * 2.0**-52):.6g}"
     if scene.falls:
         motion = f"falling by gravity {list(scene.gravity)!r}, straight in frames that fall for {lasts} each,"
-    yield True, f"{scene.counted(len(scene))}, {motion} between contacts"
+    yield True, f"{in_words(scene, len(scene))}, {motion} between contacts"
     left_out = ("" if scene.falls else "gravity, ") + "friction, rotation, growth"
     yield False, left_out + ("" if composition.rules is not None else " and any loss of energy")
     broad = called(composition.broad_phase, composition.options)

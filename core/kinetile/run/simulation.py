@@ -147,17 +147,17 @@ class Simulation(Moment):
     @property
     def broad_phase(self) -> str:
         """Name of the broad phase."""
-        return self.composition.broad_phase
+        return self._engine.composition.broad_phase
 
     @property
     def narrow_phases(self) -> tuple[str, ...]:
         """Names of the narrow phases."""
-        return tuple(self.composition.narrow_phases)
+        return tuple(self._engine.composition.narrow_phases)
 
     @property
     def options(self) -> Mapping[str, Any]:
         """Options of the broad phase."""
-        return self.composition.options
+        return self._engine.composition.options
 
     @property
     def time_unit(self) -> float:
@@ -168,11 +168,6 @@ class Simulation(Moment):
     def cached(self) -> bool | None:
         """Whether the loop's machine code lies on disk; None when it runs interpreted."""
         return is_cached(self._engine.loop)
-
-    @property
-    def composition(self) -> Composition:
-        """The phases and their parts."""
-        return self._engine.composition
 
     @property
     def keeps_contacts(self) -> bool:
@@ -187,7 +182,7 @@ class Simulation(Moment):
     def explain(self) -> dict[str, Any]:
         """Returns what is modelled and what is left out, in sentences, with the numbers behind them."""
         engine = self._engine
-        return explanation(self.scene, self.composition, engine.commands, engine.bounds, self.time_unit)
+        return explanation(self.scene, engine.composition, engine.commands, engine.bounds, self.time_unit)
 
     # Running
 
@@ -542,12 +537,12 @@ class Simulation(Moment):
     def candidate_pairs(self) -> npt.NDArray[np.int32]:
         """Returns the candidate pairs now, (k, 2), a < b, sorted."""
         self.build()
-        return candidates(self._engine.k, self.composition)
+        return candidates(self._engine.k, self._engine.composition)
 
     def near(self) -> npt.NDArray[np.int32]:
         """Returns the near bodies of each body now, (k, 2): (a, b) if the broad phase names b as near a."""
         self.build()
-        return by_number(self._engine.k, named_near(self._engine.k, self.composition))
+        return by_number(self._engine.k, named_near(self._engine.k, self._engine.composition))
 
     def drawing(self) -> tuple[Item, ...]:
         """Returns the present structure of the broad phase as shapes of
@@ -561,7 +556,7 @@ class Simulation(Moment):
         with self._alone("be drawn"):
             self.build()
             engine = self._engine
-            return drawn(engine.k, self.composition, engine.clock)
+            return drawn(engine.k, engine.composition, engine.clock)
 
     # Questions about the present moment
     #
@@ -776,7 +771,7 @@ class Simulation(Moment):
 
     def _go_on_from(self, snapshot: Snapshot) -> None:
         """Continues from a snapshot; unchanged if that is refused."""
-        self._engine = gone_on(snapshot, self.scene, self.composition)
+        self._engine = gone_on(snapshot, self.scene, self._engine.composition)
         self._audit, self._start_energy = snapshot.audit, snapshot.start_energy
         self._observers, self._saved_observed = None, snapshot.observed
         self._observed = None if snapshot.observed else Observed()
@@ -836,7 +831,7 @@ class Simulation(Moment):
         engine = self._engine
         slots, shapes = engine.taken.astype(np.int64), engine.scene.shapes
         tables = engine.k, engine.packed[0]
-        return Query(*tables, slots, engine.clock, self.composition, shapes, engine.overlapping)
+        return Query(*tables, slots, engine.clock, engine.composition, shapes, engine.overlapping)
 
     def _among(self, kinds: Kind | Iterable[Kind] | None) -> Query:
         """Returns the present bodies, with the bodies of these kinds alone; ValueError for what is none."""
@@ -857,6 +852,11 @@ class Simulation(Moment):
     def _planned(self) -> Mapping[int, int]:
         engine = self._engine
         return engine.agenda.first_of_each(engine.k, engine.clock)
+
+
+def composition_of(simulation: Simulation) -> Composition:
+    """Returns the phases of a simulation and their parts."""
+    return simulation._engine.composition
 
 
 def _of_kinds(query: Query, kinds: Iterable[Kind]) -> Query:

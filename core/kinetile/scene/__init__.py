@@ -8,6 +8,7 @@ from kinetile.scene.commands import Remove as Remove
 from kinetile.scene.commands import Turn as Turn
 from kinetile.scene.responses import Response as Response
 from kinetile.scene.scene import Scene as Scene
+from kinetile.scene.scene import are_alike as are_alike
 from kinetile.scene.scene import relabelled as relabelled
 from kinetile.scene.scene import with_commands as with_commands
 from kinetile.scene.settings import Settings as Settings

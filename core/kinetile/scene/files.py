@@ -32,7 +32,7 @@ from kinetile.scene.checks import abridged, check_frame, check_name, shown
 from kinetile.scene.commands import Command, Insert, Remove, Turn
 from kinetile.scene.reader import FilePlaces, Given
 from kinetile.scene.responses import Response, Rule
-from kinetile.scene.scene import Scene, arguments_of, relabelled, scene_of
+from kinetile.scene.scene import Scene, arguments_of, declared_kinds, relabelled, scene_of
 from kinetile.scene.schema import MOST_BYTES, Place, expected, find_faults, read_bytes, read_tables, written
 from kinetile.scene.settings import Settings, check_end
 from kinetile.scene.shapes import Ints, Obstacle, Shape, polyline, read_shape, shape_row
@@ -101,7 +101,7 @@ def dumps_scene(scene: Scene) -> str:
         "end": settings.end,
         "broad-phase": settings.broad_phase,
         "narrow-phases": settings.narrow_phases,
-        "kinds": scene.kinds if scene.declares_kinds else None,
+        "kinds": declared_kinds(scene),
     }
     lines += [f"{key} = {_toml(value)}" for key, value in head.items() if value is not None]
     if not len(scene):

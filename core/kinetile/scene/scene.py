@@ -162,11 +162,6 @@ class Scene:
             given = given._replace(commands=kept)
         return scene_of(given._replace(origin=None)._replace(**changes))
 
-    def counted(self, count: int) -> str:
-        """Returns so many of its bodies in words: discs, or bodies where some have other shapes."""
-        one, several = ("body", "bodies") if self.shapes else ("disc", "discs")
-        return f"{count:,} {one if count == 1 else several}"
-
     @property
     def periods(self) -> tuple[float, float]:
         """The periods of the two axes; 0 for one that is not periodic."""
@@ -209,16 +204,7 @@ class Scene:
         return tuple(command for command in self.commands if isinstance(command, Turn))
 
     @property
-    def declares_kinds(self) -> bool:
-        """Whether ``kinds`` are others, or in another order, than follow from bodies, commands and rules."""
-        coming = (each.kind for each in self.commands if isinstance(each, Insert))
-        following = kinds_that_follow(
-            self.kind, (each for each in coming if each is not None), self.responses
-        )
-        return self.kinds != following
-
-    @property
-    def ruled(self) -> bool:
+    def _ruled(self) -> bool:
         """Whether the scene has kinds, or contacts other than elastic ones of movable bodies."""
         coming = [command.mass for command in self.commands if isinstance(command, Insert)]
         static = math.inf in coming or bool(np.isinf(self.mass).any())
@@ -235,13 +221,6 @@ class Scene:
         """The number of bodies for which a phase makes room in ``prepare``: the present number, or more in
         a run in which bodies are inserted."""
         return len(self)
-
-    @property
-    def alike(self) -> bool:
-        """Whether there are two bodies or more, with one mass and one radius, whose contacts are all elastic,
-        and no phase is to make room for another."""
-        single = all(bool((column == column[:1]).all()) for column in (self.mass, self.radius))
-        return single and 1 < len(self) == self.capacity and not self.ruled and not self.shapes
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Through the constructor: unpickled arrays would otherwise be writable.
@@ -267,12 +246,33 @@ class Scene:
         )
 
 
+def are_alike(scene: Scene) -> bool:
+    """Returns whether there are two bodies or more, with one mass and one radius, whose contacts are all
+    elastic, and no phase is to make room for another."""
+    single = all(bool((column == column[:1]).all()) for column in (scene.mass, scene.radius))
+    return single and 1 < len(scene) == scene.capacity and not scene._ruled and not scene.shapes
+
+
+def in_words(scene: Scene, count: int) -> str:
+    """Returns so many bodies of a scene in words: discs, or bodies where some have other shapes."""
+    one, several = ("body", "bodies") if scene.shapes else ("disc", "discs")
+    return f"{count:,} {one if count == 1 else several}"
+
+
+def declared_kinds(scene: Scene) -> tuple[Kind, ...] | None:
+    """Returns the kinds of a scene if they are others, or in another order, than follow from its bodies,
+    commands and rules."""
+    coming = (each.kind for each in scene.commands if isinstance(each, Insert))
+    following = kinds_that_follow(scene.kind, (each for each in coming if each is not None), scene.responses)
+    return None if scene.kinds == following else scene.kinds
+
+
 def arguments_of(scene: Scene) -> Given:
     """Returns arguments that make the same scene; kinds that follow from bodies and commands follow again."""
     values = {each.name: getattr(scene, each.name) for each in fields(Scene)}
     if scene.shapes:
         values["radius"] = None
-    return Given(**values, kinds=scene.kinds if scene.declares_kinds else None)
+    return Given(**values, kinds=declared_kinds(scene))
 
 
 def scene_of(given: Given, places: FilePlaces = NO_FILE) -> Scene:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kinetile.errors import BadOption
-from kinetile.run.simulation import Simulation
+from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene.targets import writing_new
 from kinetile.show.picture import LIGHT, LOOKS, NEXT, Picture, Place, counted, take_picture
 from kinetile.show.player.view import window
@@ -168,7 +168,7 @@ def film(
     again = Simulation(
         scene,
         simulation.broad_phase,
-        narrow_phases=simulation.composition.narrow_phases,
+        narrow_phases=composition_of(simulation).narrow_phases,
         options=dict(simulation.options) or None,
         keep_contacts=False,
     )

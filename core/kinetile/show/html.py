@@ -19,10 +19,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from kinetile.errors import BusyError
 from kinetile.plugin.choices import called
 from kinetile.run.readings import Readings, reading_lines
-from kinetile.run.simulation import Simulation
+from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Scene
 from kinetile.scene.commands import counted
-from kinetile.scene.scene import around, source_of
+from kinetile.scene.scene import around, in_words, source_of
 from kinetile.show.picture import Picture, escape, picture_of_scene, take_picture
 from kinetile.show.svg import as_svg as picture_as_svg
 
@@ -46,7 +46,7 @@ def as_html(thing: Thing) -> str:
             return facts("Readings", reading_lines(thing.as_dict()))
         picture, left_out = _picture(thing)
         if isinstance(thing, Scene):
-            parts = [facts(f"Scene of {thing.counted(len(thing))}", _scene_lines(thing))]
+            parts = [facts(f"Scene of {in_words(thing, len(thing))}", _scene_lines(thing))]
         else:
             parts = [facts("Simulation", _simulation_lines(thing))]
         if picture is not None:
@@ -105,7 +105,7 @@ def _simulation_lines(sim: Simulation) -> Iterator[tuple[str, str]]:
     yield "broad phase", called(sim.broad_phase, sim.options)
     yield (
         "narrow phases",
-        ", ".join(called(*each) for each in sim.composition.narrow_phases.items()) or "none",
+        ", ".join(called(*each) for each in composition_of(sim).narrow_phases.items()) or "none",
     )
     yield "time", f"{sim.scene.start:.6g} to {sim.time:.10g}"
     if sim.fault is not None:
@@ -129,7 +129,7 @@ def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
         moved = scene.mass[scene.mass < math.inf]
         still = len(scene) - len(moved)
         masses = [_range(moved.min(), moved.max())] if len(moved) else []
-        masses += [f"{scene.counted(still)} that nothing can move"] if still else []
+        masses += [f"{in_words(scene, still)} that nothing can move"] if still else []
         yield "masses", "; ".join(masses)
         speed = (scene.velocity**2).sum(axis=1) ** 0.5
         yield "speeds", _range(speed.min(), speed.max())

@@ -38,6 +38,7 @@ from kinetile.plugin.drawing import (
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 from kinetile.scene.bodies import in_box, whole_periods
+from kinetile.scene.scene import in_words
 from kinetile.scene.shapes import Shape
 
 MOST_PAIRED = 250
@@ -232,7 +233,7 @@ def _images(discs: tuple[PlacedDisc, ...], scene: Scene) -> Iterator[PlacedDisc]
 def counted(scene: Scene, count: int) -> str:
     """Returns the name of a scene, with a number of bodies."""
     name = scene.origin.get("recipe") or PurePath(scene.origin.get("file", "")).stem or "a scene"
-    return f"{printable(str(name))}: {scene.counted(count)}"
+    return f"{printable(str(name))}: {in_words(scene, count)}"
 
 
 def corners_of(shape: Item) -> list[Place]:

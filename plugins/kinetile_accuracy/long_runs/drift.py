@@ -74,7 +74,7 @@ def drifts(scene: kt.Scene, most: int, progress: ReportProgress) -> list[Drift]:
         rows.append(
             Drift(
                 phase=sim.broad_phase,
-                contacts=found.contacts_disc + found.contacts_wall,
+                contacts=found.contacts,
                 time=sim.time,
                 energy=found.energy_drift,
                 deepest_overlap=found.deepest_overlap,
@@ -93,7 +93,7 @@ def clocks(scene: kt.Scene, contacts: int) -> list[LateClock]:
     for start in STARTS:
         sim = kt.Simulation(scene.replace(start=start), keep_contacts=False)
         sim.run(max_contacts=contacts)
-        found = sim.readings.contacts_disc + sim.readings.contacts_wall
+        found = sim.readings.contacts
         fingerprints.append(sim.fingerprint)
         rows.append(LateClock(sim.broad_phase, start, found, sim.fingerprint == fingerprints[0]))
     return rows

@@ -49,7 +49,8 @@ class Answers:
                 self.masses[each.body] = each.mass
                 if each.kind is not None:
                     self._kinds[each.body] = scene.kinds.index(each.kind)
-        self._equal = not scene.ruled and len(set(self.masses)) <= 1
+        ruled = scene.responses or scene.kinds != (0,) or math.inf in self.masses
+        self._equal = not ruled and len(set(self.masses)) <= 1
         self._touched = [_LONG_AGO] * count
 
     def response(self, a: int, b: int) -> Any:

@@ -131,8 +131,7 @@ def row_of(task: Task, result: Mapping[str, Any]) -> Row:
 def _readings(simulation: Simulation) -> Row:
     """Returns the columns of readings and of estimates: a number with its error, or a curve as a table."""
     row: Row = simulation.readings.as_dict()
-    row |= {"contacts": row["contacts_disc"] + row["contacts_wall"], "time": simulation.time}
-    row["compiled"] = not INTERPRETED
+    row |= {"time": simulation.time, "compiled": not INTERPRETED}
     for name, quantities in simulation.observed.items():
         for quantity, (mean, error, blocks, axis, at) in quantities.items():
             column = f"observed.{name}.{quantity}"

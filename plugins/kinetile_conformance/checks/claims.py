@@ -19,6 +19,7 @@ import numpy as np
 import kinetile as kt
 from kinetile.errors import KinetileError, Refused
 from kinetile.plugin.registry import registry
+from kinetile.run.simulation import composition_of
 from kinetile.scene import Scene, Settings, relabelled
 from kinetile_conformance.cases import CONTACTS, Subject, horizon, outcome, run_summary
 from kinetile_conformance.checks.check import Case, Disagreement, compare, observation
@@ -72,7 +73,7 @@ def _thickest(subject: Subject, seed: int) -> float:
             refused = size
             continue
         accepted = size
-        limit, skin = sim.composition.broad.skin_limit, float(sim.tables.clock[0].limits.skin)
+        limit, skin = composition_of(sim).broad.skin_limit, float(sim.tables.clock[0].limits.skin)
         if limit is not None and limit < skin:
             said = f"it declares a skin limit of {limit!r}, and runs with a skin of {skin!r}"
             raise Disagreement(said, _cluster(seed, size))

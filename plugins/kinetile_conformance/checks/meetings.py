@@ -25,7 +25,7 @@ from kinetile.kernel.passings import FIRST, rule_of
 from kinetile.kernel.tables import column, fields_in
 from kinetile.plugin.registry import registry
 from kinetile.run.audit import said_tick
-from kinetile.run.simulation import Simulation
+from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Response, Scene
 from kinetile.toolbox import (
     BOTTOM,
@@ -130,7 +130,7 @@ def _at_some_moments(
 
 def _pairs(sim: Simulation) -> tuple[Answer, Met] | None:
     """Return the narrow phase for pairs, and all pairs; None where there is none."""
-    pair, two = sim.composition.pair, np.column_stack(np.triu_indices(len(sim.tables.bodies), 1))
+    pair, two = composition_of(sim).pair, np.column_stack(np.triu_indices(len(sim.tables.bodies), 1))
     return None if pair is None else (partial(_met, pair), Met(two.astype(np.int32)))
 
 
@@ -254,7 +254,7 @@ def _answer_of(run: RunOutcome) -> RunOutcome:
 def _meetings(name: str, sim: Simulation) -> tuple[Answer, Met] | None:
     """Return the response of a name, and the meetings of bodies that approach to which it would be the
     answer; None where there is none."""
-    rules, k = sim.composition.rules, sim.tables
+    rules, k = composition_of(sim).rules, sim.tables
     rows = [response.name == name for row in sim.scene.meets for response in row]
     if rules is None or not any(rows):
         return None

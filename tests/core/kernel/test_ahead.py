@@ -11,6 +11,7 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.tables import Kernel
 from kinetile.kernel.vectors import prefetch
 from kinetile.run import compose
+from kinetile.run.simulation import composition_of
 
 
 def on_a_torus(scene: kt.Scene) -> kt.Scene:
@@ -45,7 +46,7 @@ def test_looking_ahead_changes_no_event(monkeypatch, scene, phase):
     for large in (compose.LARGE, 0):
         monkeypatch.setattr(compose, "LARGE", large)
         sim = kt.Simulation(SCENES[scene](), phase)
-        assert sim.composition._parts(compose.Commands.NONE)["AHEAD"] is (large == 0)
+        assert composition_of(sim)._parts(compose.Commands.NONE)["AHEAD"] is (large == 0)
         sim.run(until=20.0, max_contacts=200 if INTERPRETED else 4000)
         readings = sim.readings
         runs.append((sim.fingerprint, sim.exact_time, readings.structural_events, readings.contacts_computed))

@@ -369,13 +369,13 @@ def test_stopping_everywhere_changes_nothing_and_misses_nothing(before, data):
         event = sim.run(until=until, stop_at=kt.StopAt(before=before))
         if event is None:
             break
-        assert scene.ruled or len(sim.contacts) == len(heads) + (not before)
+        assert scene._ruled or len(sim.contacts) == len(heads) + (not before)
         heads.append((event.epoch, event.tick, set(event.bodies)))
     told = [
         (int(row["epoch"]), int(row["tick"]), {int(n) for n in (row["a"], row["b"]) if n >= 0})
         for row in straight.contacts
     ]
-    if not (scene.ruled and before):  # who comes on top of others begins to pass them in the same event
+    if not (scene._ruled and before):  # who comes on top of others begins to pass them in the same event
         assert heads == told[: len(heads)]
     assert (
         sim.contacts.tolist()[: len(heads)] == straight.contacts.tolist()[: len(sim.contacts)][: len(heads)]

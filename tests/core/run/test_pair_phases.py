@@ -11,6 +11,7 @@ import pytest
 import convex_scenes
 import kinetile as kt
 from kinetile.errors import BadOption, Refused
+from kinetile.run.simulation import composition_of
 from kinetile.toolbox import Kernel, PairParts, hook
 from kinetile_plugins import convex
 from registering import registered
@@ -125,9 +126,9 @@ def test_what_has_nothing_to_decide_in_a_scene_is_not_composed():
         both, one = (
             kt.Simulation(boxes, narrow_phases=narrow) for narrow in (("boxes", "convex"), ("boxes",))
         )
-        assert both.composition.pair.meet is one.composition.pair.meet
+        assert composition_of(both).pair.meet is composition_of(one).pair.meet
         discs = kt.Simulation(kt.make_scene("two-discs"), narrow_phases=("disc", "convex"))
-    assert discs.composition.pair.alike
+    assert composition_of(discs).pair.alike
 
 
 @pytest.mark.parametrize(
@@ -156,5 +157,5 @@ def test_a_saved_run_resumes_under_the_same_phases(tmp_path):
     again = kt.resume(tmp_path / "run.save")
     for each in (sim, again):
         each.run(until=3.0)
-    assert list(again.composition.narrow_phases) == ["disc", "convex", "wall"]
+    assert list(composition_of(again).narrow_phases) == ["disc", "convex", "wall"]
     assert again.fingerprint == sim.fingerprint

@@ -54,6 +54,7 @@ def test_contacts_are_in_canonical_form():
     exact = (contacts["epoch"] + contacts["tick"] * 2.0**-52) * sim.time_unit
     assert (contacts["time"] == exact).all()
     readings = sim.readings
+    assert readings.contacts == len(contacts)
     assert readings.contacts_disc == discs.sum()
     assert readings.contacts_wall == (~discs).sum()
     assert readings.events == len(contacts) + readings.structural_events

@@ -31,7 +31,7 @@ def names(of: kt.Scene) -> list[list[str]]:
 
 def test_without_rules_all_is_elastic():
     assert names(scene()) == [["elastic", "elastic"]]
-    assert not scene().ruled
+    assert not scene()._ruled
 
 
 def test_the_most_specific_rule_counts():
@@ -49,7 +49,7 @@ def test_bodies_that_pass_may_overlap_and_no_others():
     place = [[1.0, 1.0], [1.25, 1.0], [3.0, 3.0]]
     with pytest.raises(SceneError, match=r"bodies\[0\] and bodies\[1\]: found an overlap of 0.75"):
         scene(position=place, kind=["a", "b", "a"], responses={("a", "a"): "pass"})
-    assert scene(position=place, kind=["a", "b", "a"], responses={("b", "a"): "pass"}).ruled
+    assert scene(position=place, kind=["a", "b", "a"], responses={("b", "a"): "pass"})._ruled
 
 
 @pytest.mark.parametrize(

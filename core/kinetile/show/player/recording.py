@@ -33,7 +33,7 @@ from kinetile.kernel.tables import NEVER
 from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Polygon, Segment, points_of
 from kinetile.records.bounded import BoundedRows, TooManyRows, ticks_of
 from kinetile.run.flights import SIDES, Flights
-from kinetile.run.simulation import Simulation
+from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import nearest_image, whole_periods
 from kinetile.show.picture import MOST_PAIRED, ORDER, wants_pairs
@@ -133,7 +133,7 @@ def record(
         notes.append(f"The run ended with a fault, {type(error).__name__}: {error}")
     last = max(ticks_of(rows.rows[-1:]).max(initial=first), last)
     recording = Recording(label, plans, rows.rows, first, int(last), None, tuple(notes), whole=whole)
-    drawn_as, paired = simulation.composition.broad.drawn_as, wants_pairs(pairs, len(plans.x))
+    drawn_as, paired = composition_of(simulation).broad.drawn_as, wants_pairs(pairs, len(plans.x))
     skin = float(simulation.tables.clock[0].limits.skin)
     falls = (drawn_as or again) and scene.falls
     recording = replace(recording, drawn_as="" if falls else drawn_as, skin=skin, pairs=paired)

@@ -18,8 +18,9 @@ from kinetile.plugin.choices import write_phase
 from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.compare import describe_row, first_difference
-from kinetile.run.simulation import Simulation
+from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Scene
+from kinetile.scene.scene import in_words
 from kinetile.scene.targets import writing_new
 from kinetile.show.picture import escape
 from kinetile.show.player.page import Page
@@ -207,7 +208,7 @@ def view(
     does not change. Lines between ``pairs`` of bodies are drawn; None: of up to 250 bodies."""
     scene = simulation.recorded()
     choice = (simulation.broad_phase, simulation.options)
-    narrow_phases = simulation.composition.narrow_phases
+    narrow_phases = composition_of(simulation).narrow_phases
     return view_scene(scene, [choice], begin=begin, until=until, narrow_phases=narrow_phases, pairs=pairs)
 
 
@@ -219,4 +220,4 @@ def _title(scene: Scene, labels: Sequence[str], begin: float, until: float) -> s
 
 def _name(scene: Scene) -> str:
     source = Path(scene.origin["file"]).name if "file" in scene.origin else scene.origin.get("recipe")
-    return ": ".join(filter(None, (source, scene.counted(len(scene)))))
+    return ": ".join(filter(None, (source, in_words(scene, len(scene)))))

@@ -15,6 +15,7 @@ import kinetile as kt
 from kinetile.errors import AuditError, MissedContactError, PhaseError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.run.compose import accepting, compose_phases
+from kinetile.run.simulation import composition_of
 from kinetile.toolbox import (
     MY_FAULT,
     NEVER,
@@ -226,7 +227,7 @@ def test_what_is_no_sentence_is_refused(given):
 @pytest.mark.parametrize("given", [(), ("all is over",), ("{a} and {b:>4}", "{b}")])
 def test_sentences_are_taken(given):
     sim = kt.Simulation(kt.make_scene("two-discs"), "faulty", options={"faults": given})
-    assert sim.composition.broad.faults == given
+    assert composition_of(sim).broad.faults == given
 
 
 @hook

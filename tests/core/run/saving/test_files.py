@@ -23,6 +23,7 @@ from kinetile.errors import BadOption, BusyError, RecordError
 from kinetile.kernel.log import MET, Fingerprint
 from kinetile.run.saving import files
 from kinetile.run.saving.files import note
+from kinetile.run.simulation import composition_of
 from lanes import first
 from registering import registered
 
@@ -282,7 +283,7 @@ def test_a_phase_that_refuses_changes_nothing(monkeypatch):
     def refuse(self, scene):
         raise kt.errors.Refused("not this")
 
-    monkeypatch.setattr(type(sim.composition), "prepared_for", refuse)
+    monkeypatch.setattr(type(composition_of(sim)), "prepared_for", refuse)
     with pytest.raises(kt.errors.Refused, match="not this"):
         sim.restore(other.snapshot())
     assert sim.snapshot() == before
