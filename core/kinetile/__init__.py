@@ -97,7 +97,9 @@ __all__ = [*sorted(_HOME), "__version__"]
 def __getattr__(name: str) -> Any:
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
-    raise AttributeError(f"module 'kinetile' has no attribute {name!r}")
+    from kinetile.errors import no_attribute
+
+    raise no_attribute(sys.modules[__name__], name)
 
 
 def __dir__() -> list[str]:

@@ -12,6 +12,7 @@ import pickle
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import wraps
+from types import ModuleType
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 __all__ = [
@@ -85,6 +86,8 @@ class UnknownName(KinetileError, LookupError):
         self.failures = tuple(failures)
         meant = f"; did you mean {suggestion!r}?" if suggestion else "."
         meant = f": it is a {other}." if other else meant
+        if kind == "scene" and name.endswith(".toml"):
+            meant = f": kinetile.load_scene({name!r}), or `kinetile run {name}`, reads a file."
         lines = [f"no {kind} is called {name!r}{meant}", f"available: {', '.join(self.available) or 'none'}"]
         lines += [f"not loaded: {failure}" for failure in self.failures]
         super().__init__("\n".join(lines))
@@ -304,7 +307,8 @@ _NOT_MODELLED = {
     "contacts act along their normal alone": "friction mu roughness",
     "bodies keep their velocity between contacts": "drag damping linear-damping viscosity",
     "bodies act on each other by contacts alone": "joint joints spring springs bonds constraints",
-    "each event has its exact time, and there are no steps": "dt timestep time-step substeps fps",
+    "each event has its exact time, and there are no steps; run(until=sim.time + dt) runs for dt": "dt "
+    "timestep time-step substeps fps",
 }
 
 _WORDS = {
@@ -315,11 +319,55 @@ _WORDS = {
 }
 
 
-def key_of(name: str, known: Iterable[str]) -> str:
+_INSTEAD = {
+    "kinetile.load_scene(path) for a scene, kinetile.resume(path) for a saved simulation, "
+    "kinetile.read_events(path) for an event file": "load loads read open read-scene from-file",
+    "kinetile.save_scene(scene, path), or sim.save(path)": "save dump write to-file",
+    "sim = kinetile.Simulation(scene), then sim.run(until=...)": "simulate simulator simulation world space "
+    "engine system",
+    "kinetile.Scene(position, velocity, radius), which has a row for each body": "body bodies particle "
+    "particles",
+    "sim.run(until=...)": "run advance update evolve integrate solve step-until",
+    "sim.remove(body), then sim.insert(position, velocity, radius), which returns its new number: a position "
+    "follows from a flight plan": "set-position set-positions set-pos move move-to teleport translate "
+    "set-radius set-mass set-kind set-shape",
+    "sim.set_velocity(body, velocity)": "apply-impulse impulse kick push set-speed accelerate",
+    "sim.insert(position, velocity, radius)": "add add-body add-disc add-circle add-particle spawn create",
+    "sim.remove(body)": "delete destroy kill discard pop",
+    "sim.contacts": "collisions hits get-contacts",
+    "len(scene), or len(sim.bodies)": "n count num-bodies size",
+    "kinetile.view(sim), or kinetile.as_svg(sim)": "plot show render display animate",
+}
+"""What is written for attributes that other programs have."""
+
+_MEANT = {word: text for text, words in _INSTEAD.items() for word in words.split()}
+
+
+def no_attribute(owner: object, name: str) -> AttributeError:
+    """Returns the error of an attribute that ``owner``, a package or an object, does not have: with what is
+    written for it here, or the nearest name."""
+    if inspect.getattr_static(type(owner), name, None) is not None:  # a property that has raised one itself
+        try:
+            object.__getattribute__(owner, name)
+        except AttributeError as error:
+            return error
+    is_module = isinstance(owner, ModuleType)
+    what = f"module {owner.__name__!r}" if is_module else f"{type(owner).__name__!r} object"  # type: ignore[attr-defined]
+    said = f"{what} has no attribute {name!r}"
+    if name.startswith("_"):
+        return AttributeError(said)
+    meant, near = _MEANT.get(_fold(name)), nearest(name, (each for each in dir(owner) if each[0] != "_"))
+    hint = f"; write instead: {meant}" if meant else f"; did you mean {near!r}?" if near else ""
+    return AttributeError(said + hint)
+
+
+def key_of(name: str, known: Iterable[str], value: Any = None) -> str:
     """Returns the text after "expected" for a key or an argument that is not known in its place; words of
     other programs, such as force and diameter, are answered with what is written here, or that it is not
-    modelled."""
+    modelled. A ``value`` that is a table is one around the right keys."""
     names, word = list(known), _fold(name)
+    if isinstance(value, Mapping) and names:
+        return f"{one_of('', names)}, without a table around"
     begins, target, text = _WORDS.get(word, ("", "", ""))
     if not begins or any(_fold(each).startswith(word) for each in names):
         return one_of(name, names)
@@ -329,21 +377,37 @@ def key_of(name: str, known: Iterable[str]) -> str:
 
 
 def answering(call: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
-    """Decorates a public call: an argument that it does not have is a BadOption that says ``key_of``."""
+    """Decorates a public call: an argument that it does not have is a BadOption that says what to write."""
 
     @wraps(call)
     def answered(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> _Result:
         try:
             return call(*args, **kwargs)
         except TypeError:
-            known = [each for each in inspect.signature(call).parameters if each != "self"]
-            odd = next((each for each in kwargs if each not in known), None)
-            if odd is None:
+            wrong = _wrong_argument(call, args, kwargs)
+            if not wrong:
                 raise
-            what = call.__qualname__.removesuffix(".__init__")
-        raise BadOption(f"{what} has no argument {odd!r}; expected {key_of(odd, known)}")
+        raise BadOption(f"{call.__qualname__.removesuffix('.__init__')} {wrong}")
 
     return answered
+
+
+def _wrong_argument(call: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> str:
+    """Returns the first argument that a call does not have, with what to write; "" if it has them all."""
+    parameters = inspect.signature(call).parameters
+    known = [each for each in parameters if each != "self"]
+    for odd in kwargs:
+        if odd not in known:
+            of_phase = f"; an option of a phase is in options={{{odd!r}: ...}}" if "options" in known else ""
+            return f"has no argument {odd!r}; expected {key_of(odd, known)}{of_phase}"
+    placed = sum(each.kind is each.POSITIONAL_OR_KEYWORD for each in parameters.values())
+    if len(args) <= placed:
+        return ""
+    found, count = printable(repr(args[placed]), 60), placed - len(parameters) + len(known)
+    takes = f"takes {count or 'no'} argument{'' if count == 1 else 's'} by position; found {found} as well"
+    if placed < len(parameters):
+        return f"{takes}, expected {[*parameters][placed]}={found}"
+    return f"{takes}: {_WORDS['dt'][2]}" if call.__name__.startswith("step") else takes
 
 
 def _listed(what: str, mistakes: Sequence[Mistake], source: str | None) -> str:

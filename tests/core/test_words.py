@@ -3,11 +3,13 @@ or with the reason why it is not modelled."""
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 import kinetile as kt
 from command_line import refused
-from kinetile.errors import BadOption, SceneError
+from kinetile.errors import BadOption, SceneError, UnknownName
 from kinetile.scene.by_name import parse_parameters
 from kinetile.scene.files import loads_scene
 
@@ -79,6 +81,125 @@ def test_a_name_that_is_nearer_comes_first():
     assert "'force' is not modelled" in refused("run grid -s force=2")
     with pytest.raises(TypeError, match=r"has no argument 'raduis'; .*did you mean 'radius'"):
         kt.Scene([[0.0, 0.0]], [[0.0, 0.0]], raduis=1.0)
+
+
+SCENE = kt.Scene([(1.0, 1.0)], [(1.0, 0.0)], 0.25, arena=(4.0, 4.0))
+STEPS = "each event has its exact time, and there are no steps; run(until=sim.time + dt) runs for dt"
+MOVED = "write instead: sim.remove(body), then sim.insert(position, velocity, radius)"
+NUMBER = "is a whole number of {}, at least {}; found 2.5"
+CALLS = {
+    "step(0.1)": f"takes no arguments by position; found 0.1 as well: {STEPS}",
+    "steps(1.0, 2)": "takes 1 argument by position; found 2 as well",
+    "run(1.0, 5)": "takes 1 argument by position; found 5 as well, expected max_contacts=5",
+    "run(dt=0.1)": f"'dt' is not modelled: {STEPS}",
+    "run(duration=1.0)": "for 'duration' write until",
+    "set_position(0, (2.0, 2.0))": MOVED,
+    "set_mass(0, 2.0)": MOVED,
+    "add((2.0, 2.0))": "write instead: sim.insert(",
+    "bodys": "did you mean 'bodies'?",
+    "scene.positions": "did you mean 'position'?",
+    "scene.n": "write instead: len(scene)",
+    "run(max_contacts=2.5)": NUMBER.format("contacts", 0),
+    "run(max_events=2.5)": NUMBER.format("events", 0),
+    "contacts_since(2.5)": NUMBER.format("contacts", 0),
+    "bodies_near((1.0, 1.0), k=2.5)": NUMBER.format("bodies", 0),
+    "__class__(sim.scene, audit=2.5)": NUMBER.format("contacts", 1),
+    "__class__(sim.scene, room=2.5)": NUMBER.format("bodies", 0),
+    "__class__(sim.scene, 'naive', ['disc'])": "found ['disc'] as well, expected narrow_phases=['disc']",
+    "__class__(sim.scene, 'sap-1d', axis='y')": "an option of a phase is in options={'axis': ...}",
+    "__class__(sim.scene, 'sap-1d', options={'sap-1d': {'axis': 'y'}})": "expected axis, without a table",
+    "__class__(sim.scene, 'sap-1d', options='axis=y')": "expected a table of them, such as {'axis': 'y'}",
+    "run(1.0, stop_at=kt.StopAt(kinds='ball'))": "'ball' is no kind of this scene, which has none: kind=[...]",
+    "run(1.0, observe=['pressure', 'after=5'])": "expected a name, and options behind a colon",
+    "scene.replace(commands=[kt.Insert(0, (2, 2), (0, 0), shape=0)])": "shapes=[...] or [[shapes]]",
+    "scene.replace(settings=kt.Settings('sap-1d:axis=y'))": "the name alone, 'sap-1d'",
+    "scene.replace(settings=kt.Settings(options={'axis': 'y'}))": "such as {'sap-1d': {'axis': 'y'}}",
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_a_call_that_people_try_first_was_answered_in_words_of_python(call):
+    with pytest.raises((AttributeError, TypeError, ValueError, LookupError)) as error:
+        eval(f"sim.{call}", {"kt": kt, "sim": kt.Simulation(SCENE, "naive")})
+    assert CALLS[call] in str(error.value)
+
+
+def test_the_package_had_no_word_for_what_other_packages_call_load():
+    for name, hint in {
+        "load": "kinetile.load_scene(path)",
+        "World": "Simulation",
+        "Simulaton": "mean",
+    }.items():
+        with pytest.raises(AttributeError, match=rf"no attribute '{name}'; .*{re.escape(hint)}"):
+            getattr(kt, name)
+    with pytest.raises(UnknownName, match="kinetile.load_scene"):
+        kt.make_scene("mine.toml")
+
+
+def test_an_attribute_error_of_a_property_stays_what_it_was(monkeypatch):
+    monkeypatch.setattr(kt.Simulation, "readings", property(lambda sim: sim.scene.nothing_like_it))
+    with pytest.raises(AttributeError, match="'Scene' object has no attribute 'nothing_like_it'$"):
+        kt.Simulation(SCENE, "naive").readings  # noqa: B018
+    assert not hasattr(SCENE, "__array__")
+
+
+def test_a_name_with_options_was_read_on_the_command_line_alone(tmp_path):
+    sim = kt.Simulation(SCENE, "sap-1d:axis=y", narrow_phases=["disc:general=true", "wall"])
+    assert (sim.broad_phase, sim.options, sim.narrow_phases) == ("sap-1d", {"axis": "y"}, ("disc", "wall"))
+    assert kt.Simulation(SCENE, "sap-1d:axis=y", options={"axis": "x"}).options == {"axis": "x"}
+    sim.save(tmp_path / "run")
+    assert kt.resume(tmp_path / "run", "sap-1d:axis=x").options == {"axis": "x"}
+    with pytest.raises(BadOption, match="expected key=value"):
+        kt.Simulation(SCENE, "sap-1d:axis")
+
+
+SAP = 'broad-phase = "sap-1d"\n'
+ABOVE = "expected it before the first [[{}]]: what stands below a header belongs to its table"
+FILES = {
+    f"{BODY}arena = [4, 4]": f"bodies[0].arena: found a key that is not known here; {ABOVE.format('bodies')}",
+    f"{BODY}options = {{ sap-1d = {{ axis = 'y' }} }}": f"bodies[0].options: {ABOVE.format('bodies')}",
+    f"{BODY}[[commands]]\ntime = 1\nremove = 0\nuntil = 3": f"commands[0].until: {ABOVE.format('commands')}",
+    f"{BODY}[[bodies.turns]]\ntime = 1\nvelocity = [1, 1]\nmass = 3": f"mass: {ABOVE.format('bodies.turns')}",
+    f"{BODY}[[commands]]\ntime = 1\nposition = [1, 1]": "commands[0].position: expected it in insert = { ... }",
+    BODY + COMMAND.format("time"): "insert.time: expected it beside insert, not within",
+    f"mass = 2\n{BODY}": "mass: expected it in [[bodies]]",
+    f"options = {{ axis = 'y' }}\n{SAP}{BODY}": "options.axis: found 'y'; expected it in a table of the phase, [options.sap-1d]",
+    f"axis = 'y'\n{SAP}{BODY}": "axis: found options of a phase; expected them in the table [options.sap-1d]",
+    f"{SAP}[sap-1d]\naxis = 'y'\n{BODY}": "sap-1d: found options of a phase; expected them in the table [options.sap-1d]",
+    f"{SAP}[options.broad-phase]\naxis = 'y'\n{BODY}": "power, disc, convex, wall; here [options.sap-1d]",
+    f"{SAP}[options.sap-1d.options]\naxis = 'y'\n{BODY}": "expected axis, without a table around",
+    f"broad-phase = {{ name = 'sap-1d' }}\n{BODY}": "expected the name of a broad phase; options are in [options.NAME]",
+    f"broad-phase = 'sap-1d:axis=y'\n{BODY}": "belongs in the table options.sap-1d",
+    f"narrow-phases = ['disc:general=true']\n{BODY}": "belongs in the table options.disc",
+    "recipe = 'grid:seed=3'": "belongs in the table parameters",
+    "recipe = 'grid'\n[parameters.grid]\nseed = 3": "gravity, without a table around",
+    f"{BODY}[[responses]]\nbetween = ['*', '*']\nresponse = 'restitution'\ne = .5".replace(
+        " .5", " 0.5"
+    ): "responses[0].e: found an option of 'restitution'; expected it in options = { e = ... }",
+    f"{BODY}[[commands]]\ntime = 1\ninsert = {{ position = [9, 9], shape = 0 }}": "commands[0].shape: found 0; expected a shape, or with its number a list of shapes",
+}
+
+
+@pytest.mark.parametrize("text", FILES)
+def test_a_key_in_the_wrong_table_was_only_said_to_be_unknown(text):
+    with pytest.raises(SceneError) as error:
+        loads_scene(text)
+    where, _, rest = FILES[text].partition(": expected")
+    said = str(error.value)
+    assert said.count("\n") == 1 + ("insert = {" in rest)
+    assert where in said
+    assert rest in said
+
+
+def test_a_file_or_an_option_in_the_place_of_a_name_is_answered():
+    sayings = {
+        "study mine.toml": "expected kinetile study run mine.toml",
+        "mine.toml": "expected kinetile run mine.toml",
+        "run grid --observe pressure,after=5": "expected a colon before it, pressure:after=5",
+        "run grid --observe presure": "did you mean 'pressure'?",
+    }
+    for command, said in sayings.items():
+        assert said in " ".join(refused(command).split())
 
 
 def test_an_error_within_a_call_stays_what_it_was():

@@ -17,9 +17,9 @@ from collections.abc import Callable
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 
 from kinetile.cli import cache, compare, export, plugins, run, show
+from kinetile.cli.options import CommandGroup
 from kinetile.cli.terminal import echo, exit_codes, notice, results_on_stdout
 from kinetile.versions import __version__
 
@@ -27,7 +27,7 @@ COMMANDS_GROUP = "kinetile.commands"
 """The entry points by which plugins bring commands."""
 
 
-class _WithPlugins(TyperGroup):
+class _WithPlugins(CommandGroup):
     """The framework's commands, and those of plugins when a name is not among the framework's.
 
     Errors and Ctrl-C become a message and an exit code here, for all commands: Typer would end without

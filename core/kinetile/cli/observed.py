@@ -51,11 +51,11 @@ def read_observables(
             check_printing("Drawing observables")
         check_new("--observe-to", out, overwrite)
     wanted = read_phases(observe or "")
-    if saved and wanted:
+    if wanted:
         from kinetile.run.observing import check_observable
 
         for each in wanted:
-            check_observable(each, saved=True)
+            check_observable(each, saved=saved)
     return wanted
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from kinetile.cli.files import file_errors
 from kinetile.errors import BadOption
@@ -64,6 +65,16 @@ Repeats = Annotated[
 def is_file_name(name: str) -> bool:
     """Whether a scene is named by its file, and not by its recipe."""
     return name.lower().endswith(".toml") or "/" in name or "\\" in name
+
+
+class CommandGroup(TyperGroup):
+    """Commands; a file in the place of one is answered with the command that takes it."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Returns a command with its arguments; fails where there is none of this name."""
+        if is_file_name(args[0]) and "run" in self.commands:
+            ctx.fail(f"{args[0]!r} is no command; expected {ctx.command_path} run {args[0]}")
+        return super().resolve_command(ctx, args)
 
 
 def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:

@@ -59,8 +59,10 @@ def read_phase(text: str, what: str = "phase") -> tuple[str, dict[str, Any]]:
     ``what`` is what messages call it.
     """
     name, _, options = text.strip().partition(":")
-    if not name:
-        raise BadOption(f"{text!r} names no {what}; expected a name, such as sap-1d or sap-1d:axis=y")
+    if not name or "=" in name:
+        raise BadOption(
+            f"{text!r} names no {what}; expected a name, and options behind a colon: NAME:key=value"
+        )
     return name, read_assignments(filter(None, options.split(",")), f"{what} {name!r}: option", read_option)
 
 
@@ -79,7 +81,9 @@ def read_phases(text: str) -> list[str]:
     phases: list[str] = []
     for piece in filter(None, (piece.strip() for piece in text.split(","))):
         goes_on = "=" in piece and ":" not in piece.partition("=")[0]
-        if goes_on and phases and ":" in phases[-1]:
+        if goes_on and phases and ":" not in phases[-1]:
+            raise BadOption(f"{piece!r} is an option: expected a colon before it, {phases[-1]}:{piece}")
+        if goes_on and phases:
             phases[-1] += f",{piece}"
         else:
             phases.append(piece)

@@ -123,10 +123,10 @@ def _demand_few_periods(flight: Point, scene: Scene, what: str, right: str) -> N
             )
 
 
-def read_count(value: Any, name: str) -> int:
-    """Returns the largest number of bodies wanted; ValueError for anything else."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
-        raise ValueError(f"{name} is a number of bodies, at least 0; found {shown(value)}")
+def read_count(value: Any, name: str, of: str = "bodies", least: int = 0) -> int:
+    """Returns a number of bodies or other things; ValueError for anything else."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise ValueError(f"{name} is a whole number of {of}, at least {least}; found {shown(value)}")
     return int(value)
 
 
@@ -402,11 +402,9 @@ def _check_speed(engine: Engine, speed: float, smallest: float) -> None:
         )
 
 
-def _last(so_far: int, more: int, name: str) -> int:
+def _last(so_far: int, more: Any, name: str) -> int:
     """Returns the number of contacts or events, in all, after which to stop."""
-    if operator.index(more) < 0:
-        raise ValueError(f"{name} must not be negative; found {more}")
-    return min(so_far + operator.index(more), UNLIMITED)
+    return min(so_far + read_count(more, name, name.removeprefix("max_")), UNLIMITED)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from enum import IntEnum
 from functools import cached_property
 from typing import Any, TypeVar, cast
 
-from kinetile.errors import BadOption, KinetileError, PhaseError, Refused, TooThick, nearest
+from kinetile.errors import BadOption, KinetileError, PhaseError, Refused, TooThick, key_of
 from kinetile.kernel.compiled import compose, is_checked, python_of
 from kinetile.kernel.loop import idle
 from kinetile.kernel.loop.ahead import LARGE
@@ -25,6 +25,7 @@ from kinetile.kernel.passings import PASS as PASSES
 from kinetile.kernel.skin import too_thick
 from kinetile.kernel.tables import RULE, Kernel, Records, record_table
 from kinetile.plugin.calling import calling, described
+from kinetile.plugin.choices import read_phase
 from kinetile.plugin.protocols import (
     BroadPhaseParts,
     PairParts,
@@ -37,6 +38,7 @@ from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
 from kinetile.run.pair_phases import pair_parts, spec_of, who_takes
 from kinetile.scene import Insert, Response, Scene, Turn, are_alike
+from kinetile.scene.checks import shown
 from kinetile.scene.responses import ELASTIC, PASS
 from kinetile.toolbox.reach import skin_at_start
 
@@ -320,10 +322,16 @@ def compose_phases(
         BadOption: a phase has no such option, or does not accept its value.
         Refused: a phase does not accept this scene.
     """
-    settings = scene.settings
-    name = broad_phase if broad_phase is not None else settings.broad_phase
-    named = _named(scene, narrow_phases)
-    return _compose(scene, name if name is not None else DEFAULT_BROAD_PHASE, named, options)
+    if not isinstance(options, Mapping | None):
+        raise BadOption(f"options are {shown(options)}; expected a table of them, such as {{'axis': 'y'}}")
+    name = scene.settings.broad_phase if broad_phase is None else broad_phase
+    name, own = _with_options(DEFAULT_BROAD_PHASE if name is None else name)
+    return _compose(scene, name, _named(scene, narrow_phases), own | dict(options or {}))
+
+
+def _with_options(text: Any) -> tuple[Any, dict[str, Any]]:
+    """Returns a name and the options behind it."""
+    return read_phase(text) if isinstance(text, str) else (text, {})
 
 
 def _named(
@@ -343,7 +351,9 @@ def read_narrow_phases(
     """Returns narrow phases with their options; raises BadOption for a string."""
     if isinstance(narrow, str):
         raise BadOption(f"narrow_phases is a sequence of names, such as [{narrow!r}], not a string")
-    return narrow if isinstance(narrow, Mapping) else {each: {} for each in narrow}
+    if isinstance(narrow, Mapping):
+        return narrow
+    return dict(map(_with_options, narrow))
 
 
 class _BroadPhaseRefuses(Refused):
@@ -502,7 +512,5 @@ def check_options(kind: str, name: str, phase: Callable[..., Any], options: Mapp
     known = [p for p in inspect.signature(phase).parameters if p != "self"]
     for option in options:
         if option not in known:
-            close = nearest(str(option), known)
-            meant = f"; did you mean {close!r}?" if close else "."
-            has = f"its options are: {', '.join(known)}" if known else "it has no options"
-            raise BadOption(f"{kind} {name!r} has no option {option!r}{meant} {has}")
+            wanted = key_of(str(option), known, options[option])
+            raise BadOption(f"{kind} {name!r} has no option {option!r}; expected {wanted}")

@@ -5,11 +5,12 @@ It is what observables and recorders are given. A simulation is one too, with al
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.errors import no_attribute
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.falling import places_now, velocities_now
 from kinetile.run.engine.engine import Engine
@@ -29,6 +30,11 @@ class Moment:
     def __init__(self, scene: Scene, engine: Engine) -> None:
         self.scene = scene
         self._engine = engine
+
+    if not TYPE_CHECKING:  # mypy finds attributes that are not there
+
+        def __getattr__(self, name: str) -> Any:
+            raise no_attribute(self, name)
 
     @property
     def time(self) -> float:

@@ -7,7 +7,6 @@ finds every public method in one place.
 
 from __future__ import annotations
 
-import operator
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -87,9 +86,10 @@ class Simulation(Moment):
 
     Args:
         scene: the scene.
-        broad_phase: its name; None: the scene's, or the default.
-        narrow_phases: names, or a mapping from names to options; None: the scene's, or those that it needs.
-        options: options of the broad phase.
+        broad_phase: its name, with options if needed (``sap-1d:axis=y``); None: the scene's, or the default.
+        narrow_phases: names, with options if needed, or a mapping from names to options; None: the scene's,
+            or those that it needs.
+        options: options of the broad phase, over those in its name.
         keep_contacts: False to keep only their fingerprint, for runs of very many contacts.
         audit: check everything that must hold at intervals of this many contacts, and at the end of each run
             (slow: O(n^2) an audit); None: never.
@@ -122,10 +122,12 @@ class Simulation(Moment):
         live: bool = False,
         room: int | None = None,
     ) -> None:
-        if audit is not None and audit < 1:
-            raise ValueError(f"audit is a number of contacts, at least 1; found {audit}")
+        if audit is not None:
+            audit = arguments.read_count(audit, "audit", "contacts", 1)
+        if room is not None:
+            room = max(arguments.read_count(room, "room"), len(scene))
         lives = live or any(not isinstance(command, Turn) for command in scene.commands)
-        prepared = Prepared.of(scene, None if room is None else max(room, len(scene))) if lives else scene
+        prepared = Prepared.of(scene, room) if lives else scene
         composition = compose_phases(prepared, broad_phase, narrow_phases, options)
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
         super().__init__(scene, Engine(prepared, composition, keep_contacts, commands))
@@ -206,6 +208,7 @@ class Simulation(Moment):
             self._engine.lay_out(self._engine.speed)
             self._engine.build()
 
+    @answering
     def run(
         self,
         until: float | None = None,
@@ -293,6 +296,7 @@ class Simulation(Moment):
             self._observe(observers)
             return event
 
+    @answering
     def step(self) -> Event | None:
         """Runs the next event, of any kind, and returns it; None, with nothing run, if there is none.
 
@@ -304,6 +308,7 @@ class Simulation(Moment):
         with self._alone("step"):
             return self._with_kinds(advance_one(self._engine, End()))
 
+    @answering
     def steps(self, until: float | None = None) -> Iterator[Event]:
         """Runs event by event, and yields each after it has happened, up to and at a time.
 
@@ -482,9 +487,7 @@ class Simulation(Moment):
 
         Raises ValueError if no contacts are kept, or for a negative number.
         """
-        if operator.index(count) < 0:
-            raise ValueError(f"count is a number of contacts, at least 0; found {count}")
-        return self._engine.ledger.contacts_since(count)
+        return self._engine.ledger.contacts_since(arguments.read_count(count, "count", "contacts"))
 
     @property
     def fingerprint(self) -> str:

@@ -133,7 +133,7 @@ def parameter_mistakes(name: str, parameters: Mapping[str, Any]) -> list[Mistake
     mistakes = []
     for key, value in parameters.items():
         if key not in known:
-            mistakes.append(_unknown(key, list(known)))
+            mistakes.append(_unknown(key, list(known), value))
         elif _convert(known[key], value) is REQUIRED:
             mistakes.append(_misfit(known[key], value))
     for each in known.values():
@@ -148,8 +148,8 @@ def _as_sentence(mistake: Mistake) -> str:
     return f"parameter {name!r}: found {mistake.found}; expected {mistake.expected}"
 
 
-def _unknown(name: str, known: list[str]) -> Mistake:
-    return Mistake(f"parameters.{name}", "no parameter of this name", key_of(name, known))
+def _unknown(name: str, known: list[str], value: Any = None) -> Mistake:
+    return Mistake(f"parameters.{name}", "no parameter of this name", key_of(name, known, value))
 
 
 def _misfit(parameter: Parameter, value: object) -> Mistake:
@@ -184,16 +184,29 @@ def _read(parameter: Parameter, text: str) -> Any:
     return int(value) if is_whole else value
 
 
+def _kind_of(name: str) -> Kind:
+    kinds: tuple[Kind, ...] = ("broad phase", "narrow phase", "response")
+    return next((each for each in kinds if not check_name("", name, each)), kinds[-1])
+
+
+def known_options(name: str) -> list[str]:
+    """Returns the options of a phase or response; none if there is none of this name."""
+    try:
+        return [each.name for each in parameters_of(_kind_of(name), name)]
+    except KinetileError:
+        return []
+
+
 def option_mistakes(name: str, options: Mapping[str, Any], where: str) -> list[Mistake]:
     """Returns the options that a phase or response does not have; if it has them all, why it cannot use a
     value. ``where`` is the place of the options."""
-    kinds: tuple[Kind, ...] = ("broad phase", "narrow phase", "response")
-    kind = next((each for each in kinds if not check_name("", name, each)), kinds[-1])
+    kind = _kind_of(name)
     mistakes = []
     try:
         known = [each.name for each in parameters_of(kind, name)]
         for key in (key for key in options if key not in known):
-            mistakes.append(Mistake(f"{where}.{key}", "no option of this name", key_of(key, known)))
+            wanted = key_of(key, known, options[key])
+            mistakes.append(Mistake(f"{where}.{key}", "no option of this name", wanted))
         if not mistakes:
             with calling(kind, name, "its constructor"):
                 registry().target(kind, name)(**options)

@@ -262,6 +262,12 @@ def check_pair(given: Any, where: str, axes: str) -> list[Mistake]:
     return []
 
 
+def name_alone(text: str, table: str) -> str:
+    """Returns the text after "expected" for a name with options, whose place is in a table."""
+    name, _, _ = text.partition(":")
+    return f"the name alone, {name!r}: what is behind the colon belongs in the table {table}"
+
+
 def check_name(where: str, name: str, *kinds: Kind) -> list[Mistake]:
     """Returns the mistake of naming something that none of these kinds has, if it is one.
 
@@ -280,4 +286,8 @@ def check_name(where: str, name: str, *kinds: Kind) -> list[Mistake]:
         else:
             return []
     found = f"{shown(name)}, which is the name of no {' and no '.join(kinds)}"
+    alone = name.partition(":")[0]
+    if alone in names:
+        table = {"scene": "parameters", "response": "options"}.get(kinds[0], f"options.{alone}")
+        return [Mistake(where, shown(name), name_alone(name, table))]
     return [Mistake(where, found, one_of(name, names) + not_loaded)]

@@ -71,6 +71,8 @@ class Remove(NamedTuple):
 
 Command: TypeAlias = Turn | Insert | Remove
 
+_SHAPES = "a list of shapes to count in, shapes=[...] or [[shapes]]"
+
 _PAIRS = {"position": "[x, y]", "velocity": "[vx, vy]"}
 
 
@@ -123,7 +125,8 @@ def shape_of(command: Any, where: str, table: Sequence[Shape], mistakes: list[Mi
         return disc(command.radius) if right else None
     if not isinstance(shape, Shape):
         if not _is_number_of_body(shape, False) or shape >= len(table):
-            wanted = f"a shape, or the number of one, 0 to {len(table) - 1}" if table else "a shape"
+            numbers = f"the number of one, 0 to {len(table) - 1}" if table else f"with its number {_SHAPES}"
+            wanted = f"a shape, or {numbers}"
             mistakes.append(Mistake(f"{where}.shape", shown(shape), wanted))
             return None
         shape = table[shape]

@@ -27,13 +27,28 @@ from kinetile.errors import BadOption, Mistake, SceneError, printable
 from kinetile.kernel.clock import Clock
 from kinetile.plugin.specs import Kind as PluginKind
 from kinetile.scene.bodies import Bools
-from kinetile.scene.by_name import accepted_parameters, make_scene, option_mistakes, parameter_mistakes
+from kinetile.scene.by_name import (
+    accepted_parameters,
+    known_options,
+    make_scene,
+    option_mistakes,
+    parameter_mistakes,
+)
 from kinetile.scene.checks import abridged, check_frame, check_name, shown
 from kinetile.scene.commands import Command, Insert, Remove, Turn
 from kinetile.scene.reader import FilePlaces, Given
 from kinetile.scene.responses import Response, Rule
 from kinetile.scene.scene import Scene, arguments_of, declared_kinds, relabelled, scene_of
-from kinetile.scene.schema import MOST_BYTES, Place, expected, find_faults, read_bytes, read_tables, written
+from kinetile.scene.schema import (
+    MOST_BYTES,
+    UNKNOWN,
+    Place,
+    expected,
+    find_faults,
+    read_bytes,
+    read_tables,
+    written,
+)
 from kinetile.scene.settings import Settings, check_end
 from kinetile.scene.shapes import Ints, Obstacle, Shape, polyline, read_shape, shape_row
 from kinetile.scene.targets import replacing, writable_target
@@ -152,13 +167,12 @@ class _File:
         wrong = [] if ("recipe",) in self.faults else self._unknown("recipe", name, "scene")
         known = not wrong and ("recipe",) not in self.faults
         taken = [each.name for each in accepted_parameters(name)] if known else []
-        odd = {mistake.where for mistake in self.mistakes}
+        odd = self._odd()
         for key in self.tables:
             beside = key in ("arena", "periodic", "gravity", "start", "bodies", "unit", "shapes")
             if key in taken and (beside or key in odd):
-                self.mistakes = [mistake for mistake in self.mistakes if mistake.where != key]
                 wanted = f"it in the table [parameters]: it is a parameter of the recipe {name!r}"
-                self.mistakes.append(Mistake(key, f"{key} beside a recipe", wanted))
+                self._instead(key, f"{key} beside a recipe", wanted)
             elif beside:
                 wanted = "one of the two: the recipe makes them all"
                 self.mistakes.append(Mistake(key, f"{key} beside a recipe", wanted))
@@ -261,6 +275,15 @@ class _File:
     def _origin(self, origin: Mapping[str, Any]) -> Mapping[str, Any]:
         return origin if self.source is None else {**origin, "file": self.source}
 
+    def _odd(self) -> set[str]:
+        """Returns the places of the keys that are not known there."""
+        return {mistake.where for mistake in self.mistakes if mistake.found == UNKNOWN}
+
+    def _instead(self, where: str, found: str, wanted: str) -> None:
+        """Replaces the mistakes at a place by one."""
+        self.mistakes = [mistake for mistake in self.mistakes if mistake.where != where]
+        self.mistakes.append(Mistake(where, found, wanted))
+
     def _usable(self, key: str, default: Any = None) -> Any:
         """Returns the value of a key, or the default if there is none, or one of a wrong type."""
         return default if (key,) in self.faults else self.tables.get(key, default)
@@ -288,15 +311,28 @@ class _File:
         broad: str | None = self._usable("broad-phase")
         narrow: list[str] | None = self._usable("narrow-phases")
         if broad is not None:
-            self.mistakes += self._unknown("broad-phase", broad, "broad phase")
+            wrong = self._unknown("broad-phase", broad, "broad phase")
+            self.mistakes, broad = self.mistakes + wrong, None if wrong else broad
         for k, name in enumerate(narrow or ()):
-            self.mistakes += self._unknown(f"narrow-phases[{k}]", name, "narrow phase")
+            wrong = self._unknown(f"narrow-phases[{k}]", name, "narrow phase")
+            self.mistakes, narrow = self.mistakes + wrong, None if wrong else narrow
         options = self._usable("options", {})
+        named = [each for each in (broad, *(narrow or ())) if each is not None]
+        of_phase = f"[options.{named[0] if named else 'NAME'}]"
         for name, given in options.items():
-            wrong = self._unknown(f"options.{name}", name, "broad phase", "narrow phase")
-            if not wrong and ("options", name) not in self.faults:
-                wrong = self._unfit(name, given, f"options.{name}")
-            self.mistakes += wrong
+            where = f"options.{name}"
+            if ("options", name) in self.faults:
+                self._instead(where, shown(given), f"it in a table of the phase, {of_phase}")
+                continue
+            wrong = self._unknown(where, name, "broad phase", "narrow phase")
+            if wrong and named:
+                wrong = [each._replace(expected=f"{each.expected}; here {of_phase}") for each in wrong]
+            self.mistakes += wrong or self._unfit(name, given, where)
+        for key in self._odd() & set(self.tables) if self.look_up else ():
+            owners = [key] if not check_name("", key, "broad phase", "narrow phase") else []
+            owners += [each for each in named if key in known_options(each)]
+            if owners:
+                self._instead(key, "options of a phase", f"them in the table [options.{owners[0]}]")
         options = {name: given for name, given in options.items() if ("options", name) not in self.faults}
         narrow_phases = None if narrow is None else tuple(narrow)
         return Settings(broad, narrow_phases, options, self._usable("until"), self._usable("end"))
@@ -381,10 +417,15 @@ class _File:
     def _responses(self) -> list[Rule]:
         """Returns the responses of the file; appends the mistakes in their names and options."""
         found: list[Rule] = []
+        odd = self._odd()
         for k, row in self._rows("responses"):
             where, name, options = f"responses[{k}]", row["response"], row.get("options", {})
             wrong = self._unknown(f"{where}.response", name, "response")
-            self.mistakes += wrong or self._unfit(name, options, f"{where}.options")
+            beside = [key for key in row if f"{where}.{key}" in odd and key in known_options(name)]
+            for key in beside:
+                wanted = f"it in options = {{ {_key(key)} = ... }}"
+                self._instead(f"{where}.{key}", f"an option of {name!r}", wanted)
+            self.mistakes += wrong or ([] if beside else self._unfit(name, options, f"{where}.options"))
             response = Response(name, **options)
             response.found = True  # or its mistake is reported here, in the place of the file
             found.append(Rule(f"{where}.between", row["between"], response))

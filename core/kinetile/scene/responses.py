@@ -149,7 +149,10 @@ def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
     known = list(kinds)
     meant = nearest(str(name), map(str, known))
     hint = f"; did you mean {meant!r}?" if meant else ""
-    return f"{shown(name)} is no kind of this scene; there are: {', '.join(map(repr, known))}{hint}"
+    there = f"; there are: {', '.join(map(repr, known))}"
+    if not {*known} - {0, WALL}:
+        there = ", which has none: kind=[...], or kind in [[bodies]], gives kinds to bodies"
+    return f"{shown(name)} is no kind of this scene{there}{hint}"
 
 
 def _unregistered(where: str, response: Response) -> list[Mistake]:

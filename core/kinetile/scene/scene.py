@@ -11,12 +11,12 @@ import math
 import struct
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import BadOption, Mistake, SceneError, answering, key_of
+from kinetile.errors import BadOption, Mistake, SceneError, answering, key_of, no_attribute
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER
 from kinetile.plugin.choices import called
@@ -117,6 +117,11 @@ class Scene:
         more = (commands, unit, kind, responses, kinds, periodic, shape, shapes, gravity)
         given = Given(*columns, arena, turns, start, settings, origin, *more)
         self.__dict__.update(read_scene(given, NO_FILE))
+
+    if not TYPE_CHECKING:  # mypy finds attributes that are not there
+
+        def __getattr__(self, name: str) -> Any:
+            raise no_attribute(self, name)
 
     def __len__(self) -> int:
         return len(self.radius)

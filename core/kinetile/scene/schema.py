@@ -17,7 +17,7 @@ import re
 import tomllib
 from collections import Counter
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeAlias, get_args
+from typing import Annotated, Any, TypeAlias, cast, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -68,7 +68,7 @@ class _OneBody(_FileTable):
     radius: float = Field(description="a finite number greater than 0")
     mass: float = Field(_ABSENT, description="a number greater than 0, or inf")
     kind: _Kind = Field(_ABSENT, description="the name of a kind, or a whole number")
-    shape: _Number = Field(_ABSENT, description="the number of a shape")
+    shape: _Number = Field(_ABSENT, description="the number of one of [[shapes]], from 0")
 
 
 class _Body(_OneBody):
@@ -121,8 +121,10 @@ class _File(_FileTable):
     start: _Time = _ABSENT
     until: _Time = _ABSENT
     end: _Moment = _ABSENT
-    broad_phase: str = Field(_ABSENT, description="the name of a broad phase")
-    narrow_phases: Annotated[list[str], _Few] = Field(_ABSENT, description="a list of names of narrow phases")
+    broad_phase: str = Field(_ABSENT, description="the name of a broad phase; options are in [options.NAME]")
+    narrow_phases: Annotated[list[str], _Few] = Field(
+        _ABSENT, description="a list of names of narrow phases; options are in [options.NAME]"
+    )
     options: Annotated[dict[str, Annotated[dict[str, Any], _Few]], _Few] = Field(
         _ABSENT, description="a table for each phase, such as [options.sap-1d]"
     )
@@ -156,11 +158,13 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
     for kind, place in found:
         if kind == "extra_forbidden":
             key, known = str(place[-1]), _keys(place)
+            belongs = _belongs(place)
             table = tuple(step for step in place[:-1] if isinstance(step, str))
             unknown[table] += 1
             if unknown[table] <= LIMIT:
-                mistakes[place] = Mistake(written(place), "a key that is not known here", key_of(key, known))
-                meant.add((*place[:-1], nearest(key, known) or ""))
+                mistakes[place] = Mistake(written(place), UNKNOWN, belongs or key_of(key, known))
+                if not belongs:
+                    meant.add((*place[:-1], nearest(key, known) or ""))
             else:
                 more = f"{unknown[table] - LIMIT:,} more keys that are not known here"
                 mistakes[table] = Mistake(written(table) or "the file", more, one_of("", known))
@@ -181,6 +185,29 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
             also = ", or a recipe by name" if place == ("bodies",) else ""
             mistakes[place] = Mistake(written(place), "nothing", expected(place) + also)
     return list(mistakes.values()), faults
+
+
+UNKNOWN = "a key that is not known here"
+
+
+def _belongs(place: Place) -> str:
+    """Returns what is expected of a key that another table has, one around that of ``place`` or one in it;
+    "" if none has it."""
+    key = str(place[-1])
+    for at in reversed(range(len(place) - 1)):
+        if isinstance(place[at], str) and key in _keys((*place[:at], key)):
+            header = ".".join(step for step in place[: at + 1] if isinstance(step, str))
+            if not isinstance(place[at + 1], int):
+                return f"it beside {header.rpartition('.')[2]}, not within"
+            return f"it before the first [[{header}]]: what stands below a header belongs to its table"
+    path = [step for step in place[:-1] if isinstance(step, str)]
+    within = []
+    for name, field in _model(place).model_fields.items():
+        inner = next(iter(get_args(field.annotation)), field.annotation)
+        if isinstance(inner, type) and issubclass(inner, _FileTable) and key in _keys_of(inner):
+            is_list = inner is not field.annotation
+            within.append(f"[[{'.'.join([*path, name])}]]" if is_list else f"{name} = {{ ... }}")
+    return f"it in {' or '.join(within)}" if within else ""
 
 
 def _has_shape(tables: Mapping[str, Any], place: Place) -> bool:
@@ -210,12 +237,21 @@ def _wrong_value(kind: str, place: Place, value: Any) -> tuple[str, str]:
 
 def _keys(place: Place) -> dict[str, str]:
     """Returns the keys of the table that has the last step of ``place``, and what is expected of each."""
+    return _keys_of(_model(place))
+
+
+def _keys_of(model: type[_FileTable]) -> dict[str, str]:
+    return {field.alias or name: field.description or "" for name, field in model.model_fields.items()}
+
+
+def _model(place: Place) -> type[_FileTable]:
+    """Returns the table that has the last step of ``place``."""
     model: Any = _File
     for step in place[:-1]:
         if isinstance(step, str):
             inner = model.model_fields[step].annotation
             model = next(iter(get_args(inner)), inner)  # of a list of tables, that of each
-    return {field.alias or name: field.description or "" for name, field in model.model_fields.items()}
+    return cast("type[_FileTable]", model)
 
 
 def expected(place: Place) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 from kinetile.errors import Mistake
 from kinetile.kernel.clock import Clock
-from kinetile.scene.checks import is_finite, plain, shown
+from kinetile.scene.checks import is_finite, name_alone, plain, shown
 from kinetile.scene.commands import EXACT, is_exact
 
 
@@ -48,13 +48,24 @@ def check_settings(settings: Settings) -> list[Mistake]:
     if not isinstance(settings.broad_phase, (str, type(None))):
         mistakes.append(Mistake("broad-phase", shown(settings.broad_phase), "the name of a broad phase"))
     narrow = settings.narrow_phases
+    named = {"broad-phase": (settings.broad_phase,), "narrow-phases": narrow}
+    for where, names in named.items():
+        for each in names if isinstance(names, tuple) else ():
+            if isinstance(each, str) and ":" in each:
+                mistakes.append(Mistake(where, shown(each), name_alone(each, "options")))
     if narrow is not None and not (
         isinstance(narrow, tuple) and all(isinstance(name, str) for name in narrow)
     ):
         mistakes.append(Mistake("narrow-phases", shown(narrow), "a list of names of narrow phases"))
     options = settings.options
     if not isinstance(options, Mapping) or not all(isinstance(table, Mapping) for table in options.values()):
-        mistakes.append(Mistake("options", shown(options), "a table of options for each phase's name"))
+        mistakes.append(
+            Mistake(
+                "options",
+                shown(options),
+                "a table of options for each phase's name, such as {'sap-1d': {'axis': 'y'}}",
+            )
+        )
     return mistakes
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from kinetile.cli.options import is_file_name
+from kinetile.cli.options import CommandGroup, is_file_name
 from kinetile_bench.cli.bench import choose, events, scene, thesis
 from kinetile_bench.cli.study import run_study, study_rows, study_table
 
@@ -31,7 +31,9 @@ bench = typer.Typer(
 for _benchmark in (events, scene, thesis):
     bench.command()(_benchmark)
 
-study = typer.Typer(help="Run a table of scenes, phases and seeds; stop, go on, read.", no_args_is_help=True)
+study = typer.Typer(
+    cls=CommandGroup, help="Run a table of scenes, phases and seeds; stop, go on, read.", no_args_is_help=True
+)
 study.command("run")(run_study)
 study.command("table")(study_table)
 study.command("rows")(study_rows)

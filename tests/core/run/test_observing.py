@@ -230,7 +230,7 @@ def test_a_run_that_stops_early_has_what_it_has_measured(watchers):
     ("observe", "error", "said"),
     [
         (["presure"], UnknownName, "did you mean 'pressure'"),
-        (["pressure:bye=1"], BadOption, "has no option 'bye'; did you mean 'by'"),
+        (["pressure:bye=1"], BadOption, "has no option 'bye'; expected by; did you mean 'by'"),
         (["pressure:by=chance"], BadOption, "expected counts or impulses"),
         (["pressure:every=0"], BadOption, "expected a time greater than 0"),
         (["pressure:after=0.5,every=1e-300"], BadOption, "an interval of 1e-300 is lost in rounding"),

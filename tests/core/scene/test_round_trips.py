@@ -42,7 +42,7 @@ def everything(scene: kt.Scene) -> tuple[Any, ...]:
     """Return all that a scene says, in a form in which -0.0 is not 0.0, 1 not 1.0, and NumPy's 1 not 1."""
     return (
         *(getattr(scene, name).tobytes() for name in ARRAYS),
-        *(repr(getattr(scene, name)) for name in (*VALUES, "settings", "ruled", "capacity")),
+        *(repr(getattr(scene, name)) for name in (*VALUES, "settings", "_ruled", "capacity")),
     )
 
 

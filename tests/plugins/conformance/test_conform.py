@@ -82,7 +82,7 @@ def test_as_json():
     ("arguments", "said"),
     [
         (["nave"], "no broad phase is called 'nave'; did you mean 'naive'?"),
-        (["sap-1d:axes=y"], "has no option 'axes'; did you mean 'axis'?"),
+        (["sap-1d:axes=y"], "has no option 'axes'; expected axis; did you mean 'axis'?"),
         (["sap-1d:axis=z"], "axis must be 'x' or 'y'"),
         (["naive", "--narrow-phase", "disk"], "no narrow phase is called 'disk'; did you mean 'disc'?"),
         (["naive", "--narrow-phase", "disc:side=2"], "narrow phase 'disc' has no option 'side'"),

@@ -120,7 +120,7 @@ def test_a_missing_extra_is_said(line):
     [
         ("", "expected the NAME of a broad phase, or --command CMD, or several of both"),
         ("naive nave", "no broad phase is called 'nave'; did you mean 'naive'?"),
-        ("sap-1d:axes=y", "has no option 'axes'; did you mean 'axis'?"),
+        ("sap-1d:axes=y", "has no option 'axes'; expected axis; did you mean 'axis'?"),
         ("naive sap-1d:axis=z", "axis must be 'x' or 'y'"),
         ("naive --check same-contact", "did you mean 'same-contacts'?"),
         ("naive --ask pairs", "--ask is for --command"),
