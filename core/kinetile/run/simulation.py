@@ -573,7 +573,8 @@ class Simulation(Moment):
         Walls and third bodies are ignored: this is what happens without interference. The answer
         is the future row of ``contacts``, to the tick. A pair that has just met does not meet
         again until one of the two has a new plan. For two that are passing through each other
-        it is the row of the end, with a > b.
+        it is the row of the end, with a > b. With gravity plans end with a frame, ``Scene.frame`` ticks: an
+        answer beyond it may be some ticks off, here and of the next two questions.
 
         Args:
             a: a body.

@@ -321,10 +321,11 @@ class _File:
         of_phase = f"[options.{named[0] if named else 'NAME'}]"
         for name, given in options.items():
             where = f"options.{name}"
-            if ("options", name) in self.faults:
-                self._instead(where, shown(given), f"it in a table of the phase, {of_phase}")
-                continue
             wrong = self._unknown(where, name, "broad phase", "narrow phase")
+            if ("options", name) in self.faults:
+                if wrong:
+                    self._instead(where, shown(given), f"it in a table of the phase, {of_phase}")
+                continue
             if wrong and named:
                 wrong = [each._replace(expected=f"{each.expected}; here {of_phase}") for each in wrong]
             self.mistakes += wrong or self._unfit(name, given, where)
