@@ -339,6 +339,45 @@ class Bumpers:
         return [kt.ResponseSpec("bumper", Bumper)]
 
 
+SEEN: list[tuple[object, ...]] = []
+
+
+@hook
+def look(k, a, b, nx, ny, rule):
+    limits, torus, trait = k.clock[0].limits, k.clock[0].torus, k.traits[a]
+    SEEN.append((a, k.mass[a], k.bodies[a].radius, trait.kind, k.clock[0].now - trait.touched, rule.first))
+    SEEN.append((limits.width, limits.height, torus.x, torus.y))
+    kick(k, a, b, nx, ny, rule)
+
+
+class Looker(Bumper):
+    def prepare(self, scene):
+        return ResponseParts(look, (self.kick,))
+
+
+class Lookers:
+    @staticmethod
+    @kt.hookimpl
+    def kinetile_responses():
+        return [kt.ResponseSpec("looker", Looker)]
+
+
+@pytest.mark.interpreted
+def test_a_response_finds_what_the_table_of_plugins_says():
+    """The mass of a body was in no page."""
+    SEEN.clear()
+    with registered(Lookers):
+        scene = kt.Scene(
+            [[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], [0.25, 0.5], [2.0, 3.0], (4.0, 2.0),
+            kind=["a", "b"], responses=kt.Response("looker", kick=4.0),
+        )  # fmt: skip
+        kt.Simulation(scene, "naive").run(max_contacts=4)
+    (a, *first, _, kicked), arena, (*_, since, _), _ = SEEN
+    assert (a, first, kicked) == (0, [2.0, 0.25, 0], 4.0)
+    assert arena == (4.0, 2.0, 0.0, 0.0)
+    assert 0 < since < 2**53
+
+
 def test_another_response_of_the_same_family_needs_no_other_loop():
     columns = [[1.0, 1.0], [4.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], 0.5
     rules = [LOSSY, kt.Response("restitution", e=0.75, contact_time=1e-6), "stop", "elastic"]

@@ -16,7 +16,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetile.errors import AuditError, BadOption, MissedContactError, PhaseError, ZenoError
+from kinetile.errors import AuditError, BadOption, MissedContactError, PhaseError, ZenoError, answering
 from kinetile.kernel.log import WALLS
 from kinetile.plugin.choices import write_phase
 from kinetile.plugin.registry import installed
@@ -204,6 +204,7 @@ class Comparison:
         }
 
 
+@answering
 def compare(
     scene: Scene,
     broad_phases: Sequence[Choice] | None = None,

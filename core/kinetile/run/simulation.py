@@ -872,6 +872,7 @@ def _of_kinds(query: Query, kinds: Iterable[Kind]) -> Query:
     return replace(query, slots=query.slots[np.isin(query.k.traits.kind[query.slots], wanted)])
 
 
+@answering
 def resume(
     path: str | os.PathLike[str],
     broad_phase: str | None = None,

@@ -207,7 +207,7 @@ def _belongs(place: Place) -> str:
         if isinstance(inner, type) and issubclass(inner, _FileTable) and key in _keys_of(inner):
             is_list = inner is not field.annotation
             within.append(f"[[{'.'.join([*path, name])}]]" if is_list else f"{name} = {{ ... }}")
-    return f"it in {' or '.join(within)}" if within else ""
+    return f"it in {' or '.join(within)}" if within and not nearest(key, _keys(place)) else ""
 
 
 def _has_shape(tables: Mapping[str, Any], place: Place) -> bool:

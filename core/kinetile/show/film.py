@@ -14,7 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from kinetile.errors import BadOption
+from kinetile.errors import BadOption, answering
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene.targets import writing_new
 from kinetile.show.picture import LIGHT, LOOKS, NEXT, Picture, Place, counted, take_picture
@@ -130,6 +130,7 @@ class Film:
         return f"time {now}: {what} under {self.simulation.broad_phase}{picture.left_out}"
 
 
+@answering
 def film(
     simulation: Simulation,
     until: float | None = None,

@@ -165,6 +165,29 @@ def test_a_trajectory_is_made_of_parabolas(seed, tmp_path):
     assert np.abs(path.velocities(1.125) - velocities).max() < 1e-14
 
 
+@pytest.mark.small
+def test_an_answer_was_said_to_be_the_row_beyond_the_frame_too():
+    """Within the present frame it is; beyond, plans begin anew and are rounded (living-scenes.md)."""
+    within = kt.Simulation(kt.make_scene("grid", bodies=4, density=0.3, seed=1, gravity=(0.0, -1.0)), "naive")
+    for _ in range(20):
+        epoch, tick = within.exact_time
+        frame = within.scene.frame
+        answers = [within.next_contact_of(body, scheduled=True) for body in range(4)]
+        first = min((each for each in answers if each is not None), default=None)
+        within.run(max_contacts=1)
+        row = within.contacts[-1].item()
+        if ((epoch << 52) + tick) // frame == ((row[1] << 52) + row[2]) // frame:
+            assert first == row
+    far = kt.Scene([[1.0, 3.1], [3.0, 3.3]], [[0.1, 0.0], [-0.1, 0.0]], 0.3, arena=(4.0, 400.0))
+    beyond = kt.Simulation(far.replace(gravity=(0.0, -0.01)), "naive")
+    answer = beyond.next_contact(0, 1)
+    beyond.run(max_contacts=1)
+    row = beyond.contacts[0].item()
+    assert answer is not None
+    assert answer[1:3] > divmod(beyond.scene.frame, 2**52)
+    assert abs(((answer.epoch - row[1]) << 52) + answer.tick - row[2]) < 100
+
+
 @pytest.mark.own_loop
 @pytest.mark.compiled
 def test_the_walls_carry_the_weight():

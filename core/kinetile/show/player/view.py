@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import BadOption
+from kinetile.errors import BadOption, answering
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.plugin.choices import write_phase
 from kinetile.records.bounded import BoundedRows, TooManyRows
@@ -196,6 +196,7 @@ def view_file(path: str | os.PathLike[str]) -> View:
     return View(Page(scene, [recording], f"{Path(path).name}: {_name(scene)}"))
 
 
+@answering
 def view(
     simulation: Simulation,
     until: float | None = None,
