@@ -86,7 +86,7 @@ class UnknownName(KinetileError, LookupError):
         self.failures = tuple(failures)
         meant = f"; did you mean {suggestion!r}?" if suggestion else "."
         meant = f": it is a {other}." if other else meant
-        if kind == "scene" and name.endswith(".toml"):
+        if kind == "scene" and str(name).endswith(".toml"):
             meant = f": kinetile.load_scene({name!r}), or `kinetile run {name}`, reads a file."
         lines = [f"no {kind} is called {name!r}{meant}", f"available: {', '.join(self.available) or 'none'}"]
         lines += [f"not loaded: {failure}" for failure in self.failures]
@@ -351,8 +351,9 @@ def no_attribute(owner: object, name: str) -> AttributeError:
             object.__getattribute__(owner, name)
         except AttributeError as error:
             return error
-    is_module = isinstance(owner, ModuleType)
-    what = f"module {owner.__name__!r}" if is_module else f"{type(owner).__name__!r} object"  # type: ignore[attr-defined]
+    what = (
+        f"module {owner.__name__!r}" if isinstance(owner, ModuleType) else f"{type(owner).__name__!r} object"
+    )
     said = f"{what} has no attribute {name!r}"
     if name.startswith("_"):
         return AttributeError(said)
