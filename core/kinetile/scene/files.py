@@ -329,7 +329,8 @@ class _File:
             if wrong and named:
                 wrong = [each._replace(expected=f"{each.expected}; here {of_phase}") for each in wrong]
             self.mistakes += wrong or self._unfit(name, given, where)
-        for key in self._odd() & set(self.tables) if self.look_up else ():
+        odd = self._odd() if self.look_up else ()
+        for key in (key for key in self.tables if key in odd):
             owners = [key] if not check_name("", key, "broad phase", "narrow phase") else []
             owners += [each for each in named if key in known_options(each)]
             if owners:

@@ -254,7 +254,7 @@ def test_a_narrow_phase_must_be_what_its_spec_says():
 def test_what_is_not_there_is_refused_in_a_sentence():
     with pytest.raises(UnknownName, match="did you mean 'sap-1d'"):
         kt.Simulation(grid(), "sap1d")
-    with pytest.raises(BadOption, match="no option 'axs'; did you mean 'axis'"):
+    with pytest.raises(BadOption, match="no option 'axs'; expected axis; did you mean 'axis'"):
         kt.Simulation(grid(), "sap-1d", options={"axs": "y"})
     with pytest.raises(BadOption, match=r"axis must be 'x' or 'y', two whole numbers .*, not 'z'"):
         kt.Simulation(grid(), "sap-1d", options={"axis": "z"})
