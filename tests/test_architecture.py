@@ -85,3 +85,62 @@ def test_no_test_judges_how_long_it_takes():
             if isinstance(node, ast.keyword) and node.arg in ("suppress_health_check", "deadline"):
                 said = ast.unparse(node.value)
                 assert said in ("None", "list(HealthCheck)") or path.name == "conftest.py", path
+
+
+WRITES = {
+    "write_bytes",
+    "write_text",
+    "savefig",
+    "imsave",
+    "save_all",
+    "to_csv",
+    "tofile",
+    "savetxt",
+    "savez",
+}
+"""Methods that write a file by its name; those that can open one for writing follow by their mode."""
+
+OPENED = {
+    ("core/kinetile/targets.py", "open(fresh, 'xb', opener=opened)"): "the one way",
+    ("core/kinetile/targets.py", "fresh.replace(target)"): "the one way",
+    ("core/kinetile/show/printed.py", "figure.savefig(written, format=form, **options)"): "bytes in memory",
+    ("core/kinetile/records/log.py", "open(descriptor, 'wb', buffering=0)"): "a log that is locked",
+    ("core/kinetile/records/events.py", "unfinished.replace(self.partial)"): "a log that is locked",
+    ("core/kinetile/records/frames.py", "gsd_module().open(file.name, 'w')"): "a file that will replace",
+    (
+        "core/kinetile/run/saving/files.py",
+        "archive.open(zipfile.ZipInfo(f'{name}.npy'), 'w', force_zip64=True)",
+    ): ("a member of an archive"),
+    ("core/kinetile/run/saving/files.py", "zipfile.ZipFile(hashed, 'w')"): "a file that will replace",
+    ("plugins/kinetile_conformance/processes.py", "self._file.open('wb')"): "in a temporary folder",
+    ("plugins/kinetile_conformance/processes.py", "os.fdopen(os.dup(1), 'wb')"): "a pipe",
+}
+"""Calls that may write otherwise than by ``kinetile.targets``, and what they write to."""
+
+
+def writes(call: ast.Call) -> bool:
+    """Whether a call writes or moves a file by a method of ``WRITES``, a mode, or ``Path.replace``."""
+    name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+    given = [*call.args, *(each.value for each in call.keywords if each.arg == "mode")]
+    modes = [each.value for each in given if isinstance(each, ast.Constant)]
+    module = getattr(getattr(call.func, "value", None), "id", "")
+    moves = (name == "replace" and len(call.args) == 1 and not call.keywords) or (
+        name in ("replace", "rename", "renames", "move", "copy", "copy2", "copyfile", "copytree")
+        and module in ("os", "shutil")
+    )
+    opens = name in ("open", "fdopen", "ZipFile", "TarFile", "NamedTemporaryFile")
+    return (
+        name in WRITES
+        or moves
+        or (opens and any(re.fullmatch(r"[rbt]*[wax+][bt+]*", str(mode)) for mode in modes))
+    )
+
+
+def test_a_file_was_truncated_before_its_new_content_could_be_written():
+    """On a full disk, --overwrite left nothing of the old file: all go through ``kinetile.targets``."""
+    found = set()
+    for path in sorted(file for root in (CORE, PLUGINS) for file in root.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and writes(node):
+                found.add((path.relative_to(ROOT).as_posix(), ast.unparse(node)))
+    assert found == set(OPENED)

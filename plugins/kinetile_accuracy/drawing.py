@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from kinetile.show.printed import figure_bytes
+from kinetile.targets import write_file
 from kinetile_accuracy.sections import needed
 
 if TYPE_CHECKING:
@@ -86,13 +87,12 @@ def save_figure(figure: Figure, stem: Path, description: str = "") -> list[Path]
     ``description`` is written into the metadata of the SVG, where there is one.
     """
     svg, png = (stem.with_name(f"{stem.name}.{ending}") for ending in ("svg", "png"))
-    svg.write_bytes(as_svg(figure, description))
-    figure.savefig(png, dpi=300)
+    write_file(svg, as_svg(figure, description))
+    write_file(png, figure_bytes(figure, "png", dpi=300))
     return [svg, png]
 
 
 def as_svg(figure: Figure, description: str = "") -> bytes:
     """Returns a figure as SVG, the same bytes for the same figure, with a description in its metadata."""
-    written = BytesIO()
-    figure.savefig(written, format="svg", metadata={"Date": None, "Description": description or None})
-    return written.getvalue()
+    undated = {"Date": None, "Description": description or None}
+    return figure_bytes(figure, "svg", metadata=undated)

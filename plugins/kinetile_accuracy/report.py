@@ -16,6 +16,7 @@ from typing import Any
 from kinetile.cli.output import as_csv, as_json
 from kinetile.errors import BadOption
 from kinetile.show.html import figure, grid, paragraph
+from kinetile.targets import write_file
 from kinetile_accuracy.drawing import as_svg, house_style, save_figure
 from kinetile_accuracy.sections import (
     Budget,
@@ -113,7 +114,7 @@ def write_report(
     for section in sections:
         for table in section.tables:
             written.append(folder / f"{section.name}-{table.name}.csv")
-            written[-1].write_text(as_csv(map(vars, table.rows)), encoding="utf-8")
+            write_file(written[-1], as_csv(map(vars, table.rows)))
 
     def saved(section: Section, picture: ReportFigure) -> bytes:
         stem = folder / f"{section.name}-{picture.name}"
@@ -125,11 +126,9 @@ def write_report(
         page = _page(_body(sections, saved), sections, budget, conditions)
     data = folder / "accuracy.json"
     parts = [section_as_dict(section) for section in sections]
-    data.write_text(
-        as_json({"budget": budget, "conditions": dict(conditions), "parts": parts}) + "\n", "utf-8"
-    )
+    write_file(data, as_json({"budget": budget, "conditions": dict(conditions), "parts": parts}) + "\n")
     target = folder / "accuracy.html"
-    target.write_text(page, encoding="utf-8")
+    write_file(target, page)
     return [target, data, *written]
 
 

@@ -35,6 +35,7 @@ from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Response, Scene, Turn
 from kinetile.scene.files import dumps_scene, load_scene
 from kinetile.scene.schema import read_bytes
+from kinetile.targets import write_file
 from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, NoState, hook, is_there, unchecked
 from kinetile_conformance.deadline import begin_scene
 
@@ -343,7 +344,7 @@ def save_case(scene: Scene, path: Path, said: str, subject: Subject, check: str 
     head = {"check": check, "name": subject.name, "options": subject.options, "narrow_phases": subject.narrow}
     lines = [json.dumps(head, default=repr), *said.splitlines()[:6]]
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("".join(f"# {line}\n" for line in lines) + dumps_scene(scene), encoding="utf-8")
+    write_file(path, "".join(f"# {line}\n" for line in lines) + dumps_scene(scene))
 
 
 def load_case(path: Path) -> SavedCase:

@@ -20,6 +20,7 @@ from typing import Any
 
 from kinetile.errors import KinetileError, Refused
 from kinetile.scene import Scene
+from kinetile.targets import write_file
 from kinetile_conformance.cases import CONTACTS, Subject, save_case
 from kinetile_conformance.checks import CHECKS
 from kinetile_conformance.checks.check import Check, Disagreement, Observation
@@ -209,7 +210,7 @@ class _EngineRun(CheckRun):
         if self.found is not None:
             right = {self.wrong.form.key: self.wrong.right}
             lines += [json.dumps(value) + "\n" for value in (self.found, right)]
-        path.write_text("".join(lines), encoding="utf-8")
+        write_file(path, "".join(lines))
         if isinstance(case, Scene):
             path = path.with_suffix(".toml")
             save_case(case, path, said, self.subject)

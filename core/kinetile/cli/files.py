@@ -43,7 +43,7 @@ def file_errors(what: str = "") -> Iterator[None]:
 
 def check_new(option: str, path: Path, overwrite: bool) -> None:
     """Raises BadOption unless a file can be made, or replaced where ``overwrite`` is given."""
-    from kinetile.scene.targets import writable_target
+    from kinetile.targets import writable_target
 
     with file_errors(f"{option} {path}"):
         target = writable_target(path)

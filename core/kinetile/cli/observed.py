@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from importlib import import_module
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,6 +12,7 @@ from kinetile.cli.files import check_new, file_errors
 from kinetile.cli.output import as_csv, table_of
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phases
+from kinetile.targets import write_file
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -95,13 +95,15 @@ def _error(estimate: Any, error: Any = None) -> str:
 def write_observed(observed: Observed, path: Path) -> None:
     """Writes estimates to a file in the form that its name says."""
     form = path.suffix.lower()
-    content = as_csv(observed.rows()).encode() if form == ".csv" else _figure(observed, form[1:])
+    content = as_csv(observed.rows()) if form == ".csv" else _figure(observed, form[1:])
     with file_errors(f"--observe-to {path}"):
-        path.write_bytes(content)
+        write_file(path, content)
 
 
 def _figure(observed: Observed, form: str) -> bytes:
     """Returns a figure: a panel for each curve with its standard errors, and above them the numbers."""
+    from kinetile.show.printed import figure_bytes
+
     entries = [item for items in observed.values() for item in items.items()]
     curves = [item for item in entries if item[1].axis]
     said = [f"{q} = {e.mean:.6g} \N{PLUS-MINUS SIGN} {e.error:.2g}" for q, e in entries if not e.axis]
@@ -112,6 +114,4 @@ def _figure(observed: Observed, form: str) -> bytes:
         axes = figure.add_subplot(len(curves), 1, place)
         axes.errorbar(estimate.at, estimate.mean, estimate.error, fmt=".-", markersize=3, linewidth=1)
         axes.set(xlabel=estimate.axis, ylabel=quantity)
-    written = BytesIO()
-    figure.savefig(written, format=form)
-    return written.getvalue()
+    return figure_bytes(figure, form)

@@ -21,6 +21,7 @@ from kinetile.cli.options import (
 from kinetile.cli.terminal import Bar, FirstSignal, echo, make_ready, notice
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase, read_phases
+from kinetile.targets import write_file
 
 if TYPE_CHECKING:
     from kinetile.run.simulation import Simulation
@@ -99,7 +100,7 @@ def draw(
     else:
         drawn = _drawn_in_space_time(simulation, space_time, until)
     with file_errors(f"--out {out}"):
-        out.write_bytes(drawn)
+        write_file(out, drawn)
 
 
 def _run_to(simulation: Simulation, at: float | None) -> None:

@@ -14,11 +14,13 @@ from importlib.metadata import version
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
+from shutil import rmtree
 from string import Template
 from typing import NamedTuple
 
 from kinetile.errors import BadOption
 from kinetile.plugin.registry import registry
+from kinetile.targets import write_file
 
 
 class _Names(NamedTuple):
@@ -49,13 +51,16 @@ def new_plugin(name: str, into: str | os.PathLike[str] = ".") -> Path:
     if folder.exists():
         raise BadOption(f"{str(folder)!r} is there already; nothing was written")
     contents = _contents(names)
-    for path, text in contents.items():
-        target = folder / path
-        try:
+    try:
+        for path, text in contents.items():
+            target = folder / path
             target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_text(text, encoding="utf-8")
-        except OSError as error:
+            write_file(target, text)
+    except BaseException as error:
+        rmtree(folder, ignore_errors=True)
+        if isinstance(error, OSError):
             raise BadOption(f"{str(target)!r} cannot be written: {error.strerror}") from error
+        raise
     return folder
 
 

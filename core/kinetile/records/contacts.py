@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinetile.errors import BadOption
 from kinetile.scene.checks import shown
-from kinetile.scene.targets import replacing, writable_target
+from kinetile.targets import replacing
 
 CONTACT_LINE = np.dtype([(name, "i8") for name in ("epoch", "tick", "a", "b")])
 """A line of such a list; it need not be a real contact."""
@@ -80,11 +80,9 @@ def _numbers(text: str, source: str, number: int) -> tuple[int, ...]:
 def write_contacts(path: str | os.PathLike[str], contacts: NDArray[Any], fingerprint: str) -> None:
     """Writes a list of contacts (rows with the fields epoch, tick, a, b), and their fingerprint behind them.
 
-    The text goes to a new file, which then replaces the existing one. Raises OSError if it cannot
-    be written.
+    Raises OSError if it cannot be written; then an existing file stays.
     """
-    target = writable_target(path)
-    with replacing(target, sync=False) as file:
+    with replacing(path) as file:
         for first in range(0, len(contacts), _AT_ONCE):
             some = contacts[first : first + _AT_ONCE]
             columns = [some[name].tolist() for name in ("epoch", "tick", "a", "b")]

@@ -37,6 +37,7 @@ from kinetile.records.locks import open_alone
 from kinetile.records.log import Beginning, LogFile, LogReader, LogWriter, Seal, holds_nothing
 from kinetile.records.reading import KindsByHand
 from kinetile.run.interrupts import Unbroken
+from kinetile.targets import mode_of
 from kinetile.versions import versions
 
 if TYPE_CHECKING:
@@ -119,7 +120,7 @@ class EventRecorder:
             raise RecordError(f"{self.path}: this recorder has been used; a recorder writes one file, once")
         left = self.goes_on and self.partial.exists()
         try:
-            file = open_alone(self.partial, self._overwrite, as_it_is=left)
+            file = open_alone(self.partial, self._overwrite, as_it_is=left, mode=mode_of(self._target))
         except OSError as error:
             raise self._unwritable(error) from error
         try:
@@ -148,7 +149,7 @@ class EventRecorder:
         at, rows = self._found(file) if left and self._behind is not None else (None, self._earlier())
         unfinished = self.partial.with_name(self.partial.name + ".unfinished")
         apart = (at is None or len(rows) > 0) and os.name != "nt"  # where an open file cannot be replaced
-        new = open_alone(unfinished, overwrite=True) if apart else file
+        new = open_alone(unfinished, overwrite=True, mode=mode_of(self.partial)) if apart else file
         try:
             if at is None:
                 self._log = LogWriter.begin(new, self.scene)

@@ -14,6 +14,7 @@ those species, by name. The recipe ``frame`` reads both.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterable, Iterator
 from importlib import import_module
 from pathlib import Path
@@ -29,7 +30,7 @@ from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import whole_periods
 from kinetile.scene.scene import kinds_inserted
 from kinetile.scene.shapes import Shape, disc
-from kinetile.scene.targets import replacing, writable_target
+from kinetile.targets import replacing, write_file
 
 Floats = npt.NDArray[np.float64]
 
@@ -158,9 +159,9 @@ def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
     Raises MissingExtra without gsd for .gsd, and OSError if a file cannot be written.
     """
     form = check_form(path)
-    target, many, species = writable_target(path), 0, _Species(scene)
+    many, species = 0, _Species(scene)
     of_bodies: dict[int, int] = {}
-    with replacing(target) as file:
+    with replacing(path) as file:
         if form == ".gsd":
             with gsd_module().open(file.name, "w") as out:
                 for many, frame in enumerate(frames, 1):
@@ -173,8 +174,7 @@ def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
                 of_bodies |= zip(frame.bodies.tolist(), numbers.tolist(), strict=True)
     if scene.shapes and form != ".gsd":
         table = {"shapes": [*map(_described, species.table)], "bodies": of_bodies}
-        with replacing(writable_target(f"{target}.shapes.json")) as file:
-            file.write(json.dumps(table).encode())
+        write_file(f"{os.path.realpath(path)}.shapes.json", json.dumps(table))
     return many
 
 

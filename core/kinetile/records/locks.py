@@ -34,14 +34,14 @@ _BINARY = getattr(os, "O_BINARY", 0)
 _FLAGS = os.O_RDWR | _BINARY | getattr(os, "O_NOFOLLOW", 0)
 
 
-def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False) -> LogFile:
-    """Opens FILE.partial, empty and exclusively; or ``as_it_is``.
+def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False, mode: int | None = None) -> LogFile:
+    """Opens FILE.partial, empty and exclusively; or ``as_it_is``. A new one has a mode, or the umask's.
 
     Raises RecordError if another process is writing it, or if it holds events of a killed run,
     or anything else (unless ``overwrite``); OSError if it cannot be opened.
     """
     while True:
-        descriptor, new = _open(partial)
+        descriptor, new = _open(partial, 0o666 if mode is None else mode | 0o600)
         file = LogFile(descriptor)
         try:
             _check_kind(os.fstat(descriptor), partial)
@@ -120,11 +120,11 @@ def alone(path: Path) -> Iterator[None]:
             held.close()
 
 
-def _open(partial: Path) -> tuple[int, bool]:
+def _open(partial: Path, mode: int) -> tuple[int, bool]:
     """Opens or creates a file; returns its descriptor and whether it is new."""
     while True:
         with suppress(FileExistsError):
-            return os.open(partial, _FLAGS | os.O_CREAT | os.O_EXCL, 0o666), True
+            return os.open(partial, _FLAGS | os.O_CREAT | os.O_EXCL, mode), True
         with suppress(FileNotFoundError):
             _check_kind(os.lstat(partial), partial)
             return os.open(partial, _FLAGS), False

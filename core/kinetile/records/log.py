@@ -232,10 +232,7 @@ class Seal:
 
 
 class LogFile:
-    """An empty file, written from front to back; a write that fails leaves it as it was before.
-
-    pyarrow can write to it: it has write, flush, tell and closed.
-    """
+    """An empty file, written from front to back; a write that fails leaves it as it was before."""
 
     def __init__(self, descriptor: int) -> None:
         self._file = open(descriptor, "wb", buffering=0)  # noqa: SIM115 - `close` does
@@ -260,13 +257,6 @@ class LogFile:
         size = sum(map(len, parts))
         self.position += size
         return size
-
-    def tell(self) -> int:
-        """Returns the number of bytes that have been written."""
-        return self.position
-
-    def flush(self) -> None:
-        """Nothing is buffered here, so nothing is done."""
 
     def close(self) -> None:
         """Closes the file."""

@@ -16,9 +16,7 @@ from __future__ import annotations
 import json
 import os
 import re
-import shutil
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -51,7 +49,7 @@ from kinetile.scene.schema import (
 )
 from kinetile.scene.settings import Settings, check_end
 from kinetile.scene.shapes import Ints, Obstacle, Shape, polyline, read_shape, shape_row
-from kinetile.scene.targets import replacing, writable_target
+from kinetile.targets import write_file
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -87,16 +85,10 @@ def loads_scene(text: str, source: str | None = None, *, look_up: bool = True) -
 def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
     """Writes a scene to a TOML file, from which ``load_scene`` makes an equal one.
 
-    The text goes to a new file in the same folder, which then replaces the old one. Raises OSError
-    if it cannot be written (the old file stays), and BadOption for an option that TOML has no form
-    for. A link is followed; only regular files are replaced.
+    Raises OSError if it cannot be written (the old file stays), and BadOption for an option that TOML has no
+    form for. A link is followed; only regular files are replaced.
     """
-    text = dumps_scene(scene)
-    target = writable_target(path)
-    with replacing(target) as file:
-        file.write(text.encode())
-        with suppress(FileNotFoundError):
-            shutil.copymode(target, file.name)
+    write_file(path, dumps_scene(scene))
 
 
 def dumps_scene(scene: Scene) -> str:

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING
 
 from kinetile.errors import BadOption, answering
 from kinetile.run.simulation import Simulation, composition_of
-from kinetile.scene.targets import writing_new
 from kinetile.show.picture import LIGHT, LOOKS, NEXT, Picture, Place, counted, take_picture
 from kinetile.show.player.view import window
 from kinetile.show.printed import as_pixels, check_printing
+from kinetile.targets import writing_new
 
 if TYPE_CHECKING:
     from PIL.Image import Image

@@ -49,9 +49,14 @@ def as_printed(picture: Picture, form: str, velocities: bool = False) -> bytes:
     if velocities:
         _arrows(axes, picture)
     _legend(figure, picture)
-    written = BytesIO()
     undated = {"png": None, "pdf": {"CreationDate": None}}[form]
-    figure.savefig(written, format=form, dpi=200, metadata=undated)
+    return figure_bytes(figure, form, dpi=200, metadata=undated)
+
+
+def figure_bytes(figure: Any, form: str, **options: Any) -> bytes:
+    """Returns a figure of matplotlib as a file of a form, with options of its ``savefig``."""
+    written = BytesIO()
+    figure.savefig(written, format=form, **options)
     return written.getvalue()
 
 

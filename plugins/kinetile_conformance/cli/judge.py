@@ -9,11 +9,12 @@ from typing import Annotated
 
 import typer
 
-from kinetile.cli.files import check_new, try_folder
+from kinetile.cli.files import check_new, file_errors, try_folder
 from kinetile.cli.options import Json, NarrowPhases, Repeats
 from kinetile.cli.output import as_json
 from kinetile.cli.terminal import INTERRUPTED, Bar, FirstSignal, echo, notice
 from kinetile.errors import BadOption
+from kinetile.targets import write_file
 from kinetile_conformance.cli.conform import (
     EXAMPLES,
     Answer,
@@ -69,10 +70,13 @@ def judge(
     except KeyboardInterrupt:
         notice("kinetile: interrupted; what was done until then is written")
     result = as_json(judgement.as_dict())
-    files[0].write_text(page(judgement, shlex.join(["kinetile", *sys.argv[1:]])), encoding="utf-8")
-    files[1].write_text(result + "\n", encoding="utf-8")
     verdicts = [f"{each.report.label}: {each.error or each.verdict}" for each in judged]
-    echo(result if json else "\n".join([*verdicts, *map(str, files)]))
+    try:
+        with file_errors(f"--out {out}"):
+            write_file(files[0], page(judgement, shlex.join(["kinetile", *sys.argv[1:]])))
+            write_file(files[1], result + "\n")
+    finally:
+        echo(result if json else "\n".join([*verdicts, *map(str, files)]))
     if judgement.status != "complete":
         raise typer.Exit(128 + first.number if first.number else INTERRUPTED)
     raise typer.Exit(judgement.exit_code)

@@ -218,8 +218,8 @@ def test_a_file_that_gets_its_name_while_another_run_opens_it_is_left_alone(tmp_
     one = EventRecorder(path, SCENE).__enter__()
     one(rows(5))
 
-    def open_late(partial):
-        found = opened(partial)
+    def open_late(partial, *more):
+        found = opened(partial, *more)
         monkeypatch.undo()
         one.close()
         return found

@@ -181,7 +181,9 @@ def test_a_run_that_was_killed_before_it_began(left, tmp_path):
 
 
 def test_what_ended_badly_while_it_was_made_an_event_file_is_begun_anew(partial, tmp_path):
-    (tmp_path / "e.parquet.unfinished").write_bytes(b"half of it")
+    left = tmp_path / ".e.parquet.01234567.part"
+    left.write_bytes(b"half of it")
+    os.utime(left, (0, 0))
     recover(partial)
     assert names(tmp_path) == ["e.parquet"]
 

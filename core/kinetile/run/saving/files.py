@@ -16,12 +16,10 @@ that are installed here.
 from __future__ import annotations
 
 import copyreg
-import glob
 import hashlib
 import json
 import operator
 import os
-import time
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -47,8 +45,8 @@ from kinetile.run.saving.snapshot import SavedPhases, Snapshot, check_state
 from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn
 from kinetile.scene.checks import shown
 from kinetile.scene.shapes import Shape
-from kinetile.scene.targets import replacing, writable_target
 from kinetile.sources import open_regular
+from kinetile.targets import replacing, writable_target
 
 HEAD = "kinetile_saved_run"
 _FIRST_NAME = slice(30, 30 + len(HEAD) + 4)
@@ -421,7 +419,7 @@ def from_plain(said: Any, arrays: Arrays) -> Any:
     return _NAMED[kind](*parts)
 
 
-# A file that is complete or absent: written under another name, brought to the disk, then renamed
+# A file that is complete or absent
 
 
 def check_target(path: str | os.PathLike[str]) -> Path:
@@ -461,16 +459,6 @@ def write_whole(
             pack(snapshot, file, note)
     except OSError as error:
         raise _unwritable(os.fspath(path), error) from error
-    _sync_folder(target.parent)
-    _clear_up(target)
-
-
-def _clear_up(target: Path) -> None:
-    """Removes temporary files of killed writers of this file that have not changed for a minute."""
-    for left in target.parent.glob(f".{glob.escape(target.name)}.{'[0-9a-f]' * 8}.part"):
-        with suppress(OSError):
-            if time.time() - left.stat().st_mtime > 60.0:
-                left.unlink()
 
 
 def read_whole(path: str | os.PathLike[str]) -> bytes:
@@ -492,13 +480,3 @@ def _unwritable(name: str, error: OSError) -> RecordError:
     return RecordError(
         f"{name} cannot be written: {error.strerror or error}; what was there under this name is as it was"
     )
-
-
-def _sync_folder(folder: Path) -> None:
-    """Brings a name to the disk, where folders can be."""
-    with suppress(OSError):
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)

@@ -21,7 +21,6 @@ from kinetile.run.compare import describe_row, first_difference
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Scene
 from kinetile.scene.scene import in_words
-from kinetile.scene.targets import writing_new
 from kinetile.show.picture import escape
 from kinetile.show.player.page import Page
 from kinetile.show.player.recording import (
@@ -32,6 +31,7 @@ from kinetile.show.player.recording import (
     record,
     shown_up_to,
 )
+from kinetile.targets import writing_new
 
 _NO_STRUCTURE = (
     "An event file has no structural events and no structure: it says what the bodies do, whatever the broad "

@@ -1,0 +1,119 @@
+"""Files that are written: complete or absent.
+
+No other module of kinetile or of its instruments writes a file by its name, so no full disk, signal or kill
+takes an old file away (``tests/test_architecture.py``).
+"""
+
+from __future__ import annotations
+
+import errno
+import glob
+import os
+import secrets
+import stat
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
+
+from kinetile.errors import BadOption
+
+
+def writable_target(path: str | os.PathLike[str]) -> Path:
+    """Returns the file that a path means, links followed, for writing or replacing it as a whole.
+
+    Raises OSError if there is something that is no regular file: a folder, a device, a pipe.
+    """
+    target = Path(os.path.realpath(path))
+    try:
+        mode = target.stat().st_mode
+    except FileNotFoundError:
+        return target
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "it is there and is no regular file, so it is not replaced")
+    return target
+
+
+@contextmanager
+def writing_new(path: str | os.PathLike[str], overwrite: bool) -> Iterator[BinaryIO]:
+    """Yields a file that is at ``path``, complete, when the context is left.
+
+    Raises BadOption where something is there already (unless ``overwrite``), or where it cannot be written.
+    """
+    try:
+        if writable_target(path).exists() and not overwrite:
+            raise BadOption(
+                f"{path} is there already: choose another name, or have it overwritten (overwrite=True, or "
+                "--overwrite)"
+            )
+        with replacing(path) as file:
+            yield file
+    except OSError as error:
+        raise BadOption(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
+    """Writes or replaces a file as a whole, text in UTF-8. Raises OSError as ``replacing``."""
+    with replacing(path) as file:
+        file.write(content.encode() if isinstance(content, str) else content)
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """Yields a new file beside ``path``, which it replaces when the context is left: at once, with all of its
+    content on the disk, and with the mode of the old file.
+
+    If a signal, a full disk or a kill interrupts it, the old file stays. Raises OSError if the file cannot be
+    made or written, or is there and no regular file.
+    """
+    target = writable_target(path)
+    mode = mode_of(target)
+
+    def opened(name: str, flags: int) -> int:
+        return os.open(name, flags, 0o666 if mode is None else mode | stat.S_IWUSR)
+
+    fresh = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    try:
+        with open(fresh, "xb", opener=opened) as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        if mode is not None:
+            with suppress(OSError):
+                fresh.chmod(mode)
+        fresh.replace(target)
+    except BaseException:
+        with suppress(OSError):
+            fresh.unlink(missing_ok=True)
+        raise
+    _sync_folder(target.parent)
+    _clear_up(target)
+
+
+def mode_of(target: Path) -> int | None:
+    """Returns the mode of a file; None where there is none."""
+    try:
+        return stat.S_IMODE(target.stat().st_mode)
+    except FileNotFoundError:
+        return None
+
+
+def _sync_folder(folder: Path) -> None:
+    """Brings a name to the disk, where folders can be."""
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _clear_up(target: Path) -> None:
+    """Removes temporary files of killed writers of this file that have not changed for a minute."""
+    for left in target.parent.glob(f".{glob.escape(target.name)}.{'[0-9a-f]' * 8}.part"):
+        with suppress(OSError):
+            if time.time() - left.stat().st_mtime > 60.0:
+                left.unlink()
