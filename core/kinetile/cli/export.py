@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from kinetile.cli.files import check_new, file_errors
+from kinetile.cli.files import check_ending, check_new, file_errors
 from kinetile.cli.options import BroadPhase, Options, Parameters, broad_choice, find_scene, until_or_default
 from kinetile.cli.terminal import echo, make_ready
 from kinetile.errors import BadOption
@@ -42,10 +42,11 @@ def export(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --to.")] = False,
 ) -> None:
     """Write frames of a run for OVITO, ASE and others: extended XYZ, or GSD (needs the extra `export`)."""
-    from kinetile.records.frames import check_form, frames_of, write_frames
+    from kinetile.records.frames import FORMS, check_form, frames_of, write_frames
     from kinetile.records.trajectory import Trajectory
     from kinetile.run.simulation import Simulation
 
+    check_ending("--to", out, FORMS)
     check_form(out)
     check_new("--to", out, overwrite)
     run: Simulation | Trajectory

@@ -8,17 +8,36 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from itertools import combinations
 from pathlib import Path
 
 from kinetile.errors import BadOption, RecordError
 
+PARQUET = (".parquet",)
+"""The ending of event files."""
+
+_ENDINGS = {"--events": PARQUET, "--save-scene": (".toml",), "--contacts": (), "--checkpoint": ()}
+_FORMS = [".parquet", ".toml", ".csv", ".json", ".html", ".svg", ".png", ".pdf", ".gif", ".xyz", ".extxyz", ".gsd"]
+
+
+def check_ending(option: str, path: Path, endings: Sequence[str] = ()) -> str:
+    """Returns the ending of a file that an option names, in lower case. Raises BadOption unless it is one of
+    these; without any, if it says that the file has another form."""
+    ending = path.suffix.lower()
+    if ending in endings or not (endings or ending in _FORMS):
+        return ending
+    *most, last = endings or _FORMS
+    listed = f"{', '.join(most)} or {last}" if most else last
+    expected = f"in {listed}" if endings else f"otherwise than in {listed}"
+    raise BadOption(f"{option} is {str(path)!r}; expected a name that ends {expected}")
+
 
 def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
-    """Raises BadOption unless the files of the command line, by their options, have names, are different and
-    may be written. Those of ``--contacts`` and ``--save-scene`` may exist only to be overwritten."""
+    """Raises BadOption unless the files of the command line, by their options, have names with the right
+    endings, are different and may be written. Those of ``--contacts`` and ``--save-scene`` may exist only to
+    be overwritten."""
     given = [(what, path) for what, path in files.items() if path is not None]
     for what, path in given:
         if not path.name:
@@ -27,6 +46,8 @@ def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
         if {"--events", "--contacts", "--checkpoint"} & {one, other} and _same_file(path, its_path):
             raise BadOption(f"{one} and {other} are one file, {path}: expected two, for one would be lost")
     for what, path in given:
+        if what in _ENDINGS:
+            check_ending(what, path, _ENDINGS[what])
         if what in ("--contacts", "--save-scene"):
             check_new(what, path, overwrite)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.files import check_new, file_errors
+from kinetile.cli.files import check_ending, check_new, file_errors
 from kinetile.cli.output import as_csv, table_of
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phases
@@ -31,8 +31,6 @@ ObserveTo = Annotated[
     ),
 ]
 
-_FORMS = (".csv", ".svg", ".png", ".pdf")
-
 
 def read_observables(
     observe: str | None, out: Path | None, overwrite: bool, *, saved: bool = False
@@ -40,12 +38,9 @@ def read_observables(
     """Returns the observables of ``--observe``. Raises BadOption and MissingExtra for a file that cannot be
     written, and for observables that cannot be ``saved``, if they are to be."""
     if out is not None:
-        form = out.suffix.lower()
         if observe is None:
             raise BadOption("--observe-to is where observables go, and there are none: expected --observe")
-        if form not in _FORMS:
-            raise BadOption(f"--observe-to is {str(out)!r}; expected a name that ends in {', '.join(_FORMS)}")
-        if form != ".csv":
+        if check_ending("--observe-to", out, (".csv", ".svg", ".png", ".pdf")) != ".csv":
             from kinetile.show.printed import check_printing
 
             check_printing("Drawing observables")

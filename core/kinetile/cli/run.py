@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetile.cli import runner
-from kinetile.cli.files import check_files, file_errors
+from kinetile.cli.files import PARQUET, check_ending, check_files, file_errors
 from kinetile.cli.observed import Observe, ObserveTo, read_observables, write_observed
 from kinetile.cli.options import (
     BroadPhase,
@@ -49,7 +49,7 @@ def run(
     until: Until = None,
     max_contacts: MaxContacts = None,
     events: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write every event to a new Parquet file.")
+        Path | None, typer.Option(metavar="FILE", help="Write every event to a new file, .parquet.")
     ] = None,
     contacts: Annotated[
         Path | None,
@@ -165,7 +165,7 @@ def resume(
             simulation, note = _load(file, broad_phase)
         if events is None and isinstance(note.get("events"), str):
             events = Path(note["events"])
-        check_files({"--events": events, "--checkpoint": file}, overwrite=False)
+        check_files({"--events": events, "the checkpoint": file}, overwrite=False)
         read = simulation.readings
         done = read.contacts
         requested = _requested_end(simulation, note, done, until, max_contacts)
@@ -212,6 +212,8 @@ def recover(
     """Make an event file from what a killed run has left."""
     from kinetile.records.finishing import recover as make
 
+    if out is not None:
+        check_ending("--out", out, PARQUET)
     with file_errors():
         made = make(partial, out, overwrite=overwrite)
     if made.left_over:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from kinetile.cli.files import check_new, file_errors
+from kinetile.cli.files import check_ending, check_new, file_errors
 from kinetile.cli.options import (
     BroadPhase,
     Options,
@@ -36,9 +36,6 @@ PairsOption = Annotated[
     bool | None,
     typer.Option("--pairs/--no-pairs", help="Draw lines between pairs of bodies; by default, of up to 250."),
 ]
-
-FORMS = ("svg", "png", "pdf")
-"""File formats of ``kinetile draw``."""
 
 
 def draw(
@@ -73,9 +70,7 @@ def draw(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --out.")] = False,
 ) -> None:
     """Draw a moment of a scene with the structure of its broad phase: bounds, tiles, cells, pairs."""
-    form = out.suffix.lower().lstrip(".")
-    if form not in FORMS:
-        raise BadOption(f"--out is {str(out)!r}; expected a name that ends in .svg, .png or .pdf")
+    form = check_ending("--out", out, (".svg", ".png", ".pdf"))[1:]
     check_new("--out", out, overwrite)
     if form != "svg":
         from kinetile.show.printed import check_printing
@@ -182,9 +177,7 @@ def view(
 
     With --out FILE.gif, a film of the run.
     """
-    form = out.suffix.lower()
-    if form not in (".html", ".gif"):
-        raise BadOption(f"--out is {str(out)!r}; expected a name that ends in .html or .gif")
+    form = check_ending("--out", out, (".html", ".gif"))
     check_new("--out", out, overwrite)
     of_film = {"seconds": seconds, "width": width}
     options: dict[str, Any] = {name: value for name, value in of_film.items() if value is not None}

@@ -351,7 +351,7 @@ class EventRecorder:
                 kept = f"the first {self.rows} events" if self._full else "the events"
                 raise RecordError(
                     f"{self.path} cannot be written: {reason(error)}; {kept} are in {self.partial}: "
-                    f"`kinetile recover {self.partial} --out ANOTHER` makes an event file of them"
+                    f"`kinetile recover {self.partial} --out ANOTHER.parquet` makes an event file of them"
                 ) from error
         if os.name == "nt":
             file.close()

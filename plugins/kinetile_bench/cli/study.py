@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from kinetile.cli.files import file_errors
+from kinetile.cli.files import check_ending, file_errors
 from kinetile.cli.options import Csv, Json
 from kinetile.cli.output import as_csv, as_json, printed, show
 from kinetile.cli.terminal import FAULT, Bar, echo, notice
@@ -95,6 +95,8 @@ def _find_study(name: str, results: Path | None) -> Study:
     """Returns a study by its file. Raises BadOption for a file that cannot be read."""
     from kinetile_bench.study import Study
 
+    if results is not None:
+        check_ending("--results", results)
     with file_errors(f"the study file {name!r} cannot be read"):
         return Study(name, results)
 

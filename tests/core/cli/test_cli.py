@@ -200,13 +200,13 @@ def test_a_number_of_contacts_does_not_go_beyond_the_scenes_own_end(tmp_path):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
-@pytest.mark.parametrize("option", ["--events", "--save-scene"])
-def test_a_special_file_is_not_replaced_by_a_result(tmp_path, option):
+@pytest.mark.parametrize(("option", "name"), [("--events", "pipe.parquet"), ("--save-scene", "pipe.toml")])
+def test_a_special_file_is_not_replaced_by_a_result(tmp_path, option, name):
     pytest.importorskip("pyarrow")
-    pipe = tmp_path / "pipe"
+    pipe = tmp_path / name
     os.mkfifo(pipe)
     assert "is no regular file, so it is not replaced" in refused(FOUR, option, pipe)
-    assert [each.name for each in tmp_path.iterdir()] == ["pipe"]
+    assert [each.name for each in tmp_path.iterdir()] == [name]
     assert pipe.is_fifo()
 
 
@@ -220,6 +220,29 @@ def test_two_results_in_one_file_are_refused_before_anything_is_written(tmp_path
     assert "--events and the scene are one file" in refused("run", scene, "--events", link)
     assert scene.read_bytes() == before
     assert sorted(each.name for each in tmp_path.iterdir()) == ["link", "scene.toml"]
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("run --events e.csv", "in .parquet"),
+        ("run --events e", "in .parquet"),
+        ("run --contacts c.csv", "otherwise than in .parquet, .toml, .csv"),
+        ("run --checkpoint c.toml", "otherwise than in .parquet"),
+        ("run --save-scene s.json", "in .toml"),
+        ("run --observe msd --observe-to o.txt", "in .csv, .svg, .png or .pdf"),
+        ("recover nothing.partial --out e.csv", "in .parquet"),
+        ("draw grid --out d.html", "in .svg, .png or .pdf"),
+        ("view grid --out v.svg", "in .html or .gif"),
+        ("export grid --to e.csv", "in .xyz, .extxyz or .gsd"),
+        ("study run study.toml --results r.csv", "otherwise than in .parquet"),
+    ],
+)
+def test_a_form_was_written_under_the_ending_of_another(line, expected, tmp_path, monkeypatch):
+    """``--events e.csv`` wrote Parquet."""
+    monkeypatch.chdir(tmp_path)
+    assert f"; expected a name that ends {expected}" in refused(line)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_events_file_that_is_there_was_overwritten_unasked(tmp_path):

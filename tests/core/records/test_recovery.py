@@ -130,7 +130,7 @@ def test_damage_ends_the_event_file_and_keeps_the_log(partial, tmp_path, whole):
 
 
 def test_the_command_says_what_it_has_made(partial, tmp_path, whole):
-    said = printed("recover --out", tmp_path / "other", partial)
+    said = printed("recover --out", tmp_path / "other.parquet", partial)
     assert [said[name] for name in ("rows", "status", "kept")] == [len(whole) - 10, "killed", True]
     result = kinetile("recover", partial)
     assert result.stdout.startswith(f"{tmp_path / 'e.parquet'}: {len(whole) - 10:,} events, to time ")
