@@ -19,7 +19,7 @@ PARQUET = (".parquet",)
 """The ending of event files."""
 
 _ENDINGS = {"--events": PARQUET, "--save-scene": (".toml",), "--contacts": (), "--checkpoint": ()}
-_FORMS = [".parquet", ".toml", ".csv", ".json", ".html", ".svg", ".png", ".pdf", ".gif", ".xyz", ".extxyz", ".gsd"]
+_FORMS = [".parquet", ".toml", ".csv", ".json", ".html", ".svg", ".png", ".pdf", ".gif", ".xyz", ".gsd"]
 
 
 def check_ending(option: str, path: Path, endings: Sequence[str] = ()) -> str:

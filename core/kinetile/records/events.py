@@ -68,7 +68,7 @@ class EventRecorder:
 
     An existing file is refused, unless ``overwrite``: then it is replaced when the recorder
     closes, not before. The same applies to the rows of a killed run into the same file. A recorder writes
-    one file, inside one ``with``: outside of it, it takes no rows.
+    one file, inside one ``with`` and in one process: elsewhere, as in a forked child, it takes no rows.
 
     Raises MissingExtra without pyarrow, and RecordError if the file exists, is being written by another
     run or cannot be written; rows written before an error are kept, in FILE, or in FILE.partial
@@ -137,7 +137,7 @@ class EventRecorder:
             if isinstance(error, OSError):
                 raise self._unwritable(error) from error
             raise
-        self._file = file
+        self._file, self._process = file, os.getpid()
         return self
 
     def _begin(self, file: LogFile, left: bool) -> LogFile:
@@ -199,6 +199,8 @@ class EventRecorder:
     ) -> None:
         if error is None:
             self.close()
+        elif self._process != os.getpid():
+            pass  # a child ends, and its error is what it has to say
         elif isinstance(error, KeyboardInterrupt):
             self.close("interrupted")
         else:
@@ -255,6 +257,7 @@ class EventRecorder:
         """
         if self._file is None or self._file.closed:
             return
+        self._open_file()
         left_out = None
         with Unbroken():
             try:
@@ -278,6 +281,11 @@ class EventRecorder:
             raise RecordError(
                 f"{self.path}: rows came to the recorder {when}, where it cannot write them; "
                 "expected `with EventRecorder(...) as recorder:` around the run"
+            )
+        if self._process != os.getpid():
+            raise RecordError(
+                f"{self.path}: this recorder is of process {self._process}, and this is process {os.getpid()}, "
+                "a copy of it that has been forked; expected a recorder, with a file, of its own"
             )
         return self._file
 

@@ -102,7 +102,7 @@ def alone(path: Path) -> Iterator[None]:
     """
     target = Path(os.path.realpath(path))
     name = target.with_name(target.name + ".lock")
-    held = None
+    held, process = None, os.getpid()
     if flock is not None:
         try:
             held = open_alone(name, overwrite=True, as_it_is=True)
@@ -115,7 +115,7 @@ def alone(path: Path) -> Iterator[None]:
     finally:
         if held is not None:
             with suppress(OSError):
-                if name.stat().st_size == 0:  # else it is another file of this name
+                if process == os.getpid() and name.stat().st_size == 0:  # else of its parent, or another file
                     name.unlink()
             held.close()
 

@@ -270,3 +270,54 @@ def test_a_folder_that_was_moved_keeps_the_events(tmp_path):
     recover(moved / "e.parquet.partial")
     assert len(read_events(moved / "e.parquet").rows) == 5
     assert (folder / "e.parquet.partial").read_text() == "somebody else's"
+
+
+def in_child(work) -> str:
+    """Do work in a forked child; return what it returns."""
+    read, write = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            os.write(write, str(work()).encode())
+        finally:
+            os._exit(0)
+    os.close(write)
+    os.waitpid(child, 0)
+    with open(read, encoding="utf-8") as said:
+        return said.read()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
+def test_a_recorder_that_a_forked_child_used_too_left_a_file_without_a_third_of_its_rows(tmp_path):
+    """Parent and child wrote to one log, and the child's end made the file of it and removed it."""
+    path, uses = tmp_path / "e.parquet", ("__call__", "flush", "sync", "close")
+
+    def use():
+        refused = 0
+        for name in uses:
+            try:
+                getattr(recorder, name)(*[rows(5)] * (name == "__call__"))
+            except RecordError as error:
+                refused += f"this recorder is of process {os.getppid()}" in str(error)
+        recorder.__exit__(ValueError, ValueError(), None)  # the child ends in an error of its own
+        return refused
+
+    with EventRecorder(path, SCENE) as recorder:
+        recorder(rows(5))
+        assert in_child(use) == str(len(uses))
+        recorder(rows(5))
+    found, metadata = read_events(path)
+    assert (len(found), metadata["status"]) == (10, "complete")
+
+
+@needs_locks
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
+def test_a_forked_child_that_left_a_lock_had_the_writer_not_be_alone_any_more(tmp_path):
+    path = tmp_path / "c.kt"
+    lock = locks.alone(path)
+    with lock:
+        in_child(lambda: lock.__exit__(None, None, None))
+        with pytest.raises(RecordError, match="is being written by another run"), locks.alone(path):
+            pass
+    assert names(tmp_path) == []
