@@ -30,8 +30,8 @@ COMMANDS_GROUP = "kinetile.commands"
 class _WithPlugins(CommandGroup):
     """The framework's commands, and those of plugins when a name is not among the framework's.
 
-    Errors and Ctrl-C become a message and an exit code here, for all commands: Typer would end without
-    a word.
+    Errors and signals become a message and an exit code here, for all commands: Typer would end without
+    a word, and a signal without clearing up.
     """
 
     _complete = False

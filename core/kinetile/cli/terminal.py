@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -80,15 +81,17 @@ def _give_up(stream: TextIO) -> None:
 
 @contextmanager
 def exit_codes() -> Iterator[None]:
-    """Turns kinetile's exceptions into one message on stderr and an exit code."""
-    try:
-        yield
-    except KinetileError as error:
-        notice(f"kinetile: {error}")
-        raise typer.Exit(FAULT if isinstance(error, FAULTS) else USAGE) from error
-    except KeyboardInterrupt as error:
-        notice("kinetile: interrupted")
-        raise typer.Exit(INTERRUPTED) from error
+    """Turns kinetile's exceptions and the first signal into one message on stderr and an exit code."""
+    with FirstSignal():
+        try:
+            yield
+        except KinetileError as error:
+            notice(f"kinetile: {error}")
+            raise typer.Exit(FAULT if isinstance(error, FAULTS) else USAGE) from error
+        except KeyboardInterrupt as error:
+            notice("kinetile: interrupted")
+            number = error.args[0] if error.args else signal.SIGINT
+            raise typer.Exit(128 + number) from error
 
 
 def make_ready(simulation: Simulation, label: str = "") -> None:
@@ -103,10 +106,10 @@ def make_ready(simulation: Simulation, label: str = "") -> None:
 
 
 class FirstSignal:
-    """A context in which the first Ctrl-C, SIGTERM or SIGHUP raises KeyboardInterrupt, and later ones are
-    ignored, so that they cannot interrupt the closing of a file.
+    """A context in which the first Ctrl-C, SIGTERM or SIGHUP raises KeyboardInterrupt, with its number, and
+    later ones are ignored, so that they cannot interrupt the closing of a file.
 
-    ``number`` is that signal's, or None.
+    ``number`` is that signal's, or None. Off the main thread nothing is done.
     """
 
     def __init__(self) -> None:
@@ -115,7 +118,8 @@ class FirstSignal:
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> Self:
-        for number in (signal.SIGTERM, signal.SIGINT, getattr(signal, "SIGHUP", signal.SIGINT)):
+        signals = signal.SIGTERM, signal.SIGINT, getattr(signal, "SIGHUP", signal.SIGINT)
+        for number in signals if threading.current_thread() is threading.main_thread() else ():
             if number not in self._before and signal.getsignal(number) not in (None, signal.SIG_IGN):
                 self._before[number] = signal.signal(number, self._receive)
         return self
@@ -127,7 +131,7 @@ class FirstSignal:
     def check(self) -> None:
         """Raises KeyboardInterrupt if a signal has come: one raised in a callback may be lost there."""
         if self.number is not None:
-            raise KeyboardInterrupt
+            raise KeyboardInterrupt(self.number)
 
     @contextmanager
     def another_ends(self) -> Iterator[None]:
@@ -141,7 +145,7 @@ class FirstSignal:
     def _receive(self, number: int, frame: FrameType | None) -> None:
         if (self.number is None or self._another_ends) and not comes_later(number, frame):
             self.number = self.number or number
-            raise KeyboardInterrupt
+            raise KeyboardInterrupt(self.number)
 
 
 class Bar(AbstractContextManager["Bar"]):

@@ -284,8 +284,8 @@ class EventRecorder:
             )
         if self._process != os.getpid():
             raise RecordError(
-                f"{self.path}: this recorder is of process {self._process}, and this is process {os.getpid()}, "
-                "a copy of it that has been forked; expected a recorder, with a file, of its own"
+                f"{self.path}: this recorder is of process {self._process}, and this is {os.getpid()}, which "
+                "was forked from it; expected a recorder of its own, with another file"
             )
         return self._file
 

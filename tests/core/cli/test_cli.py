@@ -767,6 +767,35 @@ def test_a_run_that_is_stopped_prints_and_keeps_what_was_done(tmp_path, number, 
     assert (metadata["status"], metadata["time"]) == ("interrupted", result["run"]["time"])
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
+@pytest.mark.usefixtures("hanging_up")
+@pytest.mark.parametrize("name", first(1, ["SIGTERM", "SIGHUP", "SIGINT"]))
+@pytest.mark.parametrize(
+    "line",
+    first(
+        2,
+        [
+            "export grid -s bodies=4 --to f.xyz",
+            "draw grid --out d.svg",
+            "view grid -s bodies=4 --until 0.1 --out v.html",
+        ],
+    ),
+)
+def test_a_signal_left_hidden_files_of_commands_other_than_run(line, name, tmp_path, monkeypatch):
+    """It ended the process in the middle of ``replacing``."""
+    number = getattr(signal, name)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(os, "fsync", lambda descriptor: signal.raise_signal(number))
+    before = signal.signal(number, lambda *_: pytest.fail("the command leaves it to the system"))
+    try:
+        result = kinetile(line)
+    finally:
+        signal.signal(number, before)
+    assert (result.exit_code, result.stdout) == (128 + number, "")
+    assert result.stderr.endswith("kinetile: interrupted\n")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_ctrl_c_while_modules_are_imported_or_code_is_loaded_became_another_error(monkeypatch, tmp_path):
     """An import turns a KeyboardInterrupt of a class body into a RuntimeError, and a callback of the compiler
     loses it; the signal waits for their end."""
