@@ -1,7 +1,7 @@
 """kinetile: kinetic broad-phase collision detection in 2D, as a kernel with pluggable phases.
 
 The names below are the whole public interface; each is imported at its first use, so that
-``import kinetile`` stays light.
+``import kinetile`` stays light. So are its packages and ``kinetile.errors``.
 """
 
 from __future__ import annotations
@@ -90,6 +90,7 @@ _HOME = {
     }.items()
     for name in names.split()
 }
+_MODULES = ("errors", "kernel", "plugin", "records", "run", "scene", "show", "toolbox")
 
 __all__ = [*sorted(_HOME), "__version__"]
 
@@ -97,13 +98,15 @@ __all__ = [*sorted(_HOME), "__version__"]
 def __getattr__(name: str) -> Any:
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
+    if name in _MODULES:
+        return import_module(f"kinetile.{name}")
     from kinetile.errors import no_attribute
 
     raise no_attribute(sys.modules[__name__], name)
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return [*__all__, *_MODULES]
 
 
 if "IPython" in sys.modules:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -87,7 +87,7 @@ def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:
                 f"a scene file takes no parameters (found {', '.join(parameters)}): they are for recipes, "
                 "which `kinetile scenes` lists"
             )
-        if not Path(name).exists():
+        if not os.path.exists(name):
             raise BadOption(f"there is no scene file {name!r}")
         with file_errors(f"the scene file {name!r} cannot be read"):
             return load_scene(name)

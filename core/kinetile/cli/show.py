@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
@@ -253,7 +254,7 @@ def _view(
         with file_errors():
             return view_file(scene)
     path = Path(scene)
-    if scene.lower().endswith(".toml") and path.is_file() and not beside:
+    if scene.lower().endswith(".toml") and os.path.isfile(path) and not beside:
         from kinetile.plugin.registry import installed
 
         for plugin in installed(VIEWS_GROUP):

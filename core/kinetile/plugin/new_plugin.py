@@ -45,10 +45,10 @@ def new_plugin(name: str, into: str | os.PathLike[str] = ".") -> Path:
             already.
     """
     names, into = _names(name), Path(into)
-    if not into.is_dir():
+    if not os.path.isdir(into):
         raise BadOption(f"there is no folder {str(into)!r} to write {names.distribution} into")
     folder = into / names.distribution
-    if folder.exists():
+    if os.path.exists(folder):
         raise BadOption(f"{str(folder)!r} is there already; nothing was written")
     contents = _contents(names)
     try:

@@ -93,7 +93,7 @@ class EventRecorder:
         self.partial = self._target.with_name(self._target.name + PARTIAL)
         self.scene = dumps_scene(scene)
         self._behind = None if behind is None else Beginning(behind.rows, behind.fingerprint, self.scene)
-        self.goes_on = behind is not None and (self.partial.exists() or self._target.exists())
+        self.goes_on = behind is not None and any(map(os.path.exists, (self.partial, self._target)))
         self.meta: dict[str, Any] = {
             "recipe": scene.origin.get("recipe"),
             "parameters": dict(scene.origin.get("parameters", {})),

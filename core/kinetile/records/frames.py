@@ -179,8 +179,8 @@ def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
 
 
 def check_form(path: Path) -> str:
-    """Returns the ending of a file of frames. Raises BadOption for another one, and MissingExtra without
-    gsd."""
+    """Returns the ending of a file of frames. Raises BadOption for another one, or a name that GSD does not
+    take, and MissingExtra without gsd."""
     form = path.suffix.lower()
     if form not in FORMS:
         raise BadOption(
@@ -188,6 +188,10 @@ def check_form(path: Path) -> str:
         )
     if form == ".gsd":
         gsd_module()
+        try:
+            os.path.realpath(path).encode()
+        except UnicodeEncodeError as error:
+            raise BadOption(f"{str(path)!r}: a GSD file needs a name and folders in UTF-8") from error
     return form
 
 

@@ -91,7 +91,7 @@ def _read(path: Path) -> tuple[NDArray[Any], list[str]]:
                 f"recover {path}` makes an event file of it"
             )
         with (
-            pa.OSFile(os.fspath(path)) as source,
+            pa.OSFile(os.fsencode(path)) as source,  # text must be UTF-8
             pq.ParquetFile(
                 source, thrift_string_size_limit=LONGEST_SCENE, page_checksum_verification=True
             ) as file,
@@ -106,8 +106,9 @@ def _read(path: Path) -> tuple[NDArray[Any], list[str]]:
     except RecordError:
         raise
     except FileNotFoundError as error:
-        partial = Path(f"{path}{PARTIAL}")
-        left = f"; `kinetile recover {partial}` makes it of what a run has left" if partial.exists() else ""
+        partial, left = f"{path}{PARTIAL}", ""
+        if os.path.exists(partial):
+            left = f"; `kinetile recover {partial}` makes it of what a run has left"
         raise RecordError(f"{path} cannot be read as an event file: {reason(error)}{left}") from error
     except Exception as error:  # for a damaged file pyarrow may raise anything, MemoryError included
         raise RecordError(f"{path} cannot be read as an event file: {reason(error)}") from error
