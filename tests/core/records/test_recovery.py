@@ -197,7 +197,7 @@ def test_a_disk_without_room_for_the_event_file_keeps_the_log_of_a_whole_run(tmp
     recorder(whole)
     recorder.end(2.5)
     monkeypatch.setattr(finishing, "_write", full)
-    said = r"No space left on device; the events are in .*partial: `kinetile recover .*partial --out ANOTHER`"
+    said = r"No space left on device; the events are in .*partial: `kinetile recover .*--out ANOTHER.parquet`"
     with pytest.raises(RecordError, match=said):
         recorder.close()
     with pytest.raises(RecordError, match=r"No space left on device; .*partial is as it was"):
