@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
@@ -54,7 +55,7 @@ class RowFile:
     @contextmanager
     def locked(self) -> Iterator[None]:
         """Within this context no other run of the study begins. Raises StudyStopped where one goes on."""
-        path = self.path.with_name(f"{self.path.name}.running")
+        path, process = self.path.with_name(f"{self.path.name}.running"), os.getpid()
         with closing(_opened(path, 0.0)) as lock:
             try:
                 if path.stat().st_size:
@@ -70,12 +71,13 @@ class RowFile:
             try:
                 yield
             finally:
-                with suppress(OSError):  # where an open file cannot be removed, it stays, empty and free
-                    path.unlink()
+                if process == os.getpid():  # a forked child leaves it to its parent
+                    with suppress(OSError):  # where an open file cannot be removed, it stays, empty and free
+                        path.unlink()
 
     def read(self) -> list[Row]:
         """Returns all rows, in the order in which they came, exactly as they were written."""
-        if not self.path.exists() or (self.path.is_file() and self.path.stat().st_size == 0):
+        if not os.path.exists(self.path) or (self.path.is_file() and self.path.stat().st_size == 0):
             return []
         with self._transaction("BEGIN") as file:
             (state,) = file.execute("PRAGMA integrity_check(1)").fetchone()
