@@ -46,6 +46,6 @@ class Naive:
         if len(scene) > LIMIT:
             raise Refused(
                 f"naive compares every body with every other and stops at {LIMIT} bodies; this scene has "
-                f"{len(scene)}: choose another broad phase, such as cells or sap-2d"
+                f"{len(scene)}"
             )
         return BroadPhaseParts(draw=draw, periodic=True, near=near)

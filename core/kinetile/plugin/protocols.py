@@ -110,6 +110,8 @@ class BroadPhaseParts:
     ``skin_limit`` is the thickest skin, a length, with which the phase is right; None: any. A scene that
     needs a thicker one is refused.
 
+    ``walled``: the phase is right only while walls keep all bodies in an arena.
+
     ``solid``: the phase is right only while bodies cannot pass through each other, nor come closer than the
     sum of their radii. With ``outlines`` it is right for the shapes that it accepts as well, if these touch
     at their outlines: near need only be those that touch. Immovable bodies of a scene with shapes may
@@ -149,6 +151,7 @@ class BroadPhaseParts:
     leave: Hook | None = None
     soon: Hook | None = None
     periodic: bool = False
+    walled: bool = False
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,8 @@ from kinetile.kernel.passings import PASS as PASSES
 from kinetile.kernel.skin import too_thick
 from kinetile.kernel.tables import RULE, Kernel, Records, record_table
 from kinetile.plugin.calling import calling, described
-from kinetile.plugin.choices import read_phase
+from kinetile.plugin.choices import read_phase, write_phase
+from kinetile.plugin.parameters import parameters_of
 from kinetile.plugin.protocols import (
     BroadPhaseParts,
     PairParts,
@@ -36,7 +37,7 @@ from kinetile.plugin.protocols import (
 )
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
-from kinetile.run.pair_phases import pair_parts, spec_of, who_takes
+from kinetile.run.pair_phases import NotTaken, pair_parts, spec_of, who_takes
 from kinetile.scene import Insert, Response, Scene, Turn, are_alike
 from kinetile.scene.checks import shown
 from kinetile.scene.responses import ELASTIC, PASS
@@ -363,25 +364,52 @@ class _BroadPhaseRefuses(Refused):
 def _compose(
     scene: Scene, name: str, narrow: Mapping[str, Mapping[str, Any]], options: Mapping[str, Any] | None
 ) -> Composition:
-    """Prepares the phases of these names for a scene. Where they are refused, the error names the broad
-    phases that accept the scene, of all that are installed."""
+    """Prepares the phases of these names for a scene. Where they are refused, the error names the phases, of
+    all that are installed, with which the scene is not."""
     try:
         return _prepared(scene, name, narrow, options)
     except (_BroadPhaseRefuses, TooThick) as refused:
-        others = ", ".join(accepting(scene, narrow)) or "none that is installed"
+        named = registry().spec("broad phase", name).name
+        fit = accepting(scene, narrow, {named: options or {}})
+        others = ", ".join(write_phase(*each) for each in fit) or "none that is installed"
         raise Refused(f"{refused}; broad phases that accept this scene: {others}") from refused
+    except NotTaken as refused:
+        walls = {each: own for each, own in narrow.items() if spec_of(each).role == "wall"}
+        pairs = [each for each in registry().names("narrow phase") if spec_of(each).role == "pair"]
+        took = [each for each in pairs if _accepts(scene, name, {each: {}, **walls}, options)]
+        others = f"choose {' or '.join(took)}" if took else f"none that is installed accepts it under {name}"
+        raise Refused(f"{refused}: {others}") from refused
+
+
+def _accepts(
+    scene: Scene, name: str, narrow: Mapping[str, Mapping[str, Any]], options: Mapping[str, Any] | None
+) -> bool:
+    """Whether phases accept a scene; broken ones do not."""
+    with suppress(KinetileError):
+        _prepared(scene, name, narrow, options)
+        return True
+    return False
 
 
 def accepting(
-    scene: Scene, narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None
-) -> list[str]:
-    """Returns the names of the installed broad phases that accept a scene with these narrow phases."""
+    scene: Scene,
+    narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
+    refused: Mapping[str, Mapping[str, Any]] | None = None,
+) -> list[tuple[str, dict[str, Any]]]:
+    """Returns the names of the installed broad phases that accept a scene with these narrow phases, with the
+    options that they need for it. ``refused`` are options of phases beside those of the scene; where a phase
+    does not accept the scene with its options, it is tried with their defaults."""
     found = []
     narrow = _named(scene, narrow_phases)
     for name in registry().names("broad phase"):
-        with suppress(KinetileError):  # it refuses the scene, or its plugin is broken
-            _prepared(scene, name, narrow, None)
-            found.append(name)
+        own = (refused or {}).get(name, {})
+        if not own and _accepts(scene, name, narrow, None):
+            found.append((name, own))
+        elif given := {**scene.settings.options.get(name, {}), **own}:
+            usual = {each.name: each.default for each in parameters_of("broad phase", name)}
+            defaults = {each: usual[each] for each in given if each in usual}
+            if _accepts(scene, name, narrow, defaults):
+                found.append((name, defaults))
     return found
 
 
@@ -405,8 +433,15 @@ def _prepared(
             f"of {', '.join(narrow) or 'no narrow phases'} none knows how bodies fall on walls "
             "(falling=True), and this scene has gravity: wall does"
         )
-    if broad.skin_limit is not None and scene.arena is not None:
-        skin = skin_at_start(scene, walls=True)
+    walled = scene.arena is not None and wall is not None
+    if broad.walled and not walled:
+        raise _BroadPhaseRefuses(
+            f"{name} is right only while walls keep bodies in an arena, and here are none: name a narrow phase "
+            "for walls, or choose another broad phase"
+        )
+    if broad.skin_limit is not None:
+        slots = scene.capacity if broad.enter is not None else len(scene)
+        skin = skin_at_start(scene, walled, slots)
         if skin.delta > broad.skin_limit:
             raise too_thick(name, skin.delta, broad.skin_limit)
     if broad.solid:

@@ -23,6 +23,10 @@ from kinetile.plugin.specs import NarrowPhaseSpec
 from kinetile.scene import Scene
 
 
+class NotTaken(Refused):
+    """No narrow phase that is named takes two shapes of a scene, and others may."""
+
+
 def spec_of(name: str) -> NarrowPhaseSpec:
     """Returns what a narrow phase is registered as."""
     return cast(NarrowPhaseSpec, registry().spec("narrow phase", name))
@@ -32,7 +36,7 @@ def who_takes(scene: Scene, names: Sequence[str]) -> dict[str, list[tuple[int, i
     """Returns of narrow phases for pairs those that decide contacts of a scene, and of which two shapes: the
     first that takes both decides.
 
-    Raises Refused if none takes two shapes that there are, and BadOption if one could never decide.
+    Raises NotTaken if none takes two shapes that there are, and BadOption if one could never decide.
     """
     taken = {each: {*spec_of(each).shapes} for each in names}
     for at, name in enumerate(names):
@@ -47,18 +51,10 @@ def who_takes(scene: Scene, names: Sequence[str]) -> dict[str, list[tuple[int, i
     for one, other in itertools.product(there, there) if names else ():
         first = next((name for name in names if {kinds[one], kinds[other]} <= taken[name]), None)
         if first is None:
-            raise Refused(_not_taken(kinds[one], kinds[other], names))
+            named = " and ".join(described("narrow phase", name) for name in names)
+            raise NotTaken(f"{named} does not take {kinds[one]} against {kinds[other]}, which this scene has")
         decides.setdefault(first, []).append((one, other))
     return {name: decides[name] for name in names if name in decides}
-
-
-def _not_taken(one: str, other: str, names: Sequence[str]) -> str:
-    """Returns what is wrong where no narrow phase is named that takes two shapes."""
-    listed = {row["name"]: row["shapes"] for row in registry().as_dicts()["provided"] if "shapes" in row}
-    fit = [name for name, shapes in listed.items() if {one, other} <= {*shapes}]
-    named = " and ".join(described("narrow phase", name) for name in names)
-    which = f"choose {' or '.join(fit)}" if fit else "none that is installed does"
-    return f"{named} does not take {one} against {other}, which this scene has: {which}"
 
 
 def pair_parts(

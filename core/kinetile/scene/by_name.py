@@ -10,6 +10,7 @@ from __future__ import annotations
 import operator
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from typing import Any
 
 from kinetile.errors import BadOption, KinetileError, Mistake, PhaseError, key_of
@@ -18,7 +19,7 @@ from kinetile.plugin.choices import read_value
 from kinetile.plugin.parameters import REQUIRED, Parameter, parameters_of
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
-from kinetile.scene.checks import check_name, is_number, shown
+from kinetile.scene.checks import is_number, shown
 from kinetile.scene.scene import Scene, relabelled
 
 _SEVERAL = {"tuple[int, ...]": "int", "tuple[float, ...]": "float"}
@@ -184,33 +185,9 @@ def _read(parameter: Parameter, text: str) -> Any:
     return int(value) if is_whole else value
 
 
-def _kind_of(name: str) -> Kind:
-    kinds: tuple[Kind, ...] = ("broad phase", "narrow phase", "response")
-    return next((each for each in kinds if not check_name("", name, each)), kinds[-1])
-
-
-def known_options(name: str) -> list[str]:
-    """Returns the options of a phase or response; none if there is none of this name."""
-    try:
-        return [each.name for each in parameters_of(_kind_of(name), name)]
-    except KinetileError:
-        return []
-
-
-def option_mistakes(name: str, options: Mapping[str, Any], where: str) -> list[Mistake]:
-    """Returns the options that a phase or response does not have; if it has them all, why it cannot use a
-    value. ``where`` is the place of the options."""
-    kind = _kind_of(name)
-    mistakes = []
-    try:
-        known = [each.name for each in parameters_of(kind, name)]
-        for key in (key for key in options if key not in known):
-            wanted = key_of(key, known, options[key])
-            mistakes.append(Mistake(f"{where}.{key}", "no option of this name", wanted))
-        if not mistakes:
-            with calling(kind, name, "its constructor"):
-                registry().target(kind, name)(**options)
-    except KinetileError as error:
-        what = "response" if kind == "response" else "phase"
-        mistakes.append(Mistake(where, shown(options), f"what the {what} can use: {error}"))
-    return mistakes
+def known_options(name: str, *kinds: Kind) -> list[str]:
+    """Returns the options of what has this name, of one of these kinds; none if there is none."""
+    for kind in kinds:
+        with suppress(KinetileError):
+            return [each.name for each in parameters_of(kind, name)]
+    return []

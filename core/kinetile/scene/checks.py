@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from kinetile.errors import Mistake, UnknownName, one_of
+from kinetile.errors import KinetileError, Mistake, UnknownName, key_of, one_of
 
 if TYPE_CHECKING:
     from kinetile.plugin.specs import Kind
@@ -291,3 +291,28 @@ def check_name(where: str, name: str, *kinds: Kind) -> list[Mistake]:
         table = {"scene": "parameters", "response": "options"}.get(kinds[0], f"options.{alone}")
         return [Mistake(where, shown(name), name_alone(name, table))]
     return [Mistake(where, found, one_of(name, names) + not_loaded)]
+
+
+def option_mistakes(name: str, options: Mapping[str, Any], where: str, *kinds: Kind) -> list[Mistake]:
+    """Returns the options that what has this name, of one of these kinds, does not have, and those that it
+    needs; if there are none, why it cannot use a value. ``where`` is the place of the options."""
+    from kinetile.plugin.calling import calling
+    from kinetile.plugin.parameters import REQUIRED, parameters_of
+    from kinetile.plugin.registry import registry
+
+    kind = next(each for each in kinds if not check_name("", name, each))
+    mistakes = []
+    try:
+        known = {each.name: each.default for each in parameters_of(kind, name)}
+        for key in (key for key in options if key not in known):
+            wanted = key_of(key, known, options[key])
+            mistakes.append(Mistake(f"{where}.{key}", "no option of this name", wanted))
+        for key in (key for key in known if known[key] is REQUIRED and key not in options):
+            mistakes.append(Mistake(f"{where}.{key}", "nothing", "a value: it has no default"))
+        if not mistakes:
+            with calling(kind, name, "its constructor"):
+                registry().target(kind, name)(**options)
+    except KinetileError as error:
+        what = "response" if kind == "response" else "phase"
+        mistakes.append(Mistake(where, shown(options), f"what the {what} can use: {error}"))
+    return mistakes

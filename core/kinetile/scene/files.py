@@ -25,14 +25,8 @@ from kinetile.errors import BadOption, Mistake, SceneError, printable
 from kinetile.kernel.clock import Clock
 from kinetile.plugin.specs import Kind as PluginKind
 from kinetile.scene.bodies import Bools
-from kinetile.scene.by_name import (
-    accepted_parameters,
-    known_options,
-    make_scene,
-    option_mistakes,
-    parameter_mistakes,
-)
-from kinetile.scene.checks import abridged, check_frame, check_name, shown
+from kinetile.scene.by_name import accepted_parameters, known_options, make_scene, parameter_mistakes
+from kinetile.scene.checks import abridged, check_frame, check_name, option_mistakes, shown
 from kinetile.scene.commands import Command, Insert, Remove, Turn
 from kinetile.scene.reader import FilePlaces, Given
 from kinetile.scene.responses import Response, Rule
@@ -142,6 +136,9 @@ def dumps_scene(scene: Scene) -> str:
         odd = shown(error.object[error.start : error.end])
         raise BadOption(f"the scene has {odd} in an option, text that no file can hold") from error
     return text
+
+
+_PHASES: tuple[PluginKind, ...] = ("broad phase", "narrow phase")
 
 
 class _File:
@@ -295,8 +292,10 @@ class _File:
             return check_name(where, name, *kinds)
         return [Mistake(where, shown(name), "the bodies themselves")] if "scene" in kinds else []
 
-    def _unfit(self, name: str, options: Mapping[str, Any], where: str) -> list[Mistake]:
-        return option_mistakes(name, options, where) if self.look_up else []
+    def _unfit(
+        self, name: str, options: Mapping[str, Any], where: str, *kinds: PluginKind
+    ) -> list[Mistake]:
+        return option_mistakes(name, options, where, *kinds) if self.look_up else []
 
     def _settings(self) -> Settings:
         """Returns the settings of the file; appends the phases that do not exist."""
@@ -313,18 +312,18 @@ class _File:
         of_phase = f"[options.{named[0] if named else 'NAME'}]"
         for name, given in options.items():
             where = f"options.{name}"
-            wrong = self._unknown(where, name, "broad phase", "narrow phase")
+            wrong = self._unknown(where, name, *_PHASES)
             if ("options", name) in self.faults:
                 if wrong:
                     self._instead(where, shown(given), f"it in a table of the phase, {of_phase}")
                 continue
             if wrong and named:
                 wrong = [each._replace(expected=f"{each.expected}; here {of_phase}") for each in wrong]
-            self.mistakes += wrong or self._unfit(name, given, where)
+            self.mistakes += wrong or self._unfit(name, given, where, *_PHASES)
         odd = self._odd() if self.look_up else ()
         for key in (key for key in self.tables if key in odd):
-            owners = [key] if not check_name("", key, "broad phase", "narrow phase") else []
-            owners += [each for each in named if key in known_options(each)]
+            owners = [key] if not check_name("", key, *_PHASES) else []
+            owners += [each for each in named if key in known_options(each, *_PHASES)]
             if owners:
                 self._instead(key, "options of a phase", f"them in the table [options.{owners[0]}]")
         options = {name: given for name, given in options.items() if ("options", name) not in self.faults}
@@ -415,11 +414,11 @@ class _File:
         for k, row in self._rows("responses"):
             where, name, options = f"responses[{k}]", row["response"], row.get("options", {})
             wrong = self._unknown(f"{where}.response", name, "response")
-            beside = [key for key in row if f"{where}.{key}" in odd and key in known_options(name)]
+            beside = [key for key in row if f"{where}.{key}" in odd and key in known_options(name, "response")]
             for key in beside:
                 wanted = f"it in options = {{ {_key(key)} = ... }}"
                 self._instead(f"{where}.{key}", f"an option of {name!r}", wanted)
-            self.mistakes += wrong or ([] if beside else self._unfit(name, options, f"{where}.options"))
+            self.mistakes += wrong or ([] if beside else self._unfit(name, options, f"{where}.options", "response"))
             response = Response(name, **options)
             response.found = True  # or its mistake is reported here, in the place of the file
             found.append(Rule(f"{where}.between", row["between"], response))

@@ -297,7 +297,7 @@ def _check_fall(
 
 def unit_of(bodies: Bodies, extent: Extent | None, commands: Sequence[Command]) -> float:
     """Returns the power of two, at most 1, in which the clock of a scene counts unless it says another."""
-    if len(bodies) == 0 and (extent is None or not commands):
+    if len(bodies) == 0 and extent is None:
         return 1.0
     squares = [float((bodies.velocity**2).sum(axis=1).max())] if len(bodies) else []
     fastest = max([*squares, *speeds(commands)], default=0.0)

@@ -25,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Mistake, nearest, one_of
-from kinetile.scene.checks import ANY, WALL, as_kind, check_name, is_kind, plain, shown
+from kinetile.scene.checks import ANY, WALL, as_kind, check_name, is_kind, option_mistakes, plain, shown
 
 Kind: TypeAlias = str | int
 Pair: TypeAlias = tuple[Kind, Kind]
@@ -38,8 +38,8 @@ _A_KIND = "the name of a kind, or a whole number from 0 to 2**31 - 1"
 class Response:
     """A response by name, with its options: ``Response("restitution", e=0.9, contact_time=1e-6)``.
 
-    ``found`` is set once the name has been found among the registered ones; a file that only names
-    a response for a reader that runs nothing sets it as well.
+    ``found`` is set once the name has been found among the registered ones, with these options; a file that
+    only names a response for a reader that runs nothing sets it as well.
     """
 
     found = False
@@ -155,14 +155,16 @@ def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
     return f"{shown(name)} is no kind of this scene{there}{hint}"
 
 
-def _unregistered(where: str, response: Response) -> list[Mistake]:
-    """Returns the mistake of naming a response that no plugin provides; otherwise marks it as found.
+def _unusable(where: str, response: Response) -> list[Mistake]:
+    """Returns the mistake of naming a response that no plugin provides, or else those of its options; without
+    any, marks it as found.
 
     A response is looked up once: a scene can be read where its plugin is not installed.
     """
-    if response.found or response.name in (ELASTIC, PASS):
+    if response.found or (response.name in (ELASTIC, PASS) and not response.options):
         return []
     wrong = check_name(where, response.name, "response")
+    wrong = wrong or option_mistakes(response.name, response.options, f"{where}.options", "response")
     response.found = not wrong
     return wrong
 
@@ -256,7 +258,7 @@ def _read_responses(
         elif response.name == PASS and WALL in pair:
             mistakes.append(Mistake(where, "pass", "another response: walls cannot be passed"))
         else:
-            mistakes += _unregistered(where, response)
+            mistakes += _unusable(where, response)
             ordered = _ordered(as_kind(pair[0]), as_kind(pair[1]))
             places.setdefault(ordered, where)
             if rules.setdefault(ordered, response) != response:

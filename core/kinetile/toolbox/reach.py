@@ -31,13 +31,13 @@ def reach_of(scene: Scene) -> npt.NDArray[np.float64]:
     return np.asarray(scene.radius + skin_at_start(scene, walls=scene.arena is not None).delta)
 
 
-def skin_at_start(scene: Scene, walls: bool) -> Skin:
-    """Returns the skin of a scene, with or without the walls of its arena."""
-    speed = speed_bound(scene)
-    extent = extent_of(
-        scene, walls, speed, np.abs(scene.position).max(axis=0, initial=0.0), SPANS if len(scene) else 0
-    )
-    return Skin.of(len(scene), extent, speed, scene.time_unit / TICKS)
+def skin_at_start(scene: Scene, walls: bool, slots: int | None = None) -> Skin:
+    """Returns the skin of a scene, with or without the walls of its arena, in tables with this number of
+    ``slots`` for bodies; None: as many as it has."""
+    count, speed = len(scene) if slots is None else slots, speed_bound(scene)
+    far = np.abs(scene.position).max(axis=0, initial=0.0)
+    extent = extent_of(scene, walls, speed, far, SPANS if count else 0)
+    return Skin.of(count, extent, speed, scene.time_unit / TICKS)
 
 
 def extent_of(scene: Scene, walls: bool, speed: float, far: npt.NDArray[np.float64], spans: int) -> float:

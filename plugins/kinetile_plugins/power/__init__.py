@@ -32,7 +32,7 @@ from kinetile.toolbox.reach import fall_of
 
 from .audit import audit
 from .events import build, enter, leave, repair, replan
-from .web import CORNERS, EXTENT, PER_LENGTH, UNIT, State, empty, near, slots, start, succ
+from .web import CORNERS, PER_LENGTH, UNIT, State, empty, near, slots, start, succ
 
 THINNEST = 2.0**-14
 """The smallest radius, by the arena's longer side: rounding may make 2^-39 of a power, and theta, which is
@@ -43,11 +43,6 @@ def arrange(k: Kernel, s: State) -> None:
     """Computes the weights and the order in which bodies are inserted, and lays out the square of the far
     points."""
     n = len(k.bodies)
-    if float(k.clock[0].limits.theta) != 2.0**-48 * s.scale[EXTENT]:  # that is, if bodies may leave the arena
-        raise Refused(
-            "power triangulates an arena whose walls keep the bodies in it, and no narrow phase for walls is "
-            "named: name one, or choose another broad phase, such as cells"
-        )
     s.scale[UNIT] = float(k.clock[0].tick) * 2.0**52
     s.weight[:n] = (s.scale[PER_LENGTH] * k.bodies.reach) ** 2
     s.order[:n] = np.random.default_rng(0).permutation(n)
@@ -122,8 +117,7 @@ class Power:
             raise Refused("power is for discs, and this scene has other shapes")
         radius = float(scene.radius.min(initial=math.inf))
         width, height = scene.arena
-        extent = max(width, height) + fall_of(scene)
-        side = extent + fall_of(scene)
+        side = max(width, height) + 2.0 * fall_of(scene)
         if radius < THINNEST * side:
             raise Refused(
                 f"power is for bodies that are at most {1.0 / THINNEST:.0f} times as small as the arena, and "
@@ -133,7 +127,7 @@ class Power:
         scale = math.ldexp(1.0, -math.frexp(side)[1])
         proven = min(1.0, max(16.0 * radius / side, (2.0**-12 * side / radius) ** 2))  # (docs/cells.md)
         theta = 2.0**-10 * (scale * radius) ** 2 * proven if len(scene) else 0.0
-        state.scale[:] = scale, 0.0, theta, extent
+        state.scale[:] = scale, 0.0, theta
         far = 2.0 * side * np.array([-1.0, 0.0, 1.0, 0.0])
         state.far_x[-CORNERS:] = scale * (0.5 * width + far)
         state.far_y[-CORNERS:] = scale * (0.5 * height + np.roll(far, 1))
@@ -150,6 +144,7 @@ class Power:
             draw=self.draw,
             ticks=(state.due,),
             solid=True,
+            walled=True,
             skin_limit=radius / 16.0 if len(scene) else None,
             room=scene.capacity + 4,
         )

@@ -36,13 +36,12 @@ class State(NamedTuple):
     sites: Records  # (32,) a, b, c and d of eight edges: a to b, with c on the left and d on the right
     plans: Records  # (32,) the same, with a body in the place of far points
     unused: Records  # (1,) the first triangle that is not used
-    scale: Records  # (4,) see below
+    scale: Records  # (3,) see below
 
 
-PER_LENGTH, UNIT, THETA, EXTENT = range(4)
+PER_LENGTH, UNIT, THETA = range(3)
 """What is in ``scale``: what lengths are multiplied by, a power of two, so that the arena's longer side is
-about 1; a unit of the clock in the scene's time; how far a site may be below a plane, by the scale; and how
-far from the origin bodies come, if walls keep them in the arena."""
+about 1; a unit of the clock in the scene's time; and how far a site may be below a plane, by the scale."""
 
 
 def empty(bodies: int) -> State:
@@ -62,7 +61,7 @@ def empty(bodies: int) -> State:
         sites=np.zeros(32, dtype=np.int32),
         plans=np.zeros(32, dtype=np.int32),
         unused=np.zeros(1, dtype=np.int32),
-        scale=np.zeros(4),
+        scale=np.zeros(3),
     )
 
 
