@@ -197,7 +197,8 @@ def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
         return number
     there = int(engine.fields.present[0])
     if not 0 <= number < engine.numbers:
-        raise IndexError(f"there is no body {number}: numbers up to {engine.numbers - 1} have been given")
+        given = f"numbers up to {engine.numbers - 1}" if engine.numbers else "no numbers"
+        raise IndexError(f"there is no body {number}: {given} have been given")
     raise IndexError(f"there is no body {number} now: it has gone, or is still to come; {there} are there")
 
 

@@ -395,11 +395,11 @@ def accepting(
     scene: Scene,
     narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
     refused: Mapping[str, Mapping[str, Any]] | None = None,
-) -> list[tuple[str, dict[str, Any]]]:
+) -> list[tuple[str, Mapping[str, Any]]]:
     """Returns the names of the installed broad phases that accept a scene with these narrow phases, with the
     options that they need for it. ``refused`` are options of phases beside those of the scene; where a phase
     does not accept the scene with its options, it is tried with their defaults."""
-    found = []
+    found: list[tuple[str, Mapping[str, Any]]] = []
     narrow = _named(scene, narrow_phases)
     for name in registry().names("broad phase"):
         own = (refused or {}).get(name, {})
@@ -435,10 +435,8 @@ def _prepared(
         )
     walled = scene.arena is not None and wall is not None
     if broad.walled and not walled:
-        raise _BroadPhaseRefuses(
-            f"{name} is right only while walls keep bodies in an arena, and here are none: name a narrow phase "
-            "for walls, or choose another broad phase"
-        )
+        lacks = "this scene has no arena" if scene.arena is None else "no narrow phase for walls is named"
+        raise _BroadPhaseRefuses(f"{name} is right only while walls keep bodies in an arena, and {lacks}")
     if broad.skin_limit is not None:
         slots = scene.capacity if broad.enter is not None else len(scene)
         skin = skin_at_start(scene, walled, slots)

@@ -292,9 +292,7 @@ class _File:
             return check_name(where, name, *kinds)
         return [Mistake(where, shown(name), "the bodies themselves")] if "scene" in kinds else []
 
-    def _unfit(
-        self, name: str, options: Mapping[str, Any], where: str, *kinds: PluginKind
-    ) -> list[Mistake]:
+    def _unfit(self, name: str, options: Mapping[str, Any], where: str, *kinds: PluginKind) -> list[Mistake]:
         return option_mistakes(name, options, where, *kinds) if self.look_up else []
 
     def _settings(self) -> Settings:

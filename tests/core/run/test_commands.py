@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import given, settings
 
 import kinetile as kt
 from kinetile.errors import Refused
+from kinetile.run.compose import accepting
 from lanes import BUILT_IN, examples, first
 from played_scenes import living_scenes
 
@@ -296,3 +298,38 @@ def test_where_nobody_was_for_long_clocks_were_wrong():
         sim.audit()
     assert len(sims[0].contacts) > 0
     assert sims[0].fingerprint == sims[1].fingerprint
+
+
+ROOMS: tuple[dict[str, Any], ...] = (
+    {"gravity": (0.0, -50.0)},
+    {"shape": np.zeros(0, dtype=np.int64), "shapes": [kt.box(0.5, 0.25)]},
+    {"periodic": "xy", "kinds": ["a", "b"], "responses": {("a", "b"): "pass"}},
+    {"arena": None},
+    {"periodic": "x", "gravity": (0.0, -2.0), "responses": "stop"},
+    {"periodic": "xy", "shape": np.zeros(0, dtype=np.int64), "shapes": [kt.box(0.5, 0.25)]},
+)
+
+
+@pytest.mark.parametrize("room", first(3, ROOMS))
+@pytest.mark.parametrize("phase", first(2, BUILT_IN))
+def test_bodies_come_into_an_empty_scene_as_planned_or_by_hand(room, phase):
+    """Without bodies an empty scene with gravity had another unit, and shapes an IndexError."""
+    empty = kt.Scene(
+        [], [], **{"arena": (4.0, 4.0), "unit": 2.0**-4, "radius": None if "shape" in room else []} | room
+    )
+    size = {"shape": kt.box(0.5, 0.25)} if "shape" in room else {"radius": 0.25}
+    kinds = [{"kind": each} if "kinds" in room else {} for each in "ab"]
+    come = [((1.0, 1.0), (1.0, 0.5), kinds[0]), ((3.0, 2.0), (-1.5, 0.25), kinds[1])]
+    planned = empty.replace(
+        commands=[kt.Insert(0.5 * k, *rest, **size, **kind) for k, (*rest, kind) in enumerate(come)]
+    )
+    if phase in ("sap-k", "sweep-tiling", "power") and phase not in [name for name, _ in accepting(planned)]:
+        pytest.skip("it refuses the scene")
+    runs = [kt.Simulation(each, phase, live=True) for each in (empty, planned)]
+    runs[0].audit()
+    for k, (*rest, kind) in enumerate(come):
+        runs[0].run(until=0.5 * k)
+        runs[0].insert(*rest, **size, **kind)
+    for sim in runs:
+        sim.run(until=3.0)
+    assert runs[0].contacts.tolist() == runs[1].contacts.tolist() != []

@@ -16,6 +16,7 @@ from agreement import assert_one_answer
 from kinetile.errors import Refused, SceneError
 from kinetile.scene.files import dumps_scene, loads_scene
 from kinetile.toolbox import WallParts, hook
+from kinetile_accuracy.specification.arithmetic import unit_bits
 from registering import registered
 
 BALL = kt.Scene([[0.5, 0.75]], [[0.0, 0.0]], 0.25, arena=(1.0, 2.0), gravity=(0.0, -1.0))
@@ -140,6 +141,18 @@ def test_commands_by_hand_are_of_the_room():
 
 
 @pytest.mark.small
+def test_an_empty_scene_with_gravity_had_another_unit_than_with_its_first_body():
+    empty = kt.Scene([], [], [], arena=(1.0, 1.0), gravity=(0.0, -100.0))
+    body = (0.5, 0.75), (0.1, 0.0), 0.1
+    by_hand, planned = empty, empty.replace(commands=[kt.Insert(0.0, *body)])
+    assert by_hand.time_unit == planned.time_unit == 2.0 ** -unit_bits(empty) == 0.0625
+    runs = [kt.Simulation(each, "naive", live=True) for each in (by_hand, planned)]
+    runs[0].insert(*body)
+    for sim in runs:
+        sim.run(until=1.0)
+    assert runs[0].contacts.tolist() == runs[1].contacts.tolist() != []
+
+
 def test_what_comes_in_a_later_frame_is_foreseen():
     slow = BALL.replace(gravity=(0.0, -1.0 / 64.0))
     sim = kt.Simulation(slow, "cells")

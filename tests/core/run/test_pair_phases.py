@@ -134,7 +134,7 @@ def test_what_has_nothing_to_decide_in_a_scene_is_not_composed():
 @pytest.mark.parametrize(
     ("narrow", "error", "message"),
     [
-        (("no-discs",), Refused, "'no-discs' .* does not take disc against disc, .*: choose disc or convex"),
+        (("no-discs",), Refused, "'no-discs' .* does not take disc against disc, .*: choose convex$"),
         (
             ("disc", "boxes"),
             Refused,

@@ -90,6 +90,28 @@ def test_mistakes_say_where_and_what(more, said):
         scene(**more)
 
 
+@pytest.mark.parametrize(
+    ("response", "said"),
+    [
+        (kt.Response("restitution", e=0.5, contacttime=1e-6), "contacttime: found no .* mean 'contact_time'"),
+        (
+            kt.Response("restitution", e=1.5),
+            "found {'e': 1.5}; expected what the response can use: .* at most 1",
+        ),
+        (
+            kt.Response("restitution", contact_time=1.0),
+            "options.e: found nothing; expected a value: it has no",
+        ),
+        (kt.Response("elastic", e=0.5), "options.e: found no option of this name"),
+        (kt.Response("pass", e=0.5), "options.e: found no option of this name"),
+    ],
+)
+def test_options_of_a_response_were_first_read_by_the_simulation(response, said):
+    for make in (scene, scene().replace):
+        with pytest.raises(SceneError, match=said):
+            make(responses=response)
+
+
 def test_files_and_pickles_give_it_back():
     rules = {("ball", "sensor"): "pass", ("*", "wall"): LOSSY, (0, "ball"): "stop"}
     come = [kt.Insert(1.0, (3.0, 3.0), (0.0, 0.0), 0.25, math.inf, kind="sensor")]

@@ -430,3 +430,29 @@ def test_pictures_show_shapes() -> None:
     assert "4 bodies" in svg
     html = kt.as_html(made)
     assert "box (1), capsule (1), polygon (1), disc (1)" in html
+
+
+BOX = '[[shapes]]\nkind = "box"\nwidth = 0.5\nheight = 0.25\n'
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: loads_scene("bodies = []\n" + BOX),
+        lambda: kt.Scene([], [], [], shapes=[kt.box(0.5, 0.25)]),
+        lambda: kt.Scene([], [], shape=np.zeros(0, dtype=np.int64), shapes=[kt.box(0.5, 0.25)]),
+        lambda: kt.Scene(
+            [], [], [], commands=[kt.Insert(1.0, (1.0, 1.0), (0.0, 0.0), shape=kt.box(0.5, 0.25))]
+        ),
+    ],
+)
+def test_shapes_without_bodies_were_an_index_error(make):
+    scene = make()
+    assert (len(scene), scene.shapes) == (0, (kt.box(0.5, 0.25),))
+    assert scene == loads_scene(dumps_scene(scene)) == pickle.loads(pickle.dumps(scene)) == scene.replace()
+    assert len(kt.with_obstacles(scene, kt.polyline([(0.0, 0.0), (1.0, 0.0)]))) == 1
+
+
+def test_a_file_of_shapes_alone_was_an_index_error():
+    with pytest.raises(SceneError, match="bodies: found nothing"):
+        loads_scene(BOX)
