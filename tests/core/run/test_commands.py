@@ -319,7 +319,7 @@ def test_bodies_come_into_an_empty_scene_as_planned_or_by_hand(room, phase):
     )
     size = {"shape": kt.box(0.5, 0.25)} if "shape" in room else {"radius": 0.25}
     kinds = [{"kind": each} if "kinds" in room else {} for each in "ab"]
-    come = [((1.0, 1.0), (1.0, 0.5), kinds[0]), ((3.0, 2.0), (-1.5, 0.25), kinds[1])]
+    come = [((1.0, 1.0), (1.0, 0.5), kinds[0]), ((3.0, 2.0), (-1.5, -0.5), kinds[1])]
     planned = empty.replace(
         commands=[kt.Insert(0.5 * k, *rest, **size, **kind) for k, (*rest, kind) in enumerate(come)]
     )
