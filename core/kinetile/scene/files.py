@@ -412,11 +412,15 @@ class _File:
         for k, row in self._rows("responses"):
             where, name, options = f"responses[{k}]", row["response"], row.get("options", {})
             wrong = self._unknown(f"{where}.response", name, "response")
-            beside = [key for key in row if f"{where}.{key}" in odd and key in known_options(name, "response")]
+            beside = [
+                key for key in row if f"{where}.{key}" in odd and key in known_options(name, "response")
+            ]
             for key in beside:
                 wanted = f"it in options = {{ {_key(key)} = ... }}"
                 self._instead(f"{where}.{key}", f"an option of {name!r}", wanted)
-            self.mistakes += wrong or ([] if beside else self._unfit(name, options, f"{where}.options", "response"))
+            self.mistakes += wrong or (
+                [] if beside else self._unfit(name, options, f"{where}.options", "response")
+            )
             response = Response(name, **options)
             response.found = True  # or its mistake is reported here, in the place of the file
             found.append(Rule(f"{where}.between", row["between"], response))
