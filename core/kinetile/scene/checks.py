@@ -307,7 +307,8 @@ def option_mistakes(name: str, options: Mapping[str, Any], where: str, *kinds: K
         for key in (key for key in options if key not in known):
             wanted = key_of(key, known, options[key])
             mistakes.append(Mistake(f"{where}.{key}", "no option of this name", wanted))
-        for key in (key for key in known if known[key] is REQUIRED and key not in options):
+        needed = () if mistakes else (key for key in known if known[key] is REQUIRED and key not in options)
+        for key in needed:  # one that is misspelt is reported once
             mistakes.append(Mistake(f"{where}.{key}", "nothing", "a value: it has no default"))
         if not mistakes:
             with calling(kind, name, "its constructor"):
