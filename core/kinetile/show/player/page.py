@@ -86,6 +86,7 @@ class Page:
             "open": None if self.open_at is None else divmod(self.open_at, TICKS),
             "select": self.select,
             "pairs": first.pairs,
+            "passing": first.passing,
             "speed": length / _SECONDS if length > 0 else 1.0,
             "bodies": encode(vars(first.plans)),
             "kinds": [] if scene.kinds == (0,) else [legible(str(each)) for each in scene.kinds],

@@ -17,7 +17,7 @@ fixed in a shape falls with its frame, and between two events a frame may end.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any, Self
@@ -75,7 +75,8 @@ class Recording:
 
     ``notes`` are sentences for the reader: how it ended, and what is left out; ``drawn_as`` is that of the
     broad phase's parts, ``skin`` by how much it saw bodies enlarged at the end; ``pairs`` says whether lines
-    between bodies are drawn; ``whole`` is False if the rows after its end were left out.
+    between bodies are drawn; ``whole`` is False if the rows after its end were left out; ``passing`` are the
+    passings that last at its beginning: bodies a < b, and the image (m, n) of b.
     """
 
     label: str
@@ -89,6 +90,7 @@ class Recording:
     skin: float = 0.0
     pairs: bool = True
     whole: bool = True
+    passing: Sequence[tuple[int, ...]] = ()
 
 
 def record(
@@ -110,7 +112,7 @@ def record(
     clock = Clock(scene.start, scene.time_unit)
     rows = BoundedRows(MOST_ROWS, clock)
     notes: list[str] = []
-    plans = Plans.of(scene, rows.rows)
+    plans, passing = Plans.of(scene, rows.rows), list[tuple[int, ...]]()
     first = clock.ticks(begin)
     last, whole = first, True
     try:
@@ -118,7 +120,7 @@ def record(
             try:
                 simulation.run(begin)
             finally:
-                plans = plans.of_run(simulation)
+                plans, passing = plans.of_run(simulation), _passing(simulation)
         # Each contact has a row. Without this limit a far end would be refused, for its rows of the clock.
         most = MOST_ROWS + 1 if max_contacts is None else max_contacts
         simulation.run(until, max_contacts=most, recorder=rows)
@@ -132,7 +134,9 @@ def record(
     except KinetileError as error:
         notes.append(f"The run ended with a fault, {type(error).__name__}: {error}")
     last = max(ticks_of(rows.rows[-1:]).max(initial=first), last)
-    recording = Recording(label, plans, rows.rows, first, int(last), None, tuple(notes), whole=whole)
+    recording = Recording(
+        label, plans, rows.rows, first, int(last), None, tuple(notes), whole=whole, passing=passing
+    )
     drawn_as, paired = composition_of(simulation).broad.drawn_as, wants_pairs(pairs, len(plans.x))
     skin = float(simulation.tables.clock[0].limits.skin)
     falls = (drawn_as or again) and scene.falls
@@ -204,6 +208,14 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
 def _queued(simulation: Simulation) -> int:
     """Returns how many bodies have something scheduled."""
     return int(np.count_nonzero(np.asarray(simulation.tables.queue["key"]) != NEVER))
+
+
+def _passing(simulation: Simulation) -> list[tuple[int, ...]]:
+    """Returns the passings that last now."""
+    number, table = simulation.tables.queue["number"], simulation.tables.passings
+    live = table[table["a"] >= 0]
+    columns = number[live["a"]], number[live["b"]], live["m"], live["n"]
+    return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
 def _now(simulation: Simulation, clock: Clock) -> int:

@@ -82,6 +82,51 @@ def test_a_pair_that_passes_is_no_gap(tmp_path):
     assert passing["gap"] is passing["fails"] is None
 
 
+THROUGH = """
+const [run] = play.runs;
+return [...Array(run.events.count).keys()].map((event) => {
+    play.jump(0, event);
+    const { formula, gap, fails } = proof.proofOfPair(run, [1, 0], play.moment, held);
+    const since = fails && clock.elapsed(fails, ...play.moment, held.unit);
+    const own = run.passing.imageOf(event);
+    const { apart } = run.motion.images(0, 1, play.moment).find(({ image }) => image === own);
+    return [[run.events.epoch[event], run.events.tick[event]], [...run.passing.lasting.keys()].sort(), [...run.passing.at(run.done)], formula, fails && gap(since), Math.hypot(...apart)];
+});
+"""  # noqa: E501
+
+
+@needs_node
+@pytest.mark.parametrize("begin", [0.0, 0.9])
+def test_the_page_forgot_all_images_of_a_pair_but_one_when_one_passing_ended(begin, tmp_path):
+    """Radii .4 and .45 on a torus of period 1: up to four images of the one overlap with the other."""
+    scene = kt.Scene(
+        [(0.5, 0.5), (0.53, 0.9)],
+        [(0.0, 0.0), (0.31, 0.1)],
+        [0.4, 0.45],
+        arena=(1, 1),
+        periodic="xy",
+        kind=["a", "b"],
+        responses={("a", "b"): "pass"},
+    )
+    sim, lasting = kt.Simulation(scene, "naive"), {}
+    for event in sim.steps(5.0):
+        rows = sim.tables.passings[sim.tables.passings["a"] >= 0]
+        images = sorted(f"0,1 {m},{n}" for m, n in zip(rows["m"].tolist(), rows["n"].tolist(), strict=True))
+        lasting[event.epoch, event.tick] = images  # of several events of a tick, after the last
+    found = ask_node(tmp_path, view_scene(scene, [("naive", {})], begin=begin, until=5.0).page, THROUGH)
+    seen = {tuple(moment): rest for moment, *rest in found}
+    assert [*seen] == [*lasting][-len(seen) :]
+    for moment, (images, bodies, formula, at_root, apart) in seen.items():
+        assert images == lasting[moment]
+        assert bodies == ([0, 1] if images else [])
+        assert ("passing through each other" in formula) == bool(images)
+        assert (f"through {len(images)} images" in formula) == (len(images) > 1)
+        assert at_root is None or abs(at_root) < 1e-9
+        assert moment == (0, 0) or abs(apart - 0.85) < 1e-9  # what begins or ends touches through its image
+    assert max(map(len, lasting.values())) == 4
+    assert any(at_root is not None for *_, at_root, _ in seen.values())
+
+
 @needs_node
 def test_a_contact_through_the_far_image_has_its_root(tmp_path):
     apart = kt.Scene([(1.0, 2.0), (2.0, 2.0)], [(-0.5, 0.0), (0.5, 0.0)], 0.2, arena=(4, 4), periodic="x")

@@ -216,7 +216,7 @@ export class Player {
     this.follows = false;
     if (pair) {
       const [[ax, ay], [bx, by]] = pair.map((body) => motion.place(body, this.playback.moment));
-      const [dx, dy] = [apartAlong(ax, bx, motion.periods[0]), apartAlong(ay, by, motion.periods[1])];
+      const [dx, dy] = this.apart(...pair);
       const [one, other] = pair.map((body) => this.bodies.outline[body]);
       const part = this.bodies.radius[pair[0]] / Math.hypot(dx, dy);
       if (one) this.camera.look(...this.shown([ax, ay], nearest(one, dx, dy)));
@@ -409,10 +409,19 @@ export class Player {
     return moments.map((each) => run.motion.flown(body, each, moment));
   }
 
+  /** What is between two bodies: where a passing of theirs begins or ends now, through its image, else through the nearest. */
+  apart(a, b, { motion } = this.playback.runs[0]) {
+    const [run] = this.playback.runs;
+    const image = run.passing.imageOf(this.playback.current(run));
+    const images = motion.images(Math.min(a, b), Math.max(a, b), this.playback.moment);
+    const { apart } = images.find((each) => each.image === image) ?? images[0];
+    return apart.map((each) => (a < b ? each : -each));
+  }
+
   /** The gap between the surfaces of two bodies. */
   gap(run, a, b) {
-    const [one, other] = [a, b].map((body) => run.motion.place(body, this.playback.moment));
-    const there = one.map((at, axis) => at + apartAlong(at, other[axis], this.held.periods[axis]));
+    const one = run.motion.place(a, this.playback.moment);
+    const there = this.apart(a, b, run).map((apart, axis) => one[axis] + apart);
     return gapOf(one, this.bodies.radius[a], there, this.bodies.radius[b]);
   }
 

@@ -103,36 +103,58 @@ export function seek(events, done, direction, group = "all", body = null) {
   return -1;
 }
 
-/** Who is passing through whom after so many events. */
+/**
+ * Which pairs are passing through each other after so many events, and through which images: a pair may pass through
+ * several at a time. Rows have no images, but what does not pass yet is further away than what begins to, and what
+ * passes on is nearer than what ends to; so it is at the start, too. Of shapes the number is right, not which images.
+ */
 export class Passing {
-  constructor(events) {
-    this.events = events;
-    const isPassing = (event) => GROUPS.passings.includes(KINDS[events.kind[event]]);
-    this.list = Array.from({ length: events.count }, (_, event) => event).filter(isPassing);
+  /** `motion`: one that is only for this; `began`: passings that last at the beginning, [a, b, m, n] each. */
+  constructor(events, motion, began) {
+    this.began = began.map(([a, b, m, n]) => ({ pair: [a, b], image: `${m},${n}` }));
+    this.changes = new Map(); // by event
     this.asked = -1;
+    const lasting = new Set(this.began.map(keyOf));
+    for (let event = 0; event < events.count; event += 1) {
+      if (!GROUPS.passings.includes(KINDS[events.kind[event]])) continue;
+      const pair = [events.a[event], events.b[event]].sort((one, other) => one - other);
+      const begins = KINDS[events.kind[event]] === "pass";
+      if (motion.periods.some((period) => period)) motion.to(events.rows[event] - 1);
+      const images = motion.images(...pair, momentOfEvent(events, event)).map(({ image }) => ({ pair, image, begins }));
+      const its = images.filter((each) => lasting.has(keyOf(each)) !== begins);
+      const change = begins ? its[0] : its.at(-1);
+      if (begins) lasting.add(keyOf(change));
+      else lasting.delete(keyOf(change));
+      this.changes.set(event, change);
+    }
   }
 
-  /** Whether two bodies are within each other after so many events. */
-  holds(done, a, b) {
+  /** Whether two bodies a < b are within each other after so many events, through an image. */
+  holds(done, a, b, image) {
     this.at(done);
-    return this.pairs.has([Math.min(a, b), Math.max(a, b)].join());
+    return this.lasting.has(keyOf({ pair: [a, b], image }));
+  }
+
+  /** The image through which an event begins or ends a passing; else undefined. */
+  imageOf(event) {
+    return this.changes.get(event)?.image;
   }
 
   /** The bodies that are within another one after so many events. */
   at(done) {
     if (this.asked === done) return this.bodies;
-    const { kind, a, b } = this.events;
-    const pairs = (this.pairs = new Map());
-    for (const event of this.list) {
+    const lasting = (this.lasting = new Map(this.began.map((each) => [keyOf(each), each.pair])));
+    for (const [event, change] of this.changes) {
       if (event >= done) break;
-      const pair = [Math.min(a[event], b[event]), Math.max(a[event], b[event])];
-      if (KINDS[kind[event]] === "pass") pairs.set(pair.join(), pair);
-      else pairs.delete(pair.join());
+      if (change.begins) lasting.set(keyOf(change), change.pair);
+      else lasting.delete(keyOf(change));
     }
-    [this.asked, this.bodies] = [done, new Set([...pairs.values()].flat())];
+    [this.asked, this.bodies] = [done, new Set([...lasting.values()].flat())];
     return this.bodies;
   }
 }
+
+const keyOf = ({ pair, image }) => `${pair} ${image}`;
 
 /** The response of two bodies (or of one and a wall, b < 0), with a space before it; nothing if it is elastic. */
 function responseOf({ kind, responses }, a, b) {

@@ -63,10 +63,31 @@ export class Motion {
 
   /** The place of a body at a moment, under its plan in force: [x, y]. */
   place(body, moment) {
+    return this.#onPlan(body, moment).map((at, axis) => wrapped(at, this.periods[axis]));
+  }
+
+  /** The same as its plan has it, which may be beyond a border. */
+  #onPlan(body, moment) {
     const { x, y, vx, vy, epoch, tick } = this.plans;
     const time = elapsed(moment, epoch[body], tick[body], this.unit);
-    const [[width, height], [right, up]] = [this.periods, this.gravity];
-    return [wrapped(fallen(x[body], vx[body], right, time), width), wrapped(fallen(y[body], vy[body], up, time), height)];
+    return [fallen(x[body], vx[body], this.gravity[0], time), fallen(y[body], vy[body], this.gravity[1], time)];
+  }
+
+  /**
+   * The images of b around a, the nearest first: {apart: [dx, dy], image}, all those with which a can touch among them.
+   * An image is "m,n", in periods between unwrapped places (rule 5p): it is the same one however far the two fly.
+   */
+  images(a, b, moment) {
+    const { kx, ky } = this.plans;
+    const [one, other] = [a, b].map((body) => this.#onPlan(body, moment));
+    const [columns, lines] = [kx, ky].map((taken, axis) => {
+      const [period, apart] = [this.periods[axis], other[axis] - one[axis]];
+      if (!period) return [[apart, 0]];
+      const nearest = -Math.round(apart / period);
+      return [nearest - 1, nearest, nearest + 1].map((turn) => [apart + turn * period, turn - taken[b] + taken[a]]);
+    });
+    const found = columns.flatMap(([dx, m]) => lines.map(([dy, n]) => ({ apart: [dx, dy], image: `${m},${n}` })));
+    return found.sort((near, far) => Math.hypot(...near.apart) - Math.hypot(...far.apart));
   }
 
   /** The velocity of a body at a moment, under its plan in force: [vx, vy]. */

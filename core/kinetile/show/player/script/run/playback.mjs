@@ -25,13 +25,14 @@ export async function load(held) {
 
 export class Playback {
   /** `runs`: [{rows, steps, structure}], with rows as `rebuild` gives them; the others may be null. `known`: up to where there are rows so far. */
-  constructor(bodies, runs, { unit, begin, end, periods, gravity }) {
+  constructor(bodies, runs, { unit, begin, end, periods, gravity, passing }) {
     Object.assign(this, { unit, begin, end, known: end });
     const events = runs.map(({ rows, steps }) => merge(rows, steps));
+    const motionOf = (rows) => new Motion(bodies, rows, unit, periods, gravity);
     this.runs = runs.map(({ rows, structure, present }, at) => ({
       events: events[at],
-      passing: new Passing(events[at]),
-      motion: new Motion(bodies, rows, unit, periods, gravity),
+      passing: new Passing(events[at], motionOf(rows), passing),
+      motion: motionOf(rows),
       structure,
       present,
       done: 0,

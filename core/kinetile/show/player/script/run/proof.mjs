@@ -5,7 +5,6 @@
 import { elapsed, later, timeOf } from "./clock.mjs";
 import { momentOfEvent, seek } from "./events.mjs";
 import { meetingOf, sideInWords } from "./meetings.mjs";
-import { apartAlong } from "./motion.mjs";
 import { KINDS } from "./rows.mjs";
 import { SHAPES } from "./structure.mjs";
 
@@ -59,19 +58,24 @@ export function proofOfPair({ motion, events, done, passing }, [a, b], moment, h
   if (outline?.[a] || outline?.[b] || !(a < x.length && b < x.length)) {
     return { title, formula: "the gap of two shapes is not one formula", gap: null, fails: null };
   }
-  if (passing.holds(done, a, b)) return { title, formula: "they are passing through each other", gap: null, fails: null };
-  const [[ux, uy], [vx, vy]] = [a, b].map((body) => motion.velocity(body, moment)); // all fall alike: what is between two flies straight
+  const both = [Math.min(a, b), Math.max(a, b)];
+  const [[ux, uy], [vx, vy]] = both.map((body) => motion.velocity(body, moment)); // all fall alike: what is between two flies straight
   const [wx, wy, reach] = [vx - ux, vy - uy, radius[a] + radius[b]];
   const met = metNext(events, done, a, b);
-  const [one, other] = [a, b].map((body) => motion.place(body, met ?? moment)); // the nearest images are those that meet
+  const images = motion.images(...both, met ?? moment);
+  const isPassing = ({ image }) => passing.holds(done, ...both, image);
+  const through = images.filter(isPassing).length;
+  const passes = `they are passing through each other${through > 1 ? `, through ${through} images` : ""}`;
+  const next = images.find((each) => !isPassing(each)); // with which they meet: of those that do not pass the nearest then
   const since = met ? elapsed(met, ...moment, held.unit) : 0;
-  const [dx, dy] = [wx, wy].map((speed, axis) => apartAlong(one[axis], other[axis], motion.periods[axis]) - speed * since);
+  const [dx, dy] = [wx, wy].map((speed, axis) => (next ?? images[0]).apart[axis] - speed * since);
+  const fails = next ? met ?? rootOf([dx, dy], [wx, wy], reach, moment, held.unit) : null;
+  if (through && !fails) return { title, formula: passes, gap: null, fails: null };
   const gap = (time) => Math.hypot(dx + wx * time, dy + wy * time) - reach;
-  const fails = met ?? rootOf([dx, dy], [wx, wy], reach, moment, held.unit);
   const square = (from, speed) => `(${short(from)} ${signed(speed)} t)\u00b2`;
   const none = motion.periods.some((period) => period) ? "no contact through the nearest image under these plans" : "no contact under these plans";
   const when = fails ? `contact at ${inTime(fails, held)}${met ? "" : " if nothing comes before"}` : none;
-  return { title, formula: `\u221a(${square(dx, wx)} + ${square(dy, wy)}) \u2212 ${short(reach)} > 0; ${when}`, gap, fails };
+  return { title, formula: `\u221a(${square(dx, wx)} + ${square(dy, wy)}) \u2212 ${short(reach)} > 0; ${when}${through ? `; ${passes}` : ""}`, gap, fails };
 }
 
 /** The moment of the recorded contact of two bodies, if neither has another plan before it; or null. */
