@@ -49,8 +49,8 @@ _PAIRED = ("tiling", "boxes")
 """Structures that a page computes with pairs."""
 
 _FALLS = (
-    "The structure is left out: with gravity it is of frames that fall with the bodies, and a page shows the "
-    "room. A picture has it at any moment (kinetile draw SCENE --at TIME)."
+    "The structure and its events are left out: with gravity they are of frames that fall with the bodies, "
+    "and a page shows the room. A picture has the structure at any moment (kinetile draw SCENE --at TIME)."
 )
 
 
@@ -139,11 +139,10 @@ def record(
     )
     drawn_as, paired = composition_of(simulation).broad.drawn_as, wants_pairs(pairs, len(plans.x))
     skin = float(simulation.tables.clock[0].limits.skin)
-    falls = (drawn_as or again) and scene.falls
-    recording = replace(recording, drawn_as="" if falls else drawn_as, skin=skin, pairs=paired)
+    recording = replace(recording, drawn_as="" if scene.falls else drawn_as, skin=skin, pairs=paired)
     if again is not None:
         recording = _with_steps(recording, again, clock, begin)
-    if falls:
+    if scene.falls:
         recording = replace(recording, notes=(*recording.notes, _FALLS))
     has_links = recording.drawn_as in _PAIRED or (recording.stepped and recording.stepped.structure.unpaired)
     if pairs is None and not paired and has_links:

@@ -117,7 +117,8 @@ def view_scene(
     recordings = []
     for choice in choices:
         first = simulation(choice)
-        again = simulation(choice) if steps else None
+        # What falls has no structure in a page: steps are only counted, where phases are compared.
+        again = simulation(choice) if steps and (len(choices) > 1 or not scene.falls) else None
         label = write_phase(first.broad_phase, first.options)
         recordings.append(record(scene, first, again, label, begin, until, max_contacts, pairs))
     labels = [recording.label for recording in recordings]

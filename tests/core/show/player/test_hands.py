@@ -59,9 +59,9 @@ def turn_wheel(browser: Browser, modifiers: int = 0) -> tuple[bool, float]:
     return browser.value("scrollY > 0"), browser.value(SCALE) / before
 
 
-def fingers(browser: Browser, *tracks: list[tuple[float, float]]) -> None:
-    """Put fingers down, move each along its track, and lift them; places from the middle of the picture."""
-    x, y = middle(browser, ".stage")
+def fingers(browser: Browser, *tracks: list[tuple[float, float]], on: str = ".stage") -> None:
+    """Put fingers down, move each along its track, and lift them; places from the middle of an element."""
+    x, y = middle(browser, on)
     for at in range(len(tracks[0])):
         points = [{"x": x + track[at][0], "y": y + track[at][1], "id": k} for k, track in enumerate(tracks)]
         kind = "touchMove" if at else "touchStart"
@@ -151,6 +151,30 @@ def test_a_swipe_that_scrolled_the_page_left_the_scene_as_it_was_when_the_phone_
         phone.press("r")
         phone.settle()
         assert phone.value(SCALE) == turned
+
+
+def test_a_swipe_from_the_timeline_scrolled_the_page_and_changed_the_moment(saved):
+    with Browser(390, 700) as phone:
+        phone.ask("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=1)
+        phone.open(saved)
+        phone.value("more.click(), axis.value = 'x', axis.dispatchEvent(new Event('change'))")
+        for on in ("#timeline", "#spacetime"):
+            phone.value("kinetilePlayer.goTo('0.25')")
+            phone.value(f"document.querySelector('{on}').scrollIntoView({{ block: 'center' }})")
+            phone.settle()
+            here = phone.value("[scrollY, kinetilePlayer.playback.moment, said.textContent]")
+            fingers(phone, [(5.0, -8.0 * k) for k in range(15)], on=on)
+            scrolled, *after = phone.value("[scrollY, kinetilePlayer.playback.moment, said.textContent]")
+            assert scrolled > here[0] + 50
+            assert after == here[1:]
+            fingers(phone, [(60.0, -30.0)], on=on)  # a tap
+            assert phone.value("kinetilePlayer.playback.moment") != here[1]
+        for _ in range(20):  # until the page stands still
+            phone.settle()
+        there = phone.value("scrollY")
+        fingers(phone, [(-60.0 - 8.0 * k, 0.0) for k in range(8)], on="#timeline")
+        assert phone.value("scrollY") == there
+        assert phone.value("kinetilePlayer.playback.moment") < [0, 0.25 * 2**52]
 
 
 def test_what_is_now_is_reported_as_in_the_list_of_events(browser, saved):

@@ -10,7 +10,7 @@ import kinetile as kt
 from chromium import Browser, needs_chromium
 from kinetile.show.player import view_scene
 from lanes import BUILT_IN
-from player_pages import FILES
+from player_pages import FILES, SCENES
 
 TOLD = """(() => {
     const rows = [...document.querySelectorAll("#race tr")].slice(1);
@@ -45,6 +45,24 @@ def test_counts_are_those_of_runs_and_contacts_are_the_same(width, height, tmp_p
             assert ("Latest:" in said) == (met != "0")
         assert browser.value("document.documentElement.scrollWidth") <= width
         assert browser.said() == []
+
+
+@needs_chromium
+def test_a_race_of_bodies_that_fall_counts_events_that_its_page_does_not_show(tmp_path, browser):
+    phases = ("cells", "sap-1d")
+    browser.open(
+        view_scene(SCENES["falling"], [(each, {}) for each in phases], until=1.5).save(tmp_path / "page.html")
+    )
+    assert "structural" not in browser.value("kinetilePlayer.lanes")
+    for until in (0.7, 1.5):
+        browser.value(f"kinetilePlayer.goTo('{until}')")
+        browser.settle()
+        for phase, row in zip(phases, json.loads(browser.value(TOLD))[0], strict=True):
+            sim = kt.Simulation(SCENES["falling"], phase)
+            sim.run(until=until)
+            assert row[1] == str(sim.readings.structural_events)
+    assert int(row[1]) > 0
+    assert browser.said() == []
 
 
 @needs_chromium

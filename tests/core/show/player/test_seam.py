@@ -180,9 +180,12 @@ def test_a_body_that_falls_has_a_parabola_for_its_plan_and_no_structure(browser,
     view = view_scene(SCENES["falling"], [("sweep-tiling", {})], until=1.5)
     assert view.page.held["runs"][0]["structure"] is None
     assert view.page.all_notes[0].startswith(
-        "The structure is left out: with gravity it is of frames that fall"
+        "The structure and its events are left out: with gravity they are of frames that fall"
     )
     browser.open(view.save(tmp_path / "page.html"))
+    browser.value("more.click()")
+    shown = "[kinetilePlayer.lanes, ...[structure, even].map((each) => each.checkVisibility())]"
+    assert browser.value(shown) == [["contacts", "walls", "commands"], False, True]
     browser.value("kinetilePlayer.goTo('0.7')")
     plans = browser.value(FLIGHT)
     assert len(plans) == 4

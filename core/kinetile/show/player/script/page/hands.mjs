@@ -68,9 +68,10 @@ function setEven(player) {
 }
 
 function setStructured(player) {
+  if (!player.hasStructure) return player.say("there is no structure in this page");
   player.structured = !player.structured;
   player.say(player.structured ? "the structure is shown" : "the structure is hidden");
-  player.changed();
+  return player.changed();
 }
 
 function setFollow(player) {
@@ -186,17 +187,32 @@ function listen(player, canvas) {
   }, { passive: false });
 }
 
-function listenToTimeline(player) {
-  const canvas = $("timeline");
-  const go = (event) => {
-    player.seekFraction(player.timeline.fraction(event.clientX - canvas.getBoundingClientRect().left));
-  };
+const SLOP = 16; // pixels: a browser decides after 15 at most whether a finger scrolls, and says so by pointercancel
+
+/**
+ * A pointer goes to moments of a canvas, by `go`: a mouse at once; a finger when it is lifted, or when it goes sideways,
+ * if it `drags`. One that goes up or down scrolls the page (touch-action in page.css), and the moment stays.
+ */
+function listenForMoments(canvas, go, drags) {
+  let from = null; // where a finger came down that may scroll yet
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
-    go(event);
+    from = event.pointerType === "touch" ? pointOf(event) : null;
+    if (!from) go(event);
   });
   canvas.addEventListener("pointermove", (event) => {
-    if (event.buttons) go(event);
+    if (!event.buttons || !drags) return;
+    const [aside, up] = pointOf(event).map((at, axis) => (from ? Math.abs(at - from[axis]) : 0));
+    if (from && aside <= Math.max(up, SLOP)) return;
+    from = null;
+    go(event);
+  });
+  canvas.addEventListener("pointerup", (event) => {
+    if (from) go(event);
+    from = null;
+  });
+  canvas.addEventListener("pointercancel", () => {
+    from = null;
   });
 }
 
@@ -219,7 +235,12 @@ export async function begin() {
   beginWithFew(player);
   window.kinetilePlayer = player; // for whoever looks on from a console
   player.panes.forEach((canvas) => listen(player, canvas));
-  listenToTimeline(player);
+  const placeIn = ({ clientX, clientY, currentTarget }) => {
+    const { left, top, height } = currentTarget.getBoundingClientRect();
+    return [clientX - left, (clientY - top) / height];
+  };
+  listenForMoments($("timeline"), (event) => player.seekFraction(player.timeline.fraction(placeIn(event)[0])), true);
+  listenForMoments($("spacetime"), (event) => player.seekFraction(player.spaceTime.timeAt(placeIn(event)[1])), false);
   document.addEventListener("keydown", (event) => onKey(player, event));
   document.querySelectorAll("button[data-key]").forEach((button) => {
     button.addEventListener("click", () => KEYS[button.dataset.key](player));
@@ -229,10 +250,6 @@ export async function begin() {
     player.spaceTime.show(event.target.value);
     event.target.value = player.spaceTime.axis;
     player.changed();
-  });
-  $("spacetime").addEventListener("pointerdown", (event) => {
-    const { top, height } = event.currentTarget.getBoundingClientRect();
-    player.seekFraction(player.spaceTime.timeAt((event.clientY - top) / height));
   });
   $("engine").addEventListener("change", () => player.trial.fork(() => ""));
   $("goto").addEventListener("change", (event) => player.goTo(event.target.value));

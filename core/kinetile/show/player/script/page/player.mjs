@@ -325,6 +325,11 @@ export class Player {
     return run.present.at(this.playback.moment, run.done, run.motion, this.placesOf(run)) ?? run.structure;
   }
 
+  /** Whether there is a structure to be seen, recorded or computed. */
+  get hasStructure() {
+    return this.playback.runs.some(({ structure, present }) => structure || present.draw);
+  }
+
   /** The body around which alone a crowded structure is drawn; null: all of it is. */
   around(structure, done) {
     return this.selected !== null && structure?.at(done).length > CROWDED ? this.selected : null;

@@ -58,6 +58,8 @@ export function tell(player) {
   const [epoch, tick] = playback.moment;
   $("time").textContent = String(Number(player.time().toPrecision(8)));
   $("exact").textContent = `${player.time()}: ${epoch} units and ${tick} ticks of 2^-52`;
+  $("structure").hidden = !player.hasStructure;
+  $("group").querySelector("[value=structural]").hidden = !player.lanes.includes("structural");
   $("play").textContent = player.playing ? "Pause" : "Play";
   const pressed = { structure: player.structured, try: player.trial.on, even: player.evenly, follow: player.follows };
   for (const [button, isOn] of Object.entries(pressed)) $(button).setAttribute("aria-pressed", String(isOn));
@@ -89,8 +91,9 @@ function readings(player, run, at) {
   found.events = run.done;
   for (const group of lanes) found[group] = counts[at].before(group, run.done);
   found.bodies = run.motion.plans.there.reduce((sum, there) => sum + there, 0);
-  found[run.motion.gravity.some((each) => each) ? "energy" : "kinetic energy"] = energy(run.motion).toPrecision(9);
-  if (steps && run.done < steps.queue.length) found.queue = steps.queue[run.done];
+  const falls = run.motion.gravity.some((each) => each);
+  found[falls ? "energy" : "kinetic energy"] = energy(run.motion).toPrecision(9);
+  if (run.done < steps?.queue.length && !falls) found.queue = steps.queue[run.done];
   Object.assign(found, structure?.counts(run.done));
   if (run.done > run.structure?.seen) found.structure = `recorded up to event ${run.structure.seen}${structure === run.structure ? "" : ", computed since"}`;
   return found;

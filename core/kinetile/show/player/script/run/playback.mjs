@@ -27,7 +27,8 @@ export class Playback {
   /** `runs`: [{rows, steps, structure}], with rows as `rebuild` gives them; the others may be null. `known`: up to where there are rows so far. */
   constructor(bodies, runs, { unit, begin, end, periods, gravity, passing }) {
     Object.assign(this, { unit, begin, end, known: end });
-    const events = runs.map(({ rows, steps }) => merge(rows, steps));
+    const falls = gravity.some((each) => each); // then nothing of the structure is shown, nor that it changes
+    const events = runs.map(({ rows, steps }) => merge(rows, falls ? null : steps));
     const motionOf = (rows) => new Motion(bodies, rows, unit, periods, gravity);
     this.runs = runs.map(({ rows, structure, present }, at) => ({
       events: events[at],
