@@ -2,8 +2,7 @@
 
 P A = N kT + (sum of d . J) / (2 t), with the area A, and for each contact in the time t the momentum J and
 the vector d from centre to centre, or from the centre to the wall. kT = 2 K / n follows from the kinetic
-energy K of n degrees of freedom: 2 N, less one for each periodic axis, along which momentum is conserved (K
-is without that of the common motion). The sum has two exact estimators.
+energy K of n degrees of freedom (``Temperature``). The sum has two exact estimators.
 
 *Impulses* are added up as they are. That is right for any scene, with bodies of any shape, and needs the
 velocities before a contact.
@@ -35,7 +34,8 @@ from kinetile_observables.geometry import axes_with_walls, displacement, inner_e
 
 
 class Pressure(Observable):
-    """``P`` by the virial of all contacts, ``P_walls`` by those with walls, and ``Z`` = P A / (N kT).
+    """``P`` by the virial of all contacts, ``kT`` beside it, ``P/kT``, ``Z`` = P A / (N kT), and ``P_walls``
+    by contacts with walls.
 
     With gravity ``P`` is the mean over the arena, and each wall has its own, such as ``P_bottom``.
 
@@ -115,7 +115,7 @@ class Pressure(Observable):
         found: dict[str, float] = {}
         last, self.last = self.last, moment.time
         energy, masses = self.energy, moment.masses()
-        self.energy = inner_energy(moment)
+        self.energy, degrees = inner_energy(moment)
         self.bodies, self.movable = len(masses), int(np.isfinite(masses).sum())
         virial, at_walls = self.virial, self.at_walls
         self.virial = self.at_walls = 0.0
@@ -123,8 +123,7 @@ class Pressure(Observable):
             at_walls *= 1.0 / math.sqrt(self.inverse_mass[0])
             virial = float(self.radius[0]) * (at_walls + virial * math.sqrt(2.0 / self.inverse_mass[0]))
         if last is not None:
-            time, all_move = moment.time - last, self.movable == self.bodies
-            degrees = 2 * self.movable - (len(self.scene.periodic) if all_move else 0)  # momentum is kept
+            time = moment.time - last
             if degrees <= 0 or energy + self.energy <= 0.0:
                 return {}  # one body alone on a torus, or none
             heat = (energy + self.energy) / degrees  # kT
@@ -132,9 +131,10 @@ class Pressure(Observable):
             if self.by == "counts":
                 ratio = math.exp(math.lgamma((degrees + 1) / 2) - math.lgamma(degrees / 2))
                 unit = 2.0 * ratio * math.sqrt(math.pi * heat / degrees)  # 2 kT F
-            if all_move:
+            if self.movable == self.bodies:
                 virial = self.bodies * heat + unit * virial / (2.0 * time)
-                found = {"P": virial / self.area, "Z": virial / (self.bodies * heat)}
+                found["P"] = virial / self.area
+                found |= {"kT": heat, "P/kT": found["P"] / heat, "Z": virial / (self.bodies * heat)}
             if self.perimeter:
                 found["P_walls"] = unit * at_walls / (time * self.perimeter)
             if self.scene.falls:

@@ -39,13 +39,16 @@ def narrowest(scene: Scene) -> Floats:
     return widths
 
 
-def inner_energy(moment: Moment) -> float:
-    """Returns the kinetic energy of movable bodies, without that of the common motion along periodic axes."""
+def inner_energy(moment: Moment) -> tuple[float, int]:
+    """Returns the kinetic energy of movable bodies, and its degrees of freedom: two a body, less one for each
+    axis along which momentum is kept, which is without the energy of the common motion. kT is twice the
+    energy a degree. Momentum is kept along periodic axes, unless a body is immovable."""
     mass, velocity = movable(moment)
     energy = float((mass * velocity**2).sum()) / 2
-    for axis in moment.scene.periodic if len(mass) else "":
+    kept = moment.scene.periodic if 0 < len(mass) == len(moment.bodies) else ""
+    for axis in kept:
         energy -= float((mass * velocity)[:, "xy".index(axis)].sum()) ** 2 / (2.0 * float(mass.sum()))
-    return energy
+    return energy, 2 * len(mass) - len(kept)
 
 
 def movable(moment: Moment) -> tuple[Floats, Floats]:

@@ -56,7 +56,8 @@ class Momentum(Observable):
 
 class Temperature(Observable):
     """``kT``: twice the kinetic energy a degree of freedom, of which there are 2 N, less one for each axis
-    along which momentum is conserved (then without the energy of the common motion).
+    along which momentum is conserved (then without the energy of the common motion): N movable bodies,
+    and periodic axes, unless there are immovable ones.
 
     Where there are several kinds, or masses, the same of each: the mean of m v^2 / 2, as ``kT of big``.
     """
@@ -65,13 +66,12 @@ class Temperature(Observable):
 
     def sample(self, moment: Moment) -> dict[str, float]:
         """Returns the temperatures."""
-        scene, (mass, velocity) = moment.scene, movable(moment)
-        degrees = 2 * len(mass) - len(scene.periodic)
+        (mass, velocity), (energy, degrees) = movable(moment), inner_energy(moment)
         if degrees <= 0:
             return {}  # nobody is there, or one alone on a torus
-        found = {"kT": 2.0 * inner_energy(moment) / degrees}
+        found = {"kT": 2.0 * energy / degrees}
         energies = (mass * velocity**2).sum(axis=1) / 2
-        several = len(scene.kinds) > 1
+        several = len(moment.scene.kinds) > 1
         groups = moment.kinds[np.isfinite(moment.masses())].astype(str) if several else mass[:, 0]
         names = np.unique(groups)
         if 1 < len(names) <= _MOST_GROUPS:

@@ -2,7 +2,8 @@
 
 Radii are lengths as they are given, so that a diameter can be the unit, and the arena follows from the
 density. Velocities are drawn from Maxwell's distribution at a temperature, which is the mean kinetic
-energy of a body: the unit of temperature is that of energy, and the total momentum is 0.
+energy of a body: the unit of temperature is that of energy, and the total momentum is 0. Between walls that
+is kT; on a torus kT is N/(N - 1) of it (docs/observables.md).
 """
 
 from __future__ import annotations
@@ -47,9 +48,10 @@ def mixture(
 
     ``mass`` is "equal", 1 for each disc, or "area", proportional to the square of the radius and 1 for the
     first; or ``masses`` has the mass of each radius. The side of the square follows from ``density``, the
-    part of it that the discs cover. ``temperature`` is the mean kinetic energy of a disc. What is too dense
-    for random places, from 0.48 (equal radii) to 0.56, starts from a lattice, if it has room for the largest
-    radius at each site: for equal numbers of radii 0.5 and 0.7 up to 0.59 (100 discs) or 0.67 (4,000).
+    part of it that the discs cover. ``temperature`` is the mean kinetic energy of a disc: kT between
+    walls, and on a torus kT is N/(N - 1) of it. What is too dense for random places, from 0.48 (equal radii)
+    to 0.56, starts from a lattice, if it has room for the largest radius at each site: for equal numbers of
+    radii 0.5 and 0.7 up to 0.59 (100 discs) or 0.67 (4,000).
     """
     demand_density(density)
     radius, every_mass = sizes_and_masses(bodies, radii, fractions, mass, masses)

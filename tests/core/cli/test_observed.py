@@ -26,6 +26,8 @@ def test_json_has_the_estimates_of_a_simulation():
     rows = [row._asdict() for row in observed()]
     assert [row["quantity"] for row in found] == [
         "P",
+        "kT",
+        "P/kT",
         "Z",
         "P_walls",
         "pairs",

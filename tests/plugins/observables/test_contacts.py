@@ -70,6 +70,16 @@ def test_the_estimators_of_pressure_agree_in_a_mixture():
     assert agree(impulses["P"], impulses["P_walls"])
 
 
+@pytest.mark.parametrize(("periodic", "heat"), [("", 1.0), ("x", 12 / 11), ("xy", 12 / 10)])
+def test_pressure_had_no_kt_beside_it_which_on_a_torus_is_not_the_recipe_s_temperature(periodic, heat):
+    found = ran(kt.make_scene("mixture", bodies=6, periodic=periodic), 2.0, "pressure", "temperature")
+    pressure = found["pressure"]
+    assert list(pressure)[:4] == ["P", "kT", "P/kT", "Z"]
+    assert pressure["kT"].mean == pytest.approx(heat)
+    assert found["temperature"]["kT"].mean == pytest.approx(heat)
+    assert pressure["P/kT"].mean == pytest.approx(pressure["P"].mean / heat)
+
+
 def test_impulses_are_right_to_the_last_contact():
     """One disc between two walls: each contact gives 2 m v, and the virial of walls is all there is."""
     scene = kt.Scene([(1.0, 0.5)], [(1.0, 0.0)], 0.25, 3.0, arena=(2.0, 1.0))

@@ -52,6 +52,14 @@ def test_immovable_bodies_do_not_count_in_a_displacement():
     assert vacf.mean == pytest.approx(np.full(5, 25.0))
 
 
+def test_momentum_that_immovable_bodies_take_up_was_taken_off_the_temperature():
+    still = [(0.5, 0.5), (0.2, 0.8)], [(0.0, 0.0), (0.6, 0.3)], 0.15, [math.inf, 1.0]
+    for periodic in ("", "x", "xy"):
+        sim = kt.Simulation(kt.Scene(*still, arena=(1.0, 1.0), periodic=periodic), "naive")
+        sim.run(1.0, observe=["temperature"])
+        assert sim.observed["temperature"]["kT"].mean == pytest.approx(0.225)  # m v^2 / 2, two degrees
+
+
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_a_mixture_of_masses_shares_its_energy_equally():

@@ -106,7 +106,7 @@ export function seek(events, done, direction, group = "all", body = null) {
 /**
  * Which pairs are passing through each other after so many events, and through which images: a pair may pass through
  * several at a time. Rows have no images, but what does not pass yet is further away than what begins to, and what
- * passes on is nearer than what ends to; so it is at the start, too. Of shapes the number is right, not which images.
+ * passes on is nearer than what ends to; so it is at the start, too. Shapes are so small that one image is within reach.
  */
 export class Passing {
   /** `motion`: one that is only for this; `began`: passings that last at the beginning, [a, b, m, n] each. */
