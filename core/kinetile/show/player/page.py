@@ -148,12 +148,17 @@ class Page:
 
 
 def script() -> str:
-    """Returns the page's script: all modules as one, without lines of comments, which are a sixth of it."""
+    """Returns the page's script: all modules as one, without comments, which are a sixth of it. So no text in
+    it may have two slashes between blanks."""
     lines = []
     for name in MODULES:
         for line in _asset(f"script/{name}.mjs").splitlines():
-            if not line.startswith("import ") and not line.lstrip().startswith(("//", "/**", "* ", "*/")):
-                lines.append(line.removeprefix("export "))
+            if (
+                line
+                and not line.startswith("import ")
+                and not line.lstrip().startswith(("//", "/**", "* ", "*/"))
+            ):
+                lines.append(line.partition(" // ")[0].removeprefix("export "))
     return "\n".join(lines)
 
 

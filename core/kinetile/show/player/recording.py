@@ -102,12 +102,14 @@ def record(
     until: float,
     max_contacts: int | None = None,
     pairs: bool | None = None,
+    beside: bool = False,
 ) -> Recording:
     """Runs a simulation that has not begun, and returns its window from ``begin`` to ``until``, or to a
     number of contacts; None: as many as fit.
 
     ``again`` is a second one, to be stepped; None: no stepping. A fault ends the recording with a note.
-    ``pairs``: whether lines between bodies are drawn; None: of up to ``MOST_PAIRED``.
+    ``pairs``: whether lines between bodies are drawn; None: of up to ``MOST_PAIRED``. ``beside``: whether
+    other phases are shown beside it: steps of what falls are not shown, and only then counted.
     """
     clock = Clock(scene.start, scene.time_unit)
     rows = BoundedRows(MOST_ROWS, clock)
@@ -140,9 +142,9 @@ def record(
     drawn_as, paired = composition_of(simulation).broad.drawn_as, wants_pairs(pairs, len(plans.x))
     skin = float(simulation.tables.clock[0].limits.skin)
     recording = replace(recording, drawn_as="" if scene.falls else drawn_as, skin=skin, pairs=paired)
-    if again is not None:
+    if again is not None and (beside or not scene.falls):
         recording = _with_steps(recording, again, clock, begin)
-    if scene.falls:
+    if scene.falls and (drawn_as or again):
         recording = replace(recording, notes=(*recording.notes, _FALLS))
     has_links = recording.drawn_as in _PAIRED or (recording.stepped and recording.stepped.structure.unpaired)
     if pairs is None and not paired and has_links:

@@ -117,10 +117,10 @@ def view_scene(
     recordings = []
     for choice in choices:
         first = simulation(choice)
-        # What falls has no structure in a page: steps are only counted, where phases are compared.
-        again = simulation(choice) if steps and (len(choices) > 1 or not scene.falls) else None
+        again = simulation(choice) if steps else None
         label = write_phase(first.broad_phase, first.options)
-        recordings.append(record(scene, first, again, label, begin, until, max_contacts, pairs))
+        beside = len(choices) > 1
+        recordings.append(record(scene, first, again, label, begin, until, max_contacts, pairs, beside))
     labels = [recording.label for recording in recordings]
     clock = Clock(scene.start, scene.time_unit)
     end = min(until, clock.moment(max(recording.end for recording in recordings))[0])

@@ -59,7 +59,7 @@ export function tell(player) {
   $("time").textContent = String(Number(player.time().toPrecision(8)));
   $("exact").textContent = `${player.time()}: ${epoch} units and ${tick} ticks of 2^-52`;
   $("structure").hidden = !player.hasStructure;
-  $("group").querySelector("[value=structural]").hidden = !player.lanes.includes("structural");
+  $("structural").hidden = !player.lanes.includes("structural");
   $("play").textContent = player.playing ? "Pause" : "Play";
   const pressed = { structure: player.structured, try: player.trial.on, even: player.evenly, follow: player.follows };
   for (const [button, isOn] of Object.entries(pressed)) $(button).setAttribute("aria-pressed", String(isOn));
