@@ -190,10 +190,15 @@ function listen(player, canvas) {
 const SLOP = 16; // pixels: a browser decides after 15 at most whether a finger scrolls, and says so by pointercancel
 
 /**
- * A pointer goes to moments of a canvas, by `go`: a mouse at once; a finger when it is lifted, or when it goes sideways,
- * if it `drags`. One that goes up or down scrolls the page (touch-action in page.css), and the moment stays.
+ * A pointer goes to moments of a canvas, at a fraction of the time by pixels from the left and the part of the height:
+ * a mouse at once; a finger when it is lifted, or when it goes sideways, if it `drags`. One that goes up or down scrolls
+ * the page (touch-action in page.css), and the moment stays.
  */
-function listenForMoments(canvas, go, drags) {
+function listenForMoments(player, canvas, fractionAt, drags) {
+  const go = ({ clientX, clientY }) => {
+    const { left, top, height } = canvas.getBoundingClientRect();
+    player.seekFraction(fractionAt(clientX - left, (clientY - top) / height));
+  };
   let from = null; // where a finger came down that may scroll yet
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
@@ -235,12 +240,8 @@ export async function begin() {
   beginWithFew(player);
   window.kinetilePlayer = player; // for whoever looks on from a console
   player.panes.forEach((canvas) => listen(player, canvas));
-  const placeIn = ({ clientX, clientY, currentTarget }) => {
-    const { left, top, height } = currentTarget.getBoundingClientRect();
-    return [clientX - left, (clientY - top) / height];
-  };
-  listenForMoments($("timeline"), (event) => player.seekFraction(player.timeline.fraction(placeIn(event)[0])), true);
-  listenForMoments($("spacetime"), (event) => player.seekFraction(player.spaceTime.timeAt(placeIn(event)[1])), false);
+  listenForMoments(player, $("timeline"), (right) => player.timeline.fraction(right), true);
+  listenForMoments(player, $("spacetime"), (_, down) => player.spaceTime.timeAt(down), false);
   document.addEventListener("keydown", (event) => onKey(player, event));
   document.querySelectorAll("button[data-key]").forEach((button) => {
     button.addEventListener("click", () => KEYS[button.dataset.key](player));
