@@ -23,6 +23,9 @@ from kinetile.kernel import compiled
 from kinetile.kernel.compiled import composer
 from kinetile.kernel.compiled.fingerprint import fingerprint
 
+if not compiled.INTERPRETED:
+    from kinetile.kernel.compiled.cache import KeptHook
+
 needs_compiler = pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
 
 
@@ -318,7 +321,56 @@ def test_a_damaged_file_of_the_cache_ended_every_run_from_then_on(folder, caplog
         os.mkfifo(file)  # to open it would wait for ever
         assert composed_again()(41.5) == 42
         assert file.is_file()
-    assert sorted(folder.rglob("*.nb*")) == files
+    assert sorted(folder.rglob("*.nb[ic]*")) == files
+
+
+def hooks_again(answer: int = 1):
+    """Two hooks, one of which calls a third with an answer in it, as in a process that has nothing yet."""
+    made = module("hooked", "def least(x):\n    return int(x)\n")
+    least = compiled.hook(made.least)
+    source = f"def hook(x):\n    return least(x) + {answer}\n"
+    edited = compiled.unchecked(compiled.hook(hook_of(source, least=least)))
+    return composer._compose(template, {"answer": edited}, "hooked", State)
+
+
+def kept(folder: Path) -> dict[str, Path]:
+    return {path.name.partition("_")[0]: path for path in folder.rglob("*.nbh")}
+
+
+@needs_compiler
+@pytest.mark.usefixtures("compiled_here")
+def test_one_line_of_a_hook_had_all_hooks_compiled_again(folder, monkeypatch):
+    saved = []
+    save = KeptHook.save
+    monkeypatch.setattr(KeptHook, "save", lambda self, data: saved.append(self.name) or save(self, data))
+    assert hooks_again()(41.5) == 42
+    assert [name.partition("_")[0] for name in saved] == ["least", "hook"]
+    assert hooks_again(2)(41.5) == 43
+    assert [name.partition("_")[0] for name in saved[2:]] == ["hook"]
+    for path in folder.rglob("*.nb[ic]"):
+        path.unlink()
+    assert hooks_again()(41.5) == 42
+    assert len(saved) == 3
+
+
+@needs_compiler
+@pytest.mark.usefixtures("compiled_here")
+def test_a_hook_on_disk_that_is_damaged_or_another_is_compiled_again(folder, caplog):
+    assert hooks_again()(41.5) == 42
+    file, other = (kept(folder)[name] for name in ("hook", "least"))
+    whole = file.read_bytes()
+    for damaged in (*damages(whole), other.read_bytes(), None):
+        file.unlink()
+        if damaged is None:
+            os.mkfifo(file)  # to open it would wait for ever
+        else:
+            file.write_bytes(damaged)
+        for said in (1, 0):
+            for path in folder.rglob("*.nb[ic]"):
+                path.unlink()
+            caplog.clear()
+            assert hooks_again()(41.5) == 42
+            assert caplog.text.count("it is dropped, and compiled again") == len(caplog.records) == said
 
 
 @needs_compiler

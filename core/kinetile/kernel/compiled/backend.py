@@ -21,6 +21,7 @@ import llvmlite as llvmlite
 import numba as _numba
 from llvmlite import ir as ir
 from llvmlite.binding import add_symbol as add_symbol
+from llvmlite.binding import parse_bitcode
 from numba import extending as _extending
 from numba import types as _types
 from numba.extending import infer_getattr as infer_getattr
@@ -47,13 +48,15 @@ def misfit(what: str) -> str:
 
 try:
     from numba.core import cgutils as _cgutils
+    from numba.core.bytecode import FunctionIdentity
     from numba.core.caching import FunctionCache as FunctionCache
     from numba.core.caching import IndexDataCacheFile as IndexDataCacheFile
     from numba.core.ccallback import CFunc
     from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
-    from numba.core.compiler import Compiler
+    from numba.core.compiler import Compiler, compile_result
     from numba.core.compiler_machinery import PassManager
     from numba.core.cpu import CPUContext
+    from numba.core.environment import Environment
     from numba.core.errors import NumbaExperimentalFeatureWarning as NumbaExperimentalFeatureWarning
     from numba.core.registry import CPUDispatcher as CPUDispatcher
     from numba.core.types import Array as Array
@@ -79,12 +82,16 @@ MEMBERS: dict[Any, str] = {
     IndexDataCacheFile: "load save _load_index _load_data _data_path _index_path _open_for_write",
     CFunc: "compile address _cache",
     JITCodeLibrary: "codegen _codegen _optimize_functions _optimize_final_module "
-    "_finalize_final_module _finalized enable_object_caching",
-    JITCPUCodegen: "_module_pass_manager",
-    Compiler: "compile_extra define_pipelines",
+    "_finalize_final_module _finalize_dynamic_globals has_dynamic_globals _finalized _final_module "
+    "enable_object_caching",
+    JITCPUCodegen: "_module_pass_manager magic_tuple",
+    Compiler: "compile_extra define_pipelines _compile_bytecode state",
+    Environment: "from_fndesc",
+    FunctionIdentity: "from_function func func_qualname unique_id",
     PassManager: "passes",
     Context: "refresh resolve_value_type resolve_function_type resolve_getattr",
-    CPUContext: "refresh subtarget install_registry typing_context _registries",
+    CPUContext: "refresh subtarget install_registry typing_context _registries get_executable "
+    "insert_user_function codegen get_constant_generic get_constant_null",
     CPUDispatcher: "get_call_template get_overload py_func compile _cache",
     _cgutils: "create_struct_proxy get_null_value get_or_insert_function",
     _arrayobj: "load_item store_item get_itemsize populate_array getitem_arraynd_intp setitem_array "
@@ -99,7 +106,8 @@ MEMBERS: dict[Any, str] = {
 
 def _mentions(part: Any, name: str) -> bool:
     """Whether a class has a member, or its methods set or read an attribute of this name."""
-    functions = (each for base in getattr(part, "__mro__", ()) for each in vars(base).values())
+    members = (each for base in getattr(part, "__mro__", ()) for each in vars(base).values())
+    functions = (getattr(each, "__func__", each) for each in members)  # those of the class as well
     return hasattr(part, name) or any(
         name in each.__code__.co_names for each in functions if isinstance(each, FunctionType)
     )
@@ -159,6 +167,7 @@ class _LinkedCode(_Code):
 
     def _finalize_final_module(self) -> None:
         """Note that the code is complete, and make no machine code of it."""
+        cast(Any, self)._finalize_dynamic_globals()
         self._finalized = True
 
 
@@ -232,6 +241,14 @@ def _install(target: Any) -> None:
         target.install_registry(registry)
 
 
+def _constant(target: Any, builder: Any, kind: Any, value: Any) -> Any:
+    """Return a constant. That of a function which is called is an address of Python's object, which no code
+    reads, and with which code could not be kept on disk."""
+    if isinstance(kind, types.Dispatcher):
+        return target.get_constant_null(kind)
+    return target.get_constant_generic(builder, kind, value)
+
+
 _NEEDLESS = {"IRProcessing", "InlineClosureLikes", "NopythonRewrites"}
 """Passes for functions with functions in them and for NumPy's arrays; the first is done before, too."""
 
@@ -241,7 +258,11 @@ class _Compiler(Compiler):
 
     def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
         known = _typing(typing, rest[2].summary())
-        there = target.subtarget(typing_context=known, refresh=partial(_install, target))
+        there = target.subtarget(
+            typing_context=known,
+            refresh=partial(_install, target),
+            get_constant_generic=partial(_constant, target),
+        )
         cast(Any, super()).__init__(known, there, library, *rest)
 
     def define_pipelines(self) -> Any:
@@ -253,17 +274,83 @@ class _Compiler(Compiler):
         return [found]
 
 
+def told(kind: Any) -> str | None:
+    """Return what tells a type from all others, in other processes too; None for one that may be another
+    there: that of a function, say."""
+    if isinstance(kind, types.BaseTuple):
+        inner = [told(each) for each in kind]
+        named = isinstance(kind, types.BaseNamedTuple)
+        own = (kind.instance_class.__module__, kind.instance_class.__qualname__, kind.fields) if named else ()
+        return None if None in inner else repr((type(kind).__name__, own, inner))
+    if hasattr(kind, "of"):  # tables, or a view
+        of = told(kind.of)
+        return of and f"{type(kind).__name__}({of})"
+    return str(kind) if isinstance(kind, _PLAIN) or type(kind).__module__.startswith("kinetile.") else None
+
+
+_PLAIN = (types.Number, types.Boolean, types.NoneType, types.Record, types.Array, types.CPointer)
+
+
 def _has_arrays(kind: Any) -> bool:
     inner = kind if isinstance(kind, types.BaseTuple) else ()
     return type(kind) is Array or any(map(_has_arrays, inner))
 
 
+_KEPT = "B2v0"
+"""Within the names of functions with the number 0 in place of the one that Numba gives them in a process."""
+
+
 class LinkingCompiler(_Compiler):
-    """The compiler of what is only ever linked into its callers."""
+    """The compiler of what is only ever linked into its callers. Its code may be kept on disk, as LLVM's
+    bitcode (``cache.KeptHooks``), and so has names that no process gives to other code."""
+
+    kept: Callable[[Any, str], Any]
+    """Return where the code of a function is kept, by what it depends on besides: something with a name, that
+    loads and saves it; or None."""
 
     def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
         own = library or cast(Any, _LinkedCode)(target.codegen(), "hook")
         super().__init__(typing, target, own, *rest)
+
+    def _compile_bytecode(self) -> Any:
+        """Load the code, or compile and save it."""
+        state, found = self.state, self.state.func_id
+        kinds = [told(each) for each in state.args]
+        processor = state.targetctx.codegen().magic_tuple()
+        kept = self.kept(found.func, repr((kinds, state.flags.summary(), processor)))
+        if kept is None or None in kinds:
+            return cast(Any, super())._compile_bytecode()
+        found.func_qualname, found.unique_id = kept.name, 0
+        loaded = kept.load()
+        if loaded is not None:
+            return self._taken(*loaded)
+        result = cast(Any, super())._compile_bytecode()
+        if not (state.library.has_dynamic_globals or state.reload_init or result.environment.consts):
+            module = state.library._final_module
+            for each in module.functions:
+                if not each.is_declaration and _KEPT not in each.name:  # Numba's, numbered by this process
+                    each.linkage = "internal"
+            result.fndesc.typemap = result.fndesc.calltypes = None
+            kept.save((module.as_bitcode(), result.fndesc, result.signature))
+        return result
+
+    def _taken(self, bitcode: bytes, described: Any, signature: Any) -> Any:
+        """Return what compiling a hook comes to, of its parts."""
+        library, target = self.state.library, self.state.targetctx
+        library._final_module, library._finalized = parse_bitcode(bitcode), True
+        environment = cast(Any, Environment).from_fndesc(described)
+        entry = target.get_executable(library, described, environment)
+        target.insert_user_function(entry, described, [library])
+        return cast(Any, compile_result)(
+            typing_context=self.state.typingctx,
+            target_context=target,
+            entry_point=entry,
+            signature=signature,
+            objectmode=False,
+            fndesc=described,
+            library=library,
+            environment=environment,
+        )
 
 
 class EntryCompiler(_Compiler):

@@ -36,6 +36,7 @@ from kinetile.sources import open_regular
 _DIGEST = 32
 _NO_KEY = bytes(_DIGEST)
 _UNUSED_SECONDS = 30 * 86400.0
+_MOST_BYTES = 1 << 29
 
 
 def folder() -> Path:
@@ -81,13 +82,7 @@ class CheckedCache(FunctionCache):
         try:
             return cast(Any, super()).load_overload(signature, target_context)
         except Exception as error:  # of pickles that another version has written, anything may be raised
-            logging.getLogger("kinetile").warning(
-                "kinetile: the machine code of %s in %s cannot be used (%s): it is dropped, and compiled "
-                "again",
-                self._py_func.__qualname__,
-                self._cache_path,
-                str(error) or type(error).__name__,
-            )
+            _say_dropped(self._py_func.__qualname__, error)
             with suppress(OSError):  # then this is said again by the next process
                 cast(Any, self).flush()
             return None
@@ -99,14 +94,63 @@ class CheckedCache(FunctionCache):
             _remove_unused(Path(self._cache_path))
 
 
+class KeptHook:
+    """The code of a hook on disk, as LLVM's bitcode, under the digest of all that it is made from: its
+    fingerprint and key. A change in one hook compiles again only what calls it."""
+
+    def __init__(self, function: Callable[..., Any], digest: str, key: str, called: list[Any]) -> None:
+        self._key = digest, key, folder().name
+        found = hashlib.sha256(repr(self._key).encode()).hexdigest()[:32]
+        self.name = f"{function.__name__}_{found}"
+        self._called = called
+        self._files = cast(Any, _CheckedFiles)(str(folder()), self.name, "")
+        self._file = f"{self.name}.nbh"
+
+    def load(self) -> Any:
+        """Return what was saved, or None where there is nothing that is right."""
+        try:
+            with self._files._of(self._key):
+                found = self._files._load_data(self._file)
+        except FileNotFoundError:
+            return None
+        except Exception as error:  # as of machine code
+            _say_dropped(self.name, error)
+            with suppress(OSError):
+                os.unlink(self._files._data_path(self._file))
+            return None
+        for each in self._called:
+            each.load_apart()
+        return found
+
+    def save(self, data: Any) -> None:
+        """Write the code; without room on the disk, the next process compiles it."""
+        with suppress(OSError), self._files._of(self._key):
+            self._files._save_data(self._file, data)
+
+
+def _say_dropped(name: str, error: Exception) -> None:
+    logging.getLogger("kinetile").warning(
+        "kinetile: the machine code of %s in %s cannot be used (%s): it is dropped, and compiled again",
+        name,
+        folder(),
+        str(error) or type(error).__name__,
+    )
+
+
 def _remove_unused(place: Path) -> None:
-    """Remove files that no process has read or written for thirty days."""
-    oldest = time.time() - _UNUSED_SECONDS
+    """Remove files that no process has read or written for thirty days, and those that were not for longest
+    where all have more than ``_MOST_BYTES``."""
+    found = []
     for entry in os.scandir(place):
         with suppress(OSError):  # another process has removed it
-            found = entry.stat()
-            if max(found.st_atime, found.st_mtime) < oldest:
-                os.unlink(entry.path)
+            of = entry.stat()
+            found.append((max(of.st_atime, of.st_mtime), of.st_size, entry.path))
+    oldest, room = time.time() - _UNUSED_SECONDS, _MOST_BYTES
+    for used, size, path in sorted(found, reverse=True):
+        room -= size
+        if used < oldest or room < 0:
+            with suppress(OSError):
+                os.unlink(path)
 
 
 class _CheckedFiles(IndexDataCacheFile):

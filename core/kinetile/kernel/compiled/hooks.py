@@ -61,7 +61,7 @@ if not INTERPRETED:
     with uncollected():
         from kinetile.kernel.compiled import backend
         from kinetile.kernel.compiled.backend import CPUDispatcher, LinkingCompiler, ir, types
-        from kinetile.kernel.compiled.cache import CheckedCache
+        from kinetile.kernel.compiled.cache import CheckedCache, KeptHook
 
     _HOOK = {
         "nopython": True,
@@ -73,6 +73,13 @@ if not INTERPRETED:
     """What a hook is compiled with. Wrappers, to be called from Python, would cost half of the time."""
 
     _SHORT = (types.int8, types.int16, types.int32)
+
+    def _kept(function: FunctionType, key: str) -> KeptHook | None:
+        """Return where a hook's code is kept on disk; it is not if something of it is in ``__main__``."""
+        digest, modules, called = fingerprint(function, tuple)
+        return None if "__main__" in modules else KeptHook(function, digest, key, called)
+
+    LinkingCompiler.kept = staticmethod(_kept)
 
     class _Hook(CPUDispatcher):
         """A function that compiled code inlines."""
