@@ -1,6 +1,7 @@
-"""The command ``kinetile cache``: where compiled loops are kept, how many for which versions; their removal.
+"""The command ``kinetile cache``: where compiled loops and hooks are kept, how many for which versions; their
+removal.
 
-The compile cache itself drops damaged files, and those that were not used for thirty days. Only its own files
+The compile cache itself drops damaged files, and those that were not used for longest. Only its own files
 are touched here, because ``NUMBA_CACHE_DIR`` may name a folder that holds other things as well.
 """
 
@@ -20,7 +21,9 @@ from kinetile.cli.output import printed, show, table_of
 from kinetile.cli.terminal import FAULT, notice
 
 _FOLDER = re.compile(r"numba-(?P<numba>[\w.+]+)-llvmlite-(?P<llvmlite>[\w.+]+)")
-_FILE = re.compile(r"(?P<entry>.+?)(\.\d+\.nbc|\.nbi|(?P<hook>\.nbh))(\.tmp\.\w+)?")  # .tmp: of a write that was cut off
+_FILE = re.compile(
+    r"(?P<entry>.+?)(\.\d+\.nbc|\.nbi|(?P<hook>\.nbh))(\.tmp\.\w+)?"
+)  # .tmp: of a write that was cut off
 
 
 def cache(
@@ -30,7 +33,8 @@ def cache(
     json: Json = False,
     csv: Csv = False,
 ) -> None:
-    """Show where compiled loops are kept, for which versions, their size and last use; or remove them."""
+    """Show where compiled loops and hooks are kept, for which versions, their size and last use; or remove
+    them."""
     from kinetile.kernel.compiled.cache import folder
 
     here = folder()
@@ -49,6 +53,7 @@ def cache(
             "| Numba": lambda row: row["numba"],
             "| llvmlite": lambda row: row["llvmlite"],
             "> entries": lambda row: f"{row['entries']:,}",
+            "> hooks": lambda row: f"{row['hooks']:,}",
             "> MB": lambda row: f"{row['bytes'] / 1e6:,.1f}",
             "| last used": lambda row: (row["last_used"] or "-").partition("T")[0],
             "": lambda row: "in use by this installation" if row["used_here"] else "",
@@ -61,10 +66,10 @@ def cache(
         raise typer.Exit(FAULT)
 
 
-def _files(folder: Path) -> dict[Path, str]:
+def _files(folder: Path) -> dict[Path, re.Match[str]]:
     """Returns the files of the cache in a folder, each with its function and fingerprint."""
     named = {path: _FILE.fullmatch(path.name) for path in folder.iterdir() if path.is_file()}
-    return {path: found["entry"] for path, found in named.items() if found and not path.is_symlink()}
+    return {path: found for path, found in named.items() if found and not path.is_symlink()}
 
 
 def _row(folder: Path, used_here: bool) -> dict[str, Any]:
@@ -72,13 +77,18 @@ def _row(folder: Path, used_here: bool) -> dict[str, Any]:
     named = _FOLDER.fullmatch(folder.name)
     assert named is not None
     files, found = _files(folder), []
+    loops, hooks = (
+        {each["entry"] for each in files.values() if bool(each["hook"]) is is_hook}
+        for is_hook in (False, True)
+    )
     for path in files:
         with suppress(FileNotFoundError):  # another process has removed it
             found.append(path.stat())
     last = max((max(each.st_atime, each.st_mtime) for each in found), default=None)
     return {
         **named.groupdict(),
-        "entries": len({*files.values()}),
+        "entries": len(loops),
+        "hooks": len(hooks),
         "files": len(files),
         "bytes": sum(each.st_size for each in found),
         "last_used": last and datetime.fromtimestamp(last, UTC).isoformat(timespec="seconds"),

@@ -15,6 +15,7 @@ from kinetile.kernel.compiled import INTERPRETED
 
 HERE = f"numba-{numba.__version__}-llvmlite-{llvmlite.__version__}"
 OTHER = "numba-0.1.0-llvmlite-0.2.0"
+ENTRY = ("loop.advance_a-95.py311.nbi", "loop.advance_a-95.py311.1.nbc", "watch_0a1b.nbh", "near_2c3d.nbh")
 
 
 @pytest.fixture
@@ -23,7 +24,7 @@ def place(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     for folder, days in ((HERE, 0.0), (OTHER, 40.0)):
         (tmp_path / folder).mkdir()
-        for name in ("loop.advance_a-95.py311.nbi", "loop.advance_a-95.py311.1.nbc", "notes.txt"):
+        for name in (*ENTRY, "notes.txt"):
             path = tmp_path / folder / name
             path.write_bytes(bytes(1000))
             os.utime(path, (time.time() - days * 86400.0,) * 2)
@@ -36,10 +37,10 @@ def place(tmp_path, monkeypatch):
 def test_it_lists_versions_entries_bytes_and_last_use(place):
     result = printed("cache")
     other, here = result["versions"]
-    assert (result["folder"], result["bytes"]) == (str(place), 4000)
+    assert (result["folder"], result["bytes"]) == (str(place), 8000)
     assert (other["numba"], other["llvmlite"], other["used_here"]) == ("0.1.0", "0.2.0", False)
-    names = ("numba", "used_here", "entries", "files", "bytes")
-    assert [here[name] for name in names] == [numba.__version__, True, 2, 3, 2000]
+    names = ("numba", "used_here", "entries", "hooks", "files", "bytes")
+    assert [here[name] for name in names] == [numba.__version__, True, 2, 2, 5, 4000]
     assert other["last_used"] < here["last_used"]
     text = kinetile("cache").stdout
     assert f"folder: {place}" in text
@@ -66,3 +67,4 @@ def test_what_a_run_loads_is_in_the_cache_that_is_shown():
     assert sim.cached
     (here,) = [each for each in printed("cache")["versions"] if each["used_here"]]
     assert here["entries"] >= 1
+    assert here["hooks"] >= 1

@@ -20,6 +20,7 @@ from typing import Any, cast
 import llvmlite as llvmlite
 import numba as _numba
 from llvmlite import ir as ir
+from llvmlite.binding import Linkage
 from llvmlite.binding import add_symbol as add_symbol
 from llvmlite.binding import parse_bitcode
 from numba import extending as _extending
@@ -164,6 +165,16 @@ class _LinkedCode(_Code):
 
     def _optimize_final_module(self) -> None:
         """Leave that to the callers."""
+
+    def _get_module_for_linking(self) -> Any:
+        """Return the module as callers link it. Numba would copy it first, and it is used for nothing else."""
+        cast(Any, self)._ensure_finalized()
+        if self._shared_module is None:
+            self._shared_module = self._final_module
+            for each in self._final_module.functions:
+                if not each.is_declaration and each.linkage == Linkage.external:
+                    each.linkage = "linkonce_odr"
+        return self._shared_module
 
     def _finalize_final_module(self) -> None:
         """Note that the code is complete, and make no machine code of it."""
@@ -327,8 +338,8 @@ class LinkingCompiler(_Compiler):
         result = cast(Any, super())._compile_bytecode()
         if not (state.library.has_dynamic_globals or state.reload_init or result.environment.consts):
             module = state.library._final_module
-            for each in module.functions:
-                if not each.is_declaration and _KEPT not in each.name:  # Numba's, numbered by this process
+            for each in module.functions:  # what Numba has given a number of this process is no other's
+                if not each.is_declaration and each.name.startswith("_ZN") and _KEPT not in each.name:
                     each.linkage = "internal"
             result.fndesc.typemap = result.fndesc.calltypes = None
             kept.save((module.as_bitcode(), result.fndesc, result.signature))
