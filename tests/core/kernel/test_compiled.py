@@ -14,6 +14,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 from _pytest.assertion.rewrite import rewrite_asserts
 
@@ -24,6 +25,7 @@ from kinetile.kernel.compiled import composer
 from kinetile.kernel.compiled.fingerprint import fingerprint
 
 if not compiled.INTERPRETED:
+    from kinetile.kernel.compiled import cache
     from kinetile.kernel.compiled.cache import KeptHook
 
 needs_compiler = pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
@@ -114,6 +116,22 @@ def calling(function):
 )
 def test_what_a_hook_reaches_counts_wherever_it_is(made):
     assert prints(made(1)) == prints(made(1)) != prints(made(2))
+
+
+def test_an_array_s_elements_counted_and_what_they_are_did_not():
+    given = [np.array(each) for each in ([1, 2], [[1, 2]], [5e-324, 1e-323])]
+    made = [hook_of("def hook():\n    return table[0]\n", table=each) for each in given]
+    assert given[0].tobytes() == given[1].tobytes() == given[2].tobytes()
+    assert len(set(map(prints, made))) == 3
+
+
+def test_options_of_numba_did_not_count(monkeypatch):
+    """What NUMBA_OPT=0 had compiled was loaded by every later process."""
+    before = prints(calling(len))
+    for name, counts in (("NUMBA_OPT", True), ("NUMBA_BOUNDSCHECK", True), ("NUMBA_CACHE_DIR", False)):
+        with monkeypatch.context() as patch:
+            patch.setenv(name, "0")
+            assert (prints(calling(len)) != before) is counts
 
 
 def test_a_docstring_does_not_count():
@@ -285,6 +303,19 @@ def test_machine_code_that_is_not_used_stayed_for_ever(folder):
     used[0].unlink()
     assert composed_again()(41.5) == 42  # one is written
     assert sorted(folder.rglob("*.nb[ic]")) == used
+
+
+@needs_compiler
+def test_machine_code_that_was_used_filled_the_disk(folder, monkeypatch):
+    """Only its age was limited: what was not used for longest goes first, hooks or loops."""
+    names = [f"loop.{number}.nbi" if number % 2 else f"hook_{number}.nbh" for number in range(6)]
+    for number, name in enumerate(names):
+        (folder / name).write_bytes(bytes(100))
+        used = time.time() - 1000 * (number * 5 % 6)
+        os.utime(folder / name, (used, used - 5000))
+    monkeypatch.setattr(cache, "_MOST_BYTES", 399)
+    cache._remove_unused(folder)
+    assert sorted(path.name for path in folder.iterdir()) == sorted(names[number] for number in (0, 5, 4))
 
 
 def damages(content: bytes):

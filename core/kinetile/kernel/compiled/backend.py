@@ -20,9 +20,8 @@ from typing import Any, cast
 import llvmlite as llvmlite
 import numba as _numba
 from llvmlite import ir as ir
-from llvmlite.binding import Linkage
+from llvmlite.binding import Linkage, create_new_function_pass_manager, parse_bitcode
 from llvmlite.binding import add_symbol as add_symbol
-from llvmlite.binding import parse_bitcode
 from numba import extending as _extending
 from numba import types as _types
 from numba.extending import infer_getattr as infer_getattr
@@ -84,7 +83,7 @@ MEMBERS: dict[Any, str] = {
     CFunc: "compile address _cache",
     JITCodeLibrary: "codegen _codegen _optimize_functions _optimize_final_module "
     "_finalize_final_module _finalize_dynamic_globals has_dynamic_globals _finalized _final_module "
-    "enable_object_caching",
+    "_shared_module _ensure_finalized enable_object_caching",
     JITCPUCodegen: "_module_pass_manager magic_tuple",
     Compiler: "compile_extra define_pipelines _compile_bytecode state",
     Environment: "from_fndesc",
@@ -156,18 +155,30 @@ class _Code(JITCodeLibrary):
 
 
 class _LinkedCode(_Code):
-    """The code of a hook or a subroutine, which is only ever linked into that of its callers: neither
-    optimised alone nor made machine code, which saves a part of the time to compile a loop."""
+    """The code of a hook or a subroutine, which is only ever linked into that of its callers: not made
+    machine code, and optimised alone only by what makes it shorter, which saves a part of the time to compile
+    a loop."""
 
     @property
     def codegen(self) -> Any:
         return _NoEnvironment(self._codegen)
 
+    def _optimize_functions(self, module: Any) -> None:
+        """Hold variables in registers, and take parts out of tuples: what is kept on disk, and linked into
+        each caller, has a fifth of the instructions, and in the end the loop has the same."""
+        super()._optimize_functions(module)
+        if hasattr(self._codegen, "_pass_builder"):  # not before Numba 0.62
+            passes, how = create_new_function_pass_manager(), cast(Any, self._codegen)._pass_builder()
+            passes.add_sroa_pass()
+            passes.add_instruction_combine_pass()
+            for each in module.functions:
+                passes.run(each, how)
+
     def _optimize_final_module(self) -> None:
         """Leave that to the callers."""
 
     def _get_module_for_linking(self) -> Any:
-        """Return the module as callers link it. Numba would copy it first, and it is used for nothing else."""
+        """Return the module as callers link it: Numba would copy it first, and no one uses it otherwise."""
         cast(Any, self)._ensure_finalized()
         if self._shared_module is None:
             self._shared_module = self._final_module

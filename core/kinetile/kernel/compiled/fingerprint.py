@@ -6,6 +6,7 @@ Numba's own cache looks at one file's date only, and would serve old machine cod
 from __future__ import annotations
 
 import hashlib
+import os
 import sys
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -21,9 +22,9 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
     calls ``apart``.
 
     What counts is bytecode, constants, hooks and the values of globals, also where they are reached through a
-    module.
+    module; and Numba's options.
     """
-    digest = hashlib.sha256(repr((sys.version, np.__version__, API)).encode())
+    digest = hashlib.sha256(repr((sys.version, np.__version__, API, _options())).encode())
     digest.update(_sources())
     seen: set[int] = set()
     modules: set[str] = set()
@@ -57,7 +58,7 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
             for item in value:
                 visit(item)
         elif isinstance(value, np.ndarray):
-            digest.update(value.tobytes())
+            digest.update(repr((value.dtype, value.shape)).encode() + value.tobytes())
         elif callable(value):
             digest.update(getattr(value, "__name__", type(value).__name__).encode())
         else:
@@ -90,6 +91,13 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
     visit(function)
     visit(state)
     return digest.hexdigest()[:16], modules, called
+
+
+def _options() -> list[tuple[str, str]]:
+    """Return the options of Numba that the environment has, but for those of a place or of threads."""
+    others = "NUMBA_CACHE_DIR", "NUMBA_NUM_THREADS"
+    given = os.environ.items()
+    return sorted(each for each in given if each[0].startswith("NUMBA_") and each[0] not in others)
 
 
 @cache
