@@ -19,8 +19,8 @@ from typing import Any, cast
 
 import llvmlite as llvmlite
 import numba as _numba
+from llvmlite import binding as _binding
 from llvmlite import ir as ir
-from llvmlite.binding import Linkage, create_new_function_pass_manager, parse_bitcode
 from llvmlite.binding import add_symbol as add_symbol
 from numba import extending as _extending
 from numba import types as _types
@@ -168,7 +168,8 @@ class _LinkedCode(_Code):
         each caller, has a fifth of the instructions, and in the end the loop has the same."""
         super()._optimize_functions(module)
         if hasattr(self._codegen, "_pass_builder"):  # not before Numba 0.62
-            passes, how = create_new_function_pass_manager(), cast(Any, self._codegen)._pass_builder()
+            how = cast(Any, self._codegen)._pass_builder()
+            passes = _binding.create_new_function_pass_manager()
             passes.add_sroa_pass()
             passes.add_instruction_combine_pass()
             for each in module.functions:
@@ -183,7 +184,7 @@ class _LinkedCode(_Code):
         if self._shared_module is None:
             self._shared_module = self._final_module
             for each in self._final_module.functions:
-                if not each.is_declaration and each.linkage == Linkage.external:
+                if not each.is_declaration and each.linkage == _binding.Linkage.external:
                     each.linkage = "linkonce_odr"
         return self._shared_module
 
@@ -359,7 +360,7 @@ class LinkingCompiler(_Compiler):
     def _taken(self, bitcode: bytes, described: Any, signature: Any) -> Any:
         """Return what compiling a hook comes to, of its parts."""
         library, target = self.state.library, self.state.targetctx
-        library._final_module, library._finalized = parse_bitcode(bitcode), True
+        library._final_module, library._finalized = _binding.parse_bitcode(bitcode), True
         environment = cast(Any, Environment).from_fndesc(described)
         entry = target.get_executable(library, described, environment)
         target.insert_user_function(entry, described, [library])
