@@ -4,7 +4,11 @@ Numba keeps machine code beside the sources, and drops it when the date of one o
 environment, checkout or installation would compile everything again. Here it lies in the user's cache
 directory, for all of them: the name of a function has the fingerprint of all that it was made from
 (``fingerprint``), the folder has the versions of Numba and llvmlite, and the index has the processor. What
-was not used for thirty days is removed when something new is written.
+was not used for thirty days is removed when a loop is written, and beyond half a gigabyte what was not used
+for longest.
+
+Hooks are here as well, as LLVM's bitcode: after an edit of one, Numba compiles it, what calls it, and the
+loop. That bitcode names no processor; it is kept for one all the same, as machine code is.
 
 Numba loads whatever lies in its cache. A file that a power cut has emptied, or that a disk has changed, would
 end every later run with the unpickler's error; a bit that is flipped within the machine code unpickles well,
@@ -36,7 +40,7 @@ from kinetile.sources import open_regular
 _DIGEST = 32
 _NO_KEY = bytes(_DIGEST)
 _UNUSED_SECONDS = 30 * 86400.0
-_MOST_BYTES = 1 << 29
+_MOST_BYTES = 512_000_000
 
 
 def folder() -> Path:
