@@ -79,7 +79,8 @@ arrayobj: Any = _arrayobj
 
 MEMBERS: dict[Any, str] = {
     FunctionCache: "load_overload save_overload flush _impl _cache_path _cache_file _py_func",
-    IndexDataCacheFile: "load save _load_index _load_data _data_path _index_path _open_for_write",
+    IndexDataCacheFile: "load save _load_index _load_data _save_data _dump _data_path _index_path "
+    "_open_for_write",
     CFunc: "compile address _cache",
     JITCodeLibrary: "codegen _codegen _optimize_functions _optimize_final_module "
     "_finalize_final_module _finalize_dynamic_globals has_dynamic_globals _finalized _final_module "

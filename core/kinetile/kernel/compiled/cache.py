@@ -25,6 +25,7 @@ import hashlib
 import io
 import logging
 import os
+import pickle
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -108,6 +109,7 @@ class KeptHook:
         self.name = f"{function.__name__}_{found}"
         self._called = called
         self._files = cast(Any, _CheckedFiles)(str(folder()), self.name, "")
+        self._files._dump = pickle.dumps  # Numba's own takes five times as long, and copies unknown classes
         self._file = f"{self.name}.nbh"
 
     def load(self) -> Any:
@@ -127,8 +129,10 @@ class KeptHook:
         return found
 
     def save(self, data: Any) -> None:
-        """Write the code; without room on the disk, the next process compiles it."""
-        with suppress(OSError), self._files._of(self._key):
+        """Write the code; without room on the disk, or with a type that no name leads to, the next process
+        compiles it."""
+        unknown = pickle.PicklingError, AttributeError, TypeError
+        with suppress(OSError, *unknown), self._files._of(self._key):
             self._files._save_data(self._file, data)
 
 
