@@ -256,6 +256,9 @@ FALL = np.dtype(
     ],
     align=True,
 )
+NEXT = np.dtype([("tick", "i8"), ("kind", "i8"), ("a", "i8"), ("b", "i8")], align=True)
+"""What comes next: a kind as entries have it or a command's code; numbers of bodies, ``b`` or NOBODY."""
+
 FAULTS = np.dtype([("code", "i8"), ("a", "i8"), ("b", "i8")], align=True)
 CLOCK = np.dtype(
     [
@@ -279,6 +282,7 @@ CLOCK = np.dtype(
         ("stops", STOPS),  # at contacts that are watched
         ("torus", TORUS),  # where axes are periodic (``kernel.images``)
         ("fault", FAULTS),  # the first one, of bodies a and b
+        ("next", NEXT),  # written where the loop looks ahead and runs nothing
         ("fall", FALL),  # where there is gravity (``kernel.falling``)
     ],
     align=True,

@@ -7,7 +7,7 @@ is in this span or a later one, and between two spans the clock's base moves on.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -17,9 +17,9 @@ from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
-from kinetile.kernel.loop.calendar import rank
+from kinetile.kernel.loop.loop import PASSES
 from kinetile.kernel.passings import PASS
-from kinetile.kernel.tables import JAMMED, NEVER, NOBODY, PARTING, STRUCTURAL, TURN, WALL, Kernel
+from kinetile.kernel.tables import JAMMED, NEVER, NOBODY, PAIR, PARTING, STRUCTURAL, WALL, Kernel
 from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
 from kinetile.run.engine.ledger import ContactRow
 from kinetile.run.interrupts import Interruptible, let_signals_through
@@ -40,6 +40,17 @@ COMMANDS: dict[int, Literal["turn", "insert", "remove"]] = {
     INSERTED: "insert",
     REMOVED: "remove",
 }
+
+KINDS: dict[int, Literal["structural", "turn", "insert", "remove", "wall", "disc", "pass", "part"]] = {
+    STRUCTURAL: "structural",
+    WALL: "wall",
+    PAIR: "disc",
+    PASSES: "pass",
+    PARTING: "part",
+    **COMMANDS,
+}
+"""The kinds of events by what the loop notes of the next one (``kernel.tables.NEXT``). A plan that is only
+anchored again has none: users do not see it."""
 
 
 class End(NamedTuple):
@@ -248,7 +259,9 @@ def next_event(engine: Engine) -> Event | None:
     fields.fault.code[0] = 0 if fault == JAMMED else fault
     fields.torus.beat[0] = NEVER
     try:  # anchoring a plan again is no event: the next one is returned
-        while lists.command < lists.commands and int(_next_command(engine).code) == REANCHORED:
+        while (
+            lists.command < lists.commands and int(engine.k.commands[int(lists.command)].code) == REANCHORED
+        ):
             lists.command += 1
         head = _look(engine, int(clock.now) + 2 * SPAN)
         event = None if head is None else _event_of(engine, head)
@@ -276,70 +289,33 @@ def _first_parting(engine: Engine, removal: Event) -> Event:
     return removal._replace(kind="part", bodies=(min(number, other), max(number, other)))
 
 
-class _Head(NamedTuple):
-    """The next thing to happen: at a tick, a command (body None), plans that have grown old (a ``beat``), or
-    what is scheduled for the body in a slot."""
+class _Next(NamedTuple):
+    """What comes next, as ``kernel.tables.NEXT`` has it."""
 
     tick: int
-    body: int | None
-    beat: bool = False
+    kind: int
+    a: int
+    b: int
 
 
-def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Head | None:
-    """Returns the next event, up to and at a tick that may have ``quota`` contacts, or None.
+def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Next | None:
+    """Returns what comes next, up to and at a tick that may have ``quota`` contacts, or None.
     It changes nothing except that guesses are computed exactly."""
     if engine.chunk(until, UNLIMITED, 0, quota) == TIME_REACHED:
         return None
-    k = engine.k
-    lists, key = k.clock[0].lists, np.asarray(k.queue.key)
-    first = np.flatnonzero(key == key.min()).tolist() if len(key) else []
-    kinds, partners, number = k.queue.kind, k.queue.partner, k.queue.number
-    body = min(
-        first,
-        key=lambda at: rank(int(number[at]), int(key[at]), int(kinds[at]), int(number[partners[at]])),
-        default=None,
-    )
-    head = None if body is None else _Head(int(key[body]), body)
-    kind = STRUCTURAL if body is None else int(k.queue[body].kind)
-    if lists.command < lists.commands:
-        command, clock = _next_command(engine), k.clock[0]
-        tick = int(command.tick)
-        may_come = int(command.after) <= (int(clock.met_there) if clock.met_tick == tick else 0)
-        if head is None or tick < head.tick or (tick == head.tick and kind >= WALL and may_come):
-            head, kind = _Head(tick, None), TURN
-    beat = engine.fields.torus.beat[0] if engine.scene.periodic else NEVER
-    if beat < (NEVER if head is None else head.tick + (kind != STRUCTURAL)):
-        return _Head(beat, None, beat=True)
-    return head
+    found = engine.fields.next
+    return _Next(found.tick[0], found.kind[0], found.a[0], found.b[0])
 
 
-def _next_command(engine: Engine) -> Any:
-    """Returns the next command of the present span."""
-    return engine.k.commands[int(engine.k.clock[0].lists.command)]
-
-
-def _event_of(engine: Engine, head: _Head) -> Event | None:
-    """Returns the next event; None for a plan that is anchored again unchanged, which users do not see."""
-    k = engine.k
-    what: dict[str, Any]
-    if head.beat:
+def _event_of(engine: Engine, head: _Next) -> Event | None:
+    """Returns the next event, or None for one that users do not see."""
+    kind = KINDS.get(head.kind)
+    if kind is None:
         return None
-    if head.body is None:
-        command = _next_command(engine)
-        if int(command.code) == REANCHORED:
-            return None
-        what = {"kind": COMMANDS[int(command.code)], "bodies": (int(command.body),)}
-    else:
-        entry = k.queue[head.body]
-        number = int(entry.number)
-        if int(entry.kind) == STRUCTURAL:
-            what = {"kind": "structural", "certificate": number}
-        elif int(entry.kind) == WALL:
-            what = {"kind": "wall", "bodies": (number,)}
-        else:
-            kind, other = _meeting(engine, head.body)
-            what = {"kind": kind, "bodies": tuple(sorted((number, int(k.queue[other].number))))}
-    return Event(*engine.clock.moment(engine.clock.total(head.tick)), **what)
+    when = engine.clock.moment(engine.clock.total(head.tick))
+    if head.kind == STRUCTURAL:
+        return Event(*when, kind, certificate=head.a)
+    return Event(*when, kind, tuple(sorted(each for each in (head.a, head.b) if each != NOBODY)))
 
 
 def _watched(engine: Engine) -> tuple[Event | None, list[ContactRow]]:
@@ -392,13 +368,3 @@ def _passes(k: Kernel, a: int, b: int) -> bool:
         return False
     kinds = int(k.clock[0].kinds)
     return int(k.rules[int(k.traits[a].kind) * (kinds + 1) + int(k.traits[b].kind)].response) == PASS
-
-
-def _meeting(engine: Engine, body: int) -> tuple[Literal["disc", "pass", "part"], int]:
-    """Returns what is scheduled for the body in a slot with another one, and the slot of the other."""
-    k = engine.k
-    if int(k.queue[body].kind) == PARTING:
-        due = k.passings[(k.passings.a == body) & (k.passings.tick == k.traits[body].leave)]
-        return "part", int(due.b[np.argmin(k.queue.number[due.b])])
-    other = int(k.queue[body].partner)
-    return "pass" if _passes(k, body, other) else "disc", other

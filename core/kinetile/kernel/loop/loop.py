@@ -82,7 +82,8 @@ from kinetile.kernel.loop.events import (
     run_wall_contact,
 )
 from kinetile.kernel.loop.predictions import ask_all_exactly, look_at, meeting
-from kinetile.kernel.loop.responses import crowded, end_first_passing
+from kinetile.kernel.loop.responses import crowded, end_first_passing, find_leave
+from kinetile.kernel.passings import passes
 from kinetile.kernel.tables import (
     GUESS,
     NEVER,
@@ -146,6 +147,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
             if task != NOTHING:
                 continue
         if budget <= 0:
+            note_next(k, h, kind, at)
             return BUDGET_SPENT
         budget -= 1
         if kind == STRUCTURAL:
@@ -320,6 +322,32 @@ def next_event(k: Kernel) -> tuple[int, int, int]:
         if beat < at or (beat == at and kind != STRUCTURAL):
             return h, BEAT, beat
     return h, kind, at
+
+
+PASSES = 6
+"""The kind of a contact at which two bodies begin to pass through each other: as ``PAIR`` in an entry."""
+
+
+@template
+def note_next(k: Kernel, h: int, kind: int, at: int) -> None:
+    """Write down what comes next, of which nothing is run."""
+    coming = k.clock[0].next
+    coming.tick = at
+    coming.kind = kind
+    coming.b = NOBODY
+    if COMMANDS and kind == TURN:
+        command = k.commands[k.clock[0].lists.command]
+        coming.kind = command.code
+        coming.a = command.body
+    elif kind >= STRUCTURAL:
+        coming.a = k.queue[h].number
+        other = k.queue[h].partner
+        if PASSING and kind == PARTING:
+            other = k.passings[find_leave(k, h)].b
+        if kind >= PAIR:
+            coming.b = k.queue[other].number
+        if PASSING and kind == PAIR and passes(k, h, other):
+            coming.kind = PASSES
 
 
 @template
