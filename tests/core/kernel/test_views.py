@@ -236,3 +236,21 @@ def test_no_hook_of_kinetile_counts_from_the_end(monkeypatch, scene, phase):
     with pytest.raises(AssertionError, match="an index below 0"):
         checked(tables()).numbers[-1]
     assert views
+
+
+@pytest.mark.interpreted
+def test_quick_tables_have_the_fields_of_numpy_s_and_the_same_memory():
+    plain = allocate(4, near=4, log_rows=4)
+    quick = composer.packed(plain)
+    for name, table in plain._asdict().items():
+        twin = getattr(quick, name)
+        for field in table.dtype.names or ():
+            assert getattr(twin, field).tobytes() == getattr(table, field).tobytes()
+    quick.bodies[2].vx = 0.25
+    quick.clock[0].calendar.filed = 3
+    quick.queue.key[1:3] = 7
+    assert plain.bodies.vx[2] == plain.bodies[2].vx == 0.25
+    assert plain.clock[0].calendar.filed == quick.clock.calendar.filed[0] == 3
+    assert plain.queue.key.tolist()[:4] == [*quick.queue.key[:1].tolist(), 7, 7, quick.queue[3].key]
+    quick.queue.partner = -1
+    assert set(plain.queue.partner.tolist()) == {-1}

@@ -30,6 +30,8 @@ if not INTERPRETED:
     from kinetile.kernel.compiled import backend
     from kinetile.kernel.compiled.cache import CheckedCache, is_whole
     from kinetile.kernel.compiled.views import ViewModel, packed_kind
+else:
+    from kinetile.kernel.compiled.views import quick
 
 
 class NotCompiled(Exception):
@@ -145,12 +147,12 @@ _kinds: dict[tuple[Any, ...], Any] = {}
 
 def packed(tables: Any) -> Any:
     """Return tables as a composed function takes them, for many calls; they stay the same arrays."""
-    return tables if INTERPRETED else Packed(tables)
+    return quick(tables) if INTERPRETED else Packed(tables)
 
 
 def replaced(tables: Any, name: str, table: Any) -> Any:
     """Return packed tables with another one, of the same kind, in the place of one of them."""
-    return tables._replace(**{name: table}) if INTERPRETED else tables.replaced(name, table)
+    return tables._replace(**{name: quick(table)}) if INTERPRETED else tables.replaced(name, table)
 
 
 def bound(function: Callable[..., Any], *tables: Any, numbers: int) -> Callable[..., Any]:

@@ -30,6 +30,45 @@ T = TypeVar("T")
 
 
 if INTERPRETED:
+    from functools import cache, partial
+    from operator import itemgetter
+
+    def quick(tables: T) -> T:
+        """Return tables, or named tuples of them, with fields that are read ten times as fast as those of
+        NumPy's records: these look each attribute up in Python, most of the time of an interpreted hook."""
+        if isinstance(tables, tuple):
+            return cast(T, cast(Any, tables)._make(map(quick, tables)))
+        plain = np.asarray(tables)
+        return cast(T, plain.view(*_properties(plain.dtype))) if type(tables) is np.recarray else tables
+
+    @cache
+    def _properties(dtype: np.dtype[Any]) -> tuple[np.dtype[Any], type]:
+        """Return the same fields as properties: a type of rows, and a type of tables of them."""
+        known: Any = dtype.fields  # in any order
+        fields = {name: known[name] for name in dtype.names or ()}
+        inner = {
+            name: _properties(each) if each.names else (each, np.ndarray)
+            for name, (each, *_) in fields.items()
+        }
+        layout: Any = {
+            "names": [*fields],
+            "formats": [row for row, _ in inner.values()],
+            "offsets": [offset for _, offset, *_ in fields.values()],
+            "itemsize": dtype.itemsize,
+        }
+        row = {name: property(itemgetter(name), partial(_set, name)) for name in fields}
+        table = {
+            name: property(partial(_column, name, kind), partial(_set, name))
+            for name, (_, kind) in inner.items()
+        }
+        made = type("Row", (np.void,), {"__slots__": (), **row})
+        return np.dtype((made, np.dtype(layout))), type("Table", (np.ndarray,), table)
+
+    def _column(name: str, kind: type, table: Any) -> Any:
+        return table[name].view(kind)
+
+    def _set(name: str, where: Any, value: Any) -> None:
+        where[name] = value
 
     def disowned(tables: T) -> T:
         """Return ``tables`` as they are: interpreted code counts no references worth saving."""

@@ -23,6 +23,7 @@ import numpy as np
 from kinetile.kernel.compiled import INTERPRETED
 
 LANES = 8
+_ONES = np.ones(LANES)
 COLUMNS: tuple[str, ...] = ("x", "y", "vx", "vy", "anchor", "reach")
 
 Floats: TypeAlias = Any
@@ -33,7 +34,7 @@ Truths: TypeAlias = Any
 
 def spread(value: float) -> Floats:
     """Return eight times the same number."""
-    return np.full(LANES, value)
+    return _ONES * value
 
 
 def spread_whole(value: int) -> Wholes:
@@ -100,9 +101,20 @@ def prefetch(table: Any, row: int) -> None:
 def product_error(a: float, b: float, product: float) -> float:
     """Return a * b - product, for the rounded product, rounded once, as a fused multiply-add does it: exact
     unless a part of the product would be subnormal."""
+    a, b, product = float(a), float(b), float(product)
     if not math.isfinite(product):
         return math.nan
-    return float(Fraction(float(a)) * Fraction(float(b)) - Fraction(float(product)))
+    if max(abs(a), abs(b)) < 2.0**900 and abs(product) > 2.0**-900:  # no part of what follows is rounded
+        (a, a_low), (b, b_low) = _halves(a), _halves(b)
+        return a_low * b_low - (((product - a * b) - a_low * b) - a * b_low)
+    return float(Fraction(a) * Fraction(b) - Fraction(product))
+
+
+def _halves(value: float) -> tuple[float, float]:
+    """Return the upper and the lower half of a double's digits, after Veltkamp and Dekker (1971)."""
+    shifted = 134217729.0 * value
+    high = shifted - (shifted - value)
+    return high, value - high
 
 
 def lowest_bit(word: int) -> int:
