@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import time
 from contextlib import contextmanager
@@ -11,13 +12,14 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+import cost
 import lanes
-from interpreting import pytest_runtest_logreport, pytest_runtest_protocol
+from interpreting import of_this_process, pytest_runtest_logreport, pytest_runtestloop
 from kinetile.kernel.compiled import INTERPRETED, composer
 from lanes import LOOPS, is_shared
 from programs import program
 
-__all__ = ["pytest_runtest_logreport", "pytest_runtest_protocol"]
+__all__ = ["pytest_runtest_logreport", "pytest_runtestloop"]
 
 EVERYWHERE = {
     "deadline": None,  # a busy machine is no failure: no test judges the time that it takes
@@ -115,6 +117,7 @@ def _compiled_apart(here, njit):
                     "small, slow or own_loop (CONTRIBUTING.md)"
                 )
             name = function.__qualname__.rpartition("_")[0]
+            cost.counts["loops"] += function.__name__ == "advance"
             return compiles(signature)
 
         made.compile = known
@@ -149,8 +152,9 @@ if hasattr(os, "fork") and not INTERPRETED:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Leave slow cases out of a run that has none."""
+    """Leave slow cases out of a run that has none, and count what it costs."""
     lanes.slow_ones = lanes.may_have_slow_ones(config)
+    cost.count_steps()
 
 
 def pytest_pycollect_makeitem(
@@ -203,7 +207,7 @@ def _is_under_slow_phase(item: pytest.Item) -> bool:
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """What is long is slow as well, and so are small tests under ``naive`` and ``sap-2d``, which take longest
     as plain Python: three other phases run the same. Tests of many events run compiled only:
     NUMBA_DISABLE_JIT=1 runs the others, on small scenes."""
@@ -217,11 +221,30 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.page)
         if _is_below(item.path, QUICK) and not any(map(item.get_closest_marker, ("slow", "compiled"))):
             item.add_marker(pytest.mark.quick)
+    items[:] = of_this_process(items)
+    if not lanes.is_default(config):
+        items[:] = [item for item in items if not cost.is_judged_by(item)]
     if INTERPRETED:
         too_slow = pytest.mark.skip(reason="too many events for interpreted hooks")
         for item in items:
             if item.get_closest_marker("compiled"):
                 item.add_marker(too_slow)
+
+
+def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> str | None:
+    """Say how long it takes."""
+    if not lanes.is_default(config):
+        return None
+    return f"{len(items):,} tests: some five minutes on two cores; the first compile for seconds each"
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say how to run alone what has failed, as it ran here: with plain hooks or compiled."""
+    failed = dict.fromkeys(report.nodeid for report in terminalreporter.getreports("failed"))
+    if failed:
+        terminalreporter.section("each of them again, alone")
+    for name in failed:
+        terminalreporter.line(f"python -m pytest -m '' {shlex.quote(name)}")
 
 
 @pytest.fixture

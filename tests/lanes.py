@@ -31,6 +31,13 @@ def may_have_slow_ones(config: pytest.Config) -> bool:
     return named or not marks or re.search(r"(?<!not )\b(slow|long)\b", marks) is not None
 
 
+def is_default(config: pytest.Config) -> bool:
+    """Return whether a run has all tests of the default lane, and no others."""
+    chosen = config.option.keyword or getattr(config.option, "lf", False)
+    marks = config.option.markexpr in config.getini("addopts")
+    return not chosen and marks and config.args_source is pytest.Config.ArgsSource.TESTPATHS
+
+
 def first(count: int, cases: Sequence[Any]) -> list[Any]:
     """Return all cases, as parameters of a test, tuples where it has several: those after the first ``count``
     are slow."""

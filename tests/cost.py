@@ -1,0 +1,44 @@
+"""What a run of tests costs, in counts that do not depend on the load of a machine: steps of the kernel with
+plain hooks, and loops that are compiled. ``test_cost.py`` compares those of the default lane with DEFAULT.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+
+import pytest
+
+from kinetile.kernel.compiled import INTERPRETED
+from kinetile.run.engine import layout
+from kinetile.run.engine.engine import Engine
+
+DEFAULT = {"steps with plain hooks": 0, "loops": 0}
+"""Those of ``pytest`` without arguments. A change that makes it dearer says so here."""
+
+counts: Counter[str] = Counter()
+
+
+def is_judged_by(item: pytest.Item) -> bool:
+    """Return whether a test compares these counts: it is to run after all others."""
+    return item.path.name == "test_cost.py"
+
+
+def add(found: Mapping[str, int]) -> None:
+    """Add the counts of a child."""
+    counts.update(found)
+
+
+def count_steps() -> None:
+    """Count the steps of all engines of this process."""
+    run_loop = Engine._run_loop
+
+    def counted(engine: Engine, *given: int) -> int:
+        before = layout.steps(engine.count)
+        try:
+            return run_loop(engine, *given)
+        finally:
+            counts["steps with plain hooks"] += int(layout.steps(engine.count) - before)
+
+    if INTERPRETED:
+        Engine._run_loop = counted
