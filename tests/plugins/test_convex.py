@@ -29,7 +29,7 @@ from lanes import GENERAL, first
 @pytest.mark.parametrize("block", first(1, range(100)))
 def test_ticks_are_those_of_rationals(block):
     rng, hits, partings = random.Random(block), 0, 0
-    for _ in range(400):
+    for _ in range(150):
         question = Question(rng, hard=block % 2 == 1)
         parting = question.tick_by_rationals(parting=True)
         assert question.tick_of_kernel(parting=True) == parting, vars(question)

@@ -113,7 +113,7 @@ def by_hand(seed: int, phase: str, folder: Path) -> tuple[str, kt.Simulation]:
     return sim.fingerprint, sim
 
 
-@pytest.mark.parametrize("seed", first(3, range(1000, 1020)))
+@pytest.mark.parametrize("seed", first(1, range(1000, 1020)))
 def test_one_answer_under_commands_by_hand(seed, tmp_path):
     found = {phase: by_hand(seed, phase, tmp_path) for phase in GENERAL}
     assert len({ending for ending, _ in found.values()}) == 1

@@ -11,6 +11,7 @@ from kinetile_conformance.checks import check_named
 from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.reporting import OFTEN, SYMPTOMS, diagnosed, likely
 from kinetile_conformance.runner import CheckRun, reference_of
+from lanes import first
 
 SEEN = (
     ("one-sided", "naive-names-the-later-ones-only", "its-structure-is-true"),
@@ -46,7 +47,7 @@ def shared():
 
 
 @pytest.mark.interpreted
-@pytest.mark.parametrize(("row", "label", "check"), SEEN)
+@pytest.mark.parametrize(("row", "label", "check"), first(4, SEEN))
 def test_a_failure_ends_with_what_authors_usually_did_wrong(row, label, check, shared, load_mutant):
     load_mutant(label)
     drawing, reference = shared

@@ -162,7 +162,7 @@ def isolated(name: str, *checks: str, **more: object) -> Report:
     ("name", "said"),
     [
         ("crashes-in-arrange", f"the process died of SIGSEGV in check 'same-contacts', in crashes{HERE}"),
-        ("takes-all-memory", OUT_OF_MEMORY),
+        pytest.param("takes-all-memory", OUT_OF_MEMORY, marks=pytest.mark.slow),
     ],
 )
 def test_a_death_is_a_result_that_names_check_distribution_and_cause(

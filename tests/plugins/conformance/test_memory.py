@@ -17,7 +17,7 @@ from kinetile_conformance.checks.check import Check, Observation
 from kinetile_conformance.checks.side_effects import first_breach
 from kinetile_conformance.runner import CheckRun
 from kinetile_conformance.strategies.gallery import small_ones, smallest
-from lanes import BUILT_IN
+from lanes import BUILT_IN, first
 
 TESTS = Path(__file__).parents[2]
 
@@ -84,7 +84,7 @@ def test_a_trespass_is_named_with_hook_and_field(name):
 
 
 @pytest.mark.interpreted
-@pytest.mark.parametrize("name", ALLOWED)
+@pytest.mark.parametrize("name", first(2, ALLOWED))
 def test_what_is_allowed_passes(name):
     assert first_breach(Subject(name, {}), small_ones()[:5]) is None
 
