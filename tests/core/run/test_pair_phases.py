@@ -82,7 +82,7 @@ def test_phases_for_some_shapes_and_one_for_all_give_what_the_one_gives(narrow, 
     together.audit()
 
 
-@pytest.mark.own_loop
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_compiled_phases_read_each_its_own_numbers():
     """Tables with other numbers lay on the stack of a hook that had returned."""

@@ -185,6 +185,7 @@ def test_an_endless_loop_is_ended_and_located(monkeypatch: pytest.MonkeyPatch) -
     assert result.verdict.startswith("only hangs-in-arrange")
 
 
+@pytest.mark.slow
 def test_a_slow_phase_was_taken_for_an_endless_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(deadline, "SCENE_SECONDS", 1.0)
     (result,) = isolated("dawdles-in-arrange", shrink=False).results
