@@ -102,3 +102,20 @@ def test_the_table_of_laws_names_tests_that_exist() -> None:
         assert not test or f"def {test}(" in found.read_text(encoding="utf-8"), (
             f"CONTRIBUTING.md names {test}"
         )
+
+
+def test_each_law_has_a_guard_in_the_default_lane() -> None:
+    page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    rows = page.partition("| law | held by | lane |")[2].strip().splitlines()[1:]
+    assert len(rows) > 30
+    for row in rows:
+        law, held, lane = (each.strip() for each in row.strip("|").split(" | "))
+        assert {"default", "quick"} & {*lane.split(", ")}, f"nothing holds {law!r} in the default lane"
+        marked = [_is_slow(path, test) for path, test in re.findall(r"`(tests/[\w./-]+\.py)::(\w+)`", held)]
+        assert not marked or not all(marked), f"all that holds {law!r} is slow"
+
+
+def _is_slow(path: str, test: str) -> bool:
+    """Return whether all cases of a test are slow, by a mark above it."""
+    above = (ROOT / path).read_text(encoding="utf-8").partition(f"\ndef {test}(")[0].rpartition("\n\n")[2]
+    return re.search(r"^@pytest\.mark\.(slow|long)$", above, re.MULTILINE) is not None

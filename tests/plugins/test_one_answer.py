@@ -175,9 +175,12 @@ def test_a_built_in_phase_conforms(phase):
     assert report.ok, str(report)
 
 
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_without_the_skin_ties_part(monkeypatch):
+@pytest.mark.parametrize(
+    ("seeds", "least"),
+    [((19, 41), 2), pytest.param(range(100), 6, marks=(pytest.mark.slow, pytest.mark.compiled))],
+    ids=["some", "many"],
+)
+def test_without_the_skin_ties_part(seeds, least, monkeypatch):
     """The lattices are hard enough: with bodies no fatter than they are, phases differ on some."""
     whole = skin.Skin.of.__func__
 
@@ -186,10 +189,11 @@ def test_without_the_skin_ties_part(monkeypatch):
 
     monkeypatch.setattr(skin.Skin, "of", classmethod(bare))
     parted = 0
-    for seed in range(100):
+    for seed in seeds:
         scene, phases = lattice_scene(seed), ("naive", "sap-1d", "sap-2d", "sweep-tiling")
-        parted += len({outcome(scene, phase, {}, 20.0, 200)[1] for phase in phases}) > 1
-    assert parted > 5
+        most = 60 if INTERPRETED else 200
+        parted += len({outcome(scene, phase, {}, 20.0, most)[1] for phase in phases}) > 1
+    assert parted >= least
 
 
 @pytest.mark.small
