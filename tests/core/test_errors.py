@@ -17,6 +17,7 @@ from kinetile import errors
 from kinetile.kernel.compiled import NotCompiled
 from kinetile.plugin.registry import Failure
 from kinetile.records.bounded import TooManyRows
+from kinetile.run.pair_phases import NotTaken
 from kinetile_accuracy.oracle.attempt import Undecided
 from kinetile_bench.study.task import StudyStopped
 from kinetile_conformance.checks.check import Disagreement, DoesNotApply
@@ -59,6 +60,7 @@ RAISED: list[BaseException] = [
     StudyStopped("no workers"),
     TimeIsUp(),
     TooManyRows("more than 10 rows"),
+    NotTaken("a narrow phase"),
     Undecided("which is first", 1.5, (0, 2)),
 ]
 

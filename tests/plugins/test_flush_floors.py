@@ -67,7 +67,7 @@ def test_what_slides_along_a_flush_floor_meets_nothing(kind: str, block: int) ->
 @pytest.mark.parametrize("kind", FLOORS)
 def test_a_floor_may_go_round(kind: str) -> None:
     """The last tile is flush with the image of the first, and what slides comes round some times."""
-    scenes = [drawn(seed, kind) for seed in range(3)]
+    scenes = [drawn(seed, kind) for seed in range(8)]
     periods = [round(200 * TILES * float(scene.position[1, 0])) / 100 for scene in scenes]
     rings = [
         scene.replace(arena=(period, 9.0), periodic="xy")

@@ -111,7 +111,7 @@ def test_what_cannot_be_done_is_said(saved, line, said):
 def test_what_is_there_is_not_lost(saved, tmp_path):
     before = saved.read_bytes()
     assert "kinetile resume" in refused(RUN, "--checkpoint", saved)
-    mine = tmp_path / "mine.toml"
+    mine = tmp_path / "mine.txt"
     mine.write_text("what I have written")
     said = refused(RUN, "--checkpoint", mine, "--overwrite")
     assert "is no saved simulation, so it is not replaced" in said

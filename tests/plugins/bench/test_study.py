@@ -242,7 +242,7 @@ NO_ROW = "is none that a task writes"
 DAMAGES = [
     ("PRAGMA user_version = 1", r"format 1, and this .* format 2: run the study again, with a new file"),
     ("UPDATE rows SET content = substr(content, 9)", OTHER_DIGEST),
-    ("UPDATE rows SET content = replace(content, '\"cpu_seconds\": 0', '\"cpu_seconds\": 4')", OTHER_DIGEST),
+    ("UPDATE rows SET content = replace(content, '\"cpu_seconds\": ', '\"cpu_seconds\": 1')", OTHER_DIGEST),
     ("UPDATE rows SET key = 'another' WHERE rowid = 1", OTHER_DIGEST),
     *((f"UPDATE rows SET {name} = NULL", OTHER_DIGEST) for name in ("key", "course", "content", "digest")),
     ("UPDATE rows SET content = x'ff'", OTHER_DIGEST),

@@ -164,7 +164,7 @@ def test_whom_it_does_not_know_it_does_not_judge(interface):
     with pytest.raises(UnknownName, match="no narrow phase is called 'disk'; did you mean 'disc'"):
         interface("naive", narrow_phases=["disk"])
     with pytest.raises(
-        BadOption, match="narrow phase 'squares' has no option 'faults'; expected fault; did you mean 'fault'"
+        BadOption, match=r"narrow phase 'squares' has no option 'faults'; .*did you mean 'fault'"
     ):
         interface("naive", narrow_phases={"squares": {"faults": "now"}})
     with pytest.raises(BadOption, match="not a string"):
