@@ -164,11 +164,14 @@ class _LinkedCode(_Code):
     def codegen(self) -> Any:
         return _NoEnvironment(self._codegen)
 
+    has_arrays = False
+    """Whether the function takes NumPy's arrays."""
+
     def _optimize_functions(self, module: Any) -> None:
-        """Hold variables in registers, and take parts out of tuples: what is kept on disk, and linked into
-        each caller, has a fifth of the instructions, and in the end the loop has the same."""
+        """Take the parts out of arrays: what is kept on disk, and linked into each caller, has a fifth of the
+        instructions. Other hooks are left as they are: the loop would become another, and not much sooner."""
         super()._optimize_functions(module)
-        if hasattr(self._codegen, "_pass_builder"):  # not before Numba 0.62
+        if self.has_arrays and hasattr(self._codegen, "_pass_builder"):  # the latter not before Numba 0.62
             how = cast(Any, self._codegen)._pass_builder()
             passes = _binding.create_new_function_pass_manager()
             passes.add_sroa_pass()
@@ -326,7 +329,7 @@ _KEPT = "B2v0"
 
 class LinkingCompiler(_Compiler):
     """The compiler of what is only ever linked into its callers. Its code may be kept on disk, as LLVM's
-    bitcode (``cache.KeptHooks``), and so has names that no process gives to other code."""
+    bitcode (``cache.KeptHook``), and so has names that no process gives to other code."""
 
     kept: Callable[[Any, str], Any]
     """Return where the code of a function is kept, by what it depends on besides: something with a name, that
@@ -334,6 +337,7 @@ class LinkingCompiler(_Compiler):
 
     def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
         own = library or cast(Any, _LinkedCode)(target.codegen(), "hook")
+        own.has_arrays = any(map(_has_arrays, rest[0]))
         super().__init__(typing, target, own, *rest)
 
     def _compile_bytecode(self) -> Any:
