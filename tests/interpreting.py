@@ -22,6 +22,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import groupby, pairwise
 from pathlib import Path
 from typing import Any
@@ -52,6 +53,7 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
     marked = [item for item in session.items if _is_marked(item)]
     if INTERPRETED or not marked or session.testsfailed or session.config.option.collectonly:
         return None
+    _print_beside_capture(session.config)
     with tempfile.TemporaryDirectory() as folder:
         child = _Child(marked, Path(folder))
         showing = threading.Thread(target=child.show_all, daemon=True)
@@ -67,6 +69,15 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
             child.end()
             showing.join()
     return True
+
+
+def _print_beside_capture(config: pytest.Config) -> None:
+    """Have the terminal's writer print to a descriptor of its own: that of stdout is redirected while a test
+    runs, and what a thread prints then would be taken for output of the test."""
+    writer = config.get_terminal_writer()
+    with suppress(OSError):  # stdout is no file
+        own = os.dup(writer._file.fileno())
+        writer._file = os.fdopen(own, "w", buffering=1, encoding=writer._file.encoding, errors="replace")
 
 
 def of_this_process(items: list[pytest.Item]) -> list[pytest.Item]:
