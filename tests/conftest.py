@@ -235,7 +235,7 @@ def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Ite
     """Say how long it takes."""
     if not lanes.is_default(config):
         return None
-    return f"{len(items):,} tests: some five minutes on two cores; the first compile for seconds each"
+    return f"{len(items):,} tests: up to 20 minutes on two cores that are busy otherwise, less on quiet ones"
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
