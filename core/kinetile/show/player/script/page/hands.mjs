@@ -201,7 +201,7 @@ function listenForMoments(player, canvas, fractionAt, drags) {
   };
   let from = null; // where a finger came down that may scroll yet
   canvas.addEventListener("pointerdown", (event) => {
-    canvas.setPointerCapture(event.pointerId);
+    if (drags) canvas.setPointerCapture(event.pointerId);
     from = event.pointerType === "touch" ? pointOf(event) : null;
     if (!from) go(event);
   });
