@@ -106,7 +106,8 @@ def product_error(a: float, b: float, product: float) -> float:
         return math.nan
     if max(abs(a), abs(b)) < 2.0**900 and abs(product) > 2.0**-900:  # no part of what follows is rounded
         (a, a_low), (b, b_low) = _halves(a), _halves(b)
-        return a_low * b_low - (((product - a * b) - a_low * b) - a * b_low)
+        rest = ((product - a * b) - a_low * b) - a * b_low
+        return a_low * b_low - rest + 0.0  # a fused operation has no zero with a minus here
     return float(Fraction(a) * Fraction(b) - Fraction(product))
 
 
