@@ -298,3 +298,10 @@ def test_a_machine_without_long_vectors_has_the_same_bits(tmp_path):
     generic = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(tmp_path)}
     done = subprocess.run(command, env=os.environ | generic, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.interpreted
+def test_the_error_of_an_exact_product_was_a_zero_with_a_minus():
+    a, b = 3.0, 2.0**30 - 1.0
+    for one, two in ((a, b), (-a, b), (a, -b), (-a, -b)):
+        assert math.copysign(1.0, vectors.product_error(one, two, one * two)) == 1.0
