@@ -73,8 +73,13 @@ def named_near(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
 
 
 def pairs_of_named(named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-    """Returns the pairs (a, b), a < b, of which one is near the other, sorted; (m, 2)."""
-    return np.asarray(np.unique(np.sort(named, axis=1), axis=0))
+    """Returns the pairs (a, b), a < b, of which one is near the other, sorted; (m, 2).
+
+    One integer a pair: NumPy sorts integers twice as fast as rows.
+    """
+    low, high = named.min(axis=1).astype(np.int64), named.max(axis=1)
+    pairs = np.unique(low << 32 | high)
+    return np.column_stack([pairs >> 32, pairs & 0xFFFFFFFF]).astype(named.dtype)
 
 
 def candidates(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
