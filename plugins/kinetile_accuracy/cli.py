@@ -29,9 +29,6 @@ from kinetile.cli.options import (
 from kinetile.cli.output import as_json, printed, rows_table, scene_summary, show
 from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, echo, make_ready, notice
 from kinetile.errors import BadOption
-from kinetile.plugin.choices import read_phase
-from kinetile.sources import open_regular
-from kinetile.versions import versions
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -113,6 +110,7 @@ def _run_against(
 ) -> Agreement:
     """Runs a scene under a broad phase, and compares the run with the oracle."""
     from kinetile import Simulation
+    from kinetile.instruments import read_phase
     from kinetile_accuracy.oracle.agreement import certify
     from kinetile_accuracy.oracle.oracle import check_scope
 
@@ -137,6 +135,8 @@ def _print_oracle(
     csv: bool,
 ) -> None:
     if json or csv:
+        from kinetile.instruments import versions
+
         result: dict[str, Any] = {"versions": versions(), "scene": scene_summary(scene), "run": options}
         result["oracle"] = {
             "ended": certified.ended,
@@ -161,7 +161,7 @@ def _print_oracle(
 
 def _contacts_table(contacts: Sequence[CertifiedContact]) -> Table:
     """Returns the contacts as a table; of very many, the first and the last."""
-    from kinetile.kernel.log import WALLS
+    from kinetile.instruments import WALLS
 
     rows = []
     for index, (time, a, b, tied, head_on) in enumerate(contacts):
@@ -217,8 +217,7 @@ def certify_log(
 
 def _certifier(log: str, scene: Scene, until: float | None, max_contacts: int | None) -> LogCertifier:
     """Returns the certifier of a list of contacts; raises BadOption where the list cannot be read."""
-    from kinetile.records.contacts import read_contacts
-    from kinetile.records.log import SIGNATURE
+    from kinetile.instruments import SIGNATURE, open_regular, read_contacts
     from kinetile_accuracy.specification.certify import LogCertifier
 
     end = until_or_default(scene, until, max_contacts)
@@ -236,14 +235,15 @@ def _certifier(log: str, scene: Scene, until: float | None, max_contacts: int | 
 
 
 def _begins_with(path: str, signatures: tuple[bytes, ...]) -> bool:
+    from kinetile.instruments import open_regular
+
     with open_regular(path) as file:
         return file.read(max(map(len, signatures))).startswith(signatures)
 
 
 def _read_events(path: str, scene: Scene, end: float | None) -> tuple[NDArray[Any], float | None]:
     """Reads an event file, and how far it goes: a run that was broken off goes to its last row."""
-    from kinetile.records.reading import read_with_scene
-    from kinetile.scene import relabelled
+    from kinetile.instruments import read_with_scene, relabelled
 
     (rows, metadata), its_scene = read_with_scene(path)
     if metadata["answer"] != scene.answer:
@@ -263,6 +263,8 @@ def _read_events(path: str, scene: Scene, end: float | None) -> tuple[NDArray[An
 
 def _print_certified(scene: Scene, log: str, report: CertifiedLog, json: bool) -> None:
     if json:
+        from kinetile.instruments import versions
+
         result = {"versions": versions(), "answer": scene.answer, "scene": scene_summary(scene), "log": log}
         echo(as_json(result | report.as_dict()))
         return

@@ -7,8 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kinetile.show.printed import figure_bytes
-from kinetile.targets import write_file
+from kinetile.instruments import figure_bytes, write_file
 from kinetile_accuracy.sections import needed
 
 if TYPE_CHECKING:

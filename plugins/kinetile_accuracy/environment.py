@@ -6,7 +6,7 @@ import os
 import platform
 from typing import Any
 
-from kinetile.versions import versions
+from kinetile.instruments import versions
 
 
 def environment() -> dict[str, Any]:

@@ -15,8 +15,7 @@ from typing import Any
 
 from kinetile.cli.output import as_csv, as_json
 from kinetile.errors import BadOption
-from kinetile.show.html import figure, grid, paragraph
-from kinetile.targets import write_file
+from kinetile.instruments import figure, grid, paragraph, write_file
 from kinetile_accuracy.drawing import as_svg, house_style, save_figure
 from kinetile_accuracy.sections import (
     Budget,

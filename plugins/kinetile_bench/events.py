@@ -17,7 +17,7 @@ from typing import Any
 
 from kinetile import Simulation, make_scene
 from kinetile.errors import Refused
-from kinetile.plugin.choices import write_phase
+from kinetile.instruments import write_phase
 from kinetile_accuracy.environment import environment
 from kinetile_bench.benchmark import Choice, NamedPhase, PhasesMeasured, phases_with_options, prepared
 

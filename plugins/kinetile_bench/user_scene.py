@@ -24,7 +24,7 @@ import numpy as np
 
 from kinetile import Simulation
 from kinetile.errors import AuditError, MissedContactError, PhaseError, Refused, ZenoError
-from kinetile.plugin.choices import write_phase
+from kinetile.instruments import write_phase
 from kinetile_accuracy.environment import environment
 from kinetile_bench.benchmark import Choice, PhasesMeasured, phases_with_options
 

@@ -23,19 +23,37 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
+from kinetile import (
+    BroadPhaseSpec,
+    NarrowPhaseSpec,
+    Response,
+    ResponseSpec,
+    Scene,
+    Simulation,
+    Turn,
+    hookimpl,
+    load_scene,
+    registry,
+)
 from kinetile.errors import KinetileError, Refused, TooThick, UnknownName
-from kinetile.kernel.tables import column, slots_taken
-from kinetile.plugin.calling import NOT_AUTHORS
-from kinetile.plugin.choices import write_phase
-from kinetile.plugin.registry import Provided, registry
-from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, ResponseSpec, hookimpl
-from kinetile.run.compare import Outcome, describe_row, find_divergence, first_difference, outcome_of
-from kinetile.run.compose import Composition, compose_phases
-from kinetile.run.simulation import Simulation, composition_of
-from kinetile.scene import Response, Scene, Turn
-from kinetile.scene.files import dumps_scene, load_scene
-from kinetile.scene.schema import read_bytes
-from kinetile.targets import write_file
+from kinetile.instruments import (
+    NOT_AUTHORS,
+    Composition,
+    Outcome,
+    Provided,
+    column,
+    compose_phases,
+    composition_of,
+    describe_row,
+    dumps_scene,
+    find_divergence,
+    first_difference,
+    outcome_of,
+    read_bytes,
+    slots_taken,
+    write_file,
+    write_phase,
+)
 from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, NoState, hook, is_there, unchecked
 from kinetile_conformance.deadline import begin_scene
 

@@ -13,8 +13,7 @@ import os
 import time
 from collections.abc import Iterator
 
-from kinetile.kernel.compiled import INTERPRETED, compiling_seconds, while_compiling
-from kinetile.kernel.compiled.limits import end_after, limit_memory
+from kinetile.instruments import INTERPRETED, compiling_seconds, end_after, limit_memory, while_compiling
 
 SECONDS = 600.0 if INTERPRETED else 60.0
 """CPU seconds that a check of a hundred scenes may take, without compiling."""

@@ -23,8 +23,8 @@ from typing import Generic, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from kinetile import Scene
 from kinetile.errors import KinetileError
-from kinetile.scene import Scene
 from kinetile_conformance.cases import horizon, is_living
 from kinetile_conformance.checks import most
 from kinetile_conformance.checks.check import Check

@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any, cast
 
 import kinetile
+from kinetile import Scene
 from kinetile.errors import PhaseError
-from kinetile.plugin.calling import is_library
-from kinetile.scene import Scene
+from kinetile.instruments import is_library
 from kinetile_conformance import deadline
 from kinetile_conformance.cases import Subject, provided
 from kinetile_conformance.checks import check_named

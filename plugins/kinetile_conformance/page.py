@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from kinetile.show.html import facts, grid, paragraph
-from kinetile.show.picture import escape
+from kinetile.instruments import escape, facts, grid, paragraph
 from kinetile_conformance.judging import BEGINNING, RUN, SCENES, Judged, Judgement
 
 STYLE = """:root { color-scheme: light dark; --edge: #d5d8dc; --good: #136f3a; --bad: #b3261e }

@@ -18,9 +18,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from kinetile import Scene
 from kinetile.errors import KinetileError, Refused
-from kinetile.scene import Scene
-from kinetile.targets import write_file
+from kinetile.instruments import write_file
 from kinetile_conformance.cases import CONTACTS, Subject, save_case
 from kinetile_conformance.checks import CHECKS
 from kinetile_conformance.checks.check import Check, Disagreement, Observation

@@ -29,9 +29,9 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
+from kinetile import registry
 from kinetile.errors import BadOption, MissingExtra, NotJudged, Refused
-from kinetile.kernel.compiled.limits import out_of_time
-from kinetile.plugin.registry import registry
+from kinetile.instruments import out_of_time
 from kinetile_conformance.cases import PhasePlugin, Subject, provided
 from kinetile_conformance.deadline import SCENE_SECONDS, TimeIsUp, keep_limits, uncounted
 

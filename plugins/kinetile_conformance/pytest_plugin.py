@@ -30,8 +30,8 @@ def parametrize_with_checks(
 
     Raises ValueError for a check that does not exist, UnknownName for a phase that does not.
     """
-    from kinetile.plugin.registry import registry
-    from kinetile.run.compose import check_options
+    from kinetile import registry
+    from kinetile.instruments import check_options
     from kinetile_conformance.checks import check_named
     from kinetile_conformance.isolated import IsolatedRunner
     from kinetile_conformance.runner import Plan

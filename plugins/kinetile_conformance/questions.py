@@ -25,10 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
+from kinetile import Scene, Settings
 from kinetile.errors import KinetileError, SceneError
-from kinetile.kernel.log import WALLS
-from kinetile.scene import Scene, Settings
-from kinetile.scene.files import dumps_scene
+from kinetile.instruments import WALLS, dumps_scene
 from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, pair_tick, unit_bits
 from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_accuracy.specification.shapes import Difference, contact

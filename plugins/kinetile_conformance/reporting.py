@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
-from kinetile.run.audit import OWN
-from kinetile.scene import Scene
-from kinetile.show.picture import escape
+from kinetile import Scene
+from kinetile.instruments import OWN, escape
 from kinetile_conformance.cases import Subject, save_case
 from kinetile_conformance.checks import check_named
 

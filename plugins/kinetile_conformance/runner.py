@@ -16,12 +16,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypedDict
 
-from kinetile import box, capsule
+from kinetile import Response, Scene, Settings, box, capsule, registry
 from kinetile.errors import BadOption, KinetileError, MissingExtra, NotJudged, Refused, UnknownName
-from kinetile.plugin.calling import place_of
-from kinetile.plugin.registry import registry
-from kinetile.run.compose import check_options, read_narrow_phases
-from kinetile.scene import Response, Scene, Settings
+from kinetile.instruments import check_options, place_of, read_narrow_phases
 from kinetile_conformance.cases import CONTACTS, REFERENCE, RunOutcome, Subject, outcome, provided
 from kinetile_conformance.checks import CHECKS, check_named
 from kinetile_conformance.checks.check import Check, Disagreement, DoesNotApply, Reference

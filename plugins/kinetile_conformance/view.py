@@ -6,8 +6,7 @@ import os
 from pathlib import Path
 
 from kinetile.errors import BadOption
-from kinetile.show.player import View, view_scene
-from kinetile.show.player.view import Choice
+from kinetile.instruments import Choice, View, view_scene
 from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, load_case
 
 

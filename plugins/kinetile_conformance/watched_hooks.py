@@ -25,13 +25,9 @@ from typing import Any
 
 import numpy as np
 
+from kinetile import BroadPhaseSpec, Scene, Simulation, registry
 from kinetile.errors import KinetileError, Refused
-from kinetile.kernel.tables import column, fields_in
-from kinetile.plugin.calling import place_of
-from kinetile.plugin.registry import registry
-from kinetile.plugin.specs import BroadPhaseSpec
-from kinetile.run.simulation import Simulation
-from kinetile.scene import Scene
+from kinetile.instruments import column, fields_in, place_of
 from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel
 from kinetile_conformance.cases import PhasePlugin, Subject, horizon
 

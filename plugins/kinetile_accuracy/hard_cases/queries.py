@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 import kinetile as kt
-from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
-from kinetile.kernel.tables import allocate
+from kinetile.instruments import allocate, compose, disowned, to_be_filled_in
 from kinetile.toolbox import NEVER, Kernel
 from kinetile_accuracy.drawing import LOOKS, legend_below, new_figure
 from kinetile_accuracy.hard_cases.families import FAMILIES, Family, Queries, Ticks

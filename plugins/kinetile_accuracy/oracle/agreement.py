@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Refused
-from kinetile.kernel.log import WALLS
+from kinetile.instruments import WALLS
 from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Oracle, check_scope
 from kinetile_accuracy.specification.arithmetic import SPAN, UNIT_TICKS
 

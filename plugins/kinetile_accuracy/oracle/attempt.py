@@ -24,7 +24,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from flint import arb, fmpq
 
-from kinetile.scene import Scene
+from kinetile import Scene
 from kinetile_accuracy.oracle.times import (
     ZERO,
     EventTime,

@@ -21,8 +21,8 @@ from fractions import Fraction
 from itertools import islice
 from typing import Any, Literal, NamedTuple
 
+from kinetile import Scene, Turn
 from kinetile.errors import Refused
-from kinetile.scene import Scene, Turn
 from kinetile_accuracy.sections import listed, needed
 
 CAP_BITS = 1 << 13

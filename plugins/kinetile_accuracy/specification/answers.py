@@ -9,9 +9,9 @@ import math
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from kinetile import Insert
 from kinetile.errors import Refused
-from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
-from kinetile.scene import Insert
+from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, Vector, exchanged_along
 from kinetile_accuracy.specification.shapes import Difference, normal
 

@@ -26,8 +26,8 @@ from collections.abc import Callable, Collection
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
-from kinetile.scene import Remove
+from kinetile import Remove
+from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
 
 if TYPE_CHECKING:
     from kinetile import Scene

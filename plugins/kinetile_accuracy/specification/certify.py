@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.errors import BadOption, Refused
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS, Fingerprint, digestible
+from kinetile.instruments import INSERTED, REANCHORED, REMOVED, TURNED, WALLS, Fingerprint, digestible
 from kinetile_accuracy.specification.arithmetic import UNIT_BITS, UNIT_TICKS, tick_of, unit_bits
 from kinetile_accuracy.specification.course import Course, CourseEvent
 

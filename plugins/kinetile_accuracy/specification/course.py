@@ -26,9 +26,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kinetile import Shape
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
-from kinetile.scene import Insert, Remove, Turn
+from kinetile import Insert, Remove, Shape, Turn
+from kinetile.instruments import INSERTED, REANCHORED, REMOVED, TURNED
 from kinetile_accuracy.specification.answers import Answers
 from kinetile_accuracy.specification.arithmetic import (
     BEAT,

@@ -26,7 +26,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
-from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
+from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.specification.arithmetic import (
     HORIZON,
     FlightPlan,

@@ -31,7 +31,7 @@ import numpy.typing as npt
 
 from kinetile import Scene
 from kinetile.errors import Refused
-from kinetile.kernel.compiled import compose, disowned, make_ready, to_be_filled_in
+from kinetile.instruments import compose, disowned, make_ready, to_be_filled_in
 from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP, hook
 
 Floats = npt.NDArray[np.float64]

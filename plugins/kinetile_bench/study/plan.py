@@ -18,20 +18,23 @@ from typing import Any, NamedTuple
 
 from kinetile import Scene, make_scene, registry
 from kinetile.errors import Mistake, SceneError, StudyError, UnknownName, one_of
-from kinetile.plugin.choices import read_phase
-from kinetile.plugin.parameters import Parameter
-from kinetile.plugin.specs import Kind
-from kinetile.run.compose import check_options
-from kinetile.run.observing import check_observable
-from kinetile.scene.by_name import (
+from kinetile.instruments import (
+    Kind,
+    Parameter,
+    abridged,
+    check_observable,
+    check_options,
     complete_parameters,
     holds_several,
+    is_finite,
+    loads_scene,
     parameter_mistakes,
+    read_bytes,
+    read_phase,
+    read_tables,
     recipe_parameters,
+    shown,
 )
-from kinetile.scene.checks import abridged, is_finite, shown
-from kinetile.scene.files import loads_scene
-from kinetile.scene.schema import read_bytes, read_tables
 
 MOST_TASKS = 200_000
 """All tasks of a study are in memory while it runs: some hundred megabytes."""

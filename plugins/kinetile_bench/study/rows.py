@@ -22,8 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from kinetile.errors import RecordError, printable
-from kinetile.scene.checks import shown
-from kinetile.sources import check_regular
+from kinetile.instruments import check_regular, shown
 from kinetile_bench.study.task import DISAGREES, DONE, STATUSES, Row, StudyStopped, digest
 
 APPLICATION, FORMAT = int.from_bytes(b"kine", "big"), 2

@@ -23,9 +23,7 @@ from typing import Any, Literal, NamedTuple
 
 from kinetile import ANSWER, Simulation, __version__, registry
 from kinetile.errors import KinetileError, Refused, UnknownName, printable
-from kinetile.kernel.compiled import INTERPRETED
-from kinetile.plugin.choices import read_phase
-from kinetile.plugin.specs import Kind
+from kinetile.instruments import INTERPRETED, Kind, read_phase
 from kinetile_accuracy.environment import environment
 from kinetile_bench.study.plan import Named, StudyPlan, StudyScene
 

@@ -15,7 +15,7 @@ from multiprocessing.connection import Connection
 from queue import Empty, SimpleQueue
 
 from kinetile.errors import KinetileError
-from kinetile.run.interrupts import Unbroken
+from kinetile.instruments import Unbroken
 from kinetile_bench.study.task import LOST, Row, StudyStopped, Task, row_of, run_task
 
 _ANOTHER = "the study goes on with another one"

@@ -19,7 +19,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from kinetile import Simulation, make_scene
-from kinetile.plugin.choices import write_phase
+from kinetile.instruments import write_phase
 from kinetile_accuracy.environment import environment
 from kinetile_bench.benchmark import Choice, NamedPhase, PhasesMeasured, phases_with_options, prepared
 from kinetile_bench.events import BODIES, DENSITIES

@@ -11,9 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from kinetile import Scene
 from kinetile.errors import Refused
-from kinetile.run.compare import first_difference
-from kinetile.scene import Scene
+from kinetile.instruments import first_difference
 from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_conformance.cases import CONTACTS, REFERENCE, RunOutcome, Subject, difference
 from kinetile_conformance.strategies.strategy import Strategy

@@ -17,10 +17,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import kinetile as kt
+from kinetile import Scene, Settings, registry
 from kinetile.errors import KinetileError, Refused
-from kinetile.plugin.registry import registry
-from kinetile.run.simulation import composition_of
-from kinetile.scene import Scene, Settings, relabelled
+from kinetile.instruments import composition_of, relabelled
 from kinetile_conformance.cases import CONTACTS, Subject, horizon, outcome, run_summary
 from kinetile_conformance.checks.check import Case, Disagreement, compare, observation
 from kinetile_conformance.processes import Died, in_a_child

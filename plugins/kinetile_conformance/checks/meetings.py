@@ -18,15 +18,21 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
-from kinetile.kernel.flight import note_all_places, position_at
-from kinetile.kernel.log import WALLS
-from kinetile.kernel.passings import FIRST, rule_of
-from kinetile.kernel.tables import column, fields_in
-from kinetile.plugin.registry import registry
-from kinetile.run.audit import said_tick
-from kinetile.run.simulation import Simulation, composition_of
-from kinetile.scene import Response, Scene
+from kinetile import Response, Scene, Simulation, registry
+from kinetile.instruments import (
+    FIRST,
+    WALLS,
+    column,
+    compose,
+    composition_of,
+    disowned,
+    fields_in,
+    note_all_places,
+    position_at,
+    rule_of,
+    said_tick,
+    to_be_filled_in,
+)
 from kinetile.toolbox import (
     BOTTOM,
     LEFT,

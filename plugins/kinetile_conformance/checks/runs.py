@@ -16,10 +16,9 @@ from pathlib import Path
 import numpy as np
 
 import kinetile as kt
+from kinetile import Insert, Remove, Simulation
 from kinetile.errors import AuditError, KinetileError, TooThick
-from kinetile.run.compare import first_difference
-from kinetile.run.simulation import Simulation
-from kinetile.scene import Command, Insert, Remove, relabelled, with_commands
+from kinetile.instruments import Command, first_difference, relabelled, with_commands
 from kinetile.toolbox import box_gaps, reaches_of
 from kinetile_conformance.cases import RunOutcome, difference, horizon, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, compare, observation

@@ -31,9 +31,9 @@ from unittest.mock import patch
 
 import numpy as np
 
+from kinetile import Scene
 from kinetile.errors import KinetileError, Refused
-from kinetile.kernel.compiled import INTERPRETED
-from kinetile.scene import Scene
+from kinetile.instruments import INTERPRETED
 from kinetile_conformance.cases import CONTACTS, Subject, horizon
 from kinetile_conformance.checks.check import Case, Disagreement, observation
 from kinetile_conformance.processes import Died, in_a_child

@@ -160,8 +160,8 @@ def to_judge(
                 raise BadOption(f"{option} is for {whose}")
             if isinstance(value, float) and not 0.0 < value < math.inf:
                 raise BadOption(f"{option} {value:g}: expected a number above 0")
+    from kinetile import Response
     from kinetile.errors import one_of
-    from kinetile.scene import Response
     from kinetile_conformance import CHECKS, check_broad_phase, check_engine
     from kinetile_conformance.cases import Subject
     from kinetile_conformance.judging import Judged
@@ -204,7 +204,7 @@ def to_judge(
 
 def compiling_first() -> str:
     """Return what comes first, where loops are compiled."""
-    from kinetile.kernel.compiled import INTERPRETED
+    from kinetile.instruments import INTERPRETED
 
     return "" if INTERPRETED else "; loops that are not compiled yet are compiled first (about 10 s each)"
 
@@ -242,7 +242,7 @@ class _Printer:
         self._bar.close()
         report = self._judged.report
         if self._json:
-            from kinetile.versions import versions
+            from kinetile.instruments import versions
 
             found = {"status": status, "versions": versions()} | report.as_dict()
             _line(found if status == "complete" else found | {"conforms": None})
@@ -272,7 +272,7 @@ def replay(
     with file_errors(str(file)):
         result = judge(name, file, check=check, options=options)
     if json:
-        from kinetile.versions import versions
+        from kinetile.instruments import versions
 
         row: dict[str, Any] = {"broad_phase": name, "options": options, "file": str(file)}
         echo(as_json(row | {"fails": not result.ok, "versions": versions()} | Report.row(result)))

@@ -14,7 +14,6 @@ from kinetile.cli.options import Json, NarrowPhases, Repeats
 from kinetile.cli.output import as_json
 from kinetile.cli.terminal import INTERRUPTED, Bar, FirstSignal, echo, notice
 from kinetile.errors import BadOption
-from kinetile.targets import write_file
 from kinetile_conformance.cli.conform import (
     EXAMPLES,
     Answer,
@@ -70,6 +69,8 @@ def judge(
     except KeyboardInterrupt:
         notice("kinetile: interrupted; what was done until then is written")
     result = as_json(judgement.as_dict())
+    from kinetile.instruments import write_file
+
     verdicts = [f"{each.report.label}: {each.error or each.verdict}" for each in judged]
     try:
         with file_errors(f"--out {out}"):

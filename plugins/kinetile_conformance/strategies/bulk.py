@@ -16,8 +16,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.clock import SPAN, TICKS
-from kinetile.scene import Scene, Settings
+from kinetile import Scene, Settings
+from kinetile.instruments import SPAN, TICKS
 from kinetile_conformance.strategies.strategy import numbered
 from kinetile_conformance.strategies.swarms import slots, swarm
 

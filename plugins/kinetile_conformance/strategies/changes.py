@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.scene import Insert, Scene, Turn
+from kinetile import Insert, Scene, Turn
 from kinetile_conformance.cases import horizon
 
 changed = Scene.replace

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinetile.scene import Scene
+from kinetile import Scene
 from kinetile_conformance.strategies.changes import ended_at
 from kinetile_conformance.strategies.shapes import shape_torus
 from kinetile_conformance.strategies.swarms import swarm

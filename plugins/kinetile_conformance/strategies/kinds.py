@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from kinetile.scene import Response, Scene, Settings
+from kinetile import Response, Scene, Settings
 from kinetile_conformance.cases import Subject, is_living
 from kinetile_conformance.deadline import begin_scene
 from kinetile_conformance.strategies.changes import ended_at

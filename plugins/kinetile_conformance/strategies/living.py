@@ -23,10 +23,9 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from kinetile import Shape
+from kinetile import Scene, Settings, Shape
 from kinetile.errors import KinetileError
-from kinetile.kernel.compiled import INTERPRETED
-from kinetile.scene import Scene, Settings, relabelled, with_commands
+from kinetile.instruments import INTERPRETED, relabelled, with_commands
 from kinetile_conformance.cases import REFERENCE, Subject, is_living
 from kinetile_conformance.strategies.kinds import ABSENT, KINDS, SAME_LOOP, of_kinds, with_kinds
 from kinetile_conformance.strategies.shapes import SHAPES, of_all_shapes, scaled, shape_swarm

@@ -14,8 +14,7 @@ from functools import cache
 import numpy as np
 from hypothesis import strategies as st
 
-from kinetile import Shape, box, capsule, disc, polygon, segment
-from kinetile.scene import Scene, Settings
+from kinetile import Scene, Settings, Shape, box, capsule, disc, polygon, segment
 from kinetile_conformance.strategies.kinds import of_kinds, with_kinds
 from kinetile_conformance.strategies.small import MOST, body_in_cell, scene_of, scenes, several
 from kinetile_conformance.strategies.strategy import drawn, numbered

@@ -16,7 +16,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from kinetile.scene import Scene, Settings, Turn
+from kinetile import Scene, Settings, Turn
 from kinetile_conformance.strategies.changes import viewed
 from kinetile_conformance.strategies.strategy import Draw, drawn
 

@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import seed as seeded
 from hypothesis import strategies as st
 
-from kinetile.scene import Scene
+from kinetile import Scene
 from kinetile_conformance.cases import CONTACTS
 
 Draw = Callable[[int, int], Iterable[Scene]]

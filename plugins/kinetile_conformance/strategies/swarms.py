@@ -18,8 +18,8 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
+from kinetile import Scene, Settings, Turn
 from kinetile.errors import SceneError
-from kinetile.scene import Scene, Settings, Turn
 from kinetile_conformance.strategies.changes import viewed
 from kinetile_conformance.strategies.strategy import numbered
 

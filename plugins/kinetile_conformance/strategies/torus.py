@@ -11,7 +11,7 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
-from kinetile.scene import Scene, Settings, Turn
+from kinetile import Scene, Settings, Turn
 from kinetile_conformance.strategies.kinds import KINDS, of_kinds, with_kinds
 from kinetile_conformance.strategies.small import MOST as FEW
 from kinetile_conformance.strategies.small import body_in_cell, scene_of, several, speeds
