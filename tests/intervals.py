@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 import kinetile as kt
-from kinetile.run.observing import Estimate
+from kinetile.statistics import Estimate
 
 RUNS, FIRST = 200, 1000
 

@@ -24,11 +24,11 @@ from capabilities import BY_NAME, LASTS, Game, differs, rows_of
 from judged_games import game_tables, second_list
 from kinetile.errors import KinetileError, Refused
 from kinetile.records import EventRecorder, Trajectory, read_events, recover
-from kinetile.run.observing import Observed
 from kinetile.scene.files import dumps_scene, load_scene, save_scene
 from kinetile.show.html import as_svg
 from kinetile.show.player import view_scene
 from kinetile.show.space_time import space_time_svg, take_space_time
+from kinetile.statistics import Observed
 from kinetile_accuracy import certify_log
 from kinetile_bench import Study
 from kinetile_conformance.cases import Subject

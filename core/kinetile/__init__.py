@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from kinetile.versions import __version__ as __version__
 
 if TYPE_CHECKING:
+    from kinetile.comparison import compare as compare
     from kinetile.kernel.log import ANSWER as ANSWER
     from kinetile.kernel.log import CONTACT as CONTACT
     from kinetile.kernel.log import LOG as LOG
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from kinetile.records.trajectory import Trajectory as Trajectory
     from kinetile.run.advance import Event as Event
     from kinetile.run.arguments import StopAt as StopAt
-    from kinetile.run.compare import compare as compare
     from kinetile.run.questions.meetings import CastHit as CastHit
     from kinetile.run.questions.meetings import NextContact as NextContact
     from kinetile.run.questions.places import RayHit as RayHit
@@ -74,7 +74,7 @@ _HOME = {
         "records.trajectory": "Trajectory",
         "run.advance": "Event",
         "run.arguments": "StopAt",
-        "run.compare": "compare",
+        "comparison": "compare",
         "run.questions.meetings": "CastHit NextContact",
         "run.questions.places": "RayHit",
         "run.saving.snapshot": "Snapshot",

@@ -7,6 +7,7 @@ What their commands use is in ``instruments.commands``.
 
 from __future__ import annotations
 
+from kinetile.comparison import Outcome, describe_row, find_divergence, first_difference, outcome_of
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.compiled import (
     INTERPRETED,
@@ -31,7 +32,6 @@ from kinetile.records.contacts import read_contacts
 from kinetile.records.log import SIGNATURE
 from kinetile.records.reading import read_with_scene
 from kinetile.run.audit import OWN, said_tick
-from kinetile.run.compare import Outcome, describe_row, find_divergence, first_difference, outcome_of
 from kinetile.run.compose import Composition, check_options, compose_phases, read_narrow_phases
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.observing import check_observable

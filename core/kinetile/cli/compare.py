@@ -24,7 +24,7 @@ from kinetile.cli.output import printed, scene_summary, show, table_of
 from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, make_ready, notice
 
 if TYPE_CHECKING:
-    from kinetile.run.compare import Comparison, PhaseOutcome
+    from kinetile.comparison import Comparison, PhaseOutcome
     from kinetile.run.simulation import Simulation
 
 
@@ -45,8 +45,8 @@ def compare(
     csv: Csv = False,
 ) -> None:
     """Run a scene under several broad phases; exit code 1, and the first difference, unless all agree."""
-    from kinetile.run.compare import Comparison
-    from kinetile.run.compare import compare as compare_phases
+    from kinetile.comparison import Comparison
+    from kinetile.comparison import compare as compare_phases
 
     done: list[PhaseOutcome] = []
     this_scene = find_scene(scene, parameters)

@@ -17,7 +17,7 @@ from kinetile.targets import write_file
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from kinetile.run.observing import Observed
+    from kinetile.statistics import Observed
 
 Observe = Annotated[
     str | None,

@@ -110,7 +110,7 @@ def run(
             with file_errors(f"--save-scene {save_scene}"):
                 save(relabelled(this_scene, settings=settings), save_scene)
         if explain:
-            from kinetile.run.readings import explanation_lines
+            from kinetile.explanation import explanation_lines
 
             found = simulation.explain()
             echo(as_json(found) if json else "\n".join(explanation_lines(found)))

@@ -25,9 +25,9 @@ from kinetile.plugin.choices import called
 
 if TYPE_CHECKING:
     from kinetile.records.events import EventRecorder
-    from kinetile.run.observing import Observed
     from kinetile.run.simulation import Progress, Simulation
     from kinetile.scene import Scene
+    from kinetile.statistics import Observed
 
 EVERY = 60.0
 """Seconds between two checkpoints, unless ``--every`` says otherwise."""
@@ -278,7 +278,7 @@ def _result(
 
 def _lines(result: Mapping[str, Any], scene: Scene) -> Iterable[tuple[str, str]]:
     """Yields the result of a run in words: the scene, the phases, counts, accuracy and cost, with units."""
-    from kinetile.run.readings import reading_lines
+    from kinetile.explanation import reading_lines
     from kinetile.scene.scene import around, in_words, source_of
 
     run = result["run"]

@@ -1,4 +1,4 @@
-"""Observables: what is measured during a run, by name, with block averages and error bars.
+"""Observables: what is measured during a run, by name; averages and errors are of ``kinetile.statistics``.
 
 An observable is a class. It is made with its options as keyword arguments; ``prepare(scene)`` is called once;
 then ``sample`` at equal intervals of time, and ``collect`` with the contacts between two samples, if it
@@ -34,6 +34,7 @@ from kinetile.run.flights import Flights
 from kinetile.run.moment import Moment
 from kinetile.run.saving.files import to_plain
 from kinetile.scene.checks import is_finite, is_number, shown
+from kinetile.statistics import Blocks, Estimate, Observed
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -41,11 +42,6 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 _INTERVALS = 100
-_MOST_BLOCKS = 256
-_FEWEST_BLOCKS = 8
-_LEAST_INDEPENDENT = 50
-_ROUNDING = 2.0**-40
-"""What scatters by no more than this part of its mean is constant, but for rounding."""
 
 
 class Collisions(NamedTuple):
@@ -97,140 +93,6 @@ class Observable:
         """Returns the quantities of this moment, or of the time since the last one, to be averaged: numbers,
         or arrays of one dimension. Entries that are NaN do not count."""
         raise NotImplementedError
-
-
-class Estimate(NamedTuple):
-    """A quantity, averaged over a run: a mean, its standard error, the number of independent ``blocks`` that
-    the error is from, and for an array what it depends on: a name and values.
-
-    The error is NaN, and ``blocks`` is 0, where the run is too short for an error. Of an array these are
-    arrays as well.
-    """
-
-    mean: Any
-    error: Any
-    blocks: Any
-    axis: str = ""
-    at: Any = None
-
-    @property
-    def interval(self) -> Any:
-        """Half the width of the 95 % interval around the mean: the error times Student's factor."""
-        return self.error * _student(np.maximum(self.blocks, 2) - 1)
-
-
-def _student(degrees: Any) -> Any:
-    """Returns the factor of a 95 % interval for degrees of freedom, right to a thousandth from 7 on (series
-    in 1/degrees: Abramowitz and Stegun 26.7.5)."""
-    z, d = 1.959963984540054, np.asarray(degrees, dtype=np.float64)
-    first, second = (z**3 + z) / 4, (5 * z**5 + 16 * z**3 + 3 * z) / 96
-    return z + first / d + second / d**2 + (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / (384 * d**3)
-
-
-class ObservedRow(NamedTuple):
-    """One number of a table of estimates."""
-
-    observable: str
-    quantity: str
-    axis: str
-    at: float | None
-    mean: float
-    error: float
-    blocks: int
-
-
-class Observed(dict[str, dict[str, Estimate]]):
-    """The estimates of a run: by the observable's name (with its options, if it is there twice), then by
-    quantity."""
-
-    def rows(self) -> list[ObservedRow]:
-        """Returns all numbers as the rows of one table."""
-        rows = []
-        for name, quantities in self.items():
-            for quantity, (mean, error, blocks, axis, at) in quantities.items():
-                places = [None] if at is None else at.tolist()
-                values = (np.atleast_1d(each).tolist() for each in (mean, error, blocks))
-                for place, *numbers in zip(places, *values, strict=True):
-                    rows.append(ObservedRow(name, quantity, axis, place, *numbers))
-        return rows
-
-
-class Blocks:
-    """Averages of successive values, in equal blocks; their number is kept between 128 and 256 by joining
-    neighbours, so that memory does not grow with the run."""
-
-    def __init__(self) -> None:
-        self._blocks: list[Floats] = []  # sums of values, and how many they are
-        self._open: Any = 0.0
-        self._length, self._filled = 1, 0
-
-    @property
-    def state(self) -> list[Any]:
-        """All that it holds, in values that are never changed."""
-        return [np.array(self._blocks), self._open, self._length, self._filled]
-
-    @classmethod
-    def of(cls, state: Sequence[Any]) -> Blocks:
-        """Returns the blocks of a state."""
-        blocks = cls()
-        kept, blocks._open, blocks._length, blocks._filled = state
-        blocks._blocks = list(kept)
-        return blocks
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """The shape of the values so far."""
-        return np.shape(self._blocks[0] if self._blocks else self._open)[1:]
-
-    def add(self, value: Floats) -> None:
-        """Adds a value; what is NaN in it does not count."""
-        known = ~np.isnan(value)
-        self._open = self._open + np.stack([np.where(known, value, 0.0), known])
-        self._filled += 1
-        if self._filled == self._length:
-            self._blocks.append(self._open)
-            self._open, self._filled = 0.0, 0
-        if len(self._blocks) == _MOST_BLOCKS:
-            self._blocks = [np.add(*pair) for pair in zip(self._blocks[::2], self._blocks[1::2], strict=True)]
-            self._length *= 2
-
-    def estimate(self, axis: str = "", at: Any = None) -> Estimate:
-        """Returns the mean of all values, and the standard error from complete blocks.
-
-        Blocks are made longer until the error levels off (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461,
-        1989). Of n blocks, b joined are long enough if b^3 > 2 n R^2, where R is how much the square of the
-        error has grown (Lee et al., Phys. Rev. E 83, 066706, 2011): then blocks still depend on each other by
-        less than what is uncertain in the spread of so few; what they do depend on their neighbours is added
-        (twice the correlation of neighbours). The n blocks are worth n/R independent ones: if these are fewer
-        than 50, R itself is too uncertain, mostly too small, and there is no error.
-        """
-        with np.errstate(all="ignore"):
-            mean = np.divide(*(self._open + np.sum(self._blocks, axis=0)))
-            error, blocks = np.full(np.shape(mean), math.nan), np.zeros(np.shape(mean), dtype=np.int64)
-            kept = np.array(self._blocks)
-            for joined in range(1, len(kept) // _FEWEST_BLOCKS + 1):
-                whole = kept[len(kept) % joined :]
-                sums = whole.reshape(len(whole) // joined, joined, *whole.shape[1:]).sum(axis=1)
-                means = sums[:, 0] / sums[:, 1]
-                known = (~np.isnan(means)).sum(axis=0)
-                apart = means - np.nansum(means, axis=0) / known
-                spread = np.nansum(apart**2, axis=0)
-                square = spread / (known - 1.0) / known
-                if joined == 1:
-                    least, many = square, known
-                    constant = least <= (_ROUNDING * mean) ** 2
-                grown = np.where(constant, 1.0, square / least)
-                found = (blocks == 0) & (known >= _FEWEST_BLOCKS) & (joined**3 > 2.0 * many * grown**2)
-                # A correlation of deviations from their own mean is too low by one over their number.
-                follow = np.nansum(apart[1:] * apart[:-1], axis=0) / spread
-                square = square * (1.0 + 2.0 * np.fmax(follow + 1.0 / known, 0.0))
-                enough = np.sqrt(np.where(many >= _LEAST_INDEPENDENT * grown, square, math.nan))
-                error, blocks = np.where(found, enough, error), np.where(found, known, blocks)
-        blocks = np.where(np.isnan(error), 0, blocks)
-        if np.ndim(mean) == 0:
-            return Estimate(float(mean), float(error), int(blocks))
-        axis, at = (axis, at) if axis else ("index", np.arange(len(mean)))
-        return Estimate(mean, error, blocks, axis, at)
 
 
 _TIMES = ("begin", "until", "interval", "taken")

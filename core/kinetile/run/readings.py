@@ -1,24 +1,17 @@
-"""Readings of a run: its cost and accuracy, what it models, and both in words."""
+"""Readings of a run: its cost and accuracy."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from kinetile.kernel.falling import falls, places_now
-from kinetile.kernel.loop import idle
 from kinetile.kernel.tables import COUNTS, Kernel
-from kinetile.plugin.choices import called
-from kinetile.run.compose import Commands, Composition
-from kinetile.run.engine.bounds import Bounds, squares_of_bodies
+from kinetile.run.engine.bounds import squares_of_bodies
 from kinetile.run.engine.engine import Engine
-from kinetile.scene import Scene
-from kinetile.scene.commands import counted
-from kinetile.scene.scene import in_words
 
 
 @dataclass(frozen=True)
@@ -130,154 +123,3 @@ def energy(k: Kernel) -> float:
         pull = np.array([k.clock[0].fall.x, k.clock[0].fall.y])
         found -= math.fsum((k.mass[there] * (places_now(k, there) @ pull)).tolist())
     return found
-
-
-def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yields readings (``Readings.as_dict``) line by line, each with its label."""
-    contacts = found["contacts"]
-    checked, exact = (found[name] / max(contacts, 1) for name in ("partners_asked", "contacts_computed"))
-    yield (
-        "contacts",
-        f"{contacts:,} ({found['contacts_disc']:,} of bodies, {found['contacts_wall']:,} with walls)",
-    )
-    if found["passings"]:
-        yield "passings", f"{found['passings']:,} begun; begin and end count as contacts of discs"
-    turns = f", {found['turns']:,} turns" if found["turns"] else ""
-    yield "events", f"{found['events']:,} ({found['structural_events']:,} structural{turns})"
-    yield "certificates", f"{found['certificates_updated']:,} times set"
-    yield "queue", f"at most {found['queue_max']:,} long"
-    yield "candidate pairs", f"{found['newcomers']:,} new during the run"
-    yield (
-        "contact times",
-        f"{found['partners_asked']:,} candidate checks, {found['contacts_computed']:,} exact solves"
-        + (f" ({checked:.3g} and {exact:.3g} a contact)" if contacts else ""),
-    )
-    yield "deepest overlap", f"{found['deepest_overlap']:.2g} radii"
-    yield "energy drift", f"{found['energy_drift']:.2g} (relative)"
-    yield "lateness", f"{found['lateness']:.2g} time units"
-    if found["audits"]:
-        yield "audits", f"{found['audits']:,}: nothing was found"
-    yield (
-        "CPU time",
-        f"{found['cpu_seconds']:.4g} s in the loop, {found['compile_seconds']:.3g} s to make it ready",
-    )
-    yield (
-        "speed",
-        f"{found['events_per_cpu_second'] / 1e6:.3g} million events, "
-        f"{found['contacts_per_cpu_second'] / 1e3:,.4g} thousand contacts a CPU second",
-    )
-    yield "fingerprint", found["fingerprint"]
-
-
-_UNITS = {
-    "time_unit": "of the scene's time",
-    "tick": "of the scene's time",
-    "speed_bound": "length / time",
-    "skin": "length",
-    "skin_in_radii": "of the smallest radius",
-    "structural_error": "length",
-}
-
-
-def explanation(
-    scene: Scene, composition: Composition, commands: Commands, bounds: Bounds, time_unit: float
-) -> dict[str, Any]:
-    """Returns {"modelled": sentences, "left out": sentences, "numbers": {name: value}}."""
-    certificates = 0 if composition.broad.repair is idle.repair else len(scene)
-    said = [
-        *_of_motion(scene, composition, certificates),
-        *_of_contacts(scene, composition),
-        *_of_walls(scene, composition),
-        *_of_commands(scene, composition, commands),
-    ]
-    return {
-        "modelled": [sentence for modelled, sentence in said if modelled],
-        "left out": [sentence for modelled, sentence in said if not modelled],
-        "numbers": {
-            "bodies": len(scene),
-            "structural_certificates": certificates,
-            "time_unit": time_unit,
-            "tick": time_unit * 2.0**-52,
-            "speed_bound": bounds.speed,
-            "skin": bounds.skin.delta,
-            "skin_in_radii": bounds.skin.delta / float(scene.radius.min()) if len(scene) else 0.0,
-            "structural_error": bounds.skin.eta,
-        },
-    }
-
-
-Sentences = Iterator[tuple[bool, str]]
-"""Sentences, each with whether it says what is modelled, or what is left out."""
-
-
-def _of_motion(scene: Scene, composition: Composition, certificates: int) -> Sentences:
-    motion, lasts = "flying straight", f"{scene.frame * (scene.time_unit * 2.0**-52):.6g}"
-    if scene.falls:
-        motion = f"falling by gravity {list(scene.gravity)!r}, straight in frames that fall for {lasts} each,"
-    yield True, f"{in_words(scene, len(scene))}, {motion} between contacts"
-    left_out = ("" if scene.falls else "gravity, ") + "friction, rotation, growth"
-    yield False, left_out + ("" if composition.rules is not None else " and any loss of energy")
-    broad = called(composition.broad_phase, composition.options)
-    watched = "one structural certificate a body" if certificates else "no structural certificate"
-    yield True, f"candidate pairs by the broad phase {broad}, with {watched}"
-
-
-def _of_contacts(scene: Scene, composition: Composition) -> Sentences:
-    if composition.pair is None:
-        yield False, "contacts of two bodies: no narrow phase for pairs is named"
-    else:
-        named = ", ".join(composition.narrow_phases) or "none"
-        yield True, f"contacts of two bodies (narrow phases: {named})"
-        if len(scene) == 0 or bool((scene.mass == scene.mass[0]).all()):
-            yield False, "masses: all are equal"
-        else:
-            yield True, f"masses from {float(scene.mass.min())!r} to {float(scene.mass.max())!r}"
-    rules = composition.rules
-    if rules is None:
-        yield False, "responses by kind: every contact is elastic"
-    else:
-        kinds = f"{rules.kinds} {'kind' if rules.kinds == 1 else 'kinds'} of bodies"
-        yield True, f"responses by kind: {', '.join(rules.names)}, for {kinds} and the walls"
-
-
-def _of_walls(scene: Scene, composition: Composition) -> Sentences:
-    if scene.periodic:
-        periods = " and ".join(
-            f"{period!r} along {axis}" for axis, period in zip("xy", scene.periods, strict=True) if period
-        )
-        yield True, f"images: the scene is periodic, {periods}; plans two units old are anchored again"
-    if scene.arena is None:
-        yield False, "walls: the scene has no arena"
-    elif scene.periodic == "xy":
-        yield False, "walls: both axes are periodic"
-    elif composition.wall is None:
-        yield False, "walls: the scene has an arena, but no narrow phase for walls is named"
-    else:
-        width, height = scene.arena
-        walls = "two" if scene.periodic else "four"
-        yield True, f"{walls} walls around {width!r} x {height!r}, one contact of each body awaited"
-
-
-def _of_commands(scene: Scene, composition: Composition, commands: Commands) -> Sentences:
-    if not commands:
-        yield False, "commands (turns, insertions, removals): the scene has none"
-        return
-    yield True, f"commands: {counted(scene.commands)} in the scene, and those given by hand"
-    if commands == Commands.ALL and not composition.living:
-        yield False, "inserting and removing bodies: for each the broad phase is built again"
-
-
-def explanation_lines(found: Mapping[str, Any]) -> list[str]:
-    """Returns ``Simulation.explain()`` as lines of text: each list under its heading, then the numbers."""
-    lines: list[str] = []
-    for heading, content in found.items():
-        lines.append(f"{heading}:")
-        if isinstance(content, Mapping):
-            width = max(map(len, content), default=0)
-            for name, value in content.items():
-                shown = f"{value:.6g}" if isinstance(value, float) else f"{value:,}"
-                label = name.replace("_", " ")
-                lines.append(f"  {label:{width}}  {shown} {_UNITS.get(name, '')}".rstrip())
-        else:
-            lines += [f"  - {sentence}" for sentence in content]
-    return lines

@@ -18,11 +18,14 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import FAULTS, BadOption, BusyError, NoRoom, PhaseError, answering
+from kinetile.explanation import Modelled, explanation
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.images import FORESEEN
 from kinetile.kernel.log import INSERTED, REMOVED, TURNED, WALLS
+from kinetile.kernel.loop import idle
 from kinetile.kernel.tables import NOBODY, Kernel, read_only
+from kinetile.plugin.choices import called
 from kinetile.plugin.drawing import Item
 from kinetile.run import arguments
 from kinetile.run.advance import End, Event, advance, advance_one, is_beyond_frame, next_event
@@ -32,12 +35,12 @@ from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.ledger import Recorder, RowFunction
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.moment import Moment
-from kinetile.run.observing import Observed, Observers
+from kinetile.run.observing import Observers
 from kinetile.run.prepared import Prepared
 from kinetile.run.questions import meetings, places
 from kinetile.run.questions.meetings import CastHit, NextContact
 from kinetile.run.questions.places import Query, RayHit
-from kinetile.run.readings import Readings, energy, explanation, readings_of
+from kinetile.run.readings import Readings, energy, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
 from kinetile.run.saving.snapshot import Snapshot, gone_on, take
 from kinetile.run.structure import by_number, candidates, drawn, named_near
@@ -47,6 +50,7 @@ from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
 from kinetile.scene.scene import Radii
 from kinetile.scene.shapes import Shape
+from kinetile.statistics import Observed
 
 Integers = npt.NDArray[np.int64]
 
@@ -184,7 +188,23 @@ class Simulation(Moment):
     def explain(self) -> dict[str, Any]:
         """Returns what is modelled and what is left out, in sentences, with the numbers behind them."""
         engine = self._engine
-        return explanation(self.scene, engine.composition, engine.commands, engine.bounds, self.time_unit)
+        composition, skin = engine.composition, engine.bounds.skin
+        return explanation(
+            self.scene,
+            Modelled(
+                broad_phase=called(composition.broad_phase, composition.options),
+                certified=composition.broad.repair is not idle.repair,
+                narrow_phases=self.narrow_phases,
+                pairs=composition.pair is not None,
+                walls=composition.wall is not None,
+                responses=None if composition.rules is None else composition.rules.names,
+                commands=bool(engine.commands),
+                rebuilds=engine.commands == Commands.ALL and not composition.living,
+                speed=engine.bounds.speed,
+                skin=skin.delta,
+                structural_error=skin.eta,
+            ),
+        )
 
     # Running
 
@@ -281,7 +301,8 @@ class Simulation(Moment):
             if stop is not None:
                 engine.watch(stop)
             try:
-                with engine.ledger.recording(recorder, moment, observers):
+                read_by = (observers.counter, observers.observer) if observers else (None, None)
+                with engine.ledger.recording(recorder, moment, *read_by):
                     event = self._with_kinds(observers.advance(end, run_to) if observers else run_to(end))
             except BaseException:
                 with suppress(PhaseError):  # the error that ended the run is raised, not this one

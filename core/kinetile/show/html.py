@@ -17,8 +17,9 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 from kinetile.errors import BusyError
+from kinetile.explanation import reading_lines
 from kinetile.plugin.choices import called
-from kinetile.run.readings import Readings, reading_lines
+from kinetile.run.readings import Readings
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Scene
 from kinetile.scene.commands import counted

@@ -12,7 +12,8 @@ import pytest
 import kinetile as kt
 from kinetile.errors import BadOption, PhaseError, UnknownName, ZenoError
 from kinetile.run.moment import Moment
-from kinetile.run.observing import Blocks, Collisions
+from kinetile.run.observing import Collisions
+from kinetile.statistics import Blocks
 from lanes import first
 from registering import registered
 

@@ -11,7 +11,7 @@ import math
 import pytest
 
 import kinetile as kt
-from kinetile.run.observing import Estimate
+from kinetile.statistics import Estimate
 
 pytestmark = [pytest.mark.slow, pytest.mark.compiled]
 

@@ -25,7 +25,6 @@ from kinetile.scene import Scene
 
 if TYPE_CHECKING:
     from kinetile.run.moment import Moment
-    from kinetile.run.observing import Observers
 
 KEPT = np.dtype([("when", "i8"), ("a", "i4"), ("b", "i4")])
 """A contact as it is kept until it is read, in 16 bytes: ``when`` counts ticks from the beginning of the
@@ -179,16 +178,15 @@ class Ledger:
         self,
         recorder: Recorder | RowFunction | None,
         moment: Moment,
-        observers: Observers | None = None,
+        counter: RowFunction | None = None,
+        observer: RowFunction | None = None,
     ) -> Iterator[None]:
         """Within this context a recorder is given all rows, first those that have waited: of commands between
-        two runs; observers the others, and the short rows of contacts (``kernel.tables.MET``), valid during
-        the call."""
+        two runs; ``observer`` the others, and ``counter`` the short rows of contacts (``kernel.tables.MET``),
+        valid during the call."""
         waiting = [] if recorder is None else self._that_wait()
         self._unrecorded, self._aside = [], []
-        self._recorder = recorder
-        if observers:
-            self._counter, self._observer = observers.counter, observers.observer
+        self._recorder, self._counter, self._observer = recorder, counter, observer
         learns = recorder if recorder is not None and isinstance(recorder, Recorder) else None
         try:
             if learns is not None:

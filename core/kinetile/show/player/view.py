@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.comparison import describe_row, first_difference
 from kinetile.errors import BadOption, answering
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.plugin.choices import write_phase
 from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.records.trajectory import Trajectory
-from kinetile.run.compare import describe_row, first_difference
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Scene
 from kinetile.scene.scene import in_words

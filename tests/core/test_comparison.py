@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from kinetile.comparison import Divergence, Outcome, compare, describe_row, find_divergence
 from kinetile.errors import AuditError, BadOption, Refused, UnknownName
-from kinetile.run.compare import Divergence, Outcome, compare, describe_row, find_divergence
 from kinetile.run.compose import accepting
 from registering import registered
+
+pytestmark = pytest.mark.small
 
 
 def three_in_a_row() -> kt.Scene:

@@ -1,0 +1,188 @@
+"""A run in words: what it models and what it leaves out (``Simulation.explain()``), and its readings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from kinetile.scene import Scene
+from kinetile.scene.commands import counted
+from kinetile.scene.scene import in_words
+
+
+class Modelled(NamedTuple):
+    """What a run is composed of, as far as it is explained.
+
+    Attributes:
+        broad_phase: its name, with its options.
+        certified: whether it has certificates of its own.
+        narrow_phases: their names.
+        pairs: whether contacts of two bodies are computed.
+        walls: whether those with walls are.
+        responses: the names of those in use; None where all contacts are elastic.
+        commands: whether the loop runs commands.
+        rebuilds: whether an insertion or a removal builds the structure again.
+        speed: a speed that no body exceeds.
+        skin: the skin, as a length.
+        structural_error: the error of a place that it covers, as a length.
+    """
+
+    broad_phase: str
+    certified: bool
+    narrow_phases: tuple[str, ...]
+    pairs: bool
+    walls: bool
+    responses: tuple[str, ...] | None
+    commands: bool
+    rebuilds: bool
+    speed: float
+    skin: float
+    structural_error: float
+
+
+_UNITS = {
+    "time_unit": "of the scene's time",
+    "tick": "of the scene's time",
+    "speed_bound": "length / time",
+    "skin": "length",
+    "skin_in_radii": "of the smallest radius",
+    "structural_error": "length",
+}
+
+
+def explanation(scene: Scene, run: Modelled) -> dict[str, Any]:
+    """Returns {"modelled": sentences, "left out": sentences, "numbers": {name: value}}."""
+    sentences = [
+        *_of_motion(scene, run),
+        *_of_contacts(scene, run),
+        *_of_walls(scene, run),
+        *_of_commands(scene, run),
+    ]
+    return {
+        "modelled": [sentence for modelled, sentence in sentences if modelled],
+        "left out": [sentence for modelled, sentence in sentences if not modelled],
+        "numbers": {
+            "bodies": len(scene),
+            "structural_certificates": len(scene) if run.certified else 0,
+            "time_unit": scene.time_unit,
+            "tick": scene.time_unit * 2.0**-52,
+            "speed_bound": run.speed,
+            "skin": run.skin,
+            "skin_in_radii": run.skin / float(scene.radius.min()) if len(scene) else 0.0,
+            "structural_error": run.structural_error,
+        },
+    }
+
+
+Sentences = Iterator[tuple[bool, str]]
+"""Sentences, each with whether it says what is modelled, or what is left out."""
+
+
+def _of_motion(scene: Scene, run: Modelled) -> Sentences:
+    motion, lasts = "flying straight", f"{scene.frame * (scene.time_unit * 2.0**-52):.6g}"
+    if scene.falls:
+        motion = f"falling by gravity {list(scene.gravity)!r}, straight in frames that fall for {lasts} each,"
+    yield True, f"{in_words(scene, len(scene))}, {motion} between contacts"
+    left_out = ("" if scene.falls else "gravity, ") + "friction, rotation, growth"
+    yield False, left_out + ("" if run.responses is not None else " and any loss of energy")
+    watched = (
+        "one structural certificate a body" if run.certified and len(scene) else "no structural certificate"
+    )
+    yield True, f"candidate pairs by the broad phase {run.broad_phase}, with {watched}"
+
+
+def _of_contacts(scene: Scene, run: Modelled) -> Sentences:
+    if not run.pairs:
+        yield False, "contacts of two bodies: no narrow phase for pairs is named"
+    else:
+        named = ", ".join(run.narrow_phases) or "none"
+        yield True, f"contacts of two bodies (narrow phases: {named})"
+        if len(scene) == 0 or bool((scene.mass == scene.mass[0]).all()):
+            yield False, "masses: all are equal"
+        else:
+            yield True, f"masses from {float(scene.mass.min())!r} to {float(scene.mass.max())!r}"
+    if run.responses is None:
+        yield False, "responses by kind: every contact is elastic"
+    else:
+        kinds = f"{len(scene.kinds)} {'kind' if len(scene.kinds) == 1 else 'kinds'} of bodies"
+        yield True, f"responses by kind: {', '.join(run.responses)}, for {kinds} and the walls"
+
+
+def _of_walls(scene: Scene, run: Modelled) -> Sentences:
+    if scene.periodic:
+        periods = " and ".join(
+            f"{period!r} along {axis}" for axis, period in zip("xy", scene.periods, strict=True) if period
+        )
+        yield True, f"images: the scene is periodic, {periods}; plans two units old are anchored again"
+    if scene.arena is None:
+        yield False, "walls: the scene has no arena"
+    elif scene.periodic == "xy":
+        yield False, "walls: both axes are periodic"
+    elif not run.walls:
+        yield False, "walls: the scene has an arena, but no narrow phase for walls is named"
+    else:
+        width, height = scene.arena
+        walls = "two" if scene.periodic else "four"
+        yield True, f"{walls} walls around {width!r} x {height!r}, one contact of each body awaited"
+
+
+def _of_commands(scene: Scene, run: Modelled) -> Sentences:
+    if not run.commands:
+        yield False, "commands (turns, insertions, removals): the scene has none"
+        return
+    yield True, f"commands: {counted(scene.commands)} in the scene, and those given by hand"
+    if run.rebuilds:
+        yield False, "inserting and removing bodies: for each the broad phase is built again"
+
+
+def explanation_lines(found: Mapping[str, Any]) -> list[str]:
+    """Returns ``Simulation.explain()`` as lines of text: each list under its heading, then the numbers."""
+    lines: list[str] = []
+    for heading, content in found.items():
+        lines.append(f"{heading}:")
+        if isinstance(content, Mapping):
+            width = max(map(len, content), default=0)
+            for name, value in content.items():
+                shown = f"{value:.6g}" if isinstance(value, float) else f"{value:,}"
+                label = name.replace("_", " ")
+                lines.append(f"  {label:{width}}  {shown} {_UNITS.get(name, '')}".rstrip())
+        else:
+            lines += [f"  - {sentence}" for sentence in content]
+    return lines
+
+
+def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yields readings (``Readings.as_dict``) line by line, each with its label."""
+    contacts = found["contacts"]
+    checked, exact = (found[name] / max(contacts, 1) for name in ("partners_asked", "contacts_computed"))
+    yield (
+        "contacts",
+        f"{contacts:,} ({found['contacts_disc']:,} of bodies, {found['contacts_wall']:,} with walls)",
+    )
+    if found["passings"]:
+        yield "passings", f"{found['passings']:,} begun; begin and end count as contacts of discs"
+    turns = f", {found['turns']:,} turns" if found["turns"] else ""
+    yield "events", f"{found['events']:,} ({found['structural_events']:,} structural{turns})"
+    yield "certificates", f"{found['certificates_updated']:,} times set"
+    yield "queue", f"at most {found['queue_max']:,} long"
+    yield "candidate pairs", f"{found['newcomers']:,} new during the run"
+    yield (
+        "contact times",
+        f"{found['partners_asked']:,} candidate checks, {found['contacts_computed']:,} exact solves"
+        + (f" ({checked:.3g} and {exact:.3g} a contact)" if contacts else ""),
+    )
+    yield "deepest overlap", f"{found['deepest_overlap']:.2g} radii"
+    yield "energy drift", f"{found['energy_drift']:.2g} (relative)"
+    yield "lateness", f"{found['lateness']:.2g} time units"
+    if found["audits"]:
+        yield "audits", f"{found['audits']:,}: nothing was found"
+    yield (
+        "CPU time",
+        f"{found['cpu_seconds']:.4g} s in the loop, {found['compile_seconds']:.3g} s to make it ready",
+    )
+    yield (
+        "speed",
+        f"{found['events_per_cpu_second'] / 1e6:.3g} million events, "
+        f"{found['contacts_per_cpu_second'] / 1e3:,.4g} thousand contacts a CPU second",
+    )
+    yield "fingerprint", found["fingerprint"]
