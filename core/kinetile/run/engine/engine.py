@@ -181,12 +181,15 @@ class Engine(Tables):
     # Running
 
     def compile(self) -> None:
-        """Compiles the loop, or loads it from the disk cache, if necessary."""
+        """Compiles the loop, or loads it from the disk cache, if necessary; with it the search for room where
+        bodies are inserted by hand."""
         if not self._ready:
             began = time.thread_time()
             try:
                 with Interruptible():
                     make_ready(self.loop, *self.packed, 0, 0, 0, 0)
+                    if self.commands == Commands.ALL:
+                        blockers_of(self.packed[0], self.composition, np.zeros(0, ROWS))
             except NotCompiled as error:
                 who = described("broad phase", self.composition.broad_phase)
                 said = f"the hooks of {self._phases} do not compile together ({who}): {error}"
