@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from kinetile.errors import AuditError, BadOption, MissedContactError, PhaseError, ZenoError, answering
 from kinetile.kernel.log import WALLS
+from kinetile.kernel.plan import Plan
 from kinetile.plugin.choices import write_phase
 from kinetile.plugin.registry import installed
 from kinetile.run.compose import accepting
@@ -130,7 +131,7 @@ def find_divergence(reference: str, phase: str, expected: Outcome, found: Outcom
     body = first_difference(*states)
     if body is None:
         return None
-    here, there = (dict(zip(("x", "y", "vx", "vy"), state[body].tolist(), strict=True)) for state in states)
+    here, there = (dict(zip(Plan._fields, state[body].tolist(), strict=True)) for state in states)
     return Divergence(reference, phase, "body", int(expected.bodies[body]), here, there)
 
 

@@ -54,7 +54,7 @@ from kinetile.instruments import (
     write_file,
     write_phase,
 )
-from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, NoState, hook, is_there, unchecked
+from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, NoState, Plan, hook, is_there, unchecked
 from kinetile_conformance.deadline import begin_scene
 
 NOT_AUTHORS.add(Path(__file__).parent)
@@ -79,7 +79,7 @@ have parts of their own, and a phase has a loop for each."""
 Row = TypeVar("Row")
 Tables = Mapping[str, npt.NDArray[np.generic]]
 
-BODIES = ("x", "y", "vx", "vy", "anchor", "radius")
+BODIES = (*Plan._fields, "anchor", "radius")
 CLOCK = (
     *("now", "tick", "per_time", "limits.width", "limits.height", "present", "epoch"),
     *("jam.window", "jam.window_size", "jam.window_tick", "fault.code"),

@@ -28,6 +28,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from kinetile import Scene, Settings
 from kinetile.errors import KinetileError, SceneError
 from kinetile.instruments import WALLS, dumps_scene
+from kinetile.toolbox import Plan, positions_after
 from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, pair_tick, unit_bits
 from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_accuracy.specification.shapes import Difference, contact
@@ -469,7 +470,8 @@ def meeting(scene: Scene, by: float, before: float) -> float | None:
     and begin so long ``before`` time 0; None: never."""
     bits = unit_bits(scene)
     frame = Frame(None, bits)
-    places, sizes = scene.position - scene.velocity * before, scene.radius * by
+    places = positions_after(Plan.of_vectors(scene.position, scene.velocity), -before)
+    sizes = scene.radius * by
     columns = np.column_stack([places, scene.velocity, sizes]).tolist()
     one, two = (FlightPlan(x, y, vx, vy, 0, radius, frame) for x, y, vx, vy, radius in columns)
     if scene.shapes:

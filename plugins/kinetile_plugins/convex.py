@@ -39,7 +39,7 @@ from kinetile.toolbox import (
     blame,
     hook,
     larger,
-    since_anchor,
+    position_at,
     since_origin,
     smaller,
     unchecked,
@@ -526,10 +526,8 @@ def meet(k: Kernel, a: int, b: int) -> int:
     if delay == NEVER:
         return NEVER
     if delay == 0:
-        time = since_anchor(k, one, since)
-        dx = two.x - (one.x + one.vx * time)
-        dy = two.y - (one.y + one.vy * time)
-        _, _, depth = line_of(k, early, late, dx, dy)
+        x, y = position_at(k, one, since)
+        _, _, depth = line_of(k, early, late, two.x - x, two.y - y)
         if depth > k.clock[0].limits.tolerance + 1e-9 * (one.radius + two.radius):
             blame(k, TOO_DEEP, a, b)
     return int(since + delay)

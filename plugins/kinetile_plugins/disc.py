@@ -59,8 +59,8 @@ from kinetile.toolbox import (
     blame,
     closing_speed,
     hook,
+    position_at,
     shared,
-    since_anchor,
     since_origin,
     smaller,
     unchecked,
@@ -107,9 +107,9 @@ def meet(k: Kernel, a: int, b: int) -> int:
     if delay == NEVER:
         return NEVER
     if delay == 0:
-        time = since_anchor(k, one, since)
-        dx = two.x - (one.x + one.vx * time)
-        dy = two.y - (one.y + one.vy * time)
+        x, y = position_at(k, one, since)
+        dx = two.x - x
+        dy = two.y - y
         reach = one.radius + two.radius
         if reach - math.sqrt(dx * dx + dy * dy) > k.clock[0].limits.tolerance + 1e-9 * reach:
             blame(k, TOO_DEEP, a, b)

@@ -29,6 +29,7 @@ from kinetile.toolbox import (
     Entry,
     Item,
     Kernel,
+    Plan,
     Point,
     Polygon,
     Records,
@@ -38,6 +39,7 @@ from kinetile.toolbox import (
     held_pairs,
     hook,
     pair_links,
+    positions_after,
     positions_now,
     reach_to,
     reaches_of,
@@ -127,8 +129,8 @@ def _order(k: Kernel, lists: Lists, row: int) -> Iterator[str]:
     edges = []
     for body, bound in ((p, left), (q, right)):
         elapsed = (since - bodies.anchor[body]) * clock.tick
-        x, y = bodies.x[body] + bodies.vx[body] * elapsed, bodies.y[body] + bodies.vy[body] * elapsed
-        edges.append(_along(shares, x, y) + away[bound])
+        places = positions_after(Plan.of(bodies[body]), elapsed)
+        edges.append(_along(shares, *places.T) + away[bound])
     wanted = falls_many(k, since, edges[1] - edges[0] + behind, speed[q] - speed[p])
     noted = due[left]
     for gap in np.flatnonzero(noted != wanted):

@@ -75,10 +75,10 @@ from kinetile.toolbox import (
     is_there,
     larger,
     pairs_of,
+    position_at,
     positions_now,
     remove_pair,
     schedule,
-    since_anchor,
     smaller,
     unchecked,
 )
@@ -236,14 +236,13 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
     def edge(k: Kernel, s: State, bound: int, at: int) -> float:
         """Return where a bound is at a tick, by the place of its body's plan."""
         body = k.bodies[bound >> shift]
-        elapsed = since_anchor(k, body, at)
+        x, y = position_at(k, body, at)
         if slanted:
             line = 4 * own_list(bound)
             away = s.lines[line + 2] * body.reach + s.lines[line + 3]
-            place = along(s, bound, body.x + body.vx * elapsed, body.y + body.vy * elapsed)
+            place = along(s, bound, x, y)
             return float(place + away if bound & 1 else place - away)
-        place = body.x + body.vx * elapsed if bound & 2 == 0 else body.y + body.vy * elapsed
-        return float(place + offset(k, body, bound & 3))
+        return float((x if bound & 2 == 0 else y) + offset(k, body, bound & 3))
 
     @hook
     def rate_between(k: Kernel, s: State, left: int, right: int) -> float:

@@ -28,7 +28,7 @@ from kinetile.toolbox import (
     WallParts,
     hook,
     inside_arena,
-    since_anchor,
+    position_at,
     smaller,
     unchecked,
 )
@@ -222,11 +222,11 @@ def inside_falling(k: Kernel, body: Records, tick: int) -> bool:
     fall = clock.fall
     limits = clock.limits
     until = smaller(tick, fall.end)
-    t = since_anchor(k, body, until)
+    x, y = position_at(k, body, until)
     more_x, more_y, vx, vy = fallen(k, until)
     edge = body.radius + limits.fat
-    x = body.x + body.vx * t + more_x
-    y = body.y + body.vy * t + more_y
+    x += more_x
+    y += more_y
     if clock.torus.x == 0.0 and not away_from_walls(x, body.vx + vx, fall.x, limits.width, edge):
         return False
     return clock.torus.y != 0.0 or away_from_walls(y, body.vy + vy, fall.y, limits.height, edge)

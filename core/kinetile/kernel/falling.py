@@ -22,7 +22,8 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import hook, python_of, template
-from kinetile.kernel.flight import positions_now
+from kinetile.kernel.flight import plans_now, positions_now
+from kinetile.kernel.plan import velocities_after
 from kinetile.kernel.tables import Kernel, Records
 
 FALLING = False
@@ -113,6 +114,5 @@ def places_now(k: Kernel, slots: Slots) -> npt.NDArray[np.float64]:
 
 def velocities_now(k: Kernel, slots: Slots) -> npt.NDArray[np.float64]:
     """Return (n, 2) the velocities in the room of the bodies in some slots, at the present tick."""
-    bodies = k.bodies.view(np.ndarray).take(slots)
-    velocities = np.column_stack([bodies["vx"], bodies["vy"]])
+    velocities = velocities_after(*plans_now(k, slots))
     return velocities + shift_now(k)[2:] if falls(k) else velocities

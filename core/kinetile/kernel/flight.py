@@ -1,8 +1,8 @@
 """Flight plans, and what a contact changes in them.
 
-A body is where it was at its anchor, plus its velocity times the time since. The time since an anchor is a
-difference of integer ticks, hence exact however late the clock is. A plan is anchored again by a contact or a
-turn, never by a structural event, so that a trajectory is a function of the scene alone.
+The time since a plan's anchor is a difference of integer ticks, hence exact however late the clock is. A
+plan is anchored again by a contact or a turn, never by a structural event, so that a trajectory is a function
+of the scene alone. What a plan says of a time is in ``kernel.plan``.
 
 At a contact two bodies exchange momentum along a normal. That is computed to half an ulp: what is lost there
 is lost at every contact of the same two bodies, and energy would drift in proportion to the contacts.
@@ -11,13 +11,17 @@ is lost at every contact of the same two bodies, and energy would drift in propo
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from kinetile.kernel import plan
 from kinetile.kernel.compiled import hook
+from kinetile.kernel.plan import Plan, positions_after
 from kinetile.kernel.tables import Kernel, Records
 from kinetile.kernel.vectors import product_error, put_place
+
+position_after, velocity_after = hook(plan.position_after), hook(plan.velocity_after)
 
 
 @hook
@@ -29,14 +33,22 @@ def since_anchor(k: Kernel, body: Records, tick: int) -> float:
 @hook
 def position_at(k: Kernel, body: Records, tick: int) -> tuple[float, float]:
     """Return where a body's plan has it at a tick."""
-    elapsed = since_anchor(k, body, tick)
-    return body.x + body.vx * elapsed, body.y + body.vy * elapsed
+    return position_after(body, since_anchor(k, body, tick))
+
+
+@hook
+def velocity_at(k: Kernel, body: Records, tick: int) -> tuple[float, float]:
+    """Return the velocity that a body's plan gives it at a tick."""
+    return velocity_after(body, since_anchor(k, body, tick))
 
 
 @hook
 def anchor_at(k: Kernel, body: Records, tick: int) -> None:
-    """Anchor a body's plan at a tick, without changing its velocity."""
+    """Anchor a body's plan at a tick, without changing how it flies."""
+    vx, vy = velocity_at(k, body, tick)
     body.x, body.y = position_at(k, body, tick)
+    body.vx = vx
+    body.vy = vy
     body.anchor = tick
 
 
@@ -55,7 +67,8 @@ def note_place(k: Kernel, number: int) -> None:
     """
     body = k.bodies[number]
     x, y = position_at(k, body, k.clock[0].origin)
-    put_place(k.places, number, x, y, body.vx, body.vy)
+    vx, vy = velocity_at(k, body, k.clock[0].origin)
+    put_place(k.places, number, x, y, vx, vy)
 
 
 @hook
@@ -66,19 +79,18 @@ def note_all_places(k: Kernel, tick: int) -> None:
         note_place(k, body)
 
 
-def positions_now(
-    k: Kernel, slots: np.ndarray[Any, np.dtype[np.int64]] | None = None
-) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return (n, 2) positions at the kernel's present tick, of all bodies or of those in the slots given; for
-    set-up and read-out, not for hooks."""
+def plans_now(k: Kernel, slots: npt.NDArray[np.int64] | None = None) -> tuple[Plan, npt.NDArray[np.float64]]:
+    """Returns the plans of all bodies, or of those in the slots given, and the times since their anchors."""
     clock, bodies = k.clock.view(np.ndarray)[0], k.bodies.view(np.ndarray)
     if slots is not None:
         bodies = bodies.take(slots)
-    elapsed = (clock["now"] - bodies["anchor"]) * clock["tick"]
-    places = np.empty((len(bodies), 2))
-    places[:, 0] = bodies["x"] + bodies["vx"] * elapsed
-    places[:, 1] = bodies["y"] + bodies["vy"] * elapsed
-    return places
+    return Plan.of(bodies), (clock["now"] - bodies["anchor"]) * clock["tick"]
+
+
+def positions_now(k: Kernel, slots: npt.NDArray[np.int64] | None = None) -> npt.NDArray[np.float64]:
+    """Return (n, 2) positions at the kernel's present tick, of all bodies or of those in the slots given; for
+    set-up and read-out, not for hooks."""
+    return positions_after(*plans_now(k, slots))
 
 
 @hook

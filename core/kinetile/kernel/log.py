@@ -13,6 +13,8 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.kernel.plan import FIELDS_OF_TWO
+
 ANSWER = 4
 """The number of the specification that the contacts follow (docs/specification.md): another rule, another
 number.
@@ -36,7 +38,7 @@ MET = np.dtype([("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
 LOG = np.dtype(
     [
         *((name, CONTACT[name]) for name in CONTACT.names or ()),
-        *((name, "f8") for name in ("ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy")),
+        *FIELDS_OF_TWO,
     ]
 )
 """One event that changed a flight plan: as CONTACT, and -5 for a turn, -6 for a re-anchoring that keeps the

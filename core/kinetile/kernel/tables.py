@@ -27,6 +27,7 @@ from numpy.lib.stride_tricks import as_strided
 
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.log import MET
+from kinetile.kernel.plan import FIELDS, FIELDS_OF_TWO
 
 Records: TypeAlias = Any
 """A one-dimensional record array: ``table[i].field`` reads and writes, compiled and interpreted alike."""
@@ -50,11 +51,8 @@ STRUCTURAL, GUESS, TURN, WALL, PAIR, PARTING = range(6)
 
 BODY = np.dtype(
     [
-        ("x", "f8"),
-        ("y", "f8"),
-        ("vx", "f8"),
-        ("vy", "f8"),
-        ("anchor", "i8"),  # the tick at which x and y hold
+        *FIELDS,
+        ("anchor", "i8"),  # the tick at which they hold
         ("reach", "f8"),  # radius + skin: what broad phases use
         ("radius", "f8"),  # what contact times use
         ("last", "i4"),  # the partner of the contact that made this plan, or NOBODY
@@ -100,7 +98,7 @@ ENTRY = np.dtype(
     align=True,
 )
 LINK = np.dtype([("next", "i4"), ("prev", "i4")])
-PLACE = np.dtype([("x", "f8"), ("y", "f8"), ("vx", "f8"), ("vy", "f8")])
+PLACE = np.dtype(FIELDS)
 SCOUTED = np.dtype([("body", "i4"), ("partner", "i4")])
 OFFER = np.dtype([("a", "i4"), ("b", "i4")])
 HELD = np.dtype(
@@ -142,7 +140,9 @@ PASSING = np.dtype(
 COMMAND = np.dtype(
     [
         ("tick", "i8"),
-        *((name, "f8") for name in ("x", "y", "vx", "vy", "radius", "mass")),
+        *FIELDS,
+        ("radius", "f8"),
+        ("mass", "f8"),
         ("body", "i4"),  # the body's number
         ("code", "i4"),  # what is to be done (kinetile.kernel.log)
         ("after", "i8"),  # after this many contacts of its tick
@@ -153,11 +153,7 @@ COMMAND = np.dtype(
     ],
     align=True,
 )
-ROW = np.dtype(
-    [("tick", "i8"), ("a", "i4"), ("b", "i4")]
-    + [(name, "f8") for name in ("ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy")],
-    align=True,
-)
+ROW = np.dtype([("tick", "i8"), ("a", "i4"), ("b", "i4"), *FIELDS_OF_TWO], align=True)
 IMAGE = np.dtype(
     [
         ("kx", "i8"),  # periods that were taken off the body's place

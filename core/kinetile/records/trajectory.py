@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from kinetile.errors import RecordError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import INSERTED, LOG, REMOVED
+from kinetile.kernel.plan import Plan, positions_after
 from kinetile.records.bounded import ticks_of
 from kinetile.records.reading import EventFile, read_with_scene
 from kinetile.run.flights import Flights
@@ -47,7 +48,7 @@ class _Plans(NamedTuple):
     def places(self) -> NDArray[np.float64]:
         """(n, 2) where the bodies are."""
         time = self.elapsed[:, None]
-        places = self.anchor + self.velocity * time
+        places = positions_after(Plan.of_vectors(self.anchor, self.velocity), self.elapsed)
         return np.asarray(places + self.gravity * (0.5 * time * time) if self.gravity.any() else places)
 
 
@@ -136,11 +137,12 @@ class Trajectory:
         for k in np.flatnonzero(came).tolist():
             begins[k] = coming.get(int(body[k]), begins[k])
         before = np.where(first[:, None], begins, place[flights.before])
-        flown = np.where(first[:, None], flies, velocity[flights.before])
-        size = np.abs(before) + np.abs(place) + np.abs(flown) * (np.abs(time) + unit)[:, None]
+        flies = np.where(first[:, None], flies, velocity[flights.before])
+        size = np.abs(before) + np.abs(place) + np.abs(flies) * (np.abs(time) + unit)[:, None]
         time = np.where(came, 0.0, time - since)[:, None]  # what has just come has not fallen
         fallen = np.array(self.scene.gravity) * (0.5 * time * time)
-        return before + flown * time + fallen - place, size + np.abs(fallen)
+        flown = positions_after(Plan.of_vectors(before, flies), time[:, 0])
+        return flown + fallen - place, size + np.abs(fallen)
 
     def _check_continuity(self, path: Path) -> None:
         """Raises RecordError unless each body flies, from row to row, to where the next row says it is."""

@@ -25,6 +25,7 @@ from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import SOON, rank
 from kinetile.kernel.loop.predictions import meeting
 from kinetile.kernel.passings import PASS, is_passing
+from kinetile.kernel.plan import Plan, positions_after, velocities_after
 from kinetile.kernel.skin import box_gaps, reaches_of
 from kinetile.kernel.tables import (
     GUESS,
@@ -118,13 +119,10 @@ def of_places(k: Kernel) -> Iterator[str]:
     """The rows of positions at the common clock are those of the plans."""
     clock = k.clock[0]
     back = (clock.origin - k.bodies.anchor) * clock.tick
-    bodies, places = k.bodies, k.places
-    for at, speed, there, flies in (
-        (bodies.x, bodies.vx, places.x, places.vx),
-        (bodies.y, bodies.vy, places.y, places.vy),
-    ):
-        wrong = (there != at + speed * back) | (flies != speed)
-        for body in np.flatnonzero(wrong):
+    plans = Plan.of(k.bodies)
+    for after, vector in (positions_after, ("x", "y")), (velocities_after, ("vx", "vy")):
+        wrong = after(plans, back) != np.stack([k.places[name] for name in vector], axis=-1)
+        for body in np.flatnonzero(wrong.any(axis=1)):
             yield f"the place of body {body} at the common clock is not that of its plan"
 
 

@@ -9,9 +9,11 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.kernel.plan import Plan
+
 Integers = npt.NDArray[np.int64]
 
-SIDES = {"x": ("ax", "bx"), "y": ("ay", "by"), "vx": ("avx", "bvx"), "vy": ("avy", "bvy")}
+SIDES = {name: (f"a{name}", f"b{name}") for name in Plan._fields}
 """The columns of rows, of a and of b, by the names of their values."""
 
 
@@ -41,8 +43,8 @@ class Flights:
         return cls(rows, at // 2, at % 2 == 1, bodies[at])
 
     def value(self, *names: str, which: Any = slice(None)) -> npt.NDArray[np.float64]:
-        """Returns values of all flights, or of some, at their begin: "x", "y", "vx" or "vy", (m,); of several
-        names (m, names)."""
+        """Returns values of all flights, or of some, at their begin, by the names of ``Plan``'s fields, (m,);
+        of several names (m, names)."""
         row, is_b = self.row[which], self.is_b[which]
         columns = [
             np.where(is_b, self.rows[b][row], self.rows[a][row]) for a, b in map(SIDES.__getitem__, names)

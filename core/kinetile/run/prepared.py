@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kinetile.kernel.clock import TICKS
+from kinetile.kernel.plan import Plan, positions_after, velocities_after
 from kinetile.scene import Scene
 from kinetile.scene.shapes import Shape
 
@@ -51,11 +52,12 @@ def with_shapes(scene: Scene, shapes: tuple[Shape, ...]) -> Scene:
     return copy
 
 
-def _columns(rows: Any, x: Any, y: Any, form: Any) -> dict[str, Any]:
-    """Returns the attributes of a scene for plans, or for commands that insert bodies."""
+def _columns(rows: Any, elapsed: Any, form: Any) -> dict[str, Any]:
+    """Returns the attributes of a scene for plans, a time after their anchors, or for commands that insert
+    bodies."""
     return {
-        "position": np.column_stack([x, y]),
-        "velocity": np.column_stack([rows["vx"], rows["vy"]]),
+        "position": positions_after(Plan.of(rows), elapsed),
+        "velocity": velocities_after(Plan.of(rows), elapsed),
         "radius": rows["radius"],
         "mass": rows["mass"],
         "kind_numbers": rows["kind"].astype(np.int64),
@@ -68,11 +70,10 @@ def standing(contents: Contents, scene: Scene, capacity: int, coming: Any = None
     perhaps those that commands insert, and without commands. Nothing is checked."""
     plans = contents.plans
     elapsed = (contents.clock["now"] - plans["anchor"]) * (scene.time_unit / TICKS)
-    x, y = plans["x"] + plans["vx"] * elapsed, plans["y"] + plans["vy"] * elapsed
-    columns = _columns(plans, x, y, plans["form"])
+    columns = _columns(plans, elapsed, plans["form"])
     if coming is not None:
         form = coming.form if scene.shapes else np.full(len(coming), -1)
-        new = _columns(coming, coming.x, coming.y, form)
+        new = _columns(coming, 0.0, form)
         columns = {name: np.concatenate([column, new[name]]) for name, column in columns.items()}
     columns = {name: np.ascontiguousarray(column) for name, column in columns.items()}
     for column in columns.values():

@@ -17,6 +17,7 @@ import numpy as np
 from kinetile.errors import BadOption
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import REMOVED
+from kinetile.kernel.plan import Plan, position_after
 from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.run.flights import Flights
 from kinetile.run.simulation import Simulation
@@ -87,7 +88,7 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
     if scene.gravity[which]:
         raise BadOption(f"a picture of space and time has straight bands, and along {axis} there is gravity")
     going = {
-        int(body): (begin, float(place[which]), float(velocity[which]))
+        int(body): (begin, Plan(*place.tolist(), *velocity.tolist()))
         for body, place, velocity in zip(sim.bodies, sim.positions(), sim.velocities(), strict=True)
     }
     rows = BoundedRows(MOST_PIECES, Clock(scene.start, scene.time_unit))
@@ -99,16 +100,16 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
     pieces: list[Piece] = []
 
     def close(body: int, time: float) -> None:
-        since, there, velocity = going.pop(body)
-        pieces.append(Piece(body, since, time, there, there + velocity * (time - since)))
+        since, plan = going.pop(body)
+        pieces.append(Piece(body, since, time, plan[which], position_after(plan, time - since)[which]))
 
-    columns = (log["time"][flights.row], flights.value(axis), flights.value(f"v{axis}"))
+    columns = (flights.body, log["time"][flights.row], flights.value(*Plan._fields))
     ends = (log["b"][flights.row] == REMOVED).tolist()
-    for body, is_end, *plan in zip(flights.body.tolist(), ends, *(c.tolist() for c in columns), strict=True):
+    for body, time, numbers, is_end in zip(*(c.tolist() for c in columns), ends, strict=True):
         if body in going:
-            close(body, plan[0])
+            close(body, time)
         if not is_end:
-            going[body] = plan[0], plan[1], plan[2]
+            going[body] = time, Plan(*numbers)
     for body in sorted(going):
         close(body, sim.time)
     reaches = _reaches(scene, which, 1 + max((piece.body for piece in pieces), default=-1))

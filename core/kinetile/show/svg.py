@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from kinetile.kernel.plan import Plan, position_after
 from kinetile.plugin.drawing import Box, Item, Polygon, Segment
 from kinetile.show.picture import DARK, LIGHT, LOOKS, NEXT, Paper, Picture, PlacedDisc, corners_of, escape
 
@@ -159,7 +160,7 @@ def _arrows(sheet: _Sheet) -> Iterator[str]:
 
 def _arrow(sheet: _Sheet, disc: PlacedDisc, time: float) -> str:
     (x, y), (vx, vy) = disc.at, disc.velocity
-    tip = (x + vx * time, y + vy * time)
+    tip = position_after(Plan(x, y, vx, vy), time)
     back = 0.25 * time
     barbs = [(tip[0] - back * (vx - s * vy), tip[1] - back * (vy + s * vx)) for s in (0.6, -0.6)]
     (a, b), (c, d), (e, f), (g, h) = (sheet.at(*point) for point in (disc.at, tip, *barbs))

@@ -20,10 +20,19 @@ from kinetile.kernel.certificates.structural import (
 from kinetile.kernel.certificates.wall import inside_arena
 from kinetile.kernel.compiled import hook, larger, smaller, unchecked
 from kinetile.kernel.falling import arena_now
-from kinetile.kernel.flight import closing_speed, positions_now, shared, since_anchor, since_origin
+from kinetile.kernel.flight import (
+    closing_speed,
+    position_after,
+    position_at,
+    positions_now,
+    shared,
+    since_anchor,
+    since_origin,
+)
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
 from kinetile.kernel.pairs import add_pair, held_pairs, offer, pairs_of, remove_pair
+from kinetile.kernel.plan import Plan, positions_after
 from kinetile.kernel.skin import box_gaps, reach_to, reaches_of
 from kinetile.kernel.tables import (
     MY_FAULT,
@@ -82,6 +91,7 @@ __all__ = [
     "NarrowPhase",
     "NoState",
     "PairParts",
+    "Plan",
     "Point",
     "Polygon",
     "Records",
@@ -105,6 +115,9 @@ __all__ = [
     "offer",
     "pair_links",
     "pairs_of",
+    "position_after",
+    "position_at",
+    "positions_after",
     "positions_now",
     "prefetch",
     "reach_of",

@@ -16,7 +16,7 @@ import numpy as np
 
 import kinetile as kt
 from kinetile.instruments import allocate, compose, disowned, to_be_filled_in
-from kinetile.toolbox import NEVER, Kernel
+from kinetile.toolbox import NEVER, Kernel, Plan, positions_after
 from kinetile_accuracy.drawing import LOOKS, legend_below, new_figure
 from kinetile_accuracy.hard_cases.families import FAMILIES, Family, Queries, Ticks
 from kinetile_accuracy.sections import (
@@ -174,7 +174,7 @@ def textbook_ticks(queries: Queries) -> Ticks:
     """Returns (m,) the ticks by (-b - sqrt(b^2 - ac)) / a, from the later of two anchors on."""
     since = queries.anchor.max(axis=1)
     flown = (since[:, None] - queries.anchor) / UNIT_TICKS
-    place = queries.position + queries.velocity * flown[..., None]
+    place = positions_after(Plan.of_vectors(queries.position, queries.velocity), flown)
     d, v = place[:, 1] - place[:, 0], queries.velocity[:, 1] - queries.velocity[:, 0]
     a, b = (v * v).sum(axis=1), (d * v).sum(axis=1)
     root = b * b - a * ((d * d).sum(axis=1) - queries.radius.sum(axis=1) ** 2)

@@ -134,7 +134,7 @@ class LogCertifier:
             raise BadOption(f"until is {until!r}; expected a time from the scene's start on, {scene.start!r}")
         self.scene = scene
         self._rows = contacts
-        self._whole = {"ax", "ay", "avx", "avy", "bx", "by", "bvx", "bvy"} <= set(names)
+        self._whole = {side + name for side in "ab" for name in _PLAN} <= set(names)
         self._timed = "time" in names
         self._most = max_contacts
         self._claimed = fingerprint

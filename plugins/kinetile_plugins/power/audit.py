@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.toolbox import NEVER, NOBODY, Kernel, positions_now
+from kinetile.toolbox import NEVER, NOBODY, Kernel, Plan, positions_after, positions_now
 
 from .certificates import NOISE
 from .web import CORNERS, PER_LENGTH, THETA, UNIT, State, slots, succ
@@ -97,7 +97,7 @@ def _places(k: Kernel, s: State, there: Integers, h: Integers, sites: Integers) 
     fast = np.abs(speed[sites[:, 1:]] - speed[sites[:, :1]]).sum(axis=2)
     for share in np.linspace(0.0, 1.0, 12):
         elapsed = np.maximum(share * ahead * (1.0 - 2.0**-20), 2.0**-52)
-        at = place[sites] + speed[sites] * elapsed[:, None, None]
+        at = positions_after(Plan.of_vectors(place[sites], speed[sites]), elapsed[:, None])
         rows = at[:, 1:] - at[:, :1]
         height = (rows**2).sum(axis=2) - weight[sites[:, 1:]] + weight[sites[:, :1]]
         area, depth = np.linalg.det(rows[:, :2]), -np.linalg.det(np.dstack([rows, height]))

@@ -18,7 +18,18 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from kinetile.toolbox import NEVER, NOBODY, Kernel, first_rise, hook, schedule, since_origin, smaller
+from kinetile.toolbox import (
+    NEVER,
+    NOBODY,
+    Kernel,
+    Plan,
+    first_rise,
+    hook,
+    position_after,
+    schedule,
+    since_origin,
+    smaller,
+)
 from kinetile.toolbox.lanes import Floats, Ticks, choose, lane, pick, places, some, spread
 
 from .web import PER_LENGTH, THETA, UNIT, State, around, pred, slots, spokes, succ
@@ -75,13 +86,10 @@ def spot(k: Kernel, s: State, site: int) -> Spot:
     place = k.places[site]
     elapsed = since_origin(k, k.clock[0].now)
     flown = s.scale[PER_LENGTH] * k.clock[0].tick
-    return Spot(
-        (place.x + place.vx * elapsed) * s.scale[PER_LENGTH],
-        (place.y + place.vy * elapsed) * s.scale[PER_LENGTH],
-        place.vx * flown,
-        place.vy * flown,
-        s.weight[site],
-    )
+    x, y = position_after(place, elapsed)
+    x *= s.scale[PER_LENGTH]
+    y *= s.scale[PER_LENGTH]
+    return Spot(x, y, place.vx * flown, place.vy * flown, s.weight[site])
 
 
 @hook
@@ -136,8 +144,9 @@ def eight_sites(k: Kernel, s: State, at: int) -> Sites:
     x, y, vx, vy = places(k.places, s.plans, at)
     elapsed = spread(since_origin(k, k.clock[0].now))
     length = spread(s.scale[PER_LENGTH])
-    x = (x + vx * elapsed) * length
-    y = (y + vy * elapsed) * length
+    x, y = position_after(Plan(x, y, vx, vy), elapsed)
+    x = x * length
+    y = y * length
     speed = length * spread(s.scale[UNIT])
     vx = vx * speed
     vy = vy * speed

@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.toolbox import NEVER, Kernel, falls_many, positions_now, reaches_of
+from kinetile.toolbox import NEVER, Kernel, Plan, falls_many, positions_after, positions_now, reaches_of
 
 from .web import ENDS, FLIPS, LOWER, OUTER, UPPER, State, near
 
@@ -238,17 +238,18 @@ def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, npt.NDArr
     fails = (q >> 4 != n) & (q >> 4 != p >> 4)
     a, b = p >> 4, np.where(fails, q >> 4, p >> 4)
     since = np.maximum(bodies.anchor[a], bodies.anchor[b])
-    a_time, b_time = ((since - bodies.anchor[each]) * clock.tick for each in (a, b))
+    a_place, b_place = (
+        positions_after(Plan.of(bodies[each]), (since - bodies.anchor[each]) * clock.tick) for each in (a, b)
+    )
     reach = reaches_of(k)
     a_reach, b_reach = (
         np.where(port & 8, reach[body, 1], -reach[body, 0]) for port, body in ((p, a), (q, b))
     )
-    width = (bodies.x[b] + bodies.vx[b] * b_time + b_reach) - (bodies.x[a] + bodies.vx[a] * a_time + a_reach)
-    width = width + away
+    width = (b_place[:, 0] + b_reach) - (a_place[:, 0] + a_reach) + away
     rate = bodies.vx[b] - bodies.vx[a]
     due = np.where(fails, falls_many(k, since, width, rate), NEVER)
     over = np.where(p & 7 == LOWER, -1.0, 1.0)
-    rise = over * ((bodies.y[b] + bodies.vy[b] * b_time) - (bodies.y[a] + bodies.vy[a] * a_time))
+    rise = over * (b_place[:, 1] - a_place[:, 1])
     climb = over * (bodies.vy[b] - bodies.vy[a])
     corner = fails & (p & 7 != OUTER) & (q & 7 != OUTER) & (climb < 0.0)
     then = width * -climb + rate * rise

@@ -12,7 +12,17 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from kinetile.toolbox import Kernel, Records, falls_eight, hook, reach_to, schedule, smaller, unchecked
+from kinetile.toolbox import (
+    Kernel,
+    Records,
+    falls_eight,
+    hook,
+    position_after,
+    reach_to,
+    schedule,
+    smaller,
+    unchecked,
+)
 from kinetile.toolbox.lanes import (
     Floats,
     Ticks,
@@ -173,16 +183,16 @@ def failures(k: Kernel, s: State, left: Sides, right: Sides, wanted: Truths) -> 
     border = spread_whole(len(s.level))
     unit = spread(k.clock[0].tick)
     since = choose(left.anchor < right.anchor, right.anchor, left.anchor)
-    left_time = to_floats(since - left.anchor) * unit
-    right_time = to_floats(since - right.anchor) * unit
-    width = (right.x + right.vx * right_time + right.edge) - (left.x + left.vx * left_time + left.edge)
+    left_x, left_y = position_after(left, to_floats(since - left.anchor) * unit)
+    right_x, right_y = position_after(right, to_floats(since - right.anchor) * unit)
+    width = (right_x + right.edge) - (left_x + left.edge)
     if len(s.turns) > 0:
         width = width + periods_between(k, s, left.port, right.port)
     rate = right.vx - left.vx
     none = zero < zero
     wanted = choose((left.body == border) | (right.body == border) | (left.body == right.body), none, wanted)
     tick = falls_eight(k, since, choose(wanted, width, zero), choose(wanted, rate, zero))
-    rise = (right.y + right.vy * right_time) - (left.y + left.vy * left_time)
+    rise = right_y - left_y
     climb = right.vy - left.vy
     seven = spread_whole(7)
     outer = spread_whole(OUTER)

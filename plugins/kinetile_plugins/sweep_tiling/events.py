@@ -35,7 +35,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from kinetile.toolbox import NEVER, Kernel, hook, is_there, offer, since_anchor, unchecked
+from kinetile.toolbox import NEVER, Kernel, hook, is_there, offer, position_at, unchecked
 from kinetile.toolbox.ticks import near_zero
 
 from .certificates import edge_of, periods, watch_around, watch_tiles
@@ -85,10 +85,8 @@ def is_above(k: Kernel, s: State, a: int, b: int) -> bool:
     """Whether body a is above body b now; if they are level, whether it will be; else by number."""
     one = k.bodies[a]
     two = k.bodies[b]
-    clock = k.clock[0]
-    rise = (one.y + one.vy * ((clock.now - one.anchor) * clock.tick)) - (
-        two.y + two.vy * ((clock.now - two.anchor) * clock.tick)
-    )
+    now = k.clock[0].now
+    rise = position_at(k, one, now)[1] - position_at(k, two, now)[1]
     if abs(rise) > s.limits[0]:
         return bool(rise > 0.0)
     if one.vy != two.vy:
@@ -195,9 +193,7 @@ def collapse(k: Kernel, s: State, p: int, q: int) -> Change:
 @hook
 def where(k: Kernel, p: int) -> float:
     """Return where the bound of a port is now, along x."""
-    body = k.bodies[body_of(p)]
-    place = body.x + body.vx * since_anchor(k, body, k.clock[0].now)
-    return float(place + edge_of(k, p))
+    return float(position_at(k, k.bodies[body_of(p)], k.clock[0].now)[0] + edge_of(k, p))
 
 
 @hook

@@ -17,7 +17,7 @@ from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, template, to_be_filled_in
 from kinetile.kernel.falling import fallen, shift_plan, squares_in_room, twice_energy
-from kinetile.kernel.flight import note_place, position_at, since_origin
+from kinetile.kernel.flight import note_place, position_after, position_at, since_origin
 from kinetile.kernel.images import anchor, near_zero, wrap
 from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TURNED
 from kinetile.kernel.loop import CROWDED, LOG_FULL, NO_REASON
@@ -117,8 +117,9 @@ def is_far(k: Kernel, x: float, y: float, radius: float, other: int, elapsed: fl
     """Whether a body is out of reach of an inserted one, by its row of places: they are close together, and
     most bodies are far. ``elapsed`` is the time since their origin, ``loose`` is as of ``looseness``."""
     place = k.places[other]
-    dx = place.x + place.vx * elapsed - x
-    dy = place.y + place.vy * elapsed - y
+    there_x, there_y = position_after(place, elapsed)
+    dx = there_x - x
+    dy = there_y - y
     if PERIODIC:
         torus = k.clock[0].torus
         dx = near_zero(dx, torus.x)

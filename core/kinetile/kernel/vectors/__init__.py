@@ -21,10 +21,11 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.plan import Plan
 
 LANES = 8
 _ONES = np.ones(LANES)
-COLUMNS: tuple[str, ...] = ("x", "y", "vx", "vy", "anchor", "reach")
+COLUMNS: tuple[str, ...] = (*Plan._fields, "anchor", "reach")
 
 Floats: TypeAlias = Any
 Wholes: TypeAlias = Any

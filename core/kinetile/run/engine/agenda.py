@@ -26,6 +26,7 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
+from kinetile.kernel.plan import Plan
 from kinetile.kernel.tables import COMMAND, Kernel, record_table
 from kinetile.run.engine.fields import Fields
 from kinetile.scene import Insert, Remove, Scene, Turn, with_commands
@@ -121,7 +122,7 @@ def number_of(shape: Shape, mass: float, scene: Scene) -> int:
     return len(scene.shapes)
 
 
-_FIELDS = ("x", "y", "vx", "vy", "radius", "mass", "after", "kind", "form")
+_FIELDS = (*Plan._fields, "radius", "mass", "after", "kind", "form")
 
 
 def command_of(row: Any, base: int) -> Command:

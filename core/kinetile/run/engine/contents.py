@@ -19,6 +19,7 @@ from kinetile.kernel.clock import Clock
 from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import CONTACT, Fingerprint
 from kinetile.kernel.loop.commands import LONG_AGO
+from kinetile.kernel.plan import Plan
 from kinetile.kernel.tables import (
     BODY,
     COMMAND,
@@ -39,7 +40,7 @@ from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import nearest_image, overlapping_images, whole_periods
 from kinetile.scene.shapes import Shape
 
-OF_BODIES = ("x", "y", "vx", "vy", "anchor", "radius")
+OF_BODIES = (*Plan._fields, "anchor", "radius")
 OF_TRAITS = ("kind", "touched")
 OF_IMAGES = ("kx", "ky", "last_m", "last_n")
 OF_PASSINGS = ("a", "b", "m", "n", "begun", "tick")

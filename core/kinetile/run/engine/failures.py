@@ -26,6 +26,7 @@ from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.falling import velocities_now
 from kinetile.kernel.log import WALLS
+from kinetile.kernel.plan import Plan, positions_after
 from kinetile.kernel.tables import Kernel
 from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition
@@ -142,9 +143,9 @@ def blocked(k: Kernel, clock: Clock, command: Any, blocker: int, fallen: Any) ->
             said = f"it reaches beyond the {WALLS[blocker]} wall"
         elif not len(k.forms):
             elapsed = float(command["tick"] - other["anchor"]) * clock.unit / TICKS
-            apart = [[other["x"] + other["vx"] * elapsed - x, other["y"] + other["vy"] * elapsed - y]]
+            apart = positions_after(Plan.of(other), elapsed) - (x, y)
             torus = k.clock[0].torus
-            (away,) = nearest_image(np.array(apart) + fallen[:2], (float(torus.x), float(torus.y)))
+            (away,) = nearest_image((apart + fallen[:2])[None], (float(torus.x), float(torus.y)))
             deep = radius + other["radius"].item() - math.hypot(*away.tolist())
             said = f"it reaches {deep:.6g} into body {who}"
         place = f"at ({x!r}, {y!r})" + ("" if len(k.forms) else f" with radius {radius!r}")

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.falling import shift_at
 from kinetile.kernel.log import CONTACT, LOG, MET, Fingerprint
+from kinetile.kernel.plan import Plan
 from kinetile.kernel.tables import ROW, Kernel
 from kinetile.run.engine.fields import Fields
 from kinetile.run.interrupts import Unbroken
@@ -275,13 +276,13 @@ def _rows(written: Any, clock: Clock, scene: Scene) -> npt.NDArray[np.void]:
     """Returns the log rows, with plans of the room, and NaN for second bodies that do not exist."""
     rows = np.zeros(len(written), LOG)
     rows["time"], rows["epoch"], rows["tick"] = clock.split(written["tick"])
-    for name in ("a", "b", "ax", "ay", "avx", "avy"):
-        rows[name] = written[name]
-    for name in ("bx", "by", "bvx", "bvy"):
-        rows[name] = np.where(written["b"] >= 0, written[name], np.nan)
+    rows["a"], rows["b"] = written["a"], written["b"]
+    for name in Plan._fields:
+        rows[f"a{name}"] = written[f"a{name}"]
+        rows[f"b{name}"] = np.where(written["b"] >= 0, written[f"b{name}"], np.nan)
     if scene.falls:
         shifts = shift_at(scene, rows["epoch"], rows["tick"])
-        for name, shift in zip(("x", "y", "vx", "vy"), shifts.T, strict=True):
+        for name, shift in zip(Plan._fields, shifts.T, strict=True):
             rows[f"a{name}"] += shift
             rows[f"b{name}"] += shift
     return rows

@@ -20,12 +20,13 @@ import numpy.typing as npt
 from kinetile.kernel.clock import SPAN
 from kinetile.kernel.compiled import disowned, hook, smaller, template
 from kinetile.kernel.falling import shift_plan
-from kinetile.kernel.flight import positions_now
+from kinetile.kernel.flight import plans_now, positions_now
 from kinetile.kernel.images import BEAT, anchor, remainder, turns_of
 from kinetile.kernel.log import REANCHORED
 from kinetile.kernel.loop.bookkeeping import log
 from kinetile.kernel.loop.commands import LONG_AGO
 from kinetile.kernel.loop.responses import plan_all_partings
+from kinetile.kernel.plan import velocities_after
 from kinetile.kernel.skin import box_gaps, reaches_of
 from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel
 
@@ -90,7 +91,7 @@ def quiet_spans(
     """
     bodies = k.bodies.view(np.ndarray).take(taken)
     place, radius, reach = positions_now(k, taken), bodies["radius"], reaches_of(k)[taken]
-    velocity = np.column_stack([bodies["vx"], bodies["vy"]])
+    velocity = velocities_after(*plans_now(k, taken))
     span = float(SPAN) * float(k.clock[0].tick) * (1.0 + 1e-9)  # room for a tick, and for these roundings
     speed = np.abs(velocity).max()
     a_span = SPAN // BEAT if any(periods) else 1  # twice what a body is anchored in a span

@@ -17,6 +17,7 @@ import numpy as np
 from kinetile.errors import RecordError
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
+from kinetile.kernel.plan import Plan, positions_after
 from kinetile.kernel.tables import COUNTS, JAMMED, NOBODY
 from kinetile.run.compose import Composition
 from kinetile.run.engine.agenda import command_of
@@ -157,9 +158,9 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
     if not (speed <= state.bounds.speed * (1.0 + 2.0**-20)).all() or not state.bounds.speed < math.inf:
         yield "a body is faster than the run allows for"
     elapsed = (now - plans["anchor"]) * (scene.time_unit / TICKS)
-    for at, flies in (("x", "vx"), ("y", "vy")):
-        if not (np.abs(plans[at]) + np.abs(plans[flies] * elapsed) <= 2.0**16 * LARGEST).all():
-            yield "a body is farther away than any body can be"
+    sizes = Plan(*map(np.abs, Plan.of(plans)))
+    if not (positions_after(sizes, np.abs(elapsed)) <= 2.0**16 * LARGEST).all():
+        yield "a body is farther away than any body can be"
     radius = plans["radius"]
     if not ((radius > 0.0) & (radius <= LARGEST) & (plans["mass"] > 0.0)).all():
         yield "a body has no radius or no mass"

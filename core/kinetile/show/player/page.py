@@ -33,7 +33,7 @@ from kinetile.show.picture import FRESH, LOOKS, NEXT, escape, outline_of
 from kinetile.show.player.recording import Plans, Recording, kinds_of, residuals
 
 _RUN = (
-    *("doubles", "clock", "columns", "rows", "motion", "structure", "present", "events"),
+    *("doubles", "clock", "columns", "plan", "rows", "motion", "structure", "present", "events"),
     *("meetings", "proof", "sentences", "playback", "live", "stepped"),
 )
 _SEEN = (

@@ -29,6 +29,7 @@ from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.falling import shift_at
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED
+from kinetile.kernel.plan import Plan, position_after, velocity_after
 from kinetile.kernel.tables import NEVER
 from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Polygon, Segment, points_of
 from kinetile.records.bounded import BoundedRows, TooManyRows, ticks_of
@@ -280,12 +281,12 @@ class Plans:
         columns["there"][:] = 0.0
         columns["there"][numbers] = 1.0
         _, columns["epoch"][numbers], columns["tick"][numbers] = clock.split(bodies["anchor"])
-        for name in ("x", "y", "vx", "vy", "radius"):
+        for name in (*Plan._fields, "radius"):
             columns[name][numbers] = bodies[name]
         if simulation.scene.falls:  # of a frame: pages have plans of the room
             moments = (columns[name][numbers].astype(np.int64) for name in ("epoch", "tick"))
             shifts = shift_at(simulation.scene, *moments)
-            for name, shift in zip(("x", "y", "vx", "vy"), shifts.T, strict=True):
+            for name, shift in zip(Plan._fields, shifts.T, strict=True):
                 columns[name][numbers] += shift
         if len(tables.images):
             for name in ("kx", "ky"):
@@ -318,17 +319,18 @@ def residuals(plans: Plans, rows: npt.NDArray[Any], scene: Scene) -> dict[str, n
     ticks = (epoch - before(plans.epoch, epoch)) * float(TICKS) + (tick - before(plans.tick, tick))
     elapsed = ticks * (scene.time_unit / TICKS)
     columns = {name: np.zeros(len(rows), np.uint64) for pair in SIDES.values() for name in pair}
-    for (place, speed), pull in zip((("x", "vx"), ("y", "vy")), scene.gravity, strict=True):
-        found, flies = flights.value(place), flights.value(speed)
-        was, flew = before(getattr(plans, place), found), before(getattr(plans, speed), flies)
-        ends = flew + pull * elapsed
+    found = {name: flights.value(name) for name in Plan._fields}
+    was = Plan(*(before(getattr(plans, name), flies) for name, flies in found.items()))
+    axes = zip("xy", position_after(was, elapsed), velocity_after(was, elapsed), scene.gravity, strict=True)
+    for axis, flown, ends, pull in axes:
+        flies, ends = found[f"v{axis}"], ends + pull * elapsed
         keeps = ends.copy()
         second = np.flatnonzero(flights.is_b)  # its row's a comes right before it
         same = second[plans.mass[flights.body[second]] == plans.mass[flights.body[second - 1]]]
         keeps[same] = ends[same] + (ends[same - 1] - flies[same - 1])
         for name, bits in (
-            (place, _bits(found) ^ _bits(was + flew * elapsed + pull * (0.5 * elapsed * elapsed))),
-            (speed, _bits(flies) ^ _bits(keeps)),
+            (axis, _bits(found[axis]) ^ _bits(flown + pull * (0.5 * elapsed * elapsed))),
+            (f"v{axis}", _bits(flies) ^ _bits(keeps)),
         ):
             for side, column in enumerate(SIDES[name]):
                 mine = flights.is_b == bool(side)

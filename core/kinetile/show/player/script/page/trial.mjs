@@ -8,6 +8,7 @@ import { compare, momentOf, ticksOf, timeOf } from "../run/clock.mjs";
 import { contactsOf, eventsAt, firstDifference, momentOfEvent, withTime } from "../run/events.mjs";
 import { Live } from "../run/live.mjs";
 import { Motion } from "../run/motion.mjs";
+import { PLAN } from "../run/plan.mjs";
 import { Present } from "../run/present.mjs";
 import { Stepped } from "../run/stepped.mjs";
 
@@ -16,7 +17,7 @@ const LONGEST = 512; // units of the clock
 const BUDGET = 10; // milliseconds a frame for computing
 const PAUSE = 100; // milliseconds until what was computed since is shown
 const SLOW = 2 ** -10; // of the initial speed of playing: a throw counts as if it were no slower
-const BY_FLIGHT = ["x", "y", "vx", "vy", "before"]; // columns of rows with two values a row
+const BY_FLIGHT = [...PLAN, "before"]; // columns of rows with two values a row
 
 /** Why a page computes nothing itself, in words, or undefined: it does for elastic discs in an arena with walls, without commands, from the beginning. */
 export function reasonAgainst({ held: { arena, begin, end, gravity, periods, responses, shapes }, bodies, commands }) {

@@ -4,6 +4,7 @@
 
 import { momentOf, ticksOf } from "./clock.mjs";
 import { parts, twoProduct } from "./doubles.mjs";
+import { PLAN, positionAfter } from "./plan.mjs";
 import { KINDS } from "./rows.mjs";
 
 const FAR = 1n << 62n;
@@ -65,10 +66,9 @@ export class Live {
     this.bodies.push({ radius, mass, x, y, vx, vy, since, there, flight, meets: [], wall: null });
   }
 
-  /** The place of a body as if it were anchored now. */
-  place({ x, y, vx, vy, since }) {
-    const time = Number(this.now - since) * this.tick;
-    return [x + vx * time, y + vy * time];
+  /** The place of a body as if it were anchored now, or at another tick. */
+  place(plan, now = this.now) {
+    return positionAfter(plan, Number(now - plan.since) * this.tick);
   }
 
   /** Give a body another velocity, now. */
@@ -141,7 +141,7 @@ export class Live {
     for (const [name, value] of Object.entries({ kind: KINDS.indexOf(kind), a, b, epoch, tick })) rows[name][rows.count] = value;
     [0, 1].forEach((side) => {
       const plan = this.bodies[both[side]];
-      for (const name of ["x", "y", "vx", "vy"]) rows[name][2 * rows.count + side] = plan?.[name] ?? NaN;
+      for (const name of PLAN) rows[name][2 * rows.count + side] = plan?.[name] ?? NaN;
       rows.before[2 * rows.count + side] = Math.max(plan?.flight ?? -1, -1);
       if (plan) plan.flight = 2 * rows.count + side;
     });
@@ -178,8 +178,8 @@ export class Live {
   /** Rule 5: the tick of contact, or null. What surely is none is left out in doubles first. */
   #meeting(a, b) {
     const since = a.since > b.since ? a.since : b.since;
-    const [ta, tb] = [a, b].map((body) => Number(since - body.since) * this.tick);
-    const [dx, dy] = [b.x + b.vx * tb - (a.x + a.vx * ta), b.y + b.vy * tb - (a.y + a.vy * ta)];
+    const [[fromX, fromY], [toX, toY]] = [a, b].map((body) => this.place(body, since));
+    const [dx, dy] = [toX - fromX, toY - fromY];
     const [wx, wy] = [b.vx - a.vx, b.vy - a.vy];
     const far = [a, b].reduce((sum, { x, y }) => sum + Math.abs(x) + Math.abs(y), Math.abs(dx) + Math.abs(dy));
     const unsure = 1e-12 * far * [a, b].reduce((sum, { vx, vy }) => sum + Math.abs(vx) + Math.abs(vy), 0);

@@ -1,8 +1,7 @@
 // Where everybody is. Plans in force after a number of rows; from there one goes forward and back, row by row.
-// A place is anchor + velocity * elapsed, in this order, in doubles: the same bits as the run's own. With gravity plans
-// are of the room, and bodies fall on parabolas: the same bits as those of ``Trajectory``.
 
 import { elapsed } from "./clock.mjs";
+import { PLAN, planIn, positionAfter, velocityAfter } from "./plan.mjs";
 import { copyPlans, givesPlans, isThereAfter } from "./rows.mjs";
 
 /** A place as it is shown: along a periodic axis from 0 to less than the period, which is 0 of another axis. */
@@ -11,11 +10,6 @@ export function wrapped(place, period) {
   const rest = place % period;
   const found = rest < 0 ? rest + period : rest;
   return found === period ? 0 : found;
-}
-
-/** The coordinate of a body along an axis, after a time on a plan, by its acceleration there. */
-export function fallen(at, speed, pull, time) {
-  return at + speed * time + pull * (0.5 * time * time);
 }
 
 /** What is between two places along an axis: to the nearest image of the other. */
@@ -46,7 +40,7 @@ export function imagesAlong(from, to, periods) {
 export class Motion {
   constructor(bodies, rows, unit, periods = [0, 0], gravity = [0, 0]) {
     Object.assign(this, { periods, gravity });
-    this.names = ["x", "y", "vx", "vy", ...(periods.some((period) => period) ? ["kx", "ky"] : [])];
+    this.names = [...PLAN, ...(periods.some((period) => period) ? ["kx", "ky"] : [])];
     this.bodies = bodies;
     this.rows = rows;
     this.unit = unit;
@@ -68,9 +62,12 @@ export class Motion {
 
   /** The same as its plan has it, which may be beyond a border. */
   #onPlan(body, moment) {
-    const { x, y, vx, vy, epoch, tick } = this.plans;
-    const time = elapsed(moment, epoch[body], tick[body], this.unit);
-    return [fallen(x[body], vx[body], this.gravity[0], time), fallen(y[body], vy[body], this.gravity[1], time)];
+    return positionAfter(planIn(this.plans, body), this.#since(body, moment), this.gravity);
+  }
+
+  /** The time from the anchor of a body's plan in force to a moment. */
+  #since(body, moment) {
+    return elapsed(moment, this.plans.epoch[body], this.plans.tick[body], this.unit);
   }
 
   /**
@@ -92,29 +89,24 @@ export class Motion {
 
   /** The velocity of a body at a moment, under its plan in force: [vx, vy]. */
   velocity(body, moment) {
-    const { vx, vy, epoch, tick } = this.plans;
-    const time = elapsed(moment, epoch[body], tick[body], this.unit);
-    return [vx[body] + this.gravity[0] * time, vy[body] + this.gravity[1] * time];
+    return velocityAfter(planIn(this.plans, body), this.#since(body, moment), this.gravity);
   }
 
   /** The place of a body at a moment under its plan in force, as far as it flies from where it is shown at another: [x, y]. */
   flown(body, moment, from) {
-    const { x, y, vx, vy, epoch, tick } = this.plans;
-    const [then, now] = [moment, from].map((each) => elapsed(each, epoch[body], tick[body], this.unit));
-    return [[x, vx], [y, vy]].map(([at, speed], axis) => {
-      const [period, pull] = [this.periods[axis], this.gravity[axis]];
-      const shown = fallen(at[body], speed[body], pull, now);
-      return fallen(at[body], speed[body], pull, then) - (period && shown - wrapped(shown, period));
+    const now = this.#onPlan(body, from);
+    return this.#onPlan(body, moment).map((then, axis) => {
+      const period = this.periods[axis];
+      return then - (period && now[axis] - wrapped(now[axis], period));
     });
   }
 
   /** The places of all bodies at a moment, into arrays x, y; and into kx, ky the periods that are taken off to show them. */
   places(moment, into) {
-    const { x, y, vx, vy, kx, ky, epoch, tick } = this.plans;
-    const [[width, height], [right, up]] = [this.periods, this.gravity];
-    for (let body = 0; body < x.length; body += 1) {
-      const time = elapsed(moment, epoch[body], tick[body], this.unit);
-      const [flownX, flownY] = [fallen(x[body], vx[body], right, time), fallen(y[body], vy[body], up, time)];
+    const { kx, ky } = this.plans;
+    const [width, height] = this.periods;
+    for (let body = 0; body < this.plans.x.length; body += 1) {
+      const [flownX, flownY] = this.#onPlan(body, moment);
       into.x[body] = wrapped(flownX, width);
       into.y[body] = wrapped(flownY, height);
       if (width) into.kx[body] = kx[body] + Math.round((flownX - into.x[body]) / width);

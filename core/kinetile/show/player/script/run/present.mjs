@@ -7,6 +7,7 @@
 // A phase sees discs that are wider by a skin. Bounds that tie are in the order in which their bodies came there.
 
 import { TICKS, compare, elapsed } from "./clock.mjs";
+import { planIn, positionAfter, velocityAfter } from "./plan.mjs";
 import { INSERT } from "./rows.mjs";
 import { ENTRY, SHAPES, Structure } from "./structure.mjs";
 
@@ -62,21 +63,22 @@ export class Present {
  * other; if neither does, as before the last change of their plans; at last R before L, then by number.
  */
 function orderOf(axis, places, motion, moment, unit, tie) {
-  const [place, speed] = axis ? ["y", "vy"] : ["x", "vx"];
   const { rows, bodies, flights } = motion;
   const planOf = (body, flight) => {
     const [from, at, row] = flight < 0 ? [bodies, body, body] : [rows, flight, flight >> 1];
     const since = [from.epoch[row], from.tick[row]];
-    return { row: flight >> 1, at: from[place][at], speed: from[speed][at], since, before: flight < 0 || rows.kind[row] === INSERT ? null : rows.before[flight] };
+    return { row: flight >> 1, plan: planIn(from, at), since, before: flight < 0 || rows.kind[row] === INSERT ? null : rows.before[flight] };
   };
-  const edge = (plan, offset, time) => plan.at + plan.speed * elapsed(time, ...plan.since, unit) + offset;
+  const flown = ({ plan, since }, time) => elapsed(time, ...since, unit);
+  const edge = (one, offset, time) => positionAfter(one.plan, flown(one, time))[axis] + offset;
+  const speed = (one, time) => velocityAfter(one.plan, flown(one, time))[axis];
   return (one, first, other, second) => {
     const apart = places[place][other] + second - (places[place][one] + first);
     if (Math.abs(apart) > tie) return apart > 0;
     let [p, q, now] = [planOf(one, flights[one]), planOf(other, flights[other]), moment];
     for (;;) {
       const since = compare(p.since, q.since) > 0 ? p.since : q.since;
-      const [gap, rate] = [edge(q, second, since) - edge(p, first, since), q.speed - p.speed];
+      const [gap, rate] = [edge(q, second, since) - edge(p, first, since), speed(q, since) - speed(p, since)];
       if (rate !== 0) return (rate > 0) === (Math.floor((-gap / rate) * (TICKS / unit)) <= elapsed(now, ...since, TICKS));
       const back = [p.row >= q.row && p.before !== null, q.row >= p.row && q.before !== null];
       if (axis || !(back[0] || back[1])) return gap !== 0 && !axis ? gap > 0 : first === second || first * second > 0 ? one < other : first > 0;

@@ -2,6 +2,7 @@
 // recording.py says the same, operation by operation.
 
 import { elapsed } from "./clock.mjs";
+import { PLAN, planIn, positionAfter, velocityAfter } from "./plan.mjs";
 
 export const KINDS = ["structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor"];
 const DISC = 1;
@@ -29,7 +30,7 @@ function sums(column) {
 /** A copy of the plans of bodies (columns there, epoch, tick, x, y, vx, vy; where axes are periodic kx, ky). */
 export function copyPlans(bodies) {
   const plans = {};
-  for (const name of ["there", "epoch", "tick", "x", "y", "vx", "vy", "kx", "ky"]) plans[name] = bodies[name].slice();
+  for (const name of ["there", "epoch", "tick", ...PLAN, "kx", "ky"]) plans[name] = bodies[name].slice();
   return plans;
 }
 
@@ -52,14 +53,11 @@ export function rebuild(bodies, coded, { unit, periods, gravity }) {
   const { kind, a, b } = coded;
   const count = kind.length;
   const rows = { count, kind, a, b, epoch: sums(coded.epoch), tick: sums(coded.tick) };
-  for (const name of ["x", "y", "vx", "vy", "kx", "ky"]) rows[name] = new Float64Array(2 * count);
+  for (const name of [...PLAN, "kx", "ky"]) rows[name] = new Float64Array(2 * count);
   rows.before = new Int32Array(2 * count).fill(-1);
   const now = copyPlans(bodies);
   const last = new Int32Array(bodies.x.length).fill(-1);
-  const sides = [
-    [coded.ax, coded.ay, coded.avx, coded.avy],
-    [coded.bx, coded.by, coded.bvx, coded.bvy],
-  ];
+  const sides = ["a", "b"].map((side) => PLAN.map((name) => coded[side + name]));
   for (let row = 0; row < count; row += 1) {
     if (!givesPlans(kind[row])) continue;
     const moment = [rows.epoch[row], rows.tick[row]];
@@ -72,11 +70,10 @@ export function rebuild(bodies, coded, { unit, periods, gravity }) {
       const flight = 2 * row + side;
       const time = elapsed(moment, now.epoch[body], now.tick[body], unit);
       const gains = side === 1 && kind[row] === DISC && bodies.mass[a[row]] === bodies.mass[b[row]];
-      const [endsX, endsY] = [now.vx[body] + gravity[0] * time, now.vy[body] + gravity[1] * time];
+      const [endsX, endsY] = velocityAfter(planIn(now, body), time, gravity);
       const keepsX = gains ? endsX + lostX : endsX;
       const keepsY = gains ? endsY + lostY : endsY;
-      const fliesX = now.x[body] + now.vx[body] * time + gravity[0] * (0.5 * time * time);
-      const fliesY = now.y[body] + now.vy[body] * time + gravity[1] * (0.5 * time * time);
+      const [fliesX, fliesY] = positionAfter(planIn(now, body), time, gravity);
       rows.x[flight] = differing(fliesX, x[row]);
       rows.y[flight] = differing(fliesY, y[row]);
       if (kind[row] !== INSERT) {
@@ -90,10 +87,7 @@ export function rebuild(bodies, coded, { unit, periods, gravity }) {
       lostY = endsY - rows.vy[flight];
       rows.before[flight] = last[body];
       last[body] = flight;
-      now.x[body] = rows.x[flight];
-      now.y[body] = rows.y[flight];
-      now.vx[body] = rows.vx[flight];
-      now.vy[body] = rows.vy[flight];
+      for (const name of PLAN) now[name][body] = rows[name][flight];
       [now.epoch[body], now.tick[body]] = moment;
     }
   }
