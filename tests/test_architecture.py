@@ -141,3 +141,35 @@ def test_a_file_was_truncated_before_its_new_content_could_be_written():
             if isinstance(node, ast.Call) and writes(node):
                 found.add((path.relative_to(ROOT).as_posix(), ast.unparse(node)))
     assert found == set(OPENED)
+
+
+EVALUATES = {
+    "core/kinetile/kernel/plan.py": 2,  # the one place,
+    "core/kinetile/show/player/script/run/plan.mjs": 2,  # and that of a page
+    "plugins/kinetile_accuracy/oracle/times.py": 2,  # an implementation of its own, in rational numbers
+    "plugins/kinetile_accuracy/specification/arithmetic.py": 1,  # another one, by the rules,
+    "plugins/kinetile_accuracy/specification/bounds.py": 2,  # and what it leaves out
+    "plugins/kinetile_accuracy/stepped/snapshots.py": 2,  # a step of what plans are compared with
+    "plugins/kinetile_plugins/convex.py": 2,  # no plan: the way from one body to another
+}
+"""Files that have place + velocity * time, and how often."""
+
+FIELD = r"[\w.\['\]]*?\b(?:{})(?:'\])?(?:\[[^]]*\])?"
+"""A variable, an attribute or a column of one of these names, or some of its elements."""
+
+PLACE = r"(?<![\w.\]'])(?<![-*] )" + FIELD.format("x|y|anchor|at|place|position|there")
+"""Not the end of a difference, for what is between two bodies is no plan, nor of a product."""
+
+SPEED = FIELD.format("vx|vy|speed|velocity|flies")
+EVALUATION = re.compile(rf"{PLACE} [+-]=? (?:{SPEED} \*|[\w.\[\]]+ \* {SPEED}(?!\w))")
+
+
+def test_a_flight_plan_is_evaluated_in_one_place():
+    for file in sorted(file for root in (CORE, PLUGINS) for file in root.rglob("*.*")):
+        source = file.read_text(encoding="utf-8") if file.suffix in (".py", ".mjs", ".txt") else ""
+        source = ast.unparse(ast.parse(source)) if file.suffix == ".py" else source
+        path, found = file.relative_to(ROOT).as_posix(), EVALUATION.findall(source)
+        assert len(found) == EVALUATES.get(path, 0), (
+            f"{path} has {found}, a place + velocity * time: call position_after of kernel/plan.py "
+            "(position_at in a hook, that of plan.mjs in a page), or change EVALUATES"
+        )

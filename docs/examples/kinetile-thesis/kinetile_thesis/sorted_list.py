@@ -26,9 +26,9 @@ from kinetile.toolbox import (
     Segment,
     falls,
     hook,
+    position_at,
     positions_now,
     schedule,
-    since_anchor,
 )
 
 __all__ = ["SortedList"]
@@ -63,7 +63,7 @@ def assert_order(k: Kernel, s: State, point: int) -> None:
     p = k.bodies[point]
     q = k.bodies[s.order[right]]
     since = max(p.anchor, q.anchor)
-    gap = (q.x + q.vx * since_anchor(k, q, since)) - (p.x + p.vx * since_anchor(k, p, since))
+    gap = position_at(k, q, since)[0] - position_at(k, p, since)[0]
     schedule(k, point, falls(k, since, gap, q.vx - p.vx))
 
 
