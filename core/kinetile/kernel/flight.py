@@ -45,10 +45,7 @@ def velocity_at(k: Kernel, body: Records, tick: int) -> tuple[float, float]:
 @hook
 def anchor_at(k: Kernel, body: Records, tick: int) -> None:
     """Anchor a body's plan at a tick, without changing how it flies."""
-    vx, vy = velocity_at(k, body, tick)
-    body.x, body.y = position_at(k, body, tick)
-    body.vx = vx
-    body.vy = vy
+    body.x, body.y, body.vx, body.vy = position_at(k, body, tick) + velocity_at(k, body, tick)
     body.anchor = tick
 
 

@@ -1,9 +1,8 @@
 """A flight plan: its numbers, and where it has a body.
 
 A body is where it was at its anchor, plus its velocity times the time since. Only these functions compute
-that: hooks are made of them in ``kernel.flight``, and the player's page has its own in ``run/plan.mjs``.
-(The specification and the oracle have their own as well, as independent implementations.) So a term more in
-a plan is a change of the fields and functions here.
+that: ``kernel.flight`` makes hooks of them, and the player's page has its own in ``run/plan.mjs``. (The
+specification and the oracle are implementations of their own.)
 """
 
 from __future__ import annotations
@@ -15,8 +14,7 @@ import numpy.typing as npt
 
 
 class Plan(NamedTuple):
-    """Place and velocity at the anchor: numbers, arrays of them for several bodies, or eight lanes. A record
-    with these fields is a plan, too."""
+    """Place and velocity at the anchor: numbers, arrays or lanes. Records with these fields are plans."""
 
     x: Any
     y: Any
@@ -35,10 +33,8 @@ class Plan(NamedTuple):
 
 
 FIELDS = [(name, "f8") for name in Plan._fields]
-"""The fields of a plan in a record."""
-
 FIELDS_OF_TWO = [(side + name, "f8") for side in "ab" for name in Plan._fields]
-"""The fields of the plans of two bodies a and b in a row."""
+"""The fields of a plan in a record, and of those of a and b in a row."""
 
 
 def position_after(plan: Any, elapsed: Any) -> tuple[Any, Any]:
@@ -57,6 +53,5 @@ def positions_after(plans: Plan, elapsed: Any) -> npt.NDArray[np.float64]:
 
 
 def velocities_after(plans: Plan, elapsed: Any) -> npt.NDArray[np.float64]:
-    """Returns (..., 2) the velocities that plans give their bodies, times (...) after their anchors; not for
-    hooks."""
+    """Returns (..., 2) velocities by plans, times (...) after their anchors; not for hooks."""
     return np.stack(velocity_after(plans, elapsed), axis=-1)

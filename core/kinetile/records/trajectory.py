@@ -2,8 +2,9 @@
 
 A body flies straight from one row that names it to the next, so its place follows from the plan in its last
 row at or before a time (``kernel.plan``). Elapsed time is counted in whole ticks of 2**-52 time units, as the
-kernel counts it, and rounded once, so the positions are those of the run itself, to the last bit. With gravity a body falls from one row to the next, and the last bits may be others: rows have plans of
-the room, and the run those of a frame.
+kernel counts it, and rounded once, so the positions are those of the run itself, to the last bit. With
+gravity a body falls from one row to the next, and the last bits may be others: rows have plans of the room,
+and the run those of a frame.
 """
 
 from __future__ import annotations
