@@ -73,7 +73,7 @@ function orderOf(axis, places, motion, moment, unit, tie) {
   const edge = (one, offset, time) => positionAfter(one.plan, flown(one, time))[axis] + offset;
   const speed = (one, time) => velocityAfter(one.plan, flown(one, time))[axis];
   return (one, first, other, second) => {
-    const apart = places[place][other] + second - (places[place][one] + first);
+    const apart = places["xy"[axis]][other] + second - (places["xy"[axis]][one] + first);
     if (Math.abs(apart) > tie) return apart > 0;
     let [p, q, now] = [planOf(one, flights[one]), planOf(other, flights[other]), moment];
     for (;;) {
