@@ -69,7 +69,7 @@ function orderOf(axis, places, motion, moment, unit, tie) {
     const since = [from.epoch[row], from.tick[row]];
     return { row: flight >> 1, plan: planIn(from, at), since, before: flight < 0 || rows.kind[row] === INSERT ? null : rows.before[flight] };
   };
-  const flown = ({ plan, since }, time) => elapsed(time, ...since, unit);
+  const flown = ({ since }, time) => elapsed(time, ...since, unit);
   const edge = (one, offset, time) => positionAfter(one.plan, flown(one, time))[axis] + offset;
   const speed = (one, time) => velocityAfter(one.plan, flown(one, time))[axis];
   return (one, first, other, second) => {
