@@ -12,11 +12,8 @@ from pkgutil import resolve_name
 import pytest
 
 import kinetile as kt
-from kinetile.kernel.tables import COUNTS
 from kinetile.plugin.registry import registry
-from kinetile.run.engine.contents import COSTS
 from kinetile.run.readings import Readings
-from kinetile_conformance.cases import COUNTS as COMPARED
 
 ROOT = Path(__file__).parents[1]
 PAGES = "\n".join(page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").rglob("*.md")))
@@ -85,11 +82,6 @@ def test_a_reading_is_said_with_its_unit() -> None:
     for field in fields(Readings):
         line = re.search(rf"^\s*{field.name}: \S", told, re.MULTILINE)
         demand(line, f"the reading {field.name!r} has no line, with its unit, under Attributes: of Readings")
-
-
-def test_a_count_depends_on_the_structure_or_is_compared_by_the_kit() -> None:
-    names = COUNTS.names or ()
-    assert sorted([*COSTS, *COMPARED]) == sorted(names), "a count is in COSTS, or in COUNTS of the kit"
 
 
 def test_the_table_of_laws_names_tests_that_exist() -> None:

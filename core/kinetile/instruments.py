@@ -22,7 +22,7 @@ from kinetile.kernel.compiled.limits import end_after, limit_memory, out_of_time
 from kinetile.kernel.flight import note_all_places, position_at
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS, Fingerprint, digestible
 from kinetile.kernel.passings import FIRST, rule_of
-from kinetile.kernel.tables import allocate, column, fields_in, slots_taken
+from kinetile.kernel.tables import allocate, column, compared, fields_in, slots_taken
 from kinetile.plugin.calling import NOT_AUTHORS, is_library, place_of
 from kinetile.plugin.choices import read_phase, write_phase
 from kinetile.plugin.parameters import Parameter

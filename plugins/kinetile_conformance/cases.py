@@ -42,6 +42,7 @@ from kinetile.instruments import (
     Outcome,
     Provided,
     column,
+    compared,
     compose_phases,
     composition_of,
     describe_row,
@@ -54,7 +55,7 @@ from kinetile.instruments import (
     write_file,
     write_phase,
 )
-from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, NoState, Plan, hook, is_there, unchecked
+from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel, NoState, hook, is_there, unchecked
 from kinetile_conformance.deadline import begin_scene
 
 NOT_AUTHORS.add(Path(__file__).parent)
@@ -79,16 +80,8 @@ have parts of their own, and a phase has a loop for each."""
 Row = TypeVar("Row")
 Tables = Mapping[str, npt.NDArray[np.generic]]
 
-BODIES = (*Plan._fields, "anchor", "radius")
-CLOCK = (
-    *("now", "tick", "per_time", "limits.width", "limits.height", "present", "epoch"),
-    *("jam.window", "jam.window_size", "jam.window_tick", "fault.code"),
-)
+OF_THE_SCENE = ("tick", "per_time", "limits.width", "limits.height", "present", "epoch", "jam.window_size")
 OF_THE_SKIN = ("limits.skin", "limits.theta", "limits.tolerance", "limits.span", "limits.fat")
-COUNTS = (
-    *("contacts_disc", "contacts_wall", "turns", "inserted", "removed"),
-    *("logged", "passings", "deepest", "commanded_energy", "answered_energy"),
-)
 
 
 @dataclass(frozen=True)
@@ -284,7 +277,7 @@ def tables_after(sim: Simulation) -> Tables:
     full = not lives and len(there) == len(k.bodies)  # a phase without `enter` has no slots to spare
     same_skin = walled and full  # the skin depends on the number of slots
     bodies, number = k.bodies[there], np.append(k.queue["number"], NOBODY)
-    left = {f"bodies.{name}": np.array(bodies[name]) for name in BODIES}
+    left = {f"bodies.{name}": np.array(bodies[name]) for name in compared(k.bodies)}
     met = bodies.last
     if lives:  # a slot with a new body does not name back: it counts as none
         met = np.where((met >= 0) & (k.bodies.last[met] == there), met, NOBODY)
@@ -298,9 +291,9 @@ def tables_after(sim: Simulation) -> Tables:
         left["clock.jam.spin_limit"] = np.array([clock.jam.spin_limit])  # it depends on the number of slots
     if same_skin:
         left["bodies.reach"] = np.array(bodies.reach)
-    for name in (*CLOCK, *(OF_THE_SKIN if same_skin else ())):
+    for name in (*compared(k.clock), *OF_THE_SCENE, *(OF_THE_SKIN if same_skin else ())):
         left[f"clock.{name}"] = column(k.clock, name).copy()
-    return left | {f"counts.{name}": np.array([k.counts[0][name]]) for name in COUNTS}
+    return left | {f"counts.{name}": np.array([k.counts[0][name]]) for name in compared(k.counts)}
 
 
 def difference(found: RunOutcome, expected: RunOutcome, name: str) -> str | None:

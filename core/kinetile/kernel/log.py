@@ -38,7 +38,7 @@ MET = np.dtype([("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
 LOG = np.dtype(
     [
         *((name, CONTACT[name]) for name in CONTACT.names or ()),
-        *FIELDS_OF_TWO,
+        *((name, "f8") for name in FIELDS_OF_TWO.split()),
     ]
 )
 """One event that changed a flight plan: as CONTACT, and -5 for a turn, -6 for a re-anchoring that keeps the

@@ -32,8 +32,8 @@ class Plan(NamedTuple):
         return cls(place[..., 0], place[..., 1], velocity[..., 0], velocity[..., 1])
 
 
-FIELDS = [(name, "f8") for name in Plan._fields]
-FIELDS_OF_TWO = [(side + name, "f8") for side in "ab" for name in Plan._fields]
+FIELDS = " ".join(Plan._fields)
+FIELDS_OF_TWO = " ".join(side + name for side in "ab" for name in Plan._fields)
 """The fields of a plan in a record, and of those of a and b in a row."""
 
 

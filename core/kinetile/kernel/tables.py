@@ -19,6 +19,8 @@ from __future__ import annotations
 
 import mmap
 from contextlib import suppress
+from enum import Enum, auto
+from functools import cache
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
@@ -26,7 +28,7 @@ import numpy.typing as npt
 from numpy.lib.stride_tricks import as_strided
 
 from kinetile.kernel.compiled import hook
-from kinetile.kernel.log import MET
+from kinetile.kernel.log import MET, WALLS
 from kinetile.kernel.plan import FIELDS, FIELDS_OF_TWO
 
 Records: TypeAlias = Any
@@ -46,268 +48,289 @@ under, nor within ``calendar.SOON`` ticks after it, as the narrow phase for wall
 
 NOBODY = -1
 
+LONG_AGO = -(1 << 62)
+"""The earliest tick that the tables keep as the clock's base moves, and that of what has not happened yet."""
+
 STRUCTURAL, GUESS, TURN, WALL, PAIR, PARTING = range(6)
 """What an entry of the queue is, in the order in which events of one tick run."""
 
-BODY = np.dtype(
-    [
-        *FIELDS,
-        ("anchor", "i8"),  # the tick at which they hold
-        ("reach", "f8"),  # radius + skin: what broad phases use
-        ("radius", "f8"),  # what contact times use
-        ("last", "i4"),  # the partner of the contact that made this plan, or NOBODY
-        ("spare", "i4"),  # a record is a cache line
-    ],
-    align=True,
+
+class Quantity(Enum):
+    """What a field is. The first three are ticks, which move with the clock's base."""
+
+    TICK = auto()
+    PAST = auto()  # the tick of what has happened, or LONG_AGO
+    DUE = auto()  # the tick of what is to happen, or NEVER
+    SLOT = auto()  # of a body, or NOBODY; saved as the body's number
+    PARTNER = auto()  # the same, or a wall
+    NUMBER = auto()  # of a body, or NOBODY, or a wall
+    KIND = auto()  # of a body: the place in ``scene.kinds``
+    SHAPE = auto()  # of a body: the place in the table of shapes; NOBODY where all are discs
+    COUNT = auto()  # a whole number from 0 on
+    VALUE = auto()  # any other number
+
+
+class Role(Enum):
+    """What becomes of a field when tables are made again, in this run or in one that goes on from a file."""
+
+    CARRIED = auto()  # taken over and saved; equal under all phases
+    COST = auto()  # taken over and saved; depends on the structure
+    KEPT = auto()  # taken over, and not saved
+    DERIVED = auto()  # follows from the scene, the phases and what is carried
+
+
+TICK, PAST, DUE, SLOT, PARTNER, NUMBER, KIND, SHAPE, COUNT, VALUE = Quantity
+CARRIED, COST, KEPT, DERIVED = Role
+
+_NONE = {PAST: LONG_AGO, DUE: NEVER} | dict.fromkeys((SLOT, PARTNER, NUMBER, SHAPE), NOBODY)
+"""The value that stands for nothing; 0 for other quantities."""
+
+
+class Field(NamedTuple):
+    """A field as it is declared; that of a record within a record is called "record.field"."""
+
+    name: str
+    form: Any
+    quantity: Quantity
+    role: Role
+
+
+_DECLARED: dict[np.dtype[Any], tuple[Field, ...]] = {}
+
+
+def record(*rows: tuple[Any, ...], align: bool = True) -> np.dtype[Any]:
+    """Return the type of records with these fields: names, a form, a quantity and a role, or the name of a
+    record within it and its type. From these declarations follow what is saved and compared, how ticks move,
+    and which values a file may have. Raises TypeError for a field without."""
+    named = [(name, *row[1:]) for row in rows for name in row[0].split()]
+    dtype, fields = np.dtype([row[:2] for row in named], align=align), list[Field]()
+    for name, form, *said in named:
+        inner = declared(form) if isinstance(form, np.dtype) else ()
+        if len(said) != (0 if inner else 2):
+            raise TypeError(f"the field {name!r} does not say what it is and what becomes of it")
+        fields += [each._replace(name=f"{name}.{each.name}") for each in inner] or [Field(name, form, *said)]
+    if _DECLARED.setdefault(dtype, tuple(fields)) != tuple(fields):
+        raise TypeError(f"{dtype.names} are declared in two ways")
+    return dtype
+
+
+@cache
+def declared(dtype: np.dtype[Any], *which: Quantity | Role) -> tuple[Field, ...]:
+    """Return the fields of a record, all or those of some quantities or roles; none of another array."""
+    fields = _DECLARED.get(dtype, ())
+    return tuple(each for each in fields if not which or each.quantity in which or each.role in which)
+
+
+BODY = record(
+    (FIELDS, "f8", VALUE, CARRIED),
+    ("anchor", "i8", TICK, CARRIED),  # the tick at which x and y hold
+    ("reach", "f8", VALUE, DERIVED),  # radius + skin: what broad phases use
+    ("radius", "f8", VALUE, CARRIED),  # what contact times use
+    ("last", "i4", SLOT, CARRIED),  # the partner of the contact that made this plan, or NOBODY
+    ("spare", "i4", VALUE, DERIVED),  # a record is a cache line
 )
-SIDES = np.dtype([(name, "f8") for name in ("left", "right", "down", "up")])
+SIDES = record(("left right down up", "f8", VALUE, DERIVED), align=False)
 """How far a body reaches to each side, where not all are discs (rule 6s)."""
 
-FORM = np.dtype(
-    [
-        *((name, "f8") for name in SIDES.names),  # type: ignore[union-attr]
-        ("fits", "i8"),  # whether the phases are prepared for a body of this shape
-    ]
+FORM = record(
+    *declared(SIDES),
+    ("fits", "i8", VALUE, DERIVED),  # whether the phases are prepared for a body of this shape
+    align=False,
 )
 """A shape of the table of shapes."""
 
-SHAPED = np.dtype(
-    [
-        *((name, BODY[name]) for name in BODY.names),  # type: ignore[union-attr]
-        *((name, SIDES[name]) for name in SIDES.names),  # type: ignore[union-attr]
-        ("form", "i8"),  # its shape: the place in the table of shapes
-    ],
-    align=True,
+SHAPED = record(
+    *declared(BODY),
+    *declared(SIDES),
+    ("form", "i8", SHAPE, CARRIED),  # its shape: the place in the table of shapes
 )
 """A body where not all are discs. Its ``radius`` is that of the circle that holds it."""
 
-ENTRY = np.dtype(
-    [
-        ("key", "i8"),  # the tick that the body is filed under in the calendar: the first of the next three
-        ("own", "i8"),  # when its structural certificate fails
-        ("tick", "i8"),  # its first contact with another body: not later than this, or exactly then
-        ("wall", "i8"),  # its contact with a wall, or NOT_ASKED
-        ("guard", "i8"),  # every other contact of the body is not before this
-        ("partner", "i4"),  # the body that it meets at tick
-        ("seen", "i4"),  # the partner's stamp when this was worked out
-        ("kind", "i4"),  # what the key is: STRUCTURAL, GUESS, WALL or PAIR
-        ("exact", "i4"),  # whether tick is exact
-        ("number", "i4"),  # of the body in this slot, or NOBODY: the slot is empty
-        ("spare", "i4"),  # a record is a cache line
-    ],
-    align=True,
+ENTRY = record(
+    ("key", "i8", DUE, DERIVED),  # the tick that the body is filed under: the first of the next three
+    ("own", "i8", DUE, DERIVED),  # when its structural certificate fails
+    ("tick", "i8", DUE, DERIVED),  # its first contact with another body: not later than this, or exactly then
+    ("wall", "i8", DUE, DERIVED),  # its contact with a wall, or NOT_ASKED
+    ("guard", "i8", DUE, DERIVED),  # every other contact of the body is not before this
+    ("partner", "i4", SLOT, DERIVED),  # the body that it meets at tick
+    ("seen", "i4", COUNT, DERIVED),  # the partner's stamp when this was worked out
+    ("kind", "i4", VALUE, DERIVED),  # what the key is: STRUCTURAL, GUESS, WALL or PAIR
+    ("exact", "i4", VALUE, DERIVED),  # whether tick is exact
+    ("number", "i4", NUMBER, CARRIED),  # of the body in this slot, or NOBODY: the slot is empty
+    ("spare", "i4", VALUE, DERIVED),  # a record is a cache line
 )
-LINK = np.dtype([("next", "i4"), ("prev", "i4")])
-PLACE = np.dtype(FIELDS)
-SCOUTED = np.dtype([("body", "i4"), ("partner", "i4")])
-OFFER = np.dtype([("a", "i4"), ("b", "i4")])
-HELD = np.dtype(
-    [
-        ("a", "i4"),  # the bodies of a pair, a < b; a = -1: a free record
-        ("b", "i4"),
-        ("next_a", "i4"),  # neighbours in a's and b's lists of pairs
-        ("prev_a", "i4"),
-        ("next_b", "i4"),
-        ("prev_b", "i4"),
-        ("holds", "i4"),  # how many reasons the broad phase gave for the pair
-    ]
+LINK = record(("next prev", "i4", VALUE, DERIVED), align=False)
+PLACE = record((FIELDS, "f8", VALUE, DERIVED), align=False)
+SCOUTED = record(("body partner", "i4", SLOT, DERIVED), align=False)
+OFFER = record(("a b", "i4", SLOT, DERIVED), align=False)
+HELD = record(
+    ("a b", "i4", SLOT, DERIVED),  # the bodies of a pair, a < b; a = -1: a free record
+    ("next_a prev_a next_b prev_b", "i4", VALUE, DERIVED),  # neighbours in a's and b's lists of pairs
+    ("holds", "i4", VALUE, DERIVED),  # how many reasons the broad phase gave for the pair
+    align=False,
 )
-TRAIT = np.dtype(
-    [
-        ("leave", "i8"),  # when the first of the pairs parts in which the body passes through a younger one
-        ("touched", "i8"),  # the tick of its last contact in which it did not pass through the other
-        ("kind", "i4"),
-        ("inside", "i4"),  # how many bodies it is passing through
-    ],
-    align=True,
+TRAIT = record(
+    ("leave", "i8", DUE, DERIVED),  # when the first pair parts in which the body passes through a younger one
+    ("touched", "i8", PAST, CARRIED),  # the tick of its last contact without passing through the other
+    ("kind", "i4", KIND, CARRIED),
+    ("inside", "i4", COUNT, DERIVED),  # how many bodies it is passing through
 )
-RULE = np.dtype(
-    [
-        ("response", "i8"),  # ELASTIC, PASS, or which hook of those that are composed
-        *((name, "f8") for name in ("first", "second", "third", "fourth")),  # the response's own numbers
-    ]
+RULE = record(
+    ("response", "i8", VALUE, DERIVED),  # ELASTIC, PASS, or which hook of those that are composed
+    ("first second third fourth", "f8", VALUE, DERIVED),  # the response's own numbers
+    align=False,
 )
-PASSING = np.dtype(
-    [
-        ("tick", "i8"),  # when they part
-        ("begun", "i8"),  # when they began
-        ("m", "i8"),  # the image through which they pass, seen from the elder
-        ("n", "i8"),
-        *((name, HELD[name]) for name in HELD.names[:6]),  # type: ignore[index]
-    ],
-    align=True,
+PASSING = record(
+    ("tick", "i8", DUE, CARRIED),  # when they part
+    ("begun", "i8", PAST, CARRIED),  # when they began
+    ("m n", "i8", VALUE, CARRIED),  # the image through which they pass, seen from the elder
+    ("a b", "i4", SLOT, CARRIED),
+    *declared(HELD)[2:6],
 )
-COMMAND = np.dtype(
-    [
-        ("tick", "i8"),
-        *FIELDS,
-        ("radius", "f8"),
-        ("mass", "f8"),
-        ("body", "i4"),  # the body's number
-        ("code", "i4"),  # what is to be done (kinetile.kernel.log)
-        ("after", "i8"),  # after this many contacts of its tick
-        ("kind", "i4"),
-        ("overtakes", "i4"),  # planned commands of its tick that came after it (a history's alone)
-        ("form", "i4"),  # the shape of an inserted body, where not all are discs
-        ("fits", "i4"),  # whether it is known to have room
-    ],
-    align=True,
+COMMAND = record(
+    ("tick", "i8", TICK, CARRIED),
+    (f"{FIELDS} radius mass", "f8", VALUE, CARRIED),
+    ("body", "i4", NUMBER, CARRIED),  # the body's number
+    ("code", "i4", VALUE, CARRIED),  # what is to be done (kinetile.kernel.log)
+    ("after", "i8", COUNT, CARRIED),  # after this many contacts of its tick
+    ("kind", "i4", KIND, CARRIED),
+    ("overtakes", "i4", COUNT, CARRIED),  # planned ones of its tick that came after it (a history's alone)
+    ("form", "i4", VALUE, CARRIED),  # the shape of an inserted body, where not all are discs
+    ("fits", "i4", VALUE, CARRIED),  # whether it is known to have room
 )
-ROW = np.dtype([("tick", "i8"), ("a", "i4"), ("b", "i4"), *FIELDS_OF_TWO], align=True)
-IMAGE = np.dtype(
-    [
-        ("kx", "i8"),  # periods that were taken off the body's place
-        ("ky", "i8"),
-        ("m", "i8"),  # the image of the contact that its entry awaits, if that is exact
-        ("n", "i8"),
-        ("last_m", "i8"),  # the image of its last contact
-        ("last_n", "i8"),
-    ],
-    align=True,
+ROW = record(
+    ("tick", "i8", VALUE, DERIVED),  # rows are taken over before the clock's base moves
+    ("a b", "i4", VALUE, DERIVED),
+    (FIELDS_OF_TWO, "f8", VALUE, DERIVED),
 )
-LIMITS = np.dtype(
-    [
-        ("width", "f8"),  # of the arena
-        ("height", "f8"),
-        ("skin", "f8"),  # what a body's reach has over its radius
-        ("theta", "f8"),  # an inversion deeper than this at the end of a tick is repaired at once
-        ("tolerance", "f8"),  # an overlap deeper than this is a missed contact
-        ("span", "i8"),  # how far from the clock's origin the rows of places are used
-        ("fat", "f8"),  # by how much a lower bound fattens two bodies
-        ("least", "f8"),  # radii for which the broad phase was prepared, from here
-        ("widest", "f8"),  # to here
-        ("speed2", "f8"),  # the square of a speed that no body is to exceed
-        ("faster", "i8"),  # whether a response has made one faster
-    ],
-    align=True,
+IMAGE = record(
+    ("kx ky", "i8", VALUE, CARRIED),  # periods that were taken off the body's place
+    ("m n", "i8", VALUE, DERIVED),  # the image of the contact that its entry awaits, if that is exact
+    ("last_m last_n", "i8", VALUE, CARRIED),  # the image of its last contact
 )
-LISTS = np.dtype(
-    [
-        ("vacant", "i8"),  # head of the list of slots that bodies have left, or NOBODY
-        ("offered", "i8"),
-        ("pairs", "i8"),  # of the pair set
-        ("free", "i8"),  # head of the free list of its records
-        ("wanted", "i8"),  # pairs for which there was no room: grow the tables and build again
-        ("passings", "i8"),  # pairs that are passing through each other
-        ("passable", "i8"),  # head of the free list of their records
-        ("logged", "i8"),
-        ("written", "i8"),  # rows of the long log
-        ("rows", "i8"),  # how many it may have; 0: none are written
-        ("command", "i8"),  # the next command
-        ("commands", "i8"),
-    ],
-    align=True,
+LIMITS = record(
+    ("width height", "f8", VALUE, DERIVED),  # of the arena
+    ("skin", "f8", VALUE, DERIVED),  # what a body's reach has over its radius
+    ("theta", "f8", VALUE, DERIVED),  # an inversion deeper than this at the end of a tick is repaired at once
+    ("tolerance", "f8", VALUE, DERIVED),  # an overlap deeper than this is a missed contact
+    ("span", "i8", VALUE, DERIVED),  # how far from the clock's origin the rows of places are used
+    ("fat", "f8", VALUE, DERIVED),  # by how much a lower bound fattens two bodies
+    ("least widest", "f8", VALUE, DERIVED),  # the range of radii for which the broad phase was prepared
+    ("speed2", "f8", VALUE, DERIVED),  # the square of a speed that no body is to exceed
+    ("faster", "i8", VALUE, DERIVED),  # whether a response has made one faster
 )
-TORUS = np.dtype(
-    [
-        ("x", "f8"),  # the period of an axis; 0 where it has none
-        ("y", "f8"),
-        ("per_x", "f8"),  # and its inverse, or 0
-        ("per_y", "f8"),
-        ("half_x", "f8"),  # half of it, or infinite
-        ("half_y", "f8"),
-        ("m", "i8"),  # the image of the contact that was computed last
-        ("n", "i8"),
-        ("right", "f8"),  # what the image of the present contact adds to the separation
-        ("up", "f8"),
-        ("beat", "i8"),  # the tick at which old plans are anchored next
-        ("number", "i8"),  # of the body to be looked at next, at that tick
-    ],
-    align=True,
+LISTS = record(
+    ("vacant", "i8", SLOT, DERIVED),  # head of the list of slots that bodies have left, or NOBODY
+    ("offered", "i8", COUNT, DERIVED),
+    ("pairs", "i8", COUNT, DERIVED),  # of the pair set
+    ("free", "i8", VALUE, DERIVED),  # head of the free list of its records
+    ("wanted", "i8", COUNT, DERIVED),  # pairs for which there was no room: grow the tables and build again
+    ("passings", "i8", COUNT, DERIVED),  # pairs that are passing through each other
+    ("passable", "i8", VALUE, DERIVED),  # head of the free list of their records
+    ("logged", "i8", COUNT, KEPT),
+    ("written", "i8", COUNT, KEPT),  # rows of the long log
+    ("rows", "i8", COUNT, KEPT),  # how many it may have; 0: none are written
+    ("command", "i8", COUNT, DERIVED),  # the next command
+    ("commands", "i8", COUNT, DERIVED),
 )
-CALENDAR = np.dtype(
-    [
-        ("shift", "i8"),  # a slice is 2^shift ticks long
-        ("slice", "i8"),  # the slice in which the head is sought: nothing is filed before it
-        ("filed", "i8"),  # whether the bodies are filed
-    ],
-    align=True,
+TORUS = record(
+    ("x y", "f8", VALUE, DERIVED),  # the period of an axis; 0 where it has none
+    ("per_x per_y", "f8", VALUE, DERIVED),  # and its inverse, or 0
+    ("half_x half_y", "f8", VALUE, DERIVED),  # half of it, or infinite
+    ("m n", "i8", VALUE, DERIVED),  # the image of the contact that was computed last
+    ("right up", "f8", VALUE, DERIVED),  # what the image of the present contact adds to the separation
+    ("beat", "i8", TICK, CARRIED),  # the tick at which old plans are anchored next
+    ("number", "i8", COUNT, CARRIED),  # of the body to be looked at next, at that tick
 )
-JAM = np.dtype(
-    [
-        ("spins", "i8"),  # structural events since the last progress of time or contact
-        ("spin_limit", "i8"),
-        ("window", "i8"),  # contacts since the last look at the rate
-        ("window_size", "i8"),
-        ("window_tick", "i8"),
-    ],
-    align=True,
+CALENDAR = record(
+    ("shift", "i8", VALUE, DERIVED),  # a slice is 2^shift ticks long
+    ("slice", "i8", VALUE, DERIVED),  # the slice in which the head is sought: nothing is filed before it
+    ("filed", "i8", VALUE, DERIVED),  # whether the bodies are filed
 )
-STOPS = np.dtype(
-    [
-        ("before", "i8"),  # whether to stop before what is watched, and not after it
-        ("due", "i8"),  # whether to stop now, because of
-        ("tick", "i8"),  # a contact at this tick
-        ("a", "i8"),  # of these numbers
-        ("b", "i8"),
-    ],
-    align=True,
+JAM = record(
+    ("spins", "i8", COUNT, DERIVED),  # structural events since the last progress of time or contact
+    ("spin_limit", "i8", COUNT, DERIVED),
+    ("window", "i8", COUNT, CARRIED),  # contacts since the last look at the rate
+    ("window_size", "i8", COUNT, DERIVED),
+    ("window_tick", "i8", PAST, CARRIED),
 )
-FALL = np.dtype(
-    [
-        ("x", "f8"),  # the acceleration of all bodies; 0 without gravity
-        ("y", "f8"),
-        ("origin", "i8"),  # the tick at which the frame was at rest in the room
-        ("end", "i8"),  # the tick at which all bodies pass to the next one
-    ],
-    align=True,
+STOPS = record(
+    ("before", "i8", VALUE, KEPT),  # whether to stop before what is watched, and not after it
+    ("due", "i8", VALUE, DERIVED),  # whether to stop now, because of
+    ("tick", "i8", PAST, CARRIED),  # a contact at this tick
+    ("a b", "i8", NUMBER, CARRIED),  # of these numbers
 )
-NEXT = np.dtype([("tick", "i8"), ("kind", "i8"), ("a", "i8"), ("b", "i8")], align=True)
+FALL = record(
+    ("x y", "f8", VALUE, DERIVED),  # the acceleration of all bodies; 0 without gravity
+    ("origin", "i8", TICK, DERIVED),  # the tick at which the frame was at rest in the room
+    ("end", "i8", TICK, DERIVED),  # the tick at which all bodies pass to the next one
+)
+NEXT = record(
+    ("tick", "i8", TICK, DERIVED),
+    ("kind a b", "i8", VALUE, DERIVED),
+)
 """What comes next: a kind as entries have it or a command's code; numbers of bodies, ``b`` or NOBODY."""
 
-FAULTS = np.dtype([("code", "i8"), ("a", "i8"), ("b", "i8")], align=True)
-CLOCK = np.dtype(
-    [
-        ("now", "i8"),
-        ("tick", "f8"),  # length of a tick in the scene's time
-        ("per_time", "f8"),  # ticks in one unit of the scene's time
-        ("epoch", "i8"),  # whole units from the start to tick 0 ("base" is an attribute of records)
-        ("origin", "i8"),  # the tick at which the rows of places hold
-        ("bodies", "i8"),  # slots that have been used: those behind them are empty
-        ("present", "i8"),  # bodies in the scene now
-        ("kinds", "i8"),  # of bodies
-        ("built", "i8"),
-        ("hand", "i8"),  # the body whose hook is at work: it is settled after it
-        ("about", "i8"),  # a bound shortly before the contact that is computed exactly, or NEVER
-        ("met_tick", "i8"),  # the tick of the last contact,
-        ("met_there", "i8"),  # and how many there were at it
-        ("limits", LIMITS),  # the arena, and what follows from the bodies' bounds
-        ("lists", LISTS),  # how far tables are in use, and where their free records are
-        ("calendar", CALENDAR),
-        ("jam", JAM),  # detects runs without progress
-        ("stops", STOPS),  # at contacts that are watched
-        ("torus", TORUS),  # where axes are periodic (``kernel.images``)
-        ("fault", FAULTS),  # the first one, of bodies a and b
-        ("next", NEXT),  # written where the loop looks ahead and runs nothing
-        ("fall", FALL),  # where there is gravity (``kernel.falling``)
-    ],
-    align=True,
+FAULTS = record(
+    ("code", "i8", COUNT, CARRIED),
+    ("a b", "i8", PARTNER, CARRIED),
 )
-COUNTS = np.dtype(
-    [
-        ("contacts_disc", "i8"),
-        ("contacts_wall", "i8"),
-        ("turns", "i8"),
-        ("inserted", "i8"),
-        ("removed", "i8"),
-        ("structural", "i8"),
-        ("asks", "i8"),  # times that a body's partners were looked at
-        ("asked", "i8"),  # partners looked at
-        ("newcomers", "i8"),  # bodies that a hook said have become near another
-        ("exact", "i8"),  # contact times worked out exactly
-        ("updated", "i8"),  # structural certificates set again
-        ("queued", "i8"),
-        ("queue_max", "i8"),
-        ("pairs_max", "i8"),
-        ("logged", "i8"),  # events that changed a plan
-        ("late", "i8"),
-        ("deepest", "f8"),
-        ("commanded_energy", "f8"),  # energy that commands have added
-        ("answered_energy", "f8"),  # energy that contacts have added which do not conserve it
-        ("passings", "i8"),  # times two bodies began to pass through each other
-    ],
-    align=True,
+CLOCK = record(
+    ("now", "i8", TICK, CARRIED),
+    ("tick", "f8", VALUE, DERIVED),  # length of a tick in the scene's time
+    ("per_time", "f8", VALUE, DERIVED),  # ticks in one unit of the scene's time
+    ("epoch", "i8", VALUE, KEPT),  # whole units from the start to tick 0 (records have an attribute "base")
+    ("origin", "i8", TICK, DERIVED),  # the tick at which the rows of places hold
+    ("bodies", "i8", COUNT, DERIVED),  # slots that have been used: those behind them are empty
+    ("present", "i8", COUNT, DERIVED),  # bodies in the scene now
+    ("kinds", "i8", COUNT, DERIVED),  # of bodies
+    ("built", "i8", VALUE, DERIVED),
+    ("hand", "i8", VALUE, DERIVED),  # the body whose hook is at work: it is settled after it
+    ("about", "i8", DUE, DERIVED),  # a bound shortly before the contact that is computed exactly, or NEVER
+    ("met_tick", "i8", PAST, CARRIED),  # the tick of the last contact,
+    ("met_there", "i8", COUNT, CARRIED),  # and how many there were at it
+    ("limits", LIMITS),  # the arena, and what follows from the bodies' bounds
+    ("lists", LISTS),  # how far tables are in use, and where their free records are
+    ("calendar", CALENDAR),
+    ("jam", JAM),  # detects runs without progress
+    ("stops", STOPS),  # at contacts that are watched
+    ("torus", TORUS),  # where axes are periodic (``kernel.images``)
+    ("fault", FAULTS),  # the first one, of bodies a and b
+    ("next", NEXT),  # written where the loop looks ahead and runs nothing
+    ("fall", FALL),  # where there is gravity (``kernel.falling``)
 )
+COUNTS = record(
+    ("contacts_disc contacts_wall turns inserted removed", "i8", COUNT, CARRIED),
+    ("structural", "i8", COUNT, COST),
+    ("asks", "i8", COUNT, COST),  # times that a body's partners were looked at
+    ("asked", "i8", COUNT, COST),  # partners looked at
+    ("newcomers", "i8", COUNT, COST),  # bodies that a hook said have become near another
+    ("exact", "i8", COUNT, COST),  # contact times worked out exactly
+    ("updated", "i8", COUNT, COST),  # structural certificates set again
+    ("queued", "i8", COUNT, DERIVED),
+    ("queue_max pairs_max", "i8", COUNT, COST),
+    ("logged", "i8", COUNT, CARRIED),  # events that changed a plan
+    ("late", "i8", COUNT, COST),
+    ("deepest", "f8", VALUE, CARRIED),
+    ("commanded_energy", "f8", VALUE, CARRIED),  # energy that commands have added
+    ("answered_energy", "f8", VALUE, CARRIED),  # energy that contacts have added which do not conserve it
+    ("passings", "i8", COUNT, CARRIED),  # times two bodies began to pass through each other
+)
+
+_OF_A_BODY = [each for dtype in (ENTRY, SHAPED, TRAIT, IMAGE) for each in declared(dtype, CARRIED)]
+
+ROWS = {
+    "plans": record(("mass", "f8", VALUE, CARRIED), *_OF_A_BODY, align=False),
+    "passings": record(*declared(PASSING, CARRIED), align=False),
+    "commands": COMMAND,
+    "counts": COUNTS,
+    "clock": record(*declared(CLOCK, CARRIED), align=False),
+}
+"""What is carried: the flight plan of each body with what belongs to it, the pairs that pass through each
+other, the commands that wait, the counts, the clock. Slots are numbers of bodies in it."""
+
+THEMSELVES = np.array(sorted(WALLS), np.int32)
+"""The walls, and NOBODY: behind the places of slots they are what an index below 0 finds."""
 
 OFFERS = 1 << 10
 """Offers that a hook may leave behind; with more, every body is refreshed."""
@@ -421,13 +444,11 @@ def allocate(bodies: int, near: int, log_rows: int, alike: bool = False, shaped:
         slots=np.arange(bodies, dtype=np.int32),
         met=record_table(MET, log_rows),
         log=record_table(ROW, 0),
-        clock=record_table(CLOCK, 1),
+        clock=begun(record_table(CLOCK, 1)),
         counts=record_table(COUNTS, 1),
     )
     k.queue.number = k.slots
     k.clock[0].bodies = k.clock[0].present = bodies
-    k.clock[0].lists.vacant = NOBODY
-    k.clock[0].about = NEVER
     return k
 
 
@@ -469,19 +490,42 @@ def clear(k: Kernel) -> None:
 def fields_in(dtype: np.dtype[Any]) -> list[str]:
     """Return the names of a record's fields, those of a record within it as "record.field"; none where the
     elements are plain numbers."""
-    names = []
-    for name in dtype.names or ():
-        inner = fields_in(dtype[name])
-        names += [f"{name}.{each}" for each in inner] if inner else [name]
-    return names
+    return [each.name for each in declared(dtype)] or [*(dtype.names or ())]
 
 
 def column(table: Records, name: str) -> np.ndarray[Any, Any]:
-    """Return the column of a field, by its name as ``fields_in`` gives it: a view, not a copy."""
+    """Return the column of a field, by the name that ``Field`` and ``fields_in`` have: a view, not a copy."""
     found: np.ndarray[Any, Any] = table.view(np.ndarray)
-    for each in name.split("."):
+    for each in [name] if name in (found.dtype.names or ()) else name.split("."):
         found = found[each]
     return found
+
+
+def begun(table: Records) -> Records:
+    """Return a zeroed table after each of its fields has got the value that stands for nothing."""
+    for name, _, quantity, _ in declared(table.dtype, *_NONE):
+        column(table, name)[...] = _NONE[quantity]
+    return table
+
+
+def compared(table: Records) -> list[str]:
+    """Return the names of the fields that are equal under all phases; slots are not."""
+    return [each.name for each in declared(table.dtype, CARRIED) if each.quantity not in (SLOT, PARTNER)]
+
+
+def copy_carried(source: Records, target: Records, places: npt.NDArray[np.int32]) -> None:
+    """Copy the carried fields of a table that another one has too. ``places`` has the number of the body in
+    each slot, or the slot of each number, and then ``THEMSELVES``."""
+    source, target = source.view(np.ndarray), target.view(np.ndarray)
+    for name, _, quantity, _ in _in_both(source.dtype, target.dtype) if len(source) and len(target) else ():
+        values, slots = column(source, name), quantity in (SLOT, PARTNER)
+        column(target, name)[...] = places.take(values, mode="wrap") if slots else values
+
+
+@cache
+def _in_both(source: np.dtype[Any], target: np.dtype[Any]) -> list[Field]:
+    there = {field.name for field in declared(target)}
+    return [field for field in declared(source, CARRIED, COST) if field.name in there]
 
 
 def read_only(tables: Tables) -> Tables:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinetile.kernel.tables import BODY, PAGE, allocate, fields_in, record_table
+from kinetile.kernel.tables import BODY, PAGE, allocate, declared, fields_in, record, record_table
 
 TABLES = [name for name, table in allocate(2, 2, 2)._asdict().items() if table.dtype.names]
 
@@ -19,6 +19,16 @@ def test_no_field_is_hidden_by_an_attribute_of_numpy_s_records(name: str) -> Non
     table = getattr(allocate(2, 2, 2), name)
     names = {part for field in fields_in(table.dtype) for part in field.split(".")}
     assert not names & (set(dir(np.record)) | set(dir(np.recarray)))
+
+
+def test_each_field_of_a_table_is_declared() -> None:
+    missing = {name for name in TABLES if not declared(getattr(allocate(2, 2, 2), name).dtype)}
+    assert missing - {"met"} == set(), "a table is no record() of fields that say what they are"
+
+
+def test_a_field_that_is_not_declared_is_refused_in_a_sentence() -> None:
+    with pytest.raises(TypeError, match="field 'pulse' does not say what it is and what becomes of it"):
+        record(*declared(BODY), ("pulse", "i8"))
 
 
 def _refuse(*arguments: Any) -> None:

@@ -32,10 +32,17 @@ from kinetile.kernel.loop.responses import (
     shapes_overlap,
 )
 from kinetile.kernel.passings import MOST_IMAGES, PASS, row_of
-from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel, Records, elder, is_there, slot_of
-
-LONG_AGO = -(1 << 62)
-"""The tick of the last contact of a body without one."""
+from kinetile.kernel.tables import (
+    LONG_AGO,
+    NEVER,
+    NOBODY,
+    NOT_ASKED,
+    Kernel,
+    Records,
+    elder,
+    is_there,
+    slot_of,
+)
 
 FREE = -(1 << 30)
 """What ``blocked_by`` returns where there is room."""

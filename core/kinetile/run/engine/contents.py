@@ -8,7 +8,6 @@ no more. Bodies go by their numbers: a slot is a place in the tables of one engi
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
@@ -18,20 +17,7 @@ import numpy.typing as npt
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import CONTACT, Fingerprint
-from kinetile.kernel.loop.commands import LONG_AGO
-from kinetile.kernel.plan import Plan
-from kinetile.kernel.tables import (
-    BODY,
-    COMMAND,
-    COUNTS,
-    IMAGE,
-    NOBODY,
-    PASSING,
-    TRAIT,
-    Kernel,
-    column,
-    slots_taken,
-)
+from kinetile.kernel.tables import NEVER, NOBODY, ROWS, THEMSELVES, Kernel, begun, copy_carried, slots_taken
 from kinetile.run.compose import Commands
 from kinetile.run.engine.agenda import Command, History, Rows, planned, waiting
 from kinetile.run.engine.bounds import Bounds
@@ -40,86 +26,42 @@ from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import nearest_image, overlapping_images, whole_periods
 from kinetile.scene.shapes import Shape
 
-OF_BODIES = (*Plan._fields, "anchor", "radius")
-OF_TRAITS = ("kind", "touched")
-OF_IMAGES = ("kx", "ky", "last_m", "last_n")
-OF_PASSINGS = ("a", "b", "m", "n", "begun", "tick")
-
-PLAN = np.dtype(
-    [
-        ("number", "i4"),
-        ("last", "i4"),  # the number of the partner of the contact that made this plan, or NOBODY
-        ("mass", "f8"),
-        *((name, BODY[name]) for name in OF_BODIES),
-        ("form", "i4"),  # its shape; -1 where all bodies are discs. Before the kind, so that no byte is spare
-        *((name, TRAIT[name]) for name in OF_TRAITS),  # 0 and LONG_AGO in a scene without rules
-        *((name, IMAGE[name]) for name in OF_IMAGES),  # 0 where no axis is periodic
-    ],
-    align=True,
-)
-"""The flight plan of a body, and what belongs to it."""
-
-PASSED = np.dtype([(name, PASSING[name]) for name in OF_PASSINGS])
-"""A pair that passes through each other, by numbers, ``a`` the elder."""
-
-CARRIED = (
-    *("now", "met_tick", "met_there", "jam.window", "jam.window_tick", "torus.beat", "torus.number"),
-    *("stops.tick", "stops.a", "stops.b", "fault.code", "fault.a", "fault.b"),
-)
-"""Fields of the clock that follow neither from the scene nor from the bodies; ``a`` and ``b`` by numbers."""
-
-COSTS = (
-    *("structural", "asks", "asked", "newcomers", "exact", "updated", "queued", "queue_max", "pairs_max"),
-    "late",
-)
-"""Counts that depend on the structure: in a run that was resumed they may be others."""
-
 
 class Contents(NamedTuple):
-    """Contents of tables: (n,) plans in the order of numbers, (m,) passings in the order of pairs, the
-    commands that wait, the counts, and by name the fields of the clock in ``CARRIED``."""
+    """What is carried of tables, in records of the types ``ROWS``: (n,) flight plans in the order of numbers,
+    each with what belongs to its body; (m,) pairs that pass through each other, by numbers, in their order;
+    the commands that wait; the counts; and the clock. Slots are numbers of bodies in it."""
 
     plans: npt.NDArray[Any]
     passings: npt.NDArray[Any]
     commands: Rows
     counts: npt.NDArray[Any]
-    clock: Mapping[str, int]
+    clock: npt.NDArray[Any]
 
 
 def contents_of(k: Kernel) -> Contents:
     """Returns the contents of tables, as copies."""
-    taken, number = slots_taken(k), np.append(k.queue.view(np.ndarray)["number"], np.int32(NOBODY))
-    bodies = k.bodies.view(np.ndarray).take(taken)
-    plans = np.zeros(len(taken), PLAN)
-    plans["touched"] = LONG_AGO
-    plans["number"], plans["mass"] = number[taken], k.mass[taken]
-    plans["last"] = number[bodies["last"]]
-    plans["form"] = bodies["form"] if len(k.sides) else -1
-    sources: list[tuple[Any, tuple[str, ...]]] = [(bodies, OF_BODIES)]
-    if len(k.traits):
-        sources.append((k.traits.view(np.ndarray).take(taken), OF_TRAITS))
-    if len(k.images):
-        sources.append((k.images.view(np.ndarray).take(taken), OF_IMAGES))
-    for table, names in sources:
-        for name in names:
-            plans[name] = table[name]
+    taken, number = slots_taken(k), np.append(k.queue.view(np.ndarray)["number"], THEMSELVES)
+    plans, clock = begun(np.zeros(len(taken), ROWS["plans"])), np.zeros(1, ROWS["clock"])
+    plans["mass"] = k.mass[taken]
+    for table in (k.queue, k.bodies, k.traits, k.images):
+        if len(table):
+            copy_carried(table.view(np.ndarray).take(taken), plans, number)
     live = k.passings.view(np.ndarray)
     live = live[live["a"] >= 0]
-    passings = np.zeros(len(live), PASSED)
-    for name in OF_PASSINGS:
-        passings[name] = number[live[name]] if name in ("a", "b") else live[name]
-    passings.sort(order=OF_PASSINGS)
-    clock = {name: int(column(k.clock, name)[0]) for name in CARRIED}
-    for name in ("fault.a", "fault.b"):  # in tables they are slots, or a wall
-        slot = clock[name] if clock["fault.code"] else NOBODY
-        clock[name] = int(number[slot]) if slot >= 0 else slot
+    passings = np.zeros(len(live), ROWS["passings"])
+    copy_carried(live, passings, number)
+    passings.sort(order=("a", "b", "m", "n"))
+    copy_carried(k.clock, clock, number)
+    if not clock["fault.code"]:
+        clock["fault.a"] = clock["fault.b"] = NOBODY
     return Contents(plans, passings, waiting(k).copy(), np.array(k.counts), clock)
 
 
 def contents_at_start(scene: Scene) -> Contents:
     """Returns the contents with which the run of a scene begins; the periods are taken off its places."""
-    plans = np.zeros(len(scene), PLAN)
-    plans["number"], plans["last"], plans["touched"] = np.arange(len(scene)), NOBODY, LONG_AGO
+    plans, clock = begun(np.zeros(len(scene), ROWS["plans"])), begun(np.zeros(1, ROWS["clock"]))
+    plans["number"] = np.arange(len(scene))
     place = nearest_image(scene.position, scene.periods)
     plans["x"], plans["y"] = place.T
     plans["vx"], plans["vy"] = scene.velocity.T
@@ -127,10 +69,8 @@ def contents_at_start(scene: Scene) -> Contents:
     plans["form"] = scene.shape
     if scene.periodic:
         plans["kx"], plans["ky"] = whole_periods(scene.position - place, scene.periods).T
-    clock = dict.fromkeys(CARRIED, 0)
-    clock |= dict.fromkeys(("met_tick", "jam.window_tick", "stops.tick"), LONG_AGO) | {"torus.beat": BEAT}
-    clock |= dict.fromkeys(("fault.a", "fault.b"), NOBODY)
-    empty = np.zeros(0, PASSED), np.zeros(0, COMMAND), np.zeros(1, COUNTS)
+    clock["torus.beat"] = BEAT if scene.periodic else NEVER
+    empty = (np.zeros(0, ROWS["passings"]), np.zeros(0, ROWS["commands"]), np.zeros(1, ROWS["counts"]))
     return Contents(plans, *empty, clock)
 
 

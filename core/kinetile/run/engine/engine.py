@@ -44,16 +44,18 @@ from kinetile.kernel.loop import (
     WATCHED,
 )
 from kinetile.kernel.loop.bookkeeping import log_is_full
-from kinetile.kernel.loop.commands import FREE, LONG_AGO
+from kinetile.kernel.loop.commands import FREE
 from kinetile.kernel.loop.responses import begin_at_start
 from kinetile.kernel.passings import MOST_IMAGES
 from kinetile.kernel.skin import Skin, too_thick
 from kinetile.kernel.tables import (
     JAMMED,
+    LONG_AGO,
     NEVER,
     NOBODY,
     OFFER,
     Kernel,
+    Quantity,
     clear,
     pair_set,
     read_only,
@@ -674,7 +676,8 @@ class Engine(Tables):
         """
         clock, scene, wall = self.k.clock[0], self.scene, self.composition.wall
         elsewhere = wall is not None and wall.inside is not inside_arena  # its walls may be anywhere
-        if elsewhere or self.ledger.records or not len(self.taken) or clock.lists.passings:
+        awaited = any((ticks != NEVER).any() for ticks in spans.ticks_of([self.k.clock], Quantity.DUE))
+        if elsewhere or awaited or self.ledger.records or not len(self.taken) or clock.lists.passings:
             return 0
         for ticks in (end, None if self.next_command is None else self.next_command.ticks):
             if ticks is not None:
@@ -691,8 +694,8 @@ class Engine(Tables):
                 self.clock.base += quiet * (SPAN // TICKS)
                 parts = {"PERIODIC": bool(scene.periodic)}
                 compose(spans.pass_spans, parts, "pass_spans", Kernel)(self.k, quiet)
-                self.k.traits.touched[:] = LONG_AGO
-                clock.stops.tick = clock.met_tick = clock.jam.window_tick = LONG_AGO
+                for past in spans.ticks_of(self.k, Quantity.PAST):
+                    past[...] = LONG_AGO
                 self.lay_out(self.speed)
         except Refused:  # in an open plane, by a skin for distant bodies: the next spans will report it
             return 0

@@ -16,33 +16,30 @@ from kinetile.errors import PhaseError
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.compiled import python_of
 from kinetile.kernel.log import INSERTED
-from kinetile.kernel.loop.commands import LONG_AGO, window_of
+from kinetile.kernel.loop.commands import window_of
 from kinetile.kernel.passings import MOST_IMAGES
 from kinetile.kernel.tables import (
     FORM,
     IMAGE,
-    NEVER,
+    KEPT,
     NOBODY,
     PASSING,
+    THEMSELVES,
     TRAIT,
     Kernel,
     Records,
     allocate,
+    begun,
     column,
+    copy_carried,
+    declared,
     pair_set,
     record_table,
 )
 from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition, Rules
 from kinetile.run.engine.bounds import Bounds
-from kinetile.run.engine.contents import (
-    OF_BODIES,
-    OF_IMAGES,
-    OF_PASSINGS,
-    OF_TRAITS,
-    Contents,
-    contents_of,
-)
+from kinetile.run.engine.contents import Contents, contents_of
 from kinetile.run.engine.fields import Fields
 from kinetile.run.prepared import LEAST, standing
 from kinetile.scene import Scene
@@ -64,25 +61,20 @@ def tables_of(contents: Contents, numbers: int, composition: Composition, unit: 
     k = _allocated(n, composition)
     slots = np.full(numbers, NOBODY, dtype=np.int32)
     slots[plans["number"]] = np.arange(n)
-    k.queue.number[:n] = plans["number"]
-    bodies = k.bodies[:n]
-    for name in OF_BODIES:
-        bodies[name] = plans[name]
-    bodies.last = np.append(slots, np.int32(NOBODY))[plans["last"]]
+    places = np.append(slots, THEMSELVES)
+    for table in (k.queue, k.bodies, k.traits, k.images):
+        copy_carried(plans, table[:n], places)
     k.radii[:n], k.mass[:n] = plans["radius"], plans["mass"]
     if prepared.shapes:
         forms = record_table(FORM, len(prepared.shapes))
         forms.view(np.ndarray)[OF_SIDES] = [each.reaches for each in prepared.shapes]
-        bodies.form = plans["form"]
+        bodies = k.bodies[:n]
         for side in OF_SIDES:
             bodies[side] = k.sides[side][:n] = forms[side][plans["form"]]
         k = k._replace(forms=forms)
-    for table, names in ((k.traits, OF_TRAITS), (k.images, OF_IMAGES)):
-        for name in names if len(table) else ():
-            table[name][:n] = plans[name]
     k = k._replace(slots=slots, commands=contents.commands.view(np.recarray))
     if len(contents.passings):
-        k = _with_passings(k, contents.passings)
+        k = _with_passings(k, contents.passings, places)
     k.counts[0] = contents.counts[0]
     clock = k.clock[0]
     clock.tick, clock.per_time = unit / TICKS, TICKS / unit
@@ -92,8 +84,7 @@ def tables_of(contents: Contents, numbers: int, composition: Composition, unit: 
     clock.torus.per_x, clock.torus.per_y = (1.0 / each if each else 0.0 for each in prepared.periods)
     clock.torus.half_x, clock.torus.half_y = (0.5 * each if each else math.inf for each in prepared.periods)
     clock.lists.commands = len(contents.commands)
-    for name, value in contents.clock.items():
-        column(k.clock, name)[0] = slots[value] if name in ("fault.a", "fault.b") and value >= 0 else value
+    copy_carried(contents.clock, k.clock, places)
     if prepared.falls:
         clock.fall.x, clock.fall.y = prepared.gravity
         clock.fall.origin = int(clock.now) & -prepared.frame
@@ -150,8 +141,7 @@ def with_room(log: Records, rows: int) -> Records:
 def _with_rules(k: Kernel, rules: Rules) -> Kernel:
     """Returns the tables with what responses need."""
     slots = len(k.bodies)
-    traits = record_table(TRAIT, slots)
-    traits.leave, traits.touched = NEVER, LONG_AGO
+    traits = begun(record_table(TRAIT, slots))
     k.clock[0].kinds = rules.kinds
     k.clock[0].lists.passable = NOBODY
     return k._replace(traits=traits, rules=rules.table, passers=np.full(slots, -1, dtype=np.int32))
@@ -169,12 +159,11 @@ def more_passings(k: Kernel, room: int) -> Kernel:
     return k._replace(passings=new)
 
 
-def _with_passings(k: Kernel, passings: npt.NDArray[Any]) -> Kernel:
+def _with_passings(k: Kernel, passings: npt.NDArray[Any], places: npt.NDArray[np.int32]) -> Kernel:
     """Returns tables with these passings, in the lists of their bodies, and what follows for the bodies."""
     count, traits = len(passings), k.traits
     table = record_table(PASSING, count)
-    for name in OF_PASSINGS:
-        table[name] = k.slots[passings[name]] if name in ("a", "b") else passings[name]
+    copy_carried(passings, table, places)
     np.minimum.at(traits.leave, table.a, table.tick)
     body, pair = np.concatenate([table.a, table.b]), np.tile(np.arange(count, dtype=np.int32), 2)
     np.add.at(traits.inside, body, 1)
@@ -264,8 +253,8 @@ def _renewed(k: Kernel, contents: Contents, scene: Scene, composition: Compositi
     """Returns tables with the contents of others, for a composition's phases; logs and watches are kept."""
     new = tables_of(contents, len(k.slots), composition, scene.time_unit)
     new = new._replace(met=with_room(k.met, len(new.met)), log=k.log, watch=k.watch, watched=k.watched)
-    for name in ("epoch", "lists.logged", "lists.written", "lists.rows", "stops.before"):
-        column(new.clock, name)[0] = column(k.clock, name)[0]
+    for field in declared(k.clock.dtype, KEPT):
+        column(new.clock, field.name)[0] = column(k.clock, field.name)[0]
     return Renewed(composition, more_passings(new, len(k.passings)))
 
 

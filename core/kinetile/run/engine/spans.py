@@ -24,11 +24,10 @@ from kinetile.kernel.flight import plans_now, positions_now
 from kinetile.kernel.images import BEAT, anchor, remainder, turns_of
 from kinetile.kernel.log import REANCHORED
 from kinetile.kernel.loop.bookkeeping import log
-from kinetile.kernel.loop.commands import LONG_AGO
 from kinetile.kernel.loop.responses import plan_all_partings
 from kinetile.kernel.plan import velocities_after
 from kinetile.kernel.skin import box_gaps, reaches_of
-from kinetile.kernel.tables import NEVER, NOBODY, NOT_ASKED, Kernel
+from kinetile.kernel.tables import LONG_AGO, NEVER, NOBODY, NOT_ASKED, Kernel, Quantity, column, declared
 
 PERIODIC = PASSING = False
 
@@ -49,30 +48,20 @@ MOST_PAIRS = 1 << 18
 """Pairs that are looked at together: memory."""
 
 
+def ticks_of(tables: Iterable[Any], *quantities: Quantity) -> Iterator[npt.NDArray[np.int64]]:
+    """Yields the columns of tables with such ticks."""
+    for table in tables:
+        for field in declared(table.dtype, *quantities) if len(table) else ():
+            yield column(table, field.name)
+
+
 def count_from_next(k: Kernel, of_phase: Iterable[Any]) -> None:
     """Counts all ticks of the tables, and those ``of_phase``, from the start of the next span."""
-    clock = k.clock[0]
-    jam, stops = clock.jam, clock.stops
-    k.commands.tick -= SPAN
     k.bodies.anchor[k.queue.number == NOBODY] = 0
-    k.bodies.anchor -= SPAN
-    awaited = (k.queue.key, k.queue.own, k.queue.tick, k.queue.guard, k.traits.leave, k.passings.tick)
-    for ticks in (*awaited, *of_phase):
-        ticks[ticks != NEVER] -= SPAN
-    k.queue.wall[(k.queue.wall != NEVER) & (k.queue.wall != NOT_ASKED)] -= SPAN
-    k.passings.begun -= SPAN
-    k.traits.touched[:] = np.maximum(k.traits.touched - SPAN, LONG_AGO)
-    clock.now -= SPAN
-    if clock.fall.end > clock.fall.origin:  # in a frame: without gravity both stay 0
-        clock.fall.origin -= SPAN
-        clock.fall.end -= SPAN
-    if len(k.images):
-        clock.torus.beat -= SPAN
-    stops.tick = max(int(stops.tick) - SPAN, LONG_AGO)
-    clock.origin = max(int(clock.origin) - SPAN, LONG_AGO)
-    clock.met_tick = max(int(clock.met_tick) - SPAN, LONG_AGO)
-    jam.window_tick = max(int(jam.window_tick) - SPAN, LONG_AGO)
-    clock.calendar.filed = 0
+    for ticks in (*ticks_of(k, Quantity.TICK, Quantity.PAST, Quantity.DUE), *of_phase):
+        none = (ticks == NEVER) | (ticks == NOT_ASKED)
+        ticks[...] = np.where(none, ticks, np.maximum(ticks, LONG_AGO + SPAN) - SPAN)
+    k.clock[0].calendar.filed = 0
 
 
 def quiet_spans(

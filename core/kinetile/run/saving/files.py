@@ -3,7 +3,7 @@
 ::
 
     kinetile_saved_run.npy    the head: JSON as bytes; what is said in words, and which array is what
-    plans.npy, ...            flight plans, pairs that pass, waiting commands, counts
+    plans.npy, ...            flight plans, pairs that pass, waiting commands, counts, clock
     contacts.npy, ...         contacts so far, interactive commands, waiting rows, arrays of the head
     the archive's comment     SHA-256 of the file with 64 zero bytes in the place of this, in hexadecimal
 
@@ -18,7 +18,6 @@ from __future__ import annotations
 import copyreg
 import hashlib
 import json
-import operator
 import os
 import zipfile
 from collections.abc import Iterator, Mapping
@@ -35,11 +34,11 @@ import numpy.typing as npt
 from kinetile.errors import KinetileError, RecordError
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER, CONTACT, LOG, MET, Fingerprint, digestible
-from kinetile.kernel.tables import COMMAND, COUNTS
+from kinetile.kernel.tables import COMMAND, ROWS
 from kinetile.run.compose import Commands
 from kinetile.run.engine.agenda import Command, History
 from kinetile.run.engine.bounds import NO_SKIN, Bounds
-from kinetile.run.engine.contents import CARRIED, PASSED, PLAN, Contents, RunState, numbers_of
+from kinetile.run.engine.contents import Contents, RunState, numbers_of
 from kinetile.run.engine.ledger import Entries
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, check_state
 from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn
@@ -202,13 +201,10 @@ def _check_begin(content: bytes, name: str) -> None:
 # The head
 
 
-_ROWS = {"plans": PLAN, "passings": PASSED, "commands": COMMAND, "counts": COUNTS}
-"""Contents of tables, each an array of rows."""
-
 _OF_STATE: dict[str, Any] = {
     **dict.fromkeys(("base", "audits"), int),
     **dict.fromkeys(("cpu_seconds", "compile_seconds"), int | float),
-    **{"requested": float | int | None, "overlapping": np.ndarray, "shapes": tuple},
+    **{"requested": float | int | None, "overlapping": np.ndarray, "shapes": tuple, "later": tuple},
 }
 """Fields of a run's state that are in the head under their names, with their types."""
 
@@ -217,7 +213,6 @@ _BOUNDS = 4
 
 _KINDS: dict[str, Any] = {
     **_OF_STATE,
-    "clock": dict,
     "commands": int,
     "audit": int | None,
     "start_energy": float,
@@ -228,8 +223,8 @@ _KINDS: dict[str, Any] = {
 @cache
 def layout() -> str:
     """Returns a digest of how all that is saved is laid out."""
-    said = [f"{name} {elements(dtype)}" for name, dtype in _ROWS.items()]
-    said += [elements(CONTACT), elements(LOG), *CARRIED, *Command._fields, *Bounds._fields]
+    said = [f"{name} {elements(dtype)}" for name, dtype in ROWS.items()]
+    said += [elements(CONTACT), elements(LOG), *Command._fields, *Bounds._fields]
     said += [*(field.name for field in fields(Snapshot)), *(field.name for field in fields(RunState))]
     said += Entries._fields
     return hashlib.sha256("\n".join(said).encode()).hexdigest()
@@ -245,16 +240,14 @@ def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
     """Returns the contents of a snapshot, in values for ``to_plain``; adds the arrays of tables."""
     state = snapshot.state
     rows, bases = state.history.content
-    arrays |= {name: getattr(state.contents, name) for name in _ROWS}
+    arrays |= state.contents._asdict()
     arrays["history"] = np.frombuffer(rows, COMMAND)
     return {
         "scene": _scene(snapshot.scene),
         "phases": [snapshot.phases.broad_phase, snapshot.phases.options, snapshot.phases.narrow_phases],
-        "clock": state.contents.clock,
         **{name: getattr(state, name) for name in _OF_STATE},
         "bounds": list(state.bounds[:_BOUNDS]),
         "commands": int(state.commands),
-        "later": list(state.later),
         "entries": _entries(state.entries, arrays),
         "history": [list(base) for base in bases],
         "audit": snapshot.audit,
@@ -266,16 +259,15 @@ def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
 def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
     _check_kinds(said)
     scene = Scene(*said["scene"])
-    contents = {name: _rows(arrays, name, dtype) for name, dtype in _ROWS.items()}
+    contents = {name: _rows(arrays, name, dtype) for name, dtype in ROWS.items()}
     history = History.of(
         _rows(arrays, "history", COMMAND).tobytes(),
         tuple((int(first), int(base)) for first, base in said["history"]),
     )
     state = RunState(
-        contents=Contents(**contents, clock={name: operator.index(said["clock"][name]) for name in CARRIED}),
+        contents=Contents(**contents),
         bounds=Bounds._make([*said["bounds"], 0.0, NO_SKIN]),
         commands=Commands(said["commands"]),
-        later=tuple(said["later"]),
         history=history,
         entries=_read_entries(said["entries"], arrays, scene, numbers_of(scene, history)),
         **{name: said[name] for name in _OF_STATE},

@@ -18,10 +18,10 @@ from kinetile.errors import RecordError
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.plan import Plan, positions_after
-from kinetile.kernel.tables import COUNTS, JAMMED, NOBODY
+from kinetile.kernel.tables import JAMMED, LONG_AGO, NEVER, NOBODY, Quantity, Role, declared
 from kinetile.run.compose import Composition
 from kinetile.run.engine.agenda import command_of
-from kinetile.run.engine.contents import CARRIED, COSTS, RunState, numbers_of
+from kinetile.run.engine.contents import RunState, numbers_of
 from kinetile.run.engine.engine import Engine
 from kinetile.run.prepared import standing, with_shapes
 from kinetile.scene import Scene
@@ -68,21 +68,15 @@ class Snapshot:
         return f"<Snapshot: {len(self.scene)} bodies at first, under {self.phases.broad_phase}>"
 
     def _values(self) -> tuple[Any, ...]:
-        state, contents, entries = self.state, self.state.contents, self.state.entries
-        tables = contents.plans, contents.passings, contents.commands, state.overlapping, *entries.unrecorded
-        counts = [contents.counts[name].tobytes() for name in COUNTS.names or () if name not in COSTS]
-        ledger = entries.rows, entries.digest.hexdigest(), entries.unstepped
-        mine = self.scene, self.phases, self.audit, self.start_energy, state.history.content, ledger
-        rows = [table.tobytes() for table in tables], counts, contents.clock
+        state, entries = self.state, self.state.entries
+        tables = [state.overlapping, *entries.unrecorded]
+        for rows in state.contents:
+            tables += (rows[field.name] for field in declared(rows.dtype, Role.CARRIED))
         return (
-            *mine,
-            *rows,
-            state.base,
-            state.bounds,
-            state.commands,
-            state.later,
-            state.requested,
-            state.audits,
+            *(self.scene, self.phases, self.audit, self.start_energy, state.history.content),
+            *(entries.rows, entries.digest.hexdigest(), entries.unstepped),
+            [table.tobytes() for table in tables],
+            *(state.base, state.bounds, state.commands, state.later, state.requested, state.audits),
         )
 
 
@@ -132,27 +126,51 @@ def check_state(state: RunState, scene: Scene) -> None:
     """Raises ValueError for a state that no run of a scene has.
 
     The compiled loop reads indices without looking at them, and a checksum detects damage only: so of a state
-    from a file each value that becomes an index is compared with its table, and the others with the range of
-    their kind. What is left describes some run. O(n).
+    from a file each value is compared with the range of its quantity, and what becomes an index with its
+    table. What is left describes some run. O(n).
     """
     with np.errstate(all="ignore"):
-        for said in (*_of_plans(state, scene), *_of_numbers(state, scene), *_of_commands(state, scene)):
+        for said in (*_of_ranges(state, scene), *_of_plans(state, scene), *_of_commands(state, scene)):
             raise ValueError(said)
+
+
+def _of_ranges(state: RunState, scene: Scene) -> Iterator[str]:
+    """Each value is in the range of its quantity."""
+    numbers, shapes = numbers_of(scene, state.history), len(scene.shapes) + len(state.shapes)
+    ranges: dict[Quantity, tuple[float, float]] = {
+        Quantity.SLOT: (NOBODY, numbers - 1),
+        **dict.fromkeys((Quantity.PARTNER, Quantity.NUMBER), (min(WALLS), numbers - 1)),
+        Quantity.KIND: (0, len(scene.kinds) - 1),
+        Quantity.SHAPE: (0, shapes - 1) if shapes else (NOBODY, NOBODY),
+        Quantity.COUNT: (0, 1 << 61),
+        Quantity.VALUE: (-math.inf, math.inf),
+    }
+    if len(state.contents.counts) != 1 or len(state.contents.clock) != 1:
+        yield "it has not one clock with its counts"
+    for table, rows in state.contents._asdict().items():
+        for name, _, quantity, _ in declared(rows.dtype):
+            least, most = ranges.get(quantity, (LONG_AGO - SPAN, NEVER))  # of ticks
+            for value in rows[name][~((rows[name] >= least) & (rows[name] <= most))][:1].tolist():
+                yield f"{name} of its {table} is {value}"
+    now, fault = int(state.contents.clock["now"][0]), int(state.contents.clock["fault.code"][0])
+    if not -1 <= now <= SPAN:
+        yield f"now is {now}"
+    if fault not in (0, JAMMED):
+        yield f"the run had ended with fault {fault}"
+    if not 0 <= state.base < 1 << 200:
+        yield f"base is {state.base}"
 
 
 def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
     """Bodies are where they can be, no faster than the bound, of a mass and a size; pairs are of two."""
     plans, passings, now = state.contents.plans, state.contents.passings, state.contents.clock["now"]
-    number, numbers = plans["number"].astype(np.int64), numbers_of(scene, state.history)
-    in_order = (np.diff(number, prepend=-1) > 0).all() and (number < numbers).all()
-    met = (plans["last"] >= NOBODY) & (plans["last"] < numbers)
-    kinds = (plans["kind"] >= 0) & (plans["kind"] < len(scene.kinds))
-    if not in_order or not met.all() or not kinds.all():
-        yield "a body has a number, a partner or a kind that there is not"
+    number = plans["number"].astype(np.int64)
+    if not (np.diff(number, prepend=-1) > 0).all():
+        yield "a body has a number that there is not"
     if not np.isin([passings["a"], passings["b"]], number).all() or not (passings["a"] < passings["b"]).all():
         yield "a pair that passes is not of two bodies"
-    if ((plans["anchor"] > max(now, 0)) | (plans["anchor"] < -(1 << 62) - SPAN)).any():
-        yield "a plan begins after the present, or too long ago"
+    if (plans["anchor"] > np.maximum(now, 0)).any():
+        yield "a plan begins after the present"
     # Immovable bodies have a speed of their own, which the bound, from energy, does not hold.
     speed = np.hypot(plans["vx"], plans["vy"])[np.isfinite(plans["mass"])]
     if not (speed <= state.bounds.speed * (1.0 + 2.0**-20)).all() or not state.bounds.speed < math.inf:
@@ -164,36 +182,13 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
     radius = plans["radius"]
     if not ((radius > 0.0) & (radius <= LARGEST) & (plans["mass"] > 0.0)).all():
         yield "a body has no radius or no mass"
-    shapes = (*scene.shapes, *state.shapes)
-    if not ((plans["form"] >= -(not shapes)) & (plans["form"] < len(shapes))).all():
-        yield "a body has a shape that there is not"
-    reach = np.array([each.reach for each in shapes])
-    if shapes and not np.array_equal(radius, reach[plans["form"]]):
+    reach = np.array([each.reach for each in (*scene.shapes, *state.shapes)])
+    if len(reach) and not np.array_equal(radius, reach[plans["form"]]):
         yield "a body has not the radius of its shape"
     pairs = state.overlapping
     whole = np.array_equal(number, np.arange(len(scene)))  # their slots are their numbers
     if len(pairs) and not (whole and ((pairs >= 0) & (pairs < len(scene))).all()):
         yield "a pair that overlaps at the start is not of two bodies"
-
-
-def _of_numbers(state: RunState, scene: Scene) -> Iterator[str]:
-    """Numbers of the clock, and counts, are in their ranges."""
-    clock, counts = state.contents.clock, state.contents.counts
-    in_range = dict.fromkeys(("met_there", "jam.window"), (0, 1 << 62))
-    numbers = numbers_of(scene, state.history)
-    in_range |= {"now": (-1, SPAN + 1), "torus.number": (0, numbers + 1)}
-    in_range |= dict.fromkeys(("fault.a", "fault.b"), (min(WALLS), numbers))
-    for name in CARRIED:
-        least, end = in_range.get(name, (-(1 << 63), 1 << 63))
-        if not least <= clock[name] < end:
-            yield f"{name} is {clock[name]}"
-    if clock["fault.code"] not in (0, JAMMED):
-        yield f"the run had ended with fault {clock['fault.code']}"
-    counted = counts[0].item() if len(counts) == 1 else (math.nan,)
-    if not all(0 <= each < 1 << 61 if isinstance(each, int) else math.isfinite(each) for each in counted):
-        yield "a count is none"
-    if not 0 <= state.base < 1 << 200:
-        yield f"base is {state.base}"
 
 
 def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:
@@ -202,7 +197,7 @@ def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:
     shapes = (*scene.shapes, *state.shapes)
     present = set(contents.plans["number"].tolist())
     waiting = [command_of(row, state.base) for row in contents.commands]
-    last = contents.clock["now"] + state.base * TICKS
+    last = int(contents.clock["now"][0]) + state.base * TICKS
     for each in (*waiting, *state.later):
         new = each.code == INSERTED
         known = 0 <= each.body < numbers and (each.body in present) != new

@@ -8,6 +8,7 @@ import os
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,8 +17,15 @@ from hypothesis import seed as seeded
 
 import kinetile as kt
 import saved_runs
+from by_the_rules import answer, rows
 from kinetile.errors import Refused
+from kinetile.kernel.clock import SPAN
 from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.tables import JAMMED, LONG_AGO, NEVER, Quantity, Role, declared
+from kinetile.run.engine.contents import contents_of
+from kinetile.run.engine.spans import count_from_next
+from kinetile.run.saving.snapshot import gone_on
+from kinetile.run.simulation import composition_of
 from lanes import BUILT_IN
 
 
@@ -161,3 +169,57 @@ def test_a_run_whose_bodies_are_all_immovable_could_not_go_on():
         each.run(until=8.0)
     assert again.fingerprint == sim.fingerprint
     assert len(sim.contacts) == 1
+
+
+OTHERS = {
+    **{Quantity.PAST: (LONG_AGO, LONG_AGO + 5), Quantity.DUE: (NEVER, SPAN + 3), Quantity.SLOT: (-1, 1)},
+    **{Quantity.PARTNER: (-4, 2), Quantity.NUMBER: (-1, 1), Quantity.COUNT: (1, 77), Quantity.VALUE: (3, -2)},
+}
+"""Values of a field that a run may have in place of its own, by what the field is."""
+TICKS = Quantity.TICK, Quantity.PAST, Quantity.DUE
+PASSING = {"kind": ["a", "b"], "responses": {("a", "b"): "pass"}, "arena": (8.0, 8.0)}
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("value", range(2))
+def test_each_declared_field_is_compared_saved_restored_and_counted_from_the_next_span(value):
+    places, flies = [(1.0, 1.0), (1.75, 1.0)], [(0.5, 0.0), (0.0, 0.0)]
+    scene = kt.Scene(places, flies, 0.25, commands=[kt.Turn(1, 1.5, (1.0, 0.0))], periodic="x", **PASSING)
+    sim = kt.Simulation(scene, "naive")
+    sim.remove(0)
+    sim.insert((0.9, 1.0), (0.5, 0.0), 0.25, kind="a")  # so its slot is not its number
+    sim.run(max_contacts=1)
+    there = sim.snapshot()
+    contents = copy.deepcopy(there.state.contents)
+    contents.clock["fault.code"] = JAMMED  # else the fault has no bodies
+
+    def snapshot():
+        return replace(there, state=replace(there.state, contents=copy.deepcopy(contents)))
+
+    for table in contents[:2] + contents[3:]:
+        for name, form, quantity, role in declared(table.dtype, Role.CARRIED, Role.COST):
+            if quantity in OTHERS and form != "f8" and name not in ("number", "a", "b", "fault.code"):
+                old, before = snapshot(), table[name].copy()
+                table[name] = OTHERS[quantity][value]
+                same = role is Role.COST or (table[name] == before).all()
+                assert (old == snapshot()) == same, f"{name} is not compared"
+    assert pickle.loads(pickle.dumps(snapshot())) == snapshot()
+    engine = gone_on(snapshot(), sim.scene, composition_of(sim))
+    restored, body = contents_of(engine.k), int(contents.clock["fault.a"][0])
+    assert engine.k.clock[0].fault.a == (body if body < 0 else engine.k.slots[body]), "a slot is a number"
+    count_from_next(engine.k, ())
+    for kept, again, moved in zip(contents, restored, contents_of(engine.k), strict=True):
+        for name, _, quantity, _ in declared(kept.dtype, Role.CARRIED, Role.COST):
+            values, by = kept[name].tolist(), SPAN if quantity in TICKS else 0
+            assert again[name].tolist() == values, f"{name} is not restored"
+            values = [max(each - by, LONG_AGO) if by and each != NEVER else each for each in values]
+            assert moved[name].tolist() == values, f"{name} is not counted from the next span"
+
+
+@pytest.mark.small
+def test_a_passing_of_four_spans_ended_late_for_it_began_in_the_future():
+    places, flies = [(1.0, 1.0), (1.75, 1.0)], [(2.0**-12, 0.0), (0.0, 0.0)]
+    scene = kt.Scene(places, flies, 0.25, commands=[kt.Turn(0, 4000.0, (0.125, 0.0))], **PASSING)
+    sim = kt.Simulation(scene, "naive")
+    sim.run(max_contacts=2)
+    assert rows(sim) == answer(scene, 2, 5000 << 52).contacts
