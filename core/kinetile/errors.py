@@ -46,6 +46,7 @@ __all__ = [
 
 _Arguments = ParamSpec("_Arguments")
 _Result = TypeVar("_Result")
+_Class = TypeVar("_Class")
 
 
 _LONGEST_NAME = 100
@@ -388,26 +389,36 @@ def answering(call: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Resu
             wrong = _wrong_argument(call, args, kwargs)
             if not wrong:
                 raise
-        raise BadOption(f"{call.__qualname__.removesuffix('.__init__')} {wrong}")
+        raise BadOption(f"{call.__qualname__.partition('.__')[0]} {wrong}")
 
     return answered
 
 
+def constructed(kind: type[_Class]) -> type[_Class]:
+    """Decorates a public class of values: its constructor is ``answering``."""
+    name = "__new__" if issubclass(kind, tuple) else "__init__"
+    setattr(kind, name, answering(getattr(kind, name)))
+    return kind
+
+
 def _wrong_argument(call: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> str:
-    """Returns the first argument that a call does not have, with what to write; "" if it has them all."""
+    """Returns the first argument that a call does not have, with what to write, or those that it lacks; "" if
+    it has what it needs."""
     parameters = inspect.signature(call).parameters
-    known = [each for each in parameters if each != "self"]
+    known = [each for each in parameters if each not in ("self", "_cls")]
     for odd in kwargs:
         if odd not in known:
             of_phase = f"; an option of a phase is in options={{{odd!r}: ...}}" if "options" in known else ""
             return f"has no argument {odd!r}; expected {key_of(odd, known)}{of_phase}"
-    placed = sum(each.kind is each.POSITIONAL_OR_KEYWORD for each in parameters.values())
-    if len(args) <= placed:
-        return ""
-    found, count = printable(repr(args[placed]), 60), placed - len(parameters) + len(known)
+    by_place = [each for each in parameters.values() if each.kind is each.POSITIONAL_OR_KEYWORD]
+    if len(args) <= len(by_place):
+        needed = [each.name for each in by_place[len(args) :] if each.default is each.empty]
+        lacks = [each for each in needed if each not in kwargs]
+        return f"needs {' and '.join(lacks)}; expected ({', '.join(known)})" if lacks else ""
+    found, count = printable(repr(args[len(by_place)]), 60), len(by_place) - len(parameters) + len(known)
     takes = f"takes {count or 'no'} argument{'' if count == 1 else 's'} by position; found {found} as well"
-    if placed < len(parameters):
-        return f"{takes}, expected {[*parameters][placed]}={found}"
+    if len(by_place) < len(parameters):
+        return f"{takes}, expected {[*parameters][len(by_place)]}={found}"
     return f"{takes}: {_WORDS['dt'][2]}" if call.__name__.startswith("step") else takes
 
 

@@ -38,9 +38,10 @@ from kinetile.run.observing import check_observable
 from kinetile.run.simulation import composition_of
 from kinetile.scene import Command, relabelled, with_commands
 from kinetile.scene.by_name import complete_parameters, holds_several, parameter_mistakes, recipe_parameters
-from kinetile.scene.checks import abridged, is_finite, shown
+from kinetile.scene.checks import abridged, shown
 from kinetile.scene.files import dumps_scene, loads_scene
 from kinetile.scene.schema import read_bytes, read_tables
+from kinetile.scene.values import VALUES, Value
 from kinetile.show.html import facts, figure, grid, paragraph
 from kinetile.show.picture import escape
 from kinetile.show.player import View, view_scene

@@ -27,6 +27,7 @@ from kinetile.scene import Scene
 from kinetile.scene.checks import WALL, is_finite, shown
 from kinetile.scene.files import loads_scene
 from kinetile.scene.scene import kind_of_each
+from kinetile.scene.values import body_numbers
 from kinetile.sources import check_regular
 
 _COLUMNS = LOG.names or ()
@@ -191,13 +192,12 @@ def all_runs(scene: Scene, by_hand: Runs) -> Runs:
 
 def kinds_in(runs: Runs, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
     """Returns the kinds of bodies by their numbers, as an array of objects of the same shape: "wall" for a
-    number below 0, None for a body of which the runs do not say it."""
-    numbers = np.asarray(bodies, dtype=np.int64)
+    number below 0, None for a body of which the runs do not say it. TypeError for no numbers."""
+    numbers = body_numbers(bodies)
     first = np.array([run[0] for run in runs] or [_LARGEST], dtype=np.int64)
     last = np.array([run[1] for run in runs] or [_LARGEST], dtype=np.int64)
     kinds = np.array([*(run[2] for run in runs), None, WALL], dtype=object)
     at = np.maximum(np.searchsorted(first, numbers, side="right") - 1, 0)
-    at[(numbers < first[at]) | (numbers > last[at])] = len(kinds) - 2
-    at[numbers < 0] = len(kinds) - 1
-    found: npt.NDArray[Any] = kinds[at]
+    at = np.where((numbers < first[at]) | (numbers > last[at]), len(kinds) - 2, at)
+    found: npt.NDArray[Any] = kinds[np.where(numbers < 0, len(kinds) - 1, at)]
     return found

@@ -15,18 +15,19 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import Mistake
+from kinetile.errors import Mistake, constructed
 from kinetile.kernel.log import INSERTED, REMOVED, TURNED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.tables import NOBODY, OFFER, record_table
 from kinetile.run.advance import End
-from kinetile.run.engine.agenda import ROWS, Rows, number_of
+from kinetile.run.engine.agenda import ROWS, Rows, row_of
 from kinetile.run.engine.bounds import MOST_FLOWN
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.questions.places import Box, Point
 from kinetile.scene import Insert, Scene
-from kinetile.scene.checks import FARTHEST, LARGEST, WALL, Extent, check_support, is_finite, shown
-from kinetile.scene.commands import check_command, shape_of, with_shape
+from kinetile.scene.checks import FARTHEST, LARGEST, WALL, Extent, is_finite, is_number, shown
+from kinetile.scene.commands import check_command, numbered, shape_of, with_shape
+from kinetile.scene.frame import check_support
 from kinetile.scene.responses import Kind, no_kind
 from kinetile.scene.scene import kinds_inserted
 from kinetile.scene.shapes import Shape
@@ -255,79 +256,66 @@ def _slots_of(engine: Engine, numbers: npt.NDArray[Any]) -> npt.NDArray[np.int32
     return found
 
 
-def read_insertion(
-    engine: Engine,
-    position: object,
-    velocity: object,
-    radius: float | None,
-    mass: float,
-    kind: Kind | None,
-    shape: Shape | int | None = None,
-) -> tuple[Rows, tuple[Shape, ...]]:
+def read_insertion(engine: Engine, insertion: Insert) -> tuple[Rows, tuple[Shape, ...]]:
     """Returns the command that inserts a body now, and its shape, if the table of shapes does not have it;
     ValueError for values that a scene would refuse. That it is within the walls is not checked."""
-    kinds = engine.scene.kinds
-    kind = kinds[0] if kind is None else kind
-    if engine.scene.shapes and engine.composition.gapless:
-        raise ValueError(f"this body cannot come: {engine.composition.gapless}")
-    if kind not in kinds:
-        raise ValueError(f"this body cannot come: {no_kind(kind, kinds)}")
-    if engine.scene.falls and (mass == math.inf or (isinstance(shape, Shape) and not shape.is_disc)):
-        raise ValueError("this body cannot come: with gravity bodies are discs of finite mass")
-    if mass == math.inf and engine.composition.rules is None:
-        raise ValueError(
-            "this body cannot come: its mass is infinite, and this run is not made for bodies that nothing "
-            "can move; give the scene responses='elastic', and it is"
+    kind, mass, shape = insertion.kind, insertion.mass, insertion.shape
+    scene, composition, mistakes = engine.scene, engine.composition, list[Mistake]()
+    kind = scene.kinds[0] if kind is None else kind
+    immovable = is_number(mass) and mass == math.inf
+    if scene.shapes and composition.gapless:
+        raise _cannot_come(composition.gapless)
+    if kind not in scene.kinds:
+        raise _cannot_come(no_kind(kind, scene.kinds))
+    if scene.falls and (immovable or (isinstance(shape, Shape) and not shape.is_disc)):
+        raise _cannot_come("with gravity bodies are discs of finite mass")
+    if immovable and composition.rules is None:
+        raise _cannot_come(
+            "its mass is infinite, and this run is not made for bodies that nothing can move; give the scene "
+            "responses='elastic', and it is"
         )
-    if mass == math.inf and engine.scene.shapes and engine.composition.broad.solid:
-        raise ValueError(
-            "this body cannot come: it is immovable, so it may overlap another, and "
-            f"{engine.composition.broad_phase} is right only while bodies cannot"
-        )
-    radius = 0.0 if radius is None else radius
-    insertion = Insert(0.0, position, velocity, radius, mass, engine.numbers, None, kind, shape)  # type: ignore[arg-type]
-    scene, mistakes = engine.scene, list[Mistake]()
+    if immovable and scene.shapes and composition.broad.solid:
+        why = f"it may overlap another, and {composition.broad_phase} is right only while bodies cannot"
+        raise _cannot_come(f"it is immovable, so {why}")
+    size: float | None = insertion.radius  # of several, some have a shape instead
+    insertion = insertion._replace(radius=0.0 if size is None else size, kind=kind, body=engine.numbers)
     extent = None if scene.arena is None else Extent(scene.arena, scene.periodic, False)
     has = shape_of(insertion, "", scene.shapes, mistakes) if scene.shapes or shape is not None else None
     if has is not None and not scene.shapes and not has.is_disc:
-        raise ValueError(
-            f"this body cannot come: it is a {has.kind}, and this run is made for discs alone; list "
-            "the shape in the scene, shapes=[...], and it is made for such bodies as well"
+        raise _cannot_come(
+            f"it is a {has.kind}, and this run is made for discs alone; list the shape in the scene, "
+            "shapes=[...], and it is made for such bodies as well"
         )
     insertion = with_shape(insertion, has, bool(scene.shapes))
     mistakes += check_command(insertion, "", None, extent)
     if mistakes:
-        said = "; ".join(
-            f"{mistake.where.removeprefix('.')} is {mistake.found}, expected {mistake.expected}"
-            for mistake in mistakes
-        )
-        raise ValueError(f"this body cannot come: {said}")
-    x, y = map(float, insertion.position)
-    vx, vy = map(float, insertion.velocity)
-    radius = float(insertion.radius)
+        found = (f"{where.removeprefix('.')} is {what}, expected {right}" for where, what, right in mistakes)
+        raise _cannot_come("; ".join(found))
+    (insertion,) = cast("list[Insert]", numbered([insertion], 0))
     if scene.falls:
-        _demand_falling(scene, (x, y), (vx, vy), radius)
-    _check_speed(engine, math.hypot(vx, vy), min(engine.bounds.smallest, radius))
+        _demand_falling(scene, insertion.position, insertion.velocity, insertion.radius)
+    _check_speed(engine, math.hypot(*insertion.velocity), min(engine.bounds.smallest, insertion.radius))
+    rows = np.array([row_of(insertion, scene, tick=engine.now, after=engine.met_now)], ROWS)
     own = insertion.shape
-    form = 0 if own is None else number_of(own, mass, scene)
-    flight, what = (x, y, vx, vy, radius, mass), (engine.numbers, INSERTED, engine.met_now)
-    # One by one they would take four times as long.
-    rows = np.array([(engine.now, *flight, *what, kinds.index(kind), 0, form, 0)], ROWS)
-    return rows, () if own is None or form < len(scene.shapes) else (own,)
+    return rows, (own,) if isinstance(own, Shape) and rows["form"][0] == len(scene.shapes) else ()
+
+
+def _cannot_come(why: str) -> ValueError:
+    return ValueError(f"this body cannot come: {why}")
 
 
 def _demand_falling(scene: Scene, place: Any, velocity: Any, radius: float) -> None:
     """Raises ValueError for a body that would rest on a wall by gravity."""
     extent = Extent(scene.arena or (0.0, 0.0), scene.periodic, False, scene.gravity)
     for mistake in check_support("", place, velocity, radius, extent):
-        raise ValueError(f"this body cannot come: it is {mistake.found}, expected {mistake.expected}")
+        raise _cannot_come(f"it is {mistake.found}, expected {mistake.expected}")
 
 
 def read_insertions(
     engine: Engine, positions: object, velocities: object, each: Mapping[str, Any]
 ) -> tuple[Rows, tuple[Shape, ...]]:
     """Returns the commands that insert bodies now, and shapes that the table does not have. ``each`` has
-    radius, mass, kind and shape: one for all, or a sequence of one for each. ValueError for values that a
+    the other fields of an insertion: one for all, or a sequence of one for each. ValueError for values that a
     scene would refuse; it names the body. That a body is within the walls is not checked."""
     try:
         places = np.asarray(positions, dtype=np.float64).reshape(-1, 2)
@@ -342,38 +330,35 @@ def read_insertions(
     rows, new = engine.command_rows(INSERTED, many), dict[Shape, None]()
     if not many:
         return rows, ()
-    rows["x"], rows["y"] = places.T
-    rows["vx"], rows["vy"] = flies.T
     alike = [*zip(*columns.values(), strict=True)]
     alike_at = dict[tuple[Any, ...], list[int]]()
+
+    def read(at: int) -> Rows:
+        """Returns the row of one of them; the error names it."""
+        insertion = Insert(0.0, places[at], flies[at], **dict(zip(columns, alike[at], strict=True)))
+        try:
+            row, more = read_insertion(engine, insertion)
+        except ValueError as error:
+            raise ValueError(f"body {at} of {many}: {error}") from None
+        new.update(dict.fromkeys(more))
+        return row
+
     for at, values in enumerate(alike):
         alike_at.setdefault(values, []).append(at)
-    for values, those in alike_at.items():  # what is alike is read once; then numbers are looked at
-        here, more = _read_one_of(engine, places, flies, those[0], values)
-        new.update(dict.fromkeys(more))
-        for name in ("radius", "mass", "kind", "form"):
-            rows[name][those] = here[name][0]
+    for those in alike_at.values():  # what is alike is read once; then numbers are looked at
+        rows[those] = read(those[0])
+    rows["x"], rows["y"] = places.T
+    rows["vx"], rows["vy"] = flies.T
     size = np.where(np.array(engine.scene.periods) > 0.0, FARTHEST * np.array(engine.scene.periods), LARGEST)
     fine = (np.abs(places) <= size).all(axis=1) & (np.abs(flies) <= LARGEST).all(axis=1)
     for at in np.flatnonzero(~fine).tolist():
-        _read_one_of(engine, places, flies, at, alike[at])
+        read(at)
     for at in np.flatnonzero((flies == 0.0).any(axis=1)).tolist() if engine.scene.falls else ():
         _demand_falling(engine.scene, places[at], flies[at], float(rows["radius"][at]))
     fastest = int(np.hypot(rows["vx"], rows["vy"]).argmax())
     smallest = min(engine.bounds.smallest, float(rows["radius"].min()))
     _check_speed(engine, math.hypot(*flies[fastest].tolist()), smallest)
     return rows, tuple(new)
-
-
-def _read_one_of(
-    engine: Engine, places: Any, flies: Any, at: int, values: tuple[Any, ...]
-) -> tuple[Rows, tuple[Shape, ...]]:
-    """Returns what ``read_insertion`` does, for one of several bodies; the error names it."""
-    radius, mass, kind, shape = values
-    try:
-        return read_insertion(engine, places[at], flies[at], radius, mass, kind, shape)
-    except ValueError as error:
-        raise ValueError(f"body {at} of {len(places)}: {error}") from None
 
 
 def column(name: str, given: Any, many: int) -> list[Any]:
@@ -408,6 +393,7 @@ def _last(so_far: int, more: Any, name: str) -> int:
     return min(so_far + read_count(more, name, name.removeprefix("max_")), UNLIMITED)
 
 
+@constructed
 @dataclass(frozen=True)
 class StopAt:
     """Contacts at which a run stops, at their exact time. With nothing chosen: at every contact.

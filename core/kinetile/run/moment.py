@@ -16,8 +16,9 @@ from kinetile.kernel.falling import places_now, velocities_now
 from kinetile.run.engine.engine import Engine
 from kinetile.scene import Scene
 from kinetile.scene.bodies import in_box
-from kinetile.scene.checks import WALL, shown
+from kinetile.scene.checks import WALL
 from kinetile.scene.scene import kinds_inserted
+from kinetile.scene.values import body_numbers
 
 
 class Moment:
@@ -106,10 +107,7 @@ class Moment:
         below 0, as in column ``b`` of ``contacts``. Raises IndexError for a number that no body has been
         given.
         """
-        numbers = np.asarray(bodies)
-        if numbers.dtype.kind not in "iu" and numbers.size:
-            raise TypeError(f"bodies go by their numbers; found {shown(bodies)}")
-        numbers = np.where(numbers < 0, -1, numbers).astype(np.int64)
+        numbers = body_numbers(bodies)
         k, taken = self._engine.k, self._engine.taken
         bodies, kinds = self.bodies, np.array([*self.scene.kinds, WALL], dtype=object)
         at = np.searchsorted(bodies, numbers)

@@ -44,7 +44,7 @@ from kinetile.run.readings import Readings, energy, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
 from kinetile.run.saving.snapshot import Snapshot, gone_on, take
 from kinetile.run.structure import by_number, candidates, drawn, named_near
-from kinetile.scene import Scene, Turn, relabelled
+from kinetile.scene import Insert, Scene, Turn, relabelled
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
@@ -427,8 +427,9 @@ class Simulation(Moment):
                 "insert() needs the radius of the body that comes, or its shape: insert(position, radius=...)"
             )
         with self._alone("take a body in"):
-            engine = self._engine
-            rows, new = arguments.read_insertion(engine, position, velocity, radius, mass, kind, shape)
+            engine, size = self._engine, cast("float", radius)
+            insertion = Insert(0.0, position, velocity, size, mass, kind=kind, shape=shape)
+            rows, new = arguments.read_insertion(engine, insertion)
             engine.carry_out(INSERTED, rows, new)
         return int(rows["body"][0])
 

@@ -25,18 +25,15 @@ from kinetile.errors import Mistake
 from kinetile.scene.checks import (
     FARTHEST,
     HEAVIEST,
-    LARGEST,
     LIMIT,
     PERIODIC_BODY,
     PERIODIC_SHAPE,
-    RANGE,
-    REACH,
-    SMALLEST,
     TOLERANCE,
     Extent,
     shown,
 )
 from kinetile.scene.shapes import SEGMENTS, Table, overlapping_shapes
+from kinetile.scene.values import VALUES
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -141,6 +138,9 @@ def _first_rounded(array: npt.NDArray[Any], floats: Floats) -> str | None:
 
 _ENOUGH_CHUNKS = 8  # chunks in which overlaps are still counted once there are more than LIMIT
 
+COLUMNS = ("position", "velocity", "radius", "mass")
+"""The fields of a body that are numbers."""
+
 Passing: TypeAlias = tuple[npt.NDArray[np.int64], Bools]
 """(n,) the kinds of bodies, and (kinds, kinds) which pass through each other, and so may overlap."""
 
@@ -149,20 +149,11 @@ def check_bodies(bodies: Bodies, extent: Extent | None, passing: Passing) -> lis
     """Checks bodies against each other and the arena; its extent is None if there is none, or a wrong one."""
     mistakes: list[Mistake] = []
     right: dict[str, Bools] = {}
-    for name, vectors in (("position", bodies.position), ("velocity", bodies.velocity)):
-        finite = np.asarray(np.isfinite(vectors).all(axis=1))
-        right[name] = np.asarray((np.abs(vectors) <= LARGEST).all(axis=1))
-        known = bodies.known(name)
-        mistakes += _spell_out(~finite & known, name, vectors, "[x, y], two finite numbers")
-        mistakes += _spell_out(finite & ~right[name] & known, name, vectors, f"[x, y], each {REACH} in size")
-    for name, numbers in (("radius", bodies.radius), ("mass", bodies.mass)):
-        still = np.asarray(np.isinf(numbers) & (name == "mass"))
-        positive = np.asarray((np.isfinite(numbers) | still) & (numbers > 0.0))
-        right[name] = np.asarray((numbers >= SMALLEST) & ((numbers <= LARGEST) | still))
-        known = bodies.known(name)
-        what = "a number greater than 0, or inf" if name == "mass" else "a finite number greater than 0"
-        mistakes += _spell_out(~positive & known, name, numbers, what)
-        mistakes += _spell_out(positive & ~right[name] & known, name, numbers, f"a number {RANGE}")
+    for name in COLUMNS:
+        numbers = getattr(bodies, name)
+        held = VALUES[name].holds(numbers)
+        right[name] = np.asarray(held.all(axis=1) if held.ndim == 2 else held)
+        mistakes += _spell_out(~right[name] & bodies.known(name), name, numbers, VALUES[name].expected)
     movable = np.asarray(right["mass"] & np.isfinite(bodies.mass))
     mistakes += _check_masses(bodies.mass, np.flatnonzero(movable & bodies.known("mass")))
     if bodies.table is not None:
@@ -193,17 +184,22 @@ def _check_masses(mass: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
 
 
 def _spell_out(
-    wrong: Bools, field: str, found: Floats | Callable[[int], str], expected: str
+    wrong: Bools,
+    field: str,
+    found: Floats | Callable[[int], str],
+    expected: str | Callable[[Any], str],
 ) -> list[Mistake]:
     """Turns a mask of wrong bodies into mistakes, LIMIT of them and a last one that counts the others."""
     bodies = np.flatnonzero(wrong)
     mistakes = []
     for i in bodies[:LIMIT].tolist():
-        what = found(i) if callable(found) else shown(found[i].tolist())
-        mistakes.append(Mistake(f"bodies[{i}].{field}", what, expected))
+        value = None if callable(found) else found[i].tolist()
+        what = found(i) if callable(found) else shown(value)
+        right = expected(value) if callable(expected) else expected
+        mistakes.append(Mistake(f"bodies[{i}].{field}", what, right))
     if len(bodies) > LIMIT:
         more = f"the same in {len(bodies) - LIMIT:,} more bodies"
-        mistakes.append(Mistake(f"bodies[...].{field}", more, expected))
+        mistakes.append(Mistake(f"bodies[...].{field}", more, mistakes[-1].expected))
     return mistakes
 
 

@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from copy import deepcopy
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -146,28 +145,6 @@ def shown(value: object, width: int = 60) -> str:
     return text if len(text) <= width else f"{text[: width - 3]}..."
 
 
-def check_frame(arena: object, start: Any, until: Any) -> list[Mistake]:
-    """Checks the arena (None, or width and height), the start and the end."""
-    mistakes = []
-    if arena is not None:
-        sides = list(arena) if isinstance(arena, (Sequence, np.ndarray)) else []
-        if len(sides) != 2 or not all(is_finite(side) and side > 0 for side in sides):
-            found = shown(sides or arena)
-            mistakes.append(Mistake("arena", found, "[width, height], two finite numbers greater than 0"))
-        elif not all(SMALLEST <= side <= LARGEST for side in sides):
-            mistakes.append(Mistake("arena", shown(sides), f"[width, height], each {RANGE}"))
-    if not is_finite(start):
-        mistakes.append(Mistake("start", shown(start), "a finite number"))
-    else:
-        mistakes += check_pace(start, 1.0)
-    if until is not None:
-        if not is_finite(until):
-            mistakes.append(Mistake("until", shown(until), "a finite number"))
-        elif is_finite(start) and until < start:
-            mistakes.append(Mistake("until", shown(until), f"a time not before the start, {shown(start)}"))
-    return mistakes
-
-
 class Extent(NamedTuple):
     """An arena, (width, height), its periodic axes, "", "x", "y" or "xy", whether bodies have to be within
     its walls, and gravity."""
@@ -182,84 +159,6 @@ class Extent(NamedTuple):
         """The periods of the two axes; 0 for one that is not periodic."""
         width, height = self.sides
         return (width if "x" in self.periodic else 0.0, height if "y" in self.periodic else 0.0)
-
-
-def check_periodic(periodic: object, arena: bool) -> list[Mistake]:
-    """Checks the names of the periodic axes, in a scene with or without an arena."""
-    if not isinstance(periodic, str) or periodic not in ("", "x", "y", "xy"):
-        return [Mistake("periodic", shown(periodic), '"x", "y" or "xy", or nothing')]
-    if periodic and not arena:
-        return [Mistake("periodic", shown(periodic), "an arena: its sides are the periods")]
-    return []
-
-
-def check_gravity(given: Any, extent: Extent | None) -> list[Mistake]:
-    """Checks the acceleration of all bodies, in an arena or without one."""
-    wrong = check_pair(given, "gravity", "[gx, gy]")
-    if wrong:
-        return wrong
-    pulls = dict(zip("xy", (abs(float(each)) for each in given), strict=True))
-    along = [axis for axis, pull in pulls.items() if pull and extent and axis in extent.periodic]
-    wanted = ""
-    if any(0.0 < pull < SMALLEST for pull in pulls.values()):
-        wanted = f"[gx, gy], each 0 or {RANGE} in size"
-    elif any(pulls.values()) and extent is None:
-        wanted = "an arena with it, or no gravity: without walls bodies fall for ever"
-    elif along:
-        wanted = f"none along {' and '.join(along)}, which is periodic: nothing stops a fall there"
-    return [Mistake("gravity", shown(list(given)), wanted)] if wanted else []
-
-
-def check_support(where: str, place: Any, velocity: Any, radius: float, extent: Extent) -> list[Mistake]:
-    """Checks that a body does not rest on a wall by gravity, touching it without a velocity along that axis:
-    in truth there is no first contact then (docs/specification.md, rule 2g)."""
-    above = "a body above the wall, or one that moves along the axis: one at rest on a wall"
-    for axis, pull in enumerate(extent.gravity):
-        if pull and velocity[axis] == 0.0:
-            low = pull < 0.0
-            at = Fraction(place[axis]) if low else Fraction(extent.sides[axis]) - Fraction(place[axis])
-            if at <= Fraction(radius):
-                wall = (("left", "right"), ("bottom", "top"))[axis][0 if low else 1]
-                return [Mistake(where, f"at rest on the {wall} wall", f"{above} would meet it endlessly")]
-    return []
-
-
-def check_pace(start: float, unit: float) -> list[Mistake]:
-    """Checks a scene's start against its time unit, which is less than 1 where bodies are fast."""
-    if abs(start) <= FARTHEST_START * unit:
-        return []
-    least = f"a start at most {FARTHEST_START * unit:.6g} from 0"
-    right = f"{least}, beyond which a time unit, {unit:.3g}, is lost in rounding"
-    return [Mistake("start", shown(start), right)]
-
-
-def check_unit(unit: Any) -> list[Mistake]:
-    """Checks the unit of a scene's clock, where it is given."""
-    if unit is None:
-        return []
-    if is_finite(unit) and 2.0**-900 <= unit <= 1.0 and math.frexp(unit)[0] == 0.5:
-        return []
-    return [Mistake("unit", shown(unit), "a power of two from 2**-900 to 1, or None")]
-
-
-def check_time(time: Any, where: str, start: float | None) -> list[Mistake]:
-    """Checks the time of a command; ``start`` is None where it is not known."""
-    if not is_finite(time):
-        return [Mistake(f"{where}.time", shown(time), "a finite number")]
-    if start is not None and time < start:
-        return [Mistake(f"{where}.time", shown(time), f"a time not before the start, {start!r}")]
-    return []
-
-
-def check_pair(given: Any, where: str, axes: str) -> list[Mistake]:
-    """Checks a position or a velocity, whose two numbers messages call ``axes``."""
-    pair: list[Any] = list(given) if hasattr(given, "__iter__") else []
-    if len(pair) != 2 or not all(map(is_finite, pair)):
-        found = shown(pair if isinstance(given, tuple) else given)  # as files write it
-        return [Mistake(where, found, f"{axes}, two finite numbers")]
-    if max(map(abs, pair)) > LARGEST:
-        return [Mistake(where, shown(pair), f"{axes}, each {REACH} in size")]
-    return []
 
 
 def name_alone(text: str, table: str) -> str:

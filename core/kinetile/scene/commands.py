@@ -10,32 +10,28 @@ body has a new one, which is never reused.
 from __future__ import annotations
 
 import math
-import operator
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, TypeAlias, cast
 
-from kinetile.errors import Mistake
-from kinetile.kernel.clock import TICKS
+from kinetile.errors import Mistake, constructed
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import (
     FARTHEST,
-    LARGEST,
     PERIODIC_BODY,
     PERIODIC_SHAPE,
     SMALLEST,
     TOLERANCE,
     Extent,
-    as_kind,
-    check_pair,
-    check_time,
     is_finite,
-    is_kind,
     shown,
 )
+from kinetile.scene.frame import check_time
 from kinetile.scene.shapes import SEGMENTS, Shape, disc
+from kinetile.scene.values import VALUES, Value
 
 
+@constructed
 class Turn(NamedTuple):
     """A change of one body's flight plan: from ``time`` on it flies with ``velocity``."""
 
@@ -45,6 +41,7 @@ class Turn(NamedTuple):
     at: tuple[int, int, int] | None = None
 
 
+@constructed
 class Insert(NamedTuple):
     """An insertion at ``time``, of a disc of some ``radius`` or of a ``shape``, which may be given by its
     number in the scene's table; ``body`` is its number, -1 before it has one; ``kind`` is by default the
@@ -61,6 +58,7 @@ class Insert(NamedTuple):
     shape: Shape | int | None = None
 
 
+@constructed
 class Remove(NamedTuple):
     """A removal of a body at ``time``."""
 
@@ -73,7 +71,16 @@ Command: TypeAlias = Turn | Insert | Remove
 
 _SHAPES = "a list of shapes to count in, shapes=[...] or [[shapes]]"
 
-_PAIRS = {"position": "[x, y]", "velocity": "[vx, vy]"}
+
+def values_of(command: Command) -> dict[str, tuple[Value, Any]]:
+    """Returns by their names the fields of a command that are given, and what each has to be; without a
+    shape, which depends on the scene's table."""
+    new = isinstance(command, Insert)
+    return {
+        name: (VALUES["new body" if new and name == "body" else name], value)
+        for name, value in command._asdict().items()
+        if name != "shape" and (value is not None or command._field_defaults.get(name, 0) is not None)
+    }
 
 
 def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None) -> list[Command]:
@@ -84,16 +91,10 @@ def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None
     taken = [command.body for command in commands if isinstance(command, Insert)]
     free = max([bodies - 1, *taken]) + 1
     for command in commands:
-        exact = None if command.at is None else tuple(map(int, command.at))
-        command = command._replace(body=int(command.body), time=float(command.time), at=exact)
-        if not isinstance(command, Remove):
-            vx, vy = map(float, command.velocity)
-            command = command._replace(velocity=(vx, vy))
+        plain = {name: field.plain(value) for name, (field, value) in values_of(command).items()}
+        command = command._replace(**plain)
         if isinstance(command, Insert):
-            x, y = map(float, command.position)
-            radius, mass = float(command.radius), float(command.mass)
-            own = kind if command.kind is None else as_kind(command.kind)
-            command = command._replace(position=(x, y), radius=radius, mass=mass, kind=own)
+            command = command if command.kind is not None else command._replace(kind=kind)
             if command.body < 0:
                 command, free = command._replace(body=free), free + 1
         kept.append(command)
@@ -121,10 +122,9 @@ def shape_of(command: Any, where: str, table: Sequence[Shape], mistakes: list[Mi
         return None
     shape: Any = command.shape
     if shape is None:
-        right = is_finite(command.radius) and SMALLEST <= command.radius <= LARGEST
-        return disc(command.radius) if right else None
+        return None if VALUES["radius"].expected(command.radius) else disc(command.radius)
     if not isinstance(shape, Shape):
-        if not _is_number_of_body(shape, False) or shape >= len(table):
+        if VALUES["shape"].expected(shape) or shape >= len(table):
             numbers = f"the number of one, 0 to {len(table) - 1}" if table else f"with its number {_SHAPES}"
             wanted = f"a shape, or {numbers}"
             mistakes.append(Mistake(f"{where}.shape", shown(shape), wanted))
@@ -154,12 +154,14 @@ def check_command(command: Any, where: str, start: float | None, extent: Extent 
     if not isinstance(command, Command):
         expected = "kinetile.Insert(...), kinetile.Remove(...) or kinetile.Turn(...)"
         return [Mistake(where, shown(command), expected)]
-    mistakes = check_time(command.time, where, start)
-    if command.at is not None and not is_exact(command.at):
-        mistakes.append(Mistake(f"{where}.at", shown(command.at), EXACT))
-    if not _is_number_of_body(command.body, isinstance(command, Insert)):
-        mistakes.append(Mistake(f"{where}.body", shown(command.body), "the number of a body"))
-    return mistakes + _check_body(command, where, extent)
+    mistakes = []
+    for name, (field, value) in values_of(command).items():
+        mistakes += field.mistakes(value, f"{where}.{name}") or (
+            check_time(value, f"{where}.{name}", start) if name == "time" else []
+        )
+    if isinstance(command, Insert) and extent is not None and not mistakes:
+        mistakes += _check_place(command, where, extent)
+    return mistakes
 
 
 def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[Mistake]:
@@ -169,67 +171,27 @@ def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[
     except TypeError:
         return [Mistake(where, shown(turn), "a turn: (body, time, (vx, vy))")]
     mistakes = check_command(command, where, start, None)
-    if _is_number_of_body(command.body, False) and command.body >= bodies:
+    if not VALUES["body"].expected(command.body) and command.body >= bodies:
         there = f"the number of a body, 0 to {bodies - 1}" if bodies else "no turns in a scene without bodies"
         mistakes.insert(0, Mistake(f"{where}.body", shown(command.body), there))
     return mistakes
 
 
-def _check_body(command: Any, where: str, extent: Extent | None) -> list[Mistake]:
-    mistakes = []
-    for name, axes in _PAIRS.items():
-        given = getattr(command, name, None)
-        if given is not None or isinstance(command, Insert):
-            mistakes += check_pair(given, f"{where}.{name}", axes)
-    if not isinstance(command, Insert):
-        return mistakes
-    if command.kind is not None and not is_kind(command.kind):
-        mistakes.append(Mistake(f"{where}.kind", shown(command.kind), "a kind, a name or a small number"))
-    for name, number in (("radius", command.radius), ("mass", command.mass)):
-        if name == "mass" and number == math.inf:
-            continue
-        if not (is_finite(number) and SMALLEST <= number <= LARGEST):
-            mistakes.append(
-                Mistake(f"{where}.{name}", shown(number), "a number from 2**-200 to 2**200, greater than 0")
-            )
-    if extent is not None and not mistakes:
-        shape, r, allowed = command.shape, command.radius, TOLERANCE * command.radius
-        reaches = shape.reaches if isinstance(shape, Shape) else (r, r, r, r)
-        wide, narrow = (2.0, PERIODIC_BODY) if shape is None else (4.0, PERIODIC_SHAPE)
-        each_axis = zip(
-            command.position, extent.sides, extent.periods, (reaches[:2], reaches[2:]), strict=True
-        )
-        for place, side, period, (low, high) in each_axis:
-            if period and not (wide * r < period and abs(place) <= FARTHEST * period):
-                mistakes.append(Mistake(where, shown(command), narrow))
-                break
-            if extent.walled and not period and not low - allowed <= place <= side - (high - allowed):
-                what = "disc" if shape is None else "body"
-                expected = (
-                    f"the whole {what} inside the arena, [0, {extent.sides[0]!r}] x [0, {extent.sides[1]!r}]"
-                )
-                mistakes.append(Mistake(f"{where}.position", shown(command.position), expected))
-                break
-    return mistakes
-
-
-EXACT = "(epoch, tick, contacts), whole numbers, none below 0, tick < 2**52"
-
-
-def is_exact(moment: Any) -> bool:
-    """Whether something is an exact moment, (epoch, tick, contacts)."""
-    try:
-        epoch, tick, contacts = map(operator.index, moment)
-    except (TypeError, ValueError):
-        return False
-    return epoch >= 0 and contacts >= 0 and 0 <= tick < TICKS
-
-
-def _is_number_of_body(body: Any, may_be_none: bool) -> bool:
-    try:
-        return not isinstance(body, bool) and (-1 if may_be_none else 0) <= operator.index(body) < 2**31
-    except TypeError:
-        return False
+def _check_place(command: Insert, where: str, extent: Extent) -> list[Mistake]:
+    """Checks that an inserted body is within the walls, and narrower than the periods."""
+    shape, r, allowed = command.shape, command.radius, TOLERANCE * command.radius
+    reaches = shape.reaches if isinstance(shape, Shape) else (r, r, r, r)
+    wide, narrow = (2.0, PERIODIC_BODY) if shape is None else (4.0, PERIODIC_SHAPE)
+    each_axis = zip(command.position, extent.sides, extent.periods, (reaches[:2], reaches[2:]), strict=True)
+    for place, side, period, (low, high) in each_axis:
+        if period and not (wide * r < period and abs(place) <= FARTHEST * period):
+            return [Mistake(where, shown(command), narrow)]
+        if extent.walled and not period and not low - allowed <= place <= side - (high - allowed):
+            what = "disc" if shape is None else "body"
+            sides = f"[0, {extent.sides[0]!r}] x [0, {extent.sides[1]!r}]"
+            inside = f"the whole {what} inside the arena, {sides}"
+            return [Mistake(f"{where}.position", shown(command.position), inside)]
+    return []
 
 
 def check_presence(commands: Sequence[Command], places: Sequence[str], bodies: int) -> list[Mistake]:

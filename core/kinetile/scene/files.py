@@ -2,7 +2,7 @@
 
 A file either lists its bodies, with the turns of each under it, or names a recipe and its parameters; it
 may also have settings of the run. Reading has three steps, so that every mistake in a file is
-reported at once: the syntax (``kinetile.scene.schema``), the keys and the types (pydantic), and the values,
+reported at once: the syntax, the keys and the types (``kinetile.scene.schema``), and the values,
 by the reader of every scene (``kinetile.scene.reader``). A part that fails one step is left out of the next;
 the rest continues.
 
@@ -26,8 +26,9 @@ from kinetile.kernel.clock import Clock
 from kinetile.plugin.specs import Kind as PluginKind
 from kinetile.scene.bodies import Bools
 from kinetile.scene.by_name import accepted_parameters, known_options, make_scene, parameter_mistakes
-from kinetile.scene.checks import abridged, check_frame, check_name, option_mistakes, shown
+from kinetile.scene.checks import abridged, check_name, option_mistakes, shown
 from kinetile.scene.commands import Command, Insert, Remove, Turn
+from kinetile.scene.frame import check_frame
 from kinetile.scene.reader import FilePlaces, Given
 from kinetile.scene.responses import Response, Rule
 from kinetile.scene.scene import Scene, arguments_of, declared_kinds, relabelled, scene_of
@@ -452,20 +453,19 @@ def _toml(value: Any, where: str = "") -> str:
     raise BadOption(f"{where} is {shown(value)}; expected a number, text, a list or a table to write to TOML")
 
 
-_KINDS = ("turn", "insert", "remove")
+_KINDS: dict[str, Any] = {"turn": Turn, "insert": Insert, "remove": Remove}
 
 
 def _command(row: Mapping[str, Any]) -> Command:
-    time = row["time"]
-    at = tuple(row["at"]) if "at" in row else None
-    if "remove" in row:
-        return Remove(row["remove"], time, at)
-    if "turn" in row:
-        return Turn(row["turn"], time, tuple(row["velocity"]), at)
-    new = {"velocity": (0.0, 0.0), "mass": 1.0, "body": -1} | row["insert"]
-    place, flies = tuple(new["position"]), tuple(new["velocity"])
-    size, shape = new.get("radius", 0.0), new.get("shape")
-    return Insert(time, place, flies, size, new["mass"], new["body"], at, new.get("kind"), shape)
+    name = next(each for each in _KINDS if each in row)
+    own = {"velocity": (0.0, 0.0)} | row[name] if name == "insert" else {"body": row[name]}
+    fields = {key: value for key, value in {**row, **own}.items() if key in _KINDS[name]._fields}
+    made: Command = _KINDS[name](**{key: _tupled(value) for key, value in fields.items()})
+    return made
+
+
+def _tupled(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
 
 
 def _written_commands(scene: Scene) -> list[str]:
@@ -476,20 +476,17 @@ def _written_commands(scene: Scene) -> list[str]:
         return []
     lines = []
     for each in scene.commands:
-        lines += ["", "[[commands]]", f"time = {_toml(each.time)}"]
-        if each.at is not None:
-            lines.append(f"at = {_toml(list(each.at))}")
-        if isinstance(each, Remove):
-            lines.append(f"remove = {_toml(each.body)}")
-        elif isinstance(each, Turn):
-            lines += [f"turn = {_toml(each.body)}", f"velocity = {_toml(each.velocity)}"]
+        given = {key: value for key, value in each._asdict().items() if value is not None}
+        lines += ["", "[[commands]]"]
+        lines += [f"{key} = {_toml(given.pop(key))}" for key in ("time", "at") if key in given]
+        if isinstance(each, Insert):
+            number = scene.shapes.index(given.pop("shape")) if "shape" in given else None
+            size = {"radius": ("radius", each.radius) if number is None else ("shape", number)}
+            given = {"insert": dict(size.get(key, (key, value)) for key, value in given.items())}
         else:
-            names = ["position", "velocity", "radius" if each.shape is None else "shape", "mass", "body"]
-            names += ["kind"] if each.kind is not None else []
-            values = each._asdict()
-            if isinstance(each.shape, Shape):
-                values["shape"] = scene.shapes.index(each.shape)
-            lines.append(f"insert = {_toml({name: values[name] for name in names})}")
+            name = next(name for name, kind in _KINDS.items() if isinstance(each, kind))
+            given = {name: given.pop("body"), **given}
+        lines += [f"{key} = {_toml(value)}" for key, value in given.items()]
     return lines
 
 

@@ -16,19 +16,8 @@ import numpy as np
 
 from kinetile.errors import Mistake, SceneError
 from kinetile.kernel.clock import Clock, frame_of, time_unit
-from kinetile.scene.bodies import Bodies, Bools, check_bodies, read_arrays
-from kinetile.scene.checks import (
-    WALL,
-    Extent,
-    abridged,
-    check_frame,
-    check_gravity,
-    check_pace,
-    check_periodic,
-    check_support,
-    check_unit,
-    shown,
-)
+from kinetile.scene.bodies import COLUMNS, Bodies, Bools, check_bodies, read_arrays
+from kinetile.scene.checks import WALL, Extent, abridged, shown
 from kinetile.scene.commands import (
     Command,
     Insert,
@@ -41,9 +30,11 @@ from kinetile.scene.commands import (
     speeds,
     with_shape,
 )
+from kinetile.scene.frame import check_frame, check_gravity, check_pace, check_periodic, check_support
 from kinetile.scene.responses import ELASTIC, SceneRules, read_rules
 from kinetile.scene.settings import Settings, check_end, check_settings
 from kinetile.scene.shapes import Obstacle, Shape, Table, are_given, beside, read_table
+from kinetile.scene.values import VALUES
 
 
 class Given(NamedTuple):
@@ -134,7 +125,8 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         mistakes += check_turn(turn, where, len(bodies), start)
     for where, command in commands:
         mistakes += check_command(command, where, start, extent)
-    mistakes += check_unit(given.unit) + check_settings(settings)
+    mistakes += VALUES["unit"].mistakes(given.unit, "unit") if given.unit is not None else []
+    mistakes += check_settings(settings)
     if any(fall) and extent is not None and not (mistakes or places.mistakes):
         mistakes += _check_fall(bodies, commands, rules, extent)
     _raise(mistakes, places)
@@ -157,7 +149,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     mistakes += check_presence(kept, [every[k][0] for k in order], len(bodies))
     _raise(mistakes + check_end(settings, clock), places)
     table = bodies.table or Table((), np.full(len(bodies), -1), np.zeros(len(bodies), dtype=np.bool_))
-    arrays = {name: getattr(bodies, name) for name in _COLUMNS} | {"shape": table.index}
+    arrays = {name: getattr(bodies, name) for name in COLUMNS} | {"shape": table.index}
     for array in (*arrays.values(), rules.kind):
         array.flags.writeable = False
     return arrays | {
@@ -177,9 +169,6 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         "kinds": rules.kinds,
         "kind_numbers": rules.kind,
     }
-
-
-_COLUMNS = ("position", "velocity", "radius", "mass")
 
 
 def _raise(mistakes: Sequence[Mistake], places: FilePlaces) -> None:
@@ -217,7 +206,7 @@ def _read_bodies(
     if (given.radius is not None) == shaped:
         both = ("radii beside shapes", "one of the two: a shape has its own radius")
         mistakes.append(Mistake("radius", *(both if shaped else ("nothing", "radii, or shapes"))))
-    columns = {name: getattr(given, name) for name in _COLUMNS}
+    columns = {name: getattr(given, name) for name in COLUMNS}
     if shaped or given.radius is None:
         columns["radius"] = 1.0
     bodies = read_arrays(columns, unread, mistakes)
@@ -283,10 +272,10 @@ def _check_fall(
         if WALL in pair and response.name != ELASTIC:
             elastic = "elastic: with gravity walls have no other response"
             mistakes.append(Mistake(f"responses[{pair!r}]", response.name, elastic))
-    columns = (getattr(bodies, name).tolist() for name in _COLUMNS)
+    columns = (getattr(bodies, name).tolist() for name in COLUMNS)
     each = [(f"bodies[{i}]", *body) for i, body in enumerate(zip(*columns, strict=True))]
     coming = [(where, command) for where, command in commands if isinstance(command, Insert)]
-    each += [(where, *(getattr(command, name) for name in _COLUMNS)) for where, command in coming]
+    each += [(where, *(getattr(command, name) for name in COLUMNS)) for where, command in coming]
     for where, place, velocity, radius, mass in each:
         if mass == math.inf:
             movable = "a finite mass: with gravity no body is immovable"

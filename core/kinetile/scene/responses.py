@@ -26,13 +26,14 @@ import numpy.typing as npt
 
 from kinetile.errors import Mistake, nearest, one_of
 from kinetile.scene.checks import ANY, WALL, as_kind, check_name, is_kind, option_mistakes, plain, shown
+from kinetile.scene.values import VALUES
 
 Kind: TypeAlias = str | int
 Pair: TypeAlias = tuple[Kind, Kind]
 
 ELASTIC, PASS = "elastic", "pass"
 
-_A_KIND = "the name of a kind, or a whole number from 0 to 2**31 - 1"
+_KIND = VALUES["kind"]
 
 
 class Response:
@@ -198,8 +199,7 @@ def _read_declared(given: Any, mistakes: list[Mistake]) -> tuple[Kind, ...]:
         mistakes.append(Mistake("kinds", shown(given), "all kinds of bodies, such as ['ball', 'sensor']"))
         return ()
     for number, name in enumerate(names):
-        if not is_kind(name):
-            mistakes.append(Mistake(f"kinds[{number}]", shown(name), _A_KIND))
+        mistakes += _KIND.mistakes(name, f"kinds[{number}]")
     return tuple(dict.fromkeys(as_kind(name) for name in names if is_kind(name)))
 
 
@@ -221,7 +221,7 @@ def _read_kinds(given: Any, bodies: int, first: Kind, mistakes: list[Mistake]) -
     for number, name in enumerate(each):
         if not is_kind(name):
             if name is not None:
-                mistakes.append(Mistake(f"bodies[{number}].kind", shown(name), _A_KIND))
+                mistakes += _KIND.mistakes(name, f"bodies[{number}].kind")
             each[number] = first
     return [as_kind(name) for name in each]
 

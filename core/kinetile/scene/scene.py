@@ -21,8 +21,9 @@ from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER
 from kinetile.plugin.choices import called
 from kinetile.scene.bodies import Numbers
-from kinetile.scene.checks import Extent, check_frame, shown
+from kinetile.scene.checks import Extent, shown
 from kinetile.scene.commands import Command, Insert, Turn
+from kinetile.scene.frame import check_frame
 from kinetile.scene.reader import NO_FILE, FilePlaces, Given, read_scene
 from kinetile.scene.responses import Kind, Kinds, Pair, Response, Responses, kinds_that_follow, table
 from kinetile.scene.settings import Settings, check_end, check_settings

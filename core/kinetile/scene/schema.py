@@ -5,9 +5,8 @@ it searches from the root for each, and its result may be nested as deeply as th
 file is checked before it is read, its keys before they are parsed, and its tables before they are
 traversed.
 
-Then pydantic compares the tables with the models below, strictly: no text for a number, no true for 1, whole
-numbers where numbers are wanted, and no key that is not here. Its findings become mistakes in the words of
-the file, one for each key.
+Then the tables are compared with those below: no text for a number, no true for 1, whole numbers where
+numbers are wanted, and no key that is not here.
 """
 
 from __future__ import annotations
@@ -16,13 +15,14 @@ import os
 import re
 import tomllib
 from collections import Counter
-from collections.abc import Mapping
-from typing import Annotated, Any, TypeAlias, cast, get_args
-
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias, cast
 
 from kinetile.errors import Mistake, SceneError, key_of, nearest, one_of
 from kinetile.scene.checks import LIMIT, abridged, shown
+from kinetile.scene.commands import Insert
+from kinetile.scene.values import VALUES, Value, is_list, is_pair
 from kinetile.sources import open_regular
 
 _PLAIN = re.compile(r"[A-Za-z0-9_-]{1,60}")
@@ -33,158 +33,143 @@ Place: TypeAlias = tuple[str | int, ...]
 _MOST = 100
 """The most entries of a table of options or parameters, and of a list of phases."""
 
-_LISTS = ("bodies", "turns", "commands", "responses", "shapes", "obstacles")
 
-_Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
-_Velocity = Annotated[_Pair, Field(description="[vx, vy], two finite numbers")]
-_Whole = Annotated[int, Field(ge=-(2**62), le=2**62)]  # arrays have whole numbers of 64 bits
-_Moment = Annotated[
-    list[_Whole],
-    Field(min_length=3, max_length=3, description="[epoch, tick, contacts], three whole numbers"),
-]
-_Time = Annotated[float, Field(description="a finite number")]
-_Number = Annotated[_Whole, Field(description="the number of a body")]
-_Kind: TypeAlias = Any  # the scene decides which values are kinds
-_Few = Field(max_length=_MOST)
-_ABSENT: Any = None  # the default of a key that may be left out: it is never read, and TOML has no null
+@dataclass(frozen=True)
+class Table:
+    """A table of a file, or each of a list of them: its keys, and those of which none may be left out."""
+
+    what: str
+    keys: Mapping[str, Value | Table]
+    needed: Collection[str] = ()
+    is_list: bool = True
 
 
-class _FileTable(BaseModel):
-    """A table of a file: its keys, each with the description that messages give of a right value."""
-
-    model_config = ConfigDict(
-        extra="forbid", strict=True, alias_generator=lambda name: name.replace("_", "-"), defer_build=True
-    )
+def _named(*names: str) -> dict[str, Value | Table]:
+    return {name: VALUES[name] for name in names}
 
 
-class _Turn(_FileTable):
-    time: _Time
-    velocity: _Velocity
+def _are_places(value: Any) -> bool:
+    return is_list(value, is_pair)
 
 
-class _OneBody(_FileTable):
-    position: _Pair = Field(description="[x, y], two finite numbers")
-    velocity: _Velocity = _ABSENT
-    radius: float = Field(description="a finite number greater than 0")
-    mass: float = Field(_ABSENT, description="a number greater than 0, or inf")
-    kind: _Kind = Field(_ABSENT, description="the name of a kind, or a whole number")
-    shape: _Number = Field(_ABSENT, description="the number of one of [[shapes]], from 0")
-
-
-class _Body(_OneBody):
-    turns: list[_Turn] = Field(_ABSENT, description="[[bodies.turns]] tables")
-
-
-class _Insertion(_OneBody):
-    body: _Number = _ABSENT
-
-
-class _Command(_FileTable):
-    time: _Time
-    at: _Moment = _ABSENT
-    insert: _Insertion = Field(
-        _ABSENT, description="a table with position, velocity, radius or shape, and mass"
-    )
-    remove: _Number = _ABSENT
-    turn: _Number = _ABSENT
-    velocity: _Velocity = _ABSENT
-
-
-class _Shape(_FileTable):
-    kind: str = Field(description='"disc", "box", "capsule", "segment" or "polygon"')
-    radius: float = Field(_ABSENT, description="a finite number greater than 0")
-    width: float = Field(_ABSENT, description="a finite number greater than 0")
-    height: float = Field(_ABSENT, description="a finite number greater than 0")
-    from_: _Pair = Field(_ABSENT, alias="from", description="[x, y], two finite numbers")
-    to: _Pair = Field(_ABSENT, description="[x, y], two finite numbers")
-    corners: list[_Pair] = Field(_ABSENT, description="a list of corners, each [x, y]")
-
-
-class _Polyline(_FileTable):
-    points: list[_Pair] = Field(description="a list of points, each [x, y]")
-    closed: bool = Field(_ABSENT, description="true or false")
-    kind: _Kind = Field(_ABSENT, description="the name of a kind, or a whole number")
-
-
-class _Response(_FileTable):
-    between: Annotated[list[_Kind], Field(min_length=2, max_length=2)] = Field(
-        description='two kinds, or one and "wall"; "*" for any'
-    )
-    response: str = Field(description="the name of a response")
-    options: Annotated[dict[str, Any], _Few] = Field(_ABSENT, description="a table of the response's options")
-
-
-class _File(_FileTable):
-    arena: _Pair = Field(_ABSENT, description="[width, height], two finite numbers greater than 0")
-    periodic: str = Field(_ABSENT, description='"x", "y" or "xy"')
-    gravity: _Pair = Field(_ABSENT, description="[gx, gy], two finite numbers")
-    start: _Time = _ABSENT
-    until: _Time = _ABSENT
-    end: _Moment = _ABSENT
-    broad_phase: str = Field(_ABSENT, description="the name of a broad phase; options are in [options.NAME]")
-    narrow_phases: Annotated[list[str], _Few] = Field(
-        _ABSENT, description="a list of names of narrow phases; options are in [options.NAME]"
-    )
-    options: Annotated[dict[str, Annotated[dict[str, Any], _Few]], _Few] = Field(
-        _ABSENT, description="a table for each phase, such as [options.sap-1d]"
-    )
-    recipe: str = Field(_ABSENT, description="the name of a recipe")
-    parameters: Annotated[dict[str, Any], _Few] = Field(
-        _ABSENT, description="a table of the recipe's parameters"
-    )
-    unit: float = Field(_ABSENT, description="a power of two from 2**-900 to 1")
-    shapes: list[_Shape] = Field(_ABSENT, description="[[shapes]] tables")
-    obstacles: list[_Polyline] = Field(_ABSENT, description="[[obstacles]] tables")
-    bodies: list[_Body] = Field(_ABSENT, description="[[bodies]] tables")
-    commands: list[_Command] = Field(_ABSENT, description="[[commands]] tables")
-    responses: list[_Response] = Field(_ABSENT, description="[[responses]] tables")
-    kinds: list[_Kind] = Field(_ABSENT, description="a list of all kinds of bodies")
+_ONE_BODY = _named("position", "velocity", "radius", "mass", "kind", "shape")
+_TURN = Table("[[bodies.turns]] tables", _named("time", "velocity"), ("time", "velocity"))
+_INSERTED = [name for name in Insert._fields if name not in ("time", "at")]
+_INSERT = Table(
+    "a table with position, velocity, radius or shape, and mass",
+    _named(*_INSERTED),
+    ("position", "radius"),
+    is_list=False,
+)
+_SHAPE: dict[str, Value | Table] = {
+    "kind": Value('"disc", "box", "capsule", "segment" or "polygon"', str),
+    **_named("radius", "width", "height", "from", "to"),
+    "corners": Value("a list of corners, each [x, y]", _are_places),
+}
+_POLYLINE: dict[str, Value | Table] = {
+    "points": Value("a list of points, each [x, y]", _are_places),
+    "closed": Value("true or false", bool),
+    **_named("kind"),
+}
+_RESPONSE: dict[str, Value | Table] = {
+    "between": Value('two kinds, or one and "wall"; "*" for any', lambda two: is_list(two, length=2)),
+    "response": Value("the name of a response", str),
+    "options": Value("a table of the response's options", dict),
+}
+_FILE = Table(
+    "",
+    {
+        **_named("arena", "periodic", "gravity", "start", "until", "end"),
+        **_named("broad-phase", "narrow-phases", "options"),
+        "recipe": Value("the name of a recipe", str),
+        "parameters": Value("a table of the recipe's parameters", dict),
+        **_named("unit"),
+        "shapes": Table("[[shapes]] tables", _SHAPE, ("kind",)),
+        "obstacles": Table("[[obstacles]] tables", _POLYLINE, ("points",)),
+        "bodies": Table("[[bodies]] tables", _ONE_BODY | {"turns": _TURN}, ("position", "radius")),
+        "commands": Table(
+            "[[commands]] tables",
+            {**_named("time", "at"), "insert": _INSERT, **_named("remove", "turn", "velocity")},
+            ("time",),
+        ),
+        "responses": Table("[[responses]] tables", _RESPONSE, ("between", "response")),
+        "kinds": Value("a list of all kinds of bodies", list),
+    },
+    is_list=False,
+)
 
 
 def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
-    """Compares a file's tables with the model of a scene.
+    """Compares a file's tables with those of a scene.
 
     Returns the mistakes, and the places of the values that are missing or of a wrong type, and so unusable.
     """
-    found: list[tuple[str, Place]] = []
-    try:
-        _File.model_validate(tables)
-    except ValidationError as error:
-        details = error.errors(include_url=False, include_input=False)
-        found = [(each["type"], each["loc"]) for each in details]
-    mistakes: dict[Place, Mistake] = {}
-    meant: set[Place] = set()
-    unknown: Counter[Place] = Counter()
-    for kind, place in found:
-        if kind == "extra_forbidden":
-            key, known = str(place[-1]), _keys(place)
-            belongs = _belongs(place)
-            table = tuple(step for step in place[:-1] if isinstance(step, str))
-            unknown[table] += 1
-            if unknown[table] <= LIMIT:
-                mistakes[place] = Mistake(written(place), UNKNOWN, belongs or key_of(key, known))
-                if not belongs:
-                    meant.add((*place[:-1], nearest(key, known) or ""))
-            else:
-                more = f"{unknown[table] - LIMIT:,} more keys that are not known here"
-                mistakes[table] = Mistake(written(table) or "the file", more, one_of("", known))
+    faults = _Faults(tables)
+    faults.of_table((), _FILE, tables)
     if not {"recipe", "bodies"} & set(tables):
-        found.append(("missing", ("bodies",)))
-    faults: set[Place] = set()
-    for kind, place in found:
-        if kind == "extra_forbidden":
-            continue
-        if kind == "missing" and place[-1] == "radius" and _has_shape(tables, place[:-1]):
-            continue
-        while isinstance(place[-1], int) and place[-2] not in _LISTS:
-            place = place[:-1]  # the message is about a position, not its second number
-        faults.add(place)
-        if kind != "missing":
-            mistakes[place] = Mistake(written(place), *_wrong_value(kind, place, _at(tables, place)))
-        elif place not in meant:  # otherwise it is there, and misspelt
-            also = ", or a recipe by name" if place == ("bodies",) else ""
-            mistakes[place] = Mistake(written(place), "nothing", expected(place) + also)
-    return list(mistakes.values()), faults
+        faults.missing(("bodies",), ", or a recipe by name")
+    return [*faults.unknown.values(), *faults.mistakes.values()], {*faults.mistakes, *faults.lacking}
+
+
+class _Faults:
+    """Mistakes of a file by their places, and the keys that were probably meant by unknown ones."""
+
+    def __init__(self, tables: Mapping[str, Any]) -> None:
+        self.tables = tables
+        self.unknown: dict[Place, Mistake] = {}
+        self.mistakes: dict[Place, Mistake] = {}
+        self.meant: set[Place] = set()
+        self.lacking: set[Place] = set()
+        self._odd: Counter[Place] = Counter()
+
+    def of_table(self, place: Place, table: Table, given: Any) -> None:
+        """Finds the mistakes of a table, which may be none."""
+        if not isinstance(given, dict):
+            self.mistakes[place] = Mistake(written(place), shown(given), expected(place))
+            return
+        self.meant |= {(*place, self._of_key((*place, key))) for key in given if key not in table.keys}
+        for key, field in table.keys.items():
+            where = (*place, key)
+            if key in given:
+                self._of_value(where, field, given[key])
+            elif key in table.needed and not (key == "radius" and _has_shape(self.tables, place)):
+                self.missing(where)
+
+    def missing(self, place: Place, also: str = "") -> None:
+        """Reports that there is no value, unless it is there, and misspelt."""
+        self.lacking.add(place)
+        if place not in self.meant:
+            self.mistakes[place] = Mistake(written(place), "nothing", expected(place) + also)
+
+    def _of_value(self, place: Place, field: Value | Table, given: Any) -> None:
+        if isinstance(field, Table) and field.is_list and isinstance(given, list):
+            for k, row in enumerate(given):
+                self.of_table((*place, k), field, row)
+        elif isinstance(field, Table) and not field.is_list:
+            self.of_table(place, field, given)
+        elif isinstance(field, Table) or not field.has_form(given):
+            self.mistakes[place] = Mistake(written(place), shown(given), expected(place))
+        elif isinstance(given, dict) or place[-1] == "narrow-phases":
+            self._of_few(place, given)
+
+    def _of_few(self, place: Place, given: Any) -> None:
+        if len(given) > _MOST:
+            self.mistakes[place] = Mistake(written(place), f"{len(given):,} entries", f"at most {_MOST}")
+        elif place == ("options",):
+            for name, options in given.items():
+                self._of_value((*place, name), Value("a table", dict), options)
+
+    def _of_key(self, place: Place) -> str:
+        """Reports a key that is not known; returns the key that was probably meant."""
+        key, known, belongs = str(place[-1]), _keys(place), _belongs(place)
+        table = tuple(step for step in place[:-1] if isinstance(step, str))
+        self._odd[table] += 1
+        if self._odd[table] <= LIMIT:
+            self.unknown[place] = Mistake(written(place), UNKNOWN, belongs or key_of(key, known))
+            return "" if belongs else nearest(key, known) or ""
+        more = f"{self._odd[table] - LIMIT:,} more keys that are not known here"
+        self.unknown[table] = Mistake(written(table) or "the file", more, one_of("", known))
+        return ""
 
 
 UNKNOWN = "a key that is not known here"
@@ -201,12 +186,11 @@ def _belongs(place: Place) -> str:
                 return f"it beside {header.rpartition('.')[2]}, not within"
             return f"it before the first [[{header}]]: what stands below a header belongs to its table"
     path = [step for step in place[:-1] if isinstance(step, str)]
-    within = []
-    for name, field in _model(place).model_fields.items():
-        inner = next(iter(get_args(field.annotation)), field.annotation)
-        if isinstance(inner, type) and issubclass(inner, _FileTable) and key in _keys_of(inner):
-            is_list = inner is not field.annotation
-            within.append(f"[[{'.'.join([*path, name])}]]" if is_list else f"{name} = {{ ... }}")
+    within = [
+        f"[[{'.'.join([*path, name])}]]" if field.is_list else f"{name} = {{ ... }}"
+        for name, field in _table(place).keys.items()
+        if isinstance(field, Table) and key in field.keys
+    ]
     return f"it in {' or '.join(within)}" if within and not nearest(key, _keys(place)) else ""
 
 
@@ -228,30 +212,18 @@ def written(place: Place) -> str:
     return text
 
 
-def _wrong_value(kind: str, place: Place, value: Any) -> tuple[str, str]:
-    """Returns what was found at a place, and what was expected."""
-    if kind == "too_long" and place[0] in ("narrow-phases", "options", "parameters"):
-        return f"{len(value):,} entries", f"at most {_MOST}"
-    return shown(value), expected(place)
-
-
 def _keys(place: Place) -> dict[str, str]:
     """Returns the keys of the table that has the last step of ``place``, and what is expected of each."""
-    return _keys_of(_model(place))
+    return {name: field.what for name, field in _table(place).keys.items()}
 
 
-def _keys_of(model: type[_FileTable]) -> dict[str, str]:
-    return {field.alias or name: field.description or "" for name, field in model.model_fields.items()}
-
-
-def _model(place: Place) -> type[_FileTable]:
+def _table(place: Place) -> Table:
     """Returns the table that has the last step of ``place``."""
-    model: Any = _File
+    table = _FILE
     for step in place[:-1]:
         if isinstance(step, str):
-            inner = model.model_fields[step].annotation
-            model = next(iter(get_args(inner)), inner)  # of a list of tables, that of each
-    return cast("type[_FileTable]", model)
+            table = cast(Table, table.keys[step])
+    return table
 
 
 def expected(place: Place) -> str:

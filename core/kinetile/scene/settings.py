@@ -10,7 +10,7 @@ from typing import Any
 from kinetile.errors import Mistake
 from kinetile.kernel.clock import Clock
 from kinetile.scene.checks import is_finite, name_alone, plain, shown
-from kinetile.scene.commands import EXACT, is_exact
+from kinetile.scene.values import VALUES
 
 
 @dataclass(frozen=True)
@@ -45,27 +45,13 @@ class Settings:
 def check_settings(settings: Settings) -> list[Mistake]:
     """Checks the types of the settings; the existence of phases is checked when they are selected."""
     mistakes = []
-    if not isinstance(settings.broad_phase, (str, type(None))):
-        mistakes.append(Mistake("broad-phase", shown(settings.broad_phase), "the name of a broad phase"))
-    narrow = settings.narrow_phases
-    named = {"broad-phase": (settings.broad_phase,), "narrow-phases": narrow}
-    for where, names in named.items():
-        for each in names if isinstance(names, tuple) else ():
-            if isinstance(each, str) and ":" in each:
-                mistakes.append(Mistake(where, shown(each), name_alone(each, "options")))
-    if narrow is not None and not (
-        isinstance(narrow, tuple) and all(isinstance(name, str) for name in narrow)
-    ):
-        mistakes.append(Mistake("narrow-phases", shown(narrow), "a list of names of narrow phases"))
-    options = settings.options
-    if not isinstance(options, Mapping) or not all(isinstance(table, Mapping) for table in options.values()):
-        mistakes.append(
-            Mistake(
-                "options",
-                shown(options),
-                "a table of options for each phase's name, such as {'sap-1d': {'axis': 'y'}}",
-            )
-        )
+    for where in ("broad-phase", "narrow-phases", "options"):
+        given = getattr(settings, where.replace("-", "_"))
+        open_choice = given is None and where != "options"
+        wrong = [] if open_choice else VALUES[where].mistakes(given, where)
+        names = () if wrong or where == "options" else (given,) if isinstance(given, str) else given or ()
+        odd = [each for each in names if ":" in each]
+        mistakes += wrong + [Mistake(where, shown(each), name_alone(each, "options")) for each in odd]
     return mistakes
 
 
@@ -73,8 +59,9 @@ def check_end(settings: Settings, clock: Clock) -> list[Mistake]:
     """Checks the exact end of a scene with this clock: it has to equal ``until``, up to its rounding."""
     if settings.end is None:
         return []
-    if not is_exact(settings.end):
-        return [Mistake("end", shown(settings.end), EXACT)]
+    wrong = VALUES["end"].mistakes(settings.end, "end")
+    if wrong:
+        return wrong
     ticks = clock.tick_of(0.0, settings.end)
     time = clock.time(ticks)
     near = (math.nextafter(time, -math.inf), time, math.nextafter(time, math.inf))

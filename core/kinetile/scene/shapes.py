@@ -21,8 +21,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Mistake, SceneError, key_of
-from kinetile.scene.checks import LARGEST, RANGE, SMALLEST, TOLERANCE, check_pair, is_finite, shown
+from kinetile.scene.checks import LARGEST, RANGE, SMALLEST, TOLERANCE, is_finite, shown
 from kinetile.scene.differences import Exact, Place, core_difference, cross, exact, is_closer, less
+from kinetile.scene.values import SIZE, VALUES
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -110,18 +111,17 @@ def disc(radius: float) -> Shape:
 def box(width: float, height: float) -> Shape:
     """Returns an upright box around the reference point."""
     sides = {"width": width, "height": height}
-    wrong = [name for name, side in sides.items() if not (is_finite(side) and SMALLEST <= side <= LARGEST)]
+    wrong = [mistake for name, side in sides.items() for mistake in SIZE.mistakes(side, name)]
     if wrong:
-        raise SceneError(
-            [Mistake(name, shown(sides[name]), f"a number {RANGE}") for name in wrong], "the box"
-        )
+        raise SceneError(wrong, "the box")
     return Shape(_corners_of_box(float(width), float(height)))
 
 
 def capsule(a: Sequence[float], b: Sequence[float], radius: float) -> Shape:
     """Returns all that is within ``radius`` of the line from a to b, places from the reference point."""
-    if not is_finite(radius) or radius <= 0.0:
-        raise SceneError([Mistake("radius", shown(radius), f"a number {RANGE}")], "the capsule")
+    wrong = SIZE.mistakes(radius, "radius")
+    if wrong:
+        raise SceneError(wrong, "the capsule")
     return _made((a, b), radius, {"core[0]": "a", "core[1]": "b"})
 
 
@@ -162,11 +162,12 @@ def _wrong_numbers(core: Any, radius: Any) -> list[Mistake]:
         mistakes.append(Mistake("core", found, _CORNERS))
     else:
         for k, corner in enumerate(core):
-            mistakes += check_pair(corner, f"core[{k}]", "[x, y]")
+            mistakes += VALUES["position"].mistakes(corner, f"core[{k}]")
         if len(core) == 1 and is_finite(radius) and radius == 0:
             mistakes.append(Mistake("radius", "0 around a single corner", f"a number {RANGE}"))
-    if not is_finite(radius) or not (radius == 0 or SMALLEST <= radius <= LARGEST):
-        mistakes.append(Mistake("radius", shown(radius), f"0, or a number {RANGE}"))
+    if not is_finite(radius) or radius != 0:
+        wrong = SIZE.mistakes(radius, "radius")
+        mistakes += [each._replace(expected=f"0, or {each.expected}") for each in wrong]
     return mistakes
 
 
@@ -282,7 +283,7 @@ def polyline(
     corners = list(points)
     mistakes = []
     for k, point in enumerate(corners):
-        mistakes += check_pair(point, f"points[{k}]", "[x, y]")
+        mistakes += VALUES["position"].mistakes(point, f"points[{k}]")
     if len(corners) < 2:
         mistakes.append(Mistake("points", f"{len(corners)} points", "two or more, each [x, y]"))
     if mistakes:
@@ -370,7 +371,7 @@ def beside(
     """
     own: list[Shape | None]
     if table is None:
-        fit = ~unread & (radius >= SMALLEST) & (radius <= LARGEST)
+        fit = ~unread & SIZE.holds(radius)
         discs = {each: disc(each) for each in set(radius[fit].tolist())}
         own = [discs.get(each) for each in radius.tolist()]
     else:

@@ -19,14 +19,15 @@ from typing import Any, NamedTuple
 from kinetile import Scene, make_scene, registry
 from kinetile.errors import Mistake, SceneError, StudyError, UnknownName, one_of
 from kinetile.instruments import (
+    VALUES,
     Kind,
     Parameter,
+    Value,
     abridged,
     check_observable,
     check_options,
     complete_parameters,
     holds_several,
-    is_finite,
     loads_scene,
     parameter_mistakes,
     read_bytes,
@@ -81,8 +82,8 @@ class StudyPlan(NamedTuple):
     results: Path | None
 
 
-Keys = Mapping[str, tuple[str, Callable[[Any], bool]]]
-"""Keys of a table: what is expected of each value, and whether a value is that."""
+Keys = Mapping[str, Value]
+"""Keys of a table, and what each value has to be."""
 
 
 def _is_text(value: Any) -> bool:
@@ -108,22 +109,22 @@ def _are_seeds(value: Any) -> bool:
 
 
 _END: Keys = {
-    "until": ("a finite number", is_finite),
-    "contacts": ("a whole number, at least 1", _is_count),
+    "until": VALUES["until"],
+    "contacts": Value("a whole number, at least 1", fit=_is_count),
 }
 STUDY_KEYS: Keys = {
-    "phases": ('a list of broad phases, such as ["naive", "sap-1d:axis=y"]', _is_list),
-    "scenes": ("[[scenes]] tables", lambda value: _is_list(value, lambda _: True)),
-    "seeds": ("how many seeds from 1 on, or a list of whole numbers, each once", _are_seeds),
-    "repeats": ("a whole number, at least 1", _is_count),
-    "observe": ('a list of observables, such as ["pressure", "msd:every=0.1"]', _is_list),
-    "results": ("the name of a file, from the study's folder on, or an absolute path", _is_text),
+    "phases": Value('a list of broad phases, such as ["naive", "sap-1d:axis=y"]', fit=_is_list),
+    "scenes": Value("[[scenes]] tables", fit=lambda value: _is_list(value, lambda _: True)),
+    "seeds": Value("how many seeds from 1 on, or a list of whole numbers, each once", fit=_are_seeds),
+    "repeats": Value("a whole number, at least 1", fit=_is_count),
+    "observe": Value('a list of observables, such as ["pressure", "msd:every=0.1"]', fit=_is_list),
+    "results": Value("the name of a file, from the study's folder on, or an absolute path", fit=_is_text),
     **_END,
 }
 SCENE_KEYS: Keys = {
-    "recipe": ("the name of a recipe", _is_text),
-    "file": ("the name of a scene file", _is_text),
-    "parameters": ("a table of the recipe's parameters", lambda value: isinstance(value, Mapping)),
+    "recipe": Value("the name of a recipe", fit=_is_text),
+    "file": Value("the name of a scene file", fit=_is_text),
+    "parameters": Value("a table of the recipe's parameters", fit=lambda value: isinstance(value, Mapping)),
     **_END,
 }
 
@@ -180,16 +181,16 @@ class _Reader:
         for key, value in tables.items():
             if key not in keys:
                 self.wrong(f"{where}{key}", "a key that is not known here", one_of(str(key), keys))
-            elif keys[key][1](value):
-                found[key] = value
+            elif wrong := keys[key].mistakes(value, f"{where}{key}"):
+                self.mistakes += wrong
             else:
-                self.wrong(f"{where}{key}", shown(value), keys[key][0])
+                found[key] = value
         return found
 
     def plan(self) -> StudyPlan:
         for key in ("phases", "scenes"):
             if key not in self.tables:
-                self.wrong(key, "nothing", STUDY_KEYS[key][0])
+                self.wrong(key, "nothing", STUDY_KEYS[key].what)
         phases = self.texts("phases", "broad phase", _check_phase)
         observe = self.texts("observe", "observable", check_observable)
         tables = self.given.get("scenes", ())
@@ -296,7 +297,7 @@ class _Reader:
             scene = loads_scene(text, name)
         except OSError as error:
             found = f"{shown(name)}, which cannot be read ({error.strerror or error})"
-            self.wrong(place, found, SCENE_KEYS["file"][0])
+            self.wrong(place, found, SCENE_KEYS["file"].what)
             return []
         except SceneError as error:
             self.mistakes += [each._replace(where=f"{place}: {each.where}") for each in error.mistakes]

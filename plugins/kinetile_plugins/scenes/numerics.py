@@ -28,7 +28,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import BadOption
-from kinetile.scene.checks import LARGEST, SMALLEST
+from kinetile.scene.values import SIZE
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -212,10 +212,8 @@ def demand_density(density: float) -> None:
 
 def demand_in_range(name: str, number: float) -> None:
     """Raises BadOption unless a length, a mass or a temperature is above 0 and one that a scene can have."""
-    demand(
-        SMALLEST <= number <= LARGEST,
-        f"{name} is {number}; it is above 0: from 2**-200 ({SMALLEST:.1e}) to 2**200 ({LARGEST:.1e})",
-    )
+    expected = SIZE.expected(number)
+    demand(not expected, f"{name} is {number}; expected {expected}")
 
 
 def draws(seed: int, count: int) -> list[Draws]:

@@ -322,7 +322,7 @@ def test_each_check_ran_twice_a_file_and_three_times_with_obstacles(text, scenes
         counts[name] += 1
         return check(*given)
 
-    for name in ("check_bodies", "read_rules", "check_unit", "check_presence"):
+    for name in ("check_bodies", "read_rules", "check_settings", "check_presence"):
         monkeypatch.setattr(reader, name, partial(counted, name, getattr(reader, name)))
     loads_scene(text)
     assert counts == dict.fromkeys(counts, scenes)

@@ -149,7 +149,7 @@ def test_all_mistakes_are_reported_at_once() -> None:
         ),
         ({"position": [[0, 0]], **STILL, "mass": [[1]]}, "(n,), or one number for all"),
         ({"position": [[0, 0]], **STILL, "arena": (1, 0)}, "arena: found [1, 0]; expected [width, height],"),
-        ({"position": [[0, 0]], **STILL, "arena": "ab"}, "arena: found ['a', 'b']"),
+        ({"position": [[0, 0]], **STILL, "arena": "ab"}, "arena: found 'ab'"),
         ({"position": [[0, 0]], **STILL, "start": np.inf}, "start: found inf; expected a finite number"),
         ({"position": [[0, 0]], **STILL, "turns": [(0, 1.0)]}, "turns[0]: found (0, 1.0); expected a turn"),
         ({"position": [[0, 0]], **STILL, "turns": [(True, 1, (0, 0))]}, "turns[0].body: found True"),

@@ -72,7 +72,7 @@ def shapes(draw: st.DrawFn, coordinates: st.SearchStrategy[float] = numbers) -> 
         (lambda: kt.polygon([(1, 2)]), "radius.*single corner"),
         (lambda: kt.polygon([(0, 0), (1, 0), (0, math.inf)]), r"corners\[2\].*finite"),
         (lambda: kt.polygon([(0, 0), (1, 0), (0, 2.0**201)]), r"corners\[2\].*2\*\*200"),
-        (lambda: kt.polygon([(0, 0), (1, 0), (0, 1)], -1), r"radius.*-1.*0, or a number from 2\*\*-200"),
+        (lambda: kt.polygon([(0, 0), (1, 0), (0, 1)], -1), r"radius.*-1.*0, or a finite number"),
         (lambda: kt.polygon([(0, 0), (1, 0), (0, 1)], math.nan), "radius.*nan"),
         (lambda: kt.polygon([(2.0**200, 2.0**200)], 1), "away"),
         (lambda: kt.box(1, 0), r"height: found 0;"),

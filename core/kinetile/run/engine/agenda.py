@@ -15,9 +15,10 @@ would take four times the memory, and Python's collector would scan all of them 
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections import deque
-from collections.abc import Iterable, Iterator
-from itertools import chain, groupby
+from collections.abc import Iterator
+from itertools import chain, compress, groupby
 from operator import itemgetter
 from typing import Any, NamedTuple
 
@@ -26,7 +27,6 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
-from kinetile.kernel.plan import Plan
 from kinetile.kernel.tables import COMMAND, Kernel, record_table
 from kinetile.run.engine.fields import Fields
 from kinetile.scene import Insert, Remove, Scene, Turn, with_commands
@@ -55,62 +55,84 @@ Bases = tuple[tuple[int, int], ...]
 
 
 class Command(NamedTuple):
-    """One command, at ``ticks`` since the start, for the body of a number; ``code`` is its kind
-    (``kinetile.kernel.log``). ``mass`` is that of the body, for any kind; ``after`` is the number of
-    contacts of this tick that come before."""
+    """One command, at ``ticks`` since the start; the tick of its row is not used."""
 
     ticks: int
-    body: int
-    code: int
-    x: float = 0.0
-    y: float = 0.0
-    vx: float = 0.0
-    vy: float = 0.0
-    radius: float = 0.0
-    mass: float = 0.0
-    after: int = 0
-    kind: int = 0
-    form: int = 0
+    row: Any
 
-    def squares(self, drop: float) -> float:
-        """Mass times speed squared: twice the energy that it can add; 0 for immovable bodies. An inserted
-        body can gain ``drop`` by falling."""
-        more = drop if self.code == INSERTED else 0.0
-        return self.mass * (self.vx * self.vx + self.vy * self.vy + more) if self.mass < math.inf else 0.0
+    @property
+    def body(self) -> int:
+        """The number of its body."""
+        return int(self.row["body"])
+
+    @property
+    def moment(self) -> tuple[int, int]:
+        """When it happens: its tick since the start, and after how many contacts."""
+        return self.ticks, int(self.row["after"])
+
+    @property
+    def code(self) -> int:
+        """Its kind (``kinetile.kernel.log``)."""
+        return int(self.row["code"])
 
     def as_scene_has_it(self, clock: Clock, scene: Scene) -> Turn | Insert | Remove:
         """Returns the command in a scene's form, with its exact time."""
+        kind, row = _KINDS[self.code], self.row
         time, epoch, tick = clock.moment(self.ticks)
-        at = (epoch, tick, self.after)
-        if self.code == REMOVED:
-            return Remove(self.body, time, at)
-        if self.code == TURNED:
-            return Turn(self.body, time, (self.vx, self.vy), at)
-        place, flies = (self.x, self.y), (self.vx, self.vy)
-        kind = scene.kinds[self.kind] if scene.kinds != (0,) else None
-        shape = scene.shapes[self.form] if scene.shapes else None
-        return Insert(time, place, flies, self.radius, self.mass, self.body, at, kind, shape)
+        given: dict[str, Any] = {"time": time, "at": (epoch, tick, self.moment[1])}
+        for name in (each for each in kind._fields if each not in given):
+            found = tuple(row[column].item() for column in _COLUMNS.get(name, (name,)))
+            given[name] = found if len(found) > 1 else found[0]
+        if kind is Insert:
+            given["kind"] = scene.kinds[given["kind"]] if scene.kinds != (0,) else None
+            given["shape"] = scene.shapes[given["shape"]] if scene.shapes else None
+        made: Turn | Insert | Remove = kind(**given)
+        return made
 
 
-def planned(scene: Scene, clock: Clock) -> list[Command]:
+_KINDS: dict[int, Any] = {TURNED: Turn, INSERTED: Insert, REMOVED: Remove}
+_CODES = {kind: code for code, kind in _KINDS.items()}
+
+_COLUMNS = {"position": ("x", "y"), "velocity": ("vx", "vy"), "shape": ("form",)}
+"""The columns of a row for a field of a command; others have one of their own name."""
+
+
+class Planned(NamedTuple):
+    """Commands in the order in which they run, with their ticks since the start: those of the rows are of
+    one span of the clock, and not used."""
+
+    ticks: tuple[int, ...]
+    rows: Rows
+
+
+def planned(scene: Scene, clock: Clock) -> Planned:
     """Returns the commands of a scene."""
     mass: dict[int, float] = dict(enumerate(scene.mass.tolist()))
-    return [_command(each, clock, mass, scene) for each in scene.commands]
+    rows = []
+    for each in scene.commands:
+        if isinstance(each, Insert):
+            mass[each.body] = each.mass
+        values = {"mass": mass[each.body]} if isinstance(each, Turn) else {}
+        rows.append(row_of(each, scene, after=each.at[2] if each.at else 0, **values))
+    ticks = (clock.tick_of(each.time, each.at) for each in scene.commands)
+    return Planned(tuple(ticks), np.array(rows, COMMAND))
 
 
-def _command(command: Turn | Insert | Remove, clock: Clock, mass: dict[int, float], scene: Scene) -> Command:
-    ticks, after = _moment(command, clock)
-    if isinstance(command, Remove):
-        return Command(ticks, command.body, REMOVED, after=after)
-    vx, vy = command.velocity
-    if isinstance(command, Turn):
-        return Command(ticks, command.body, TURNED, vx=vx, vy=vy, mass=mass[command.body], after=after)
-    mass[command.body] = command.mass
-    x, y = command.position
-    kind = 0 if command.kind is None else scene.kinds.index(command.kind)
-    form = number_of(command.shape, command.mass, scene) if isinstance(command.shape, Shape) else 0
-    place, flight = (x, y, vx, vy), (command.radius, command.mass, after, kind)
-    return Command(ticks, command.body, INSERTED, *place, *flight, form)
+def row_of(command: Turn | Insert | Remove, scene: Scene, **values: Any) -> tuple[Any, ...]:
+    """Returns the values of a command's row, with other ``values`` of its columns."""
+    given = command._asdict()
+    del given["time"], given["at"]
+    if isinstance(command, Insert):
+        kind, shape = command.kind, command.shape
+        given["kind"] = 0 if kind is None else scene.kinds.index(kind)
+        given["shape"] = number_of(shape, command.mass, scene) if isinstance(shape, Shape) else 0
+    values["code"] = _CODES[type(command)]
+    for name, value in given.items():
+        columns = _COLUMNS.get(name, (name,))
+        values |= zip(columns, value if len(columns) > 1 else (value,), strict=True)
+    row = tuple(values.pop(name, 0) for name in COMMAND.names or ())
+    assert not values, f"a row of a command has no {', '.join(values)}"
+    return row
 
 
 def number_of(shape: Shape, mass: float, scene: Scene) -> int:
@@ -122,66 +144,52 @@ def number_of(shape: Shape, mass: float, scene: Scene) -> int:
     return len(scene.shapes)
 
 
-_FIELDS = (*Plan._fields, "radius", "mass", "after", "kind", "form")
-
-
-def command_of(row: Any, base: int) -> Command:
-    """Returns a row as a command; ``base`` is that of the clock whose ticks it has."""
-    rest = {name: row[name].item() for name in _FIELDS}
-    return Command(int(row["tick"]) + base * TICKS, int(row["body"]), int(row["code"]), **rest)
-
-
-def _rows_of(commands: list[Command], clock: Clock) -> Rows:
-    rows = np.zeros(len(commands), COMMAND)
-    if commands:
-        ticks, body, code, *fields = zip(*commands, strict=True)
-        rows["tick"] = [clock.relative(tick) for tick in ticks]
-        rows["body"], rows["code"] = body, code
-        for name, column in zip(_FIELDS, fields, strict=True):
-            rows[name] = column
-    return rows
-
-
 def squares_of(rows: Rows, drop: float) -> float:
     """Returns the sum of mass * speed^2 over commands: twice the energy that they can add, with ``drop`` for
-    each insertion."""
+    each insertion, which it can gain by falling; 0 for immovable bodies."""
+    return float(np.dot(*_masses_and_squares(rows, drop)))
+
+
+def _masses_and_squares(rows: Rows, drop: float) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     mass, vx, vy = rows["mass"], rows["vx"], rows["vy"]
     if math.inf in mass.tolist():  # immovable
         mass = np.where(np.isinf(mass), 0.0, mass)
     squares = vx * vx + vy * vy
     if drop:
         squares += drop * (rows["code"] == INSERTED)
-    return float(np.dot(mass, squares))
+    return mass, squares
 
 
 class Agenda:
-    """Commands in the order in which they run: by tick, re-anchorings first, then as given."""
+    """Commands in the order in which they run: by tick, re-anchorings first, then as given.
 
-    def __init__(self, commands: Iterable[Command]) -> None:
-        self._later: list[Command] = []
-        self.put(*commands)
+    Attributes:
+        later: the commands of later spans; those of the present one are in the kernel's tables.
+    """
 
-    @property
-    def later(self) -> tuple[Command, ...]:
-        """The commands of later spans; those of the present one are in the kernel's tables."""
-        return tuple(self._later)
+    def __init__(self, later: Planned) -> None:
+        self.later = later
 
-    def put(self, *commands: Command) -> None:
-        """Adds commands of later spans, or of one that is loaded now."""
-        self._later.extend(commands)
-        self._later.sort(key=lambda command: (command.ticks, command.code != REANCHORED))
+    def anchor_again(self, ticks: int, bodies: npt.NDArray[Any]) -> None:
+        """Adds re-anchorings of bodies, at the first of the ticks of a span that is loaded now."""
+        rows = np.zeros(len(bodies), COMMAND)
+        rows["body"], rows["code"] = bodies, REANCHORED
+        self.later = Planned((*[ticks] * len(bodies), *self.later.ticks), np.append(rows, self.later.rows))
 
     def load(self, k: Kernel, clock: Clock) -> Kernel:
         """Returns the tables with the commands before the next shift of the clock's base."""
-        end = clock.base * TICKS + SPAN
-        due = [command for command in self._later if command.ticks < end]
-        del self._later[: len(due)]
-        return _with_rows(k, np.concatenate([waiting(k), _rows_of(due, clock)]), FRONT)
+        ticks, rows = self.later
+        due = bisect_left(ticks, clock.base * TICKS + SPAN)
+        self.later = Planned(ticks[due:], rows[due:])
+        coming = rows[:due].copy()
+        coming["tick"] = [clock.relative(each) for each in ticks[:due]]
+        return _with_rows(k, np.concatenate([waiting(k), coming]), FRONT)
 
     def cancel(self, k: Kernel, fields: Fields, body: int) -> None:
         """Forgets all commands for a removed body."""
-        if self._later:
-            self._later = [command for command in self._later if command.body != body]
+        ticks, rows = self.later
+        others = rows["body"] != body
+        self.later = Planned(tuple(compress(ticks, others.tolist())), rows[others])
         if fields.lists.command[0] < fields.lists.commands[0]:
             rows = waiting(k)
             stay = rows[rows["body"] != body]
@@ -207,12 +215,17 @@ class Agenda:
 
     def squares(self, k: Kernel, drop: float) -> float:
         """Returns the sum of mass * speed^2 over all commands: twice the energy that they can add."""
-        later = math.fsum(each.squares(drop) for each in self._later)
+        later = math.fsum(np.multiply(*_masses_and_squares(self.later.rows, drop)).tolist())
         return later + squares_of(waiting(k), drop)
 
     def _to_come(self, k: Kernel, clock: Clock) -> Iterator[Command]:
-        commands = chain((command_of(row, clock.base) for row in waiting(k)), self._later)
+        commands = chain((command_of(row, clock.base) for row in waiting(k)), map(Command, *self.later))
         return (command for command in commands if command.code != REANCHORED)
+
+
+def command_of(row: Any, base: int) -> Command:
+    """Returns a row as a command; ``base`` is that of the clock whose ticks it has."""
+    return Command(int(row["tick"]) + base * TICKS, row)
 
 
 def waiting(k: Kernel) -> Rows:
@@ -304,7 +317,7 @@ class History:
         planned, gone = deque(scene.commands), set()
         for command, overtaken in self._commands():
             due = []
-            while planned and _moment(planned[0], clock) <= (command.ticks, command.after):
+            while planned and _moment(planned[0], clock) <= command.moment:
                 due.append(planned.popleft())
             due = [each for each in due if each.body not in gone]
             by_hand = command.as_scene_has_it(clock, scene)

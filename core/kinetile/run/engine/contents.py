@@ -19,7 +19,7 @@ from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import CONTACT, Fingerprint
 from kinetile.kernel.tables import NEVER, NOBODY, ROWS, THEMSELVES, Kernel, begun, copy_carried, slots_taken
 from kinetile.run.compose import Commands
-from kinetile.run.engine.agenda import Command, History, Rows, planned, waiting
+from kinetile.run.engine.agenda import History, Planned, Rows, planned, waiting
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.ledger import Entries
 from kinetile.scene import Insert, Scene
@@ -96,7 +96,7 @@ class RunState:
     base: int
     bounds: Bounds
     commands: Commands
-    later: tuple[Command, ...]
+    later: Planned
     history: History
     entries: Entries
     requested: float | None
@@ -114,7 +114,7 @@ class RunState:
             base=0,
             bounds=Bounds.at_start(scene),
             commands=Commands.of(scene),
-            later=tuple(planned(scene, clock)),
+            later=planned(scene, clock),
             history=History(),
             entries=Entries(0, np.zeros(0, CONTACT) if keep_contacts else None, Fingerprint(), (), ()),
             requested=None,

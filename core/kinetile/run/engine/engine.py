@@ -30,7 +30,7 @@ from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.compiled import INTERPRETED, NotCompiled, compose, make_ready, python_of
 from kinetile.kernel.falling import shift_now
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
+from kinetile.kernel.log import INSERTED, REMOVED, TURNED
 from kinetile.kernel.loop import (
     BLOCKED,
     BUDGET_SPENT,
@@ -630,8 +630,7 @@ class Engine(Tables):
         old = k.queue.number[k.bodies.anchor < -SPAN]
         if len(old):
             self._allow(Commands.TURNS)
-            begin = self.clock.base * TICKS
-            self.agenda.put(*(Command(begin, body, REANCHORED) for body in np.sort(old).tolist()))
+            self.agenda.anchor_again(self.clock.base * TICKS, np.sort(old))
         self.k = self.agenda.load(self.k, self.clock)
 
     @property

@@ -36,7 +36,7 @@ from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER, CONTACT, LOG, MET, Fingerprint, digestible
 from kinetile.kernel.tables import COMMAND, ROWS
 from kinetile.run.compose import Commands
-from kinetile.run.engine.agenda import Command, History
+from kinetile.run.engine.agenda import History, Planned
 from kinetile.run.engine.bounds import NO_SKIN, Bounds
 from kinetile.run.engine.contents import Contents, RunState, numbers_of
 from kinetile.run.engine.ledger import Entries
@@ -224,7 +224,7 @@ _KINDS: dict[str, Any] = {
 def layout() -> str:
     """Returns a digest of how all that is saved is laid out."""
     said = [f"{name} {elements(dtype)}" for name, dtype in ROWS.items()]
-    said += [elements(CONTACT), elements(LOG), *Command._fields, *Bounds._fields]
+    said += [elements(CONTACT), elements(LOG), *Bounds._fields]
     said += [*(field.name for field in fields(Snapshot)), *(field.name for field in fields(RunState))]
     said += Entries._fields
     return hashlib.sha256("\n".join(said).encode()).hexdigest()
@@ -241,13 +241,14 @@ def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
     state = snapshot.state
     rows, bases = state.history.content
     arrays |= state.contents._asdict()
-    arrays["history"] = np.frombuffer(rows, COMMAND)
+    arrays |= {"history": np.frombuffer(rows, COMMAND), "later": state.later.rows}
     return {
         "scene": _scene(snapshot.scene),
         "phases": [snapshot.phases.broad_phase, snapshot.phases.options, snapshot.phases.narrow_phases],
         **{name: getattr(state, name) for name in _OF_STATE},
         "bounds": list(state.bounds[:_BOUNDS]),
         "commands": int(state.commands),
+        "later": list(state.later.ticks),
         "entries": _entries(state.entries, arrays),
         "history": [list(base) for base in bases],
         "audit": snapshot.audit,
@@ -257,7 +258,7 @@ def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
 
 
 def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
-    _check_kinds(said)
+    _check_kinds(said, arrays)
     scene = Scene(*said["scene"])
     contents = {name: _rows(arrays, name, dtype) for name, dtype in ROWS.items()}
     history = History.of(
@@ -268,6 +269,7 @@ def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
         contents=Contents(**contents),
         bounds=Bounds._make([*said["bounds"], 0.0, NO_SKIN]),
         commands=Commands(said["commands"]),
+        later=Planned(tuple(said["later"]), _rows(arrays, "later", COMMAND)),
         history=history,
         entries=_read_entries(said["entries"], arrays, scene, numbers_of(scene, history)),
         **{name: said[name] for name in _OF_STATE},
@@ -278,7 +280,7 @@ def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
     )
 
 
-def _check_kinds(said: Mapping[str, Any]) -> None:
+def _check_kinds(said: Mapping[str, Any], arrays: Arrays) -> None:
     """Raises TypeError for a value that no engine has: otherwise a run would fail later."""
     for name, kind in _KINDS.items():
         if not isinstance(said[name], kind):
@@ -286,8 +288,8 @@ def _check_kinds(said: Mapping[str, Any]) -> None:
     for name, value in zip(Bounds._fields[:_BOUNDS], said["bounds"], strict=True):
         if not isinstance(value, float):
             raise TypeError(f"{name} is {shown(value)}")
-    if not all(isinstance(each, Command) for each in said["later"]):
-        raise TypeError("a command is none")
+    if len(said["later"]) != len(arrays["later"]) or not all(type(each) is int for each in said["later"]):
+        raise TypeError("a command has no tick")
     if not all(isinstance(each, Shape) for each in said["shapes"]):
         raise TypeError("a shape is none")
     if said["overlapping"].dtype != np.int64 or said["overlapping"].shape[1:] != (2,):
@@ -358,7 +360,7 @@ def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
 # Values in JSON, and back. Floats keep every bit, as Python writes them; arrays are members
 # of the archive. Only the classes named here can be created, for any file.
 
-_CLASSES: tuple[Any, ...] = (Command, Insert, Remove, Settings, Shape, Turn)
+_CLASSES: tuple[Any, ...] = (Insert, Remove, Settings, Shape, Turn)
 _NAMED: dict[str, Any] = {each.__name__: each for each in _CLASSES}
 _NAMED["Response"] = lambda name, options: Response(name, **options)
 _DTYPES = {"<f8", "<i8", "<i4", "|b1", "|u1"}

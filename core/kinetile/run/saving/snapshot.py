@@ -15,17 +15,19 @@ from typing import Any
 import numpy as np
 
 from kinetile.errors import RecordError
-from kinetile.kernel.clock import SPAN, TICKS
+from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.plan import Plan, positions_after
 from kinetile.kernel.tables import JAMMED, LONG_AGO, NEVER, NOBODY, Quantity, Role, declared
 from kinetile.run.compose import Composition
-from kinetile.run.engine.agenda import command_of
+from kinetile.run.engine.agenda import Command, command_of
 from kinetile.run.engine.contents import RunState, numbers_of
 from kinetile.run.engine.engine import Engine
 from kinetile.run.prepared import standing, with_shapes
-from kinetile.scene import Scene
+from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import LARGEST
+from kinetile.scene.commands import values_of
+from kinetile.scene.shapes import Shape
 
 
 @dataclass(frozen=True)
@@ -69,14 +71,14 @@ class Snapshot:
 
     def _values(self) -> tuple[Any, ...]:
         state, entries = self.state, self.state.entries
-        tables = [state.overlapping, *entries.unrecorded]
+        tables = [state.overlapping, state.later.rows, *entries.unrecorded]
         for rows in state.contents:
             tables += (rows[field.name] for field in declared(rows.dtype, Role.CARRIED))
         return (
             *(self.scene, self.phases, self.audit, self.start_energy, state.history.content),
             *(entries.rows, entries.digest.hexdigest(), entries.unstepped),
             [table.tobytes() for table in tables],
-            *(state.base, state.bounds, state.commands, state.later, state.requested, state.audits),
+            *(state.base, state.bounds, state.commands, state.later.ticks, state.requested, state.audits),
         )
 
 
@@ -194,25 +196,28 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
 def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:
     """Each command is for a body that is there by then, or inserts one that is not, in the order of time."""
     contents, numbers = state.contents, numbers_of(scene, state.history)
-    shapes = (*scene.shapes, *state.shapes)
+    table, clock = with_shapes(scene, state.shapes), Clock(scene.start, scene.time_unit)
     present = set(contents.plans["number"].tolist())
     waiting = [command_of(row, state.base) for row in contents.commands]
     last = int(contents.clock["now"][0]) + state.base * TICKS
-    for each in (*waiting, *state.later):
-        new = each.code == INSERTED
-        known = 0 <= each.body < numbers and (each.body in present) != new
-        if each.code not in (TURNED, REANCHORED, INSERTED, REMOVED) or not known or each.ticks < last:
-            yield f"a command for body {each.body} is none, or too late"
+    for each in (*waiting, *map(Command, *state.later)):
+        body, code, row = each.body, each.code, each.row
+        new = code == INSERTED
+        known = 0 <= body < numbers and (body in present) != new
+        if code not in (TURNED, REANCHORED, INSERTED, REMOVED) or not known or each.ticks < last:
+            yield f"a command for body {body} is none, or too late"
             return
         last = each.ticks
         if new:
-            present.add(each.body)
-        elif each.code == REMOVED:
-            present.remove(each.body)
-        right = not new or (0.0 < each.radius <= LARGEST and each.mass > 0.0)
-        if new and shapes:
-            right = right and 0 <= each.form < len(shapes) and each.radius == shapes[each.form].reach
-        flies = all(abs(each[at]) <= LARGEST for at in range(3, 7))
-        if not right or not flies or not 0 <= each.kind < len(scene.kinds):
-            yield f"a command for body {each.body} has values that no body has"
+            present.add(body)
+        elif code == REMOVED:
+            present.remove(body)
+        right = 0 <= row["kind"] < len(scene.kinds) and 0 <= row["form"] < max(len(table.shapes), 1)
+        if right and code != REANCHORED:
+            made = each.as_scene_has_it(clock, table)
+            right = not any(field.expected(value) for field, value in values_of(made).values())
+            if isinstance(made, Insert) and isinstance(made.shape, Shape):
+                right = right and made.radius == made.shape.reach
+        if not right:
+            yield f"a command for body {body} has values that no body has"
             return

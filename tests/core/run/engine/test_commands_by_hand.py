@@ -444,3 +444,21 @@ def test_a_history_is_the_same_however_often_it_is_read():
     assert unread.content == read.content
     assert [first for first, _ in read.content[1]] == [0, 105, 210]
     np.testing.assert_array_equal(unread.inserted, read.inserted)
+
+
+def test_each_field_of_an_insertion_by_hand_is_in_the_recording_and_no_byte_of_a_row_is_spare():
+    """Snapshots compare the bytes of rows."""
+    shape, hers = kt.box(1.0, 0.5), kt.disc(0.5)
+    rules = {"shapes": [hers, shape], "shape": 0, "kinds": ["one", "two"], "kind": "one"}
+    scene = kt.Scene([[1.0, 1.0]], [[0.0, 0.0]], arena=(8.0, 8.0), **rules)
+    given = {"position": (3.0, 3.0), "velocity": (1.0, 0.5), "mass": 3.0, "kind": "two", "shape": shape}
+    sim = kt.Simulation(scene, "naive", live=True)
+    sim.insert(**given)
+    more = {name: given[name] for name in given if name not in ("position", "velocity")}
+    assert not sim.insert_many([(3.0, 5.0)], given["velocity"], **more).refused.any()
+    one, other = sim.recorded().commands
+    made = {"time": 0.0, "at": (0, 0, 0), "body": 1, "radius": shape.reach, **given}
+    assert one._asdict() == made
+    assert other._asdict() == made | {"body": 2, "position": (3.0, 5.0)}
+    assert loads_scene(dumps_scene(sim.recorded())) == sim.recorded()
+    assert sum(COMMAND[name].itemsize for name in COMMAND.names) == COMMAND.itemsize

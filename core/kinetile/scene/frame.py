@@ -1,0 +1,74 @@
+"""Checks of what is around the bodies of a scene: arena, periods, gravity, start and end of its clock."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from kinetile.errors import Mistake
+from kinetile.scene.checks import FARTHEST_START, RANGE, SMALLEST, Extent, is_finite, shown
+from kinetile.scene.values import VALUES
+
+
+def check_frame(arena: object, start: Any, until: Any) -> list[Mistake]:
+    """Checks the arena (None, or width and height), the start and the end."""
+    mistakes = [] if arena is None else VALUES["arena"].mistakes(arena, "arena")
+    mistakes += VALUES["start"].mistakes(start, "start") or check_pace(start, 1.0)
+    if until is not None:
+        mistakes += VALUES["until"].mistakes(until, "until") or check_time(until, "until", start)
+    return mistakes
+
+
+def check_time(time: float, where: str, start: Any) -> list[Mistake]:
+    """Checks a time against the start, if that is known and one."""
+    if not is_finite(start) or time >= start:
+        return []
+    return [Mistake(where, shown(time), f"a time not before the start, {shown(start)}")]
+
+
+def check_periodic(periodic: object, arena: bool) -> list[Mistake]:
+    """Checks the names of the periodic axes, in a scene with or without an arena."""
+    wrong = VALUES["periodic"].mistakes(periodic, "periodic")
+    if not wrong and periodic and not arena:
+        wrong = [Mistake("periodic", shown(periodic), "an arena: its sides are the periods")]
+    return wrong
+
+
+def check_gravity(given: Any, extent: Extent | None) -> list[Mistake]:
+    """Checks the acceleration of all bodies, in an arena or without one."""
+    wrong = VALUES["gravity"].mistakes(given, "gravity")
+    if wrong:
+        return wrong
+    pulls = dict(zip("xy", (abs(float(each)) for each in given), strict=True))
+    along = [axis for axis, pull in pulls.items() if pull and extent and axis in extent.periodic]
+    wanted = ""
+    if any(0.0 < pull < SMALLEST for pull in pulls.values()):
+        wanted = f"[gx, gy], each 0 or {RANGE} in size"
+    elif any(pulls.values()) and extent is None:
+        wanted = "an arena with it, or no gravity: without walls bodies fall for ever"
+    elif along:
+        wanted = f"none along {' and '.join(along)}, which is periodic: nothing stops a fall there"
+    return [Mistake("gravity", shown(list(given)), wanted)] if wanted else []
+
+
+def check_support(where: str, place: Any, velocity: Any, radius: float, extent: Extent) -> list[Mistake]:
+    """Checks that a body does not rest on a wall by gravity, touching it without a velocity along that axis:
+    in truth there is no first contact then (docs/specification.md, rule 2g)."""
+    above = "a body above the wall, or one that moves along the axis: one at rest on a wall"
+    for axis, pull in enumerate(extent.gravity):
+        if pull and velocity[axis] == 0.0:
+            low = pull < 0.0
+            at = Fraction(place[axis]) if low else Fraction(extent.sides[axis]) - Fraction(place[axis])
+            if at <= Fraction(radius):
+                wall = (("left", "right"), ("bottom", "top"))[axis][0 if low else 1]
+                return [Mistake(where, f"at rest on the {wall} wall", f"{above} would meet it endlessly")]
+    return []
+
+
+def check_pace(start: float, unit: float) -> list[Mistake]:
+    """Checks a scene's start against its time unit, which is less than 1 where bodies are fast."""
+    if abs(start) <= FARTHEST_START * unit:
+        return []
+    least = f"a start at most {FARTHEST_START * unit:.6g} from 0"
+    right = f"{least}, beyond which a time unit, {unit:.3g}, is lost in rounding"
+    return [Mistake("start", shown(start), right)]
