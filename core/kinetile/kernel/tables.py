@@ -104,11 +104,11 @@ def record(*rows: tuple[Any, ...], align: bool = True) -> np.dtype[Any]:
     and which values a file may have. Raises TypeError for a field without."""
     named = [(name, *row[1:]) for row in rows for name in row[0].split()]
     dtype, fields = np.dtype([row[:2] for row in named], align=align), list[Field]()
-    for name, form, *said in named:
+    for name, form, *text in named:
         inner = declared(form) if isinstance(form, np.dtype) else ()
-        if len(said) != (0 if inner else 2):
+        if len(text) != (0 if inner else 2):
             raise TypeError(f"the field {name!r} does not say what it is and what becomes of it")
-        fields += [each._replace(name=f"{name}.{each.name}") for each in inner] or [Field(name, form, *said)]
+        fields += [each._replace(name=f"{name}.{each.name}") for each in inner] or [Field(name, form, *text)]
     if _DECLARED.setdefault(dtype, tuple(fields)) != tuple(fields):
         raise TypeError(f"{dtype.names} are declared in two ways")
     return dtype

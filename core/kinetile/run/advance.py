@@ -20,8 +20,8 @@ from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.loop.loop import PASSES
 from kinetile.kernel.passings import PASS
 from kinetile.kernel.tables import JAMMED, NEVER, NOBODY, PAIR, PARTING, STRUCTURAL, WALL, Kernel
+from kinetile.run.engine.contacts import ContactRow
 from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
-from kinetile.run.engine.ledger import ContactRow
 from kinetile.run.interrupts import Interruptible, let_signals_through
 from kinetile.scene.responses import Kind
 
@@ -110,12 +110,12 @@ def advance(
     ledger = engine.ledger
     if len(engine.k.watch) and not engine.k.clock[0].stops.before:
         engine.build()  # passings of the start begin
-        stop, left = _first_watched(engine, ledger.unstepped or [])
+        stop, left = _first_watched(engine, ledger.pending_events or [])
         if stop is not None:
-            ledger.unstepped = left
+            ledger.pending_events = left
             return stop
     still, audited, stop, left = _Stillness(), engine.contacts, None, []
-    ledger.unstepped = None
+    ledger.pending_events = None
     try:
         while True:
             until, quota, last = end.within(engine)
@@ -144,7 +144,7 @@ def advance(
                     return None
                 still.move_on(engine, end)
     finally:
-        ledger.unstepped = left
+        ledger.pending_events = left
 
 
 def _demand_feasible(engine: Engine, end: End) -> None:
@@ -218,13 +218,13 @@ def advance_one(engine: Engine, end: End) -> Event | None:
     """Runs the next event up to and at an end in time, and returns it; None, at that end, if there is
     none."""
     still = _Stillness()
-    unstepped = engine.ledger.unstepped
-    assert unstepped is not None  # no run is under way
+    pending_events = engine.ledger.pending_events
+    assert pending_events is not None  # no run is under way
     while still.quiet < IDLE_SPANS - 1:
         let_signals_through()
         engine.build()
-        if unstepped:
-            return _event_of_row(engine, unstepped.pop(0))
+        if pending_events:
+            return _event_of_row(engine, pending_events.pop(0))
         until, quota, last = end.within(engine)
         head = _look(engine, until, quota)
         if head is not None:
@@ -233,7 +233,7 @@ def advance_one(engine: Engine, end: End) -> Event | None:
                 continue  # no event has run yet: in tables that have grown another one may be the next
             engine.build()
             if event is not None and event.kind == "remove":  # it comes after the passings that it ends
-                unstepped.append((event.epoch, event.tick, event.bodies[0], REMOVED))
+                pending_events.append((event.epoch, event.tick, event.bodies[0], REMOVED))
             elif event is not None and event.kind in ("structural", "turn", "insert"):
                 return event
         elif end.ticks is None and engine.next_command is None and engine.rests:
@@ -251,8 +251,8 @@ def advance_one(engine: Engine, end: End) -> Event | None:
 def next_event(engine: Engine) -> Event | None:
     """Returns the first event that is scheduled now, or None. A jam does not prevent it."""
     engine.build()
-    if engine.ledger.unstepped:
-        return _event_of_row(engine, engine.ledger.unstepped[0])
+    if engine.ledger.pending_events:
+        return _event_of_row(engine, engine.ledger.pending_events[0])
     clock, fields = engine.k.clock[0], engine.fields
     lists = clock.lists
     command, fault, beat = int(lists.command), fields.fault.code[0], fields.torus.beat[0]

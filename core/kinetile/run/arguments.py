@@ -20,8 +20,8 @@ from kinetile.kernel.log import INSERTED, REMOVED, TURNED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.tables import NOBODY, OFFER, record_table
 from kinetile.run.advance import End
-from kinetile.run.engine.agenda import ROWS, Rows, row_of
 from kinetile.run.engine.bounds import MOST_FLOWN
+from kinetile.run.engine.commands import ROWS, Rows, row_of
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.questions.places import Box, Point
 from kinetile.scene import Insert, Scene

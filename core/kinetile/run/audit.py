@@ -43,8 +43,8 @@ from kinetile.kernel.tables import (
 )
 from kinetile.plugin.calling import place_of
 from kinetile.plugin.registry import sentence
+from kinetile.run.candidates import named_near, pairs_of_named
 from kinetile.run.compose import Composition
-from kinetile.run.structure import named_near, pairs_of_named
 
 Integers = npt.NDArray[np.int64]
 Pairs = npt.NDArray[np.int32]
@@ -88,8 +88,8 @@ def of_calendar(k: Kernel) -> Iterator[str]:
     waiting = [body for body, key in enumerate(keys) if key != NEVER]
     await_something, counted = len(waiting), k.counts[0].queued
     if not found == await_something == counted:
-        said = f"{found} bodies are in the calendar, and {await_something} await something"
-        yield f"{said}; {counted} are counted"
+        text = f"{found} bodies are in the calendar, and {await_something} await something"
+        yield f"{text}; {counted} are counted"
     if waiting and min(days[body] for body in waiting) < clock.calendar.slice:
         yield "a body is filed before the slice in which the head is sought"
 
@@ -233,8 +233,8 @@ def of_passings(k: Kernel, composition: Composition, place: Any) -> Iterator[str
     number, traits = k.queue.number, k.traits
     for at in np.flatnonzero(table.tick[live] != due).tolist():
         a, b = int(number[passings.a[at]]), int(number[passings.b[at]])
-        said = f"bodies {a} and {b} part {said_tick(table.tick[live][at])} as noted"
-        yield f"{said}, but by their plans {said_tick(due[at])}"
+        text = f"bodies {a} and {b} part {said_tick(table.tick[live][at])} as noted"
+        yield f"{text}, but by their plans {said_tick(due[at])}"
     leave = np.full(len(number), NEVER)
     np.minimum.at(leave, table.a[live], table.tick[live])
     for body in np.flatnonzero((leave != traits.leave) & (number != NOBODY)).tolist():
@@ -243,8 +243,8 @@ def of_passings(k: Kernel, composition: Composition, place: Any) -> Iterator[str
         table.b[live], minlength=len(number)
     )
     for body in np.flatnonzero((inside != traits.inside) & (number != NOBODY)).tolist():
-        said = f"body {number[body]} is counted to pass {traits.inside[body]} others"
-        yield f"{said}, and passes {inside[body]}"
+        text = f"body {number[body]} is counted to pass {traits.inside[body]} others"
+        yield f"{text}, and passes {inside[body]}"
     yield from _overlapping(k, composition, place, set(passings[["a", "b", "m", "n"]].tolist()))
 
 
@@ -288,7 +288,7 @@ def _overlapping(
 class Complaint(NamedTuple):
     """A violation, and the bodies whose contact would be missed because of it."""
 
-    said: str
+    text: str
     bodies: tuple[int, ...] = ()
 
 
@@ -297,15 +297,15 @@ def check_all(k: Kernel, composition: Composition, delta: float, time: float, ev
     UnawaitedContactError if a contact would be missed. ``delta`` is the skin."""
     when = f"at time {time!r}, after {events} events under broad phase {composition.broad_phase!r}"
     try:
-        for said, bodies in complaints(k, composition, delta):
+        for text, bodies in complaints(k, composition, delta):
             if bodies:
-                raise UnawaitedContactError(f"{when}: {said}", time=time, bodies=bodies)
-            raise AuditError(f"{when}: {said}")
+                raise UnawaitedContactError(f"{when}: {text}", time=time, bodies=bodies)
+            raise AuditError(f"{when}: {text}")
     except (KinetileError, KeyboardInterrupt):
         raise
     except (Exception, SystemExit) as error:  # corrupt tables, or the phase's own audit
-        said = f"the audit cannot be finished: {sentence(error)}{place_of(error)}"
-        raise AuditError(f"{when}: {said}") from error
+        text = f"the audit cannot be finished: {sentence(error)}{place_of(error)}"
+        raise AuditError(f"{when}: {text}") from error
 
 
 def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Complaint]:
@@ -315,7 +315,7 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
     for check in (of_calendar, of_entries, of_places, of_pair_set):
         yield from map(Complaint, check(k))
     if broad.audit is not None:
-        yield from (Complaint(f"{OWN}{said}") for said in broad.audit(k, broad.state))
+        yield from (Complaint(f"{OWN}{text}") for text in broad.audit(k, broad.state))
     near = np.zeros((0, 2), dtype=np.int32)
     if composition.pair is not None:
         named = named_near(k, composition)
@@ -378,11 +378,11 @@ def _of_walls(k: Kernel, walls: Integers) -> Iterator[Complaint]:
     late = (walls < key) | ((walls == key) & (kind == PAIR) & (key != NEVER))
     late |= (known == NOT_ASKED) & (walls != NEVER) & (walls - SOON <= key)
     for body in np.flatnonzero(late).tolist():
-        said = f"body {body} is looked at {said_tick(key[body])} at the earliest"
-        yield Complaint(f"{said}, but by its plan it meets a wall {said_tick(walls[body])}", (body,))
+        text = f"body {body} is looked at {said_tick(key[body])} at the earliest"
+        yield Complaint(f"{text}, but by its plan it meets a wall {said_tick(walls[body])}", (body,))
     for body in np.flatnonzero((known != NOT_ASKED) & (known != walls)).tolist():
-        said = f"the contact of body {body} and a wall is awaited {said_tick(known[body])}"
-        yield Complaint(f"{said}, but by its plan they meet {said_tick(walls[body])}", (body,))
+        text = f"the contact of body {body} and a wall is awaited {said_tick(known[body])}"
+        yield Complaint(f"{text}, but by its plan they meet {said_tick(walls[body])}", (body,))
 
 
 def _of_partners(k: Kernel, known: Integers, meetings: Integers) -> Iterator[Complaint]:
@@ -390,9 +390,9 @@ def _of_partners(k: Kernel, known: Integers, meetings: Integers) -> Iterator[Com
     tick, exact = k.queue.tick[known], k.queue.exact[known] == 1
     for at in np.flatnonzero(np.where(exact, meetings != tick, meetings < tick)).tolist():
         a, b = sorted((int(known[at]), int(k.queue.partner[known[at]])))
-        said = f"the contact of bodies {a} and {b} is awaited {said_tick(tick[at])}"
-        said += "" if exact[at] else " at the earliest"
-        yield Complaint(f"{said}, but by their plans they meet {said_tick(meetings[at])}", (a, b))
+        text = f"the contact of bodies {a} and {b} is awaited {said_tick(tick[at])}"
+        text += "" if exact[at] else " at the earliest"
+        yield Complaint(f"{text}, but by their plans they meet {said_tick(meetings[at])}", (a, b))
 
 
 def _of_near(k: Kernel, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
@@ -420,10 +420,10 @@ def _of_near(k: Kernel, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
         earliest = np.minimum(earliest, bound)
     for number in np.flatnonzero(~covered & (meetings != NEVER)).tolist():
         a, b = near[number].tolist()
-        said = f"the contact of bodies {a} and {b} is awaited {said_tick(earliest[number])} at the earliest"
+        text = f"the contact of bodies {a} and {b} is awaited {said_tick(earliest[number])} at the earliest"
         if earliest[number] <= meetings[number]:
-            said = f"bodies {a} and {b} are looked at too late"
-        yield Complaint(f"{said}, but by their plans they meet {said_tick(meetings[number])}", (a, b))
+            text = f"bodies {a} and {b} are looked at too late"
+        yield Complaint(f"{text}, but by their plans they meet {said_tick(meetings[number])}", (a, b))
 
 
 PAIRS = WALLS = PASSING = True
@@ -477,5 +477,5 @@ def _touching(k: Kernel, near: Pairs, delta: float, composition: Composition) ->
                 gap = between_shapes(two, one, *(float(each[at[missed], other[missed]]) for each in between))
                 if gap > delta:
                     continue
-            said = f"bodies {one} and {two} touch (gap {gap:.3g}) and are not a candidate pair"
-            yield Complaint(said, (one, two))
+            text = f"bodies {one} and {two} touch (gap {gap:.3g}) and are not a candidate pair"
+            yield Complaint(text, (one, two))

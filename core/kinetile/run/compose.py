@@ -18,7 +18,7 @@ from kinetile.kernel.compiled import compose, is_checked, python_of
 from kinetile.kernel.loop import idle
 from kinetile.kernel.loop.ahead import LARGE
 from kinetile.kernel.loop.checked import checked, parting
-from kinetile.kernel.loop.commands import find_blockers, obey_alone
+from kinetile.kernel.loop.commands import find_blockers, run_one_command
 from kinetile.kernel.loop.loop import advance
 from kinetile.kernel.loop.responses import MOST_RESPONSES
 from kinetile.kernel.passings import PASS as PASSES
@@ -140,8 +140,8 @@ def _parts(response: Response, scene: Scene) -> ResponseParts:
         raise PhaseError(f"{label}: its parts have no respond; expected a function marked with toolbox.hook")
     if scene.falls and not parts.falling:
         label = described("response", response.name)
-        said = "does not know velocities of a frame that falls (falling=True), and this scene has gravity"
-        raise Refused(f"{label} {said}")
+        message = "does not know velocities of a frame that falls (falling=True), and this scene has gravity"
+        raise Refused(f"{label} {message}")
     return parts
 
 
@@ -243,11 +243,11 @@ class Composition:
         """Returns the loop for these phases, compiled at the first call or when it is made ready."""
         return compose(advance, self._parts(commands), self.label, type(self.broad.state))
 
-    def obeying(self) -> Callable[..., Any]:
+    def carrying_out(self) -> Callable[..., Any]:
         """Returns a function that runs one command by itself, for a broad phase that cannot insert or
         remove a body."""
         parts = self._parts(Commands.ALL) | {"LIVING": True, "enter": idle.enter, "leave": idle.leave}
-        return compose(obey_alone, parts, f"obey_{self.label}", type(self.broad.state))
+        return compose(run_one_command, parts, f"command_{self.label}", type(self.broad.state))
 
     @cached_property
     def find_room(self) -> Callable[..., Any]:
@@ -455,12 +455,12 @@ def _demand_periodic(
     scene: Scene, broad: tuple[str, BroadPhaseParts], narrow: Mapping[str, PairParts | WallParts]
 ) -> None:
     """Raises Refused if a phase does not know images."""
-    said = f"does not know images (periodic=True), and this scene is periodic along {scene.periodic}"
+    message = f"does not know images (periodic=True), and this scene is periodic along {scene.periodic}"
     for name, parts in narrow.items():
         if isinstance(parts, PairParts) and not parts.periodic:
-            raise Refused(f"{described('narrow phase', name)} {said}")
+            raise Refused(f"{described('narrow phase', name)} {message}")
     if not broad[1].periodic:
-        raise _BroadPhaseRefuses(f"broad phase {broad[0]!r} {said}")
+        raise _BroadPhaseRefuses(f"broad phase {broad[0]!r} {message}")
 
 
 def _narrow_parts(

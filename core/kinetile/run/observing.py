@@ -28,8 +28,8 @@ from kinetile.plugin.choices import read_phase
 from kinetile.plugin.registry import registry
 from kinetile.run.advance import End, Event
 from kinetile.run.compose import check_options
+from kinetile.run.engine.contacts import RowFunction
 from kinetile.run.engine.engine import UNLIMITED, Engine
-from kinetile.run.engine.ledger import RowFunction
 from kinetile.run.flights import Flights
 from kinetile.run.moment import Moment
 from kinetile.run.saving.files import to_plain
@@ -166,7 +166,7 @@ class _Observation:
         times = {name: getattr(self, name) for name in _TIMES}
         return times | {"blocks": {name: each.state for name, each in self.blocks.items()}, "kept": kept}
 
-    def take_up(self, state: Mapping[str, Any]) -> None:
+    def restore(self, state: Mapping[str, Any]) -> None:
         """Goes on from a state; BadOption if it has none of the observable."""
         if state["kept"] is None:
             raise BadOption(f"{self.unsaved}: expected observables by their names, to observe from here on")
@@ -224,8 +224,8 @@ class _Observation:
 def _numbers(value: Any, what: str) -> Floats:
     numbers = np.asarray(value)
     if numbers.dtype.kind not in "biuf" or numbers.ndim > 1:
-        said = f"{what} is {shown(value)}"
-        raise TypeError(f"{said}; expected a number, or an array of numbers with one dimension")
+        message = f"{what} is {shown(value)}"
+        raise TypeError(f"{message}; expected a number, or an array of numbers with one dimension")
     return numbers.astype(np.float64)
 
 
@@ -272,7 +272,7 @@ class Observers:
         """Returns the observables of a saved state."""
         observers = cls(scene, state["observe"])
         for each, its in zip(observers._observations, state["states"], strict=True):
-            each.take_up(its)
+            each.restore(its)
         observers._there, observers._first = state["there"], state["first"]
         return observers
 
@@ -323,12 +323,12 @@ class Observers:
                     f"under {phase}: run it under {its}, or leave {each.name} out"
                 )
         self._moment, self._engine, self._running = moment, engine, True
-        engine.ledger.delivered = True
+        engine.ledger.complete = True
 
     def leave(self) -> None:
         """Notes where a run has ended, unless contacts of it were lost by an error."""
         self._running = False
-        self._there = _place(self._engine) if self._engine.ledger.delivered else None
+        self._there = _place(self._engine) if self._engine.ledger.complete else None
 
     def __len__(self) -> int:
         return len(self._observations)
@@ -386,11 +386,11 @@ class Observers:
                 if event is not None or moment.time < time or spent:
                     return event
             self._fresh = False
-            engine.ledger.delivered = False  # until all have taken their samples
+            engine.ledger.complete = False  # until all have taken their samples
             for each in observed:
                 if each.next_time == time:
                     each.sample(moment)
-            engine.ledger.delivered = True
+            engine.ledger.complete = True
         return event if observed and moment.time == end.until else run_to(end)
 
     def results(self) -> Observed:

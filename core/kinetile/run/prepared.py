@@ -13,7 +13,7 @@ from kinetile.scene import Scene
 from kinetile.scene.shapes import Shape
 
 if TYPE_CHECKING:
-    from kinetile.run.engine.contents import Contents
+    from kinetile.run.engine.state import Contents
 
 LEAST = 64
 """The least number of slots in a scene with insertions."""
@@ -65,7 +65,7 @@ def _columns(rows: Any, elapsed: Any, form: Any) -> dict[str, Any]:
     }
 
 
-def standing(contents: Contents, scene: Scene, capacity: int, coming: Any = None) -> Prepared:
+def present_scene(contents: Contents, scene: Scene, capacity: int, coming: Any = None) -> Prepared:
     """Returns a scene as it is in the middle of a run, on its clock: with the bodies of these contents, and
     perhaps those that commands insert, and without commands. Nothing is checked."""
     plans = contents.plans

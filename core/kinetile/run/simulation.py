@@ -30,9 +30,10 @@ from kinetile.plugin.drawing import Item
 from kinetile.run import arguments
 from kinetile.run.advance import End, Event, advance, advance_one, is_beyond_frame, next_event
 from kinetile.run.arguments import StopAt
+from kinetile.run.candidates import by_number, candidates, drawn, named_near
 from kinetile.run.compose import Commands, Composition, compose_phases
+from kinetile.run.engine.contacts import Recorder, RowFunction
 from kinetile.run.engine.engine import Engine
-from kinetile.run.engine.ledger import Recorder, RowFunction
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.moment import Moment
 from kinetile.run.observing import Observers
@@ -42,8 +43,7 @@ from kinetile.run.questions.meetings import CastHit, NextContact
 from kinetile.run.questions.places import Query, RayHit
 from kinetile.run.readings import Readings, energy, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
-from kinetile.run.saving.snapshot import Snapshot, gone_on, take
-from kinetile.run.structure import by_number, candidates, drawn, named_near
+from kinetile.run.saving.snapshot import Snapshot, resumed, take
 from kinetile.scene import Insert, Scene, Turn, relabelled
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, shown
@@ -797,7 +797,7 @@ class Simulation(Moment):
 
     def _go_on_from(self, snapshot: Snapshot) -> None:
         """Continues from a snapshot; unchanged if that is refused."""
-        self._engine = gone_on(snapshot, self.scene, self._engine.composition)
+        self._engine = resumed(snapshot, self.scene, self._engine.composition)
         self._audit, self._start_energy = snapshot.audit, snapshot.start_energy
         self._observers, self._saved_observed = None, snapshot.observed
         self._observed = None if snapshot.observed else Observed()

@@ -194,11 +194,11 @@ class _File:
         given = arguments_of(scene)._replace(settings=self.settings, origin=origin, until=until)
         if commands or responses or kinds:
             given = given._replace(unit=scene.time_unit, kinds=kinds or given.kinds)
-        said = [[*rule.between] for rule in responses]
+        message = [[*rule.between] for rule in responses]
         rules = [
             Rule(f"responses[{pair!r}]", pair, response)
             for pair, response in scene.responses
-            if [*pair] not in said and [*pair[::-1]] not in said
+            if [*pair] not in message and [*pair[::-1]] not in message
         ]
         made = [(f"recipe.commands[{k}]", each) for k, each in enumerate(scene.commands)]
         given = given._replace(responses=(*rules, *responses), obstacles=obstacles)
@@ -395,8 +395,8 @@ class _File:
             where = f"commands[{k}]"
             given = [kind for kind in _KINDS if kind in row]
             if len(given) != 1:
-                said = " and ".join(given) or "none of them"
-                self.mistakes.append(Mistake(where, said, f"one of {', '.join(_KINDS)}"))
+                message = " and ".join(given) or "none of them"
+                self.mistakes.append(Mistake(where, message, f"one of {', '.join(_KINDS)}"))
             elif ("velocity" in row) != (given == ["turn"]):
                 there = "velocity" in row
                 wanted = "none beside this: that of a new body is in insert" if there else "[vx, vy]"

@@ -182,8 +182,8 @@ def _read_settings(given: Given, mistakes: list[Mistake]) -> Settings:
     if given.settings is not None and not isinstance(given.settings, Settings):
         mistakes.append(Mistake("settings", shown(given.settings), "kinetile.Settings(...), or None"))
     if given.origin is not None and not isinstance(given.origin, Mapping):
-        said = "a mapping that says where the scene is from"
-        mistakes.append(Mistake("origin", shown(given.origin), said))
+        text = "a mapping that says where the scene is from"
+        mistakes.append(Mistake("origin", shown(given.origin), text))
     return given.settings if isinstance(given.settings, Settings) else Settings()
 
 

@@ -124,8 +124,8 @@ def read_rules(
         there = [*((f"bodies[{number}].kind", name) for number, name in enumerate(each)), *later]
         for where, name in there:
             if name not in known:
-                said = f"{name!r}, which is none of the kinds that the scene declares"
-                mistakes.append(Mistake(where, said, one_of(str(name), map(str, kinds))))
+                message = f"{name!r}, which is none of the kinds that the scene declares"
+                mistakes.append(Mistake(where, message, one_of(str(name), map(str, kinds))))
                 known[name] = None
     if complete:
         mistakes += _unused(rules, places, known)
@@ -178,12 +178,12 @@ def _unused(
     for pair, _ in rules:
         for name in dict.fromkeys(pair):
             if is_kind(name) and name not in known:
-                said = f"{name!r}, a kind that no body has"
+                message = f"{name!r}, a kind that no body has"
                 kinds = one_of(str(name), map(str, known))
                 if tuple(known) == (0,):
                     kinds = "0, the kind of bodies that are given none"
                 wanted = f"{kinds} (kinds=[...] declares those whose bodies come by hand)"
-                mistakes.append(Mistake(places[pair], said, wanted))
+                mistakes.append(Mistake(places[pair], message, wanted))
     return mistakes
 
 
@@ -215,8 +215,8 @@ def _read_kinds(given: Any, bodies: int, first: Kind, mistakes: list[Mistake]) -
         except TypeError:
             each = [given]
     if len(each) != bodies:
-        said = f"{len(each)} {'kind' if len(each) == 1 else 'kinds'}"
-        mistakes.append(Mistake("kind", said, f"one for each of the {bodies} bodies, or one for all"))
+        message = f"{len(each)} {'kind' if len(each) == 1 else 'kinds'}"
+        mistakes.append(Mistake("kind", message, f"one for each of the {bodies} bodies, or one for all"))
         each = [first] * bodies
     for number, name in enumerate(each):
         if not is_kind(name):
@@ -285,13 +285,13 @@ def table(
 
     Two different rules for two kinds, each with "*", are appended as a mistake.
     """
-    said = dict(rules)
+    message = dict(rules)
     elastic = Response(ELASTIC)
-    usual, walls = said.get((ANY, ANY), elastic), said.get((ANY, WALL), elastic)
-    own = [said.get(_ordered(each, ANY)) for each in kinds]
+    usual, walls = message.get((ANY, ANY), elastic), message.get((ANY, WALL), elastic)
+    own = [message.get(_ordered(each, ANY)) for each in kinds]
     rows = [[a or b or usual for b in own] + [walls] for a in own]  # with 256 kinds these are 65,000
     place = {kind: at for at, kind in enumerate(kinds)} | {WALL: len(kinds)}
-    for (a, b), response in said.items():
+    for (a, b), response in message.items():
         if a in place and b in place:
             rows[place[a]][place[b]] = response
             if b != WALL:
@@ -299,7 +299,7 @@ def table(
     if mistakes is not None:
         some = [(kind, response) for kind, response in zip(kinds, own, strict=True) if response]
         for (a, one), (b, two) in permutations(some, 2):
-            if one != two and (a, b) not in said and _order(a) < _order(b):
+            if one != two and (a, b) not in message and _order(a) < _order(b):
                 where, what = f"responses[{(a, b)!r}]", f"nothing, {one!r} and {two!r} by their kinds"
                 mistakes.append(Mistake(where, what, "a response for these two"))
     return rows

@@ -290,16 +290,16 @@ RECORD = re.compile(r"Record\([^)]*\)")
 
 def complaint(error: Exception) -> str:
     """Return what the compiler says, with the place; some of its errors do not say where, but it knows."""
-    said = brief(str(error))
-    if said != str(error):
-        return said
-    said = f"{type(error).__name__}: {RECORD.sub('records', said)}"
-    if ViewModel.__name__ in said:
-        said = (
+    text = brief(str(error))
+    if text != str(error):
+        return text
+    text = f"{type(error).__name__}: {RECORD.sub('records', text)}"
+    if ViewModel.__name__ in text:
+        text = (
             "an array in an unchecked hook has indices from 0, slices, len and iteration, and nothing else "
             "of NumPy: leave out the mark toolbox.unchecked"
         )
-    return f"{said}{_place(error)}"
+    return f"{text}{_place(error)}"
 
 
 def _place(error: Exception) -> str:
@@ -321,14 +321,14 @@ def brief(message: str) -> str:
     places = [at for at, line in enumerate(lines) if PLACE.match(line)]
     if not places:
         return RECORD.sub("records", message)
-    said = " ".join(line.strip() for line in lines[: places[0]] if line.strip() and not STEP.match(line))
-    plain = PLAIN.search(said)
+    text = " ".join(line.strip() for line in lines[: places[0]] if line.strip() and not STEP.match(line))
+    plain = PLAIN.search(text)
     if plain is not None:
-        said = f"{plain['name']} is a plain function, and hooks call only hooks: mark it with toolbox.hook"
+        text = f"{plain['name']} is a plain function, and hooks call only hooks: mark it with toolbox.hook"
     found = PLACE.match(lines[places[0]])
     assert found is not None
     number = int(found["line"])
-    return f"{RECORD.sub('records', said)} ({found['file']}, line {number}){_code(lines[places[0] + 1 :])}"
+    return f"{RECORD.sub('records', text)} ({found['file']}, line {number}){_code(lines[places[0] + 1 :])}"
 
 
 def _code(lines: list[str]) -> str:

@@ -112,7 +112,7 @@ def reaches_into(
 
 
 @hook
-def looseness(k: Kernel, tick: int) -> float:
+def place_error(k: Kernel, tick: int) -> float:
     """Return by how much rows of places can be wrong at a tick: infinite where none are noted."""
     clock = k.clock[0]
     noted = clock.built != 0 and abs(tick - clock.origin) <= clock.limits.span
@@ -122,7 +122,7 @@ def looseness(k: Kernel, tick: int) -> float:
 @template
 def is_far(k: Kernel, x: float, y: float, radius: float, other: int, elapsed: float, loose: float) -> bool:
     """Whether a body is out of reach of an inserted one, by its row of places: they are close together, and
-    most bodies are far. ``elapsed`` is the time since their origin, ``loose`` is as of ``looseness``."""
+    most bodies are far. ``elapsed`` is the time since their origin, ``loose`` is as of ``place_error``."""
     place = k.places[other]
     there_x, there_y = position_after(place, elapsed)
     dx = there_x - x
@@ -195,7 +195,7 @@ def blocked_by(k: Kernel, command: Records) -> int:
         return found
     x, y = place_of(k, command)
     elapsed = since_origin(k, command.tick)
-    loose = looseness(k, command.tick)
+    loose = place_error(k, command.tick)
     for other in range(k.clock[0].bodies):
         if not is_far(k, x, y, command.radius, other, elapsed, loose) and is_there(k, other):
             body = k.bodies[other]
@@ -243,7 +243,7 @@ def take_slot(k: Kernel, number: int) -> int:
 
 
 @template
-def arrive(k: Kernel, command: Records) -> int:
+def insert_body(k: Kernel, command: Records) -> int:
     """Insert a body; return its slot. Its entry awaits nothing yet."""
     body = take_slot(k, command.body)
     new = k.bodies[body]
@@ -295,7 +295,7 @@ def _account(k: Kernel, mass: float, squares: float) -> None:
 
 
 @template
-def depart(k: Kernel, body: int) -> None:
+def remove_body(k: Kernel, body: int) -> None:
     """Remove the body in a slot; the broad phase's structure has removed it already.
 
     A body that awaits a contact with it is refreshed when that contact is at the head. Contacts of one tick
@@ -345,7 +345,7 @@ def must_wait(k: Kernel, command: Records) -> int:
 
 
 @template
-def obey(k: Kernel, s: Any) -> int:
+def carry_out(k: Kernel, s: Any) -> int:
     """Carry out the next command, at its tick; return the slot of the body that is to be refreshed, or
     NOBODY. With ``LIVING``, there is room for a new body."""
     clock = k.clock[0]
@@ -354,7 +354,7 @@ def obey(k: Kernel, s: Any) -> int:
     lists.command += 1
     at = command.tick
     if LIVING and command.code == INSERTED:
-        body = arrive(k, command)
+        body = insert_body(k, command)
         log(k, at, body, INSERTED)
         clock.hand = body
         enter(k, s, body)
@@ -370,7 +370,7 @@ def obey(k: Kernel, s: Any) -> int:
         log(k, at, body, REMOVED)
         clock.hand = body
         leave(k, s, body)
-        depart(k, body)
+        remove_body(k, body)
         return NOBODY
     if command.code == TURNED:
         k.counts[0].turns += 1
@@ -390,11 +390,11 @@ def obey(k: Kernel, s: Any) -> int:
     return body
 
 
-def obey_alone(k: Kernel, s: Any) -> None:
+def run_one_command(k: Kernel, s: Any) -> None:
     """Carry out the next command in tables that get a new structure after it; a template, as
     ``advance``."""
     k = disowned(k)
     s = disowned(s)
     command = k.commands[k.clock[0].lists.command]
     k.clock[0].now = larger(k.clock[0].now, command.tick)
-    obey(k, s)
+    carry_out(k, s)

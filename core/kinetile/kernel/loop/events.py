@@ -14,7 +14,7 @@ from kinetile.kernel.images import anchor, come_together, next_to_anchor
 from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED
 from kinetile.kernel.loop import BLOCKED, COMMAND_DUE, CROWDED, NO_REASON
 from kinetile.kernel.loop.bookkeeping import count_contact, is_watched, log, stop_there
-from kinetile.kernel.loop.commands import FREE, blocked_by, has_vacancy, must_wait, obey, plan_changed
+from kinetile.kernel.loop.commands import FREE, blocked_by, carry_out, has_vacancy, must_wait, plan_changed
 from kinetile.kernel.loop.responses import (
     answer,
     answer_wall,
@@ -97,7 +97,7 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
             return COMMAND_DUE, NOTHING, NOBODY
         task = REFRESH  # enter and leave have told the structure
     clock.now = larger(clock.now, at)
-    return NO_REASON, task, obey(k, s)
+    return NO_REASON, task, carry_out(k, s)
 
 
 @template

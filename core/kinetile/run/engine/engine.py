@@ -66,12 +66,12 @@ from kinetile.plugin.registry import sentence
 from kinetile.run.audit import check_all
 from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine import layout, spans
-from kinetile.run.engine.agenda import ROWS, Agenda, Command, Rows, squares_of, to_the_front
 from kinetile.run.engine.bounds import MOST_FLOWN, NO_SKIN, Bounds, fastest, squares_of_bodies
-from kinetile.run.engine.contents import RunState, contents_of, numbers_of
+from kinetile.run.engine.commands import ROWS, Agenda, Command, Rows, squares_of, to_the_front
+from kinetile.run.engine.contacts import Ledger
 from kinetile.run.engine.failures import blocked, blockers_of, failure
 from kinetile.run.engine.fields import Tables
-from kinetile.run.engine.ledger import Ledger
+from kinetile.run.engine.state import RunState, contents_of, numbers_of
 from kinetile.run.interrupts import Interruptible, Unbroken, let_signals_through
 from kinetile.run.prepared import with_shapes
 from kinetile.scene import Scene
@@ -194,8 +194,8 @@ class Engine(Tables):
                         blockers_of(self.packed[0], self.composition, np.zeros(0, ROWS))
             except NotCompiled as error:
                 who = described("broad phase", self.composition.broad_phase)
-                said = f"the hooks of {self._phases} do not compile together ({who}): {error}"
-                raise PhaseError(said) from error
+                text = f"the hooks of {self._phases} do not compile together ({who}): {error}"
+                raise PhaseError(text) from error
             self.compile_seconds += time.thread_time() - began
             self._ready = True
 
@@ -233,8 +233,8 @@ class Engine(Tables):
             reason = int(self.enter(until, budget, contacts, quota))
         except Exception as error:  # a hook that raises, or one that is interpreted and leaves its arrays
             who = described("broad phase", self.composition.broad_phase)
-            said = f"a hook of {self._phases} raised {sentence(error)}{place_of(error)} ({who})"
-            self.broken = PhaseError(f"at time {self.clock.time(self.now)!r} {said}")
+            text = f"a hook of {self._phases} raised {sentence(error)}{place_of(error)} ({who})"
+            self.broken = PhaseError(f"at time {self.clock.time(self.now)!r} {text}")
             self._take_over(before)
             raise self.broken from error
         took = time.thread_time() - began
@@ -518,7 +518,7 @@ class Engine(Tables):
                 self.lay_out(2.0 * needed)
             if inserts:
                 self._number(self.numbers + len(rows))
-            self.ledger.puts_aside = True
+            self.ledger.holds_rows = True
             try:
                 if others_first:
                     with suppress(Refused):  # of an insertion without room: this command comes before it
@@ -531,7 +531,7 @@ class Engine(Tables):
                 if self._waiting > self._behind:
                     raise
             finally:
-                self._behind, self.ledger.puts_aside = NONE_BEHIND, False
+                self._behind, self.ledger.holds_rows = NONE_BEHIND, False
             if inserts:
                 self.numbers += len(rows)
             if code == REMOVED:

@@ -30,7 +30,7 @@ from kinetile.kernel.plan import Plan, positions_after
 from kinetile.kernel.tables import Kernel
 from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition
-from kinetile.run.engine.agenda import Rows
+from kinetile.run.engine.commands import Rows
 from kinetile.scene.bodies import nearest_image
 from kinetile.scene.checks import WALL
 
@@ -64,11 +64,11 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
     if fault in (tables.TOO_DEEP, tables.LATE_CONTACT):
         return MissedContactError(f"{at} {_missed(composition, fault, b, named)}", time=time, bodies=bodies)
     if fault == tables.JAMMED:
-        said = (
+        message = (
             f"{at} the bodies are jammed: {int(clock.jam.window_size)} contacts took next to no "
             f"time, the last of them between {named}; nothing can move on from here"
         )
-        return ZenoError(said, time=time, bodies=bodies)
+        return ZenoError(message, time=time, bodies=bodies)
     if fault == tables.NOT_FINITE:
         return PhaseError(
             f"{at} a contact of {named} has no outcome in finite numbers, as where centres meet"
@@ -138,19 +138,19 @@ def blocked(k: Kernel, clock: Clock, command: Any, blocker: int, fallen: Any) ->
 
     def text() -> str:
         x, y, radius = (command[name].item() for name in ("x", "y", "radius"))
-        said = f"it reaches into body {who}"
+        message = f"it reaches into body {who}"
         if other is None:
-            said = f"it reaches beyond the {WALLS[blocker]} wall"
+            message = f"it reaches beyond the {WALLS[blocker]} wall"
         elif not len(k.forms):
             elapsed = float(command["tick"] - other["anchor"]) * clock.unit / TICKS
             apart = positions_after(Plan.of(other), elapsed) - (x, y)
             torus = k.clock[0].torus
             (away,) = nearest_image((apart + fallen[:2])[None], (float(torus.x), float(torus.y)))
             deep = radius + other["radius"].item() - math.hypot(*away.tolist())
-            said = f"it reaches {deep:.6g} into body {who}"
+            message = f"it reaches {deep:.6g} into body {who}"
         place = f"at ({x!r}, {y!r})" + ("" if len(k.forms) else f" with radius {radius!r}")
         when, number = clock.moment(ticks)[0], int(command["body"])
-        return f"at time {when!r} there is no room for body {number} {place}: {said}; nothing has changed"
+        return f"at time {when!r} there is no room for body {number} {place}: {message}; nothing has changed"
 
     return NoRoom(text)
 

@@ -39,9 +39,9 @@ from kinetile.kernel.tables import (
 from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition, Rules
 from kinetile.run.engine.bounds import Bounds
-from kinetile.run.engine.contents import Contents, contents_of
 from kinetile.run.engine.fields import Fields
-from kinetile.run.prepared import LEAST, standing
+from kinetile.run.engine.state import Contents, contents_of
+from kinetile.run.prepared import LEAST, present_scene
 from kinetile.scene import Scene
 
 OF_SIDES = ["left", "right", "down", "up"]
@@ -114,8 +114,8 @@ def _allocated(bodies: int, composition: Composition) -> Kernel:
             k = _with_rules(k, composition.rules)
     except MemoryError as error:
         who = described("broad phase", composition.broad_phase)
-        said = f"there is no memory for its {pairs} pairs and for {room} bodies near one"
-        raise PhaseError(f"{who}: {said}") from error
+        text = f"there is no memory for its {pairs} pairs and for {room} bodies near one"
+        raise PhaseError(f"{who}: {text}") from error
     k.queue.number[bodies:] = k.slots[bodies:] = NOBODY
     clock = k.clock[0]
     clock.bodies = clock.present = bodies
@@ -220,7 +220,9 @@ def renewed(
     contents, slots = contents_of(k), len(k.bodies)
     needed = len(contents.plans) + (0 if coming is None else len(coming))
     capacity = max(2 * slots, needed, LEAST) if roomy or needed > slots else slots
-    new = _renewed(k, contents, scene, composition.prepared_for(standing(contents, scene, capacity, coming)))
+    new = _renewed(
+        k, contents, scene, composition.prepared_for(present_scene(contents, scene, capacity, coming))
+    )
     if coming is not None:  # all before it has happened: where a run has stopped does not count
         new.k.clock.now = coming.tick[0]
     return new
@@ -236,16 +238,16 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition, many: int) ->
     commands = k.commands[first : first + many]
     if int(commands[0].code) == INSERTED:
         contents = contents_of(k)
-        composition = composition.prepared_for(standing(contents, scene, 0, commands))
+        composition = composition.prepared_for(present_scene(contents, scene, 0, commands))
         new = _renewed(k, contents, scene, composition)  # with empty slots
-        obey = composition.obeying()
+        carry_out = composition.carrying_out()
         for _ in commands:
-            obey(new.k, composition.broad.state)
+            carry_out(new.k, composition.broad.state)
         return new
     aside = Kernel(*(table.copy() for table in k))._replace(met=k.met, log=k.log)
-    composition.obeying()(aside, composition.broad.state)
+    composition.carrying_out()(aside, composition.broad.state)
     contents = contents_of(aside)
-    composition = composition.prepared_for(standing(contents, scene, 0))
+    composition = composition.prepared_for(present_scene(contents, scene, 0))
     return _renewed(aside, contents, scene, composition)
 
 

@@ -36,10 +36,10 @@ from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER, CONTACT, LOG, MET, Fingerprint, digestible
 from kinetile.kernel.tables import COMMAND, ROWS
 from kinetile.run.compose import Commands
-from kinetile.run.engine.agenda import History, Planned
 from kinetile.run.engine.bounds import NO_SKIN, Bounds
-from kinetile.run.engine.contents import Contents, RunState, numbers_of
-from kinetile.run.engine.ledger import Entries
+from kinetile.run.engine.commands import History, Planned
+from kinetile.run.engine.contacts import Entries
+from kinetile.run.engine.state import Contents, RunState, numbers_of
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, check_state
 from kinetile.scene import Insert, Remove, Response, Scene, Settings, Turn
 from kinetile.scene.checks import shown
@@ -74,7 +74,7 @@ def pack(snapshot: Snapshot, file: BinaryIO, note: Mapping[str, Any] | None = No
         "answer": snapshot.scene.answer,
         "layout": layout(),
         "note": dict(note or {}),
-        "said": to_plain(_said(snapshot, arrays), arrays, "the simulation"),
+        "content": to_plain(_content(snapshot, arrays), arrays, "the simulation"),
     }
     try:
         text = json.dumps(head).encode()
@@ -137,11 +137,11 @@ def unpack(content: bytes, name: str = "this") -> Snapshot:
         )
     with no_simulation(name):
         try:
-            return _snapshot(from_plain(head["said"], arrays), arrays)
+            return _snapshot(from_plain(head["content"], arrays), arrays)
         except RecordError:
             raise
         except KinetileError as error:
-            raise RecordError(f"{name} is no simulation that can be gone on from: {error}") from error
+            raise RecordError(f"{name} is no simulation that can be resumed: {error}") from error
 
 
 copyreg.pickle(Snapshot, lambda snapshot: (unpack, (packed(snapshot), "this pickle")))
@@ -156,8 +156,8 @@ def no_simulation(name: str) -> Iterator[None]:
     except KinetileError:
         raise
     except _NOT_SO as error:
-        said = f"{type(error).__name__}: {error}"
-        raise RecordError(f"{name} is no simulation that can be gone on from: {said}") from error
+        text = f"{type(error).__name__}: {error}"
+        raise RecordError(f"{name} is no simulation that can be resumed: {text}") from error
 
 
 def note(content: bytes, name: str = "this") -> dict[str, Any]:
@@ -186,7 +186,7 @@ def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
         with np.load(BytesIO(content), allow_pickle=False) as archive:
             arrays = {each: archive[each] for each in archive.files}
         head = json.loads(arrays.pop(HEAD).tobytes())
-        _ = head["answer"], head["layout"], head["note"], head["said"]
+        _ = head["answer"], head["layout"], head["note"], head["content"]
     except Exception as error:  # of zipfile, NumPy, JSON: a hostile archive may raise anything
         raise RecordError(f"{name} is no saved simulation: {error}") from error
     return head, arrays
@@ -223,11 +223,11 @@ _KINDS: dict[str, Any] = {
 @cache
 def layout() -> str:
     """Returns a digest of how all that is saved is laid out."""
-    said = [f"{name} {elements(dtype)}" for name, dtype in ROWS.items()]
-    said += [elements(CONTACT), elements(LOG), *Bounds._fields]
-    said += [*(field.name for field in fields(Snapshot)), *(field.name for field in fields(RunState))]
-    said += Entries._fields
-    return hashlib.sha256("\n".join(said).encode()).hexdigest()
+    content = [f"{name} {elements(dtype)}" for name, dtype in ROWS.items()]
+    content += [elements(CONTACT), elements(LOG), *Bounds._fields]
+    content += [*(field.name for field in fields(Snapshot)), *(field.name for field in fields(RunState))]
+    content += Entries._fields
+    return hashlib.sha256("\n".join(content).encode()).hexdigest()
 
 
 @cache
@@ -236,7 +236,7 @@ def elements(dtype: np.dtype[Any]) -> str:
     return f"{dtype.descr} in {dtype.itemsize}"
 
 
-def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
+def _content(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
     """Returns the contents of a snapshot, in values for ``to_plain``; adds the arrays of tables."""
     state = snapshot.state
     rows, bases = state.history.content
@@ -257,42 +257,49 @@ def _said(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
     }
 
 
-def _snapshot(said: Mapping[str, Any], arrays: Arrays) -> Snapshot:
-    _check_kinds(said, arrays)
-    scene = Scene(*said["scene"])
+def _snapshot(content: Mapping[str, Any], arrays: Arrays) -> Snapshot:
+    _check_kinds(content, arrays)
+    scene = Scene(*content["scene"])
     contents = {name: _rows(arrays, name, dtype) for name, dtype in ROWS.items()}
     history = History.of(
         _rows(arrays, "history", COMMAND).tobytes(),
-        tuple((int(first), int(base)) for first, base in said["history"]),
+        tuple((int(first), int(base)) for first, base in content["history"]),
     )
     state = RunState(
         contents=Contents(**contents),
-        bounds=Bounds._make([*said["bounds"], 0.0, NO_SKIN]),
-        commands=Commands(said["commands"]),
-        later=Planned(tuple(said["later"]), _rows(arrays, "later", COMMAND)),
+        bounds=Bounds._make([*content["bounds"], 0.0, NO_SKIN]),
+        commands=Commands(content["commands"]),
+        later=Planned(tuple(content["later"]), _rows(arrays, "later", COMMAND)),
         history=history,
-        entries=_read_entries(said["entries"], arrays, scene, numbers_of(scene, history)),
-        **{name: said[name] for name in _OF_STATE},
+        entries=_read_entries(content["entries"], arrays, scene, numbers_of(scene, history)),
+        **{name: content[name] for name in _OF_STATE},
     )
     check_state(state, scene)
     return Snapshot(
-        scene, SavedPhases(*said["phases"]), state, said["audit"], said["start_energy"], said["observed"]
+        scene,
+        SavedPhases(*content["phases"]),
+        state,
+        content["audit"],
+        content["start_energy"],
+        content["observed"],
     )
 
 
-def _check_kinds(said: Mapping[str, Any], arrays: Arrays) -> None:
+def _check_kinds(content: Mapping[str, Any], arrays: Arrays) -> None:
     """Raises TypeError for a value that no engine has: otherwise a run would fail later."""
     for name, kind in _KINDS.items():
-        if not isinstance(said[name], kind):
-            raise TypeError(f"{name} is {shown(said[name])}")
-    for name, value in zip(Bounds._fields[:_BOUNDS], said["bounds"], strict=True):
+        if not isinstance(content[name], kind):
+            raise TypeError(f"{name} is {shown(content[name])}")
+    for name, value in zip(Bounds._fields[:_BOUNDS], content["bounds"], strict=True):
         if not isinstance(value, float):
             raise TypeError(f"{name} is {shown(value)}")
-    if len(said["later"]) != len(arrays["later"]) or not all(type(each) is int for each in said["later"]):
+    if len(content["later"]) != len(arrays["later"]) or not all(
+        type(each) is int for each in content["later"]
+    ):
         raise TypeError("a command has no tick")
-    if not all(isinstance(each, Shape) for each in said["shapes"]):
+    if not all(isinstance(each, Shape) for each in content["shapes"]):
         raise TypeError("a shape is none")
-    if said["overlapping"].dtype != np.int64 or said["overlapping"].shape[1:] != (2,):
+    if content["overlapping"].dtype != np.int64 or content["overlapping"].shape[1:] != (2,):
         raise TypeError("overlapping has no pairs of bodies")
 
 
@@ -314,7 +321,7 @@ def _sayable(origin: Mapping[str, Any]) -> dict[str, Any]:
 def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:
     """Returns the contents of the ledger: the contacts, or else what their fingerprint goes on from."""
     arrays |= {f"unrecorded.{number}": rows for number, rows in enumerate(entries.unrecorded)}
-    arrays["unstepped"] = np.array(list(entries.unstepped), MET)
+    arrays["pending_events"] = np.array(list(entries.pending_events), MET)
     found: dict[str, Any] = {
         "rows": entries.rows,
         "fingerprint": entries.digest.hexdigest(),
@@ -327,11 +334,11 @@ def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:
     return found
 
 
-def _read_entries(said: Mapping[str, Any], arrays: Arrays, scene: Scene, numbers: int) -> Entries:
-    unrecorded = tuple(_rows(arrays, f"unrecorded.{number}", LOG) for number in range(said["unrecorded"]))
-    if "chain" in said:
+def _read_entries(content: Mapping[str, Any], arrays: Arrays, scene: Scene, numbers: int) -> Entries:
+    unrecorded = tuple(_rows(arrays, f"unrecorded.{number}", LOG) for number in range(content["unrecorded"]))
+    if "chain" in content:
         contacts = None
-        digest = Fingerprint(bytes.fromhex(said["chain"]), _rows(arrays, "open", MET).tobytes())
+        digest = Fingerprint(bytes.fromhex(content["chain"]), _rows(arrays, "open", MET).tobytes())
     else:
         met = _rows(arrays, "contacts", MET)
         contacts = np.zeros(len(met), CONTACT)
@@ -341,12 +348,12 @@ def _read_entries(said: Mapping[str, Any], arrays: Arrays, scene: Scene, numbers
         contacts.flags.writeable = False
         digest = Fingerprint()
         digest.update(met.tobytes())
-    if digest.hexdigest() != said["fingerprint"]:
+    if digest.hexdigest() != content["fingerprint"]:
         raise ValueError("its fingerprint is not that of its contacts")
-    unstepped = _rows(arrays, "unstepped", MET)
-    if not ((unstepped["a"] >= 0) & (np.maximum(unstepped["a"], unstepped["b"]) < numbers)).all():
+    pending = _rows(arrays, "pending_events", MET)
+    if not ((pending["a"] >= 0) & (np.maximum(pending["a"], pending["b"]) < numbers)).all():
         raise ValueError("a contact is of a body that has never been there")
-    return Entries(said["rows"], contacts, digest, unrecorded, tuple(unstepped.tolist()))
+    return Entries(content["rows"], contacts, digest, unrecorded, tuple(pending.tolist()))
 
 
 def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
@@ -393,13 +400,13 @@ def to_plain(value: Any, arrays: Arrays, where: str) -> Any:
     )
 
 
-def from_plain(said: Any, arrays: Arrays) -> Any:
+def from_plain(content: Any, arrays: Arrays) -> Any:
     """Returns the value of a JSON text; TypeError, ValueError or LookupError for an invalid one."""
-    if isinstance(said, list):
-        return [from_plain(each, arrays) for each in said]
-    if not isinstance(said, dict):
-        return said
-    ((kind, content),) = said.items()
+    if isinstance(content, list):
+        return [from_plain(each, arrays) for each in content]
+    if not isinstance(content, dict):
+        return content
+    ((kind, content),) = content.items()
     if kind == "array":
         found = arrays[content]
         if found.dtype.str not in _DTYPES:

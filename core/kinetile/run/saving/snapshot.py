@@ -20,10 +20,10 @@ from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.plan import Plan, positions_after
 from kinetile.kernel.tables import JAMMED, LONG_AGO, NEVER, NOBODY, Quantity, Role, declared
 from kinetile.run.compose import Composition
-from kinetile.run.engine.agenda import Command, command_of
-from kinetile.run.engine.contents import RunState, numbers_of
+from kinetile.run.engine.commands import Command, command_of
 from kinetile.run.engine.engine import Engine
-from kinetile.run.prepared import standing, with_shapes
+from kinetile.run.engine.state import RunState, numbers_of
+from kinetile.run.prepared import present_scene, with_shapes
 from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import LARGEST
 from kinetile.scene.commands import values_of
@@ -76,7 +76,7 @@ class Snapshot:
             tables += (rows[field.name] for field in declared(rows.dtype, Role.CARRIED))
         return (
             *(self.scene, self.phases, self.audit, self.start_energy, state.history.content),
-            *(entries.rows, entries.digest.hexdigest(), entries.unstepped),
+            *(entries.rows, entries.digest.hexdigest(), entries.pending_events),
             [table.tobytes() for table in tables],
             *(state.base, state.bounds, state.commands, state.later.ticks, state.requested, state.audits),
         )
@@ -102,7 +102,7 @@ def take(
     return Snapshot(scene, SavedPhases.of(engine.composition), engine.run_state(), audit, energy, observed())
 
 
-def gone_on(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engine:
+def resumed(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engine:
     """Returns an engine that goes on from a snapshot of a scene, under the phases of a composition.
 
     Raises RecordError for a snapshot of another scene or of other narrow phases, Refused if the broad phase
@@ -120,7 +120,7 @@ def gone_on(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engin
             "same"
         )
     table = with_shapes(scene, snapshot.state.shapes)
-    present = standing(snapshot.state.contents, table, composition.prepared.capacity)
+    present = present_scene(snapshot.state.contents, table, composition.prepared.capacity)
     return Engine(scene, composition.prepared_for(present), state=snapshot.state)
 
 
@@ -132,8 +132,8 @@ def check_state(state: RunState, scene: Scene) -> None:
     table. What is left describes some run. O(n).
     """
     with np.errstate(all="ignore"):
-        for said in (*_of_ranges(state, scene), *_of_plans(state, scene), *_of_commands(state, scene)):
-            raise ValueError(said)
+        for text in (*_of_ranges(state, scene), *_of_plans(state, scene), *_of_commands(state, scene)):
+            raise ValueError(text)
 
 
 def _of_ranges(state: RunState, scene: Scene) -> Iterator[str]:

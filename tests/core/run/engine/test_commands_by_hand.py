@@ -18,7 +18,7 @@ from kinetile.errors import Refused, ZenoError
 from kinetile.kernel.log import INSERTED, TURNED
 from kinetile.kernel.tables import COMMAND, allocate
 from kinetile.run.engine import engine as engines
-from kinetile.run.engine.agenda import LAST, History, to_the_front
+from kinetile.run.engine.commands import LAST, History, to_the_front
 from kinetile.run.engine.fields import fields_of
 from kinetile.scene.files import dumps_scene, loads_scene
 from lanes import BUILT_IN, examples

@@ -122,7 +122,7 @@ def assert_true(sim: kt.Simulation) -> None:
         assert all(each is None or each.time >= end for each in scheduled)
     cast_as_inserted(sim)
     event = next_event(sim)
-    if rows and not sim._engine.ledger.unstepped:  # else it is a passing that has begun and waits for a step
+    if rows and not sim._engine.ledger.pending_events:  # a passing that waits for a step
         assert (event.time, event.epoch, event.tick) == rows[0][:3]
         assert event.bodies == tuple(sorted(body for body in rows[0][3:] if body >= 0))
 

@@ -172,7 +172,7 @@ def test_an_index_of_a_saved_run_that_is_out_of_its_table_ended_the_process(tmp_
             assert len(rows), name
             rows[column] = value
             path.write_bytes(sealed(arrays | {name: rows}))
-            with pytest.raises(RecordError, match="is no simulation that can be gone on from"):
+            with pytest.raises(RecordError, match="is no simulation that can be resumed"):
                 kt.resume(path)
 
 

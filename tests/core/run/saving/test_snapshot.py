@@ -22,9 +22,9 @@ from kinetile.errors import Refused
 from kinetile.kernel.clock import SPAN
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.tables import JAMMED, LONG_AGO, NEVER, Quantity, Role, declared
-from kinetile.run.engine.contents import contents_of
 from kinetile.run.engine.spans import count_from_next
-from kinetile.run.saving.snapshot import gone_on
+from kinetile.run.engine.state import contents_of
+from kinetile.run.saving.snapshot import resumed
 from kinetile.run.simulation import composition_of
 from lanes import BUILT_IN
 
@@ -204,7 +204,7 @@ def test_each_declared_field_is_compared_saved_restored_and_counted_from_the_nex
                 same = role is Role.COST or (table[name] == before).all()
                 assert (old == snapshot()) == same, f"{name} is not compared"
     assert pickle.loads(pickle.dumps(snapshot())) == snapshot()
-    engine = gone_on(snapshot(), sim.scene, composition_of(sim))
+    engine = resumed(snapshot(), sim.scene, composition_of(sim))
     restored, body = contents_of(engine.k), int(contents.clock["fault.a"][0])
     assert engine.k.clock[0].fault.a == (body if body < 0 else engine.k.slots[body]), "a slot is a number"
     count_from_next(engine.k, ())

@@ -64,28 +64,28 @@ class Entries(NamedTuple):
     contacts: npt.NDArray[np.void] | None
     digest: Fingerprint
     unrecorded: tuple[npt.NDArray[np.void], ...]
-    unstepped: tuple[ContactRow, ...]
+    pending_events: tuple[ContactRow, ...]
 
 
 class Ledger:
     """Takes over the loop's log chunk by chunk.
 
     A recorder, if there is one (``recording``), is given every row. The rows of commands between two runs
-    wait for the next one (``puts_aside``). ``rows`` is their total number; ``keeps`` says whether
-    contacts are kept at all. ``unstepped`` are the contacts that no step has returned yet: passings that
+    wait for the next one (``holds_rows``). ``rows`` is their total number; ``keeps`` says whether
+    contacts are kept at all. ``pending_events`` are the contacts that no step has returned yet: passings that
     begin at the start, or begin or end together with a command; None while a run goes past all events.
     ``latest`` is the number of contacts that were taken over last: still the first rows of ``k.met``.
-    ``delivered`` is False if an error has kept rows from a recorder or an observer.
+    ``complete`` is False if an error has kept rows from a recorder or an observer.
     """
 
     def __init__(self, clock: Clock, entries: Entries, scene: Scene) -> None:
         self._recorder: RowFunction | None = None
         self._counter: RowFunction | None = None
         self._observer: RowFunction | None = None
-        self.puts_aside = False
-        self.delivered = True
+        self.holds_rows = False
+        self.complete = True
         self._clock, self._scene = clock, scene
-        self.unstepped: list[ContactRow] | None = []
+        self.pending_events: list[ContactRow] | None = []
         self.latest = 0
         self.entries = entries
 
@@ -93,17 +93,17 @@ class Ledger:
     def entries(self) -> Entries:
         """The present contents, for a snapshot; the cost does not depend on the number of contacts."""
         contacts = self.contacts if self.keeps else None
-        unstepped = tuple(self.unstepped or ())
-        return Entries(self.rows, contacts, self._hashed().copy(), tuple(self._that_wait()), unstepped)
+        pending_events = tuple(self.pending_events or ())
+        return Entries(self.rows, contacts, self._hashed().copy(), tuple(self._that_wait()), pending_events)
 
     @entries.setter
     def entries(self, entries: Entries) -> None:
         self.rows = entries.rows
         self.keeps = entries.contacts is not None
-        if self.unstepped is not None:
-            self.unstepped = list(entries.unstepped)
+        if self.pending_events is not None:
+            self.pending_events = list(entries.pending_events)
         self._unrecorded = list(entries.unrecorded)  # rows that wait, before those that are put aside
-        self._aside: list[tuple[bytes, int]] = []  # rows, with the clock's base that their ticks count from
+        self._held: list[tuple[bytes, int]] = []  # rows, with the clock's base that their ticks count from
         self._waiting: list[tuple[int, Any]] = []  # for each chunk its first epoch, and what is kept
         self._kept = np.zeros(0, CONTACT) if entries.contacts is None else entries.contacts
         self._count = self._total = len(self._kept)  # of those in one array, and of all, with those that wait
@@ -167,12 +167,12 @@ class Ledger:
     @property
     def reads(self) -> bool:
         """Whether the long rows of present events are read, or will be."""
-        return self.puts_aside or self._recorder is not None or self._observer is not None
+        return self.holds_rows or self._recorder is not None or self._observer is not None
 
     @property
     def records(self) -> bool:
         """Whether all rows of present events are kept, those of plans that the clock anchors again too."""
-        return self.puts_aside or self._recorder is not None
+        return self.holds_rows or self._recorder is not None
 
     @contextmanager
     def recording(
@@ -186,7 +186,7 @@ class Ledger:
         two runs; ``observer`` the others, and ``counter`` the short rows of contacts (``kernel.tables.MET``),
         valid during the call."""
         waiting = [] if recorder is None else self._that_wait()
-        self._unrecorded, self._aside = [], []
+        self._unrecorded, self._held = [], []
         self._recorder, self._counter, self._observer = recorder, counter, observer
         learns = recorder if recorder is not None and isinstance(recorder, Recorder) else None
         try:
@@ -203,12 +203,12 @@ class Ledger:
 
     def take(self, k: Kernel, fields: Fields, rows: int) -> None:
         """Takes over the rows of the loop's log, a number since the start, and empties the log."""
-        self.rows, self.delivered = rows, False
+        self.rows, self.complete = rows, False
         logged, written = fields.lists.logged[0], fields.lists.written[0]
         fields.lists.logged[0] = fields.lists.written[0] = 0
         self.latest = int(logged)
-        if logged and self.unstepped is not None:
-            self.unstepped += np.asarray(k.met)[:logged].tolist()
+        if logged and self.pending_events is not None:
+            self.pending_events += np.asarray(k.met)[:logged].tolist()
         if logged:
             met = np.frombuffer(k.met, MET, logged)
             if self.keeps:
@@ -220,13 +220,13 @@ class Ledger:
             long = np.frombuffer(k.log, ROW, written)
             if self._recorder is not None:
                 self._recorder(_rows(long, self._clock, self._scene))
-            elif self.puts_aside:
-                self._aside.append((long.tobytes(), self._clock.base))
+            elif self.holds_rows:
+                self._held.append((long.tobytes(), self._clock.base))
             if self._observer is not None:
                 self._observer(_rows(long, self._clock, self._scene))
         if logged and self._counter is not None:
             self._counter(np.asarray(k.met)[:logged])
-        self.delivered = True
+        self.complete = True
 
     def _put(self, waiting: list[tuple[int, Any]]) -> None:
         """Keeps contacts; the array grows by doubling, and a view that was returned is never moved."""
@@ -253,7 +253,7 @@ class Ledger:
 
     def _that_wait(self) -> list[npt.NDArray[np.void]]:
         """Returns the rows that wait for a recorder."""
-        aside, self._aside = self._aside, []
+        aside, self._held = self._held, []
         for rows, base in aside:
             clock = replace(self._clock, base=base)
             self._unrecorded.append(_rows(np.frombuffer(rows, ROW), clock, self._scene))

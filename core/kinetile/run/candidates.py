@@ -119,8 +119,8 @@ class _Reader:
     shift: Sequence[float]
     """Where the origin of the frame is in the room: what is fixed in it moves from event to event."""
 
-    def _wrong(self, said: str) -> PhaseError:
-        return PhaseError(f"{described('broad phase', self.phase)}: draw returned {said}")
+    def _wrong(self, text: str) -> PhaseError:
+        return PhaseError(f"{described('broad phase', self.phase)}: draw returned {text}")
 
     def read(self, item: Any) -> Item:
         """Returns a shape with the numbers of bodies; itself where they are the slots, as mostly."""

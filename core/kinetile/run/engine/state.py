@@ -19,9 +19,9 @@ from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import CONTACT, Fingerprint
 from kinetile.kernel.tables import NEVER, NOBODY, ROWS, THEMSELVES, Kernel, begun, copy_carried, slots_taken
 from kinetile.run.compose import Commands
-from kinetile.run.engine.agenda import History, Planned, Rows, planned, waiting
 from kinetile.run.engine.bounds import Bounds
-from kinetile.run.engine.ledger import Entries
+from kinetile.run.engine.commands import History, Planned, Rows, planned, waiting
+from kinetile.run.engine.contacts import Entries
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import nearest_image, overlapping_images, whole_periods
 from kinetile.scene.shapes import Shape
