@@ -204,7 +204,7 @@ def _check_begin(content: bytes, name: str) -> None:
 _OF_STATE: dict[str, Any] = {
     **dict.fromkeys(("base", "audits"), int),
     **dict.fromkeys(("cpu_seconds", "compile_seconds"), int | float),
-    **{"requested": float | int | None, "overlapping": np.ndarray, "shapes": tuple, "later": tuple},
+    **{"requested": float | int | None, "overlapping": np.ndarray, "shapes": tuple},
 }
 """Fields of a run's state that are in the head under their names, with their types."""
 

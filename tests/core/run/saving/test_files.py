@@ -109,7 +109,7 @@ def test_another_answer_is_refused(path):
 
 
 def table(text, name):
-    return next(pair for pair in text["said"]["table"] if pair[0] == name)
+    return next(pair for pair in text["content"]["table"] if pair[0] == name)
 
 
 def test_what_a_file_says_cannot_be_carried_out(path):
