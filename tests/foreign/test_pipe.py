@@ -65,7 +65,7 @@ def in_python(folder: Path, text: str) -> str:
 @needs_cc
 @pytest.mark.small
 def test_the_engine_in_c_conforms(tmp_path):
-    report = check_engine(compiled(tmp_path), examples=8, checks=SMALL)
+    report = check_engine(compiled(tmp_path), examples=4, checks=SMALL)
     assert [result.status for result in report.results] == ["passed", "passed", "skipped"]
     assert report.conforms
     assert report.results[1].reason.startswith("it refuses ")
@@ -90,10 +90,10 @@ def test_the_second_implementation_conforms():
 
 
 FAULTS = {
+    4: "there is no top wall",
     1: "discs that touch and slide meet",
     2: "the last body meets no other",
     3: "of pairs at one tick the last comes first, and before walls",
-    4: "there is no top wall",
     5: "ticks are rounded up",
     6: "all masses are equal",
     7: "the first radius counts twice",
@@ -134,7 +134,7 @@ def asked(scene, within=None, most=50):
 @pytest.mark.small
 def test_times_within_a_distance(tmp_path):
     """One tick is far below the distance, and a missing wall is not."""
-    report = check_engine(compiled(tmp_path, "-DTIMES"), within=1e-12, examples=10, checks=["same-contacts"])
+    report = check_engine(compiled(tmp_path, "-DTIMES"), within=1e-12, examples=4, checks=["same-contacts"])
     assert report.conforms
 
     end = kt.Settings(until=7.5)
@@ -462,7 +462,7 @@ def test_an_engine_in_floating_point_conforms(language, asked, within, tmp_path)
     else:
         command = in_doubles(language, None, tmp_path)
     check = "same-contacts" if asked == "contacts" else asked
-    (result,) = check_engine(command, asked=asked, within=within, examples=30, checks=[check]).results
+    (result,) = check_engine(command, asked=asked, within=within, examples=10, checks=[check]).results
     assert result.status == "passed"
     few, many = sorted(int(n.replace(",", "")) for n in re.findall(r"[\d,]*\d", result.said))
     assert few > many / 10, "next to nothing was compared"
@@ -493,7 +493,7 @@ def test_a_fault_in_floating_point_is_found(language, fault, asked, tmp_path):
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("within", [1e-6, 1e-9])
+@pytest.mark.parametrize("within", first(1, [1e-9, 1e-6]))
 def test_the_comparison_ends_before_a_run_in_doubles_parts_from_the_exact_one(within):
     pytest.importorskip("flint")
     from kinetile_accuracy.oracle.agreement import certify

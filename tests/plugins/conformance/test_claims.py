@@ -117,7 +117,7 @@ def _registered() -> Iterator[None]:
 
 
 def judged(name: str, check: str, **options):
-    return Runner(Plan(Subject(name, options), examples=50, shrink=False)).run(check)
+    return Runner(Plan(Subject(name, options), examples=50, shrink=False, explains=False)).run(check)
 
 
 @pytest.mark.parametrize(

@@ -160,7 +160,7 @@ def blind(tmp_path_factory):
         return run(*words, folder=folder, paths=paths)
 
     return SimpleNamespace(
-        folder=folder, run=command, report=command("conform", "blind", "--examples", 40, *CHECKS)
+        folder=folder, run=command, report=command("conform", "blind", "--examples", 20, *CHECKS)
     )
 
 
@@ -180,7 +180,7 @@ def test_a_phase_that_does_not_conform(blind):
     assert "replay: kinetile replay blind conformance-failures/blind-same-contacts.toml" in lines
     assert any(line.startswith("begin with ") for line in lines)
     assert lines[-1] == "blind does not conform: same-contacts, its-structure-is-true"
-    assert done.stderr == "judging blind on 40 scenes a check ...\n"
+    assert done.stderr == "judging blind on 20 scenes a check ...\n"
     found = {path.name for path in (blind.folder / "conformance-failures").iterdir()}
     assert found == {f"blind-{check}.toml" for check in CHECKS[1::2]}
 

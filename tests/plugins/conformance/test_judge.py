@@ -19,7 +19,7 @@ from kinetile_conformance import Result, judging
 
 pytestmark = pytest.mark.small
 
-FEW = ("--examples", 3, "--repeats", 1, "--check", "same-contacts", "--check", "same-contacts-on-a-torus")
+FEW = ("--examples", 3, "--repeats", 1, "--check", "same-contacts")
 TINY = '# two discs\nrecipe = "two-discs"\nuntil = 2.0\n'
 
 

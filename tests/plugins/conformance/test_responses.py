@@ -111,9 +111,9 @@ def _added():
         yield
 
 
-def judged(response: kt.Response, *checks: str, broad: str = "naive"):
-    chosen = checks or (ALONE, ENERGY)
-    return check_broad_phase(broad, response=response, checks=chosen, examples=40, in_process=True)
+def judged(response: kt.Response, *checks: str, broad: str = "naive", examples: int = 8):
+    chosen = {"checks": checks or (ALONE, ENERGY), "in_process": True, "shrink": False}
+    return check_broad_phase(broad, response=response, examples=examples, **chosen)
 
 
 @pytest.mark.interpreted
@@ -147,7 +147,7 @@ FAULTS = {
 @pytest.mark.interpreted
 @pytest.mark.parametrize("how", FAULTS)
 def test_a_wrong_response_is_found(how):
-    report = judged(kt.Response("trial", how=how))
+    report = judged(kt.Response("trial", how=how), examples=40)
     said = "\n".join(result.said for result in report.results if result.status == "failed")
     assert report.exit_code == 1
     assert re.search(FAULTS[how], said), said

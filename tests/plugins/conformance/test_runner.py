@@ -133,7 +133,8 @@ def test_a_saved_case_has_the_options_with_which_it_failed(tmp_path: Path) -> No
 
 
 def test_a_failure_in_the_gallery_is_saved_and_replayed(tmp_path: Path) -> None:
-    runner = Runner(Plan(Subject("wrong-with-many", {}), examples=10, save_to=tmp_path, shrink=False))
+    options = {"examples": 4, "save_to": tmp_path, "shrink": False, "explains": False}
+    runner = Runner(Plan(Subject("wrong-with-many", {}), **options))
     assert runner.run("same-contacts").ok
     result = runner.run("same-contacts-in-the-gallery")
     assert (result.status, result.bodies) == ("failed", 26)

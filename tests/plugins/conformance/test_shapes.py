@@ -94,7 +94,7 @@ def _added():
 def drawn(squares: bool) -> list[kt.Scene]:
     """Return what the kit draws."""
     draw = DRAWS["shapes, and squares alone" if squares else "shapes"]
-    return [scene for seed in range(3) for scene in draw(60, seed)]
+    return [scene for seed in range(1) for scene in draw(60, seed)]
 
 
 def test_what_is_drawn():
@@ -108,7 +108,7 @@ def test_what_is_drawn():
     assert any(scene.commands for scene in scenes)
     assert {scene.arena is None for scene in scenes} == {True, False}
     squares = [each for each in drawn(True) if {shape.kind for shape in each.shapes} == {"box"}]
-    assert len(squares) > 15
+    assert len(squares) > 5
 
 
 @pytest.mark.slow
