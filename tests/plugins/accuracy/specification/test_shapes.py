@@ -128,16 +128,16 @@ def check(query: Query) -> str:
     return "a visit shorter than a tick"
 
 
-@pytest.mark.parametrize("seeds", first(1, [range(600), range(600, 4000)]))
+@pytest.mark.parametrize("seeds", first(1, [range(200), range(200, 4000)]))
 def test_contacts_are_where_a_place_comes_in(seeds: range) -> None:
     met = Counter(check(Query(seed)) for seed in seeds)
-    assert min(met[kind] for kind in ("hit", "never", "at once", "none from inside")) > 20, met
+    assert min(met[kind] for kind in ("hit", "never", "at once", "none from inside")) > 6, met
     assert len(seeds) < 1000 or met["a visit shorter than a tick"] > 10
 
 
 def test_the_other_way_round_it_is_the_same_contact() -> None:
     met = 0
-    for query in map(Query, range(600)):
+    for query in map(Query, range(200)):
         one = rules.entry(query.m, query.d, query.v)
         back = rules.Difference(*query.shapes[::-1])
         other = rules.entry(back, *(tuple(-x for x in place) for place in (query.d, query.v)))
@@ -150,12 +150,12 @@ def test_the_other_way_round_it_is_the_same_contact() -> None:
             assert cross(*normals) == 0
             assert dot(*normals) < 0
             met += 1
-    assert met > 100
+    assert met > 30
 
 
 def test_parting_is_where_a_place_goes_out() -> None:
     met = Counter()
-    for seed in range(600):
+    for seed in range(200):
         query = Query(seed)
         found, entry = (rule(query.m, query.d, query.v) for rule in (rules.exit_, rules.entry))
         ever = [t for t in [Fraction(0), *query.closest()] if query.inside(t)]
