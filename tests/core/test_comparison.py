@@ -23,7 +23,7 @@ def three_in_a_row() -> kt.Scene:
 
 
 def test_phases_that_agree():
-    scene = kt.make_scene("grid", bodies=25, density=0.5, seed=5)
+    scene = kt.make_scene("grid", bodies=9, density=0.5, seed=5)
     seen, done = [], []
     result = compare(
         scene,

@@ -12,7 +12,7 @@ from lanes import first
 from player_pages import SCENES, record
 
 
-@pytest.mark.parametrize("name", first(3, [name for name, scene in SCENES.items() if not scene.falls]))
+@pytest.mark.parametrize("name", first(2, [name for name, scene in SCENES.items() if not scene.falls]))
 def test_positions_and_velocities_are_those_of_the_run(name):
     scene = SCENES[name]
     trajectory = Trajectory(record(kt.Simulation(scene, "naive"), scene.start + 3.0), scene)
@@ -23,7 +23,7 @@ def test_positions_and_velocities_are_those_of_the_run(name):
         assert trajectory.velocities(time).tobytes() == again.velocities().tobytes()
 
 
-@pytest.mark.parametrize("axes", ["x", "y", "xy"])
+@pytest.mark.parametrize("axes", first(1, ["xy", "x", "y"]))
 def test_places_without_periods_are_those_of_the_run(axes):
     made = kt.make_scene("grid", bodies=9, density=0.3, seed=3, periodic=axes)
     away = np.array([5.0 * ("x" in axes), -2.0 * ("y" in axes)]) * made.arena

@@ -59,7 +59,7 @@ def test_steps_are_the_run_event_by_event(phase, options):
     assert all((event.certificate is not None) == (event.kind == "structural") for event in events)
 
 
-@settings(max_examples=examples(30), deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(scene=scenes())
 def test_the_next_event_is_the_one_that_comes(scene):
     for phase, options in ALL:
@@ -273,7 +273,7 @@ def test_tables_and_state_can_only_be_read():
 
 @pytest.mark.parametrize(("phase", "options"), ALL)
 def test_max_events_stops_after_so_many(phase, options):
-    whole, pieces = (kt.Simulation(grid(), phase, options=options) for _ in range(2))
+    whole, pieces = (kt.Simulation(grid(4), phase, options=options) for _ in range(2))
     whole.run(until=0.5)
     before = 0
     while pieces.time < 0.5:

@@ -176,7 +176,7 @@ def recorded(parts: list[np.ndarray]) -> np.ndarray:
 
 
 def test_two_ctrl_c_while_the_recorder_takes_a_chunk_lose_no_row():
-    sim = kt.Simulation(kt.make_scene("grid", bodies=25, seed=3), "naive")
+    sim = kt.Simulation(kt.make_scene("grid", bodies=9, seed=3), "naive")
     parts: list[np.ndarray] = []
 
     def interrupted(rows):

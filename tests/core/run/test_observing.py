@@ -278,14 +278,14 @@ def test_blocks_have_the_mean_of_all_and_the_error_of_their_means():
 def test_blocks_follow_the_time_that_values_depend_on_each_other():
     """Of an autoregression the error of a mean is known; values in their own blocks have a fifth of it."""
     made, value, found = np.random.default_rng(4), 0.0, []
-    for _ in range(20):
+    for _ in range(6):
         blocks = Blocks()
-        for _ in range(20_000):
+        for _ in range(10_000):
             value = 0.96 * value + made.normal()
             blocks.add(np.array(value))
         found.append(blocks.estimate())
     assert {each.blocks > 8 for each in found} == {True}
-    error = 1.0 / 0.04 / math.sqrt(20_000)
+    error = 1.0 / 0.04 / math.sqrt(10_000)
     assert np.sqrt(np.mean([each.error**2 for each in found])) == pytest.approx(error, rel=0.15)
     short = Blocks()
     for value in np.linspace(0.0, 1.0, 100):  # one half of a wave
@@ -388,7 +388,7 @@ def failing(**hooks):
     return Plug()
 
 
-@pytest.mark.parametrize("case", first(12, [*CASES]))
+@pytest.mark.parametrize("case", first(8, [*CASES]))
 def test_an_observable_that_fails_locked_the_simulation_for_ever(case):
     sim, told = kt.Simulation(kt.make_scene("grid", bodies=4), "cells"), Told()
     fault = pytest.raises(PhaseError, match=r"observable 'failing' of Plug")

@@ -14,6 +14,7 @@ from kinetile.errors import BadOption, Refused
 from kinetile.run.simulation import composition_of
 from kinetile.toolbox import Kernel, PairParts, hook
 from kinetile_plugins import convex
+from lanes import first
 from registering import registered
 
 
@@ -64,20 +65,20 @@ MIXED = room((kt.disc(0.25), kt.box(0.5, 0.75), kt.capsule((-0.25, 0), (0.25, 0)
 
 def run(scene: kt.Scene, *narrow: str, broad: str = "cells") -> kt.Simulation:
     sim = kt.Simulation(scene, broad, narrow_phases=narrow)
-    sim.run(until=20.0, max_contacts=60)
+    sim.run(until=20.0, max_contacts=30)
     return sim
 
 
 @pytest.mark.parametrize("broad", ["cells", "naive"])
 @pytest.mark.parametrize(
     "narrow",
-    [("disc", "convex", "wall"), ("boxes", "wall", "convex"), ("disc", "boxes", "convex", "wall")],
+    first(1, [("disc", "boxes", "convex", "wall"), ("disc", "convex", "wall"), ("boxes", "wall", "convex")]),
     ids=",".join,
 )
 def test_phases_for_some_shapes_and_one_for_all_give_what_the_one_gives(narrow, broad):
     with registered(*PLUGINS):
         alone, together = run(MIXED, "convex", "wall"), run(MIXED, *narrow, broad=broad)
-    assert len(alone.contacts) == 60
+    assert len(alone.contacts) == 30
     assert together.fingerprint == alone.fingerprint
     together.audit()
 
@@ -91,12 +92,12 @@ def test_compiled_phases_read_each_its_own_numbers():
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("periodic", ["x", "xy"])
+@pytest.mark.parametrize("periodic", first(1, ["xy", "x"]))
 def test_discs_and_other_shapes_meet_through_images(periodic):
     walls = ("wall",) if periodic == "x" else ()
     scene = MIXED.replace(periodic=periodic, mass=[np.inf, *[1.0] * 23, np.inf])
     alone, together = run(scene, "convex", *walls), run(scene, "disc", "convex", *walls)
-    assert len(alone.contacts) == 60
+    assert len(alone.contacts) == 30
     assert together.fingerprint == alone.fingerprint
     together.audit()
 
@@ -156,6 +157,6 @@ def test_a_saved_run_resumes_under_the_same_phases(tmp_path):
     sim.save(tmp_path / "run.save")
     again = kt.resume(tmp_path / "run.save")
     for each in (sim, again):
-        each.run(until=3.0)
+        each.run(until=2.0)
     assert list(composition_of(again).narrow_phases) == ["disc", "convex", "wall"]
     assert again.fingerprint == sim.fingerprint

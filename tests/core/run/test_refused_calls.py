@@ -105,7 +105,7 @@ INSERTIONS = {
 """Place (or where body 3 is), velocity, radius, mass, and what is said."""
 
 
-@settings(max_examples=examples(60), deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(
     st.sampled_from(BUILT_IN),
     st.booleans(),

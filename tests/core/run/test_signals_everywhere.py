@@ -142,7 +142,7 @@ def interrupt(start: kt.Simulation, call: Call, path: Path, at: int) -> None:
 def test_a_signal_anywhere_in_a_call_lost_the_command_from_the_record(phase, name, tmp_path):
     start, call = prepared(phase), CALLS[name]
     many = boundaries(start, call, tmp_path)
-    for at in sorted({1, many, *random.Random(7).sample(range(1, many + 1), 2)}):
+    for at in random.Random(7).sample(range(1, many + 1), 2):
         interrupt(start, call, tmp_path, at)
 
 

@@ -19,7 +19,7 @@ from lanes import first
 from registering import registered
 
 
-def grid(bodies: int = 25, seed: int = 1, **more) -> kt.Scene:
+def grid(bodies: int = 9, seed: int = 1, **more) -> kt.Scene:
     scene = kt.make_scene("grid", bodies=bodies, density=0.5, seed=seed)
     return kt.Scene(scene.position, scene.velocity, scene.radius, scene.mass, scene.arena, **more)
 

@@ -47,7 +47,7 @@ def test_it_is_that_of_the_tables_for_every_recipe(name):
 
 
 @pytest.mark.small
-@settings(max_examples=100, deadline=None, database=None)
+@settings(max_examples=30, deadline=None, database=None)
 @given(scenes())
 def test_it_is_that_of_the_tables_for_drawn_scenes(scene):
     assert_known(scene)

@@ -87,7 +87,7 @@ def check(sim: kt.Simulation, origin, direction, within: float) -> list[kt.RayHi
     return hits
 
 
-@pytest.mark.parametrize("seed", first(15, range(80)))
+@pytest.mark.parametrize("seed", first(5, range(80)))
 def test_a_ray_meets_what_exact_arithmetic_says(seed):
     """Along a lattice, where places tie, and along whatever line."""
     rng = random.Random(seed)

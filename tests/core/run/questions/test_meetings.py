@@ -15,6 +15,7 @@ from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.tables import NEVER
 from kinetile.run.questions.meetings import NextContact
 from kinetile_conformance.strategies import scenes
+from lanes import examples
 
 EVENTS = 5
 
@@ -81,7 +82,7 @@ def test_two_bodies_meet_when_their_plans_say(scene):
                 assert first == min(own, key=in_order, default=None)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(scene=scenes(), until=st.sampled_from([0.25, 1.0]))
 def test_answers_are_the_same_under_every_phase(scene, until):
     seen = set()

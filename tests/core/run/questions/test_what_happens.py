@@ -156,7 +156,7 @@ def cast_as_inserted(sim: kt.Simulation) -> None:
     assert hit == (None if met is None else (*met[:3], *{met.a, met.b} - {new}))
 
 
-@settings(max_examples=examples(20), deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(seed=st.integers(0, 2**32), periodic=st.sampled_from(["", "", "x", "y", "xy"]))
 def test_answers_are_what_then_happens(seed, periodic):
     rng = random.Random(seed)

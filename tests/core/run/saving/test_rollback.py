@@ -24,7 +24,7 @@ def rollback():
 
 
 @pytest.mark.parametrize(
-    ("frames", "bodies"), [(30, 9), pytest.param(10_000, 60, marks=(pytest.mark.slow, pytest.mark.compiled))]
+    ("frames", "bodies"), [(16, 9), pytest.param(10_000, 60, marks=(pytest.mark.slow, pytest.mark.compiled))]
 )
 def test_late_orders_end_in_the_same_bits(rollback, frames, bodies, capsys):
     assert rollback.main(["--frames", str(frames), "--bodies", str(bodies)]) == 0
@@ -38,7 +38,7 @@ def test_a_difference_is_an_exit_code(rollback, monkeypatch, capsys):
         """Goes back, and forgets the orders that came late."""
 
     monkeypatch.setattr(rollback.Game, "correct", forgetful)
-    assert rollback.main(["--frames", "60", "--bodies", "16", "--phases", "cells"]) == 1
+    assert rollback.main(["--frames", "30", "--bodies", "9", "--phases", "cells"]) == 1
     assert "DIFFERENT" in capsys.readouterr().out
 
 
