@@ -47,7 +47,7 @@ def test_looking_ahead_changes_no_event(monkeypatch, scene, phase):
         monkeypatch.setattr(compose, "LARGE", large)
         sim = kt.Simulation(SCENES[scene](), phase)
         assert composition_of(sim)._parts(compose.Commands.NONE)["AHEAD"] is (large == 0)
-        sim.run(until=20.0, max_contacts=60 if INTERPRETED else 4000)
+        sim.run(until=20.0, max_contacts=20 if INTERPRETED else 4000)
         readings = sim.readings
         runs.append((sim.fingerprint, sim.exact_time, readings.structural_events, readings.contacts_computed))
     assert runs[0] == runs[1]

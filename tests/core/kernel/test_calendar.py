@@ -86,7 +86,7 @@ def popped(k: Kernel) -> list[int]:
 
 
 @given(changes, st.integers(0, 55))
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=50)
 def test_entries_leave_in_the_one_total_order(changes, shift):
     k = tables(shift)
     model: dict[int, tuple[int, int, int]] = {}

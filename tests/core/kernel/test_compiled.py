@@ -322,7 +322,7 @@ def test_machine_code_that_was_used_filled_the_disk(folder, monkeypatch):
 
 def damages(content: bytes):
     """Files that are cut off, or have a flipped bit, at places all over it."""
-    for number in range(0, 8, 2):
+    for number in (0, 5):
         place = number * len(content) // 8
         yield content[:place]
         yield content[:place] + bytes([content[place] ^ 1 << number]) + content[place + 1 :]

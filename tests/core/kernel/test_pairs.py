@@ -30,7 +30,7 @@ def listed(k, body):
 
 
 @given(steps)
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=40)
 def test_pairs_are_a_multiset(steps):
     k = tables()
     model = Counter()

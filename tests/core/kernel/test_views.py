@@ -216,7 +216,7 @@ def test_no_hook_of_kinetile_counts_from_the_end(monkeypatch, scene, phase):
     if phase == "sweep-tiling" and scene == "sizes":
         made = kt.make_scene("random", bodies=30, density=0.3, radius_ratio=4.0, seed=4)
     sim = kt.Simulation(made, phase, live=phase != "sap-2d")
-    sim.run(max_contacts=60)
+    sim.run(max_contacts=30)
     for number in (3, 0, 7):
         place = tuple(sim.positions()[int(np.flatnonzero(sim.bodies == number)[0])])
         sim.remove(number)
@@ -226,8 +226,8 @@ def test_no_hook_of_kinetile_counts_from_the_end(monkeypatch, scene, phase):
             sim.insert(place, (0.1, 0.2), float(made.radius.min()))
         except Refused:
             continue
-    sim.run(max_contacts=30)
-    assert len(sim.contacts) > 60
+    sim.run(max_contacts=15)
+    assert len(sim.contacts) > 30
     sim.audit()
     sim.next_contact_of(int(sim.bodies[1]))
     first, second = sim.bodies[:2].tolist()

@@ -152,7 +152,7 @@ sizes = numbers.map(abs)
 ticks = st.one_of(st.integers(0, FAR), st.integers(0, 62).map(lambda power: 1 << power))
 
 
-@settings(deadline=None, max_examples=30 if INTERPRETED else 1000)
+@settings(deadline=None, max_examples=30 if INTERPRETED else 300)
 @given(
     st.lists(numbers, min_size=8, max_size=8),
     st.lists(sizes, min_size=2, max_size=2),
@@ -168,7 +168,7 @@ def test_of_any_numbers(places, radii, elapsed, tick):
     assert_true(table)
 
 
-@settings(deadline=None, max_examples=30 if INTERPRETED else 500)
+@settings(deadline=None, max_examples=30 if INTERPRETED else 200)
 @given(numbers, numbers, sizes.filter(bool), sizes.filter(bool), st.sampled_from([TICK, 2.0**-60, 2.0**-952]))
 def test_of_any_wall(far, near, radius, speed, tick):
     assert reached(np.array([[far, near, radius, speed, tick]]))[0] == true_reach(
