@@ -29,7 +29,7 @@ from lanes import GENERAL, first
 @pytest.mark.parametrize("block", first(1, range(100)))
 def test_ticks_are_those_of_rationals(block):
     rng, hits, partings = random.Random(block), 0, 0
-    for _ in range(150):
+    for _ in range(60):
         question = Question(rng, hard=block % 2 == 1)
         parting = question.tick_by_rationals(parting=True)
         assert question.tick_of_kernel(parting=True) == parting, vars(question)
@@ -37,11 +37,11 @@ def test_ticks_are_those_of_rationals(block):
         expected = question.tick_by_rationals()
         assert question.tick_of_kernel() == expected, vars(question)
         hits += expected != NEVER
-    assert hits > 40
-    assert partings > 40
+    assert hits > 12
+    assert partings > 12
 
 
-@pytest.mark.parametrize("seed", first(6, range(80)))
+@pytest.mark.parametrize("seed", first(3, range(80)))
 def test_the_answer_is_that_of_rationals(seed):
     scene = (convex_scenes if seed % 3 else box_scenes).drawn(seed)
     expected = by_the_rules.answer(scene, 40, 20 << 52).contacts
@@ -61,7 +61,7 @@ def shifted(scene: kt.Scene, by: float) -> kt.Scene:
     return scene.replace(position=place, shapes=moved)
 
 
-@pytest.mark.parametrize("seed", first(6, range(30)))
+@pytest.mark.parametrize("seed", first(2, range(30)))
 def test_shapes_need_not_be_around_their_places(seed):
     """The skin covers the rounding of places that are far outside the arena."""
     scene = shifted((convex_scenes if seed % 3 else box_scenes).drawn(seed), 2.0**30)
@@ -74,7 +74,7 @@ def test_shapes_need_not_be_around_their_places(seed):
     assert found == [found[0]] * len(GENERAL)
 
 
-@pytest.mark.parametrize("seed", first(6, range(30)))
+@pytest.mark.parametrize("seed", first(2, range(30)))
 def test_candidate_pairs_of_sap_2d_are_the_boxes_that_overlap(seed):
     """The boxes around two shapes, each with its skin, and not the circles."""
     scene = (convex_scenes if seed % 2 else box_scenes).drawn(seed, (8,))
@@ -94,7 +94,7 @@ def test_candidate_pairs_of_sap_2d_are_the_boxes_that_overlap(seed):
         assert not np.tril(held).any()
 
 
-@pytest.mark.parametrize("seed", first(20, range(60)))
+@pytest.mark.parametrize("seed", first(6, range(60)))
 def test_bounds_are_never_late(seed):
     scene = convex_scenes.drawn(seed)
     sim, n, bounds = kt.Simulation(scene, "naive"), len(scene), []
@@ -182,7 +182,7 @@ def test_what_shapes_do_not_have_is_refused_by_name():
     assert kt.Simulation(bricks, "cells").next_contact_of(20) is not None
 
 
-@pytest.mark.parametrize("seed", first(10, range(40)))
+@pytest.mark.parametrize("seed", first(4, range(40)))
 def test_a_cast_shape_meets_what_rationals_say(seed):
     rng = random.Random(seed)
     shaped = rng.random() < 0.7

@@ -71,7 +71,7 @@ def ran(sim: kt.Simulation) -> str:
     return sim.fingerprint
 
 
-@pytest.mark.parametrize("seed", first(6, range(40)))
+@pytest.mark.parametrize("seed", first(2, range(40)))
 def test_one_answer_under_commands_and_responses(seed):
     scene = commanded(seed)
     audit = 1 if seed % 5 == 0 else None

@@ -11,12 +11,12 @@ import kinetile as kt
 from kinetile.kernel.clock import TICKS
 from kinetile.plugin.drawing import At, Box, Link, Polygon, Segment, points_of
 from kinetile.show.picture import corners_of, take_picture
-from lanes import BUILT_IN
+from lanes import BUILT_IN, examples
 
 PHASES = (*BUILT_IN, "sap-1d:y", "sap-1d:3:4")
 WITH_PAIRS = tuple(phase for phase in BUILT_IN if phase != "sap-1d")
 STILL, FALLING = ((0.0, 0.0),), ((0.0, 0.0), (2.0, -6.0))
-EXAMPLES = settings(max_examples=25)  # the first ones compile
+EXAMPLES = settings(max_examples=examples(40))
 
 
 @st.composite

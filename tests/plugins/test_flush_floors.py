@@ -57,17 +57,17 @@ def met(scene: kt.Scene, phase: str = "naive") -> str:
 
 
 @pytest.mark.parametrize("kind", FLOORS)
-@pytest.mark.parametrize("block", first(1, range(10)))
+@pytest.mark.parametrize("block", first(1, range(25)))
 def test_what_slides_along_a_flush_floor_meets_nothing(kind: str, block: int) -> None:
     """Before there was a strip, 62, 100 and 67 of 200 of each kind met something."""
-    seeds = range(20 * block, 20 * (block + 1))
-    assert [met(drawn(seed, kind), GENERAL[seed % 4]) for seed in seeds] == [""] * 20
+    seeds = range(8 * block, 8 * (block + 1))
+    assert [met(drawn(seed, kind), GENERAL[seed % 4]) for seed in seeds] == [""] * 8
 
 
 @pytest.mark.parametrize("kind", FLOORS)
 def test_a_floor_may_go_round(kind: str) -> None:
     """The last tile is flush with the image of the first, and what slides comes round some times."""
-    scenes = [drawn(seed, kind) for seed in range(8)]
+    scenes = [drawn(seed, kind) for seed in range(4)]
     periods = [round(200 * TILES * float(scene.position[1, 0])) / 100 for scene in scenes]
     rings = [
         scene.replace(arena=(period, 9.0), periodic="xy")
@@ -75,7 +75,7 @@ def test_a_floor_may_go_round(kind: str) -> None:
         if 4.0 * scene.radius.max() < period
     ]
     assert [met(ring) for ring in rings] == [""] * len(rings)
-    assert len(rings) > 4
+    assert len(rings) > 1
 
 
 @pytest.mark.parametrize("seed", range(6))

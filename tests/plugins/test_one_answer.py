@@ -133,7 +133,7 @@ def tie_scenes(draw):
 
 
 @given(tie_scenes())
-@settings(max_examples=15 if INTERPRETED else 150)
+@settings(max_examples=6 if INTERPRETED else 150)
 def test_small_dyadic_scenes(scene):
     assert_agrees(scene, 8.0, 300)
 

@@ -31,7 +31,7 @@ def contacts_of(scene: kt.Scene, phase: str, units: int = 10, most: int = 40) ->
     return rows(sim)
 
 
-@pytest.mark.parametrize("seed", first(4, range(60)))
+@pytest.mark.parametrize("seed", first(2, range(60)))
 def test_the_answer_is_that_of_the_rules(seed):
     scene = torus_scenes.drawn(seed)
     units = (3, 10, 30)[seed % 3]
@@ -78,7 +78,7 @@ def with_shapes(seed: int, bodies: tuple[int, ...] = (6, 8, 10)) -> kt.Scene:
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("seed", first(6, range(60)))
+@pytest.mark.parametrize("seed", first(2, range(60)))
 def test_shapes_have_the_answer_of_the_rules(seed):
     """Among them contacts at one tick, and wrapped places at the end."""
     scene, units = with_shapes(seed), (3, 10, 30)[seed % 3]
@@ -96,7 +96,7 @@ def test_shapes_have_the_answer_of_the_rules(seed):
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("seed", first(3, range(20)))
+@pytest.mark.parametrize("seed", first(1, range(20)))
 def test_where_a_border_is_shows_in_no_contact_of_boxes(seed):
     """Boxes exchange single components: what is dyadic stays so, and no place is rounded."""
     rng = np.random.default_rng(seed)
@@ -141,7 +141,7 @@ def test_shapes_overlap_at_the_start_through_images(apart, overlap):
         assert len(kt.Scene(place, np.zeros((2, 2)), **frame)) == 2
 
 
-@pytest.mark.parametrize("seed", first(4, range(150)))
+@pytest.mark.parametrize("seed", first(2, range(150)))
 def test_passings_are_those_of_the_rules(seed):
     """A pair passes through an image, through several at a time, and meets through others meanwhile."""
     scene = torus_scenes.with_passing(torus_scenes.drawn(seed, (2, 3, 4)), seed)
@@ -164,7 +164,7 @@ def test_two_that_pass_through_two_images_at_once():
             assert rows(sim) == wanted
 
 
-@pytest.mark.parametrize("seed", first(2, range(30)))
+@pytest.mark.parametrize("seed", first(1, range(30)))
 def test_bodies_that_pass_come_and_go(seed):
     """And are saved and restored while they pass."""
     rng = np.random.default_rng(seed)
@@ -200,7 +200,7 @@ def test_bodies_that_pass_come_and_go(seed):
     assert len(found) - any(isinstance(each, str) for each in found) == 1
 
 
-@pytest.mark.parametrize("seed", first(2, range(60)))
+@pytest.mark.parametrize("seed", first(1, range(60)))
 def test_phases_agree_on_larger_scenes(seed):
     """The first are periodic along both axes, and share a loop with other tests."""
     axes = ("xy",) if seed < 4 else ("x", "x", "y", "xy", "xy")
@@ -215,7 +215,7 @@ def test_phases_agree_on_larger_scenes(seed):
 SIZES = ((1.0, 1.0, 0.06), (1.0, 0.5, 0.03), (2.0, 1.0, 0.12))
 
 
-@pytest.mark.parametrize("seed", first(3, range(18)))
+@pytest.mark.parametrize("seed", first(1, range(18)))
 def test_bodies_come_go_and_turn(seed):
     """Among them the last one, and one that comes to an arena without any."""
     rng = np.random.default_rng(seed)
@@ -278,7 +278,7 @@ LATTICE = [(i / 4 + 1 / 8, j / 4 + 1 / 8) for i in range(4) for j in range(4)]
 
 
 @pytest.mark.parametrize("change", [exchanged, halved, mirrored])
-@pytest.mark.parametrize("seed", first(2, range(40)))
+@pytest.mark.parametrize("seed", first(1, range(40)))
 def test_symmetries_keep_every_tick(change, seed):
     """A mirrored box keeps them where no two images are met at one tick; its places must be exact doubles."""
     rng = np.random.default_rng(seed)

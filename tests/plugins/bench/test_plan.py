@@ -210,7 +210,7 @@ def test_a_file_is_read_and_its_results_lie_beside_it(tmp_path):
         Study(tables())
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
     hypothesis.dictionaries(hypothesis.sampled_from([*STUDY_KEYS, "recipe", "a\0b"]), TABLE, max_size=4),
     hypothesis.dictionaries(hypothesis.sampled_from([*SCENE_KEYS, "a\x1b[2J"]), TABLE, max_size=3),

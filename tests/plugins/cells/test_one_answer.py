@@ -36,7 +36,7 @@ def test_small_scenes_with_an_audit_at_every_contact():
         for each in (scene, in_the_open(scene, (-3.0, 100.0))):
             sims = [kt.Simulation(each, "naive"), kt.Simulation(each, "cells", options=options, audit=1)]
             for sim in sims:
-                sim.run(until=5.0, max_contacts=30)
+                sim.run(until=5.0, max_contacts=12)
             assert sims[0].contacts.tobytes() == sims[1].contacts.tobytes()
 
 
