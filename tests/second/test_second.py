@@ -4,6 +4,7 @@ import json
 import math
 import random
 import re
+import shutil
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,9 @@ HERE = Path(__file__).parent
 VECTORS = HERE.parent / "vectors"
 
 pytestmark = pytest.mark.needs("node")
+
+MANY = 50
+"""Rows of a family of vectors, of which the default lane asks one in five."""
 
 FEW = 100
 """Contacts of a falling game: plain Python hooks take a while for its frames."""
@@ -184,8 +188,17 @@ def rows(sim: kt.Simulation) -> list[str]:
 
 
 @pytest.mark.skipif(not VECTORS.is_dir(), reason="there are no vectors beside this folder")
-def test_the_vectors_hold() -> None:
-    done = node("check.js", str(VECTORS))
+@pytest.mark.parametrize("one_in", first(1, [5, 1]))
+def test_the_vectors_hold(one_in: int, tmp_path: Path) -> None:
+    folder = shutil.copytree(VECTORS, tmp_path / "vectors")
+    for file in folder.rglob("*.json"):
+        vectors = json.loads(file.read_text())
+        for name, rows in vectors.get("families", {}).items():
+            vectors["families"][name] = rows[::one_in] if len(rows) > MANY else rows
+        if file.parent.name == "runs":
+            vectors["runs"] = vectors["runs"][::one_in]
+        file.write_text(json.dumps(vectors))
+    done = node("check.js", str(folder))
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -209,7 +222,7 @@ def test_what_computes_runs_in_a_browser_too() -> None:
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("name", first(3, [*SCENES]))
+@pytest.mark.parametrize("name", first(2, [*SCENES]))
 def test_it_prints_the_list_that_kinetile_finds(name: str, tmp_path: Path) -> None:
     tables, until = SCENES[name]
     assert_prints_the_list(tables, until, tmp_path)
@@ -246,7 +259,7 @@ def shaped(seed: int, axes: tuple[str, ...] = ("",)) -> kt.Scene:
 
 @pytest.mark.small
 @pytest.mark.parametrize("axes", [("",), ("x", "y", "xy")], ids=["walls", "periodic"])
-@pytest.mark.parametrize("seed", first(2, range(16)))
+@pytest.mark.parametrize("seed", first(1, range(16)))
 def test_it_prints_the_list_of_a_scene_with_shapes(seed: int, axes: tuple[str, ...], tmp_path: Path) -> None:
     assert_prints_the_list_of_shapes(shaped(seed, axes), tmp_path)
 
@@ -278,13 +291,13 @@ def assert_prints_the_list_of_shapes(scene: kt.Scene, tmp_path: Path, most: int 
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("seed", first(4, range(40)))
+@pytest.mark.parametrize("seed", first(2, range(40)))
 def test_it_plays_a_game_as_kinetile_does(seed: int, tmp_path: Path) -> None:
     assert second_agrees(games.draw_game(seed), tmp_path)
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("seed", first(4, range(200)))
+@pytest.mark.parametrize("seed", first(2, range(200)))
 def test_a_falling_game_is_one_in_both_and_under_another_phase_and_is_certified(
     seed: int, tmp_path: Path
 ) -> None:
@@ -299,14 +312,14 @@ def test_a_falling_game_is_one_in_both_and_under_another_phase_and_is_certified(
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("seed", first(2, range(20)))
+@pytest.mark.parametrize("seed", first(1, range(20)))
 def test_it_plays_a_game_of_shapes_as_kinetile_does(seed: int, tmp_path: Path) -> None:
     assert second_agrees(games.draw_game_of_shapes(seed), tmp_path)
 
 
 @pytest.mark.small
 @pytest.mark.parametrize("axes", [("",), ("x", "y", "xy")], ids=["walls", "periodic"])
-@pytest.mark.parametrize("seed", first(3, range(30)))
+@pytest.mark.parametrize("seed", first(1, range(30)))
 def test_shapes_that_pass_are_certified(seed: int, axes: tuple[str, ...], tmp_path: Path) -> None:
     """By the certifier, and kinetile has the same contacts."""
     rng = random.Random(seed)
