@@ -509,7 +509,7 @@ def test_what_is_malformed_is_refused_in_a_sentence(tmp_path, monkeypatch):
     file: each ended in a traceback, or did not end."""
     monkeypatch.chdir(tmp_path)
     malformed = Malformed(tmp_path)
-    tried(malformed, sorted(malformed.ways), int(os.environ.get("KINETILE_MALFORMED", "300")))
+    tried(malformed, sorted(malformed.ways), int(os.environ.get("KINETILE_MALFORMED", "150")))
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 2_000_000
 
 
