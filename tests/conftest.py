@@ -5,8 +5,11 @@ from __future__ import annotations
 import os
 import shlex
 import signal
+import sys
+import tempfile
 import time
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -29,6 +32,14 @@ settings.register_profile("many", **EVERYWHERE)
 settings.register_profile("few", max_examples=20, **EVERYWHERE)
 # ``--hypothesis-profile=many`` has a hundred, where a test does not say otherwise.
 settings.load_profile("few")
+
+if sys.dont_write_bytecode:
+    # Tests start some hundred processes, and each would compile all modules again: what they compile is kept
+    # for as long as this process runs, and not beside the sources.
+    _bytecode = tempfile.TemporaryDirectory()
+    sys.pycache_prefix = os.environ["PYTHONPYCACHEPREFIX"] = _bytecode.name
+    sys.dont_write_bytecode = False
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 IN_PLAIN_HOOKS = ("core/records/", "core/run/", "core/show/", "plugins/")
@@ -66,6 +77,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     return True if config.option.markexpr == "quick" and others else None
 
 
+@cache
 def _is_below(path: Path, folders: tuple[str, ...]) -> bool:
     """Return whether a file of the tests is in one of some folders."""
     here = Path(__file__).parent
