@@ -544,6 +544,7 @@ CASTS = {  # two discs of radius .5, the second at rest so far ahead and aside: 
 }
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(("ahead", "aside"), CASTS)
 def test_what_times_of_a_cast_are_right(ahead, aside):
     scene = kt.Scene([[0, 0], [ahead, aside]], [[1, 0], [0, 0]], 0.5, settings=kt.Settings(until=8.0))

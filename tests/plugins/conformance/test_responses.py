@@ -112,7 +112,7 @@ def _added():
 
 
 def judged(response: kt.Response, *checks: str, broad: str = "naive", examples: int = 8):
-    chosen = {"checks": checks or (ALONE, ENERGY), "in_process": True, "shrink": False}
+    chosen = {"checks": checks or (ALONE, ENERGY), "in_process": True, "shrink": False, "explains": False}
     return check_broad_phase(broad, response=response, examples=examples, **chosen)
 
 
