@@ -42,7 +42,7 @@ def test_the_contacts_are_those_of_naive_and_the_audit_holds(name):
     scene = SCENES[name] if name in SCENES else lattice_scene(name)
     sims = [under(each, scene, audit=1) for each in ("naive", *LINES)]
     for sim in sims:
-        sim.run(until=10.0, max_contacts=30)
+        sim.run(until=10.0, max_contacts=12)
         sim.drawing()
     assert len({sim.contacts.tobytes() for sim in sims}) == 1
     assert len(sims[0].contacts) >= 12 or name not in SCENES or not len(scene)

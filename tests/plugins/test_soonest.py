@@ -22,6 +22,7 @@ from kinetile.kernel.tables import NEVER, NOBODY, Kernel
 from kinetile.run.engine.engine import Engine
 from kinetile_plugins.disc import Disc, collide, collide_equals, meet, soonest, soonest_of_equals
 from kinetile_plugins.lower_bounds import LEAST
+from lanes import examples
 
 CLOSE = 2.0**-30
 """Of the time in which the discs' extent is crossed: how far an ordinary bound may be from the contact."""
@@ -109,7 +110,7 @@ def hard_scenes(draw: st.DrawFn) -> kt.Scene:
         raise
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(100))
 @given(hard_scenes(), st.sampled_from([0, 1, 2**20, 2**51, 2**52, 2**56, SPAN // 2]), st.floats(0.0, 1.0))
 def test_no_bound_is_later_than_the_contact(scene, ahead, part):
     """Touching, grazing, at rest, far away, and at any tick within a span of the common clock's origin."""

@@ -30,7 +30,7 @@ def listed(k, body):
 
 
 @given(steps)
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=25)
 def test_pairs_are_a_multiset(steps):
     k = tables()
     model = Counter()

@@ -201,6 +201,7 @@ def test_an_answer_was_said_to_be_the_row_beyond_the_frame_too():
     assert abs(((answer.epoch - row[1]) << 52) + answer.tick - row[2]) < 100
 
 
+@pytest.mark.slow
 @pytest.mark.own_loop
 @pytest.mark.compiled
 def test_the_walls_carry_the_weight():
