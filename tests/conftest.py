@@ -66,7 +66,6 @@ QUICK = (
     "plugins/test_responses.py",
     "test_architecture.py",
     "test_completeness.py",
-    "vectors/test_making.py",
 )
 """Files and folders whose tests are quick, but for those that are slow or compiled."""
 

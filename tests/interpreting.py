@@ -1,6 +1,6 @@
 """Tests that run with plain Python hooks, in children beside the compiled ones.
 
-Each choice of phases, commands and responses has a loop of its own, which takes 8 to 17 CPU seconds to
+Each choice of phases, commands and responses has a loop of its own, which takes 3 to 6 CPU seconds to
 compile: too much for a test of some milliseconds. So the children have NUMBA_DISABLE_JIT=1. They run
 
 - ``interpreted``: phases that are written to be wrong, which can end a process when they are compiled;
