@@ -94,7 +94,7 @@ def _added():
 def drawn(squares: bool) -> list[kt.Scene]:
     """Return what the kit draws."""
     draw = DRAWS["shapes, and squares alone" if squares else "shapes"]
-    return [scene for seed in range(1) for scene in draw(60, seed)]
+    return [scene for seed in range(2) for scene in draw(60, seed)]
 
 
 def test_what_is_drawn():
