@@ -13,7 +13,7 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.run.engine import layout
 from kinetile.run.engine.engine import Engine
 
-DEFAULT = {"steps with plain hooks": 550_000, "loops": 23}
+DEFAULT = {"steps with plain hooks": 260_000, "loops": 20}
 """Those of ``pytest`` without arguments. A change that makes it dearer says so here."""
 
 counts: Counter[str] = Counter()
