@@ -1,8 +1,8 @@
 """What a frame of an interactive program costs: the figures of README and docs/living-scenes.md.
 
-``python tests/frames.py [SPEED] [FRAMES]``: each frame turns some discs in one call, removes some, inserts as
-many where those were, runs on for a sixtieth of a unit of time, and reads all positions and the new contacts.
-Printed is the CPU time of this thread in these calls.
+``python docs/figures/frames.py [SPEED] [FRAMES]``: each frame turns some discs in one call, removes some,
+inserts as many where those were, runs on for a sixtieth of a unit of time, and reads all positions and the
+new contacts. Printed is the CPU time of this thread in these calls.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """How large a page of the player is, how soon it is there, and how many frames a second it draws.
 
-``python tests/player_measured.py`` prints what stands in docs/player.md: sizes of pages, those of 100, 1,024
-and 10,000 discs at density .5 over one time unit, and frames of 1,024 and 5,000 discs with all tiles, bounds
-and pairs (``--frames``: these alone), in a headless chromium that draws without a GPU. Processor time is that
-of all its processes, and of a page that of making it.
+``PYTHONPATH=tests python docs/figures/player_measured.py`` prints what stands in docs/player.md: sizes of
+pages, those of 100, 1,024 and 10,000 discs at density .5 over one time unit, and frames of 1,024 and 5,000
+discs with all tiles, bounds and pairs (``--frames``: these alone), in a headless chromium that draws without
+a GPU. Processor time is that of all its processes, and of a page that of making it.
 """
 
 from __future__ import annotations
@@ -61,10 +61,12 @@ def processor_time(process: int) -> float:
 
 
 def busy() -> str:
+    """Returns what else the machine does."""
     return f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores"
 
 
 def page_of(bodies: int, folder: Path, begin: float, until: float) -> tuple[View, Path, float]:
+    """Returns a page of discs, its file, and the seconds that it took."""
     scene = kt.make_scene("grid", bodies=bodies, density=0.5)
     began = time.process_time()
     view = view_scene(scene, [(PHASE, {})], begin=begin, until=until, pairs=True)
@@ -73,6 +75,7 @@ def page_of(bodies: int, folder: Path, begin: float, until: float) -> tuple[View
 
 
 def measure_pages(folder: Path) -> None:
+    """Prints how long pages take, and how large they are."""
     for bodies in (100, 1024, 10_000):
         view, path, made = page_of(bodies, folder, 0.0, 1.0)
         (run,) = view.page.recordings
@@ -87,6 +90,7 @@ def measure_pages(folder: Path) -> None:
 
 
 def measure_sizes(folder: Path) -> None:
+    """Prints the sizes of pages with steps and without."""
     few = kt.make_scene("random", bodies=24, density=0.3, radius_ratio=4, seed=4)
     many = kt.make_scene("grid", bodies=1024, density=0.5)
     for scene, until, steps in ((few, 0.12, True), (few, 0.3, True), (many, 0.2, False), (many, 0.2, True)):
@@ -97,6 +101,7 @@ def measure_sizes(folder: Path) -> None:
 
 
 def measure_opening(path: Path) -> None:
+    """Prints when the first picture of a page is there."""
     with Browser() as browser:
         before = processor_time(browser.process.pid)
         browser.open(path)
@@ -110,6 +115,7 @@ def measure_opening(path: Path) -> None:
 
 
 def measure_frames(path: Path, seconds: int = 5) -> None:
+    """Prints how many frames a second a page draws, and what one costs."""
     with Browser() as browser:
         browser.open(path)
         browser.press("e", *["ArrowDown"] * 3)  # the events there are last longer than the measurement

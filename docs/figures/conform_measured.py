@@ -1,6 +1,6 @@
 """How long ``kinetile conform`` takes, and what it says: cold and warm, alone and beside busy processes.
 
-``python tests/conform_measured.py [PHASE ...]`` prints a table: for each phase one run with an empty
+``python docs/figures/conform_measured.py [PHASE ...]`` prints a table: for each phase one run with an empty
 cache of machine code, then one with each of three seeds: alone, and once more beside four processes that
 compute (``--busy 0 4``). Judged are the CPU seconds of the checks, in all are those of the
 whole command.
@@ -19,8 +19,9 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import NamedTuple
 
-from lanes import BUILT_IN
+import kinetile_plugins
 
+NAMES = tuple(spec.name for spec in kinetile_plugins.kinetile_broad_phases())
 SEEDS = (0, 1, 2)
 
 
@@ -62,8 +63,9 @@ def judge(phase: str, seed: int, cache: str) -> Judged:
 
 
 def main() -> None:
+    """Judges the phases that are named, and prints a row for each way to run."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("phases", nargs="*", default=BUILT_IN)
+    parser.add_argument("phases", nargs="*", default=NAMES)
     parser.add_argument("--busy", type=int, nargs="+", default=(0, 4))
     asked = parser.parse_args()
     print("| phase | | verdict, seeds 0 to 2 | CPU s judged | CPU s in all | wall s |")
