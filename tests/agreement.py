@@ -3,12 +3,14 @@ tolerance."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import kinetile as kt
 from kinetile.errors import KinetileError
+from kinetile.plugin.choices import read_phase
 
 PHASES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("naive", {}),
@@ -51,6 +53,12 @@ class Outcome(NamedTuple):
     positions: bytes
     velocities: bytes
 
+    @classmethod
+    def of(cls, sim: kt.Simulation, ended: str = "ran") -> Outcome:
+        return cls(
+            sim.contacts.tobytes(), ended, sim.time, sim.positions().tobytes(), sim.velocities().tobytes()
+        )
+
 
 def outcome(
     scene: kt.Scene, phase: str, options: dict[str, Any], until: float | None, max_contacts: int | None
@@ -62,9 +70,31 @@ def outcome(
         sim.run(until=until, max_contacts=max_contacts)
     except KinetileError as error:
         ended = type(error).__name__
-    return sim, Outcome(
-        sim.contacts.tobytes(), ended, sim.time, sim.positions().tobytes(), sim.velocities().tobytes()
-    )
+    return sim, Outcome.of(sim, ended)
+
+
+def agree(
+    scene: kt.Scene,
+    *phases: str,
+    until: float | None = None,
+    contacts: int | None = None,
+    audit: int | None = None,
+    play: Callable[[kt.Simulation], object] | None = None,
+    **more: Any,
+) -> list[kt.Simulation]:
+    """Runs a scene, or plays with it, under phases such as ``sap-1d:axis=y``, all but the first audited;
+    asserts that each has the outcome of the first, and returns their simulations."""
+    sims: list[kt.Simulation] = []
+    for phase in phases:
+        name, options = read_phase(phase)
+        sims.append(kt.Simulation(scene, name, options=options, audit=audit if sims else None, **more))
+        if play is None:
+            sims[-1].run(until=until, max_contacts=contacts)
+        else:
+            play(sims[-1])
+        one, other = Outcome.of(sims[0]), Outcome.of(sims[-1])
+        assert one == other, difference(sims[0], sims[-1], phase, one, other)
+    return sims
 
 
 def assert_one_answer(
@@ -92,13 +122,13 @@ def difference(one: kt.Simulation, two: kt.Simulation, name: str, a: Outcome, b:
     parted = np.flatnonzero(one.contacts[:rows] != two.contacts[:rows])
     if len(parted):
         at = int(parted[0])
-        return f"{name} parts from naive at contact {at}: {two.contacts[at]} instead of {one.contacts[at]}"
+        return f"{name} parts from the first at contact {at}: {two.contacts[at]} instead of {one.contacts[at]}"
     if len(one.contacts) != len(two.contacts):
         return (
-            f"{name} has {len(two.contacts)} contacts, naive {len(one.contacts)}; the first {rows} are equal"
+            f"{name} has {len(two.contacts)} contacts, the first {len(one.contacts)}; the first {rows} are equal"
         )
     parts = [field for field, x, y in zip(Outcome._fields, a, b, strict=True) if x != y]
-    return f"{name} has the same contacts as naive, but not the same {', '.join(parts)}"
+    return f"{name} has the same contacts as the first, but not the same {', '.join(parts)}"
 
 
 def lattice(seed: int, jitter: bool, most_turns: int) -> kt.Scene:
