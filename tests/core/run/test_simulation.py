@@ -13,7 +13,6 @@ import pytest
 import kinetile as kt
 from agreement import PHASES, assert_one_answer
 from kinetile.errors import BadOption, PhaseError, Refused, UnknownName
-from kinetile.kernel.clock import Clock
 from kinetile.kernel.compiled import INTERPRETED
 from lanes import first
 from registering import registered
@@ -71,16 +70,6 @@ def test_the_fingerprint_does_not_see_the_start_of_the_clock():
     assert late.contacts[0]["time"] == 2.0**40 + zero.contacts[0]["time"]
 
 
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_a_clock_far_beyond_64_bits_of_ticks():
-    scene = kt.make_scene("grid", bodies=4, density=0.1, seed=3)
-    sim = assert_one_answer(scene, until=60_000.0)
-    assert sim.contacts[-1]["epoch"] == 59_999
-    assert sim.readings.deepest_overlap < 1e-13
-    assert len(sim.contacts) > 600_000
-
-
 def test_a_body_that_flies_for_ever_is_anchored_anew_and_still_met():
     scene = kt.Scene([[0, 0], [10, 0.1], [0.5, 30.0]], [[1e-3, 0], [0, 0], [0, 0]], 0.5)
     sim = assert_one_answer(scene, until=50_000.0)
@@ -104,12 +93,6 @@ def test_set_velocity_is_a_turn_now(phase, options):
     reference.set_velocity(3, (0.0, 40.0))
     reference.run(until=0.3)
     assert sim.fingerprint == reference.fingerprint
-
-
-def test_scheduled_turns_happen_at_their_time_under_every_phase():
-    turns = [(3, 0.125, (0.0, 2.0)), (7, 0.125, (0.0, 0.0)), (3, 0.25, (-3.0, 0.0)), (3, 700.0, (1.0, 1.0))]
-    sim = assert_one_answer(grid(9, turns=turns), until=0.5)
-    assert sim.readings.turns == 3
 
 
 def test_a_turn_made_by_hand_goes_before_those_to_come():
@@ -198,27 +181,6 @@ def test_without_contacts_there_is_still_a_fingerprint():
     assert sim.fingerprint == kept.fingerprint
     with pytest.raises(ValueError, match="keep_contacts=False"):
         sim.contacts  # noqa: B018
-
-
-def test_the_log_holds_the_exact_trajectory():
-    chunks = []
-    sim = kt.Simulation(grid(turns=[(0, 0.5, (1.0, 0.5))]), "sap-2d")
-    sim.run(until=0.75, recorder=chunks.append)
-    sim.set_velocity(1, (0.5, -1.0))
-    sim.run(until=1.0, recorder=chunks.append)
-    log = np.concatenate(chunks)
-    assert log.dtype == kt.LOG
-    position, velocity = sim.scene.position.copy(), sim.scene.velocity.copy()
-    anchor = np.zeros(len(sim.scene), dtype=np.int64)
-    for row in log:
-        for body, prefix in ((row["a"], "a"), (row["b"], "b")):
-            if body >= 0:
-                position[body] = row[prefix + "x"], row[prefix + "y"]
-                velocity[body] = row[prefix + "vx"], row[prefix + "vy"]
-                anchor[body] = row["epoch"] * 2**52 + row["tick"]
-    elapsed = (Clock(0.0, sim.time_unit).ticks(1.0) - anchor) * (2.0**-52 * sim.time_unit)
-    assert (position + velocity * elapsed[:, None] == sim.positions()).all()
-    assert (velocity == sim.velocities()).all()
 
 
 def test_phases_follow_from_the_scene_unless_named():
@@ -335,18 +297,6 @@ def test_the_time_of_the_last_contact_is_now_however_it_is_rounded():
     now = sim.time
     sim.run(max_contacts=0)
     assert sim.time == now
-
-
-def test_where_the_skin_would_be_too_thick_for_sweep_tiling_the_default_is_right():
-    scene = kt.Scene([[5e8, 5e8], [5e8 + 1.0, 5e8]], [[1.0, 0.0], [0.0, 0.0]], 3e-5, arena=(1e9, 1e9))
-    with pytest.raises(Refused, match="accept this scene: naive, cells, sap-1d, sap-2d"):
-        kt.Simulation(scene, "sweep-tiling")
-    default, naive = kt.Simulation(scene), kt.Simulation(scene, "naive")
-    for sim in (default, naive):
-        sim.run(until=2.0)
-    assert default.broad_phase == "cells"
-    assert len(naive.contacts) == 1
-    assert default.contacts.tolist() == naive.contacts.tolist()
 
 
 def test_the_cpu_time_to_make_it_ready_was_that_of_the_clock_on_the_wall(monkeypatch):
