@@ -20,7 +20,6 @@ from fresh_scenes import fresh, row_of
 from kinetile.errors import KinetileError, Refused, SceneError
 from kinetile.kernel.log import REANCHORED, WALLS
 from kinetile_conformance.strategies import scenes
-from kinetile_conformance.strategies.small import box_scenes
 from lanes import BUILT_IN, GENERAL, examples, first
 from played_scenes import ruled_scenes
 
@@ -350,36 +349,6 @@ def test_a_run_stops_at_a_contact_after_which_a_body_is_faster_than_any_before(p
         assert len(sim.contacts) == len(met)
     assert [bodies for _, bodies in met[:3]] == [(0, 1), (0,), (0, 1)]
     assert [time for time, _ in met] == straight.contacts["time"].tolist()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("before", [False, True])
-@settings(max_examples=8, deadline=None)
-@given(data=st.data())
-def test_stopping_everywhere_changes_nothing_and_misses_nothing(before, data):
-    scene = data.draw(st.one_of(ruled_scenes(), box_scenes()))
-    straight, sim = (kt.Simulation(scene, "cells", live=True) for _ in range(2))
-    until = scene.settings.until
-    try:
-        straight.run(max_contacts=100)
-    except KinetileError:
-        return
-    count, heads = len(straight.contacts), []
-    while len(heads) < count:
-        event = sim.run(until=until, stop_at=kt.StopAt(before=before))
-        if event is None:
-            break
-        assert scene._ruled or len(sim.contacts) == len(heads) + (not before)
-        heads.append((event.epoch, event.tick, set(event.bodies)))
-    told = [
-        (int(row["epoch"]), int(row["tick"]), {int(n) for n in (row["a"], row["b"]) if n >= 0})
-        for row in straight.contacts
-    ]
-    if not (scene._ruled and before):  # who comes on top of others begins to pass them in the same event
-        assert heads == told[: len(heads)]
-    assert (
-        sim.contacts.tolist()[: len(heads)] == straight.contacts.tolist()[: len(sim.contacts)][: len(heads)]
-    )
 
 
 @pytest.mark.parametrize("phase", GENERAL)

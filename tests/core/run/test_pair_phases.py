@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -148,15 +147,3 @@ def test_what_has_nothing_to_decide_in_a_scene_is_not_composed():
 def test_what_does_not_fit_is_said(narrow, error, message):
     with registered(*PLUGINS), pytest.raises(error, match=message):
         kt.Simulation(MIXED, narrow_phases=narrow)
-
-
-def test_a_saved_run_resumes_under_the_same_phases(tmp_path):
-    narrow: dict[str, dict[str, Any]] = {"disc": {}, "convex": {}, "wall": {}}
-    sim = kt.Simulation(MIXED, narrow_phases=narrow)
-    sim.run(until=1.0)
-    sim.save(tmp_path / "run.save")
-    again = kt.resume(tmp_path / "run.save")
-    for each in (sim, again):
-        each.run(until=2.0)
-    assert list(composition_of(again).narrow_phases) == ["disc", "convex", "wall"]
-    assert again.fingerprint == sim.fingerprint
