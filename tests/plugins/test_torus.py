@@ -307,48 +307,6 @@ def test_two_discs_alone_meet_through_one_image_after_the_other():
     assert ticks == [0.25, 0.75, 1.25, 1.75, 2.25, 2.75, 3.25, 3.75]
 
 
-def test_commands_snapshots_and_recordings_know_images(tmp_path):
-    scene = kt.make_scene("grid", bodies=9, density=0.3, seed=5).replace(periodic="xy")
-    sim = kt.Simulation(scene, "cells")
-    sim.run(until=1.0)
-    saved = sim.snapshot()
-    sim.run(until=3.0)
-    later = sim.fingerprint
-    sim.restore(saved)
-    sim.run(until=3.0)
-    assert sim.fingerprint == later
-    sim.save(tmp_path / "run.kt")
-    again, gone = kt.resume(tmp_path / "run.kt"), sim.positions()[2]
-    for each in (sim, again):
-        each.set_velocity(3, (0.5, -0.25))
-        each.remove(2)
-        each.insert(gone + 7.0, (0.0, 0.1), 1e-3)
-        each.run(until=6.0)
-    assert again.fingerprint == sim.fingerprint
-    played = kt.Simulation(sim.recorded(), "naive")
-    played.run(until=6.0)
-    assert played.fingerprint == sim.fingerprint
-    assert (played.positions() == sim.positions()).all()
-
-
-def test_an_event_file_gives_the_positions_of_the_run(tmp_path):
-    pytest.importorskip("pyarrow")
-    scene = kt.make_scene("grid", bodies=9, density=0.3, seed=5).replace(periodic="xy")
-    sim, file = kt.Simulation(scene, "cells"), tmp_path / "run.parquet"
-    with kt.EventRecorder(file, scene) as recorder:
-        sim.run(until=7.0, recorder=recorder)
-    found = kt.Trajectory.read(file)
-    assert (found.positions(7.0) == sim.positions()).all()
-    assert ((found.positions(3.3) >= 0.0) & (found.positions(3.3) < 1.0)).all()
-
-
-def test_a_scene_file_keeps_the_periodic_axes(tmp_path):
-    scene = kt.Scene(LATTICE, np.zeros((16, 2)), 1 / 16, arena=(1, 1), periodic="y")
-    kt.save_scene(scene, tmp_path / "torus.toml")
-    assert kt.load_scene(tmp_path / "torus.toml") == scene
-    assert scene.replace(periodic="") != scene
-
-
 @pytest.mark.parametrize(
     ("given", "said"),
     [
@@ -369,40 +327,6 @@ def test_walls_on_no_axis_are_refused():
     scene = kt.make_scene("grid", bodies=9, density=0.3).replace(periodic="xy")
     with pytest.raises(Refused, match="no walls"):
         kt.Simulation(scene, "cells", narrow_phases=("disc", "wall"))
-
-
-GENERAL_HOOKS = {"disc": {"general": True}, "wall": {"general": True}}
-"""One loop for all axes."""
-
-
-def with_commands(scene: kt.Scene, seed: int) -> kt.Scene:
-    """Returns a scene in which, by its number, bodies turn, come and go, or lose energy."""
-    rng = np.random.default_rng(seed)
-    unit, n = scene.time_unit, len(scene)
-    if seed % 3 == 1:
-        moments = np.sort(rng.integers(0, 40, 4)) / 8 * unit
-        turns = [kt.Turn(int(rng.integers(n)), float(at), rng.integers(-2, 3, 2) / 2) for at in moments]
-        return scene.replace(commands=[*turns, kt.Remove(int(rng.integers(n)), 5.5 * unit)])
-    if seed % 3 == 2:
-        return scene.replace(
-            responses={("*", "*"): kt.Response("restitution", e=0.75, contact_time=1e-6 * unit)}
-        )
-    return scene
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_three_thousand_drawn_scenes_have_one_answer():
-    contacts = 0
-    for seed in range(3000):
-        scene = with_commands(torus_scenes.drawn(seed, (1, 2, 2, 3, 5, 8)), seed)
-        found = set()
-        for sim in every(scene, narrow_phases=GENERAL_HOOKS, live=True):
-            sim.run(until=8.0 * scene.time_unit, max_contacts=60)
-            found.add((sim.fingerprint, sim.positions().tobytes()))
-        assert len(found) == 1, seed
-        contacts += len(sim.contacts)
-    assert contacts > 40_000
 
 
 @pytest.mark.slow
