@@ -122,13 +122,12 @@ def difference(one: kt.Simulation, two: kt.Simulation, name: str, a: Outcome, b:
     parted = np.flatnonzero(one.contacts[:rows] != two.contacts[:rows])
     if len(parted):
         at = int(parted[0])
-        return f"{name} parts from the first at contact {at}: {two.contacts[at]} instead of {one.contacts[at]}"
+        found, wanted = two.contacts[at], one.contacts[at]
+        return f"{name} parts from the first phase at contact {at}: {found} instead of {wanted}"
     if len(one.contacts) != len(two.contacts):
-        return (
-            f"{name} has {len(two.contacts)} contacts, the first {len(one.contacts)}; the first {rows} are equal"
-        )
+        return f"{name} has {len(two.contacts)} contacts and not {len(one.contacts)}; {rows} are equal"
     parts = [field for field, x, y in zip(Outcome._fields, a, b, strict=True) if x != y]
-    return f"{name} has the same contacts as the first, but not the same {', '.join(parts)}"
+    return f"{name} has the same contacts, but not the same {', '.join(parts)}"
 
 
 def lattice(seed: int, jitter: bool, most_turns: int) -> kt.Scene:
