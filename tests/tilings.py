@@ -190,25 +190,6 @@ def audited_events(scene: kt.Scene, most: int) -> int:
     return steps.events
 
 
-def audited_contacts(scene: kt.Scene, most: int, until: float = 20.0) -> int:
-    """Run a scene under sweep-tiling to so many contacts, audit before and after each; return how many there
-    were. A jam ends it."""
-    steps = Steps(scene)
-    end = steps.engine.clock.ticks(until)
-    try:
-        while steps.engine.contacts < most:
-            before = steps.engine.contacts
-            if not steps.next_is_structural:
-                steps.audit()
-            if not steps.step(until=end):
-                break
-            if steps.engine.contacts > before:
-                steps.audit()
-    except ZenoError:
-        pass
-    return steps.engine.contacts
-
-
 def hard_scenes() -> Iterator[tuple[str, kt.Scene]]:
     """The scenes of tests/scenes that have an arena, by name."""
     for path in sorted(SCENES.glob("H*.toml")):

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from agreement import agree
 from kinetile.errors import Refused
 from lanes import first
 from tilings import (
     Steps,
-    audited_contacts,
     audited_events,
     columns,
     hard_scenes,
@@ -67,15 +67,6 @@ def test_the_tiling_is_right_after_every_event(kind, part):
         assert events == most or kind not in ("grids", "random")
 
 
-@pytest.mark.slow
-@pytest.mark.compiled
-@pytest.mark.parametrize("jitter", [False, True])
-@pytest.mark.parametrize("block", range(5))
-def test_lattices_are_right_at_every_contact(jitter, block):
-    seeds = range(100 + 12 * block, 112 + 12 * block)
-    assert sum(audited_contacts(lattice(seed, jitter), 25) for seed in seeds) > 150
-
-
 @pytest.mark.compiled
 @pytest.mark.parametrize("block", first(1, range(10)))
 def test_between_events_the_tiling_is_that_of_brute_force(block):
@@ -109,12 +100,13 @@ def test_bodies_may_leave_an_arena_that_has_no_walls():
     assert left >= 80  # of 120 runs
 
 
-def beyond_the_proof(ratio: float, mass_ratio: float, scenes: int, contacts: int) -> list[float]:
-    """Run random scenes with such radii and masses under naive and, audited, under sweep-tiling; return by
-    which factors their skins are wider than the proof allows. Skins wider than an eighth of the smallest
-    radius do not count."""
+@pytest.mark.compiled
+@pytest.mark.parametrize(("ratio", "mass_ratio"), [(1e6, 1.0), (1e6, 1e6), (3e6, 1.0)])
+def test_a_skin_wider_than_the_proof_allows(ratio, mass_ratio, monkeypatch):
+    """But no wider than an eighth of the smallest radius."""
+    take_the_limit_away(monkeypatch)
     factors = []
-    for seed in range(scenes):
+    for seed in range(20):
         scene = kt.make_scene(
             "random",
             bodies=5 + seed % 35,
@@ -123,50 +115,10 @@ def beyond_the_proof(ratio: float, mass_ratio: float, scenes: int, contacts: int
             mass_ratio=mass_ratio,
             seed=seed,
         )
-        tiling = kt.Simulation(scene, "sweep-tiling", audit=10)
+        tiling = kt.Simulation(scene, "sweep-tiling")
         skin = tiling.explain()["numbers"]["skin"]
         if skin > 0.125 * scene.radius.min():
             continue
-        naive = kt.Simulation(scene, "naive")
-        for sim in (naive, tiling):
-            sim.run(until=50.0, max_contacts=contacts)
-        assert tiling.fingerprint == naive.fingerprint, f"seed {seed}"
+        agree(scene, "naive", "sweep-tiling", until=50.0, contacts=100, audit=10)
         factors.append(skin / (scene.radius.min() ** 2 / (8.0 * scene.radius.max())))
-    return factors
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize(("ratio", "mass_ratio"), [(1e6, 1e6)])
-def test_a_skin_wider_than_the_proof_allows(ratio, mass_ratio, monkeypatch):
-    take_the_limit_away(monkeypatch)
-    assert max(beyond_the_proof(ratio, mass_ratio, 20, 100)) > 5.0
-
-
-@pytest.mark.compiled
-@pytest.mark.long
-def test_skins_wider_than_the_proof_allows_by_far(monkeypatch):
-    take_the_limit_away(monkeypatch)
-    factors = []
-    for ratio, mass_ratio in ((1e6, 1.0), (1e6, 1e6), (1e6, 1e9), (3e6, 1.0), (1e7, 1.0)):
-        factors += beyond_the_proof(ratio, mass_ratio, 100, 600)
-    beyond = [factor for factor in factors if factor > 1.0]
-    print(f"{len(factors)} scenes, {len(beyond)} of them beyond the proof, by up to {max(beyond):.3g}")
-    assert len(beyond) > 200
-
-
-@pytest.mark.compiled
-@pytest.mark.long
-def test_a_hundred_thousand_events():
-    events = 0
-    for make, count, most in MAKERS.values():
-        events += sum(audited_events(make(seed), 10 * most) for seed in range(count))
-    assert events > 100_000
-
-
-@pytest.mark.compiled
-@pytest.mark.long
-@pytest.mark.parametrize("jitter", [False, True])
-@pytest.mark.parametrize("block", range(10))
-def test_two_thousand_lattices_of_each_kind(block, jitter):
-    seeds = range(200 * block, 200 * block + 200)
-    assert sum(audited_contacts(lattice(seed, jitter), 60) for seed in seeds) > 5000
+    assert max(factors) > 5.0

@@ -152,14 +152,6 @@ def test_up_to_the_limit_contacts_agree_and_far_beyond_they_would_not(monkeypatc
     assert crevices_that_differ(1e-10) > 5
 
 
-@pytest.mark.compiled
-@pytest.mark.long
-def test_three_thousand_crevices(monkeypatch):
-    take_the_limit_away(monkeypatch)
-    for small in (1.2e-7, 3e-8, 1e-8):
-        assert crevices_that_differ(small, 1000) == 0
-
-
 def test_a_structure_that_no_page_can_compute_is_refused_by_name():
     parts = replace(SweepTiling().prepare(kt.make_scene("grid", bodies=4)), drawn_as="tiles")
     with pytest.raises(PhaseError, match=r"drawn_as is 'tiles'; expected one of \('', 'tiling'"):
