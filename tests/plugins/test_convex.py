@@ -151,17 +151,6 @@ def wall_of_bricks(**more) -> kt.Scene:
     )
 
 
-@pytest.mark.slow
-def test_a_disc_comes_back_from_bricks_that_touch():
-    """It meets two of them at one tick where they touch, and its speed is kept."""
-    for phase in GENERAL:
-        sim = kt.Simulation(wall_of_bricks(), phase, audit=1)
-        sim.run(max_contacts=40)
-        assert math.hypot(*sim.velocities()[20]) == pytest.approx(math.hypot(0.25, 1.0), rel=1e-14)
-        assert sim.positions()[20, 1] > 2.0
-        assert (sim.velocities()[:20] == 0).all()
-
-
 @pytest.mark.compiled
 @pytest.mark.parametrize("count", [500, pytest.param(100_000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kinds", convex_stages.PAIRS, ids=" ".join)

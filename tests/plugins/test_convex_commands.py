@@ -12,19 +12,15 @@ import math
 import pickle
 import random
 from dataclasses import replace
-from itertools import islice
 from pathlib import Path
 
 import pytest
 
 import box_scenes
-import by_the_rules
 import convex_scenes
 import kinetile as kt
 from kinetile.errors import Refused, ZenoError
 from kinetile_accuracy import certify_log
-from kinetile_accuracy.specification.arithmetic import tick_of, unit_bits
-from kinetile_conformance.strategies.living import played
 from kinetile_plugins.convex import Convex
 from lanes import GENERAL, first
 from registering import registered
@@ -154,19 +150,6 @@ def test_losses_are_along_the_face_alone():
     sim = kt.Simulation(scene, "cells", audit=1)
     sim.run(until=4.0)
     assert sim.velocities().tolist() == [[-0.5, 0.25], [0.0, 0.0]]
-
-
-@pytest.mark.slow  # games of shapes are the cheaper sibling
-@pytest.mark.parametrize("seed", range(4))
-def test_living_scenes_of_shapes_have_the_answer_of_the_rules(seed):
-    for scene in islice(played("shapes", seed), 2):
-        until = tick_of(scene.settings.until, scene.start, unit_bits(scene))
-        wanted = by_the_rules.answer(scene, 60, until).contacts
-        for phase in GENERAL:
-            sim = kt.Simulation(scene, phase, audit=20)
-            with contextlib.suppress(Refused, ZenoError):
-                sim.run(max_contacts=60)
-            assert by_the_rules.rows(sim) == wanted, phase
 
 
 def test_what_is_no_shape_of_the_scene_is_added_and_replays():
