@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -13,13 +12,12 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import side_effects
-from kinetile_conformance.checks.check import Check, Observation
+from kinetile_conformance.checks.check import Check
 from kinetile_conformance.checks.side_effects import first_breach
 from kinetile_conformance.runner import CheckRun
 from kinetile_conformance.strategies.gallery import small_ones, smallest
-from lanes import BUILT_IN, first
-
-TESTS = Path(__file__).parents[2]
+from lanes import first
+from registering import registered
 
 OUTSIDE = "raised IndexError: index {} is out of bounds for axis 0 with size 1 (trespassing_phases.py, line "
 
@@ -48,28 +46,9 @@ ALLOWED = ("strays-where-told", "strays-in-the-kernel", "uses-the-toolbox", "tak
 
 
 @pytest.fixture(autouse=True)
-def _registered(monkeypatch) -> Iterator[None]:
-    kt.registry().add(trespassing_phases)
-    if "stripes" not in kt.registry().names("broad phase"):
-        monkeypatch.syspath_prepend(TESTS / "foreign" / "kinetile-stripes")
-        import kinetile_stripes
-
-        kt.registry().add(kinetile_stripes)
-    had = [each.plugin for each in kt.registry() if each.distribution is None]
-    yield
-    for plugin in dict.fromkeys(had):
-        kt.registry().remove(plugin)
-
-
-def said_by(observation: Observation, name: str, **options) -> str | None:
-    """Return what an observation says of a phase, None where its sentence holds."""
-    looked = CheckRun(Check(observation), Subject(name, options))
-    looked.holds(smallest())
-    assert not looked.refused, looked.refusal
-    return looked.said
-
-
-# Interpreted
+def _registered() -> Iterator[None]:
+    with registered(trespassing_phases):
+        yield
 
 
 @pytest.mark.interpreted
@@ -99,9 +78,9 @@ def test_every_trespassing_phase_is_tested():
 
 
 def test_the_check_sees_a_phase_of_this_process():
-    said = said_by(side_effects.writes_only_where_it_may, "uncounts")
-    assert said is not None
-    assert said.startswith(SEEN["uncounts"])
+    looked = CheckRun(Check(side_effects.writes_only_where_it_may), Subject("uncounts", {}))
+    assert not looked.holds(smallest())
+    assert looked.said.startswith(SEEN["uncounts"])
 
 
 @pytest.mark.skipif(INTERPRETED, reason="then there is no need of another interpreter")
@@ -112,18 +91,7 @@ def test_a_class_that_cannot_be_imported_goes_by_value():
             scene.radius[:] = 0.125
             return BroadPhaseParts(trespassing_phases.everyone)
 
-    class Plugin:
-        @kt.hookimpl
-        def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-            return [kt.BroadPhaseSpec("local", Local)]
-
-    kt.registry().add(Plugin())
-    said = first_breach(Subject("local", {}), small_ones())
+    with registered(kt.BroadPhaseSpec("local", Local)):
+        said = first_breach(Subject("local", {}), small_ones())
     assert said is not None
     assert said.startswith("prepare wrote the scene's radius")
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", [*BUILT_IN, "stripes"])
-def test_the_phases_that_there_are_touch_nothing_else(name):
-    assert said_by(side_effects.writes_only_where_it_may, name) is None

@@ -87,21 +87,6 @@ def test_a_narrow_phase_of_somebody_else_could_not_be_judged(squares):
         assert lines[lines.index(found[check]) + 1].endswith(reason)
 
 
-@pytest.mark.compiled
-@pytest.mark.long
-@pytest.mark.usefixtures("_added")
-def test_squares_conform_with_cells():
-    report = check_broad_phase("cells", narrow_phases={"squares": {"touches": True}}, examples=20)
-    assert report.ok, str(report)
-    status = {result.check: result.status for result in report.results}
-    assert {
-        status[check] for check in (*LEFT_OUT, f"{PLANS_ALONE}-of-shapes", "same-contacts-as-convex")
-    } == {"skipped"}
-    assert {status[check] for check in (*SHORT, "same-contacts", "its-structure-is-true", "resumes")} == {
-        "passed"
-    }
-
-
 FAULTS = {
     "now": "at a later present time|with nothing in the kernel's other tables",
     "order": "with the bodies numbered the other way round",

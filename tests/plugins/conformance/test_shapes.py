@@ -112,15 +112,6 @@ def test_what_is_drawn():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
-def test_convex_bodies_have_one_answer_under_cells():
-    checks = [OF_SHAPES, "same-contacts-in-a-swarm-of-shapes-on-a-torus"]
-    report = check_broad_phase("cells", checks=checks, examples=100, in_process=True)
-    found = [(result.status, result.scenes) for result in report.results]
-    assert found == [("passed", 24), ("passed", 12)], str(report)
-
-
-@pytest.mark.slow
 @pytest.mark.interpreted
 @pytest.mark.parametrize("shrink", [False, True])
 def test_a_reach_that_is_too_small_for_shapes_is_found(shrink):
