@@ -1,7 +1,4 @@
-"""Loops of what a scene may have, compiled as users run them: their contacts are those of the rules.
-
-Most tests run these features with plain hooks, because each choice of phases and features has a loop of its
-own. Here each feature is compiled under each phase that takes it, so that what does not compile is found."""
+"""Loops of what a scene may have, compiled as users run them: their contacts are those of the rules."""
 
 from __future__ import annotations
 

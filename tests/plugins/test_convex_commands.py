@@ -1,8 +1,4 @@
-"""Convex bodies under commands and responses: turns, removals, restitution, stops and obstacles.
-
-Every phase gives one answer, whatever is done to the run: commands of the scene or by hand, audits,
-snapshots, saving, copies.
-"""
+"""Convex bodies under commands and responses: turns, removals, restitution, stops and obstacles."""
 
 from __future__ import annotations
 

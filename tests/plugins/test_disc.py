@@ -1,7 +1,4 @@
-"""The narrow phase of two discs: overlaps and grazes, the exchange of momentum, and its general parts.
-
-That its ticks are those of the rules is in ``test_specification.py``.
-"""
+"""The narrow phase of two discs: overlaps and grazes, the exchange of momentum, and its general parts."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Times of impact that other engines had wrong: here each is exact, to the tick, under every broad phase.
-
-A scene is a file in ``tests/scenes/impacts`` that shows the fault by itself; its test says what was wrong.
-"""
+"""Times of impact that other engines had wrong: here each is exact, to the tick, under every broad phase."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Mixtures of large and small bodies whose masses go with their sizes: in time all share the energy, and the
-smallest are a thousand times faster than anything was at the start."""
+"""Mixtures of large and small bodies whose masses go with their sizes."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""What happens at contacts: passing to the tick, losses, stops, bodies that nothing can move, under every
-phase."""
+"""What happens at contacts: passing to the tick, losses, stops, bodies that nothing can move."""
 
 from __future__ import annotations
 

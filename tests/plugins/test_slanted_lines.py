@@ -1,5 +1,4 @@
-"""Bounds sorted along lines of any direction, and in any number: the contacts are those of naive, the audit
-holds after each, and what cannot be sorted is refused."""
+"""Bounds sorted along lines of any direction and number: contacts of naive, and what is refused."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""The bounds of ``soonest``: never later than the contact that ``meet`` finds, and close to it.
-
-A bound that is late would change the answer; one that is early costs a question. So the first is tested on
-everything hard that can be drawn, the second on ordinary scenes.
-"""
+"""The bounds of ``soonest``: never later than the contact that ``meet`` finds, and close to it."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Sorted bounds, on a line and on a circle: sound runs pass the audit, and what is broken by hand is
-reported; and what is drawn of a circle."""
+"""Sorted bounds, on a line and on a circle: what is broken by hand is reported, what is drawn of a circle."""
 
 from __future__ import annotations
 

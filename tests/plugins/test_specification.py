@@ -1,8 +1,4 @@
-"""kinetile against the test vectors of its specification: rules 3 to 6 and 9 one by one, then whole runs.
-
-Questions and answers are in ``tests/vectors``, made in whole numbers; README.md there has their form. Nothing
-is compared with a tolerance: ticks are whole numbers, doubles are equal or not (a zero has no sign).
-"""
+"""kinetile against the test vectors of its specification: rules 3 to 6 and 9 one by one, then whole runs."""
 
 from __future__ import annotations
 

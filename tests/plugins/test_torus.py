@@ -1,5 +1,4 @@
-"""Periodic scenes: one answer, that of the rules, under every phase that takes them; and what follows from
-symmetry and geometry."""
+"""Periodic scenes: the answer of the rules under every phase, and what follows from symmetry."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""The calendar against a sorted list: any sequence of filings leaves in the one total order, whatever the
-length of the slices, the years between the entries and the order of filing."""
+"""The calendar against a sorted list: any sequence of filings leaves in the one total order."""
 
 from __future__ import annotations
 

@@ -265,9 +265,6 @@ def test_a_loop_from_the_disk_cache_has_lost_what_it_calls(compiled_once):
     assert run_loaded(cache, True, [str(package.parent) for package in PACKAGES]) == printed
 
 
-# The cache
-
-
 def one_more(x: float) -> int:
     return int(x) + 1
 

@@ -1,5 +1,4 @@
-"""The pair set against a multiset: any sequence of adds and removes leaves the same pairs, lists and free
-records; and who is new is offered."""
+"""The pair set against a multiset: the same pairs, lists and free records; and who is new is offered."""
 
 from __future__ import annotations
 

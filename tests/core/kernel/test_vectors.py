@@ -1,8 +1,4 @@
-"""Each vector primitive against its meaning in NumPy, bit for bit, on ordinary and on hard numbers.
-
-Compiled, the functions are LLVM vectors; interpreted, they are NumPy arrays. Both are compared with what is
-written here, so each with the other: CI runs this file interpreted as well.
-"""
+"""Each vector primitive against its meaning in NumPy, bit for bit, on ordinary and on hard numbers."""
 
 from __future__ import annotations
 

@@ -112,9 +112,6 @@ def test_what_an_unchecked_hook_s_array_has_not_ended_in_a_key_error_of_numba(as
         compiled.make_ready(function, tables())
 
 
-# Numbers that hooks of others return
-
-
 @hook
 def near(k: Kernel, s: int, body: int) -> int:
     k.near[0] = 1
@@ -167,9 +164,6 @@ def test_a_partner_that_is_no_body_is_a_fault(who, right):
 
 def test_the_same_hook_makes_the_same_loop():
     assert as_checked("near", near) is as_checked("near", near)
-
-
-# No hook of kinetile's own counts from the end
 
 
 class Checked(np.recarray):

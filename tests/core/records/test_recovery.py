@@ -188,9 +188,6 @@ def test_what_ended_badly_while_it_was_made_an_event_file_is_begun_anew(partial,
     assert names(tmp_path) == ["e.parquet"]
 
 
-# Full disks
-
-
 def test_a_disk_without_room_for_the_event_file_keeps_the_log_of_a_whole_run(tmp_path, monkeypatch, whole):
     path = tmp_path / "e.parquet"
     recorder = EventRecorder(path, SCENE).__enter__()
@@ -247,9 +244,6 @@ def test_on_a_full_disk_the_event_file_says_how_the_run_has_ended(tmp_path, monk
     found, metadata = read_events(path)
     assert found.tobytes() == whole[:20].tobytes()
     assert metadata["status"].startswith("disk: ")
-
-
-# When rows are written
 
 
 def test_rows_are_written_when_a_quarter_of_a_second_is_over(tmp_path, monkeypatch, whole):

@@ -67,9 +67,6 @@ def is_refused_or_right(path, truth) -> bool:
     return False
 
 
-# Bytes
-
-
 @MANY
 @given(data=st.data())
 def test_flipped_bits(good, truth, tmp_path, data):
@@ -122,9 +119,6 @@ def test_what_pyarrow_quotes_of_a_damaged_footer_reached_the_terminal_as_it_is(g
     for place in range(len(content) - 8 - length, len(content) - 8, 19):
         path.write_bytes(content[:place] + bytes([content[place] & 0xF0 | 0x0E]) + content[place + 1 :])
         is_refused_or_right(path, truth)
-
-
-# Tables
 
 
 def rewrite(good, path, *, table=None, texts=None, **changes):

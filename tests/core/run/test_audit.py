@@ -71,9 +71,6 @@ def first(found: Engine) -> int:
     return int(np.argmin(found.k.queue.key))
 
 
-# Runs
-
-
 @pytest.mark.parametrize("phase", lanes.BUILT_IN)
 @pytest.mark.parametrize("seed", lanes.first(1, range(4)))
 def test_between_any_two_events_everything_holds(seed, phase):
@@ -113,9 +110,6 @@ def test_after_shifts_of_the_clock_everything_holds(phase):
         sim.run(until=until)
         sim.audit()
     assert sim.readings.contacts_wall > 1
-
-
-# Tables broken by hand
 
 
 def filed(k: Kernel) -> int:
@@ -261,9 +255,6 @@ def test_two_bodies_that_touch_and_are_no_candidates():
     remove_pair(sim._engine.k, 0, 1)
     with pytest.raises(AuditError, match=r"bodies 0 and 1 touch \(gap 0\) and are not a candidate pair"):
         sim._engine.audit()
-
-
-# What the entries say of contacts
 
 
 def delay(found: Engine, body: int, kind: int) -> None:

@@ -168,9 +168,6 @@ def test_another_thread_is_left_alone():
     assert found == [before]
 
 
-# What the steps of a run leave behind
-
-
 def recorded(parts: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([np.zeros(0, kt.LOG), *parts])
 

@@ -293,9 +293,6 @@ def test_blocks_follow_the_time_that_values_depend_on_each_other():
     assert math.isnan(short.estimate().error)
 
 
-# Observables that fail, at each of their hooks
-
-
 RETURNED: dict[str, Any] = {
     "text": {"q": "many"},
     "complex": {"q": 1j},

@@ -154,9 +154,6 @@ def everything(sim: kt.Simulation) -> tuple:
     return (*tables, sim.time, sim.exact_time, sim.fingerprint, len(sim.contacts), str(sim.explain()))
 
 
-# The law, broken without a word: a turn that was refused had been made all the same.
-
-
 REFUSED_CALLS = {
     "a body that is not there": lambda sim: sim.set_velocity(99, (0.0, 0.0)),
     "a velocity of one number": lambda sim: sim.set_velocity(0, (1.0,)),
@@ -215,9 +212,6 @@ def test_a_phase_that_failed_while_it_was_built_anew_was_gone_on_with():
     for again in (lambda: sim.run(until=1.0), sim.step, lambda: sim.set_velocity(0, (0.0, 0.0)), sim.audit):
         with pytest.raises(PhaseError, match=r"this simulation cannot go on: .*the second time"):
             again()
-
-
-# While it runs
 
 
 def test_a_recorder_that_looked_ahead_ran_the_loop_within_the_loop():
@@ -290,9 +284,6 @@ def test_a_turn_from_a_second_thread_during_a_run_was_taken_for_a_missed_contact
         assert sim.fingerprint == alone.fingerprint
 
 
-# What it hands out
-
-
 @pytest.mark.compiled
 def test_asking_for_contacts_copied_all_that_there_had_been():
     sim = kt.Simulation(kt.make_scene("grid", bodies=100, density=0.5, seed=1), "sweep-tiling")
@@ -316,9 +307,6 @@ def test_contacts_that_were_handed_out_change_while_the_run_goes_on():
         kept.append((sim.contacts, sim.contacts.tobytes()))
     assert all(contacts.tobytes() == then for contacts, then in kept)
     assert np.array_equal(np.concatenate([kept[0][0], sim.contacts_since(3)]), sim.contacts)
-
-
-# Who is blamed
 
 
 @pytest.mark.interpreted

@@ -1,8 +1,4 @@
-"""A signal at every bytecode boundary of every call that changes a simulation: all of it is done, or nothing.
-
-A tracing function raises the signal before the instruction of a number, which is more often than Python runs
-handlers by itself. What is done by then is in the record: snapshot, record and replay agree.
-"""
+"""A signal at every bytecode boundary of every call that changes a simulation: all is done, or nothing."""
 
 from __future__ import annotations
 

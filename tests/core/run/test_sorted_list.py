@@ -1,5 +1,4 @@
-"""The kernel knows certificates and events, not collisions alone: the documented example, against NumPy's
-sort."""
+"""The kernel knows certificates and events, not collisions alone: the example, against NumPy's sort."""
 
 from __future__ import annotations
 

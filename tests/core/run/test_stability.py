@@ -1,7 +1,4 @@
-"""Hard cases of every kind: what is lost is told, what is jammed is told at once, and nothing drifts.
-
-The hard scenes by name, each with its expected result, are in ``test_hard_scenes.py``.
-"""
+"""Hard cases of every kind: what is lost is told, what is jammed is told at once, and nothing drifts."""
 
 from __future__ import annotations
 

@@ -156,9 +156,6 @@ def test_after_an_interrupt_it_says_how_far_the_log_was_right(log, monkeypatch):
     assert "interrupted" in found.stderr
 
 
-# Event files
-
-
 @pytest.fixture
 def events(tmp_path):
     scene = kt.make_scene("cradle")

@@ -416,9 +416,6 @@ def test_the_end_of_a_scene_file_is_the_end_of_its_runs_where_the_study_has_none
     assert [task.scene.until for task in Study(path).tasks.values()] == [0.125]
 
 
-# The table
-
-
 def test_means_are_over_seeds_and_ratios_are_paired_by_seed():
     plan = read_plan({**TABLES, "seeds": 3, "repeats": 2})
     rows = []

@@ -34,9 +34,6 @@ def _folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-# conform
-
-
 @pytest.mark.parametrize(
     "how", [pytest.param("--in-process", marks=pytest.mark.small), *first(0, ["--isolated"])]
 )
@@ -147,9 +144,6 @@ def test_after_an_interrupt_what_there_is_has_been_printed(monkeypatch):
     assert (found["status"], found["conforms"], len(found["checks"])) == ("interrupted", None, 1)
 
 
-# A phase that is wrong, judged and replayed with interpreted hooks: nothing is compiled for it
-
-
 @pytest.fixture(scope="module")
 def blind(tmp_path_factory):
     """A judged broad phase that misses contacts: the folder, how to run commands in it, and the report."""
@@ -217,9 +211,6 @@ def test_cases_can_be_kept_elsewhere_and_left_as_they_are_found(blind):
     (check,) = json.loads(done.stdout.splitlines()[-1])["checks"]
     assert check["case"] == "kept/blind-same-contacts.toml"
     assert (blind.folder / check["case"]).exists()
-
-
-# replay
 
 
 def test_any_scene_can_be_replayed():

@@ -32,9 +32,6 @@ def test_naive(check):
 """
 
 
-# The function
-
-
 def test_a_misspelt_check_is_an_error():
     with pytest.raises(ValueError, match="there is no check 'makes-progres'"):
         check_broad_phase("naive", checks=["makes-progres"])
@@ -59,9 +56,6 @@ def test_each_result_is_told_as_it_comes():
     assert tuple(told) == report.results
     assert [result.check for result in told] == checks
     assert [result.status for result in told] == ["passed", "skipped"]
-
-
-# The decorator
 
 
 def test_it_makes_a_test_of_each_check():

@@ -55,9 +55,6 @@ def said_of(name: str) -> str:
     return f"broad phase '{name}'{OWNER}"
 
 
-# In the process that asks
-
-
 @pytest.mark.parametrize(
     ("name", "said"),
     [
@@ -148,9 +145,6 @@ def test_an_audit_finds_what_is_written_where_it_should_not_be(name: str, said: 
 def test_a_name_that_is_no_body_is_a_fault_of_the_phase() -> None:
     with pytest.raises(PhaseError, match="named body 2 as near body 0, which is no body of the scene"):
         kt.Simulation(scene(), "names-a-stranger").run(until=0.0)
-
-
-# In a child
 
 
 def isolated(name: str, *checks: str, **more: object) -> Report:
@@ -388,9 +382,6 @@ def test_an_error_of_the_kit_is_told_with_its_traceback() -> None:
     assert minimiser.said.startswith("contact ")
 
 
-# What was seen, and how long is waited
-
-
 FIRST, *OTHERS = random.Random(26).sample(range(12), 4)
 """After how many of the messages that follow a failure its child is killed, while it looks for a smaller
 scene: it sends some 14. It goes on while they are read, so it is anywhere in its work when it dies."""
@@ -436,9 +427,6 @@ def test_a_failure_before_a_silent_end_is_a_failure(monkeypatch: pytest.MonkeyPa
     (result,) = isolated("is-wrong-and-slow").results
     assert result.status == "failed"
     assert "does it wait for something?" in result.said
-
-
-# Installed
 
 
 @pytest.fixture

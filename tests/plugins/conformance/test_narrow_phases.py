@@ -1,8 +1,4 @@
-"""Narrow phases of others under the kit: what they may depend on is put to the test, in every interface.
-
-``square_pairs`` is the narrow phase on trial, right or wrong in one way. Its hooks are interpreted in
-children: nothing is compiled for it.
-"""
+"""Narrow phases of others under the kit: what they may depend on is put to the test, in every interface."""
 
 from __future__ import annotations
 

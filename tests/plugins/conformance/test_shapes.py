@@ -1,5 +1,4 @@
-"""The kit on bodies of other shapes: broad phases with shapes to be near each other, and narrow phases for
-them, right or wrong in one way."""
+"""The kit on bodies of other shapes: phases for them, right or wrong in one way."""
 
 from __future__ import annotations
 

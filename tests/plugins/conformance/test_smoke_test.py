@@ -1,5 +1,4 @@
-"""What comes before any check: what does not load or compile is said once, with the author's file and
-line."""
+"""What does not load or compile is said once, with the author's file and line."""
 
 from __future__ import annotations
 

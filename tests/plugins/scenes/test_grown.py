@@ -1,5 +1,4 @@
-"""Discs that grow to a density: sizes as given, other seeds other starts. That no images overlap, a scene
-checks."""
+"""Discs that grow to a density: sizes as given, other seeds other starts."""
 
 from __future__ import annotations
 

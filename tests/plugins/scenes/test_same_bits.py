@@ -1,7 +1,4 @@
-"""A recipe and a seed give the same bits on every processor and with every NumPy, and so do runs.
-
-What is pinned here may change only by the rule in docs/promises.md.
-"""
+"""Recipes and runs have the same bits everywhere; what is pinned changes by the rule in docs/promises.md alone."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Sweep-tiling where x is periodic: its tiles, and an audit that notices a link through other periods. That
-its answer is the one of the rules is in ``test_torus.py``."""
+"""Sweep-tiling where x is periodic: its tiles, and an audit of links through other periods."""
 
 from __future__ import annotations
 

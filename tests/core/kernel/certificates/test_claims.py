@@ -1,8 +1,4 @@
-"""What the filters say of their own errors, against fractions: never too little, and not idly much.
-
-A claim that were eight times smaller, or that of q 32 times, would be passed by one of these encounters:
-what is derived for q is ten times what climbing finds, and the code takes twice that.
-"""
+"""What the filters say of their own errors, against fractions: never too little, and not idly much."""
 
 from __future__ import annotations
 

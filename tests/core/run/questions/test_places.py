@@ -1,8 +1,4 @@
-"""Bodies in a box, near a point, on a ray: against decimals of many digits.
-
-Bodies are laid out bare: none of a scene's rules applies, they overlap and lie about as they like. What is
-within ``ROUNDING`` of a touch may be decided either way.
-"""
+"""Bodies in a box, near a point, on a ray: against decimals of many digits."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Questions about what comes next are compared with what then happens, in every state that a run can be in:
-passing pairs, turns and insertions inside another body, walls, images, kinds."""
+"""Questions about what comes next, compared with what then happens, in every state of a run."""
 
 from __future__ import annotations
 

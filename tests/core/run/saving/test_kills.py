@@ -1,5 +1,4 @@
-"""Kill -9 at any moment, then `kinetile resume`: the fingerprint and the events of a run that was never
-killed."""
+"""Kill -9 at any moment, then `kinetile resume`: fingerprint and events of a run that was never killed."""
 
 from __future__ import annotations
 

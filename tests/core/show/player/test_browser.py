@@ -1,7 +1,4 @@
-"""The page in a real browser: no message, no request, exact, and all of it by keyboard.
-
-Skipped where there is no chromium.
-"""
+"""The page in a real browser: no message, no request, exact, and all of it by keyboard."""
 
 from __future__ import annotations
 

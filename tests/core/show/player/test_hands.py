@@ -1,7 +1,4 @@
-"""What hands do to a page in a real browser: wheel, fingers, clicks, Space; and what the page says then.
-
-Skipped where there is no chromium.
-"""
+"""What hands do to a page in a real browser: wheel, fingers, clicks, Space; and what the page says then."""
 
 from __future__ import annotations
 

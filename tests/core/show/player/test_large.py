@@ -1,6 +1,4 @@
-"""Large scenes: a lane of many events is a density, a selected body has the structure around it alone, small
-discs are filled by rectangles, and a hidden structure is not computed.
-"""
+"""Large scenes: densities for lanes of many events, rectangles for small discs, structure that is hidden."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""The proof lens: what is under the pointer is named, a certificate is a formula with its root at the tick
-at which it fails, and the legend switches layers."""
+"""The proof lens: what is under the pointer is named, and a certificate has its root where it fails."""
 
 from __future__ import annotations
 

@@ -29,9 +29,6 @@ def scene_of(name: str) -> kt.Scene:
     return kt.load_scene(SCENES / f"{name}.toml")
 
 
-# What agrees
-
-
 @pytest.mark.parametrize("seed", first(1, [0, 1, 2]))
 @pytest.mark.parametrize(("density", "bodies", "pace"), [(0.5, 16, 40.0), (0.1, 16, 13.0), (0.01, 25, 4.5)])
 @pytest.mark.compiled
@@ -92,9 +89,6 @@ def test_how_far_it_compares() -> None:
     assert sim.time > 0.5
     assert "agree in order" in str(more)
     assert more.as_dict()["agrees"] is True
-
-
-# What is noticed
 
 
 @pytest.fixture(scope="module")
@@ -309,10 +303,7 @@ def test_a_jam_ends_the_oracle() -> None:
     assert "contacts follow each other without end" in str(run)
 
 
-# Lattices: exact ties in rows
-
-
-@pytest.mark.parametrize("seeds", [3, pytest.param(25, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [6, pytest.param(25, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("turns", [0, 12])
 @pytest.mark.parametrize("kind", ["dyadic", "non-dyadic"])
 @pytest.mark.small

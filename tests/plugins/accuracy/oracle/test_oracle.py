@@ -45,9 +45,6 @@ def surely(time: Enclosure, truth: Fraction) -> bool:
     return abs(time.middle - truth) <= time.radius <= Fraction(1, 2**80) * max(truth, Fraction(1, 2**20))
 
 
-# Closed forms
-
-
 def test_head_on() -> None:
     scene = kt.Scene([[0.25, 0.5], [0.75, 0.5]], [[1.0, 0.0], [-0.5, 0.0]], 0.125, [1.0, 3.0], (1.0, 1.0))
     run = oracle_contacts(scene, 0.2)
@@ -76,9 +73,6 @@ def test_an_oblique_contact_to_sixty_digits() -> None:
         assert head_on == pytest.approx(float((1 - (dy / Decimal("0.25")) ** 2).sqrt()), rel=1e-12)
     assert Decimal(time.decimal(20)) == round(truth, 20)
     assert time.nearest == float(truth)
-
-
-# Rational arithmetic
 
 
 def in_fractions(scene: kt.Scene, until: Fraction) -> list[tuple[Fraction, int, int]]:
@@ -163,9 +157,6 @@ def test_two_roots_are_compared_by_squaring() -> None:
     assert root(3, 2).rational is None
 
 
-# Ties, grazes, touches
-
-
 def congruent(order: Iterable[int]) -> kt.Scene:
     """Return two pairs, one a copy of the other farther up: they meet obliquely at one irrational time."""
     position = np.array([[0.25, 0.25], [0.75, 0.3125], [0.25, 1.25], [0.75, 1.3125]])
@@ -248,9 +239,6 @@ def test_a_disc_at_rest_that_touches_is_hit_at_an_irrational_time() -> None:
     assert run.bits == oracle_module.FIRST_BITS
 
 
-# What cannot be decided
-
-
 @pytest.mark.parametrize(
     ("seed", "what"),
     [
@@ -313,9 +301,6 @@ def test_endings() -> None:
         oracle_contacts(scene)
     with pytest.raises(ValueError, match="start on"):
         oracle_contacts(scene, -1.0)
-
-
-# What is refused
 
 
 def of_two(radius: Any = 0.25, **more: Any) -> kt.Scene:
@@ -394,9 +379,6 @@ def test_it_shares_no_code_with_the_kernel() -> None:
         tree = ast.parse(Path(oracle_module.__file__).with_name(f"{name}.py").read_text("utf-8"))
         names = {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
         assert {each for each in names if each.startswith("kinetile")} <= allowed
-
-
-# The command
 
 
 def command(*words: str) -> Any:

@@ -1,7 +1,4 @@
-"""The certifier's arithmetic: what a product loses, and lower bounds of contact times.
-
-That its answers are those of the test vectors is tested in ``tests/vectors/test_making.py``.
-"""
+"""The certifier's arithmetic: what a product loses, and lower bounds of contact times."""
 
 from __future__ import annotations
 

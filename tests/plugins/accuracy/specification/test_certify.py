@@ -60,9 +60,6 @@ def wrong(scene, log, until=UNTIL):
     return found.wrong.index, found.wrong.why
 
 
-# Right ones
-
-
 def test_all_lines_are_right(gas):
     scene, log = gas
     found = certify_log(scene, log, UNTIL)
@@ -78,9 +75,6 @@ def test_a_list_may_be_a_beginning(gas):
     assert certify_log(scene, log[:100], UNTIL, max_contacts=100).right
     assert certify_log(scene, log[:0]).right
     assert not certify_log(scene, log[:0], UNTIL).right
-
-
-# Wrong ones
 
 
 def test_a_contact_through_an_image_that_is_another():
@@ -229,9 +223,6 @@ def test_a_fingerprint_is_that_of_the_lines(gas):
     assert right in found.wrong.why
 
 
-# Rows with plans
-
-
 @pytest.fixture(scope="module")
 def turning():
     scene = kt.make_scene("grid", bodies=9, density=0.3)
@@ -308,9 +299,6 @@ def test_a_run_of_kinetile_is_right_to_its_end(bodies, contacts):
     assert found.right, str(found)
 
 
-# Which of two lists is right
-
-
 @pytest.fixture
 def three_in_a_row():
     """Disc 2 meets disc 1 at 0.5; disc 0 meets disc 1 later."""
@@ -340,9 +328,6 @@ def test_where_the_specification_does_not_say_it_says_nothing(three_in_a_row, mo
     assert not explain_difference(scene, lists, 1, ["disc", "wall"])  # and no walls to meet
     monkeypatch.setattr(certify, "_FARTHEST", 0)
     assert not explain_difference(scene, lists, 1)
-
-
-# Bodies that come and go
 
 
 @pytest.mark.parametrize("seed", first(6, range(20)))

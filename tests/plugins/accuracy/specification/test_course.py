@@ -1,7 +1,4 @@
-"""The course of events: its bounds and its bars.
-
-That its events are the specification's is for ``test_certify.py``, with runs of an independent simulator.
-"""
+"""The course of events: its bounds and its bars."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Rules of shapes in rationals, against what they mean: where a place is, and how far from the difference.
-
-Distances are those of ``kinetile.scene.differences``, which shares nothing with the rules. Places and
-velocities lie on lattices, so that corners are met, faces slid along and discs only touched.
-"""
+"""Rules of shapes in rationals, against what they mean: where a place is, and how far from the difference."""
 
 from __future__ import annotations
 

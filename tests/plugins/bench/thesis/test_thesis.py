@@ -153,9 +153,6 @@ def test_the_phases_take_turns_in_every_round(monkeypatch):
     assert ran == ["naive", "sap-1d", "sap-1d", "naive", "naive", "sap-1d"]
 
 
-# The command
-
-
 @pytest.fixture
 def no_run(small, monkeypatch):
     """The command measures nothing: the results are there."""
