@@ -42,7 +42,6 @@ def test_phases_that_agree():
     assert json.loads(json.dumps(result.as_dict()))["identical"] is True
 
 
-@pytest.mark.small
 def test_a_contact_that_is_missing_is_shown_with_exact_ticks(blind):
     result = compare(three_in_a_row(), ["naive", blind], 4.0)
     assert not result.identical
@@ -60,7 +59,6 @@ def test_a_contact_that_is_missing_is_shown_with_exact_ticks(blind):
     assert json.loads(json.dumps(result.as_dict()))["first_divergence"]["index"] == 1
 
 
-@pytest.mark.small
 def test_the_first_divergence_is_the_earliest_of_all(blind):
     result = compare(three_in_a_row(), ["naive", "sap-2d", blind], 4.0)
     assert [each.phase for each in result.divergences] == [blind]

@@ -114,7 +114,6 @@ def test_bounds_are_never_late(seed):
     assert n == 2 or min(bounds) < 1 << 45  # some are close
 
 
-@pytest.mark.small
 def test_of_two_sides_in_one_line_the_corner_between_them_was_awaited():
     """The difference of parallel capsules has such sides, and the bound was late."""
     random = np.random.default_rng(5)

@@ -10,8 +10,6 @@ import kinetile as kt
 from kinetile.errors import ZenoError
 from lanes import GENERAL, first
 
-pytestmark = pytest.mark.small
-
 FLOORS = ("tiles", "tiles of many heights", "polyline")
 TILES = 9
 

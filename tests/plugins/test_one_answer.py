@@ -188,7 +188,6 @@ def test_without_the_skin_ties_part(seeds, least, monkeypatch):
     assert parted >= least
 
 
-@pytest.mark.small
 @pytest.mark.parametrize(("phase", "options"), ALL)
 def test_a_scene_may_be_without_bodies_get_one_and_lose_it(phase, options):
     """Arrays without rows: ``sap-1d`` raised in ``arrange``."""

@@ -65,7 +65,6 @@ RULES = {
 }
 
 
-@pytest.mark.small
 def test_a_ball_bounces_at_times_of_the_formula():
     sim = kt.Simulation(BALL, "naive")
     sim.run(until=64.0)
@@ -76,7 +75,6 @@ def test_a_ball_bounces_at_times_of_the_formula():
     assert sim.readings.energy_drift == 0.0
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("seed", lanes.first(2, range(200)))
 def test_all_phases_give_one_answer(seed):
     scene = falling(seed)
@@ -86,7 +84,6 @@ def test_all_phases_give_one_answer(seed):
         assert sim.readings.energy_drift < 1e-12
 
 
-@pytest.mark.small
 def test_before_a_wall_the_contacts_are_those_without_gravity():
     """All bodies fall alike; dyadic plans are rounded by no change of frames."""
     place = [[2.0 + 1.5 * column, 24.0 + 1.25 * row] for row in range(3) for column in range(4)]
@@ -104,7 +101,6 @@ def test_before_a_wall_the_contacts_are_those_without_gravity():
     assert lists[0][:both] == lists[1][:both]
 
 
-@pytest.mark.small
 def test_commands_by_hand_are_of_the_room():
     sim = kt.Simulation(BALL.replace(arena=(2.0, 2.0)), "cells", live=True)
     sim.run(until=1.625)
@@ -130,7 +126,6 @@ def test_commands_by_hand_are_of_the_room():
     assert again.fingerprint == sim.fingerprint
 
 
-@pytest.mark.small
 def test_an_empty_scene_with_gravity_had_another_unit_than_with_its_first_body():
     empty = kt.Scene([], [], [], arena=(1.0, 1.0), gravity=(0.0, -100.0))
     body = (0.5, 0.75), (0.1, 0.0), 0.1
@@ -153,7 +148,6 @@ def test_what_comes_in_a_later_frame_is_foreseen():
     assert [event.time for event in sim.steps(until=60.0)] == [24.0, 40.0, 56.0]
 
 
-@pytest.mark.small
 def test_an_answer_was_said_to_be_the_row_beyond_the_frame_too():
     """Within the present frame it is; beyond, plans begin anew and are rounded (living-scenes.md)."""
     within = kt.Simulation(kt.make_scene("grid", bodies=4, density=0.3, seed=1, gravity=(0.0, -1.0)), "naive")
@@ -246,7 +240,6 @@ def test_the_pressure_of_a_column_carries_what_is_above():
     assert abs(drop.sum() - weight.sum()) < 4.0 * whole
 
 
-@pytest.mark.small
 def test_bodies_fall_in_later_spans_of_the_clock_and_come_into_an_empty_room():
     coming = kt.Insert(time=1500.0, position=(0.5, 1.0), velocity=(0.0, 0.25), radius=0.25)
     scene = BALL.replace(commands=[kt.Remove(0, 3.5), coming, kt.Turn(1, 1500.5, (0.0, 1.0))])

@@ -10,8 +10,6 @@ from kinetile.errors import Refused
 from kinetile_observables.power_cells import cells_of
 from lanes import first
 
-pytestmark = pytest.mark.small
-
 SCENES = [(1, 1.0, 0), (2, 3.0, 1), (3, 1.0, 2), (40, 1.0, 3), (60, 10.0, 4), (300, 30.0, 5)]
 POINTS = 20_000
 

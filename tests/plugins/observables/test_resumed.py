@@ -16,8 +16,6 @@ from kinetile.run.observing import Observable
 from lanes import first
 from registering import registered
 
-pytestmark = pytest.mark.small
-
 ALL = [
     *("pressure:by=counts", "pressure:by=impulses", "rates", "temperature:every=0.013", "energy", "momentum"),
     *("msd:lags=7,every=0.02", "vacf:lags=9", "g:bins=20", "S:modes=3", "psi6", "rates:after=0.3"),

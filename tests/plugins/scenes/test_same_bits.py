@@ -1,4 +1,4 @@
-"""Recipes and runs have the same bits everywhere; what is pinned changes by the rule in docs/promises.md alone."""
+"""Recipes and runs have the same bits everywhere; pins change by the rule in docs/promises.md alone."""
 
 from __future__ import annotations
 

@@ -11,8 +11,6 @@ import kinetile as kt
 from kinetile.errors import Refused
 from lanes import first
 
-pytestmark = pytest.mark.small
-
 CELL = 8.0, 1.0
 
 
