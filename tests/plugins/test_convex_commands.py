@@ -55,7 +55,6 @@ def commanded(seed: int) -> kt.Scene:
 
 
 def ran(sim: kt.Simulation) -> str:
-    """Returns the fingerprint of a run of a scene, up to a number of contacts, or to a Zeno error."""
     try:
         sim.run(until=10.0, max_contacts=60)
     except ZenoError as error:

@@ -17,7 +17,6 @@ from kinetile_bench.user_scene import bench_scene
 
 
 def bodies(**more) -> kt.Scene:
-    """Return three boxes of two shapes and a disc."""
     return kt.Scene(
         [(1.5, 1.0), (5.0, 1.0), (4.0, 3.5), (1.0, 3.0)],
         [(0.5, 0.25), (-0.5, 0.25), (0.25, -0.75), (1.0, 0.5)],

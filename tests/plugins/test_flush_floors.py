@@ -15,12 +15,10 @@ TILES = 9
 
 
 def hundredths(rng: random.Random, low: int, high: int) -> float:
-    """Return a number of whole hundredths, as a double."""
     return rng.randrange(low, high) / 100
 
 
 def floor_of(kind: str, width: float, top: float, rng: random.Random) -> list[kt.Obstacle]:
-    """Return a floor of a kind, at a height and from 0 on to the right."""
     if kind == "polyline":
         return kt.polyline([(width * i, top) for i in range(TILES + 1)])
     heights = [top if kind == "tiles" else hundredths(rng, 5, 90) for _ in range(TILES)]

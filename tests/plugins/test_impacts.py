@@ -34,12 +34,10 @@ def contacts(scene: kt.Scene) -> list[Row]:
 
 
 def tick_of(scene: kt.Scene, time: Fraction) -> int:
-    """Return the tick of an exact time."""
     return math.floor(time / Fraction(scene.time_unit) * 2**52)
 
 
 def moved(scene: kt.Scene, body: int, x: float) -> kt.Scene:
-    """Return a scene in which a body has another x."""
     position = scene.position.copy()
     position[body, 0] = x
     return scene.replace(position=position)

@@ -33,12 +33,10 @@ def ruled(*columns, responses=None, **more) -> kt.Scene:
 
 
 def played(scene: kt.Scene, phase: str, **more) -> kt.Simulation:
-    """Return a simulation under the loop of all others here."""
     return kt.Simulation(scene, phase, live=True, **more)
 
 
 def answer(scene: kt.Scene, phase: str, audit: int | None = None) -> tuple[object, kt.Simulation]:
-    """Return what a run came to, and the simulation."""
     sim = kt.Simulation(scene, phase, audit=audit, live=True)
     try:
         sim.run(max_contacts=400)
@@ -94,7 +92,6 @@ def bullets(seed: int, count: int) -> kt.Scene:
 
 
 def gap(scene: kt.Scene, a: int, b: int, tick: int) -> tuple[Fraction, Fraction]:
-    """Return |d|^2 - R^2 and d.v so many ticks after the start, exactly."""
     time = Fraction(scene.time_unit) * tick / 2**52
     x, y = (Fraction(scene.position[b][i]) - Fraction(scene.position[a][i]) for i in (0, 1))
     u, v = (Fraction(scene.velocity[b][i]) - Fraction(scene.velocity[a][i]) for i in (0, 1))
@@ -317,8 +314,6 @@ def kick(k, a, b, nx, ny, rule):
 
 
 class Bumper:
-    """Whoever meets is pushed away."""
-
     def __init__(self, kick: float) -> None:
         self.kick = kick
 

@@ -44,7 +44,6 @@ def move_clock(engine: Engine, ahead: int) -> None:
 
 
 def asked(k: Kernel, body: int, others: list[int], at: int) -> tuple[float, float, int]:
-    """Return what ``soonest`` says."""
     k.near[: len(others)] = others
     arguments = k, body, len(others), NOBODY, at
     first, second, who = soonest(*arguments)

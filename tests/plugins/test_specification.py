@@ -52,7 +52,6 @@ def rows(name: str) -> list[Any]:
 
 
 def tables(plans: list[list[str]]) -> Kernel:
-    """Return the kernel's tables with a body for each plan; the unit is still to be set."""
     k = allocate(len(plans), near=0, log_rows=0)
     for body, (*numbers, anchor) in zip(k.bodies, plans, strict=True):
         body.x, body.y, body.vx, body.vy, body.radius = doubles(numbers)
@@ -96,7 +95,6 @@ def reach_all(k: Kernel, tick: Any, sides: Any, gravity: Any, frames: Any, answe
 
 
 def anchor_all(k: Kernel, tick: Any, at: Any) -> None:
-    """Anchor every body at a tick of its own."""
     k = disowned(k)
     for i in range(len(tick)):
         k.clock[0].tick = tick[i]
@@ -104,7 +102,6 @@ def anchor_all(k: Kernel, tick: Any, at: Any) -> None:
 
 
 def collide_all(k: Kernel, pairs: int) -> None:
-    """Let the bodies 2i and 2i + 1 exchange momentum."""
     k = disowned(k)
     for i in range(pairs):
         collide(k, 2 * i, 2 * i + 1)
@@ -348,7 +345,6 @@ class Course(NamedTuple):
     q: Fraction
 
     def at(self, tick: int) -> tuple[Fraction, Fraction, Fraction]:
-        """Return Q and B at a tick, and the square of the relative velocity."""
         one, two = (
             [place + speed * (tick - anchor) * self.q for place, speed in zip(places, speeds, strict=True)]
             for places, speeds, anchor in zip(self.places, self.velocities, self.anchors, strict=True)
@@ -359,7 +355,6 @@ class Course(NamedTuple):
         return square, d[0] * v[0] + d[1] * v[1], v[0] * v[0] + v[1] * v[1]
 
     def is_before(self, tick: int) -> bool:
-        """Whether the discs are outside each other, or touch, and approach."""
         square, approach, _ = self.at(tick)
         return square >= 0 and approach < 0
 

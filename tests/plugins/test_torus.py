@@ -19,7 +19,6 @@ from lanes import GENERAL, first
 
 
 def every(scene: kt.Scene, **more) -> Iterator[kt.Simulation]:
-    """Yields a simulation of a scene under each phase that takes it."""
     for phase, options in choices(scene):
         yield kt.Simulation(scene, phase, options=options, **more)
 
@@ -252,7 +251,6 @@ def test_bodies_come_go_and_turn(seed):
 
 
 def inserted(sim: kt.Simulation, place, velocity, radius: float) -> int | None:
-    """Return the number of a body that is inserted, or None where it has no room."""
     try:
         return sim.insert(place, velocity, radius)
     except Refused:

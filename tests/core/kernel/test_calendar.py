@@ -47,14 +47,12 @@ changes = st.lists(
 
 @hook
 def file(k: Kernel, body: int, key: int, kind: int) -> None:
-    """File a body under a tick and a kind."""
     k.queue[body].kind = kind
     calendar.move(k, body, key)
 
 
 @hook
 def pop(k: Kernel) -> int:
-    """Take the head out of the calendar."""
     first = calendar.head(k)
     if first >= 0:
         calendar.move(k, first, NEVER)
@@ -160,7 +158,6 @@ def test_every_slice_has_a_mark_of_its_own():
 
 
 def bodies_of(k: Kernel, day: int) -> list[int]:
-    """The bodies in the ring of a slice."""
     at, found = int(k.links[calendar.ring_of(k, day)].next), []
     while at < len(k.bodies):
         found.append(at)

@@ -34,15 +34,11 @@ needs_compiler = pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is com
 
 
 class State(NamedTuple):
-    """Two arrays."""
-
     first: object
     second: object
 
 
 class Swapped(NamedTuple):
-    """The same two, the other way round."""
-
     second: object
     first: object
 
@@ -199,7 +195,6 @@ PACKAGES = [Path(package.__file__).parent for package in (kinetile, kinetile_plu
 
 
 def run_loaded(cache: Path, known: bool, sources: list[str], extra: str = "") -> str:
-    """Run the script in a process of its own with this cache; return what it prints."""
     where = {
         **os.environ,
         "NUMBA_CACHE_DIR": str(cache),
@@ -217,7 +212,6 @@ def written(cache: Path) -> dict[Path, int]:
 
 @pytest.fixture(scope="module")
 def compiled_once(tmp_path_factory) -> tuple[Path, str]:
-    """A cache that one process has filled from nothing, and what that process printed."""
     cache = tmp_path_factory.mktemp("cache")
     return cache, run_loaded(cache, False, [str(package.parent) for package in PACKAGES])
 
@@ -280,7 +274,6 @@ def composed_again():
 
 @pytest.fixture
 def folder(monkeypatch, tmp_path) -> Path:
-    """A folder for machine code that has nothing in it."""
     import numba
 
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))

@@ -34,7 +34,6 @@ wholes = arrays.arrays(
 
 
 def same(found: Any, expected: Any) -> None:
-    """Assert that two arrays are the same, to the last bit but for which not-a-number it is."""
     found, expected = np.asarray(found), np.asarray(expected)
     assert found.dtype == expected.dtype
     real = ~np.isnan(expected) if found.dtype == np.float64 else np.ones(found.shape, dtype=bool)

@@ -19,8 +19,6 @@ from lanes import BUILT_IN, first
 
 
 class Tables(NamedTuple):
-    """An array of numbers, one of records, and one of two dimensions."""
-
     numbers: Any
     records: Any
     square: Any

@@ -273,7 +273,6 @@ def test_a_folder_that_was_moved_keeps_the_events(tmp_path):
 
 
 def in_child(work) -> str:
-    """Do work in a forked child; return what it returns."""
     read, write = os.pipe()
     child = os.fork()
     if child == 0:

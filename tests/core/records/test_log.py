@@ -20,7 +20,6 @@ SIZES = (0, 3, 1, 40, 2)
 
 
 def rows(count: int, seed: int) -> np.ndarray:
-    """Return rows of any bits at all."""
     return np.frombuffer(np.random.default_rng(seed).bytes(count * kt.LOG.itemsize), kt.LOG)
 
 

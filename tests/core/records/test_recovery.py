@@ -110,7 +110,6 @@ def test_each_byte_at_which_a_log_is_cut_leaves_a_true_prefix(left, tmp_path, wh
 
 
 def _first(left) -> int:
-    """Where the first batch ends, which says that the run has begun."""
     with left.open("rb") as file:
         next(iter(LogReader(file, "")))
         return file.tell()

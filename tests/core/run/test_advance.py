@@ -30,7 +30,6 @@ def grid(bodies: int = 9, **more) -> kt.Scene:
 
 
 def contact_of(event: kt.Event) -> tuple:
-    """Return an event as the contact that it is."""
     codes = {name: code for code, name in WALLS.items()}
     b = codes[event.wall] if event.wall is not None else event.bodies[1]
     return (event.time, event.epoch, event.tick, event.bodies[0], b)
@@ -299,7 +298,6 @@ def test_a_body_that_was_turned_after_a_look_ahead_was_placed_too_far_from_the_c
 
 
 def three(**more) -> kt.Scene:
-    """Return a ball and a slower one on their ways through a sensor at (5, 5)."""
     return kt.Scene(
         [[1.0, 5.0], [5.0, 5.0], [5.0, 2.0]],
         [[2.0, 0.0], [0.0, 0.0], [0.0, 1.0]],
@@ -312,7 +310,6 @@ def three(**more) -> kt.Scene:
 
 
 def stops(sim: kt.Simulation, stop: kt.StopAt, until: float) -> list[kt.Event]:
-    """Return the events at which a run stops on its way to a time."""
     found = []
     while (event := sim.run(until=until, stop_at=stop)) is not None:
         found.append(event)

@@ -25,7 +25,6 @@ class State(NamedTuple):
 
 @hook
 def add_all(k: Kernel, s: State) -> None:
-    """Put every pair into the pair set."""
     for a in range(len(k.bodies)):
         for b in range(a):
             add_pair(k, a, b)
@@ -33,13 +32,10 @@ def add_all(k: Kernel, s: State) -> None:
 
 @hook
 def in_a_pair(k: Kernel, s: State, body: int) -> int:
-    """Name who is in a pair with a body."""
     return pairs_of(k, body)
 
 
 class AllPairs:
-    """Keeps every pair in the pair set."""
-
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
         return BroadPhaseParts(near=in_a_pair, state=State(np.zeros(1)), build=add_all, pairs=100)
 
@@ -61,13 +57,11 @@ def engine(phase: str = "naive") -> Engine:
 
 
 def refile(found: Engine, body: int, key: int, kind: int) -> None:
-    """File a body under a tick and a kind."""
     found.k.queue[body].kind = kind
     move(found.k, body, key)
 
 
 def first(found: Engine) -> int:
-    """Return the body that is looked at first."""
     return int(np.argmin(found.k.queue.key))
 
 
@@ -118,13 +112,11 @@ def filed(k: Kernel) -> int:
 
 
 def flip(k: Kernel, at: int) -> None:
-    """Flip the mark of a slice."""
     ring = len(k.bodies) + at
     k.marks[ring >> 6] ^= np.uint64(1 << (ring & 63)).astype(np.int64)
 
 
 def unfile(k: Kernel, at: int) -> int:
-    """Empty a slice; return who stood there first."""
     ring = len(k.bodies) + at
     body = int(k.links[ring].next)
     k.links[ring].next = k.links[ring].prev = ring
@@ -133,7 +125,6 @@ def unfile(k: Kernel, at: int) -> int:
 
 
 def put(record: Any, **values: int) -> None:
-    """Set fields of a record."""
     for name, value in values.items():
         record[name] = value
 
@@ -258,7 +249,6 @@ def test_two_bodies_that_touch_and_are_no_candidates():
 
 
 def delay(found: Engine, body: int, kind: int) -> None:
-    """Have a body await its contact a tick later."""
     entry = found.k.queue[body]
     entry.tick += 1
     entry.exact = kind == PAIR

@@ -24,7 +24,6 @@ BALL = kt.Scene([[0.5, 0.75]], [[0.0, 0.0]], 0.25, arena=(1.0, 2.0), gravity=(0.
 
 
 def falling(seed: int, bodies: int = 9) -> kt.Scene:
-    """Returns a scene of discs on a lattice, with ties, or of any places, and commands."""
     rng = np.random.default_rng(seed)
     side = math.isqrt(bodies - 1) + 2
     cells = rng.permutation(side * side)[:bodies]

@@ -12,7 +12,6 @@ from kinetile.run.engine import layout
 
 
 def world(**more) -> kt.Scene:
-    """Return two balls on their ways through a sensor, one that comes, and kinds of which none is there."""
     return kt.Scene(
         [[1.0, 5.0], [5.0, 5.0], [5.0, 2.0]],
         [[2.0, 0.0], [0.0, 0.0], [0.0, 1.0]],

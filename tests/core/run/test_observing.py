@@ -19,8 +19,6 @@ from registering import registered
 
 
 class Watcher:
-    """An observable that notes all that it is given."""
-
     axes: ClassVar = {}
     notes: ClassVar = []
 
@@ -40,15 +38,11 @@ class Watcher:
 
 
 class Broken(Watcher):
-    """An observable whose sample raises."""
-
     def sample(self, moment):
         raise ZeroDivisionError("no bodies")
 
 
 class Plugin:
-    """A foreign plugin."""
-
     @kt.hookimpl
     def kinetile_observables(self):
         return [
@@ -104,8 +98,6 @@ def test_an_observable_was_given_the_simulation_and_could_turn_bodies(watchers, 
 
 
 class Told:
-    """A recorder that notes what it is told."""
-
     def __init__(self) -> None:
         self.notes: list = []
 
@@ -134,8 +126,6 @@ def test_a_recorder_learns_of_each_run_and_a_function_of_its_rows_alone():
 
 
 class Full(Told):
-    """A recorder whose disk is full."""
-
     def __call__(self, rows):
         raise OSError("full")
 
@@ -353,7 +343,6 @@ def raises(error):
 
 
 def changing():
-    """Samples of one length, then of another; the second would be spread over the first."""
     values = iter([{"q": [1.0, 2.0]}, {"q": 1.0}])
     return lambda: next(values)
 
@@ -371,8 +360,6 @@ CASES = {
 
 
 def failing(**hooks):
-    """A plugin with such an observable."""
-
     class Made(Failing):
         def __init__(self):
             super().__init__(**hooks)

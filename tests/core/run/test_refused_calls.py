@@ -30,8 +30,6 @@ class ThinSkinned(Naive):
 
 
 class Ghosts:
-    """A narrow phase that finds contacts as disc does, and lets the bodies pass."""
-
     def prepare(self, scene: kt.Scene) -> PairParts:
         from kinetile_plugins.disc import Disc
 
@@ -149,7 +147,6 @@ def grid(bodies: int = 9) -> kt.Scene:
 
 
 def everything(sim: kt.Simulation) -> tuple:
-    """Return all that a simulation is, as bytes."""
     tables = [table.tobytes() for table in (*sim.tables, *sim.state)]
     return (*tables, sim.time, sim.exact_time, sim.fingerprint, len(sim.contacts), str(sim.explain()))
 

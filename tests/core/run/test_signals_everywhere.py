@@ -108,7 +108,6 @@ def boundaries(start: kt.Simulation, call: Call, path: Path) -> int:
 
 
 def assert_whole(sim: kt.Simulation) -> None:
-    """The simulation goes on, and its record has the same contacts under another phase."""
     assert interrupts._outermost is None
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     assert sim._lock.acquire(blocking=False)

@@ -50,8 +50,6 @@ def bounce(k: Kernel, body: Records, wall: int) -> float:
 
 
 class Inset:
-    """Walls at a quarter and three quarters."""
-
     def prepare(self, scene: kt.Scene) -> WallParts:
         return WallParts(reach_wall, bounce)
 

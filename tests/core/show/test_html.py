@@ -21,8 +21,6 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 
 class Read:
-    """What a display has: lines of its tables, its pictures with their words, its sentences."""
-
     def __init__(self, page: str) -> None:
         root = ElementTree.fromstring(f"<div>{page}</div>")  # every element is closed
         tags = {"table", "caption", "tr", "th", "td", "p", "div", "img"}

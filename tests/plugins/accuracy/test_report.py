@@ -42,8 +42,6 @@ from kinetile_accuracy.sections import (
 
 @dataclass(frozen=True)
 class Row:
-    """A row as the parts make them."""
-
     what: Annotated[str, Column("which queries", "family")]
     error: Annotated[float | None, Column("of the time, in <R>", "error / R")]
     count: Annotated[int, Column("how many", "n")]

@@ -233,7 +233,6 @@ def test_a_file_that_is_no_study_s_is_refused_and_never_overwritten(tmp_path):
 
 
 def sealed(content):
-    """Return SQL that puts a content into all rows, with the right digest."""
     return f"UPDATE rows SET content = {content}, digest = digest(key, course, {content})"
 
 
@@ -378,7 +377,6 @@ parameters = { bodies = [9] }
 
 
 def record(folder, turn=1):
-    """Save a recording with a turn and a removal as ``trace.toml``; return its simulation."""
     sim = kt.Simulation(kt.make_scene("grid", bodies=16), "naive", live=True)
     sim.run(until=0.05)
     sim.set_velocities([turn], (0.5, -0.25))

@@ -21,7 +21,6 @@ from studies import kinetile
 
 @pytest.fixture
 def trace(tmp_path):
-    """Return the file of a recording, and the simulation that was recorded."""
     sim = kt.Simulation(kt.make_scene("grid", bodies=16, density=0.25, seed=3), "cells", live=True)
     for frame in range(1, 9):
         sim.run(max_contacts=4)  # so that commands come among the contacts of a tick as well

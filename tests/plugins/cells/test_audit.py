@@ -24,12 +24,10 @@ def sim() -> kt.Simulation:
 
 
 def said(sim: kt.Simulation) -> str:
-    """All that the phase's audit has to say, a sentence a line."""
     return "\n".join(sim._engine.composition.broad.audit(sim._engine.k, sim._engine.state))
 
 
 def put(record, **values) -> None:
-    """Set fields of a record."""
     for name, value in values.items():
         record[name] = value
 

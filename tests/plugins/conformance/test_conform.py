@@ -22,7 +22,6 @@ CHECKS = ("--check", "same-contacts", "--check", "its-structure-is-true")
 
 
 def kinetile_(*arguments: object):
-    """Run a command in this process."""
     result = CliRunner().invoke(app, [str(argument) for argument in arguments])
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise result.exception

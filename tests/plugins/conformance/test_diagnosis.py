@@ -67,7 +67,6 @@ def test_truncation_for_floor_is_named(load_mutant):
 
 
 def often(row: str) -> str:
-    """Return the text of a row."""
     return SYMPTOMS[row]["often"]
 
 

@@ -47,7 +47,6 @@ def _registered() -> Iterator[None]:
 
 
 def scene() -> kt.Scene:
-    """Two discs that meet at time 0.25."""
     return kt.Scene([[1.0, 1.0], [2.0, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25, arena=(4.0, 4.0))
 
 
@@ -478,7 +477,6 @@ check_broad_phase({name!r}, checks=["same-contacts"])
 
 
 def gone(pid: int) -> bool:
-    """Whether a process has ended, waiting for it a little."""
     until = time.monotonic() + 60.0
     while time.monotonic() < until:
         try:

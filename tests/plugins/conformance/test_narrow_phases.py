@@ -238,8 +238,6 @@ OF_PAIRS = [check for _, check, _ in WRONG.values()]
 
 
 class Disc:
-    """The usual narrow phase with one hook in the place of its own."""
-
     def __init__(self, hook: str = "") -> None:
         self.parts = replace(usual, **({hook: WRONG[hook][0]} if hook else {}))
 

@@ -90,8 +90,6 @@ def lets_them_go_on(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Recor
 
 
 class Trial:
-    """A response with one of these hooks."""
-
     def __init__(self, how: str = "right") -> None:
         self.hook = globals()[how]
 

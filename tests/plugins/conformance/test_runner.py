@@ -182,7 +182,6 @@ def test_what_a_hook_raises_is_where_the_author_wrote_it(monkeypatch: pytest.Mon
 
 
 def failing(save_to: Path) -> Result:
-    """Return the result of a check that fails on the first scene; nothing is compiled for it."""
     runner = Runner(Plan(Subject("raises-in-arrange", {}), examples=5, save_to=save_to, shrink=False))
     result = runner.run("its-structure-is-true")
     assert result.status == "failed"

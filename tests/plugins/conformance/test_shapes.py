@@ -21,7 +21,6 @@ AS_CONVEX = "same-contacts-as-convex"
 
 
 def smaller(scene: kt.Scene, by: float) -> kt.Scene:
-    """Return a scene with smaller shapes, around the same places."""
     shapes = [
         kt.Shape(tuple((x * by, y * by) for x, y in each.core), each.radius * by) for each in scene.shapes
     ]
@@ -60,8 +59,6 @@ def soonest_late(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
 
 
 class WrongConvex(Convex):
-    """``convex`` with a fault."""
-
     def __init__(self, fault: str = "") -> None:
         self.fault = fault
 
@@ -91,7 +88,6 @@ def _added():
 
 
 def drawn(squares: bool) -> list[kt.Scene]:
-    """Return what the kit draws."""
     draw = DRAWS["shapes, and squares alone" if squares else "shapes"]
     return [scene for seed in range(2) for scene in draw(60, seed)]
 
@@ -169,8 +165,6 @@ def test_a_narrow_phase_of_shapes_alone_can_be_judged():
 
 
 class OfNothing:
-    """A narrow phase that takes no scene."""
-
     def prepare(self, scene: kt.Scene) -> PairParts:
         raise Refused("for no scene at all")
 

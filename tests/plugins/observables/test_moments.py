@@ -15,7 +15,6 @@ from kinetile_observables.moments import BondOrder, PairCorrelation, StructureFa
 
 
 def simulation_of(radii, positions):
-    """Return what observables of places read of a simulation."""
     return SimpleNamespace(bodies=np.arange(len(positions)), positions=lambda: positions, radii=lambda: radii)
 
 

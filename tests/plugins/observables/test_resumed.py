@@ -160,8 +160,6 @@ def test_names_begin_anew_and_an_unobserved_time_is_refused():
 
 
 class Jumps(Observable):
-    """A foreign observable that cannot be saved."""
-
     needs = "contacts"
 
     def prepare(self, scene):

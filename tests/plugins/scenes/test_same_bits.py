@@ -21,7 +21,6 @@ RUNS = {name: case.run for name, case in recipe_bits.CASES.items()} | {"kinetile
 
 
 def bits(*words: str, **environment: str) -> Any:
-    """Return what tests/recipe_bits.py prints in a process with these settings."""
     told = subprocess.run(
         [sys.executable, recipe_bits.__file__, *words],
         env={**os.environ, **environment},

@@ -23,7 +23,6 @@ NAMES = (
 
 
 def gaps(scene: Scene) -> npt.NDArray[np.float64]:
-    """Return (n, n) distances between the discs' edges; infinity on the diagonal."""
     apart = scene.position[:, np.newaxis] - scene.position[np.newaxis]
     between = np.hypot(apart[..., 0], apart[..., 1]) - (scene.radius[:, np.newaxis] + scene.radius)
     np.fill_diagonal(between, np.inf)

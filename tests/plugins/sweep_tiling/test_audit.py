@@ -32,7 +32,6 @@ def steps() -> Steps:
 
 
 def complaints(steps: Steps) -> str:
-    """All sentences of the audit, one a line."""
     return "\n".join(audit(steps.engine.k, steps.state))
 
 
@@ -54,8 +53,6 @@ def end_elsewhere(steps: Steps) -> None:
 
 
 def move(body: int, x: float, y: float):
-    """Return a change that moves a body, and not the structure."""
-
     def moved(steps: Steps) -> None:
         steps.engine.k.bodies[body].x += x
         steps.engine.k.bodies[body].y += y

@@ -20,7 +20,6 @@ SCENES = {
 
 
 def ends(steps: Steps) -> Counter[tuple[int, int]]:
-    """(top, bottom) of all tiles."""
     tiles = tiles_of(steps.engine.k, steps.state)
     return Counter(zip(tiles.top.tolist(), tiles.bottom.tolist(), strict=True))
 

@@ -27,7 +27,6 @@ KNOWN = ("figure-10", "figure-16", "break", "cradle")
 
 
 def grid(seed: int) -> kt.Scene:
-    """Return one of twelve grids, of 9, 25 or 49 bodies."""
     bodies = (9, 25, 49)[seed // 4]
     return kt.make_scene("grid", bodies=bodies, density=(0.5, 0.25, 0.125, 0.01)[seed % 4], seed=bodies)
 

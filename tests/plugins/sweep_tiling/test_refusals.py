@@ -132,7 +132,6 @@ def test_a_run_refused_on_its_way_had_gone_on_half():
 
 
 def crevices_that_differ(small: float, scenes: int = 200) -> int:
-    """In how many scenes the contacts or the end are not those of naive."""
     differ = 0
     for seed in range(scenes):
         scene = crevice(seed, small)

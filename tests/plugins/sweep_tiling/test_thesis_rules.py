@@ -39,7 +39,6 @@ CRASHES = (KinetileError, IndexError, OverflowError)
 
 
 def contacts(scene: kt.Scene, phase: str) -> tuple[bytes, str]:
-    """Return a run's contacts, and how it ended."""
     sim = kt.Simulation(scene, phase)
     try:
         sim.run(until=UNTIL, max_contacts=CONTACTS)
@@ -63,7 +62,6 @@ def audit_fails(scene: kt.Scene, phase: str) -> bool:
 
 
 def counted(phase: str, number: int) -> dict[str, tuple[int, int]]:
-    """Return for each kind of scene how many have other contacts, and in how many an audit fails."""
     found = {}
     for kind, make in KINDS.items():
         scenes = [make(seed) for seed in range(number)]

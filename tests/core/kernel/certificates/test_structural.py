@@ -105,7 +105,6 @@ def rise_together(k, g0, g1, g2, g3, g4, scale, ticks):
 
 
 def rises(*coefficients: tuple[float, ...], scale: float = 1.0, now: int = 0) -> list[int]:
-    """Return the ticks of up to eight polynomials, by their coefficients."""
     k, ticks = tables(1.0), np.zeros(8, dtype=np.int64)
     k.clock[0].now = now
     columns = np.zeros((8, 5))

@@ -256,8 +256,6 @@ def no_rebound(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -
 
 
 class Lax:
-    """A response with one of these hooks."""
-
     def __init__(self, how: str = "nothing") -> None:
         self.how = how
 
@@ -290,7 +288,6 @@ LETS_CLOSE_IN = {
 
 
 def ended(case: str, phase: str) -> str:
-    """Return the error of a run, which has come before the contact."""
     who, sim = "bodies 0 and 1", kt.Simulation(LETS_CLOSE_IN[case](), phase)
     if "wall" in case:
         who = "body 1 and the top wall"

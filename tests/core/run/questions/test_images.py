@@ -31,7 +31,6 @@ def root(value: Fraction) -> Fraction:
 
 
 def entry(x: Fraction, y: Fraction, r: Fraction, direction: list[Fraction]) -> Entry | None:
-    """Return where a ray from (0, 0) enters a disc; None: nowhere."""
     ux, uy = direction
     a, b, c = ux * ux + uy * uy, x * ux + y * uy, x * x + y * y - r * r
     if c <= 0:
@@ -60,7 +59,6 @@ def all_images(at: list[Fraction], r: Fraction, reach: Fraction, periods: tuple[
 
 
 def expected(sim: kt.Simulation, origin, direction, within: float, wider: float) -> dict[int, Fraction]:
-    """Return the bodies that a ray meets, and exactly how far from its origin; radii and ray ``wider``."""
     start, u, reach = [*map(Fraction, origin)], [*map(Fraction, direction)], Fraction(within * wider)
     n = u[0] ** 2 + u[1] ** 2
     found = {}

@@ -143,7 +143,6 @@ def corners_of(body: Body):
 
 
 def depth_in(corners, place) -> Decimal:
-    """Return how far a place is from a convex polygon, below 0 inside."""
     inside, squares = len(corners) > 2, []
     for k, corner in enumerate(corners):
         side, at = minus(corners[(k + 1) % len(corners)], corner), minus(place, corner)
@@ -156,7 +155,6 @@ def depth_in(corners, place) -> Decimal:
 
 
 def gap(body: Body, place) -> Decimal:
-    """Return how far a place is from a body's outline, below 0 inside."""
     return depth_in(corners_of(body), place) - Decimal(body[0].radius)
 
 

@@ -127,7 +127,6 @@ def assert_true(sim: kt.Simulation) -> None:
 
 
 def is_with(row: tuple, body: int, kind: str, kinds: dict[int, str]) -> bool:
-    """Return whether a row of a body is one with a kind, or with a wall."""
     other = row[4] if row[3] == body else row[3]
     return kind == ("wall" if other < 0 else kinds[other])
 

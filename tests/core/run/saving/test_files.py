@@ -43,7 +43,6 @@ def path(tmp_path):
 
 
 def rewritten(content: bytes, change) -> bytes:
-    """Return a file with its head changed, and the checksum right again."""
     head = head_of(content)
     change(head)
     return with_head(content, json.dumps(head).encode())
@@ -54,7 +53,6 @@ def head_of(content: bytes) -> dict:
 
 
 def with_head(content: bytes, text: bytes) -> bytes:
-    """Return a file with other text for a head, and the checksum right again."""
     with np.load(io.BytesIO(content)) as archive:
         arrays = {name: archive[name] for name in archive.files}
     arrays[files.HEAD] = np.frombuffer(text, np.uint8)
@@ -62,7 +60,6 @@ def with_head(content: bytes, text: bytes) -> bytes:
 
 
 def sealed(arrays: dict, form: int = zipfile.ZIP_STORED, times: int = 1) -> bytes:
-    """Return an archive with the right checksum, pickles and all; its last member ``times`` times."""
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", form) as archive:
         for name, array in arrays.items():

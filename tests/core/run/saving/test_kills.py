@@ -31,7 +31,6 @@ ALIVE = 1.5
 
 @contextmanager
 def started(arguments: list[str]) -> Iterator[subprocess.Popen[str]]:
-    """A command in a process of its own, which ends with the context at the latest."""
     with subprocess.Popen(
         [sys.executable, "-m", "kinetile", *arguments], stdout=subprocess.PIPE, stderr=None, text=True
     ) as process:

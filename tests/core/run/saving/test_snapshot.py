@@ -39,7 +39,6 @@ def lively(name: str) -> kt.Simulation:
 
 
 def ways(sim, path):
-    """Every way in which a simulation can be saved and taken up."""
     sim.save(path)
     other = kt.Simulation(sim.scene, sim.broad_phase)
     other.restore(sim.snapshot())

@@ -54,7 +54,6 @@ def phase_of(scene: kt.Scene, seed: int) -> str:
 
 
 def state(sim: kt.Simulation) -> list[Any]:
-    """What a simulation has now: bodies, places, shapes."""
     return [sim.bodies.tolist(), sim.positions().tolist(), in_order([plain(item) for item in sim.drawing()])]
 
 

@@ -24,7 +24,6 @@ def browser():
 
 
 def middle(browser: Browser, selector: str) -> tuple[float, float]:
-    """The middle of an element, in pixels of the window."""
     x, y = browser.value(f"""(() => {{
         const box = document.querySelector({selector!r}).getBoundingClientRect();
         return [box.x + box.width / 2, box.y + box.height / 2];

@@ -31,7 +31,6 @@ def family(name: str) -> Family:
 
 
 def measured(name: str, answers: Callable[[Queries], Ticks]) -> QueryRow:
-    """Return the row of answers to a family."""
     queries = family(name).draw(COUNT)
     return query_row(family(name), "some form", queries, answers(queries))
 
@@ -92,7 +91,6 @@ def test_answers_that_are_wrong_are_found_out(
 
 
 def two(x: float, vx: float) -> tuple[FlightPlan, FlightPlan]:
-    """Return discs of radius 1: one at rest at the origin, one that comes along x."""
     return FlightPlan(0.0, 0.0, 0.0, 0.0, 0, 1.0, UNIT), FlightPlan(x, 0.0, vx, 0.0, 0, 1.0, UNIT)
 
 

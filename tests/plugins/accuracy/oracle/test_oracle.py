@@ -41,7 +41,6 @@ def listed(run: CertifiedRun) -> list[tuple[int, int]]:
 
 
 def surely(time: Enclosure, truth: Fraction) -> bool:
-    """Whether a number lies in an enclosure that is worth its name."""
     return abs(time.middle - truth) <= time.radius <= Fraction(1, 2**80) * max(truth, Fraction(1, 2**20))
 
 

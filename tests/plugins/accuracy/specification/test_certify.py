@@ -51,7 +51,6 @@ def gas():
 
 
 def wrong(scene, log, until=UNTIL):
-    """Return the number of the line that is wrong, and why."""
     found = certify_log(scene, log, until)
     assert not found.right
     assert found.finished

@@ -100,7 +100,6 @@ class Query:
         return [*later, *middles]
 
     def falls(self) -> bool:
-        """Whether it comes closer, or deeper, from t = 0 on."""
         return self.size(Fraction(1, 2**200)) < self.size(0)
 
 

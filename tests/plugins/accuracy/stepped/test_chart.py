@@ -48,7 +48,6 @@ BUILT_IN = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
 
 
 def contacts(*rows: tuple[int, int, int]) -> npt.NDArray[np.void]:
-    """Return contacts of (step, a, b)."""
     return np.array([*rows], STEPPED)
 
 

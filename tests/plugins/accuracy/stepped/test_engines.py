@@ -30,12 +30,10 @@ def peer(request: pytest.FixtureRequest) -> EngineName:
 
 
 def listed(run: SteppedRun) -> list[tuple[int, int]]:
-    """Return (a, b) of a run's contacts, each of several steps once."""
     return list(dict.fromkeys((int(row["a"]), int(row["b"])) for row in run.contacts))
 
 
 def head_on(speed: float = 1.0, masses: Sequence[float] = (1.0, 1.0)) -> kt.Scene:
-    """Two discs that meet after 1/2 at speed 1."""
     return kt.Scene([(1.0, 2.0), (4.0, 2.0)], [(speed, 0.0), (-speed, 0.0)], 1.0, masses, (5.0, 4.0))
 
 

@@ -65,7 +65,6 @@ def by_all_pairs(scene: kt.Scene, dt: float, steps: int) -> list[tuple[int, int,
 
 
 def listed(run: SteppedRun) -> list[tuple[int, int, int]]:
-    """Return (step, a, b) of a run's contacts."""
     return [(int(row["step"]), int(row["a"]), int(row["b"])) for row in run.contacts]
 
 
