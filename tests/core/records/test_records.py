@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
 import sys
-import textwrap
 
 import numpy as np
 import pytest
@@ -133,41 +131,6 @@ def test_ctrl_c_within_a_write_waits_until_the_write_is_done(tmp_path, monkeypat
     monkeypatch.undo()
     found, metadata = read_events(path)
     assert (len(found), metadata["status"]) == (50, "interrupted")
-
-
-FILL = """
-    import resource, sys
-    sys.path.insert(0, {tests!r})
-    import test_records as made
-    from kinetile.errors import RecordError
-    from kinetile.records import EventRecorder
-
-    resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))
-    try:
-        with EventRecorder({path!r}, made.scene()) as recorder:
-            for seed in range(12):
-                recorder(made.rows(20_000, seed))
-    except RecordError as error:
-        print(error)
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="needs a limit on the size of files")
-@pytest.mark.parametrize("limit", [90_000, 250_000, 3_000_000, 12_000_000])
-def test_a_full_disk_leaves_a_file_of_what_was_done(tmp_path, limit):
-    path = tmp_path / "e.parquet"
-    here = os.path.dirname(os.path.abspath(__file__))
-    script = textwrap.dedent(FILL.format(tests=here, limit=limit, path=str(path)))
-    said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
-    found, metadata = read_events(path)
-    whole = np.concatenate([rows(20_000, seed) for seed in range(12)])
-    assert found.tobytes() == whole[: len(found)].tobytes()
-    assert len(found) < len(whole)
-    assert len(found) > 0.5 * (limit - 200_000) / 104  # of the room that there was, most was used
-    assert f"holds the first {len(found)} events" in said
-    assert metadata["status"].startswith("disk: ")
-    assert [each.name for each in tmp_path.iterdir()] == ["e.parquet"]
 
 
 def test_after_the_disk_was_full_nothing_more_is_taken(tmp_path, monkeypatch):
