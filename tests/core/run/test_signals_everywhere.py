@@ -15,6 +15,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.run import interrupts
+from lanes import first
 
 RUN = str(Path(interrupts.__file__).parent)
 
@@ -132,21 +133,11 @@ def interrupt(start: kt.Simulation, call: Call, path: Path, at: int) -> None:
     assert not list(path.glob(".*")), "a temporary file is left"
 
 
+@pytest.mark.parametrize("most", first(1, [2, 50, pytest.param(10**6, marks=pytest.mark.long)]))
 @pytest.mark.parametrize("name", CALLS)
 @pytest.mark.parametrize("phase", ["cells", "naive"])
-def test_a_signal_anywhere_in_a_call_lost_the_command_from_the_record(phase, name, tmp_path):
+def test_a_signal_anywhere_in_a_call_lost_the_command_from_the_record(phase, name, most, tmp_path):
     start, call = prepared(phase), CALLS[name]
     many = boundaries(start, call, tmp_path)
-    for at in random.Random(7).sample(range(1, many + 1), 2):
-        interrupt(start, call, tmp_path, at)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("most", [50, pytest.param(10**6, marks=pytest.mark.long)])
-@pytest.mark.parametrize("name", CALLS)
-@pytest.mark.parametrize("phase", ["cells", "naive"])
-def test_a_signal_at_every_boundary_of_a_call_leaves_all_or_nothing(phase, name, most, tmp_path):
-    start, call = prepared(phase), CALLS[name]
-    many = boundaries(start, call, tmp_path)
-    for at in range(1, many + 1, max(many // most, 1)):
+    for at in {1, many, *random.Random(7).sample(range(1, many + 1), min(most, many))}:
         interrupt(start, call, tmp_path, at)

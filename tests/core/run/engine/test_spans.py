@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 import random
 
-import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import kinetile as kt
 from kinetile.errors import Refused
@@ -92,28 +89,7 @@ def test_anchors_are_rows_so_nothing_is_skipped_where_rows_are_recorded(monkeypa
     assert len(rows) > 2 * 90
 
 
-@pytest.mark.slow
-@settings(max_examples=25, deadline=None)
-@given(
-    st.lists(st.tuples(*[st.floats(-1.0, 1.0)] * 2), min_size=2, max_size=5),
-    st.sampled_from([2.0**-14, 2.0**-16]),
-    st.booleans(),
-)
-def test_skipping_is_no_part_of_the_answer(velocities, speed, walled):
-    places = [[0.5 + 2.0 * at, 0.5 + 0.25 * at] for at in range(len(velocities))]
-    flies = [[x * speed, y * speed] for x, y in velocities]
-    scene = kt.Scene(places, flies, 0.25, 1.0, (16.0, 4.0) if walled else None)
-    found = []
-    with pytest.MonkeyPatch.context() as patch:
-        for phase in ("cells", "naive"):
-            sim = kt.Simulation(scene, phase)
-            sim.run(150_000.0, max_contacts=40)
-            found.append((sim.fingerprint, sim.exact_time, sim.positions().tolist()))
-            in_small_steps(patch)
-    assert found[0] == found[1]
-
-
-@pytest.mark.parametrize("seed", first(2, range(8)))
+@pytest.mark.parametrize("seed", range(8))
 def test_many_sums_in_a_few_operations_are_those_one_by_one(seed):
     """Ties, places at 0 and at powers of two, subnormal numbers, steps that are lost; with and without
     periods."""
@@ -169,29 +145,6 @@ def test_empty_time_cost_in_proportion_to_a_speed_that_was_only_planned(speed, m
     sim.run(4.9)
     assert len(sim.contacts) > 5
     assert len(moved) < 200 * len(sim.contacts)
-
-
-@pytest.mark.slow
-@pytest.mark.compiled  # 400,000 units in small steps: ten minutes with plain hooks
-@pytest.mark.parametrize("periodic", ["", "x", "xy"])
-@pytest.mark.parametrize("seed", range(3))
-def test_skipping_in_small_units_leaves_the_same_bits(seed, periodic, monkeypatch):
-    rng = np.random.default_rng(seed)
-    places = np.column_stack([np.arange(5) * 0.19 + 0.1, rng.uniform(0.1, 0.9, 5)])
-    unit = 2.0**-17 if periodic else 2.0**-21
-    flies = rng.normal(size=(5, 2))
-    scene = kt.Scene(places, flies, 0.05, 1.0, (1.0, 1.0), unit=unit, periodic=periodic)
-    found, moves = [], []
-    for _ in range(2):
-        moved = steps_of(monkeypatch)
-        sim = kt.Simulation(scene, "naive")
-        sim.run(3.0)
-        found.append((sim.fingerprint, sim.exact_time, sim.positions().tobytes(), sim.velocities().tobytes()))
-        moves.append(len(moved))
-        in_small_steps(monkeypatch)
-    assert found[0] == found[1]
-    assert len(sim.contacts) > 2
-    assert moves[0] < 0.7 * moves[1]
 
 
 def test_a_time_beyond_what_the_clock_can_count_was_no_error_before_the_run():
