@@ -12,20 +12,8 @@ from kinetile.kernel.pairs import add_pair, remove_pair
 from kinetile.kernel.tables import NEVER, STRUCTURAL
 from kinetile.plugin.drawing import Entry, Segment
 from kinetile_plugins.sweep_and_prune import PLACE, TURN
-from lanes import first
-from tilings import columns, lattice
 
 PHASES = ("sap-1d", "sap-2d")
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-@pytest.mark.parametrize(("phase", "options"), [("sap-1d", {}), ("sap-1d", {"axis": "y"}), ("sap-2d", {})])
-@pytest.mark.parametrize("block", first(1, range(4)))
-def test_sound_runs_pass_ties_and_all(phase, options, block):
-    for seed in range(10 * block, 10 * block + 10):
-        for scene in (lattice(seed, jitter=False), lattice(seed, jitter=True), columns(seed)):
-            kt.Simulation(scene, phase, options=options, audit=1).run(max_contacts=30, until=20.0)
 
 
 def on_a_line(phase: str) -> kt.Simulation:

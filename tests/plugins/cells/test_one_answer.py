@@ -6,13 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, reject, settings
-from hypothesis import strategies as st
 
 import kinetile as kt
 from agreement import agree, outcome
-from grids import few_wide_many_small, in_the_open, state_of
-from kinetile.errors import SceneError
+from grids import in_the_open, state_of
 from lanes import first
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -54,27 +51,6 @@ def assert_naives(
     return sim
 
 
-@pytest.mark.slow
-@pytest.mark.compiled
-@settings(max_examples=60)
-@given(
-    seed=st.integers(0, 10**6),
-    bodies=st.integers(2, 60),
-    ratio=st.sampled_from([1.0, 2.0, 30.0, 1000.0]),
-    density=st.sampled_from([0.01, 0.1, 0.25]),
-    shift=st.sampled_from([None, (0.0, 0.0), (-0.5, -0.5), (-1e6, 1e6), (1e12, 0.0)]),
-    narrow=st.sampled_from([None, 1.01, 1.5, 8.0, 1e4]),
-)
-def test_drawn_scenes(seed, bodies, ratio, density, shift, narrow):
-    scene = kt.make_scene("random", bodies=bodies, density=density, radius_ratio=ratio, seed=seed)
-    try:
-        scene = scene if shift is None else in_the_open(scene, shift)
-    except SceneError:  # so far away that rounding has moved two discs into each other
-        reject()
-    options = {} if narrow is None else {"side": float(2.0 * scene.radius.min() * narrow)}
-    assert_naives(scene, until=4.0, **options)
-
-
 def test_cells_that_the_skin_had_widened_were_narrower_than_a_body_by_a_rounding():
     near = kt.make_scene("random", bodies=50, density=0.25, radius_ratio=1.0, seed=1)
     sim = kt.Simulation(in_the_open(near, (1e12, 0.0)), "cells")
@@ -99,16 +75,6 @@ def test_thin_arenas(arena):
     assert_naives(kt.Scene(position, velocity, 0.03, arena=arena), contacts=600, until=100.0)
 
 
-@pytest.mark.slow
-@pytest.mark.compiled
-@pytest.mark.parametrize(("ratio", "seed"), [(10.0, 0), (100.0, 1), (1000.0, 2), (1000.0, 3)])
-def test_few_wide_bodies_among_many_small_ones(ratio, seed):
-    scene = few_wide_many_small(600, ratio, seed)
-    sim = assert_naives(scene, contacts=800)
-    assert len(state_of(sim).levels) > 1
-    assert_naives(in_the_open(scene, (-0.5, -0.5)), contacts=100, until=3.0)
-
-
 @pytest.mark.compiled
 def test_four_thousand_bodies_of_all_sizes():
     scene = kt.make_scene("random", bodies=4000, density=0.25, radius_ratio=1000.0, seed=1)
@@ -129,18 +95,6 @@ def test_a_wide_body_is_inserted_by_hand(bodies):
     scene = kt.Scene(place, flight, 0.1, arena=(12.0, 4.0))
     met = agree(scene, "naive", "cells", play=play, audit=1, live=True)[0].contacts[["a", "b"]].tolist()
     assert any(bodies in pair and min(pair) >= 0 for pair in met), "the wide one meets another body"
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_a_turn_that_asks_for_a_thicker_skin():
-    def play(sim):
-        sim.run(until=0.25)
-        sim.set_velocity(3, (1e5, -1e5))
-        sim.run(until=0.251)
-
-    scene = kt.make_scene("random", bodies=30, density=0.2, radius_ratio=100.0, seed=4)
-    assert len(agree(scene, "naive", "cells", play=play)[0].contacts) > 100
 
 
 def test_without_a_name_cells_do_any_scene():
