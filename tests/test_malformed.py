@@ -511,14 +511,3 @@ def test_what_is_malformed_is_refused_in_a_sentence(tmp_path, monkeypatch):
     malformed = Malformed(tmp_path)
     tried(malformed, sorted(malformed.ways), int(os.environ.get("KINETILE_MALFORMED", "150")))
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 2_000_000
-
-
-@pytest.mark.long
-@pytest.mark.small
-def test_damaged_rows_were_other_rows_and_shapes_without_bodies_a_traceback(tmp_path, monkeypatch):
-    """One bit of a study gave other means, and a view of it took all memory."""
-    monkeypatch.chdir(tmp_path)
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    counts = tried(Malformed(tmp_path), ["event_files", "rows", "shapes_alone"], 10_000)
-    assert all(counts.values())
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < max(1_000_000, before + 1)

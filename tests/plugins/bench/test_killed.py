@@ -74,23 +74,6 @@ def test_killed_and_begun_again_it_has_the_same_rows(tmp_path, undisturbed, kill
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("workers", [1, 2])
-def test_a_worker_that_is_killed_costs_no_row(tmp_path, undisturbed, workers):
-    study = Study(studies.write(tmp_path))
-    killed = []
-
-    def kill_one(done, total):
-        if done >= 5 and not killed:
-            killed.append(multiprocessing.active_children()[0].pid)
-            studies.kill(killed[0])
-
-    assert study.run(workers=workers, progress=kill_one).statuses == {"done": TASKS}
-    assert killed
-    assert multiprocessing.active_children() == []
-    assert studies.lasting(study) == undisturbed
-
-
-@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="sends a signal")
 def test_ctrl_c_loses_the_running_tasks_alone(tmp_path, undisturbed, monkeypatch):
     path = studies.write(tmp_path)

@@ -170,20 +170,3 @@ UNLIKE = {
     "a giant": ("figure-16", {"bodies": 200}, 10.0),
 }
 """Recipes, parameters, and until when they are measured whole."""
-
-
-@pytest.mark.long
-@pytest.mark.compiled
-def test_of_ten_unlike_scenes_at_most_one_is_wrong_by_more_than_a_fifth():
-    wrong = {}
-    for title, (recipe, parameters, until) in UNLIKE.items():
-        scene = kt.make_scene(recipe, **parameters)
-        chosen = choose(scene)
-        able = [row.phase for row in chosen.candidates if row.cpu_seconds is not None]
-        whole = bench_scene(scene, able, until, max_contacts=200_000)
-        rates = {row.phase: row.contacts_per_cpu_second or 0.0 for row in whole.rows}
-        lost = 1.0 - rates[chosen.phase] / max(rates.values())
-        print(f"{title}: {chosen.phase}, {lost:.0%} behind {max(rates, key=rates.__getitem__)}")
-        if lost > 0.2:
-            wrong[title] = (chosen.phase, rates)
-    assert len(wrong) <= 1, wrong

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import shutil
 from dataclasses import replace
@@ -106,31 +105,6 @@ def test_a_wrong_narrow_phase_is_found(broad, fault, tmp_path):
     again = replay(broad, result.case)
     assert not again.ok
     assert re.search(FAULTS[fault], again.said)
-
-
-@pytest.mark.slow
-def test_the_commands_name_a_wrong_narrow_phase(squares):
-    chosen = ("--narrow-phase", "squares:fault=writes", "--check", PLANS_ALONE, "--no-shrink")
-    done = squares.run("conform", "naive", *chosen, "--examples", 40)
-    assert done.returncode == 1, done.stdout + done.stderr
-    assert f"failed     {PLANS_ALONE}" in done.stdout
-    label = "naive with squares:fault=writes"
-    assert done.stdout.splitlines()[-1] == f"{label} does not conform: {PLANS_ALONE}"
-    again = squares.run("replay", "naive", f"conformance-failures/naive-{PLANS_ALONE}.toml")
-    assert (again.returncode, again.stdout.split(":")[0]) == (1, "still fails"), again.stderr
-    assert FAULTS["writes"] in again.stdout
-
-
-@pytest.mark.slow
-def test_broad_phases_part_where_a_contact_depends_on_now(squares):
-    """Told without the check of its own: and it is the narrow phase that is to blame, not the reference."""
-    chosen = ("--narrow-phase", "squares:fault=now", "--check", "same-contacts")
-    done = squares.run("conform", "cells", *chosen, "--json")
-    assert done.returncode == 1, done.stdout + done.stderr
-    report = json.loads(done.stdout.splitlines()[-1])
-    assert (report["conforms"], report["reference_in_doubt"]) == (False, False)
-    assert report["narrow_phases"] == {"squares": {"fault": "now"}}
-    assert report["checks"][0]["verdict"].endswith(": suspect the narrow phase, squares:fault=now")
 
 
 def test_two_narrow_phases_for_pairs_are_no_choice(squares):

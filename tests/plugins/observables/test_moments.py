@@ -161,19 +161,3 @@ def test_densities_need_an_arena(name):
     scene = kt.Scene([(0.0, 0.0)], [(1.0, 0.0)], 1.0)
     with pytest.raises(Refused, match=f"observable '{name}' needs an arena"):
         kt.Simulation(scene, "naive").run(1.0, observe=[name])
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_the_autocorrelation_falls_by_the_rate_of_contacts():
-    """C(h)/C(0) = 1 - 4 h (contacts a unit of time)/(2 N + 1), pairs and walls alike, to first order in h."""
-    scene = kt.make_scene("mixture", bodies=32, radii=(0.5,), density=0.4, seed=2)
-    sim = kt.Simulation(scene, "naive", keep_contacts=False)
-    sim.run(10.0)
-    sim.run(60.0, observe=["rates", "vacf:every=0.001,lags=2"])
-    curve, rates = sim.observed["vacf"]["vacf"], sim.observed["rates"]
-    once, twice = 1.0 - curve.mean[1:] / curve.mean[0]
-    slope = (4.0 * once - twice) / 2.0 / 0.001
-    expected = 4.0 * (rates["pairs"].mean + rates["walls"].mean) / (2 * 32 + 1)
-    assert abs(slope - expected) < 3.0 * curve.error[1] / curve.mean[0] / 0.001
-    assert slope == pytest.approx(expected, rel=0.03)

@@ -21,7 +21,7 @@ from kinetile_accuracy.hard_cases.queries import (
     textbook_ticks,
 )
 from kinetile_accuracy.report import measure_parts
-from kinetile_accuracy.specification.arithmetic import UNIT_TICKS, FlightPlan, pair_tick
+from kinetile_accuracy.specification.arithmetic import UNIT_TICKS, FlightPlan
 
 COUNT = 400
 
@@ -142,35 +142,3 @@ def test_the_part_measures_every_family_and_can_be_drawn(monkeypatch: pytest.Mon
     assert section.about.startswith("40 queries of each family")
     (panel,) = section.pictures[0].draw().axes
     assert [each.get_text() for each in panel.get_yticklabels()] == [each.name for each in FAMILIES]
-
-
-# Many more queries. ``tests/core/kernel/certificates/test_contacts.py`` has families of its own, grazes of
-# all depths among them.
-
-SLICE = 50_000
-ARRAYS = ("position", "velocity", "radius", "anchor")
-
-
-def differ(queries: Queries) -> int:
-    """Return how many answers are not the exact ticks, or not the same with the bodies in the other order."""
-    swapped = replace(queries, **{name: getattr(queries, name)[:, ::-1] for name in ARRAYS})
-    exact = [pair_tick(*plans) for plans in queries.plans()]
-    ticks = np.array([NEVER if tick is None else tick for tick in exact], dtype=np.int64)
-    return int(((kernel_ticks(queries) != ticks) | (kernel_ticks(swapped) != ticks)).sum())
-
-
-def test_a_tick_that_is_one_off_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert differ(FAMILIES[0].draw(100)) == 0
-    right = pair_tick
-    monkeypatch.setitem(globals(), "pair_tick", lambda *plans: (right(*plans) or 0) + 1)
-    assert differ(FAMILIES[0].draw(100)) == 100
-
-
-@pytest.mark.long
-@pytest.mark.compiled
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
-def test_a_million_queries_have_the_exact_tick_in_both_orders(family: Family) -> None:
-    queries = family.draw(1_000_000)
-    for first in range(0, len(queries), SLICE):
-        some = {name: getattr(queries, name)[first : first + SLICE] for name in ARRAYS}
-        assert differ(replace(queries, **some)) == 0, f"after {first:,} queries"

@@ -34,7 +34,6 @@ from kinetile_accuracy.stepped.methods import (
     SpeedError,
     first_encounters,
     found,
-    measure_rows,
     reference_runs,
 )
 from kinetile_accuracy.stepped.snapshots import STEPPED
@@ -169,26 +168,6 @@ def test_the_chart_took_sweep_tiling_for_the_fastest_whatever_was(
     assert f"100 discs at density 0.25 ({fast}: 1 ms)" in text
     assert f"as fast as the fastest kinetic one ({fast}) and as true" in text
     assert "of 3 measurements 2 are as fast" in text
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_kinetic_methods_agree_and_snapshots_err_less_with_shorter_steps() -> None:
-    methods = [Method("kinetic", name) for name in ("sap-1d", "sweep-tiling")]
-    methods += [Method("snapshots", "sweep", dt) for dt in (0.05, 0.01, 0.001)]
-    told: list[tuple[int, int]] = []
-    rows = measure_rows(
-        methods, 25, 0.25, seeds=2, encounters=100, progress=lambda done, total: told.append((done, total))
-    )
-    assert [row.missed for row in rows[:2]] == [0, 0]
-    assert all(row.deepest_high < 1e-13 for row in rows[:2])
-    assert all(row.encounters >= 100 for row in rows)
-    coarse, middle, fine = rows[2:]
-    assert coarse.missed > middle.missed >= fine.missed
-    assert coarse.deepest > 2 * middle.deepest > 4 * fine.deepest > 0.0
-    assert all(row.cost_low <= row.cost <= row.cost_high for row in rows)
-    assert told[0] == (0, 7)
-    assert told[-1] == (7, 7)
 
 
 @pytest.fixture
