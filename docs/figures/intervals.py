@@ -1,9 +1,9 @@
 """Coverage of 95 % intervals: how many of 200 runs have the true mean within what they give for it.
 
 ``python docs/figures/intervals.py [RUNS [FIRST]]`` prints the table of docs/observables.md, of runs whose
-seeds are FIRST and on: others than 0 to 199, on which the settings were chosen. The true mean of a temperature
-of one mass is that of equipartition; of a pressure, the mean of all runs, whose own error is a fourteenth of
-that of one.
+seeds are FIRST and on: others than 0 to 199, on which the settings were chosen. The true mean of a
+temperature of one mass is that of equipartition; of a pressure, the mean of all runs, whose own error is a
+fourteenth of that of one.
 """
 
 from __future__ import annotations
