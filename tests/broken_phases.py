@@ -131,12 +131,7 @@ BROKEN = {
 }
 
 
-class Plugin:
-    """All of them, for the registry."""
-
-    @kt.hookimpl
-    def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-        return [kt.BroadPhaseSpec(name, target) for name, target in BROKEN.items()]
+SPECS = [kt.BroadPhaseSpec(name, target) for name, target in BROKEN.items()]
 
 
 class Blind:

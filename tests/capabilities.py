@@ -8,14 +8,12 @@ nothing.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import kinetile as kt
 from kinetile.toolbox import Kernel, PairParts, ResponseParts, hook
-from registering import registered
 
 ARENA = (6.0, 6.0)
 LASTS = 4.0
@@ -226,24 +224,15 @@ class Swap:
         return ResponseParts(swap)
 
 
-class Plugin:
-    """The plugin that brings both."""
-
-    @kt.hookimpl
-    def kinetile_narrow_phases(self) -> list[kt.NarrowPhaseSpec]:
-        shapes = ("disc", "box", "capsule", "segment", "polygon")
-        return [kt.NarrowPhaseSpec("matrix-narrow", f"{__name__}:Narrow", role="pair", shapes=shapes)]
-
-    @kt.hookimpl
-    def kinetile_responses(self) -> list[kt.ResponseSpec]:
-        return [kt.ResponseSpec("matrix-swap", f"{__name__}:Swap")]
-
-
-@contextmanager
-def plugged() -> Iterator[None]:
-    """Within this context the foreign phases of the matrix are there."""
-    with registered(Plugin()):
-        yield
+FOREIGN = (
+    kt.NarrowPhaseSpec(
+        "matrix-narrow",
+        f"{__name__}:Narrow",
+        role="pair",
+        shapes=("disc", "box", "capsule", "segment", "polygon"),
+    ),
+    kt.ResponseSpec("matrix-swap", f"{__name__}:Swap"),
+)
 
 
 class Game:

@@ -4,21 +4,43 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import SimpleNamespace
 from typing import Any
 
+import pytest
+
 import kinetile as kt
-from kinetile_conformance.cases import PhasePlugin
+from kinetile.plugin.specs import Spec
+
+HOOKS = {
+    kt.BroadPhaseSpec: "kinetile_broad_phases",
+    kt.NarrowPhaseSpec: "kinetile_narrow_phases",
+    kt.ResponseSpec: "kinetile_responses",
+    kt.ObservableSpec: "kinetile_observables",
+}
 
 
 @contextmanager
 def registered(*plugins: Any) -> Iterator[None]:
-    """Within this context these are registered: plugins, or specs of phases."""
-    specs = (kt.BroadPhaseSpec, kt.NarrowPhaseSpec, kt.ResponseSpec)
-    added = [PhasePlugin(each) if isinstance(each, specs) else each for each in plugins]
+    """Within this context these are registered: plugins, or specs."""
     with remove():
-        for plugin in added:
+        for plugin in plugins:
+            if isinstance(plugin, Spec):
+                brings = kt.hookimpl(lambda spec=plugin: [spec])
+                plugin = SimpleNamespace(__name__=plugin.name, **{HOOKS[type(plugin)]: brings})
             kt.registry().add(plugin)
         yield
+
+
+def fixture(*plugins: Any, **how: Any) -> Any:
+    """Returns a fixture, of all tests of a file unless ``autouse`` says otherwise, with these registered."""
+
+    @pytest.fixture(**{"autouse": True, **how})
+    def _registered() -> Iterator[None]:
+        with registered(*plugins):
+            yield
+
+    return _registered
 
 
 @contextmanager

@@ -10,19 +10,17 @@ import pytest
 
 import lanes
 import matrix
-from capabilities import BY_NAME, Game, plugged, rows_of
+from capabilities import BY_NAME, FOREIGN, Game, rows_of
 from kinetile.errors import KinetileError
 from observations import COLUMNS, together, truth
+from registering import fixture
 
 pytestmark = pytest.mark.small
 
 DOCS = Path(__file__).parents[1] / "docs"
 
 
-@pytest.fixture(autouse=True, scope="module")
-def _with_plugins():
-    with plugged():
-        yield
+_with_plugins = fixture(*FOREIGN, scope="module")
 
 
 NUMBER = {name: number for number, name in enumerate([*BY_NAME, *COLUMNS])}

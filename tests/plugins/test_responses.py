@@ -291,7 +291,7 @@ def test_a_recording_of_passings_is_a_whole_trajectory(tmp_path):
 
 
 def test_a_foreign_response_is_a_plugin_with_one_hook():
-    with registered(Bumpers):
+    with registered(kt.ResponseSpec("bumper", Bumper)):
         scene = kt.Scene(
             [[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], 0.5, 1.0, (6.0, 2.0),
             responses=kt.Response("bumper", kick=2.0),
@@ -321,13 +321,6 @@ class Bumper:
         return ResponseParts(kick, (self.kick,))
 
 
-class Bumpers:
-    @staticmethod
-    @kt.hookimpl
-    def kinetile_responses():
-        return [kt.ResponseSpec("bumper", Bumper)]
-
-
 SEEN: list[tuple[object, ...]] = []
 
 
@@ -344,18 +337,11 @@ class Looker(Bumper):
         return ResponseParts(look, (self.kick,))
 
 
-class Lookers:
-    @staticmethod
-    @kt.hookimpl
-    def kinetile_responses():
-        return [kt.ResponseSpec("looker", Looker)]
-
-
 @pytest.mark.interpreted
 def test_a_response_finds_what_the_table_of_plugins_says():
     """The mass of a body was in no page."""
     SEEN.clear()
-    with registered(Lookers):
+    with registered(kt.ResponseSpec("looker", Looker)):
         scene = kt.Scene(
             [[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], [0.25, 0.5], [2.0, 3.0], (4.0, 2.0),
             kind=["a", "b"], responses=kt.Response("looker", kick=4.0),

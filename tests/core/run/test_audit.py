@@ -14,7 +14,7 @@ from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.tables import GUESS, NEVER, NOBODY, PAIR, STRUCTURAL, Kernel
 from kinetile.run.engine.engine import Engine
 from kinetile.toolbox import BroadPhaseParts, Records, add_pair, hook, pairs_of, remove_pair
-from registering import registered
+from registering import fixture, registered
 
 
 class State(NamedTuple):
@@ -40,10 +40,7 @@ class AllPairs:
         return BroadPhaseParts(near=in_a_pair, state=State(np.zeros(1)), build=add_all, pairs=100)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    with registered(kt.BroadPhaseSpec("all-pairs", AllPairs)):
-        yield
+_registered = fixture(kt.BroadPhaseSpec("all-pairs", AllPairs), scope="module")
 
 
 def engine(phase: str = "naive") -> Engine:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts, Kernel, PairParts, hook
 from kinetile_plugins.naive import Naive
 from lanes import BUILT_IN, examples
-from registering import registered
+from registering import fixture
 
 
 class ThinSkinned(Naive):
@@ -55,11 +54,11 @@ class Stumbling(Naive):
         return BroadPhaseParts(**{**vars(super().prepare(scene)), "arrange": arrange})
 
 
-@pytest.fixture(autouse=True)
-def _registered() -> Iterator[None]:
-    specs = (kt.BroadPhaseSpec("thin-skinned", ThinSkinned), kt.BroadPhaseSpec("stumbling", Stumbling))
-    with registered(*specs, kt.NarrowPhaseSpec("ghosts", Ghosts, role="pair")):
-        yield
+_registered = fixture(
+    kt.BroadPhaseSpec("thin-skinned", ThinSkinned),
+    kt.BroadPhaseSpec("stumbling", Stumbling),
+    kt.NarrowPhaseSpec("ghosts", Ghosts, role="pair"),
+)
 
 
 BAD_NUMBERS = st.sampled_from([-1, -(2**31), 9, 10, 63, 64, 2**31, 2**63, 2**70, True, 1.0, 1.5, np.bool_(1)])

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,7 +11,7 @@ from kinetile.kernel.certificates.wall import reaches
 from kinetile.scene.scene import Settings
 from kinetile.toolbox import BOTTOM, LEFT, NEVER, RIGHT, TOP, Kernel, Records, WallParts, hook
 from lanes import examples
-from registering import registered
+from registering import fixture
 
 NEAR, FAR = 0.25, 0.75
 """Where the walls are, in an arena of 1 by 1."""
@@ -54,10 +51,7 @@ class Inset:
         return WallParts(reach_wall, bounce)
 
 
-@pytest.fixture(autouse=True, scope="module")
-def _inset() -> Iterator[None]:
-    with registered(kt.NarrowPhaseSpec("inset", Inset, role="wall")):
-        yield
+_inset = fixture(kt.NarrowPhaseSpec("inset", Inset, role="wall"), scope="module")
 
 
 def within(position: list, velocity: list, **more: object) -> kt.Scene:

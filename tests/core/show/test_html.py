@@ -191,7 +191,7 @@ def test_a_fault_displays_until_it_is_left():
         0.25,
         arena=(4.0, 4.0),
     )
-    with registered(broken_phases.Plugin()):
+    with registered(*broken_phases.SPECS):
         sim = kt.Simulation(head_on, "adds-when-deep")
         start = sim.snapshot()
         with pytest.raises(MissedContactError) as caught:

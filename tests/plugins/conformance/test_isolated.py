@@ -11,7 +11,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from contextlib import closing
 from functools import partial
 from pathlib import Path
@@ -32,7 +31,7 @@ from kinetile_conformance.isolated import IsolatedRunner
 from kinetile_conformance.processes import Child, Died, Message, in_a_child, pickled
 from kinetile_conformance.runner import Plan, Runner
 from lanes import first
-from registering import registered
+from registering import fixture
 
 MIB = 1 << 20
 OWNER = r" of hostile_phases \(added in this process\)"
@@ -40,10 +39,7 @@ HERE = r" \(hostile_phases\.py, line \d+\)"
 OUT_OF_MEMORY = r"out of memory in check 'same-contacts': it asked for more than 0\.25 GiB"
 
 
-@pytest.fixture(autouse=True)
-def _registered() -> Iterator[None]:
-    with registered(hostile_phases):
-        yield
+_registered = fixture(hostile_phases)
 
 
 def scene() -> kt.Scene:
@@ -284,10 +280,7 @@ class ExitsWithTwo:
         return BroadPhaseParts(hostile_phases.everyone)
 
 
-@pytest.fixture
-def _exits_with_two() -> Iterator[None]:
-    with registered(kt.BroadPhaseSpec("exits-with-two", ExitsWithTwo)):
-        yield
+_exits_with_two = fixture(kt.BroadPhaseSpec("exits-with-two", ExitsWithTwo), autouse=False)
 
 
 @pytest.mark.small

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 
 import kinetile as kt
@@ -17,7 +15,7 @@ from kinetile_conformance.checks.side_effects import first_breach
 from kinetile_conformance.runner import CheckRun
 from kinetile_conformance.strategies.gallery import small_ones, smallest
 from lanes import first
-from registering import registered
+from registering import fixture, registered
 
 OUTSIDE = "raised IndexError: index {} is out of bounds for axis 0 with size 1 (trespassing_phases.py, line "
 
@@ -45,10 +43,7 @@ SEEN = {
 ALLOWED = ("strays-where-told", "strays-in-the-kernel", "uses-the-toolbox", "takes-in-and-lets-go")
 
 
-@pytest.fixture(autouse=True)
-def _registered() -> Iterator[None]:
-    with registered(trespassing_phases):
-        yield
+_registered = fixture(trespassing_phases)
 
 
 @pytest.mark.interpreted

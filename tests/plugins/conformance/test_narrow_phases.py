@@ -19,7 +19,7 @@ from kinetile_conformance.api import replay
 from kinetile_conformance.cases import GENERAL, Subject, load_case
 from kinetile_conformance.view import view_saved
 from lanes import first
-from registering import registered
+from registering import fixture, registered
 
 PLANS_ALONE = "a-contact-depends-on-two-plans-alone"
 PROJECT = """
@@ -48,12 +48,7 @@ def squares(tmp_path_factory):
     return SimpleNamespace(folder=folder, run=command)
 
 
-@pytest.fixture
-def _added():
-    with registered(square_pairs):
-        yield
-
-
+_added = fixture(square_pairs, autouse=False)
 SHORT = ("same-contacts-with-turns", PLANS_ALONE)
 """Some checks whose runs are short enough to be interpreted; compiled, all are run."""
 
@@ -219,16 +214,10 @@ class Disc:
         return self.parts
 
 
-class DiscPlugin:
-    @kt.hookimpl
-    def kinetile_narrow_phases(self) -> list[kt.NarrowPhaseSpec]:
-        return [kt.NarrowPhaseSpec("trial-disc", Disc, role="pair")]
-
-
 @pytest.mark.interpreted
 @pytest.mark.parametrize("hook", first(2, ["", *WRONG]))
 def test_what_is_wrong_under_every_broad_phase_was_not_seen(hook):
-    with registered(DiscPlugin()):
+    with registered(kt.NarrowPhaseSpec("trial-disc", Disc, role="pair")):
         chosen = {"narrow_phases": {"trial-disc": {"hook": hook}}, "checks": OF_PAIRS, "in_process": True}
         report = check_broad_phase(
             "naive", examples=40 if hook else 4, shrink=False, explains=False, **chosen

@@ -11,7 +11,7 @@ from command_line import kinetile
 from kinetile.errors import BadOption, UnknownName
 from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, hook, shared
 from kinetile_conformance import check_broad_phase
-from registering import registered
+from registering import fixture
 
 ALONE = "a-response-depends-on-the-meeting-alone"
 ENERGY = "a-response-adds-no-energy-that-says-so"
@@ -97,16 +97,7 @@ class Trial:
         return ResponseParts(self.hook)
 
 
-class Plugin:
-    @kt.hookimpl
-    def kinetile_responses(self) -> list[kt.ResponseSpec]:
-        return [kt.ResponseSpec("trial", Trial, "on trial", features=frozenset({"dissipative"}))]
-
-
-@pytest.fixture(autouse=True)
-def _added():
-    with registered(Plugin()):
-        yield
+_added = fixture(kt.ResponseSpec("trial", Trial, "on trial", features=frozenset({"dissipative"})))
 
 
 def judged(response: kt.Response, *checks: str, broad: str = "naive", examples: int = 8):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,7 +24,7 @@ from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.reporting import Result
 from kinetile_conformance.runner import CheckRun, Plan, Runner, reference_of
 from kinetile_plugins.naive import near as everybody
-from registering import registered
+from registering import fixture, registered
 
 pytestmark = pytest.mark.interpreted
 
@@ -79,10 +78,7 @@ PHASES = (
 )
 
 
-@pytest.fixture(autouse=True)
-def _registered() -> Iterator[None]:
-    with registered(*PHASES, hostile_phases):
-        yield
+_registered = fixture(*PHASES, hostile_phases)
 
 
 def test_out_of_time_is_not_judged() -> None:

@@ -13,7 +13,7 @@ from kinetile_conformance.strategies.shapes import DRAWS
 from kinetile_plugins.cells import Cells
 from kinetile_plugins.convex import Convex, meet, soonest, touch
 from kinetile_plugins.disc import exchange
-from registering import registered
+from registering import fixture, registered
 
 OF_SHAPES = "same-contacts-of-shapes"
 PLANS_ALONE = "a-contact-depends-on-two-plans-alone-of-shapes"
@@ -80,11 +80,10 @@ class WrongConvex(Convex):
 KINDS = ("disc", "capsule", "box", "polygon", "segment")
 
 
-@pytest.fixture(autouse=True)
-def _added():
-    wrong = kt.NarrowPhaseSpec("wrong-convex", WrongConvex, role="pair", shapes=KINDS)
-    with registered(kt.BroadPhaseSpec("narrow-cells", NarrowCells), wrong):
-        yield
+_added = fixture(
+    kt.BroadPhaseSpec("narrow-cells", NarrowCells),
+    kt.NarrowPhaseSpec("wrong-convex", WrongConvex, role="pair", shapes=KINDS),
+)
 
 
 def drawn(squares: bool) -> list[kt.Scene]:

@@ -144,13 +144,7 @@ class Jumps:
 def test_velocities_lose_their_memory_by_the_rate_of_contacts():
     """C'(0) = -(half the squares of all changes a unit of time); a contact's is 4 R^2/(n + 1) on the mean, so
     that C'(0)/C(0) = -Gamma n/(n + 1) from pairs, n = 2 N."""
-
-    class Plugin:
-        @kt.hookimpl
-        def kinetile_observables(self):
-            return [kt.ObservableSpec("jumps", Jumps)]
-
-    with registered(Plugin()):
+    with registered(kt.ObservableSpec("jumps", Jumps)):
         found = ran(two_discs(), 20_000.0, "jumps")["jumps"]["jump"]
     assert agree(found, None, 4.0 * 2.0 / (4 + 1))
     assert found.error < 0.005

@@ -15,7 +15,7 @@ from kinetile.errors import PhaseError, Refused
 from kinetile.plugin.protocols import check_parts
 from kinetile_plugins.sweep_tiling import SweepTiling
 from lanes import GENERAL
-from registering import registered
+from registering import fixture
 from tilings import crevice, take_the_limit_away
 
 POSITION = [[0.25, 0.5], [0.75, 0.5]]
@@ -48,10 +48,7 @@ def test_what_it_cannot_do_is_refused_and_the_others_are_named(scene, narrow, se
         kt.Simulation(scene, name, narrow_phases=narrow).run(until=0.5)
 
 
-@pytest.fixture
-def _squares():
-    with registered(square_pairs):
-        yield
+_squares = fixture(square_pairs, autouse=False)
 
 
 def as_squares(name: str, **options: str) -> kt.Simulation:

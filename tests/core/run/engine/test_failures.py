@@ -192,7 +192,7 @@ def _registered():
         kt.BroadPhaseSpec("faulty", Faulty),
         kt.ResponseSpec("lax", Lax),
     )
-    with registered(broken_phases.Plugin(), *specs):
+    with registered(*broken_phases.SPECS, *specs):
         yield
 
 

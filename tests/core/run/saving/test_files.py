@@ -248,7 +248,7 @@ def test_numpy_reads_a_file_and_a_pickle_in_one_is_refused(path):
 @pytest.mark.interpreted
 def test_what_has_ended_with_a_fault_is_not_saved(tmp_path):
     scene = kt.Scene([[1.0, 1.0], [2.0, 1.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.25, arena=(4.0, 4.0))
-    with registered(broken_phases.Plugin()):
+    with registered(*broken_phases.SPECS):
         sim = kt.Simulation(scene, "adds-too-late")
         before = sim.snapshot()
         with pytest.raises(kt.errors.MissedContactError):

@@ -38,6 +38,7 @@ from kinetile_accuracy.stepped.methods import (
 )
 from kinetile_accuracy.stepped.snapshots import STEPPED
 from lanes import first
+from registering import registered
 
 CHART = Path(__file__).parents[4] / "docs" / "speed-against-error.svg"
 
@@ -223,17 +224,8 @@ def test_the_chart_is_drawn_and_names_every_method() -> None:
 
 
 def test_every_phase_is_measured_those_of_plugins_too() -> None:
-    class Plugin:
-        @kt.hookimpl
-        def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-            return [kt.BroadPhaseSpec("of-a-plugin", broken_phases.phase())]
-
-    plugin = Plugin()
-    kt.registry().add(plugin)
-    try:
+    with registered(kt.BroadPhaseSpec("of-a-plugin", broken_phases.phase())):
         assert {*broad_phases()} >= {*BUILT_IN, "of-a-plugin"}
-    finally:
-        kt.registry().remove(plugin)
     assert "of-a-plugin" not in broad_phases()
 
 
