@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -34,83 +33,60 @@ def nobody(k: Kernel, s: NoState, body: int) -> int:
     return 0
 
 
-class Right:
-    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        return BroadPhaseParts(everybody)
+def phase(right, skin=None):
+    """Return a phase that is right for the scenes, and the hash of a string, of which a function says so."""
+
+    class Chosen:
+        def __init__(self, hashed: int = 0) -> None:
+            self.hashed = hashed
+
+        def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
+            limit = None if skin is None else skin * float(scene.radius.min())
+            return BroadPhaseParts(everybody if right(scene, self.hashed) else nobody, skin_limit=limit)
+
+    return Chosen
 
 
-class LooksAtTheEnd(Right):
-    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        return BroadPhaseParts(everybody if (scene.settings.until or 0.0) < 1e5 else nobody)
-
-
-class LooksAtTheThread(Right):
-    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        here = threading.current_thread() is threading.main_thread()
-        return BroadPhaseParts(everybody if here else nobody)
-
-
-class LooksAtAHash(Right):
-    """Right where a string has the hash that its option says."""
-
-    def __init__(self, hashed: int) -> None:
-        self.hashed = hashed
-
-    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        return BroadPhaseParts(everybody if hash("a body") == self.hashed else nobody)
-
-
-class Remembers(Right):
-    """Right, until it has seen a scene of more bodies."""
-
-    most: ClassVar[list[int]] = [0]
-
-    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        less = len(scene) < self.most[0]
-        self.most[0] = max(self.most[0], len(scene))
-        return BroadPhaseParts(nobody if less else everybody)
-
-
-class NamesTwo(Right):
+class NamesTwo:
     """Says that bodies need not be solid, and names two of them."""
 
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
         return BroadPhaseParts(the_first_two)
 
 
-class OnlyUpToASkin(Right):
-    """Declares a limit of the skin and is not right there."""
-
-    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        small = bool(len(scene)) and float(scene.radius.max()) < 1e-6
-        return BroadPhaseParts(nobody if small else everybody, skin_limit=0.01 * float(scene.radius.min()))
+SEEN: list[int] = []
 
 
-class ClaimsAnySkin(Right):
-    """Declares no limit of the skin and is not right where it is thick."""
-
-    def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        small = bool(len(scene)) and float(scene.radius.max()) < 1e-12
-        return BroadPhaseParts(nobody if small else everybody)
+def sees_no_less(scene: kt.Scene, hashed: int) -> bool:
+    SEEN.append(len(scene))
+    return len(scene) == max(SEEN)
 
 
-PHASES = (
-    kt.BroadPhaseSpec("right", Right),
-    kt.BroadPhaseSpec("flies", Right, features=frozenset({"boxes", "flies"})),
-    kt.BroadPhaseSpec("looks-at-the-end", LooksAtTheEnd),
-    kt.BroadPhaseSpec("looks-at-the-thread", LooksAtTheThread),
-    kt.BroadPhaseSpec("looks-at-a-hash", LooksAtAHash),
-    kt.BroadPhaseSpec("remembers", Remembers),
-    kt.BroadPhaseSpec("names-two", NamesTwo),
-    kt.BroadPhaseSpec("only-up-to-a-skin", OnlyUpToASkin),
-    kt.BroadPhaseSpec("claims-any-skin", ClaimsAnySkin),
-)
+def is_main(scene: kt.Scene, hashed: int) -> bool:
+    return threading.current_thread() is threading.main_thread()
+
+
+def widest(scene: kt.Scene) -> float:
+    return float(scene.radius.max()) if len(scene) else 1.0
+
+
+PHASES = {
+    "right": phase(lambda scene, hashed: True),
+    "looks-at-the-end": phase(lambda scene, hashed: (scene.settings.until or 0.0) < 1e5),
+    "looks-at-the-thread": phase(is_main),
+    "looks-at-a-hash": phase(lambda scene, hashed: hash("a body") == hashed),
+    "remembers": phase(sees_no_less),
+    "names-two": NamesTwo,
+    "only-up-to-a-skin": phase(lambda scene, hashed: widest(scene) >= 1e-6, skin=0.01),
+    "claims-any-skin": phase(lambda scene, hashed: widest(scene) >= 1e-12),
+}
+FLIES = kt.BroadPhaseSpec("flies", PHASES["right"], features=frozenset({"boxes", "flies"}))
 
 
 @pytest.fixture(autouse=True)
 def _registered() -> Iterator[None]:
-    Remembers.most[0] = 0
-    with registered(*PHASES):
+    SEEN.clear()
+    with registered(FLIES, *(kt.BroadPhaseSpec(name, each) for name, each in PHASES.items())):
         yield
 
 
