@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import kinetile as kt
-from agreement import lattice_scene
+from agreement import agree, lattice_scene
 from kinetile.errors import Refused
 from lanes import first
 
@@ -14,14 +14,9 @@ SPEEDS = [[1.0, 0.0], [-1.0, 0.0]]
 WALLED = kt.Scene(PLACES, SPEEDS, 0.125, arena=(1.0, 1.0))
 
 
-def same(scene: kt.Scene, until: float, audit: int | None = None) -> kt.Simulation:
-    """Assert that a scene has the contacts of the reference; return the simulation under ``power``."""
-    sims = [kt.Simulation(scene, "naive"), kt.Simulation(scene, "power", audit=audit)]
-    for sim in sims:
-        sim.run(until=until, max_contacts=120)
+def same(scene: kt.Scene, until: float, audit: int | None = None) -> None:
+    sims = agree(scene, "naive", "power", until=until, contacts=120, audit=audit)
     assert len(sims[0].contacts) > 0
-    assert sims[0].fingerprint == sims[1].fingerprint
-    return sims[1]
 
 
 @pytest.mark.parametrize("seed", first(2, range(40)))
@@ -46,10 +41,7 @@ def test_radii_far_apart(bodies, ratio, density, seed):
     scene = kt.make_scene(
         "random", bodies=bodies, density=density, radius_ratio=ratio, mass_ratio=100.0, seed=seed
     )
-    sims = [kt.Simulation(scene, phase, audit=audit) for phase, audit in (("cells", None), ("power", 1000))]
-    for sim in sims:
-        sim.run(max_contacts=2000)
-    assert sims[0].fingerprint == sims[1].fingerprint
+    agree(scene, "cells", "power", contacts=2000, audit=1000)
 
 
 @pytest.mark.parametrize("size", [2.0**-190, 2.0**100])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from agreement import agree
 from kinetile.errors import Refused
 from lanes import first
 
@@ -45,25 +46,23 @@ def drawn(seed: int) -> kt.Scene:
 def test_level_capsules_meet_as_under_cells(seed):
     """What bodies reach to the left and to the right are their bounds, and an audit looks at every tile."""
     scene = drawn(seed)
-    sims = [kt.Simulation(scene, "cells"), kt.Simulation(scene, "sweep-tiling", audit=10)]
-    for sim in sims:
-        sim.run(until=20.0, max_contacts=40 if seed < 8 else 120)
-    assert sims[0].fingerprint == sims[1].fingerprint
-    sims[1].drawing()
+    most = 40 if seed < 8 else 120
+    agree(scene, "cells", "sweep-tiling", until=20.0, contacts=most, audit=10)[1].drawing()
 
 
 def test_capsules_come_and_go():
     scene = drawn(7)
     middle = np.mean(scene.shapes[scene.shape[2]].core, axis=0)
-    sims = [kt.Simulation(scene, phase, live=True, audit=5) for phase in ("cells", "sweep-tiling")]
-    for sim in sims:
+
+    def play(sim):
         sim.run(1.0)
         sim.remove(1)
         place = sim.positions()[1] + middle  # of body 2
         sim.remove(2)
         sim.insert(place, (0.5, 0.25), shape=kt.capsule((-0.0078125, 0.0), (0.015625, 0.0), 0.03125))
         sim.run(4.0)
-    assert sims[0].fingerprint == sims[1].fingerprint
+
+    agree(scene, "cells", "sweep-tiling", play=play, live=True, audit=5)
 
 
 SLANTED = kt.capsule((-1.0, 0.0), (1.0, 0.5), 0.25)

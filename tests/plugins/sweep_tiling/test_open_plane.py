@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from agreement import agree
 from kinetile.toolbox import Box
 from lanes import first
 
@@ -28,13 +29,7 @@ def together_and_apart(seed: int) -> kt.Scene:
 
 @pytest.mark.parametrize("seed", first(2, range(40)))
 def test_a_swarm_that_flies_together_and_apart_meets_as_under_naive(seed):
-    scene = together_and_apart(seed)
-    runs = [
-        kt.Simulation(scene, name, audit=every) for name, every in (("naive", None), ("sweep-tiling", 20))
-    ]
-    for sim in runs:
-        sim.run(until=200.0, max_contacts=2000)
-    assert len({sim.fingerprint for sim in runs}) == 1
+    agree(together_and_apart(seed), "naive", "sweep-tiling", until=200.0, contacts=2000, audit=20)
 
 
 def test_tiles_are_drawn_to_a_box_around_the_bodies():
