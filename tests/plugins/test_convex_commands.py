@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
-import copy
 import math
 import pickle
 import random
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -68,53 +65,6 @@ def test_one_answer_under_commands_and_responses(seed):
     audit = 1 if seed % 5 == 0 else None
     answers = {phase: ran(kt.Simulation(scene, phase, audit=audit)) for phase in GENERAL}
     assert len(set(answers.values())) == 1, answers
-
-
-def by_hand(seed: int, phase: str, folder: Path) -> tuple[str, kt.Simulation]:
-    """Returns how a run ends in which each leap is followed by a turn, an insertion, a removal, nothing, or a
-    resumption from a copy, a pickle, a snapshot or a file; and the simulation."""
-    rng, scene = random.Random(seed), commanded(seed)
-    sim = kt.Simulation(scene.replace(commands=[each for each in scene.commands if len(scene) > 3]), phase)
-    try:
-        for leap in range(8):
-            sim.run(until=0.75 * (leap + 1), max_contacts=12)
-            body = rng.choice(sim.bodies.tolist())
-            what = rng.choice(("turn", "insert", "insert", "remove", "copy", "back", "file", "none"))
-            if what == "turn":
-                sim.set_velocity(body, (rng.choice((0.0, 0.5)), rng.choice((-1.0, 0.0, 0.25))))
-            elif what == "remove" and len(sim.bodies) > 2 and not scene.commands:
-                sim.remove(body)
-            elif what == "insert":
-                shape = rng.choice((kt.box(0.5, 0.25), kt.disc(0.25), *scene.shapes))
-                place, mass = (rng.randrange(12) / 2.0, rng.randrange(12) / 2.0), rng.choice((1.0, math.inf))
-                with contextlib.suppress(Refused, ValueError):
-                    sim.insert(place, (rng.choice((0.0, 0.5)), 0.25), mass=mass, shape=shape, kind="brick")
-            elif what == "copy":
-                sim = pickle.loads(pickle.dumps(copy.deepcopy(sim)))
-            elif what == "back":
-                here = sim.snapshot()
-                sim.run(max_contacts=5, until=sim.time + 1.0)
-                sim.restore(here)
-            elif what == "file":
-                sim.save(folder / f"{phase}.kt")
-                sim = kt.resume(folder / f"{phase}.kt")
-            sim.audit()
-    except ZenoError as error:
-        return f"{type(error).__name__}: {sim.contacts.tobytes().hex()}", sim
-    return sim.fingerprint, sim
-
-
-@pytest.mark.parametrize("seed", first(1, range(1000, 1020)))
-def test_one_answer_under_commands_by_hand(seed, tmp_path):
-    found = {phase: by_hand(seed, phase, tmp_path) for phase in GENERAL}
-    assert len({ending for ending, _ in found.values()}) == 1
-    ending, sim = found["cells"]
-    if ending == sim.fingerprint:
-        kt.save_scene(sim.recorded(), tmp_path / "recorded.toml")
-        again = kt.Simulation(kt.load_scene(tmp_path / "recorded.toml"), "sap-1d")
-        again.run()
-        assert again.fingerprint == sim.fingerprint
-        assert (again.positions() == sim.positions()).all()
 
 
 def test_circles_that_overlap_are_no_passing():

@@ -197,54 +197,6 @@ def test_phases_agree_on_larger_scenes(seed):
     assert len(found) == 1
 
 
-SIZES = ((1.0, 1.0, 0.06), (1.0, 0.5, 0.03), (2.0, 1.0, 0.12))
-
-
-@pytest.mark.parametrize("seed", first(1, range(18)))
-def test_bodies_come_go_and_turn(seed):
-    """Among them the last one, and one that comes to an arena without any."""
-    rng = np.random.default_rng(seed)
-    width, height, radius = SIZES[seed % 3]
-    periodic = ("x", "xy", "y")[seed // 3 % 3]
-    scene = box([(0.5, 0.25)], [rng.normal(size=2)], radius, periodic, (width, height))
-    sims = list(every(scene, live=True, audit=5))
-    for sim in sims:
-        sim.remove(0)
-        assert len(sim.bodies) == 0
-    time = 0.0
-    for _ in range(12 if seed < 3 else 40):
-        what, bodies = rng.random(), list(sims[0].bodies)
-        if what < 0.6 or not bodies:
-            place = rng.uniform(radius, np.array(scene.arena) - radius)
-            place += np.array(scene.periods) * rng.integers(-2, 3, 2)
-            size, fast = rng.choice([radius, radius / 2]), rng.choice([0.3, 1, 1, 20 if seed > 2 else 2])
-            velocity = rng.normal(size=2) * fast
-            came = {inserted(sim, place, velocity, float(size)) for sim in sims}
-            assert len(came) == 1
-        elif what < 0.8:
-            gone = bodies[int(rng.integers(len(bodies)))]
-            for sim in sims:
-                sim.remove(gone)
-        else:
-            body, velocity = int(rng.choice(bodies)), rng.normal(size=2)
-            for sim in sims:
-                sim.set_velocity(body, velocity)
-        time += rng.choice([0.0, 0.01, 0.1])
-        for sim in sims:
-            sim.run(until=time)
-        assert len({sim.fingerprint for sim in sims}) == 1
-    played = kt.Simulation(sims[-1].recorded(), "naive", live=True)
-    played.run(until=time)
-    assert played.fingerprint == sims[0].fingerprint
-
-
-def inserted(sim: kt.Simulation, place, velocity, radius: float) -> int | None:
-    try:
-        return sim.insert(place, velocity, radius)
-    except Refused:
-        return None
-
-
 def mirrored(scene: kt.Scene) -> kt.Scene:
     return scene.replace(position=scene.position * (-1, 1), velocity=scene.velocity * (-1, 1))
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 import json
 import math
 from contextlib import chdir
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import by_the_rules
 import kinetile as kt
 from kinetile.cli import app
 from kinetile.errors import Refused
@@ -73,19 +71,6 @@ def test_only_the_walls_of_walled_axes_count() -> None:
     assert sim.insert((-0.75, 0.75), STILL, 0.25) == 1
     with pytest.raises(Refused, match="it reaches beyond the bottom wall"):
         sim.insert((0.7, 0.2), STILL, 0.25)
-
-
-def test_who_was_inserted_meets_images() -> None:
-    """From then on it is a scene of its own: its contacts are those of the rules."""
-    given = scene("xy", (1.75, 0.5), insert=(0.75, 3.5)).replace(unit=0.5)
-    sim = kt.Simulation(given, "naive")
-    sim.run(until=40.0)
-    places, velocities = [(2.0, 0.5), (0.75, 3.5)], [(0.25, 0.0), STILL]
-    there = kt.Scene(places, velocities, 0.25, arena=(2.0, 1.0), periodic="xy", unit=0.5)
-    contacts, _ = by_the_rules.answer(there, 1000, int(39 / Fraction(given.time_unit)) << 52)
-    assert len(contacts) > 4
-    later = int(1 / Fraction(given.time_unit)) << 52
-    assert [(tick - later, a, b) for tick, a, b in by_the_rules.rows(sim)] == contacts
 
 
 @pytest.mark.parametrize("times", [0.0, 0.25, 0.5, 0.75, 1.5, 2.5, -0.5, -1.5, 2.0**30 + 0.5, 1e9 / 7])

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-import torus_scenes
-from kinetile.errors import BadOption, Refused, ZenoError
+from kinetile.errors import BadOption, Refused
 from kinetile.kernel.log import LOG
 from kinetile.records.contacts import CONTACT_LINE
 from kinetile_accuracy import certify_log
@@ -20,7 +19,6 @@ from kinetile_accuracy.specification import certify
 from kinetile_accuracy.specification.arithmetic import tick_of, unit_bits
 from kinetile_accuracy.specification.certify import LogCertifier, explain_difference
 from kinetile_accuracy.specification.course import Course
-from lanes import first
 
 UNTIL = 1.0
 
@@ -327,29 +325,6 @@ def test_where_the_specification_does_not_say_it_says_nothing(three_in_a_row, mo
     assert not explain_difference(scene, lists, 1, ["disc", "wall"])  # and no walls to meet
     monkeypatch.setattr(certify, "_FARTHEST", 0)
     assert not explain_difference(scene, lists, 1)
-
-
-@pytest.mark.parametrize("seed", first(6, range(20)))
-@pytest.mark.small
-def test_what_was_done_by_hand_is_followed(seed):
-    """Commands by hand come after so many contacts of their tick."""
-    random = np.random.default_rng(seed)
-    scene = torus_scenes.drawn(seed, (3, 5, 8)) if seed % 2 else kt.make_scene("lattice", bodies=9, seed=seed)
-    sim = kt.Simulation(scene, "naive", live=True, turning=True)
-    with contextlib.suppress(ZenoError):
-        for kind in random.integers(0, 3, 8):
-            sim.run(max_contacts=int(random.integers(1, 6)), until=sim.time + scene.time_unit)
-            body = int(random.choice(sim.bodies))
-            if kind == 0:
-                place = random.integers(2, 15, 2) / 16 * scene.arena
-                with contextlib.suppress(Refused, ValueError):
-                    sim.insert(place.tolist(), (0.5, 0.25), float(scene.radius.min()))
-            elif kind == 1 and len(sim.bodies) > 2:
-                sim.remove(body)
-            else:
-                sim.set_velocity(body, scene.velocity[random.integers(len(scene))])
-        sim.run(until=sim.time + scene.time_unit / 2)
-        assert certify_log(sim.recorded(), sim.contacts, sim.time, fingerprint=sim.fingerprint).right
 
 
 def test_a_body_that_is_not_there_has_no_contact():
