@@ -155,6 +155,12 @@ class Browser:
             self.ask("Input.dispatchKeyEvent", type="keyDown", **params, **({"text": text} if text else {}))
             self.ask("Input.dispatchKeyEvent", type="keyUp", **params)
 
+    def click(self, x: float, y: float) -> None:
+        """Moves the mouse to a place of the window, and clicks."""
+        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
+            self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+        self.settle()
+
     def settle(self) -> None:
         """Wait until what was asked for is on the screen: two frames."""
         for _ in range(2):

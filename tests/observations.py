@@ -23,6 +23,7 @@ from by_the_rules import answer
 from capabilities import BY_NAME, LASTS, Game, differs, rows_of
 from judged_games import game_tables, second_list
 from kinetile.errors import KinetileError, Refused
+from kinetile.kernel.clock import TICKS, Clock
 from kinetile.records import EventRecorder, Trajectory, read_events, recover
 from kinetile.scene.files import dumps_scene, load_scene, save_scene
 from kinetile.show.html import as_svg
@@ -35,7 +36,7 @@ from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.runner import CheckRun
 from lanes import GENERAL
-from player_pages import ask_node
+from player_pages import PLAYED, ask_node
 from studies import run_here
 
 MIDDLE = 2.0
@@ -209,25 +210,6 @@ def page_recorded(game: Game, folder: Path) -> None:
         assert places == trajectory.positions(time).tolist()
 
 
-COMPUTED = """
-const [run] = play.runs;
-play.seek(clock.momentAt(given.moment, held.start, held.unit));
-const { plans, done } = run.motion;
-const rows = { count: done };
-const take = (name, sides) => { rows[name] = [...run.motion.rows[name].slice(0, sides * done)]; };
-["kind", "a", "b", "epoch", "tick"].forEach((name) => take(name, 1));
-["x", "y", "vx", "vy", "before"].forEach((name) => take(name, 2));
-const own = new live.Live(bodies, plans, rows, play.moment, held);
-own.until(clock.ticksOf(held.end));
-const found = [];
-for (let row = 0; row < rows.count; row += 1) {
-    const isContact = rows.kind[row] === 1 || rows.kind[row] === 2;
-    if (isContact) found.push([rows.epoch[row], rows.tick[row], rows.a[row], rows.b[row]]);
-}
-return found;
-"""
-
-
 def page_computed(game: Game, folder: Path) -> None:
     """The contacts that a page computes are those of the run; or it says why it computes none."""
     sim = truth(game.names)
@@ -235,7 +217,8 @@ def page_computed(game: Game, folder: Path) -> None:
     said = _untried(page, folder)
     if said:
         raise Refused(said)
-    found = ask_node(folder, page, COMPUTED, moment=MIDDLE)
+    moment = divmod(Clock(sim.scene.start, sim.time_unit).ticks(MIDDLE), TICKS)
+    found = ask_node(folder, page, PLAYED, moment=moment, turns=[], inserts=[])
     assert [tuple(row) for row in found] == rows_of(sim)
 
 

@@ -186,6 +186,28 @@ def ask_node(tmp_path: Path, page: Page, body: str, **given: Any) -> Any:
     return json.loads(done.stdout)
 
 
+PLAYED = """
+const [run] = play.runs;
+play.seek(given.moment);
+const { plans, done } = run.motion;
+const rows = { count: done };
+const take = (name, sides) => { rows[name] = [...run.motion.rows[name].slice(0, sides * done)]; };
+["kind", "a", "b", "epoch", "tick"].forEach((name) => take(name, 1));
+["x", "y", "vx", "vy", "before"].forEach((name) => take(name, 2));
+const own = new live.Live(bodies, plans, rows, play.moment, held);
+for (const [body, velocity] of given.turns) own.turn(body, velocity);
+for (const [place, velocity, radius, mass] of given.inserts) own.insert(place, velocity, radius, mass);
+own.until(clock.ticksOf(held.end));
+const found = [];
+for (let row = 0; row < rows.count; row += 1) {
+    const isContact = rows.kind[row] === 1 || rows.kind[row] === 2;
+    if (isContact) found.push([rows.epoch[row], rows.tick[row], rows.a[row], rows.b[row]]);
+}
+return found;
+"""
+"""The contacts of a run that a page computes from a moment on, after turns and insertions."""
+
+
 def decode(coded: dict[str, Any]) -> dict[str, np.ndarray]:
     """Return the columns of a text of ``encode``."""
     content = zlib.decompress(base64.b64decode(coded["text"]))

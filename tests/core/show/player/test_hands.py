@@ -39,8 +39,7 @@ def mouse(browser: Browser, kind: str, selector: str, **more: object) -> None:
 
 def click(browser: Browser, selector: str) -> None:
     browser.value(f"document.querySelector({selector!r}).scrollIntoView({{ block: 'nearest' }})")
-    for kind in ("Moved", "Pressed", "Released"):
-        mouse(browser, kind, selector, button="left" if kind != "Moved" else "none", clickCount=1)
+    browser.click(*middle(browser, selector))
 
 
 def turn_wheel(browser: Browser, modifiers: int = 0) -> tuple[bool, float]:

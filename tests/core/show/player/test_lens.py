@@ -174,12 +174,6 @@ MIDDLE = """(() => {
 })()"""
 
 
-def tap(browser, x, y):
-    for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
-        browser.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
-    browser.settle()
-
-
 def text(browser, name):
     return browser.value(f"document.getElementById('{name}').textContent")
 
@@ -200,7 +194,7 @@ def test_a_tap_shows_the_certificate_and_hovering_names_it(browser, phase, role,
     browser.settle()
     place = browser.value(MIDDLE.replace("ROLE", f'"{role}"'))
     assert place is not None
-    tap(browser, *place)
+    browser.click(*place)
     title = browser.value("kinetilePlayer.panes[0].title")
     assert title.startswith(role)
     assert text(browser, "proof-name") == f"Certificate: {title.split(':')[0]}"

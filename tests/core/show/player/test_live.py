@@ -8,28 +8,8 @@ import pytest
 import kinetile as kt
 from kinetile.show.player import view_scene
 from lanes import first
+from player_pages import PLAYED, ask_node, needs_node
 from player_pages import SCENES as SHOWN
-from player_pages import ask_node, needs_node
-
-PLAYED = """
-const [run] = play.runs;
-play.seek(given.moment);
-const { plans, done } = run.motion;
-const rows = { count: done };
-const take = (name, sides) => { rows[name] = [...run.motion.rows[name].slice(0, sides * done)]; };
-["kind", "a", "b", "epoch", "tick"].forEach((name) => take(name, 1));
-["x", "y", "vx", "vy", "before"].forEach((name) => take(name, 2));
-const own = new live.Live(bodies, plans, rows, play.moment, held);
-for (const [body, velocity] of given.turns) own.turn(body, velocity);
-for (const [place, velocity, radius, mass] of given.inserts) own.insert(place, velocity, radius, mass);
-own.until(clock.ticksOf(held.end));
-const found = [];
-for (let row = 0; row < rows.count; row += 1) {
-    const isContact = rows.kind[row] === 1 || rows.kind[row] === 2;
-    if (isContact) found.push([rows.epoch[row], rows.tick[row], rows.a[row], rows.b[row]]);
-}
-return found;
-"""
 
 SCENES = {
     "fifty": kt.make_scene("grid", bodies=50, density=0.4, seed=1),
