@@ -15,6 +15,7 @@ import kinetile as kt
 from fresh_scenes import fresh, row_of
 from kinetile.kernel.clock import Clock
 from kinetile.records import Trajectory
+from kinetile.run.compose import accepting
 from kinetile.show.player import view_scene
 from kinetile.show.player.recording import KINDS
 from player_pages import ask_node, in_order, needs_node, plain
@@ -45,11 +46,8 @@ SHOWN = """
 
 
 def phase_of(scene: kt.Scene, seed: int) -> str:
-    """Each phase in turn; sweep-tiling where it takes the scene."""
-    may_tile = "y" not in scene.periodic and not any(
-        each.name == "pass" for row in scene.meets for each in row
-    )
-    phases = ("sap-2d", "sap-1d", "cells", "naive", *["sweep-tiling"] * may_tile)
+    """Each phase that takes the scene in turn."""
+    phases = [name for name, _ in accepting(scene)]
     return phases[seed // 2 % len(phases)]
 
 

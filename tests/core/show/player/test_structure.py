@@ -3,41 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 import kinetile as kt
 from kinetile.plugin.drawing import Box, Entry, Link
 from kinetile.show.player import recording, view_scene
 from kinetile.show.player.page import encode
-from lanes import BUILT_IN
-from player_pages import SCENES, ask_node, decode, in_order, needs_node, plain
-
-DRAWN = """
-    return given.times.map((time) => {
-        play.seek(clock.momentAt(time, held.start, held.unit));
-        return runs[0].structure.at(play.runs[0].done).map((shape) => runs[0].structure.plain(shape));
-    });
-"""
-
-
-@needs_node
-@pytest.mark.parametrize(
-    ("phase", "name"),
-    [*((phase, "nine") for phase in BUILT_IN), ("sap-1d", "come and go")],
-)
-def test_what_is_drawn_is_what_the_phase_draws(phase, name, tmp_path):
-    scene = SCENES.get(name) or kt.make_scene("grid", bodies=9, density=0.5, seed=4)
-    until = 0.7 if name == "nine" else 1.5
-    times = np.sort(np.random.default_rng(8).uniform(0.0, until, 200)).tolist()
-    page = view_scene(scene, [(phase, {})], until=until).page
-    assert not page.all_notes
-    found = ask_node(tmp_path, page, DRAWN, times=times)
-    sim = kt.Simulation(scene, phase)
-    for time, shapes in zip(times, found, strict=True):
-        sim.run(time)
-        drawn = [plain(item) for item in sim.drawing()]
-        assert drawn
-        assert in_order(shapes) == in_order(drawn), time
+from player_pages import SCENES, decode
 
 
 def test_a_shape_that_stays_is_written_once():
