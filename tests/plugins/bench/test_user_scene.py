@@ -155,18 +155,3 @@ def test_the_command_prints_the_candidates_and_what_to_take():
     assert printed.stdout.splitlines()[-1].startswith("take ")
     found = json.loads(kinetile("choose", "grid", "-s", "bodies=16", "--phases", "cells", "--json").stdout)
     assert (found["phase"], found["candidates"][0]["hopeless"]) == ("cells", False)
-
-
-UNLIKE = {
-    "dense": ("grid", {"bodies": 400, "density": 0.5}, 2.0),
-    "thin": ("grid", {"bodies": 400, "density": 0.01}, 20.0),
-    "few": ("grid", {"bodies": 9, "density": 0.25}, 50.0),
-    "many": ("grid", {"bodies": 4096, "density": 0.25}, 0.2),
-    "sizes": ("random", {"bodies": 500, "density": 0.3, "radius_ratio": 16.0, "seed": 2}, 2.0),
-    "masses": ("random", {"bodies": 200, "density": 0.3, "mass_ratio": 100.0, "seed": 3}, 4.0),
-    "ties": ("lattice", {"bodies": 36}, 60.0),
-    "one axis": ("figure-10", {"bodies": 200}, 10.0),
-    "boxes": ("figure-11", {"bodies": 100}, 10.0),
-    "a giant": ("figure-16", {"bodies": 200}, 10.0),
-}
-"""Recipes, parameters, and until when they are measured whole."""

@@ -29,13 +29,6 @@ def gaps(scene: Scene) -> npt.NDArray[np.float64]:
     return between
 
 
-def overlapping_intervals(scene: Scene, axis: int) -> int:
-    """Count the pairs whose projections on an axis overlap: what sweep and prune has to report."""
-    low, high = scene.position[:, axis] - scene.radius, scene.position[:, axis] + scene.radius
-    meet = (low[:, np.newaxis] < high) & (low < high[:, np.newaxis])
-    return int(np.triu(meet, 1).sum())
-
-
 def test_all_are_registered_and_described() -> None:
     assert registry().names("scene")[: len(NAMES)] == NAMES
     for name in NAMES:
@@ -122,35 +115,6 @@ def test_non_dyadic_and_jittered_lattices_touch_within_the_tolerance(seed: int) 
         assert np.abs(moved.position - still.position).max() <= jitter + 2.0**-52
         assert (moved.radius <= still.radius).all()
         assert (moved.radius >= still.radius - 4.0 * jitter).all()
-
-
-def test_figure_10_leaves_sweep_and_prune_along_x_every_pair() -> None:
-    scene = make_scene("figure-10", bodies=40)
-    assert overlapping_intervals(scene, 0) == 40 * 39 // 2
-    assert overlapping_intervals(scene, 1) == 0
-    assert not scene.velocity[:, 0].any()
-    assert gaps(scene).min() > 0.0
-
-
-@pytest.mark.parametrize("bodies", [2, 20, 152])
-def test_figure_11_leaves_bounding_boxes_every_pair(bodies: int) -> None:
-    scene = make_scene("figure-11", bodies=bodies)
-    assert overlapping_intervals(scene, 0) == overlapping_intervals(scene, 1) == bodies * (bodies - 1) // 2
-    assert (gaps(scene) > 1e-3 * scene.radius).all()
-    assert scene.radius.min() > 2.0**-200
-
-
-def test_figure_16_has_one_wide_disc_over_all_others() -> None:
-    scene = make_scene("figure-16", bodies=30)
-    wide, others = 0, slice(1, None)
-    assert overlapping_intervals(scene, 0) == 30 * 29 // 2
-    assert (
-        scene.position[others, 1] + scene.radius[others] < scene.position[wide, 1] - scene.radius[wide]
-    ).all()
-    right = scene.position[others, 0] + scene.radius[others]
-    assert (np.diff(right) > 0.0).all()  # so that no disc above hides a right end from the wide one
-    assert (np.diff(scene.position[others, 1]) < 0.0).all()
-    assert (np.abs(right - scene.position[wide, 0]) < scene.radius[wide]).all()
 
 
 def test_cradle_is_exact_and_touches() -> None:
