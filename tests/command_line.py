@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 from kinetile.cli import app
 
 
-def kinetile(line: str, *more: object) -> Result:
+def kinetile(line: str, *more: object, stdin: str | None = None) -> Result:
     """Run a command; an error that is no exit is raised here."""
-    result = CliRunner().invoke(app, [*shlex.split(line), *map(str, more)])
+    result = CliRunner().invoke(app, [*shlex.split(line), *map(str, more)], input=stdin)
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise result.exception
     return result

@@ -18,19 +18,13 @@ import numpy as np
 
 import kinetile as kt
 from kinetile.toolbox import NEVER, BroadPhaseParts, Kernel, Records, hook, offer, schedule
+from kinetile_plugins.naive import near as everyone
 
 
 class State(NamedTuple):
     """A number to remember."""
 
     memory: Records
-
-
-@hook
-def everyone(k: Kernel, s: State, body: int) -> int:
-    for other in range(len(k.bodies)):
-        k.near[other] = other
-    return len(k.bodies)
 
 
 @hook

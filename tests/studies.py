@@ -12,10 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from typer.testing import CliRunner
-
 import installing
-from kinetile.cli import app
 from kinetile_bench import Study
 from kinetile_bench.study import StudyStatus
 
@@ -34,14 +31,6 @@ TASKS = 64
 
 RUN_TO_RUN = ("seconds", "environment", "compiled", "compile_seconds")
 """Columns that differ from run to run, beside those of CPU time."""
-
-
-def kinetile(*arguments: object) -> Any:
-    """Run a command in this process; return exit code and output."""
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result
 
 
 def write(folder: Path, text: str = STUDY) -> Path:

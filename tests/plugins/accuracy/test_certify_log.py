@@ -8,22 +8,14 @@ import subprocess
 import sys
 
 import pytest
-from typer.testing import CliRunner
 
 import kinetile as kt
-from kinetile.cli import app
+from command_line import kinetile
 from kinetile.errors import BadOption
 from kinetile.records import EventRecorder, read_events
 from kinetile.records.contacts import read_contacts, write_contacts
 
 CRADLE = ["cradle", "--until", "5"]
-
-
-def kinetile(*arguments, stdin=None):
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments], input=stdin)
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result
 
 
 @pytest.fixture(scope="module")

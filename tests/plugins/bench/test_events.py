@@ -8,10 +8,10 @@ import math
 import pytest
 
 import kinetile as kt
+from command_line import kinetile
 from kinetile.errors import Refused
 from kinetile_bench import events as events_module
 from kinetile_bench.events import COUNTED, EventsBench, bench_events, square_at_least
-from studies import kinetile
 
 CHOICES = ["naive", ("sap-1d", {"axis": "y"}), "sap-2d"]
 

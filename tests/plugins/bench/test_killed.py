@@ -14,6 +14,7 @@ from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecu
 import pytest
 
 import studies
+from command_line import kinetile
 from installing import install
 from kinetile.plugin.new_plugin import new_plugin
 from kinetile_bench import Study
@@ -85,7 +86,7 @@ def test_ctrl_c_loses_the_running_tasks_alone(tmp_path, undisturbed, monkeypatch
             os.kill(os.getpid(), signal.SIGINT)
 
     monkeypatch.setattr(RowFile, "put", interrupted)
-    ended = studies.kinetile("study", "run", path, "--workers", 1)
+    ended = kinetile("study", "run", path, "--workers", 1)
     monkeypatch.undo()
     assert ended.exit_code == 130
     assert f"{TASKS - 5} tasks have no row yet\nkinetile: interrupted" in ended.stderr

@@ -18,6 +18,7 @@ import pytest
 
 import kinetile as kt
 import studies
+from command_line import kinetile
 from kinetile.errors import BadOption, RecordError
 from kinetile.scene.scene import Settings
 from kinetile_bench import Study
@@ -472,7 +473,7 @@ def test_the_commands_say_how_it_stands_in_text_json_and_csv(tmp_path, done):
     )
 
     def command(*words):
-        return studies.kinetile("study", *words, "--results", done.results)
+        return kinetile("study", *words, "--results", done.results)
 
     table = command("table", path, "--y", "events")
     assert table.exit_code == 0

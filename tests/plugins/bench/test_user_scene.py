@@ -7,6 +7,7 @@ import json
 import pytest
 
 import kinetile as kt
+from command_line import kinetile
 from kinetile_bench.user_scene import (
     CLOSE,
     Candidate,
@@ -16,7 +17,6 @@ from kinetile_bench.user_scene import (
     bench_scene,
     choose,
 )
-from studies import kinetile
 
 
 @pytest.fixture

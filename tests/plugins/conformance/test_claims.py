@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from hostile_phases import nobody
 from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook
 from kinetile_conformance import check_named
 from kinetile_conformance.cases import Subject, table_difference, tables_after
@@ -26,11 +27,6 @@ def the_first_two(k: Kernel, s: NoState, body: int) -> int:
     k.near[0] = 0
     k.near[1] = 1
     return 2
-
-
-@hook
-def nobody(k: Kernel, s: NoState, body: int) -> int:
-    return 0
 
 
 def phase(right, skin=None):

@@ -7,25 +7,17 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from typer.testing import CliRunner
 
 import kinetile as kt
 import kinetile_conformance
+from command_line import kinetile
 from installing import install_blind, run
-from kinetile.cli import app
 from kinetile_conformance import Report, Result
 from kinetile_conformance.cases import Subject
 from lanes import first
 
 SCENES = Path(__file__).parents[2] / "scenes"
 CHECKS = ("--check", "same-contacts", "--check", "its-structure-is-true")
-
-
-def kinetile_(*arguments: object):
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result
 
 
 @pytest.fixture(autouse=True)
@@ -37,16 +29,8 @@ def _folder(tmp_path, monkeypatch):
     "how", [pytest.param("--in-process", marks=pytest.mark.small), *first(0, ["--isolated"])]
 )
 def test_a_phase_that_conforms(how, tmp_path):
-    result = kinetile_(
-        "conform",
-        "naive",
-        how,
-        "--examples",
-        2,
-        "--check",
-        "same-contacts",
-        "--check",
-        "same-contacts-with-turns",
+    result = kinetile(
+        f"conform naive {how} --examples 2 --check same-contacts --check same-contacts-with-turns"
     )
     assert result.exit_code == 0, result.output
     head, blank, first, second, *rest = result.stdout.splitlines()
@@ -62,7 +46,7 @@ def test_a_phase_that_conforms(how, tmp_path):
 
 @pytest.mark.small
 def test_as_json():
-    result = kinetile_(
+    result = kinetile(
         "conform", "sweep-and-prune:axis=x", "--in-process", "--check", "its-features-are-known", "--json"
     )
     told, report = result.stdout.splitlines()
@@ -88,7 +72,7 @@ def test_as_json():
     ],
 )
 def test_what_cannot_be_judged_is_exit_code_2(arguments, said):
-    result = kinetile_("conform", "--in-process", *arguments)
+    result = kinetile("conform", "--in-process", *arguments)
     assert result.exit_code == 2
     assert said in " ".join(result.stderr.replace("│", " ").split())
 
@@ -97,7 +81,7 @@ def test_what_cannot_be_judged_is_exit_code_2(arguments, said):
 @pytest.mark.parametrize("how", ["--in-process", "--isolated"])
 def test_a_folder_that_cannot_be_written_is_said_before_anything_is_judged(folder, how, tmp_path):
     (tmp_path / "a-file").touch()
-    result = kinetile_("conform", "naive", how, "--check", "its-features-are-known", "--save-to", folder)
+    result = kinetile("conform", "naive", how, "--check", "its-features-are-known", "--save-to", folder)
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.startswith(f"kinetile: --save-to {folder}: ")
     assert [path.name for path in tmp_path.iterdir()] == ["a-file"]
@@ -107,7 +91,7 @@ def test_a_folder_that_cannot_be_written_is_said_before_anything_is_judged(folde
 def test_a_folder_for_which_there_is_nothing_is_left_as_it_was(folder, tmp_path):
     (tmp_path / "old").mkdir()
     arguments = ("--in-process", "--check", "its-features-are-known", "--save-to", folder)
-    assert kinetile_("conform", "naive", *arguments).exit_code == 0
+    assert kinetile("conform", "naive", *arguments).exit_code == 0
     assert [path.name for path in tmp_path.rglob("*")] == ["old"]
 
 
@@ -127,18 +111,18 @@ def pretending(monkeypatch, *results: Result, error: type[BaseException] | None 
 def test_the_reference_in_doubt_is_exit_code_3(monkeypatch):
     verdict = "also sap-1d: the reference is in doubt"
     pretending(monkeypatch, Result("a", "b", "failed", 1, 0.0, said="c", verdict=verdict))
-    result = kinetile_("conform", "naive", "--in-process")
+    result = kinetile("conform", "naive", "--in-process")
     assert result.exit_code == 3
     assert verdict in result.stdout
 
 
 def test_after_an_interrupt_what_there_is_has_been_printed(monkeypatch):
     pretending(monkeypatch, Result("some-check", "b", "passed", 1, 0.0), error=KeyboardInterrupt)
-    result = kinetile_("conform", "naive", "--in-process")
+    result = kinetile("conform", "naive", "--in-process")
     assert result.exit_code == 130
     assert "some-check" in result.stdout
     assert "conforms" not in result.stdout
-    *_, last = kinetile_("conform", "naive", "--in-process", "--json").stdout.splitlines()
+    *_, last = kinetile("conform", "naive", "--in-process", "--json").stdout.splitlines()
     found = json.loads(last)
     assert (found["status"], found["conforms"], len(found["checks"])) == ("interrupted", None, 1)
 
@@ -190,7 +174,7 @@ def test_its_scene_fails_again_and_passes_under_another(blind):
     assert rest[2].startswith("  verdict: only blind; ")
     other = blind.run("replay", "blind", file, "--check", "can-be-drawn")
     assert (other.returncode, other.stdout.partition(":")[0]) == (0, "passes")
-    naive = kinetile_("replay", "naive", blind.folder / file, "--json")
+    naive = kinetile("replay", "naive", blind.folder / file, "--json")
     assert naive.exit_code == 0
     found = json.loads(naive.stdout)
     assert (found["check"], found["fails"]) == ("its-structure-is-true", False)
@@ -213,7 +197,7 @@ def test_cases_can_be_kept_elsewhere_and_left_as_they_are_found(blind):
 
 
 def test_any_scene_can_be_replayed():
-    result = kinetile_("replay", "naive", SCENES / "H05.toml")
+    result = kinetile("replay", "naive", SCENES / "H05.toml")
     assert result.exit_code == 0
     assert result.stdout.startswith("passes: naive, same-contacts, ")
 
@@ -233,6 +217,6 @@ def test_any_scene_can_be_replayed():
 def test_what_cannot_be_replayed_is_exit_code_2(text, more, said, tmp_path):
     if text is not None:
         (tmp_path / "case.toml").write_text(text + (SCENES / "H05.toml").read_text())
-    result = kinetile_("replay", "naive", "case.toml", *more)
+    result = kinetile("replay", "naive", "case.toml", *more)
     assert result.exit_code == 2
     assert said in result.stderr

@@ -30,6 +30,7 @@ from kinetile_conformance.cases import Subject, load_case
 from kinetile_conformance.isolated import IsolatedRunner
 from kinetile_conformance.processes import Child, Died, Message, in_a_child, pickled
 from kinetile_conformance.runner import Plan, Runner
+from kinetile_plugins.naive import near as everyone
 from lanes import first
 from registering import fixture
 
@@ -277,7 +278,7 @@ class ExitsWithTwo:
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
         if len(scene) > 1:
             os._exit(7)
-        return BroadPhaseParts(hostile_phases.everyone)
+        return BroadPhaseParts(everyone)
 
 
 _exits_with_two = fixture(kt.BroadPhaseSpec("exits-with-two", ExitsWithTwo), autouse=False)

@@ -11,10 +11,11 @@ import pytest
 
 import hostile_phases
 import kinetile as kt
+from hostile_phases import nobody
 from kinetile.errors import PhaseError, Refused
 from kinetile.kernel.compiled import compiling_seconds
 from kinetile.scene import Scene
-from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook
+from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance import check_broad_phase, deadline
 from kinetile_conformance.api import replay
 from kinetile_conformance.cases import Subject, load_case, outcome
@@ -29,11 +30,6 @@ from registering import fixture, registered
 pytestmark = pytest.mark.interpreted
 
 COUNT = itertools.count()
-
-
-@hook
-def nobody(k: Kernel, s: NoState, body: int) -> int:
-    return 0
 
 
 class Slow:

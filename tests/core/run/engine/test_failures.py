@@ -30,6 +30,7 @@ from kinetile.toolbox import (
     shared,
     unchecked,
 )
+from kinetile_plugins.naive import near as everyone
 from lanes import BUILT_IN
 from registering import registered
 
@@ -145,13 +146,6 @@ class State(NamedTuple):
 
 
 @hook
-def everyone(k: Kernel, s: State, body: int) -> int:
-    for other in range(len(k.bodies)):
-        k.near[other] = other
-    return len(k.bodies)
-
-
-@hook
 def soon(k: Kernel, s: State) -> None:
     schedule(k, 0, k.clock[0].now + (1 << 50))
 
@@ -187,12 +181,9 @@ class Faulty:
 
 @pytest.fixture(autouse=True)
 def _registered():
-    specs = (
-        kt.BroadPhaseSpec("gives-up", GivesUp),
-        kt.BroadPhaseSpec("faulty", Faulty),
-        kt.ResponseSpec("lax", Lax),
-    )
-    with registered(*broken_phases.SPECS, *specs):
+    lax = kt.ResponseSpec("lax", Lax)
+    phases = (kt.BroadPhaseSpec("gives-up", GivesUp), kt.BroadPhaseSpec("faulty", Faulty))
+    with registered(*broken_phases.SPECS, *phases, lax):
         yield
 
 

@@ -12,13 +12,13 @@ from itertools import product
 import pytest
 
 import kinetile as kt
+from command_line import kinetile
 from kinetile_accuracy.drawing import LOOKS
 from kinetile_bench import thesis as bench_thesis_module
 from kinetile_bench.events import DENSITIES
 from kinetile_bench.thesis import ThesisBench, ThesisScene, bench_thesis
 from kinetile_bench.thesis.figures import draw
 from made_up_benchmarks import as_the_thesis_says, bench_of
-from studies import kinetile
 
 NUMBERS = (25, 100, 400)
 BOUND_EVENTS = {
