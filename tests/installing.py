@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import subprocess
 import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from types import ModuleType
 
 import kinetile
 import kinetile_plugins
@@ -20,15 +23,31 @@ OWN = tuple(str(Path(str(module.__file__)).parents[1]) for module in (kinetile, 
 def install(folder: Path, site: Path) -> list[str]:
     """Write the metadata of the package in a folder into a site folder; return what PYTHONPATH must have."""
     project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    info = site / f"{project['name'].replace('-', '_')}-{project['version']}.dist-info"
-    info.mkdir(parents=True, exist_ok=True)
-    head = f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
-    (info / "METADATA").write_text(head, encoding="utf-8")
-    groups = ""
-    for group, points in project["entry-points"].items():
-        groups += f"[{group}]\n" + "".join(f"{name} = {target}\n" for name, target in points.items())
-    (info / "entry_points.txt").write_text(groups, encoding="utf-8")
+    write_metadata(site, project["name"], project["version"], project["entry-points"])
     return [str(site), str(folder)]
+
+
+def write_metadata(site: Path, name: str, version: str, groups: Mapping[str, Mapping[str, str]]) -> None:
+    """Write what a folder has of a distribution that is installed there."""
+    info = site / f"{name.replace('-', '_')}-{version}.dist-info"
+    info.mkdir(parents=True, exist_ok=True)
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n", "utf-8")
+    text = ""
+    for group, points in groups.items():
+        text += f"[{group}]\n" + "".join(f"{point} = {target}\n" for point, target in points.items())
+    (info / "entry_points.txt").write_text(text, "utf-8")
+
+
+@contextmanager
+def loaded(path: Path) -> Iterator[ModuleType]:
+    """Within this context a file is a module, by whose name Numba can import it."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = sys.modules[path.stem] = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+        yield module
+    finally:
+        del sys.modules[path.stem]
 
 
 def run(

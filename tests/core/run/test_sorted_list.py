@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import kinetile as kt
-from installing import install, run
+from installing import install, loaded, run
 from registering import remove
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples"
@@ -18,16 +17,8 @@ EXAMPLE = EXAMPLES / "kinetile-thesis" / "kinetile_thesis" / "sorted_list.py"
 
 @pytest.fixture(scope="module")
 def example():
-    spec = importlib.util.spec_from_file_location("sorted_list", EXAMPLE)
-    module = importlib.util.module_from_spec(spec)
-    # Numba writes a state's class into its cache by name, so the module must be importable by that name.
-    import sys
-
-    sys.modules["sorted_list"] = module
-    spec.loader.exec_module(module)
-    with remove("sorted-list"):  # kinetile-thesis, where it is installed, brings it
+    with loaded(EXAMPLE) as module, remove("sorted-list"):  # kinetile-thesis may be installed, and brings it
         yield module
-    del sys.modules["sorted_list"]
 
 
 def test_the_example_prints_the_order_and_its_events(example, capsys):

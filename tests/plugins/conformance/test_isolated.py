@@ -21,7 +21,7 @@ import pytest
 
 import hostile_phases
 import kinetile as kt
-from installing import OWN, run
+from installing import OWN, run, write_metadata
 from kinetile.errors import AuditError, BadOption, MissingExtra, PhaseError, UnknownName
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts
@@ -393,10 +393,7 @@ def test_a_failure_before_a_silent_end_is_a_failure(monkeypatch: pytest.MonkeyPa
 @pytest.fixture
 def installed(tmp_path: Path) -> list[str]:
     """Make the hostile phases known as a distribution; return what PYTHONPATH must have."""
-    info = tmp_path / "kinetile_hostile-0.3.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: kinetile-hostile\nVersion: 0.3\n", "utf-8")
-    (info / "entry_points.txt").write_text("[kinetile]\nhostile = hostile_phases\n", "utf-8")
+    write_metadata(tmp_path, "kinetile-hostile", "0.3", {"kinetile": {"hostile": "hostile_phases"}})
     return [str(tmp_path), str(Path(str(hostile_phases.__file__)).parent)]
 
 

@@ -9,7 +9,7 @@ import pytest
 from kinetile.run.compose import Commands
 from kinetile.run.simulation import composition_of
 from kinetile.scene import Insert, Remove, Scene, Turn
-from kinetile_conformance.cases import Subject, difference, is_living, outcome
+from kinetile_conformance.cases import Subject, is_living
 from kinetile_conformance.checks import CHECKS, check_named, table
 from kinetile_conformance.drawing import Drawing, reduced
 from kinetile_conformance.strategies.kinds import BUILT, acceptable
@@ -25,13 +25,6 @@ def test_the_same_number_plays_the_same_scenes_with_commands_of_all_kinds(kind):
     assert scenes == list(islice(played(kind, 3), 3))
     given = {type(command) for scene in scenes for command in scene.commands}
     assert given == {Insert, Remove, Turn}
-
-
-@pytest.mark.small
-def test_a_living_scene_has_one_outcome_under_the_reference_and_a_phase_that_takes_bodies_in():
-    for scene in islice(played("living", 1), 2):
-        expected = outcome(Subject("naive", {}).reference, scene, 50)
-        assert difference(outcome(Subject("cells", {}), scene, 50), expected, "cells") is None
 
 
 def test_scenes_of_all_kinds_have_one_loop_and_a_slot_for_each_body_where_none_comes():

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from installing import run
+from installing import run, write_metadata
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.compiled.composer import brief
 
@@ -45,10 +45,7 @@ def installed(folder: Path, body: str) -> list[str]:
         '    return [kt.BroadPhaseSpec("faulty", "faulty_phase:Faulty")]\n',
         encoding="utf-8",
     )
-    info = folder / "faulty-0.1.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: faulty\nVersion: 0.1\n", "utf-8")
-    (info / "entry_points.txt").write_text("[kinetile]\nfaulty = faulty_plugin\n", "utf-8")
+    write_metadata(folder, "faulty", "0.1", {"kinetile": {"faulty": "faulty_plugin"}})
     return [str(folder)]
 
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from kinetile.scene import Scene
-from kinetile_conformance.cases import Subject, difference, outcome
 from kinetile_conformance.strategies.bulk import LATTICES, lattices, marathon
 from kinetile_conformance.strategies.small import DRAWS
 from kinetile_conformance.strategies.swarms import GIANTS, KINDS, swarm, swarm_numbered
@@ -73,12 +72,3 @@ def test_sizes_are_drawn_for_which_cells_has_three_levels() -> None:
 
 def test_giants_are_drawn_for_which_cells_has_two_levels() -> None:
     assert sum(len(sides_for(scene, None)) > 1 for scene in some(GIANTS, 30)) >= 20
-
-
-@pytest.mark.small
-def test_sizes_over_octaves_have_one_answer() -> None:
-    scene = swarm("giants", 140, 3, 5)
-    assert len(sides_for(scene, None)) == 3
-    expected = outcome(Subject("naive", {}), scene, 40)
-    assert len(expected.contacts) == 40
-    assert difference(outcome(Subject("cells", {}), scene, 40), expected, "cells") is None

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
 
 import pytest
 
 import kinetile as kt
+from installing import loaded
 
 EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "rollback.py"
 
 
 @pytest.fixture(scope="module")
 def rollback():
-    spec = importlib.util.spec_from_file_location("rollback", EXAMPLE)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["rollback"] = module
-    spec.loader.exec_module(module)
-    module.microseconds.__defaults__ = (3,)  # nothing is judged by how long it takes
-    yield module
-    del sys.modules["rollback"]
+    with loaded(EXAMPLE) as module:
+        yield module
 
 
 @pytest.mark.parametrize(
