@@ -105,7 +105,7 @@ def assert_one_answer(
     reference: tuple[kt.Simulation, Outcome] | None = None
     for phase, options in choices(scene):
         if phase == "sweep-tiling" and scene.arena is None:
-            continue  # it may be refused once bodies are far away: sweep_tiling/test_open_plane.py
+            continue  # it may be refused once bodies are far away: sweep_tiling/test_events.py
         sim, found = outcome(scene, phase, options, until, max_contacts)
         if reference is None:
             reference = (sim, found)

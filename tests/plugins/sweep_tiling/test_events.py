@@ -1,13 +1,15 @@
-"""The tiling stays right: audited after every event, and compared with brute force between events."""
+"""The tiling stays right after every event, compared with brute force; and in the open plane."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 
 import kinetile as kt
 from agreement import agree
+from kinetile.toolbox import Box
 from lanes import first
 from tilings import (
     Steps,
@@ -100,3 +102,35 @@ def test_a_skin_wider_than_the_proof_allows(ratio, mass_ratio, monkeypatch):
         agree(scene, "naive", "sweep-tiling", until=50.0, contacts=100, audit=10)
         factors.append(skin / (scene.radius.min() ** 2 / (8.0 * scene.radius.max())))
     assert max(factors) > 5.0
+
+
+def together_and_apart(seed: int) -> kt.Scene:
+    """Returns a swarm that flies together, and then apart until nothing meets; each second one on a lattice,
+    with exact ties."""
+    rng = np.random.default_rng(seed)
+    n, exact = int(rng.integers(2, 40)), seed % 2 == 0
+    side = int(np.ceil(np.sqrt(n)))
+    where = rng.permutation(side * side)[:n]
+    place = np.column_stack([where % side, where // side]) - side // 2.0
+    if exact:
+        velocity, radius = rng.integers(-2, 3, (n, 2)) - place / 2, rng.choice([0.25, 0.5], n)
+    else:
+        place += rng.uniform(-0.1, 0.1, (n, 2))
+        velocity, radius = rng.normal(size=(n, 2)) - 0.4 * place, rng.uniform(0.05, 0.4, n)
+    return kt.Scene(place, velocity, radius)
+
+
+@pytest.mark.parametrize("seed", first(4, range(40)))
+def test_a_swarm_that_flies_together_and_apart_meets_as_under_naive(seed):
+    agree(together_and_apart(seed), "naive", "sweep-tiling", until=200.0, contacts=2000, audit=20)
+
+
+def test_tiles_are_drawn_to_a_box_around_the_bodies():
+    sim = kt.Simulation(kt.Scene([(-3.0, 1.0), (5.0, 2.0)], [(0.0, 0.0)] * 2, 0.5), "sweep-tiling")
+    tiles = [item for item in sim.drawing() if isinstance(item, Box)]
+    assert len(tiles) == 7
+    corners = {corner for tile in tiles for corner in (*tile.low, *tile.high) if isinstance(corner, float)}
+    assert min(corners) < -3.5
+    assert max(corners) > 5.5
+    assert all(np.isfinite(list(corners)))
+    assert kt.Simulation(kt.Scene([], [], []), "sweep-tiling").drawing() is not None
