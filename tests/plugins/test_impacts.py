@@ -7,6 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import by_the_rules
 import kinetile as kt
@@ -121,20 +122,18 @@ def test_at_an_impact_nothing_overlaps_and_a_tick_later_it_does():
         assert gaps[0] >= 0 > gaps[1]
 
 
-def test_what_touches_at_the_start_meets_only_if_it_approaches():
-    """For balls and for boxes that touched at the start there were other answers, for boxes that
-    overlapped the end of the step, and for balls that part a hit at 0."""
-    rows = contacts(load("touching-at-the-start"))
-    assert rows == [(0, 0, 1), (0, 8, 9), (0, 16, 17)]  # one of discs, of boxes, and of a disc and a box
+IMPACTS = {
+    # Balls and boxes that touched at the start had other answers, overlapping boxes the end of the step, and
+    # balls that part a hit at 0: here one each of discs, of boxes, and of a disc and a box approach.
+    "touching-at-the-start": [(0, 0, 1), (0, 8, 9), (0, 16, 17)],
+    # Where the heights of two boxes differed, none was found.
+    "boxes-of-other-heights": [(4, 2, 3), (8, 0, 1)],
+    # A line was met as if it had not been turned: by what flew along it, and not by what flew towards it.
+    "ball-and-an-upright-segment": [(0.5, 0, 1)],
+}
 
 
-def test_a_box_meets_one_that_is_higher_as_one_that_is_as_high():
-    """Where the heights of two boxes differed, none was found."""
-    scene = load("boxes-of-other-heights")
-    assert contacts(scene) == [(tick_of(scene, Fraction(4)), 2, 3), (tick_of(scene, Fraction(8)), 0, 1)]
-
-
-def test_a_segment_is_met_where_it_is():
-    """A line was met as if it had not been turned: by what flew along it, and not by what flew towards it."""
-    scene = load("ball-and-an-upright-segment")
-    assert contacts(scene) == [(tick_of(scene, Fraction(1, 2)), 0, 1)]
+@pytest.mark.parametrize("name", IMPACTS)
+def test_who_meets_at_which_time(name):
+    scene = load(name)
+    assert contacts(scene) == [(tick_of(scene, Fraction(time)), a, b) for time, a, b in IMPACTS[name]]

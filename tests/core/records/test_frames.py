@@ -16,6 +16,8 @@ from kinetile.errors import BadOption, RecordError
 from kinetile.records import recover
 from kinetile.records.frames import frames_of, write_frames
 
+pytest.importorskip("pyarrow")
+
 TIMES = [0.0, 0.25, 0.5]
 
 
@@ -176,7 +178,6 @@ def test_a_frame_of_gsd_is_a_scene_in_single_precision(tmp_path):
 
 
 def test_an_event_file_gives_the_frames_of_its_run(tmp_path, monkeypatch):
-    pytest.importorskip("pyarrow")
     monkeypatch.chdir(tmp_path)
     made = scene()
     kt.save_scene(made, "scene.toml")
@@ -191,7 +192,6 @@ def test_an_event_file_gives_the_frames_of_its_run(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_file_of_a_run_that_was_resumed_or_killed_gives_its_frames(name, tmp_path):
-    pytest.importorskip("pyarrow")
     made, path = SCENES[name](), tmp_path / "run.parquet"
     sim = kt.Simulation(made, "naive")
     with kt.EventRecorder(path, made) as recorder:
@@ -211,7 +211,6 @@ def test_a_file_of_a_run_that_was_resumed_or_killed_gives_its_frames(name, tmp_p
 
 
 def test_a_body_inserted_by_hand_has_no_radius_in_an_event_file(tmp_path):
-    pytest.importorskip("pyarrow")
     made = kt.make_scene("two-discs")
     sim = kt.Simulation(made, "naive", live=True)
     with kt.EventRecorder(tmp_path / "run.parquet", made) as recorder:

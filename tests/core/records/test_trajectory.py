@@ -11,6 +11,8 @@ from kinetile.records import Trajectory, positions_at
 from lanes import first
 from player_pages import SCENES, record
 
+pytest.importorskip("pyarrow")
+
 
 @pytest.mark.parametrize("name", first(2, [name for name, scene in SCENES.items() if not scene.falls]))
 def test_positions_and_velocities_are_those_of_the_run(name):
@@ -62,20 +64,16 @@ def test_a_scene_without_events_or_bodies():
 
 
 def test_a_file_is_enough(tmp_path):
-    pytest.importorskip("pyarrow")
-    from kinetile.records import EventRecorder
-
     scene = SCENES["late start and turns"]
     sim = kt.Simulation(scene, "naive")
     path = tmp_path / "e.parquet"
-    with EventRecorder(path, scene) as recorder:
+    with kt.EventRecorder(path, scene) as recorder:
         sim.run(scene.start + 2.0, recorder=recorder)
     assert positions_at(path, None, sim.time).tobytes() == sim.positions().tobytes()
     assert positions_at(str(path), scene, sim.time).tobytes() == sim.positions().tobytes()
 
 
 def test_a_file_of_the_second_run_alone_is_no_trajectory(tmp_path):
-    pytest.importorskip("pyarrow")
     scene = SCENES["grid"]
     sim = kt.Simulation(scene, "naive")
     sim.run(0.5)
@@ -88,7 +86,6 @@ def test_a_file_of_the_second_run_alone_is_no_trajectory(tmp_path):
 
 
 def test_a_file_that_says_what_it_misses_is_no_trajectory(tmp_path):
-    pytest.importorskip("pyarrow")
     scene = SCENES["grid"]
     path = tmp_path / "e.parquet"
     with kt.EventRecorder(path, scene) as recorder:
@@ -100,7 +97,6 @@ def test_a_file_that_says_what_it_misses_is_no_trajectory(tmp_path):
 
 
 def test_rows_of_another_scene_are_no_trajectory(tmp_path):
-    pytest.importorskip("pyarrow")
     path = tmp_path / "e.parquet"
     with kt.EventRecorder(path, kt.make_scene("grid", bodies=25, density=0.5, seed=4)) as recorder:
         recorder(record(kt.Simulation(SCENES["grid"], "naive"), 1.0))
