@@ -3,8 +3,6 @@
 It is installed by name into a temporary folder, and is no part of kinetile.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 from pathlib import Path

@@ -1,8 +1,6 @@
 """Scenes of upright boxes and discs drawn from a seed: brick walls, boxes that slide along each other with a
 gap of 0, ratios of a thousand, and boxes anywhere, with periodic axes or without."""
 
-from __future__ import annotations
-
 import random
 
 import kinetile as kt

@@ -1,7 +1,5 @@
 """Broad phases with one defect each, to see that the kernel names it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The answer of a scene by its rules, for tests: ``kinetile_accuracy.specification``, in exact numbers."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import kinetile as kt

@@ -3,8 +3,6 @@
 Tests of pages use it, the script that photographs the player for the documents, and the one that measures it.
 """
 
-from __future__ import annotations
-
 import base64
 import json
 import os

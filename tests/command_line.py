@@ -1,7 +1,5 @@
 """The command line, run in this process: words as a shell splits them, then others, such as paths."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from typing import Any

@@ -1,7 +1,5 @@
 """Questions to the certificate of convex bodies, drawn from a seed: most on lattices, with many ties."""
 
-from __future__ import annotations
-
 import math
 import random
 from fractions import Fraction

@@ -1,8 +1,6 @@
 """Scenes of convex bodies drawn from a seed: capsules, polygons, boxes and discs, among obstacles or not, on
 lattices or anywhere, with periodic axes or without."""
 
-from __future__ import annotations
-
 import math
 import random
 

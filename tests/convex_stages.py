@@ -1,8 +1,6 @@
 """Questions to the certificate of convex bodies by the million: all its stages against the last one alone,
 whole numbers, which ``convex_questions`` compares with rationals."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import random

@@ -2,8 +2,6 @@
 plain hooks, and loops that are compiled. ``test_cost.py`` compares those of the default lane with DEFAULT.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 

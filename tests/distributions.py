@@ -6,8 +6,6 @@ NumPy, pluggy and pydantic, and without Numba, which checks a list of contacts b
 ``SHA256SUMS`` of both. The same tree gives the same bytes.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import subprocess

@@ -5,8 +5,6 @@ away. A family is a function of a generator and a count that returns so many row
 ``kinetile_accuracy.hard_cases`` are compared in ``test_queries.py`` there.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

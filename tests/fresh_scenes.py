@@ -2,8 +2,6 @@
 bodies that pass, some of them on top of each other at the start or where one is inserted; bodies turn, come
 and go. Commands are carried out by hand under ``naive`` and recorded, so that each is one that happens."""
 
-from __future__ import annotations
-
 import random
 from contextlib import suppress
 

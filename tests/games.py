@@ -8,8 +8,6 @@ dense: touching bodies that stop or lose energy between walls and moving bodies 
 these jam. Some insertions have no room. ``draw_game_of_shapes`` gives boxes and discs the same rules and
 commands, ``draw_falling_game`` a gravity to games that may have one."""
 
-from __future__ import annotations
-
 import math
 import random
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Scenes and looks inside that the tests of cells share."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -3,8 +3,6 @@
 As a module it is a plugin, so that it can be added in a process or installed (tests/plugins/conformance).
 """
 
-from __future__ import annotations
-
 import ctypes
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Packages for tests: made known the way ``pip install -e`` does, without a build backend or a network."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import subprocess

@@ -4,8 +4,6 @@ second implementation; and forged lists of their contacts, to be found.
 ``python tests/judged_games.py 500 [FIRST [falling]]`` prints how many of so many games agree, or
 of games with gravity."""
 
-from __future__ import annotations
-
 import json
 import math
 import random

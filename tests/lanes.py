@@ -1,7 +1,5 @@
 """Lanes of tests: how many cases and examples a test has in each, and which loops tests share."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Made-up results of the benchmark: worlds where statements hold or not, machines that are quiet or not."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from kinetile_bench.events import BODIES, DENSITIES

@@ -7,8 +7,6 @@ the sentence, or as meaningless, with the reason. There is no fourth.
 ``python tests/matrix.py`` prints docs/what-works-with-what.md.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections import Counter
 from collections.abc import Iterable, Mapping

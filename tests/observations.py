@@ -5,8 +5,6 @@ library refuses, its own error comes through; ``Refused`` here stands for a refu
 page or in a row.
 """
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable
 from contextlib import nullcontext, suppress

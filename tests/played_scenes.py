@@ -1,7 +1,5 @@
 """Living scenes of the conformance kit as Hypothesis strategies: each draws one of forty that were played."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import islice

@@ -1,7 +1,5 @@
 """What the tests of the player share: scenes, their rows, and node, where there is one."""
 
-from __future__ import annotations
-
 import base64
 import json
 import math

@@ -4,8 +4,6 @@ A program that is found may still not run: ``rustc`` is a shim where no toolchai
 says how to install it, ``cc`` has no linker. Tests that need it are skipped then, with its own message.
 """
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import tempfile

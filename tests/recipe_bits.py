@@ -3,8 +3,6 @@
 ``python tests/recipe_bits.py`` prints the scenes' hashes, with ``run`` behind it the runs' as well.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import sys

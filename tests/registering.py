@@ -1,7 +1,5 @@
 """Plugins and phases that are registered for a while."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import SimpleNamespace

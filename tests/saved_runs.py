@@ -4,8 +4,6 @@ A plan is a list of steps, each of which JSON can say. As a program this reads l
 broad phase or null, and the rest of a plan, and prints what the run has come to.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import sys

@@ -6,8 +6,6 @@ earliest, corner to corner, and mostly come closer than that.
 As a module it is a plugin, so that it can be added in a process or installed.
 """
 
-from __future__ import annotations
-
 import math
 
 import kinetile as kt

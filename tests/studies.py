@@ -1,7 +1,5 @@
 """Studies for tests: small ones, run in this process, or by commands in processes that can be killed."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """The layout of the code: what is above the engine uses public names only."""
 
-from __future__ import annotations
-
 import ast
 import re
 from pathlib import Path

@@ -1,8 +1,6 @@
 """What belongs to a change is there: a name is in a page, an option and a reading in a docstring, and
 CONTRIBUTING.md names files and tests that exist."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from dataclasses import fields

@@ -1,7 +1,5 @@
 """The default lane is no dearer than ``cost`` says, by counts that are the same on each machine."""
 
-from __future__ import annotations
-
 import pytest
 
 import cost

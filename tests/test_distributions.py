@@ -1,7 +1,5 @@
 """The test vectors and the certifier are of use where there is neither kinetile nor Numba."""
 
-from __future__ import annotations
-
 import hashlib
 import subprocess
 import sys

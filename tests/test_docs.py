@@ -19,8 +19,6 @@ The folder in which the blocks of a page in docs run has a copy of ``docs/scenes
 Blocks whose language is in braces are for the site (``tests/test_site.py``).
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

@@ -1,7 +1,5 @@
 """Programs of docs/examples: they play to the end, and their own comparisons hold."""
 
-from __future__ import annotations
-
 import runpy
 from pathlib import Path
 

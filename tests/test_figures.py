@@ -1,7 +1,5 @@
 """The pictures of the documents are what the commands beside them draw, byte by byte."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import struct

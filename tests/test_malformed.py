@@ -3,8 +3,6 @@
 ``KINETILE_MALFORMED`` is the number of cases, 300 by default.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 import json

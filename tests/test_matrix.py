@@ -1,8 +1,6 @@
 """Every capability with all that is done with a run, and with every other one: each cell of ``matrix`` works,
 is refused by the sentence that stands there, or means nothing."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The notebooks in docs/notebooks: they are kept without outputs, and run from first cell to last."""
 
-from __future__ import annotations
-
 import json
 import re
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """The paper cites what is in its bibliography, and says the figures that the pages say."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path

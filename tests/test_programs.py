@@ -1,7 +1,5 @@
 """Programs that are no Python are found, tried, then used; tests skip what does not run, and say why."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

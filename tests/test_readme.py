@@ -4,8 +4,6 @@ Times are not judged: of lines and tables that have them, their surroundings are
 counts.
 """
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

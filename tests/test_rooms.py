@@ -1,7 +1,5 @@
 """Scenes of docs/shapes.md and docs/scenes.md: each is one run under every broad phase that takes it."""
 
-from __future__ import annotations
-
 import math
 import runpy
 from pathlib import Path

@@ -3,8 +3,6 @@
 The build runs notebooks and makes players, so it has a marker of its own: ``pytest -m site``.
 """
 
-from __future__ import annotations
-
 import importlib
 import io
 import re

@@ -1,7 +1,5 @@
 """What docs/thesis-figures.md says of each figure happens in its scene; the wrong meeting is caught."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

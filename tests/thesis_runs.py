@@ -7,8 +7,6 @@ compiled. The package docs/examples/kinetile-thesis must be known to it (``insta
 ``commands FILE`` runs the lines of a file that begin with ``kinetile``, until one fails.
 """
 
-from __future__ import annotations
-
 import json
 import shlex
 import sys

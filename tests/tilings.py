@@ -4,8 +4,6 @@ Ports and ends have the numbers of ``kinetile_plugins.sweep_tiling.web``: port 0
 body b's bound L begins at 16 b, its R at 16 b + 8; n as an end is TOP, n + 1 BOTTOM.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path

@@ -1,8 +1,6 @@
 """Periodic scenes drawn from a seed: lattices with ties on borders and corners, boxes of 2.1 radii, flights
 of many boxes, one and two bodies, places written some periods away."""
 
-from __future__ import annotations
-
 import random
 
 import kinetile as kt

@@ -4,8 +4,6 @@ As a module it is a plugin. ``python -m trespassing_phases`` prints as JSON what
 run interpreted.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Comparing broad phases: agreement to the last bit, and the first place where one is wrong."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Loops of what a scene may have, compiled as users run them: their contacts are those of the rules."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

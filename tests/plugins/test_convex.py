@@ -1,7 +1,5 @@
 """Convex bodies: exact ticks, and one answer, the same as by rationals."""
 
-from __future__ import annotations
-
 import math
 import random
 from contextlib import suppress

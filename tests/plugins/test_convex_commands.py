@@ -1,7 +1,5 @@
 """Convex bodies under commands and responses: turns, removals, restitution, stops and obstacles."""
 
-from __future__ import annotations
-
 import math
 import pickle
 import random

@@ -1,7 +1,5 @@
 """Instruments that read radii, with boxes: right for them, or refused in a sentence that says so."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """The narrow phase of two discs: overlaps and grazes, the exchange of momentum, and its general parts."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

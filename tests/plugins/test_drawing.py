@@ -1,7 +1,5 @@
 """What the built-in phases draw is what they keep: pairs, bounds, boxes, tiles, cells, and when they fail."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Floors of tiles and lines that are flush but for rounding: what slides along them meets nothing."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """Times of impact that other engines had wrong: here each is exact, to the tick, under every broad phase."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Mixtures of large and small bodies whose masses go with their sizes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The law: every broad phase gives the same contacts, compared with ``==``, on random and on hard scenes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

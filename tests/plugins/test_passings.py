@@ -1,7 +1,5 @@
 """Bodies of any shape that pass: who begins at once, and what steps, stops and rewound runs have."""
 
-from __future__ import annotations
-
 import math
 import random
 

@@ -1,7 +1,5 @@
 """What happens at contacts: passing to the tick, losses, stops, bodies that nothing can move."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """Bounds sorted along lines of any direction and number: contacts of naive, and what is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

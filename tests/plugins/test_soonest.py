@@ -1,7 +1,5 @@
 """The bounds of ``soonest``: never later than the contact that ``meet`` finds, and close to it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Sorted bounds, on a line and on a circle: what is broken by hand is reported, what is drawn of a circle."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """kinetile against the test vectors of its specification: rules 3 to 6 and 9 one by one, then whole runs."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from contextlib import nullcontext

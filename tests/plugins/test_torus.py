@@ -1,7 +1,5 @@
 """Periodic scenes: the answer of the rules under every phase, and what follows from symmetry."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Looking ahead: it asks the memory early, and changes nothing."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

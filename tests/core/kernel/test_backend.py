@@ -1,7 +1,5 @@
 """What kinetile uses of Numba that is not public: the self-test, and the versions that it is known for."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The calendar against a sorted list: any sequence of filings leaves in the one total order."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st

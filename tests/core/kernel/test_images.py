@@ -1,7 +1,5 @@
 """Wrapping, against IEEE 754."""
 
-from __future__ import annotations
-
 import math
 import random
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """The pair set against a multiset: the same pairs, lists and free records; and who is new is offered."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import pytest

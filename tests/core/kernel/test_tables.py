@@ -1,7 +1,5 @@
 """The kernel's records: what a field is called matters where the loop is interpreted."""
 
-from __future__ import annotations
-
 import mmap
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Each vector primitive against its meaning in NumPy, bit for bit, on ordinary and on hard numbers."""
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Indices: what the kernel's own hooks read and write, what those of others may, and what is none."""
 
-from __future__ import annotations
-
 import re
 import sys
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Frames for other programs: read again by independent readers, and as scenes."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Processes that record and are killed, or get two signals: what they leave is a true prefix of the run."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import random

@@ -1,7 +1,5 @@
 """One writer a file, nothing overwritten unasked, and the truth about files that are lost meanwhile."""
 
-from __future__ import annotations
-
 import errno
 import os
 import shutil

@@ -1,7 +1,5 @@
 """The log of a run: whatever happens to its bytes, what is read is a true prefix of what was written."""
 
-from __future__ import annotations
-
 import json
 import zlib
 

@@ -1,7 +1,5 @@
 """Event files: every bit comes back, and however a run ends there is a file that can be read."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

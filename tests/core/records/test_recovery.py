@@ -1,7 +1,5 @@
 """From the log of a run to an event file: after a kill, on a full disk, and where it cannot be."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

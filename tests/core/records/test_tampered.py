@@ -1,7 +1,5 @@
 """Files that were tampered with or never were event files: a RecordError, or exactly what was written."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

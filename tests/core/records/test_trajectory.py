@@ -1,7 +1,5 @@
 """From rows back to motion: positions and velocities are those of the run, to the last bit."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Runs event by event, and runs that stop at chosen contacts."""
 
-from __future__ import annotations
-
 import pickle
 from collections import Counter
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """What the kernel's own audit sees: tables broken by hand, and the sentence about it."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

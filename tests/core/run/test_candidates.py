@@ -1,7 +1,5 @@
 """What a phase draws is looked through before anybody sees it: bodies by number, ticks since the start."""
 
-from __future__ import annotations
-
 from contextlib import ExitStack
 from dataclasses import replace
 

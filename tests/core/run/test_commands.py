@@ -1,7 +1,5 @@
 """Commands by hand and in scenes: turns, and bodies that come and go."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Composition: what is said of phases that do not accept a scene, and which others are proposed."""
 
-from __future__ import annotations
-
 import itertools
 import re
 

@@ -1,7 +1,5 @@
 """Scenes with gravity: known answers, one answer under all phases, what is refused."""
 
-from __future__ import annotations
-
 import copy
 import math
 import pickle

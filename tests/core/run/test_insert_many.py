@@ -1,7 +1,5 @@
 """Many bodies inserted at once: as the same insertions one after the other, some of which have no room."""
 
-from __future__ import annotations
-
 import pickle
 import random
 

@@ -1,7 +1,5 @@
 """Signals wait for the end of a step, all of them, and none is lost."""
 
-from __future__ import annotations
-
 import _signal
 import signal
 import threading

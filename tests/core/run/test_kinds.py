@@ -1,7 +1,5 @@
 """Kinds while a run goes on: whose they are, in events and event files, and as a filter of questions."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np

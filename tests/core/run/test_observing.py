@@ -1,7 +1,5 @@
 """Observables of a run: when they are sampled, what they are given, how averages and errors are made."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 from typing import Any, ClassVar

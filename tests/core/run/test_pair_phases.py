@@ -1,7 +1,5 @@
 """Several narrow phases for pairs in one run: the first that takes two shapes decides."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

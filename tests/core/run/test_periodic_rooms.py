@@ -1,7 +1,5 @@
 """Commands and responses in scenes with periodic axes: the room of an inserted body, and what is refused."""
 
-from __future__ import annotations
-
 import json
 import math
 from contextlib import chdir

@@ -1,7 +1,5 @@
 """Prepared scenes: what a run computes of a scene for its phases stays a value of the run."""
 
-from __future__ import annotations
-
 import math
 
 import kinetile as kt

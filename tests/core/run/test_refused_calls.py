@@ -1,7 +1,5 @@
 """A public call that is refused, or comes at the wrong moment, leaves the simulation exactly as it was."""
 
-from __future__ import annotations
-
 import threading
 import time
 

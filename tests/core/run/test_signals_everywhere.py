@@ -1,7 +1,5 @@
 """A signal at every bytecode boundary of every call that changes a simulation: all is done, or nothing."""
 
-from __future__ import annotations
-
 import random
 import signal
 import sys

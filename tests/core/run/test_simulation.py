@@ -1,7 +1,5 @@
 """Simulation: what its public names promise."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The kernel knows certificates and events, not collisions alone: the example, against NumPy's sort."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

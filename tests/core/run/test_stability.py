@@ -1,7 +1,5 @@
 """Hard cases of every kind: what is lost is told, what is jammed is told at once, and nothing drifts."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

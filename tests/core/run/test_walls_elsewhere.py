@@ -1,7 +1,5 @@
 """A narrow phase whose walls are not at the arena's edges: no part of the kernel takes them to be there."""
 
-from __future__ import annotations
-
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -1,7 +1,5 @@
 """Films: frames at their times, a GIF that Pillow reads again, all or nothing."""
 
-from __future__ import annotations
-
 import math
 import sys
 

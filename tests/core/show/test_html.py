@@ -1,7 +1,5 @@
 """Displays of a notebook: readable, escaped, small, and never an error."""
 
-from __future__ import annotations
-
 import math
 import threading
 from base64 import b64decode

@@ -1,7 +1,5 @@
 """Displays in IPython: registered by name when kinetile is imported there, and imported when one is shown."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import textwrap

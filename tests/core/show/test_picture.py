@@ -1,7 +1,5 @@
 """Pictures: the same bytes each time, everything in its place, nothing from elsewhere."""
 
-from __future__ import annotations
-
 import math
 import re
 import sys

@@ -1,7 +1,5 @@
 """Pictures of a run in space and time."""
 
-from __future__ import annotations
-
 from xml.etree import ElementTree
 
 import pytest

@@ -1,7 +1,5 @@
 """``kinetile certify-log``, and the text that ``kinetile run --contacts`` writes for it."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

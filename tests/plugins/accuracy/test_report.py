@@ -1,7 +1,5 @@
 """The report: one page that needs nothing else, rows as CSV, parts that are missing named."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math

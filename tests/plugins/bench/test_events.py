@@ -1,7 +1,5 @@
 """``kinetile bench events``: its arithmetic and its counts; no clock is judged here."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """Studies that are killed, interrupted or broken: every task has one row, the same as undisturbed."""
 
-from __future__ import annotations
-
 import json
 import multiprocessing
 import os

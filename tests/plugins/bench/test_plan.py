@@ -1,7 +1,5 @@
 """What a study file may say, what its tasks are, and what its mistakes are."""
 
-from __future__ import annotations
-
 import re
 
 import hypothesis.strategies as hypothesis

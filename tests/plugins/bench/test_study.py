@@ -1,7 +1,5 @@
 """A study in this process: rows, errors, disagreement, versions, scene files, the file of rows, the table."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

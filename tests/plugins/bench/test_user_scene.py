@@ -1,7 +1,5 @@
 """Benchmarks of a user's scene: every phase on a recording of a program, and which phase is recommended."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """The audit notices what it is there for: a state that is broken by hand, and the sentence about it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

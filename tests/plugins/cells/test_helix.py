@@ -1,7 +1,5 @@
 """The helix of places: what adjoins in the plane adjoins in the table; and who is near whom."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

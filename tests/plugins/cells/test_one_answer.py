@@ -1,7 +1,5 @@
 """Cells give naive's contacts, bit for bit: with and without an arena, near and far, many sizes and ties."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How wide cells are, how many there are, and what the option ``side`` may be."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What tests of the conformance kit share."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a phase claims is put to the test; what it may not depend on is varied; what it leaves is compared."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 

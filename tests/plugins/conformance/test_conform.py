@@ -1,7 +1,5 @@
 """``kinetile conform`` and ``kinetile replay`` as people and scripts meet them."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """The documents name the checks that there are, and every sentence of the contract says what enforces it."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path

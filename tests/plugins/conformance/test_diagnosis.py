@@ -1,7 +1,5 @@
 """The diagnosis: what authors usually did wrong ends a failure, and is right of mutants."""
 
-from __future__ import annotations
-
 import pytest
 
 from kinetile.scene import Scene, Settings

@@ -1,7 +1,5 @@
 """Reduction keeps what fails, and leaves little else; ``fails`` is made up here, so nothing runs."""
 
-from __future__ import annotations
-
 import time
 
 import pytest

@@ -1,7 +1,5 @@
 """The interfaces of the kit besides the command: a function, and a decorator for pytest."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import pytest

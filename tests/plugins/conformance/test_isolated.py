@@ -1,7 +1,5 @@
 """The isolated runner: plugins that do harm are named, with their distribution, and the caller goes on."""
 
-from __future__ import annotations
-
 import json
 import os
 import pickle

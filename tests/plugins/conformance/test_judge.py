@@ -1,7 +1,5 @@
 """``kinetile judge``: one page and one JSON file about phases and programs, side by side."""
 
-from __future__ import annotations
-
 import json
 import os
 import shlex

@@ -1,7 +1,5 @@
 """Living scenes: what a state machine plays is a scene that any phase runs; failures lose commands."""
 
-from __future__ import annotations
-
 from itertools import islice
 
 import pytest

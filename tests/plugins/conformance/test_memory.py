@@ -1,7 +1,5 @@
 """Checks of memory: each trespass is named with hook and field, and what is allowed passes."""
 
-from __future__ import annotations
-
 import pytest
 
 import kinetile as kt

@@ -1,7 +1,5 @@
 """Narrow phases of others under the kit: what they may depend on is put to the test, in every interface."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from dataclasses import replace

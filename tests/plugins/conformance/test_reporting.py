@@ -1,7 +1,5 @@
 """What a report says, and the exit code that follows from it."""
 
-from __future__ import annotations
-
 import html
 import json
 from dataclasses import replace

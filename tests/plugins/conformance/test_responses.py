@@ -1,7 +1,5 @@
 """Responses under the kit: a hook reads the two that meet and gives them new velocities, no more."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

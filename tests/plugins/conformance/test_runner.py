@@ -1,7 +1,5 @@
 """The judge: time limits, failures that do not always come back, saved cases, what is no fault."""
 
-from __future__ import annotations
-
 import itertools
 import time
 from dataclasses import replace

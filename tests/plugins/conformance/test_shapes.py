@@ -1,7 +1,5 @@
 """The kit on bodies of other shapes: phases for them, right or wrong in one way."""
 
-from __future__ import annotations
-
 import pytest
 
 import kinetile as kt

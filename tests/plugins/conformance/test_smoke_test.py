@@ -1,7 +1,5 @@
 """What does not load or compile is said once, with the author's file and line."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

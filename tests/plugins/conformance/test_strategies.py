@@ -1,7 +1,5 @@
 """Swarms, marathons and lattices find what six bodies do not show; and what is right passes them."""
 
-from __future__ import annotations
-
 import importlib
 import itertools
 from collections.abc import Iterable

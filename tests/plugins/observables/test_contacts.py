@@ -1,7 +1,5 @@
 """Pressure and contact rates, with walls and without, compared with exact values and with each other."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

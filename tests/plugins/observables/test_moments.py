@@ -1,7 +1,5 @@
 """Observables of sampled moments: compared with closed forms, with all pairs, and with equipartition."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

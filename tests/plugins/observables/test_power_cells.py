@@ -1,7 +1,5 @@
 """Power cells fill the arena and have the points of least power; flips are counted one by one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

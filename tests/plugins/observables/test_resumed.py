@@ -1,7 +1,5 @@
 """What is observed in a run that is stopped, saved and resumed: the same estimates, bit for bit."""
 
-from __future__ import annotations
-
 import pickle
 from collections.abc import Callable
 

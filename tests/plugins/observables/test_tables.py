@@ -4,8 +4,6 @@ Tables: periodic boxes, Li et al., J. Chem. Phys. 157, 234111 (2022), by event c
 size, Kolafa and Rottner, Mol. Phys. 104, 3435 (2006).
 """
 
-from __future__ import annotations
-
 import math
 
 import pytest

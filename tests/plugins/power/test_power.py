@@ -1,7 +1,5 @@
 """``power``: the contacts of the reference, a structure that is true between events, and what is refused."""
 
-from __future__ import annotations
-
 import pytest
 
 import kinetile as kt

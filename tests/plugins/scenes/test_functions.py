@@ -1,7 +1,5 @@
 """Functions that have the same bits everywhere are also right."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """Discs that grow to a density: sizes as given, other seeds other starts."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

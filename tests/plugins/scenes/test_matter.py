@@ -1,7 +1,5 @@
 """Mixtures, crystals and starts at a temperature: what they promise, and what they refuse."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Recipes and runs have the same bits everywhere; pins change by the rule in docs/promises.md alone."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The built-in recipes: that each makes what it says, and refuses what it cannot make."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Level capsules, beside discs and in each other's way: contacts as under ``cells``, and a true tiling."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the thesis claims of sweep-tiling (sections 4 and 4.4), as tests."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import pytest

@@ -1,7 +1,5 @@
 """The first tiling is the right one, against brute force, on a plane and on a cylinder."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

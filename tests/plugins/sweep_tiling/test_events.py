@@ -1,7 +1,5 @@
 """The tiling stays right after every event, compared with brute force; and in the open plane."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What sweep-tiling cannot do it refuses, and names the phases that can."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -5,8 +5,6 @@ other contacts than ``naive`` or an error, and in how many an audit after some e
 out failure times, so that it counts only what came of them.
 """
 
-from __future__ import annotations
-
 import importlib
 from pathlib import Path
 

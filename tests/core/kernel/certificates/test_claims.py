@@ -1,7 +1,5 @@
 """What the filters say of their own errors, against fractions: never too little, and not idly much."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from math import isqrt
 

@@ -1,7 +1,5 @@
 """The ticks of contacts against integers: all that is hard to tell, compiled and interpreted."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -1,7 +1,5 @@
 """When a body reaches a bent wall: ticks against whole numbers of Python."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """Whole numbers in limbs against Python's."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

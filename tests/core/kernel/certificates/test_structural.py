@@ -1,7 +1,5 @@
 """Failure times of certificates: what an event has exchanged it does not exchange back at the same tick."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

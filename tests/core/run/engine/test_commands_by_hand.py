@@ -1,7 +1,5 @@
 """Commands by hand: their place among those that wait, what is not done for each, and pending contacts."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections import Counter

@@ -1,7 +1,5 @@
 """A wrong broad phase is named: each defect ends in its own typed error with a sentence."""
 
-from __future__ import annotations
-
 import math
 import re
 from functools import partial

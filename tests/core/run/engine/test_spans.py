@@ -1,7 +1,5 @@
 """Time in which nothing happens passes in one step, and changes no bit of what comes after it."""
 
-from __future__ import annotations
-
 import math
 import random
 

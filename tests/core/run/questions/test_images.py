@@ -1,7 +1,5 @@
 """Rays and cast discs where axes are periodic, and rays of some length: rays against exact arithmetic."""
 
-from __future__ import annotations
-
 import math
 import random
 from fractions import Fraction

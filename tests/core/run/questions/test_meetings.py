@@ -1,7 +1,5 @@
 """Who will meet whom: as the run has it then, by the definition in integers, and under every phase."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import pytest

@@ -1,7 +1,5 @@
 """Bodies in a box, near a point, on a ray: against decimals of many digits."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from decimal import Decimal, getcontext
 from itertools import pairwise

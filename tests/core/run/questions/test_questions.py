@@ -1,7 +1,5 @@
 """Questions as users have them, and the command that measures what each costs."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Questions about what comes next, compared with what then happens, in every state of a run."""
 
-from __future__ import annotations
-
 import math
 import random
 from copy import copy

@@ -1,7 +1,5 @@
 """Files that are refused, and what is promised of the others."""
 
-from __future__ import annotations
-
 import copy
 import hashlib
 import io

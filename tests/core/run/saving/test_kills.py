@@ -1,7 +1,5 @@
 """Kill -9 at any moment, then `kinetile resume`: fingerprint and events of a run that was never killed."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

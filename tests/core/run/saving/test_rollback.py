@@ -1,7 +1,5 @@
 """A game that goes back for orders that come late has the contacts of one in which all orders are in time."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

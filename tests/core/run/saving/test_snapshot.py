@@ -1,7 +1,5 @@
 """Snapshots, copies, files: a run goes on to the same bits, under its own phase and under another."""
 
-from __future__ import annotations
-
 import copy
 import json
 import os

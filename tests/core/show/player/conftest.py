@@ -1,7 +1,5 @@
 """What tests of the player in a browser share: the browser, and a page of 16 discs under sweep-tiling."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The page in a real browser: no message, no request, exact, and all of it by keyboard."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """At first there are the picture, the timeline and how to play; the rest is behind a button."""
 
-from __future__ import annotations
-
 import html
 import json
 

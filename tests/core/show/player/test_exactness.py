@@ -1,7 +1,5 @@
 """Any moment in the page is exact: its places are those of ``Trajectory``, and so of the run, to the bit."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

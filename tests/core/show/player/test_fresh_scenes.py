@@ -3,8 +3,6 @@
 The seed is 0, unless KINETILE_SEED gives another one; KINETILE_SCENES is how many scenes are drawn.
 """
 
-from __future__ import annotations
-
 import os
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What hands do to a page in a real browser: wheel, fingers, clicks, Space; and what the page says then."""
 
-from __future__ import annotations
-
 import pytest
 
 import kinetile as kt

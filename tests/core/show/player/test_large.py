@@ -1,7 +1,5 @@
 """Large scenes: densities for lanes of many events, rectangles for small discs, structure that is hidden."""
 
-from __future__ import annotations
-
 import pytest
 
 import kinetile as kt

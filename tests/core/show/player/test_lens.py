@@ -1,7 +1,5 @@
 """The proof lens: what is under the pointer is named, and a certificate has its root where it fails."""
 
-from __future__ import annotations
-
 import pytest
 
 import kinetile as kt

@@ -1,7 +1,5 @@
 """Links to a moment, and a moment as SVG, in a real browser. Skipped where there is no chromium."""
 
-from __future__ import annotations
-
 import time
 from xml.etree import ElementTree
 

@@ -1,7 +1,5 @@
 """The run that a page computes: with any commands, its contacts are those of kinetile."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The page is whole: one file that loads nothing, and its script runs, key by key."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """A structure that is computed from positions in the page is that which the phase draws, at any moment."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import pytest

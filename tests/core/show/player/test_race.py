@@ -1,7 +1,5 @@
 """Several phases on one page: what each has had to do so far, and that their contacts are the same."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

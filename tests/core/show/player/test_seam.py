@@ -1,7 +1,5 @@
 """Periodic axes in the page and in pictures: what crosses the border is whole, on the right side, found."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections import Counter

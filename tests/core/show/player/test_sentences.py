@@ -1,7 +1,5 @@
 """Events in sentences: they say what the phase's drawings before and after an event differ in."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """The page's picture of space and time: its bands are those of ``kinetile draw --space-time``."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

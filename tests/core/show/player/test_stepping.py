@@ -1,7 +1,5 @@
 """Stepping by event: forward and back ends where it began, by kind and by body, in one run and in two."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """The structure in the page is the phase's own: what is drawn at a moment is what ``drawing`` says there."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import kinetile as kt

@@ -1,7 +1,5 @@
 """Try it: what a reader throws, inserts or turns back, or a time-stepped engine, in a real browser."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

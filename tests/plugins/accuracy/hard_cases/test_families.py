@@ -1,7 +1,5 @@
 """The families of queries are what they say, in exact fractions."""
 
-from __future__ import annotations
-
 from decimal import Decimal, localcontext
 from fractions import Fraction
 

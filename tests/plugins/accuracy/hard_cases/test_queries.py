@@ -1,7 +1,5 @@
 """Hard cases: the kernel is exact, answers that are wrong are found out, and the report says so."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

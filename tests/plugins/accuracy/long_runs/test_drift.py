@@ -1,7 +1,5 @@
 """What a long run loses: its readings, and the contacts under other clocks."""
 
-from __future__ import annotations
-
 import pytest
 
 import kinetile as kt

@@ -1,7 +1,5 @@
 """The part of the report on runs that are certified to the end."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

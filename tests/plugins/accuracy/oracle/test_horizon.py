@@ -1,7 +1,5 @@
 """The part of the report on agreement with the oracle: its arithmetic, its sentences, its picture."""
 
-from __future__ import annotations
-
 import pytest
 
 from kinetile_accuracy.oracle import horizon

@@ -1,7 +1,5 @@
 """The certified oracle against closed forms, and against rational arithmetic that shares nothing with it."""
 
-from __future__ import annotations
-
 import ast
 import json
 import math

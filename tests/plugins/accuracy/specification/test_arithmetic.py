@@ -1,7 +1,5 @@
 """The certifier's arithmetic: what a product loses, and lower bounds of contact times."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

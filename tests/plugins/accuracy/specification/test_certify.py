@@ -1,7 +1,5 @@
 """Lists of contacts: right ones are found right to the end, wrong ones at their first wrong line, and why."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import re

@@ -1,7 +1,5 @@
 """The course of events: its bounds and its bars."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

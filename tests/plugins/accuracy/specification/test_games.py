@@ -1,7 +1,5 @@
 """Games: the certifier agrees with runs of them to their ends, and finds forged lists of their contacts."""
 
-from __future__ import annotations
-
 import contextlib
 from collections import Counter
 

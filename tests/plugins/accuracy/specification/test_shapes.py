@@ -1,7 +1,5 @@
 """Rules of shapes in rationals, against what they mean: where a place is, and how far from the difference."""
 
-from __future__ import annotations
-
 import json
 import random
 from collections import Counter

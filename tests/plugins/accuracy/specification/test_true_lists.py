@@ -1,7 +1,5 @@
 """The certifier finds nothing wrong in true lists: of recipes, and of all scenes of the conformance kit."""
 
-from __future__ import annotations
-
 import contextlib
 
 import pytest

@@ -1,7 +1,5 @@
 """The chart of speed against error: what is counted, what is said, and that it is drawn."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

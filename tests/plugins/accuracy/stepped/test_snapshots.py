@@ -1,7 +1,5 @@
 """The pseudo-dynamic method: that it is what it says, no better and no worse."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The thesis's statements: verdicts follow the numbers, and no verdict comes of the load of the machine."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """The thesis's benchmark: its counts, its rounds, its figures and its command; no clock is judged here."""
 
-from __future__ import annotations
-
 import json
 import math
 import os
