@@ -79,18 +79,6 @@ def test_the_oracle_and_engines_of_discs_refuse_boxes_and_the_certifier_follows_
     assert "cells is right there; none is wrong in contact 0" in said
 
 
-def test_an_event_file_keeps_the_shapes_and_goes_on(tmp_path):
-    kt.save_scene(bodies(), tmp_path / "boxes.toml")
-    files = "--events", tmp_path / "boxes.parquet", "--checkpoint", tmp_path / "boxes.kt"
-    assert kinetile("run --until 4", tmp_path / "boxes.toml", *files).exit_code == 0
-    assert kinetile("resume --until 8", tmp_path / "boxes.kt").exit_code == 0
-    sim = kt.Simulation(bodies(), "naive")
-    sim.run(until=8.0)
-    trajectory = kt.Trajectory.read(tmp_path / "boxes.parquet")
-    assert trajectory.scene.shapes == sim.scene.shapes
-    assert (trajectory.positions(8.0) == sim.positions()).all()
-
-
 def test_the_command_line_says_which_bodies_there_are(tmp_path):
     kt.save_scene(bodies(), tmp_path / "boxes.toml")
     said = kinetile("run --until 4", tmp_path / "boxes.toml").stdout

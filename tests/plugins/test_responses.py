@@ -275,19 +275,6 @@ def test_who_is_inside_at_the_start_or_comes_inside_begins_there_and_ends_when_o
     assert balanced(sim)
 
 
-def test_a_recording_of_passings_is_a_whole_trajectory(tmp_path):
-    pytest.importorskip("pyarrow")
-    scene = bullets(3, 5)
-    sim = played(scene, "cells")
-    with kt.EventRecorder(tmp_path / "events.parquet", scene) as recorder:
-        sim.run(recorder=recorder)
-    found = kt.read_events(tmp_path / "events.parquet")
-    assert len(found.rows) == len(sim.contacts) > 0
-    assert np.isnan(found.rows["ax"]).all()
-    there = kt.Trajectory.read(tmp_path / "events.parquet").positions(sim.time)
-    assert there.tolist() == sim.positions().tolist()
-
-
 def test_a_foreign_response_is_a_plugin_with_one_hook():
     with registered(kt.ResponseSpec("bumper", Bumper)):
         scene = kt.Scene(

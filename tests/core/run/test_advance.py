@@ -233,21 +233,6 @@ def test_steps_go_on_across_shifts_of_the_clock():
     assert len(sim.contacts) == 40
 
 
-def test_bodies_may_be_turned_between_two_steps():
-    stepped = kt.Simulation(grid(), "sap-1d")
-    for event in stepped.steps(until=1.0):
-        if event.kind == "disc":
-            stepped.set_velocity(event.bodies[0], (0.5, 0.25))
-            break
-    stepped.run(until=1.0)
-    run = kt.Simulation(grid(), "sweep-tiling")
-    while not (run.contacts["b"] >= 0).any():
-        run.run(max_contacts=1)
-    run.set_velocity(int(run.contacts[-1]["a"]), (0.5, 0.25))
-    run.run(until=1.0)
-    assert stepped.fingerprint == run.fingerprint
-
-
 @pytest.mark.parametrize(("phase", "options"), ALL)
 def test_state_is_right_before_the_first_run(phase, options):
     unbuilt, begun = (kt.Simulation(grid(), phase, options=options) for _ in range(2))

@@ -182,18 +182,6 @@ def test_its_scene_fails_again_and_passes_under_another(blind):
     assert json.loads(as_data.stdout)["verdict"].startswith("only blind; ")
 
 
-@pytest.mark.slow
-def test_cases_can_be_kept_elsewhere_and_left_as_they_are_found(blind):
-    done = blind.run(
-        *("conform", "blind", "--in-process", "--examples", 40, "--check", "same-contacts"),
-        *("--save-to", "kept", "--no-shrink", "--seed", 3, "--json"),
-    )
-    assert done.returncode == 1
-    (check,) = json.loads(done.stdout.splitlines()[-1])["checks"]
-    assert check["case"] == "kept/blind-same-contacts.toml"
-    assert (blind.folder / check["case"]).exists()
-
-
 def test_any_scene_can_be_replayed():
     result = kinetile("replay", "naive", SCENES / "H05.toml")
     assert result.exit_code == 0
