@@ -7,6 +7,7 @@ import kinetile as kt
 from kinetile.errors import AuditError, MissedContactError
 from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.tables import GUESS, NEVER, PAIR, STRUCTURAL, WALL
+from kinetile_accuracy.long_runs.drift import drifts
 from kinetile_plugins.wall import WALLS
 from lanes import BUILT_IN, GENERAL, first
 
@@ -93,3 +94,13 @@ def test_ten_decades_of_speeds_and_radii_have_one_answer(radii, speeds, phases):
             assert found.energy_drift < 1e-13
             prints.add((sim.fingerprint, sim.positions().tobytes()))
         assert len(prints) == 1, f"seed {seed}"
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_a_million_contacts_leave_energy_and_overlap_where_they_were():
+    rows = drifts(kt.make_scene("grid", bodies=100, density=0.5, seed=1), 10**6, lambda *step: None)
+    assert rows[-1].audits == 1000
+    assert rows[-1].energy < 1e-13
+    assert rows[-1].lateness == 0.0
+    assert rows[-1].deepest_overlap < 2.0 * rows[0].deepest_overlap < 2e-14
