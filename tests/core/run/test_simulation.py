@@ -91,6 +91,18 @@ def test_set_velocity_is_a_turn_now(phase, options):
     agree(grid(9), "naive", phase + axis, play=play)
 
 
+def test_a_turn_made_by_hand_goes_before_those_to_come():
+    turns = [(3, 0.5, (0.0, 2.0)), (3, 0.75, (0.0, -2.0))]
+    sim = kt.Simulation(grid(turns=turns), "sap-2d")
+    sim.run(until=0.5)
+    sim.set_velocity(3, (0.0, 0.0))
+    sim.set_velocity(4, (0.0, 0.0))
+    assert sim.readings.turns == 3
+    assert not sim.velocities()[3].any()
+    sim.run(until=1.0)
+    assert sim.readings.turns == 4
+
+
 @pytest.mark.parametrize(("phase", "options"), first(1, PHASES))
 def test_candidate_pairs_hold_all_that_touch(phase, options):
     sim = kt.Simulation(grid(), phase, options=options)
