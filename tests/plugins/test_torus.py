@@ -45,7 +45,7 @@ def assert_rules(scene: kt.Scene, most: int, units: int, plans=lambda contacts: 
     return len(wanted)
 
 
-@pytest.mark.parametrize("seed", first(4, range(60)))
+@pytest.mark.parametrize("seed", first(2, range(60)))
 def test_the_answer_is_that_of_the_rules(seed):
     units = (3, 10, 30)[seed % 3]
     assert_rules(torus_scenes.drawn(seed), 20, units, lambda contacts: contacts == 20 and units > 3)
@@ -79,14 +79,14 @@ def with_shapes(seed: int, bodies: tuple[int, ...] = (6, 8, 10)) -> kt.Scene:
     return (convex_scenes if seed % 2 else box_scenes).drawn(seed, bodies, ("x", "y", "xy", "xy"))
 
 
-@pytest.mark.parametrize("seed", first(6, range(60)))
+@pytest.mark.parametrize("seed", first(2, range(60)))
 def test_shapes_have_the_answer_of_the_rules(seed):
     """Among them contacts at one tick, and wrapped places at the end."""
     units = (3, 10, 30)[seed % 3]
     assert_rules(with_shapes(seed), 40, units, lambda contacts: contacts < 40 and units == 3)
 
 
-@pytest.mark.parametrize("seed", first(3, range(20)))
+@pytest.mark.parametrize("seed", first(1, range(20)))
 def test_where_a_border_is_shows_in_no_contact_of_boxes(seed):
     """Boxes exchange single components: what is dyadic stays so, and no place is rounded."""
     rng = np.random.default_rng(seed)

@@ -88,7 +88,7 @@ def test_compiled_phases_read_each_its_own_numbers():
     assert together.fingerprint == alone.fingerprint
 
 
-@pytest.mark.parametrize("periodic", ["x", "xy"])
+@pytest.mark.parametrize("periodic", first(1, ["xy", "x"]))
 def test_discs_and_other_shapes_meet_through_images(periodic):
     walls = ("wall",) if periodic == "x" else ()
     scene = MIXED.replace(periodic=periodic, mass=[np.inf, *[1.0] * 23, np.inf])

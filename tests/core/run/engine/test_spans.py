@@ -87,7 +87,7 @@ def test_anchors_are_rows_so_nothing_is_skipped_where_rows_are_recorded(monkeypa
     assert len(rows) > 2 * 90
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", first(2, range(8)))
 def test_many_sums_in_a_few_operations_are_those_one_by_one(seed):
     """Ties, places at 0 and at powers of two, subnormal numbers, steps that are lost; with and without
     periods."""

@@ -13,6 +13,7 @@ EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "rollback.py"
 @pytest.fixture(scope="module")
 def rollback():
     with loaded(EXAMPLE) as module:
+        module.microseconds.__defaults__ = (3,)  # nothing is judged by how long it takes
         yield module
 
 
