@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from pathlib import Path
 from typing import Any
 
 from click.testing import Result
@@ -10,24 +11,36 @@ from typer.testing import CliRunner
 from kinetile.cli import app
 
 
-def kinetile(line: str, *more: object, stdin: str | None = None) -> Result:
-    """Run a command; an error that is no exit is raised here."""
+def kinetile(line: str, *more: object, code: int | None = None, stdin: str | None = None) -> Result:
+    """Run a command, which ends with an exit code; an error that is no exit is raised here."""
     result = CliRunner().invoke(app, [*shlex.split(line), *map(str, more)], input=stdin)
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise result.exception
+    assert code in (None, result.exit_code), result.stderr
     return result
 
 
 def printed(line: str, *more: object) -> Any:
     """Run a command that succeeds, and read the JSON that it prints."""
-    result = kinetile(line, *more, "--json")
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout)
+    return json.loads(kinetile(line, *more, "--json", code=0).stdout)
 
 
 def refused(line: str, *more: object) -> str:
     """Run a command that cannot be done; return the message, which is all that it prints."""
-    result = kinetile(line, *more)
-    assert (result.exit_code, result.stdout) == (2, "")
+    result = kinetile(line, *more, code=2)
+    assert result.stdout == ""
     assert "Traceback" not in result.stderr
     return result.stderr
+
+
+def left_alone(line: str) -> str:
+    """Run a command that cannot be done, which leaves all files here as they are; return its message as one
+    line."""
+    before = _files()
+    text = refused(line)
+    assert _files() == before
+    return " ".join(text.replace("│", " ").split())
+
+
+def _files() -> dict[Path, bytes | None]:
+    return {each: each.read_bytes() if each.is_file() else None for each in Path().rglob("*")}

@@ -10,12 +10,10 @@ from pathlib import Path
 import pytest
 
 import kinetile as kt
-from command_line import refused
-from kinetile.errors import BadOption, RecordError
+from kinetile.errors import RecordError
 from kinetile.plugin.new_plugin import new_plugin
 from kinetile.records import EventRecorder, Trajectory, positions_at, read_events, recover
 from kinetile.records.contacts import write_contacts
-from kinetile.records.frames import check_form
 from kinetile.show.player.view import view_file, view_scene
 from kinetile_conformance.api import replay
 
@@ -79,26 +77,6 @@ def test_an_event_file_was_written_under_a_name_under_which_it_could_not_be_read
     with EventRecorder(name, kt.make_scene("two-discs")):
         pass
     assert read_events(name).metadata["status"] == "complete"
-
-
-def test_a_name_that_gsd_cannot_take_was_a_traceback():
-    pytest.importorskip("gsd.hoomd")
-    with pytest.raises(BadOption, match="needs a name and folders in UTF-8"):
-        check_form(Path(os.fsdecode(b"f\xff.gsd")))
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="a system with names of 255 bytes")
-@pytest.mark.parametrize(
-    ("line", "name"),
-    [
-        ("run", "x" * 300 + ".toml"),
-        ("view", "x" * 300 + ".toml"),
-        ("new-plugin ok --into", "x" * 300),
-        ("new-plugin", "x" * 300),
-    ],
-)
-def test_a_name_that_is_too_long_was_exit_code_1(line, name):
-    refused(line, name)
 
 
 def test_a_package_was_no_attribute_until_something_had_imported_it():

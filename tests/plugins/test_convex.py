@@ -16,7 +16,7 @@ import convex_stages
 import kinetile as kt
 from by_the_rules import rows
 from convex_questions import Question, drawn_shape
-from kinetile.errors import Refused, SceneError, ZenoError
+from kinetile.errors import SceneError, ZenoError
 from kinetile.kernel.loop.predictions import FAR, MARGIN
 from kinetile.kernel.tables import NEVER, NOBODY
 from kinetile_accuracy.specification.shapes import Difference, entry
@@ -155,17 +155,6 @@ def test_all_stages_and_whole_numbers_alone_give_one_tick(kinds, count):
     contacts, wrong = convex_stages.disagreements(kinds, count, 1)
     assert contacts > count // 20
     assert wrong == 0
-
-
-def test_what_shapes_do_not_have_is_refused_by_name():
-    bricks = wall_of_bricks()
-    with pytest.raises(Refused, match="is for discs"):
-        kt.Simulation(bricks, "sweep-tiling")
-    with pytest.raises(Refused, match="does not take box against box"):
-        kt.Simulation(bricks, "cells", narrow_phases=("disc", "wall"))
-    with pytest.raises(Refused, match="choose disc"):
-        kt.Simulation(kt.make_scene("two-discs"), "cells", narrow_phases=("convex",))
-    assert kt.Simulation(bricks, "cells").next_contact_of(20) is not None
 
 
 @pytest.mark.parametrize("seed", first(4, range(40)))

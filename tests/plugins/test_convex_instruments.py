@@ -5,7 +5,7 @@ import json
 import pytest
 
 import kinetile as kt
-from command_line import kinetile, refused
+from command_line import kinetile
 from kinetile.errors import Refused
 from kinetile_accuracy import certify_log, oracle_contacts
 from kinetile_accuracy.specification.certify import explain_difference
@@ -55,10 +55,7 @@ def test_pairs_are_compared_with_places_that_middles_of_boxes_can_have():
     assert abs(g.mean[0] - 1.0) < 0.05
 
 
-def test_observables_of_discs_alone_are_refused():
-    for name in ("psi6", "pressure:by=counts"):
-        with pytest.raises(Refused, match="discs"):
-            observed(bodies(), 1.0, name)
+def test_observables_of_shapes():
     found = observed(bodies(), 1.0, "rates", "temperature", "energy", "momentum", "msd", "vacf", "S")
     assert len(found) == 7
 
@@ -88,10 +85,6 @@ def test_the_command_line_says_which_bodies_there_are(tmp_path):
     said += kinetile("run --explain", tmp_path / "boxes.toml").stdout
     assert "4 bodies, flying straight" in said
     assert "discs" not in said
-
-
-def test_a_narrow_phase_is_judged_with_a_broad_phase():
-    assert "no broad phase is called 'convex': it is a narrow phase." in refused("conform convex")
 
 
 def test_a_bench_of_boxes_measures_the_phases_that_take_them():

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 
 import kinetile as kt
-from kinetile.errors import KinetileError, PhaseError, Refused, SceneError, ZenoError
+from kinetile.errors import KinetileError, PhaseError, Refused, ZenoError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.plugin.protocols import check_parts
 from kinetile.run.compose import Commands, compose_phases
@@ -161,22 +161,6 @@ def test_a_wall_gives_back_a_share_and_contacts_close_together_lose_nothing():
             sim.run(max_contacts=1)
             found.append(abs(float(sim.velocities()[0][1])))
         assert found == speeds
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"e": 0.5}, "e is 0.5 and there is no contact_time"),
-        ({"e": 0.0}, "expected a number above 0 and at most 1"),
-        ({"e": 1.5, "contact_time": 1.0}, "expected a number above 0"),
-        ({"e": 0.5, "contact_time": -1.0}, "expected a length of time"),
-        ({"e": 0.5, "contct_time": 1.0}, "did you mean 'contact_time'"),
-        ({}, "options.e: found nothing; expected a value: it has no default"),
-    ],
-)
-def test_restitution_says_what_it_needs(options, said):
-    with pytest.raises(SceneError, match=said):
-        kt.make_scene("two-discs").replace(responses=kt.Response("restitution", **options))
 
 
 def test_a_contact_time_that_the_kernel_forgot_gave_another_answer_than_the_rule():

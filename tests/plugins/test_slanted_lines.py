@@ -5,7 +5,7 @@ import pytest
 
 import kinetile as kt
 from agreement import agree, lattice_scene
-from kinetile.errors import BadOption, Refused
+from kinetile.errors import Refused
 from kinetile.plugin.choices import read_phase
 from kinetile_plugins.sweep_and_prune import SweepAndPrune, SweepAndPruneMany, SweepAndPruneMatrix
 from lanes import first
@@ -94,15 +94,3 @@ def test_a_periodic_axis_is_refused_with_what_to_do(phase):
     scene = kt.Scene(PLACES, VELOCITIES, 0.25, arena=(4.0, 3.0), periodic="y")
     with pytest.raises(Refused, match=r"periodic along y: .* no circle on such a line; sort along x or y"):
         under(phase, scene)
-
-
-@pytest.mark.parametrize("axis", ["z", "0:0", "1:2:3", "1.5:2", "3:", 3, "7654321:1", "AUTO"])
-def test_what_is_no_direction_is_a_bad_option(axis):
-    with pytest.raises(BadOption, match=r"axis must be 'x' or 'y', .* such as '3:4' or 'auto', not "):
-        SweepAndPrune(axis=axis)
-
-
-@pytest.mark.parametrize("directions", [0, 17, True, 2.5, "", "x+x", "1:2+-2:-4", "x+auto"])
-def test_what_are_no_directions_is_a_bad_option(directions):
-    with pytest.raises(BadOption, match="directions must be"):
-        SweepAndPruneMany(directions=directions)

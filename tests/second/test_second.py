@@ -16,6 +16,7 @@ import box_scenes
 import convex_scenes
 import games
 import kinetile as kt
+import messages
 from judged_games import game_tables, node, second_agrees, second_list, with_end
 from kinetile.errors import Refused
 from kinetile_accuracy import certify_log
@@ -547,59 +548,12 @@ def test_a_body_falls(
     assert found == rows
 
 
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [
-        ('{"bodies": [{"position": [0, 0]}], "until": 1}', "bodies[0].radius is missing."),
-        ('{"bodies": [{"position": [0], "radius": 1}]}', "bodies[0].position has 1 numbers, not two."),
-        ('{"bodies": [], "speed": 1}', "The scene has an unknown key: speed."),
-        (
-            '{"periodic": "x", "bodies": []}',
-            "periodic axes are those of an arena, and there is none.",
-        ),
-        ('{"bodies": []}', "The scene says no `until`; say --until T."),
-        (
-            '{"shapes": [{"kind": "ball"}], "until": 1}',
-            'shapes[0].kind is "ball", not disc, box, capsule, segment or polygon.',
-        ),
-        (
-            '{"shapes": [{"kind": "segment", "from": [0, 0], "to": [1, 0]}], '
-            '"bodies": [{"position": [0, 0], "shape": 0}]}',
-            "bodies[0] is a segment, and its mass is not infinite.",
-        ),
-        ('{"unit": 0.75, "bodies": [], "until": 1}', "unit is 0.75, no power of two from 2^-900 to 1."),
-        (
-            '{"responses": [{"between": ["*", "*"], "response": "bounce"}]}',
-            'responses[0].response is "bounce", not elastic, restitution, stop, pass.',
-        ),
-        (
-            '{"start": 2, "commands": [{"time": 1, "remove": 0}]}',
-            "A command is at the time 1, before the start, 2.",
-        ),
-        ('{"end": [1, 2]}', "end has 2 numbers, not three."),
-        (
-            '{"commands": [{"time": 1, "remove": 0}], "bodies": [], "until": 1}',
-            "A removal is of body 0, which is not there then.",
-        ),
-        ('{"gravity": [0, -1], "bodies": [], "until": 1}', "There is a gravity, and no arena."),
-        (
-            '{"arena": [1, 1], "periodic": "y", "gravity": [0, -1], "bodies": [], "until": 1}',
-            "There is a gravity along a periodic axis.",
-        ),
-        (
-            '{"arena": [1, 1], "gravity": [0, -1], "bodies": [{"position": [0.5, 0.25], "radius": 0.25}]}',
-            "A body stands on a wall towards which gravity points.",
-        ),
-        (
-            '{"arena": [1, 1], "gravity": [0, -1], "responses": '
-            '[{"between": ["*", "wall"], "response": "stop"}]}',
-            "With a gravity all walls are elastic.",
-        ),
-        ('{"recipe": "grid"}', "A recipe is kinetile's; write the scene with its bodies."),
-    ],
-)
-def test_mistakes_are_said_in_a_sentence(text: str, sentence: str, tmp_path: Path) -> None:
-    file = tmp_path / "scene.json"
-    file.write_text(text)
-    done = node("run.js", str(file))
-    assert (done.returncode, done.stdout, done.stderr) == (1, "", sentence + "\n")
+def mistake(text: str) -> str:
+    """Return all that a scene of this text is answered with, between two arrows."""
+    Path("scene.json").write_text(text)
+    done = node("run.js", str(Path("scene.json").absolute()))
+    assert (done.returncode, done.stdout) == (1, "")
+    return f"=> {done.stderr.strip()} <="
+
+
+test_message = messages.table(globals())

@@ -8,7 +8,7 @@ import math
 import pytest
 
 import kinetile as kt
-from command_line import kinetile, printed, refused
+from command_line import kinetile, printed
 
 OBSERVE = ["pressure", "rates:every=0.5", "msd:every=0.5,lags=2"]
 RUN = f"run grid -s bodies=4 --broad-phase naive --until 2 --observe {','.join(OBSERVE)}"
@@ -70,9 +70,3 @@ def test_curves_are_drawn(tmp_path, form):
     kinetile(f"{RUN} --observe-to {tmp_path}/out.{form}")
     content = (tmp_path / f"out.{form}").read_bytes()
     assert {"svg": b"<svg", "png": b"PNG", "pdf": b"%PDF"}[form] in content
-
-
-def test_the_command_refuses_what_it_cannot_do():
-    assert "did you mean 'pressure'" in refused("run grid --observe presure")
-    assert "expected --observe" in refused("run grid --observe-to a.csv")
-    assert "expected a name that ends in .csv" in refused("run grid --observe msd --observe-to a.txt")

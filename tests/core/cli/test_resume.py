@@ -94,33 +94,6 @@ def test_the_events_of_another_run_are_no_beginning(saved, tmp_path):
         assert not (tmp_path / "e.parquet.partial").exists()
 
 
-@pytest.mark.parametrize(
-    ("line", "said"),
-    [
-        ("--until 0.1", "the checkpoint is of time 0.2"),
-        ("--until 1 --broad-phase nothing", "no broad phase is called"),
-        ("--until 1 --events {saved}", "are one file"),
-    ],
-)
-def test_what_cannot_be_done_is_said(saved, line, said):
-    before = saved.read_bytes()
-    assert said in refused(f"resume {line.format(saved=saved)}", saved)
-    assert saved.read_bytes() == before
-
-
-def test_what_is_there_is_not_lost(saved, tmp_path):
-    before = saved.read_bytes()
-    assert "kinetile resume" in refused(RUN, "--checkpoint", saved)
-    mine = tmp_path / "mine.txt"
-    mine.write_text("what I have written")
-    said = refused(RUN, "--checkpoint", mine, "--overwrite")
-    assert "is no saved simulation, so it is not replaced" in said
-    assert (saved.read_bytes(), mine.read_text()) == (before, "what I have written")
-    assert "there is none" in refused(RUN, "--every", 3)
-    refused(RUN, "--checkpoint", tmp_path / "no" / "c.kt")
-    assert "is no saved simulation" in refused("resume", mine)
-
-
 @pytest.mark.parametrize("moment", [0.1, 0.4])
 def test_a_full_disk_is_reported_and_the_old_checkpoint_stays(saved, monkeypatch, moment):
     """At the end of a run that was otherwise done, and in its course."""
@@ -134,8 +107,7 @@ def test_a_full_disk_is_reported_and_the_old_checkpoint_stays(saved, monkeypatch
 
     monkeypatch.setattr(files.os, "fsync", full)
     every = "0" if moment < 0.3 else "1000"
-    result = kinetile("resume --until 0.5 --json --every", every, saved)
-    assert result.exit_code == 1
+    result = kinetile("resume --until 0.5 --json --every", every, saved, code=1)
     assert "No space left on device" in result.stderr
     assert "is as it was" in result.stderr
     assert kt.resume(saved).time == 0.2
@@ -241,8 +213,7 @@ def test_another_signal_gives_up_the_saving(saved, monkeypatch):
         time.sleep(1)
 
     monkeypatch.setattr(kt.Simulation, "run", interrupt)
-    result = kinetile("resume --until 0.5", saved)
-    assert result.exit_code == 130
+    result = kinetile("resume --until 0.5", saved, code=130)
     assert "not saved any more" in result.stderr
     assert f"{saved} is of time 0.2" in result.stderr
     assert kt.resume(saved).time == 0.2

@@ -4,15 +4,17 @@ import json
 import os
 import shutil
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import kinetile as kt
-from command_line import kinetile, refused
+from command_line import kinetile
 from kinetile.errors import BadOption, RecordError
 from kinetile.records import recover
 from kinetile.records.frames import frames_of, write_frames
+from messages import table
 
 pytest.importorskip("pyarrow")
 
@@ -225,57 +227,28 @@ XYZ = """2
 """
 
 
-def frame(tmp_path, head: str, **options) -> kt.Scene:
-    (tmp_path / "other.xyz").write_text(XYZ.format(head=head))
-    return kt.make_scene("frame", file=str(tmp_path / "other.xyz"), **options)
+def head(text: str) -> str:
+    return XYZ.format(head=text)
 
 
-def test_frames_of_others_need_places_alone(tmp_path):
-    found = frame(
-        tmp_path, 'Lattice="4 0 0 0 2 0 0 0 9" Origin="0 0.5 0" Properties=pos:R:3:charge:R:1', radius=0.25
-    )
-    assert found == kt.Scene([(1.0, 1.0), (3.0, 0.5)], np.zeros((2, 2)), 0.25, arena=(4.0, 2.0))
-    plane = frame(tmp_path, "Properties=pos:R:3:radius:R:1")
-    assert plane == kt.Scene([(1.0, 1.5), (3.0, 1.0)], np.zeros((2, 2)), 0.5)
+def frame(text: str, **options) -> kt.Scene:
+    Path("other.xyz").write_text(text)
+    return kt.make_scene("frame", file="other.xyz", **options)
 
 
-@pytest.mark.parametrize(
-    ("head", "options", "said"),
-    [
-        ("Properties=pos:R:3:charge:R:1", {}, "has no radii: expected one for all"),
-        ("Properties=pos:R:3:radius:R:1", {"frame": 1}, "frame 1 cannot be read"),
-        ("a comment", {}, "frame -1 cannot be read: KeyError.'Properties'"),
-        ('Lattice="4 1 0 0 2 0 0 0 9" Properties=pos:R:3:radius:R:1', {}, "its Lattice is no rectangle"),
-    ],
-)
-def test_what_is_no_frame_is_refused(tmp_path, head, options, said):
-    with pytest.raises(BadOption, match=said):
-        frame(tmp_path, head, **options)
+test_message = table(globals())
 
 
-def test_the_command_refuses_what_it_cannot_do(tmp_path, monkeypatch):
+def test_frames_of_others_need_places_alone(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert "expected a name that ends in .xyz" in refused("export grid --to frames.txt")
-    assert "expected a time greater than 0" in refused("export grid --to a.xyz --every 0")
-    assert "it takes no parameters" in refused("export run.parquet --to a.xyz -s bodies=4")
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize("text", ["-2\n\n", "0\n\n-2\n\n", "9" * 70_000, "3\nProperties=pos:R:3\n1 2 3\n"])
-def test_a_frame_of_minus_two_bodies_never_ended(tmp_path, text):
-    (tmp_path / "f.xyz").write_text(text)
-    with pytest.raises(BadOption, match="cannot be read"):
-        kt.make_scene("frame", file=str(tmp_path / "f.xyz"))
+    lattice = 'Lattice="4 0 0 0 2 0 0 0 9" Origin="0 0.5 0" Properties=pos:R:3:charge:R:1'
+    found = frame(head(lattice), radius=0.25)
+    assert found == kt.Scene([(1.0, 1.0), (3.0, 0.5)], np.zeros((2, 2)), 0.25, arena=(4.0, 2.0))
+    plane = frame(head("Properties=pos:R:3:radius:R:1"))
+    assert plane == kt.Scene([(1.0, 1.5), (3.0, 1.0)], np.zeros((2, 2)), 0.5)
 
 
 def test_a_pipe_in_place_of_frames_was_waited_for(tmp_path):
     os.mkfifo(tmp_path / "f.xyz")
     with pytest.raises(BadOption, match="it is no regular file"):
         kt.make_scene("frame", file=str(tmp_path / "f.xyz"))
-
-
-@pytest.mark.parametrize("every", ["1e-9", "1e-320", "nan", "inf", "0"])
-def test_frames_without_number_took_all_memory(tmp_path, every):
-    said = refused(f"export grid -s bodies=4 --until 100 --every {every} --to", tmp_path / "f.xyz")
-    assert "--every" in said
-    assert not (tmp_path / "f.xyz").exists()

@@ -38,6 +38,12 @@ def record(path, meanwhile) -> EventRecorder:
     return recorder
 
 
+def refused(said: str, path, **how) -> None:
+    """Open a recorder that cannot be opened."""
+    with pytest.raises(RecordError, match=said), EventRecorder(path, SCENE, **how):
+        pass
+
+
 def names(folder) -> list[str]:
     return sorted(each.name for each in folder.iterdir())
 
@@ -45,8 +51,7 @@ def names(folder) -> list[str]:
 def test_a_file_that_was_there_was_overwritten_unasked(tmp_path):
     path = tmp_path / "e.parquet"
     path.write_text("precious")
-    with pytest.raises(RecordError, match=r"is there already: choose another name, or .*overwrite=True"):
-        EventRecorder(path, SCENE)
+    refused(r"is there already: choose another name, or .*overwrite=True", path)
     assert path.read_text() == "precious"
     with EventRecorder(path, SCENE, overwrite=True):
         assert path.read_text() == "precious"
@@ -73,10 +78,9 @@ def test_a_file_that_comes_during_the_run_is_not_overwritten(tmp_path):
     assert names(tmp_path) == ["e.parquet"]
 
 
-def test_a_name_that_is_none(tmp_path):
-    for path in ("", ".", "/"):
-        with pytest.raises(RecordError, match="names no file"):
-            EventRecorder(path, SCENE)
+@pytest.mark.parametrize("path", ["", ".", "/"])
+def test_a_name_that_is_none(path):
+    refused("names no file", path)
 
 
 @needs_locks
@@ -88,11 +92,7 @@ def test_two_runs_wrote_one_file_and_the_second_was_not_told(tmp_path):
         one(rows(5))
         for second in (path, link):
             for overwrite in (False, True):
-                with (
-                    pytest.raises(RecordError, match=r"e\.parquet is being written by another run"),
-                    EventRecorder(second, SCENE, overwrite=overwrite),
-                ):
-                    pass
+                refused(r"e\.parquet is being written by another run", second, overwrite=overwrite)
     assert read_events(path).rows.tobytes() == rows(5).tobytes()
     assert names(tmp_path) == ["e.parquet", "link"]
 
@@ -119,8 +119,7 @@ def kill_a_run(path, batch: int) -> None:
         try:
             assert process.stdout.readline() == "writes\n"
             said = "is being written by another run"
-            with pytest.raises(RecordError, match=said), EventRecorder(path, SCENE):
-                pass
+            refused(said, path)
             with pytest.raises(RecordError, match=said):
                 recover(f"{path}.partial")
         finally:
@@ -133,13 +132,7 @@ def test_what_a_killed_run_has_left_was_written_over_unasked(tmp_path):
     kill_a_run(path, batch=1)
     assert names(tmp_path) == ["e.parquet.partial"]
     left = path.with_name("e.parquet.partial").read_bytes()
-    with (
-        pytest.raises(
-            RecordError, match=r"left by a run that was killed: `kinetile recover .*e\.parquet\.partial`"
-        ),
-        EventRecorder(path, SCENE),
-    ):
-        pass
+    refused(r"left by a run that was killed: `kinetile recover .*e\.parquet\.partial`", path)
     assert path.with_name("e.parquet.partial").read_bytes() == left
     with EventRecorder(path, SCENE, overwrite=True) as recorder:
         recorder(rows(5))
@@ -172,11 +165,7 @@ def test_what_stood_in_place_of_a_lock_was_no_lock_or_was_not_named(tmp_path, ki
 def test_whatever_else_is_called_so_is_not_written_over(tmp_path):
     path, partial = tmp_path / "e.parquet", tmp_path / "e.parquet.partial"
     partial.write_text("precious")
-    with (
-        pytest.raises(RecordError, match="partial is there, and is nothing that a run leaves: move it away"),
-        EventRecorder(path, SCENE),
-    ):
-        pass
+    refused("partial is there, and is nothing that a run leaves: move it away", path)
     assert partial.read_text() == "precious"
     with EventRecorder(path, SCENE, overwrite=True):
         pass
@@ -196,11 +185,7 @@ def test_without_locks_a_partial_file_is_refused_until_it_is_taken_away(tmp_path
     monkeypatch.setattr(events, "_ROWS_A_BATCH", 5)
     with EventRecorder(path, SCENE) as one:
         one(rows(5))
-        with (
-            pytest.raises(RecordError, match="another run is writing it, or one that was killed has left it"),
-            EventRecorder(path, SCENE, overwrite=True),
-        ):
-            pass
+        refused("another run is writing it, or one that was killed has left it", path, overwrite=True)
         assert recover(f"{path}.partial", tmp_path / "copy.parquet").kept
         assert recover(f"{path}.partial").kept
         assert read_events(path).metadata["status"] == "killed"
@@ -223,8 +208,7 @@ def test_a_file_that_gets_its_name_while_another_run_opens_it_is_left_alone(tmp_
         return found
 
     monkeypatch.setattr(locks, "_open", open_late)
-    with pytest.raises(RecordError, match="is there already"), EventRecorder(path, SCENE):
-        pass
+    refused("is there already", path)
     assert read_events(path).rows.tobytes() == rows(5).tobytes()
     assert names(tmp_path) == ["e.parquet"]
 

@@ -3,13 +3,12 @@
 import json
 import os
 import signal
-import sys
 
 import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.errors import MissingExtra, RecordError
+from kinetile.errors import RecordError
 from kinetile.records import EventRecorder, read_events, recover
 from kinetile.records import events as records
 from kinetile.scene.files import loads_scene
@@ -154,13 +153,15 @@ def test_a_disk_that_fills_at_the_very_end_is_told_by_close(tmp_path, monkeypatc
     assert read_events(tmp_path / "e.parquet").metadata["status"].startswith("disk: ")
 
 
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [("missing/e.parquet", "cannot be written: No such file or directory"), (".", "Is a directory")],
-)
-def test_a_path_that_cannot_be_written_is_told_before_anything_runs(tmp_path, name, said):
-    with pytest.raises(RecordError, match=said), EventRecorder(tmp_path / name, scene()):
+def refused(said: str, path) -> None:
+    """Open a recorder that cannot be opened."""
+    with pytest.raises(RecordError, match=said), EventRecorder(path, scene()):
         pass
+
+
+@pytest.mark.parametrize(("name", "said"), [("missing/e.parquet", "No such file"), (".", "Is a directory")])
+def test_a_path_that_cannot_be_written_is_told_before_anything_runs(tmp_path, name, said):
+    refused(said, tmp_path / name)
 
 
 def test_a_name_that_is_taken_meanwhile_loses_nothing(tmp_path):
@@ -177,11 +178,7 @@ def test_a_name_that_is_taken_meanwhile_loses_nothing(tmp_path):
 
 def test_no_room_for_even_an_empty_file_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr(records.LogFile, "write", full)
-    with (
-        pytest.raises(RecordError, match="cannot be written: No space left"),
-        EventRecorder(tmp_path / "e", scene()),
-    ):
-        pass
+    refused("cannot be written: No space left", tmp_path / "e")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -225,11 +222,7 @@ def test_a_special_file_is_not_replaced_and_a_link_is_followed(tmp_path):
     os.mkfifo(pipe)
     link.symlink_to(pipe)
     for path in (pipe, link):
-        with (
-            pytest.raises(RecordError, match="is no regular file, so it is not replaced"),
-            EventRecorder(path, scene()),
-        ):
-            pass
+        refused("is no regular file, so it is not replaced", path)
     link.unlink()
     link.symlink_to(real)
     with EventRecorder(link, scene()) as recorder:
@@ -238,11 +231,3 @@ def test_a_special_file_is_not_replaced_and_a_link_is_followed(tmp_path):
     assert not real.is_symlink()
     assert len(read_events(real).rows) == 3
     assert sorted(tmp_path.iterdir()) == [link, pipe, real]
-
-
-def test_without_pyarrow_the_extra_is_named(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(MissingExtra, match=r"kinetile\[records\]"):
-        EventRecorder(tmp_path / "e.parquet", scene())
-    with pytest.raises(MissingExtra, match="pyarrow"):
-        read_events(tmp_path / "e.parquet")

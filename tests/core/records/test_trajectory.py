@@ -7,6 +7,7 @@ import kinetile as kt
 from kinetile.errors import RecordError
 from kinetile.records import Trajectory, positions_at
 from lanes import first
+from messages import table
 from player_pages import SCENES, record
 
 pytest.importorskip("pyarrow")
@@ -102,12 +103,5 @@ def test_rows_of_another_scene_are_no_trajectory(tmp_path):
         Trajectory.read(path)
 
 
-def test_what_cannot_be_asked():
-    scene = SCENES["no walls"]
-    with pytest.raises(ValueError, match=r"expected 0\.0, the scene's start, or later"):
-        positions_at(np.zeros(0, kt.LOG), scene, -1.0)
-    for time in (np.inf, np.nan):
-        with pytest.raises(ValueError, match="or later, and finite"):
-            Trajectory(np.zeros(0, kt.LOG), scene).positions(time)
-    with pytest.raises(TypeError, match="needs their scene"):
-        positions_at(np.zeros(0, kt.LOG), None, 1.0)
+NO_ROWS, PLANE = np.zeros(0, kt.LOG), SCENES["no walls"]
+test_message = table(globals())

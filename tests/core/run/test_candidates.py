@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 
 import kinetile as kt
-from kinetile.errors import PhaseError
 from kinetile.plugin.new_plugin import new_plugin
 from kinetile.toolbox import NEVER, At, Box, Link, Polygon, Segment
 from kinetile_plugins.naive import Naive
+from messages import table
 from registering import registered
 
 SCENE = kt.Scene([(0.2, 0.2), (0.5, 0.5), (0.8, 0.8)], [(0.0, 0.0)] * 3, 0.05, arena=(1.0, 1.0))
@@ -54,40 +54,6 @@ def test_shapes_come_back_with_the_numbers_of_bodies(drawing_of):
     )
 
 
-@pytest.mark.parametrize(
-    ("item", "said"),
-    [
-        (lambda: "a line", "expected shapes: Segment, Box, Polygon, Link, Entry"),
-        (lambda: Link("pair", 0, 3), "there is no body in slot 3"),
-        (lambda: Link("pair", -1, 0), "there is no body in slot -1"),
-        (lambda: Box("cell", (0.0, At(7)), (1.0, 1.0)), "there is no body in slot 7"),
-        (lambda: Segment("bound", (0.0, float("nan")), (1.0, 1.0)), "expected a finite number or At"),
-        (lambda: Segment("bound", (0.0,), (1.0, 1.0)), "expected two coordinates"),
-        (lambda: Segment("border", (0.0, 0.0), (1.0, 1.0)), "has one of the roles bound, tile, cell"),
-        (lambda: Polygon("tile", ((0.0, 0.0), (1.0, 0.0))), "at least three corners; found 2"),
-        (lambda: 1 / 0, "draw raised ZeroDivisionError"),
-    ],
-)
-def test_what_cannot_be_drawn_is_the_phases_fault(drawing_of, item, said):
-    with pytest.raises(PhaseError, match="broad phase 'drawing'") as caught:
-        drawing_of(lambda k, s: [item()]).drawing()
-    assert said in str(caught.value)
-
-
-def test_draw_can_change_nothing(drawing_of):
-    def draw(k, s):
-        k.bodies.x[0] = 0.0
-        return ()
-
-    with pytest.raises(PhaseError, match="read-only"):
-        drawing_of(draw).drawing()
-
-
-def test_a_draw_that_cannot_be_called_is_refused(drawing_of):
-    with pytest.raises(PhaseError, match="draw is 3; expected a function or None"):
-        drawing_of(3)
-
-
 def test_what_new_plugin_writes_draws_a_box_around_each_body(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(new_plugin("tethered", tmp_path))
 
@@ -98,3 +64,6 @@ def test_what_new_plugin_writes_draws_a_box_around_each_body(tmp_path, monkeypat
     assert [box.role for box in boxes] == ["bound"] * 3
     for box, (x, y) in zip(boxes, SCENE.position.tolist(), strict=True):
         assert (box.low, box.high) == ((x - leash, y - leash), (x + leash, y + leash))
+
+
+test_message = table(globals())

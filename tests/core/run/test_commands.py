@@ -56,10 +56,6 @@ def test_a_number_is_never_used_twice_and_a_slot_is(phase):
             sim.set_velocity(number, (1.0, 0.0))
         with pytest.raises(IndexError, match="it has gone"):
             sim.remove(number)
-    with pytest.raises(IndexError, match="numbers up to 201 have been given"):
-        sim.remove(202)
-    with pytest.raises(TypeError, match="a body goes by its number"):
-        sim.remove("two")
 
 
 @pytest.mark.parametrize("phase", first(1, (*LIVING, "naive")))
@@ -97,12 +93,6 @@ def test_many_turn_at_once():
         sim.run(until=1.5)
     assert one.fingerprint == other.fingerprint
     assert (one.positions() == other.positions()).all()
-    with pytest.raises(ValueError, match="one for each of the 2 bodies"):
-        one.set_velocities([1, 2], [[1.0, 2.0]] * 3)
-    with pytest.raises(ValueError, match="two finite numbers"):
-        one.set_velocities([1, 2], (np.inf, 0.0))
-    with pytest.raises(IndexError, match=r"a whole one; found 0\.5"):
-        one.set_velocities([0.5], (1.0, 0.0))
     one.set_velocities([], (1.0, 0.0))
 
 

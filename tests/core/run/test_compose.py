@@ -68,18 +68,3 @@ def test_phases_that_a_refusal_proposed_refused_as_well(name, narrow):
                 other, needs = read_phase(text)
                 assert (other, needs) != (phase, {})
                 kt.Simulation(SCENES[name], other, options=needs, narrow_phases=narrow, live=live)
-
-
-def test_a_refused_phase_is_proposed_with_the_options_that_fit():
-    said = "accept this scene: naive, cells:side=None, sap-1d:axis=x, sap-2d, sweep-tiling$"
-    with pytest.raises(Refused, match=said):
-        kt.Simulation(SCENES["torus, with options"], "sap-1d")
-    with pytest.raises(Refused, match=r"accept this scene: naive, cells, sap-1d:axis=x, sap-2d$"):
-        kt.Simulation(SCENES["torus"], "sweep-and-prune", options={"axis": "3:4"})
-
-
-def test_a_narrow_phase_was_proposed_that_does_not_take_the_other_shapes():
-    one_of_each = [kt.box(0.5, 0.25), kt.disc(0.25)]
-    boxes = scene(radius=None, shape=[0, 0, 1], shapes=one_of_each)
-    with pytest.raises(Refused, match=r"does not take box against box, which this scene has: choose convex$"):
-        kt.Simulation(boxes, narrow_phases=["disc", "wall"])

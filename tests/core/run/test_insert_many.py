@@ -3,7 +3,6 @@
 import pickle
 import random
 
-import numpy as np
 import pytest
 
 import kinetile as kt
@@ -93,26 +92,6 @@ def test_a_reason_is_of_its_moment_when_it_is_read_later_and_elsewhere():
     sim.run(1.0)
     assert "at time 0.0 there is no room for body 1" in str(caught.value)
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"radius": [0.1, 0.1, -1.0]}, "body 2 of 3: this body cannot come: radius is -1.0"),
-        ({"radius": 0.1, "mass": [1.0, float("nan"), 1.0]}, "body 1 of 3: .*mass is nan"),
-        ({"radius": [0.1, 0.1]}, "radius has 2 values; expected one, or one for each of 3 bodies"),
-        ({"radius": 0.1, "kind": "stone"}, "body 0 of 3: .*stone"),
-        ({"radius": 0.1, "velocities": [[0, 0], [0, np.inf], [0, 0]]}, "body 1 of 3: .*velocity is"),
-        ({"radius": 0.1, "velocities": [[0, 0], [0, 1]]}, r"insert_many takes positions, \(n, 2\)"),
-    ],
-)
-def test_a_wrong_value_raises_before_anything_changes(given, said):
-    sim = kt.Simulation(kt.make_scene("grid", bodies=4, density=0.1), "cells", live=True)
-    before = sim.snapshot()
-    with pytest.raises(ValueError, match=said):
-        sim.insert_many([(0.1, 0.1), (0.2, 0.2), (0.3, 0.3)], **given)
-    assert sim.snapshot() == before
-    assert not sim.insert_many([], radius=0.1).refused.any()
 
 
 @pytest.mark.parametrize("waits", [False, True])

@@ -54,10 +54,6 @@ def test_contacts_have_kinds_whoever_has_gone_or_came_by_hand(sim):
     assert sim.kinds_of([[0, 4], [-1, 2]]).tolist() == [["ball", 7], ["wall", "ball"]]
     for other in (pickle.loads(pickle.dumps(sim)), kt.Simulation(sim.recorded(), "cells")):
         assert other.kinds_of(np.arange(5)).tolist() == ["ball", "sensor", "ball", "late", 7]
-    with pytest.raises(IndexError, match="there is no body 5: no body has been given that number"):
-        sim.kinds_of([0, 5])
-    with pytest.raises(TypeError, match=r"bodies go by their numbers; found \['ball'\]"):
-        sim.kinds_of(["ball"])
 
 
 @pytest.mark.parametrize("recorded", [False, True])
@@ -129,64 +125,6 @@ def test_a_scene_of_one_kind_can_be_asked_about_it():
     sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
     assert sim.bodies_in((0.0, 0.0, 1.0, 1.0), kinds=0).tolist() == [0, 1, 2, 3]
     assert sim.bodies_in((0.0, 0.0, 1.0, 1.0), kinds=()).tolist() == []
-
-
-@pytest.mark.parametrize(
-    ("ask", "kind", "said"),
-    [
-        (
-            lambda s: s.bodies_in((0, 0, 1, 1), kinds="sensr"),
-            ValueError,
-            "kinds: 'sensr' is no kind of this scene; "
-            "there are: 'ball', 'sensor', 'late', 7; did you mean 'sensor'",
-        ),
-        (lambda s: s.cast((0, 0, 1), (1, 0), kinds=["wall"]), ValueError, "'wall' is no kind of this scene"),
-        (lambda s: s.next_contact_of(0, kinds=["bal"]), ValueError, "'bal' is no kind.* did you mean 'ball'"),
-        (
-            lambda s: s.ray((0, 0), (1, 0), kinds=1.5),
-            TypeError,
-            "kinds are given by a list of them; found 1.5",
-        ),
-        (
-            lambda s: s.run(2.0, stop_at=5),
-            TypeError,
-            r"^stop_at is kinetile.StopAt\(...\), which chooses contacts by "
-            "bodies, pairs or kinds; found 5$",
-        ),
-        (
-            lambda s: s.run(2.0, stop_at=lambda row: True),
-            TypeError,
-            "^stop_at is kinetile.StopAt.*found <function",
-        ),
-        (lambda s: s.run(2.0, stop_at=kt.StopAt), TypeError, "found <class"),
-        (
-            lambda s: s.run(2.0, stop_at=kt.StopAt(bodies=5)),
-            TypeError,
-            "^stop_at: bodies are given by a list of their numbers; found 5$",
-        ),
-        (
-            lambda s: s.run(2.0, stop_at=kt.StopAt(pairs=5)),
-            TypeError,
-            "^stop_at: pairs are given by a list of two",
-        ),
-        (
-            lambda s: s.run(2.0, stop_at=kt.StopAt(kinds=1.5)),
-            TypeError,
-            "^stop_at: kinds are given by a list",
-        ),
-        (
-            lambda s: s.insert((5.0, 9.0)),
-            TypeError,
-            r"^insert\(\) needs the radius of the body that comes, or its shape: insert",
-        ),
-        (lambda s: s.insert((5.0, 9.0), (1.0, 0.0), kind="ball"), TypeError, "needs the radius"),
-    ],
-)
-def test_nonsense_is_refused_in_a_sentence_and_changes_nothing(sim, ask, kind, said):
-    with pytest.raises(kind, match=said):
-        ask(sim)
-    assert (sim.time, len(sim.bodies)) == (0.0, 3)
-    assert sim.run(until=0.5) is None
 
 
 def test_a_simulation_is_shown_in_a_line(sim):

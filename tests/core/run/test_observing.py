@@ -1,7 +1,6 @@
 """Observables of a run: when they are sampled, what they are given, how averages and errors are made."""
 
 import math
-from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -135,12 +134,6 @@ def test_a_recorder_that_raises_is_told_of_the_end():
     assert [note[0] for note in full.notes] == ["begin", "end"]
 
 
-def test_a_recorder_without_a_call_is_refused():
-    silent = SimpleNamespace(begin=print, end=print)
-    with pytest.raises(TypeError, match="expected a function of them, or a Recorder; found"):
-        simulation().run(1.0, recorder=silent)
-
-
 def test_samples_come_at_their_times_with_the_end(watchers):
     sim = simulation()
     sim.run(0.5)
@@ -216,29 +209,15 @@ def test_a_run_that_stops_early_has_what_it_has_measured(watchers):
 
 
 @pytest.mark.parametrize(
-    ("observe", "error", "said"),
+    ("name", "text"),
     [
-        (["presure"], UnknownName, "did you mean 'pressure'"),
-        (["pressure:bye=1"], BadOption, "has no option 'bye'; expected by; did you mean 'by'"),
-        (["pressure:by=chance"], BadOption, "expected counts or impulses"),
-        (["pressure:every=0"], BadOption, "expected a time greater than 0"),
-        (["pressure:after=0.5,every=1e-300"], BadOption, "an interval of 1e-300 is lost in rounding"),
-        (["pressure:after=soon"], BadOption, "after is 'soon'; expected a time"),
-        (["pressure:after=7"], BadOption, "there is no time to observe, from 7.0 to 1.0"),
-        ("pressure", BadOption, r"expected a list of observables, such as \['pressure'\]"),
-        (["watcher:needs=all"], PhaseError, "needs is 'all'; expected 'samples', 'contacts' or 'velocities'"),
-        (["broken"], PhaseError, "observable 'broken' of Plugin.*sample raised ZeroDivisionError: no bodies"),
+        ("watcher:needs=all", "needs is 'all'; expected 'samples', 'contacts' or 'velocities'"),
+        ("broken", "observable 'broken' of Plugin.*sample raised ZeroDivisionError: no bodies"),
     ],
 )
-def test_errors_say_what_is_wrong(observe, error, said):
-    with pytest.raises(error, match=said):
-        simulation().run(1.0, observe=observe)
-
-
-def test_a_run_without_any_end_in_sight_needs_an_interval():
-    with pytest.raises(BadOption, match=r"or an interval, as in watcher:every=0\.1"):
-        simulation().run(max_events=5, observe=["watcher"])
-    simulation().run(max_events=5, observe=["watcher:every=0.1"])
+def test_an_observable_that_does_not_work_is_named(name, text):
+    with pytest.raises(PhaseError, match=text):
+        simulation().run(1.0, observe=[name])
 
 
 def test_blocks_have_the_mean_of_all_and_the_error_of_their_means():
@@ -393,11 +372,3 @@ def test_an_error_of_the_run_goes_before_one_of_its_observables():
     ):
         sim.run(1.0, observe=["failing"], progress=lambda _: raises(ZeroDivisionError("of the user"))())
     sim.run(1.0)
-
-
-@pytest.mark.parametrize("observe", [[None], [5], 5, None, [b"pressure"]])
-def test_what_is_no_name_of_an_observable_is_refused_before_anything_runs(observe):
-    sim = kt.Simulation(kt.make_scene("grid", bodies=4), "cells")
-    with pytest.raises(BadOption, match="observable"):
-        sim.run(1.0, observe=observe)
-    assert sim.time == 0.0

@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import kinetile as kt
-from kinetile.cli import app
+from command_line import printed
 from kinetile.errors import Refused
 from kinetile.kernel.images import near_zero
 from kinetile.run.saving.files import HEAD
@@ -83,11 +82,10 @@ def test_a_place_near_zero_is_the_remainder_of_the_standard(times: float, period
 def test_files_name_the_answer_of_their_scene(periodic: str, answer: int, tmp_path: Path) -> None:
     given = kt.Scene([(0.5, 0.5)], [(1.0, 0.25)], 0.25, arena=(2.0, 1.0), periodic=periodic)
     kt.save_scene(given, tmp_path / "scene.toml")
-    words = ["run", "scene.toml", "--until", "1", "--broad-phase", "naive", "--json"]
-    words += ["--events", "events.parquet", "--checkpoint", "run.save"]
+    files = "--events events.parquet --checkpoint run.save"
     with chdir(tmp_path):
-        done = CliRunner().invoke(app, words)
-        assert json.loads(done.stdout)["answer"] == given.answer == answer
+        done = printed(f"run scene.toml --until 1 --broad-phase naive {files}")
+        assert done["answer"] == given.answer == answer
         assert kt.read_events("events.parquet").metadata["answer"] == answer
         head = json.loads(np.load("run.save")[HEAD].tobytes())
         assert head["answer"] == answer

@@ -311,26 +311,6 @@ def test_the_broad_phase_was_blamed_for_a_narrow_phase_that_lets_bodies_pass():
         sim.run(until=30.0 if not INTERPRETED else 5.0)
 
 
-@pytest.mark.parametrize(
-    ("call", "said"),
-    [
-        (lambda sim: sim.restore(None), r"restore continues from a snapshot, .*; found None"),
-        (lambda sim: sim.restore("a.kts"), r"restore continues from a snapshot, .*; found 'a.kts'"),
-        (
-            lambda sim: sim.run(1.0, recorder=5),
-            r"recorder is called with log rows: .*; found 5",
-        ),
-        (lambda sim: sim.run(1.0, progress="bar"), r"progress is called during the run; found 'bar'"),
-    ],
-)
-def test_what_cannot_be_used_was_found_out_in_the_middle_of_the_run(call, said):
-    sim = kt.Simulation(kt.make_scene("grid", bodies=9), "cells")
-    with pytest.raises(TypeError, match=said):
-        call(sim)
-    assert sim.time == 0.0
-    assert not sim.built
-
-
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("form", [np.float16, np.float32, np.longdouble])
 def test_numbers_of_other_widths_warned_of_a_cast_that_overflows(form):

@@ -85,23 +85,6 @@ def test_files_have_polylines_beside_recipes(tmp_path):
     assert kt.load_scene(tmp_path / "fence.toml").kind[-1] == "fence"
 
 
-@pytest.mark.parametrize(
-    ("obstacle", "said"),
-    [
-        ("points = [[0, 0]]", "obstacles[0].points: found 1 points; expected two or more"),
-        ("points = [[0, 0], [0, 0]]", "obstacles[0].points[0]: found [0, 0], which is the next one too"),
-        ("points = [[0, 0], [1, 0]]\nopen = true", "obstacles[0].open: found a key that is not known"),
-        ("closed = true", "obstacles[0].points: found nothing; expected a list of points"),
-    ],
-)
-def test_mistakes_have_their_place(tmp_path, obstacle, said):
-    text = f"bodies = []\n[[obstacles]]\n{obstacle}\n"
-    (tmp_path / "scene.toml").write_text(text)
-    with pytest.raises(SceneError) as caught:
-        kt.load_scene(tmp_path / "scene.toml")
-    assert said in str(caught.value)
-
-
 def test_commands_and_responses_of_a_file_did_not_reach_its_obstacles():
     text = """
         bodies = [{ position = [3, 0], radius = 0.25, kind = "ball" }]
@@ -113,20 +96,3 @@ def test_commands_and_responses_of_a_file_did_not_reach_its_obstacles():
     assert made.kinds == ("ball", "obstacle")
     assert made.commands == (kt.Turn(1, 1.0, (0.0, 1.0)),)
     assert loads_scene(dumps_scene(made)) == made
-
-
-@pytest.mark.parametrize(
-    ("text", "where"),
-    [
-        ("bodies = []\n[[obstacles]]\npoints = [[0, 0], [1, 0]]\nkind = [3]", "bodies[0].kind"),
-        ("recipe = 'two-discs'\n[[obstacles]]\npoints = [[0, 0], [1, 0]]\nopen = true", "obstacles[0].open"),
-        (
-            "bodies = [{ position = [3, 0], radius = -1 }]\n[[obstacles]]\npoints = [[0, 0]]",
-            "bodies[0].radius",
-        ),
-    ],
-)
-def test_mistakes_beside_obstacles_gave_a_traceback_or_hid_those_of_bodies(text, where):
-    with pytest.raises(SceneError) as caught:
-        loads_scene(text)
-    assert where in [mistake.where for mistake in caught.value.mistakes]

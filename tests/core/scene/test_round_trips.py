@@ -16,7 +16,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from kinetile.errors import BadOption, KinetileError
+from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.records.reading import read_with_scene
 from kinetile.scene.files import dumps_scene, loads_scene
@@ -137,13 +137,6 @@ def test_a_run_has_the_same_contacts_after_a_file(scene):
         with suppress(KinetileError):
             sim.run(max_contacts=100)
     assert sims[0].fingerprint == sims[1].fingerprint
-
-
-def test_text_that_no_file_can_hold_is_refused():
-    with pytest.raises(BadOption, match="text that no file can hold"):
-        dumps_scene(two(settings=kt.Settings(options={"naive": {"a": "\ud800"}})))
-    with pytest.raises(kt.errors.SceneError, match=r"bodies\[0\].kind: found '\\ud800'"):
-        two(kind="\ud800")
 
 
 KINDS = ("ball", "sensor", "7", 7, 0, 2**31 - 1, "ä \"quoted\"\n'kind'", "between", "a.b")

@@ -2,7 +2,6 @@
 
 import math
 import re
-import sys
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -10,7 +9,6 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.errors import MissingExtra
 from kinetile.plugin.drawing import ROLES, Box, points_of
 from kinetile.show.picture import LOOKS, picture_of_scene, take_picture
 from kinetile.show.printed import as_printed
@@ -111,13 +109,6 @@ def test_printed(form, begins):
     one, two = (as_printed(take_picture(simulation("sap-2d")), form, velocities=True) for _ in range(2))
     assert one.startswith(begins)
     assert one == two
-
-
-def test_printing_without_matplotlib_says_which_extra_brings_it(monkeypatch):
-    picture = take_picture(simulation("naive"))
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(MissingExtra, match=r"kinetile\[figures\]"):
-        as_printed(picture, "png")
 
 
 def test_control_characters_in_names_made_no_xml(tmp_path):

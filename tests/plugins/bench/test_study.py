@@ -201,15 +201,6 @@ def test_a_second_run_at_the_same_time_did_all_tasks_again(tmp_path):
     assert run(TABLES, tmp_path)[1].ran == 0
 
 
-@pytest.mark.parametrize(
-    ("how", "said"),
-    [({"again": ["lots"]}, "did you mean 'lost'"), ({"workers": 0}, "workers is 0; expected a number, at")],
-)
-def test_wrong_arguments_are_refused(tmp_path, how, said):
-    with pytest.raises(BadOption, match=said):
-        Study(TABLES, tmp_path / "rows.sqlite").run(**how)
-
-
 def test_a_file_that_is_no_study_s_is_refused_and_never_overwritten(tmp_path):
     text, other, folder, one = (tmp_path / name for name in ("notes.txt", "other.sqlite", "folder", "one"))
     text.write_text("what I wrote" * 100)

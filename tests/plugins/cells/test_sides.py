@@ -9,15 +9,8 @@ from hypothesis import strategies as st
 
 import kinetile as kt
 from grids import few_wide_many_small, in_the_open, state_of
-from kinetile.errors import BadOption, Refused
-from kinetile_plugins.cells import Cells
+from kinetile.errors import Refused
 from kinetile_plugins.cells.layout import empty, sides_for
-
-
-@pytest.mark.parametrize("side", [0.0, -1.0, math.inf, math.nan, True, "wide", [1.0]])
-def test_a_side_that_is_no_length(side):
-    with pytest.raises(BadOption, match="a length, above 0 and finite; side is"):
-        Cells(side=side)
 
 
 def test_a_side_that_is_narrower_than_every_body_is_refused_with_the_least_that_is_not():

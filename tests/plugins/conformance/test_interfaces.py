@@ -5,7 +5,6 @@ from itertools import product
 import pytest
 
 from installing import install_blind, run
-from kinetile.errors import BadOption, UnknownName
 from kinetile_conformance import CHECKS, check_broad_phase, parametrize_with_checks
 
 NAMES = [check.name for check in CHECKS]
@@ -28,23 +27,6 @@ def test_not_as_expected(check):
 def test_naive(check):
     check()
 """
-
-
-def test_a_misspelt_check_is_an_error():
-    with pytest.raises(ValueError, match="there is no check 'makes-progres'"):
-        check_broad_phase("naive", checks=["makes-progres"])
-    with pytest.raises(ValueError, match="there is no check 'makes-progres'"):
-        parametrize_with_checks("naive", expected_failures={"makes-progres": "issue 7"})
-
-
-@pytest.mark.parametrize("interface", [check_broad_phase, parametrize_with_checks])
-def test_whom_it_does_not_know_it_does_not_judge(interface):
-    with pytest.raises(UnknownName, match="did you mean 'naive'"):
-        interface("nave")
-    with pytest.raises(BadOption, match="did you mean 'axis'"):
-        interface("sap-1d", options={"axes": "y"})
-    with pytest.raises(BadOption, match="axis must be"):
-        interface("sap-1d", options={"axis": "z"})
 
 
 def test_each_result_is_told_as_it_comes():

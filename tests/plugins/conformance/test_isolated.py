@@ -20,7 +20,7 @@ import pytest
 import hostile_phases
 import kinetile as kt
 from installing import OWN, run, write_metadata
-from kinetile.errors import AuditError, BadOption, MissingExtra, PhaseError, UnknownName
+from kinetile.errors import MissingExtra, PhaseError
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, deadline, processes
@@ -30,6 +30,7 @@ from kinetile_conformance.processes import Child, Died, Message, in_a_child, pic
 from kinetile_conformance.runner import Plan, Runner
 from kinetile_plugins.naive import near as everyone
 from lanes import first
+from messages import table
 from registering import fixture
 
 MIB = 1 << 20
@@ -49,24 +50,7 @@ def said_of(name: str) -> str:
     return f"broad phase '{name}'{OWNER}"
 
 
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [
-        ("cannot-be-made", rf": its constructor raised OSError: no licence{HERE}"),
-        ("raises-in-prepare", rf": prepare raised RuntimeError: the moon is not full{HERE}"),
-        ("leaves-in-prepare", rf": prepare raised SystemExit: good bye{HERE}"),
-        ("returns-a-number", ": prepare returned int, not BroadPhaseParts"),
-        ("raises-in-arrange", rf": arrange raised KeyError: 'no such thing'{HERE}"),
-        ("leaves-in-arrange", rf": arrange raised SystemExit: 3{HERE}"),
-        (
-            "touches-bodies-in-arrange",
-            rf": arrange raised ValueError: assignment destination is read-only{HERE}",
-        ),
-    ],
-)
-def test_what_a_phase_raises_is_a_sentence_with_its_distribution_and_the_line(name: str, said: str) -> None:
-    with pytest.raises(PhaseError, match=f"^{said_of(name)}{said}$"):
-        kt.Simulation(scene(), name)
+test_message = table(globals())
 
 
 def test_everything_that_is_wrong_with_the_parts_is_said_at_once() -> None:
@@ -86,21 +70,6 @@ def test_everything_that_is_wrong_with_the_parts_is_said_at_once() -> None:
     )
 
 
-@pytest.mark.interpreted
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [
-        ("schedules-one-too-many", " scheduled the certificate of body 2, which is no body of the scene"),
-        ("offers-nobody", r" reported the pair \(-3, 1073741824\), which is not two bodies of the scene"),
-        ("names-fewer-than-none", r" said that -1 bodies are near body \d, and there is room for 2"),
-    ],
-)
-def test_a_number_out_of_range_ends_the_run_and_spares_the_memory(name: str, said: str) -> None:
-    sim = kt.Simulation(scene(), name)
-    with pytest.raises(PhaseError, match=f"{said_of(name)}{said}"):
-        sim.run(until=1.0)
-
-
 @pytest.mark.slow
 @pytest.mark.interpreted
 def test_offers_without_end_cost_time_and_no_contact() -> None:
@@ -118,27 +87,6 @@ def test_a_hook_that_does_not_compile_is_named_with_its_distribution() -> None:
         PhaseError, match=rf"(?s)do not compile together \({said_of('has-no-such-field')}\).*weather"
     ):
         sim.run(until=1.0)
-
-
-@pytest.mark.interpreted
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [
-        ("corrupts-the-queue", r"body 1 is filed at tick \d+, but what it awaits comes at tick \d+"),
-        ("turns-bodies", "the place of body 0 at the common clock is not that of its plan"),
-        ("audits-badly", f"the audit cannot be finished: ZeroDivisionError: by nought{HERE}"),
-    ],
-)
-def test_an_audit_finds_what_is_written_where_it_should_not_be(name: str, said: str) -> None:
-    sim = kt.Simulation(scene(), name, audit=1)
-    with pytest.raises(AuditError, match=rf"broad phase '{name}': {said}"):
-        sim.run(until=0.0)
-
-
-@pytest.mark.interpreted
-def test_a_name_that_is_no_body_is_a_fault_of_the_phase() -> None:
-    with pytest.raises(PhaseError, match="named body 2 as near body 0, which is no body of the scene"):
-        kt.Simulation(scene(), "names-a-stranger").run(until=0.0)
 
 
 def isolated(name: str, *checks: str, **more: object) -> Report:
@@ -305,19 +253,6 @@ def test_a_conforming_phase_passes_in_a_child_as_it_does_here() -> None:
     report = check_broad_phase("sap-1d", checks=["its-features-are-known", "same-contacts"], examples=4)
     assert [result.status for result in report.results] == ["passed", "passed"]
     assert (report.ok, report.distribution) == (True, f"kinetile {kt.__version__}")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "error"),
-    [
-        ({"name": "no-such-phase"}, UnknownName),
-        ({"name": "sap-1d", "checks": ["no-such-check"]}, ValueError),
-        ({"name": "sap-1d", "options": {"axle": "x"}}, BadOption),
-    ],
-)
-def test_a_mistake_in_the_question_is_an_error(arguments: dict[str, object], error: type[Exception]) -> None:
-    with pytest.raises(error):
-        check_broad_phase(**arguments)  # type: ignore[arg-type]
 
 
 def test_only_a_phase_of_this_process_needs_more_than_pickle(monkeypatch: pytest.MonkeyPatch) -> None:

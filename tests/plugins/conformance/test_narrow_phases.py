@@ -10,9 +10,9 @@ import pytest
 import kinetile as kt
 import square_pairs
 from installing import install, run
-from kinetile.errors import BadOption, Refused, UnknownName
+from kinetile.errors import Refused
 from kinetile.toolbox import NEVER, Kernel, PairParts, hook
-from kinetile_conformance import check_broad_phase, parametrize_with_checks
+from kinetile_conformance import check_broad_phase
 from kinetile_conformance.api import replay
 from kinetile_conformance.cases import GENERAL, Subject, load_case
 from kinetile_conformance.view import view_saved
@@ -104,19 +104,6 @@ def test_two_narrow_phases_for_pairs_are_no_choice(squares):
     done = squares.run("conform", "naive", "--narrow-phase", "disc", "--narrow-phase", "squares")
     assert done.returncode == 2
     assert "would decide nothing: of disc, squares the first" in done.stderr
-
-
-@pytest.mark.usefixtures("_added")
-@pytest.mark.parametrize("interface", [check_broad_phase, parametrize_with_checks])
-def test_whom_it_does_not_know_it_does_not_judge(interface):
-    with pytest.raises(UnknownName, match="no narrow phase is called 'disk'; did you mean 'disc'"):
-        interface("naive", narrow_phases=["disk"])
-    with pytest.raises(
-        BadOption, match=r"narrow phase 'squares' has no option 'faults'; .*did you mean 'fault'"
-    ):
-        interface("naive", narrow_phases={"squares": {"faults": "now"}})
-    with pytest.raises(BadOption, match="not a string"):
-        interface("naive", narrow_phases="squares")
 
 
 @pytest.mark.interpreted

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.errors import Refused
 from registering import registered
 
 PAIRS, WALLS = 1.35906852, 2.12674818
@@ -93,12 +92,8 @@ def test_the_estimator_follows_from_the_scene():
     grid = kt.make_scene("grid", bodies=4, seed=3)
     lossy = grid.replace(responses={(0, 0): kt.Response("restitution", e=0.9, contact_time=1e-3)})
     sim = kt.Simulation(lossy, "naive")
-    with pytest.raises(Refused, match="needs a scene of discs with elastic contacts alone"):
-        sim.run(1.0, observe=["pressure:by=counts"])
     sim.run(1.0, observe=["pressure"])
     assert sim.observed["pressure"]["P"].mean > 0.0
-    with pytest.raises(Refused, match="needs an arena"):
-        kt.Simulation(grid.replace(arena=None), "naive").run(1.0, observe=["pressure"])
 
 
 def test_rates_by_kind_are_the_contacts_of_the_log():
@@ -149,10 +144,7 @@ def test_velocities_lose_their_memory_by_the_rate_of_contacts():
 
 
 def test_pressure_where_there_is_none() -> None:
-    """On a torus it needs bodies that all move, and two of them."""
-    mixed = kt.Scene([(0, 0), (1.5, 0.5)], [(0, 0), (1, 0.7)], 0.2, [math.inf, 1], (3, 1), periodic="xy")
-    with pytest.raises(Refused, match="needs walls where some bodies are immovable"):
-        kt.Simulation(mixed).run(1.0, observe=["pressure"])
+    """On a torus it needs two bodies."""
     alone = kt.Scene([(0.5, 0.5)], [(1, 0.7)], 0.2, arena=(1, 1), periodic="xy")
     sim = kt.Simulation(alone)
     sim.run(1.0, observe=["pressure"])

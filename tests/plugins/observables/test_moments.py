@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.errors import BadOption, Refused
 from kinetile_observables.geometry import displacement, neighbours
 from kinetile_observables.moments import BondOrder, PairCorrelation, StructureFactor
 
@@ -137,25 +136,3 @@ def test_a_hexagonal_crystal_is_in_order_and_a_square_one_is_not():
         assert found["psi6"] == pytest.approx(expected, abs=0.2)
         if expected:
             assert found == pytest.approx({"psi6": 1.0, "psi6_local": 1.0})
-
-
-@pytest.mark.parametrize(
-    ("observe", "error", "said"),
-    [
-        ("msd:lags=0", BadOption, "lags is 0; expected a whole number, at least 1"),
-        ("g:bins=none", BadOption, "bins is 'none'; expected a whole number"),
-        ("g:to=70", BadOption, "to is 70; expected a distance up to"),
-        ("S:modes=-1", BadOption, "modes is -1"),
-        ("psi6:cutoff=1", BadOption, "cutoff is 1; expected a number of sums of radii, above 1"),
-    ],
-)
-def test_options_that_make_no_sense_are_refused(observe, error, said):
-    with pytest.raises(error, match=said):
-        kt.Simulation(kt.make_scene("grid", bodies=4), "naive").run(1.0, observe=[observe])
-
-
-@pytest.mark.parametrize("name", ["g", "S", "psi6"])
-def test_densities_need_an_arena(name):
-    scene = kt.Scene([(0.0, 0.0)], [(1.0, 0.0)], 1.0)
-    with pytest.raises(Refused, match=f"observable '{name}' needs an arena"):
-        kt.Simulation(scene, "naive").run(1.0, observe=[name])

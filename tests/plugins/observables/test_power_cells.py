@@ -77,16 +77,9 @@ def test_flips_are_the_pairs_that_become_neighbours_one_by_one():
     assert sim.observed["flips"]["flips"].mean == pytest.approx(came / 0.5)
 
 
-def test_what_has_no_cells_is_refused_and_flips_are_those_of_power(tmp_path):
+def test_flips_are_those_of_power(tmp_path):
     grid = kt.make_scene("grid", bodies=4)
-    boxes = kt.Scene([(1.0, 1.0)], [(1.0, 0.0)], shape=kt.box(0.5, 0.5), arena=(2.0, 2.0))
-    passing = grid.replace(responses={("*", "*"): "pass"})
-    for scene, said in ((grid.replace(arena=None), "an arena"), (boxes, "discs"), (passing, "not overlap")):
-        with pytest.raises(Refused, match=f"observable 'cells' needs .*{said}"):
-            kt.Simulation(scene, "naive").run(1.0, observe=["cells"])
     sentence = "'flips' is of the structure of broad phase power, and this run is under cells: run it"
-    with pytest.raises(Refused, match=sentence):
-        kt.Simulation(grid, "cells").run(1.0, observe=["flips"])
     sim = kt.Simulation(grid, "power")
     sim.run(1.0, max_contacts=2, observe=["flips:every=0.1"])
     sim.save(tmp_path / "half.kt")

@@ -4,12 +4,7 @@ import pytest
 
 import kinetile as kt
 from agreement import agree, lattice_scene
-from kinetile.errors import Refused
 from lanes import first
-
-PLACES = [[0.25, 0.5], [0.75, 0.5]]
-SPEEDS = [[1.0, 0.0], [-1.0, 0.0]]
-WALLED = kt.Scene(PLACES, SPEEDS, 0.125, arena=(1.0, 1.0))
 
 
 def same(scene: kt.Scene, until: float, audit: int | None = None) -> None:
@@ -72,33 +67,3 @@ def test_insertions_and_removals_leave_no_edge_to_flip():
 def test_edges_of_four_bodies_in_the_places_of_a_square_and_of_one_alone():
     for bodies in (1, 4):
         same(kt.make_scene("grid", bodies=bodies, density=0.2, seed=2), 4.0, audit=4)
-
-
-@pytest.mark.parametrize(
-    ("scene", "narrow", "sentence"),
-    [
-        (WALLED.replace(arena=None), None, "power .* this scene has no arena; .* cells"),
-        (WALLED.replace(periodic="x"), None, "power .* this scene is periodic along x; .* cells"),
-        (WALLED.replace(periodic="xy"), None, "power .* this scene is periodic along xy; .* cells"),
-        (
-            kt.Scene(PLACES, SPEEDS, shape=kt.box(0.2, 0.1), arena=(1.0, 1.0)),
-            None,
-            "power is for discs, and this scene has other shapes; .* cells",
-        ),
-        (WALLED, ("wall",), "power is right only while bodies cannot pass through each other"),
-        (WALLED, ("disc",), "power .* no narrow phase for walls is named; .* cells"),
-        (
-            kt.Scene(PLACES, SPEEDS, [0.125, 3e-5], arena=(1.0, 1.0)),
-            None,
-            "power is for bodies that are at most 16384 .* radius is 3e-05 in an arena of 1.0; .* cells",
-        ),
-        (
-            kt.Scene(PLACES, [[1e10, 0.0], [0.0, 0.0]], [0.125, 2.0**-14], [1e20, 1.0], arena=(1.0, 1.0)),
-            None,
-            "power is right only while the skin around bodies is thin",
-        ),
-    ],
-)
-def test_what_it_cannot_do_is_refused(scene, narrow, sentence):
-    with pytest.raises(Refused, match=f"^{sentence}"):
-        kt.Simulation(scene, "power", narrow_phases=narrow).run(until=0.1)

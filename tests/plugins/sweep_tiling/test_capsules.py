@@ -64,25 +64,7 @@ def test_capsules_come_and_go():
 
 
 SLANTED = kt.capsule((-1.0, 0.0), (1.0, 0.5), 0.25)
-RAISED = kt.capsule((-1.0, 0.5), (1.0, 0.5), 0.25)
 LEVEL = kt.capsule((-1.0, 0.0), (1.0, 0.0), 0.25)
-THIN = kt.capsule((-1.0, 0.0), (1.0, 0.0), 1e-8)
-PLACES = [(2.0, 2.0), (6.0, 2.0)]
-
-
-@pytest.mark.parametrize(
-    ("shape", "mass", "said"),
-    [
-        (SLANTED, 1.0, "for capsules that lie level .* this scene has other shapes"),
-        (RAISED, 1.0, "for capsules that lie level .* this scene has other shapes"),
-        (LEVEL, math.inf, "where there are shapes immovable ones may: one is the most, and this scene has 2"),
-        (THIN, 1.0, "only while the skin around bodies is thin"),
-    ],
-)
-def test_other_capsules_are_refused(shape, mass, said):
-    scene = kt.Scene(PLACES, [(0.0, 0.0)] * 2, mass=mass, shape=shape, arena=(8.0, 4.0))
-    with pytest.raises(Refused, match=said):
-        kt.Simulation(scene, "sweep-tiling").run(1.0)
 
 
 def test_no_immovable_body_and_no_other_shape_comes_by_hand():

@@ -163,29 +163,6 @@ def test_kinds_are_left_out_in_images_too():
     assert sim.cast((0.25, 0.125, 0.0625), (-1.0, 0.0), kinds="sensor") == (0.4375, 0, 7 << 48, 1)
 
 
-@pytest.mark.parametrize(
-    ("question", "said"),
-    [
-        (
-            lambda s: s.ray((0, 0), (1, 0)),
-            "goes round for ever in a scene that is periodic along x: .*within=",
-        ),
-        (lambda s: s.ray((0, 0), (1, 0), within=0.0), "within is a length above 0; found 0.0"),
-        (lambda s: s.ray((0, 0), (1, 0), within=-1.0), "within is a finite number, from 0"),
-        (lambda s: s.ray((0, 0), (1, 0), within=math.inf), "within is a finite number"),
-        (
-            lambda s: s.ray((0, 0), (3, 4), within=7e3),
-            "4200 periods along x, .* 4096: choose a smaller within",
-        ),
-        (lambda s: s.cast((0, 0, 0.5), (1, 0)), r"a body is narrower than the period, \(1.0, 0.0\)"),
-        (lambda s: s.cast((0, 0, 0.1), (1e3, 0)), "8000 periods along x, .* 4096: choose a lower velocity"),
-    ],
-)
-def test_what_has_no_end_is_refused(question, said):
-    with pytest.raises(ValueError, match=said):
-        question(lattice("x", [(1, 1)]))
-
-
 def test_only_periods_that_are_crossed_count():
     sim = lattice("x", [(1, 1)])
     assert sim.ray((0.125, 0.5), (0, -1), within=1e9) == [(0, 0.25)]

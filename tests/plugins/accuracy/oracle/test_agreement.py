@@ -1,6 +1,7 @@
 """Runs against the oracle: what agrees, what is noticed when it does not, and the hard scenes one by one."""
 
-import math
+from __future__ import annotations
+
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -186,52 +187,9 @@ def test_a_missing_and_a_made_up_contact_are_noticed(run: tuple[kt.Simulation, A
     assert "the oracle nothing more" in str(extra)
 
 
-@pytest.mark.small
-def test_what_the_oracle_cannot_know_is_refused() -> None:
-    scene = kt.make_scene("grid", bodies=9, seed=3)
-    sim = kt.Simulation(scene, "naive", turning=True)
-    sim.run(0.1)
-    sim.set_velocity(0, (0.0, 1.0))
-    sim.run(0.2)
-    with pytest.raises(Refused, match="by hand"):
-        certify(sim)
-    silent = kt.Simulation(scene, "naive", keep_contacts=False)
-    silent.run(0.1)
-    with pytest.raises(ValueError, match="keeps no contacts"):
-        certify(silent)
-    with pytest.raises(ValueError, match="keeps no contacts"):
-        certify(silent, until=0.2)
-    assert silent.time == 0.1, "nothing is run in vain"
-    with pytest.raises(ValueError, match="must not be negative; found -1"):
-        certify(kt.Simulation(scene, "naive"), max_contacts=-1)
-
-
-@pytest.mark.parametrize("until", [3.75, -math.inf, math.inf, math.nan])
-def test_an_end_that_is_none_is_refused_as_it_was_given(until: float) -> None:
-    drawn = kt.make_scene("grid", bodies=9, seed=3)
-    sim = kt.Simulation(
-        kt.Scene(drawn.position, drawn.velocity, drawn.radius, arena=drawn.arena, start=4.0), "naive"
-    )
-    said = rf"^until must be a finite time from the scene's start on, 4\.0; found {until}$"
-    with pytest.raises(ValueError, match=said):
-        certify(sim, until=until)
-    sim.run(4.125)
-    with pytest.raises(ValueError, match=said):
-        certify(sim, until=until, max_contacts=1)
-    assert sim.time == 4.125
-
-
 def test_walls_are_named() -> None:
     for wall, name in WALLS.items():
         assert f"disc 3 with the {name} wall at" in str(FirstDifference(0, (0.5, 3, wall), None, 0.0))
-
-
-@pytest.mark.small
-def test_a_run_of_other_narrow_phases_is_refused() -> None:
-    sim = kt.Simulation(kt.make_scene("grid", bodies=9, seed=3), "naive", narrow_phases=["wall"])
-    with pytest.raises(Refused, match="has the narrow phases wall: certify-log"):
-        certify(sim, until=1.0)
-    assert sim.time == 0.0, "nothing is run in vain"
 
 
 # The hard scenes

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.errors import BadOption, Refused
+from kinetile.errors import Refused
 from kinetile.kernel.log import LOG
 from kinetile.records.contacts import CONTACT_LINE
 from kinetile_accuracy import certify_log
@@ -272,14 +272,6 @@ def test_a_check_that_is_broken_off_says_how_far_it_is(gas):
     assert 300 < certifier.report.lines < len(log)
     assert not certifier.report.right
     assert "broken off there" in str(certifier.report)
-
-
-def test_what_is_no_list_of_contacts_is_refused(gas):
-    scene, log = gas
-    with pytest.raises(BadOption, match="with the fields epoch, tick, a and b"):
-        certify_log(scene, np.zeros(3))
-    with pytest.raises(BadOption, match="from the scene's start on"):
-        certify_log(scene, log, -1.0)
 
 
 @pytest.mark.parametrize(

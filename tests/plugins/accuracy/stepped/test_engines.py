@@ -1,17 +1,17 @@
 """The engines: that they run the scene they are given, and tell what they find."""
 
-import sys
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.errors import MissingExtra, Refused
+from kinetile.errors import Refused
 from kinetile_accuracy.stepped.engines import (
     ENGINES,
     EngineName,
-    engine_module,
     engine_settings,
     run_engine,
 )
@@ -120,11 +120,3 @@ def test_scenes_that_an_engine_is_not_given(peer: EngineName) -> None:
     with pytest.raises(ValueError, match="dt"):
         run_engine(peer, kt.Scene(*still, arena=(1.0, 1.0)), 0.0, 1.0)
     assert run_engine(peer, kt.Scene(*still, arena=(1.0, 1.0)), 0.01, 1.0).energy_drift == 0.0
-
-
-@pytest.mark.parametrize("name", ENGINES)
-def test_an_engine_that_is_not_installed(name: EngineName, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, PACKAGES[name], None)
-    for call in (engine_module, engine_settings):
-        with pytest.raises(MissingExtra, match=rf"{PACKAGES[name]}.*kinetile\[peers\]"):
-            call(name)

@@ -7,7 +7,6 @@ import numpy.typing as npt
 import pytest
 
 import kinetile as kt
-from kinetile.errors import Refused
 from kinetile_accuracy.stepped import snapshots
 from kinetile_accuracy.stepped.snapshots import Finder, SteppedRun, deepest_overlap, run_snapshots
 
@@ -193,19 +192,3 @@ def test_no_bodies_and_no_time() -> None:
     assert run_snapshots(mixed(), 0.1, 0.0).steps == 0
     assert run_snapshots(mixed(), 0.1, 1.0).steps == 10
     assert run_snapshots(mixed(), 0.3, 1.0).steps == 4
-
-
-def test_what_it_cannot_do_it_refuses() -> None:
-    turning = kt.Scene([(0.5, 0.5)], [(1.0, 0.0)], 0.1, turns=[(0, 1.0, (0.0, 1.0))])
-    with pytest.raises(Refused, match="without turns"):
-        run_snapshots(turning, 0.1, 1.0)
-    with pytest.raises(Refused, match="arena"):
-        run_snapshots(kt.Scene([(0.5, 0.5)], [(1.0, 0.0)], 0.1), 0.1, 1.0, finder="cells")
-    falling = kt.Scene([(0.5, 0.5)], [(1.0, 0.0)], 0.1, arena=(1.0, 1.0), gravity=(0.0, -1.0))
-    with pytest.raises(Refused, match="discs that fly straight, and this scene has gravity"):
-        run_snapshots(falling, 0.1, 1.0)
-    for dt in (0.0, -1.0, math.nan, math.inf):
-        with pytest.raises(ValueError, match="dt is a length of time"):
-            run_snapshots(mixed(), dt, 1.0)
-    with pytest.raises(ValueError, match="before the scene's start"):
-        run_snapshots(mixed(), 0.1, -1.0)
