@@ -21,7 +21,7 @@ from kinetile_conformance.runner import CheckRun, Options, Plan, Runner, applica
 
 
 def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
-    """Judge the broad phase registered under a name, with options (``Options``); return the report.
+    """Judges the broad phase registered under a name, with options (``Options``); returns the report.
 
     A child process judges it, so this one goes on whatever the phase does. A check that the child did not
     survive has the status "died", with the cause and, as far as it can be seen, the place. After three deaths
@@ -44,7 +44,7 @@ def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
 def check_engine(
     command: str, *, asked: str = "contacts", within: float | None = None, **options: Unpack[Options]
 ) -> EngineReport:
-    """Judge an engine over a pipe; return the report.
+    """Judges an engine over a pipe; returns the report.
 
     ``asked`` is one of ``QUESTIONS``, ``within`` the distance of times, which casts need. Of the ``options``
     (``Options``) those apply that are not of phases; ``seconds`` is the limit for a line, by the clock, and
@@ -67,7 +67,7 @@ SomeReport = TypeVar("SomeReport", bound=Report)
 def _judged(
     report: SomeReport, runner: IsolatedRunner | EngineRunner, checks: Sequence[str], options: Options
 ) -> SomeReport:
-    """Run checks; return a report with their results, and notes."""
+    """Runs checks; returns a report with their results, and notes."""
     began, here, on_result = time.perf_counter(), Path.cwd(), options.get("on_result", unheard)
     for done, check in enumerate(checks):
         if runner.deaths >= DEATHS:
@@ -89,7 +89,7 @@ def replay(
     check: str | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> Result:
-    """Run a check on the scene of a file; return its result, with the verdict where it fails.
+    """Runs a check on the scene of a file; returns its result, with the verdict where it fails.
 
     Args:
         name: the name of the broad phase.

@@ -111,13 +111,13 @@ class Subject:
         return found | ({write_phase(answer.name, answer.options): "response"} if answer else {})
 
     def dressed(self, scene: Scene) -> Scene:
-        """Return a scene with the response under test."""
+        """Returns a scene with the response under test."""
         if self.response is None:
             return scene
         return scene.replace(responses={("*", "*"): self.response, **dict(scene.responses)})
 
     def simulation(self, scene: Scene, **more: Any) -> Simulation:
-        """Return a simulation of a scene under these phases.
+        """Returns a simulation of a scene under these phases.
 
         All scenes share one compiled loop, in which bodies can come and go, and those in which none does have
         no slot to spare: a place too many would hide an index that is too large by one.
@@ -130,11 +130,11 @@ class Subject:
         return Simulation(scene, self.name, options=self.options, live=True, **chosen)
 
     def composition(self, scene: Scene) -> Composition:
-        """Return these phases, prepared for a scene."""
+        """Returns these phases, prepared for a scene."""
         return compose_phases(scene, self.name, self.narrow_phases(scene), self.options)
 
     def narrow_phases(self, scene: Scene) -> dict[str, Mapping[str, Any]] | None:
-        """Return the narrow phases for a scene; None where none is named here, and some are in the scene."""
+        """Returns the narrow phases for a scene; None where none is named here, and some are in the scene."""
         if not self.narrow and scene.settings.narrow_phases is not None:
             return None
         pairs, walls = (self.of_role(role) for role in ("pair", "wall"))
@@ -145,7 +145,7 @@ class Subject:
         return (pairs or ({"convex": {}} if scene.shapes else {"disc": GENERAL})) | walls
 
     def of_role(self, role: str) -> dict[str, Mapping[str, Any]]:
-        """Return the named narrow phases of a role."""
+        """Returns the named narrow phases of a role."""
         found = {name: registry().spec("narrow phase", name) for name in self.narrow}
         return {n: self.narrow[n] for n, spec in found.items() if cast(NarrowPhaseSpec, spec).role == role}
 
@@ -155,7 +155,7 @@ class Subject:
         return next(iter(self.of_role("pair")), None)
 
     def under(self, broad_phase: str) -> Subject:
-        """Return another broad phase with the same narrow phases."""
+        """Returns another broad phase with the same narrow phases."""
         return Subject(broad_phase, {}, self.narrow, self.response)
 
     @property
@@ -169,7 +169,7 @@ class Subject:
 
 
 def provided(subject: Subject) -> tuple[Provided, ...]:
-    """Return the providers of what is under test, the broad phase's first."""
+    """Returns the providers of what is under test, the broad phase's first."""
     narrow = (registry().provided("narrow phase", name) for name in subject.narrow)
     response = [] if subject.response is None else [registry().provided("response", subject.response.name)]
     return registry().provided("broad phase", subject.name), *narrow, *response
@@ -194,7 +194,7 @@ class PhasePlugin:
 @unchecked
 @hook
 def _near_live(k: Kernel, s: NoState, body: int) -> int:
-    """Name all present bodies."""
+    """Names all present bodies."""
     count = 0
     for other in range(len(k.bodies)):
         if is_there(k, other):
@@ -212,7 +212,7 @@ class NaiveLive:
     """Every present body is near every other."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Return the parts; refuses as many bodies as ``naive``."""
+        """Returns the parts; refuses as many bodies as ``naive``."""
         parts: BroadPhaseParts = registry().target("broad phase", REFERENCE)().prepare(scene)
         return replace(parts, near=_near_live, enter=_idle, leave=_idle, room=scene.capacity)
 
@@ -230,17 +230,17 @@ class RunOutcome(Outcome):
 
     @classmethod
     def of(cls, sim: Simulation, ended: str = "ran") -> RunOutcome:
-        """Return what a simulation holds now."""
+        """Returns what a simulation holds now."""
         return cls(**vars(outcome_of(sim, ended)), tables=tables_after(sim) if ended == "ran" else {})
 
 
 def horizon(scene: Scene) -> float:
-    """Return the time at which a case ends."""
+    """Returns the time at which a case ends."""
     return scene.settings.until if scene.settings.until is not None else scene.start + UNTIL
 
 
 def ran(sim: Simulation, until: float, contacts: int) -> str:
-    """Run a simulation; return how that ended."""
+    """Runs a simulation; returns how that ended."""
     try:
         sim.run(until=until, max_contacts=contacts)
     except KinetileError as error:
@@ -249,7 +249,7 @@ def ran(sim: Simulation, until: float, contacts: int) -> str:
 
 
 def run_summary(subject: Subject, scene: Scene, until: float | None = None) -> tuple[str, str]:
-    """Run a case, by default to its horizon; return how it ended, and its fingerprint: what two runs of one
+    """Runs a case, by default to its horizon; returns how it ended, and its fingerprint: what two runs of one
     phase have in common. How many events it took may differ."""
     sim = subject.simulation(scene)
     ended = ran(sim, horizon(scene) if until is None else until, CONTACTS)
@@ -257,14 +257,14 @@ def run_summary(subject: Subject, scene: Scene, until: float | None = None) -> t
 
 
 def outcome(subject: Subject, scene: Scene, contacts: int = CONTACTS) -> RunOutcome:
-    """Run a case; an error of the run is part of its outcome, but not one of preparing it: ``Refused`` and
+    """Runs a case; an error of the run is part of its outcome, but not one of preparing it: ``Refused`` and
     ``BadOption`` are raised."""
     sim = subject.simulation(scene)
     return RunOutcome.of(sim, ran(sim, horizon(scene), contacts))
 
 
 def tables_after(sim: Simulation) -> Tables:
-    """Return copies of all table columns that are functions of the scene, by name: an array with a place for
+    """Returns copies of all table columns that are functions of the scene, by name: an array with a place for
     each body, or of one number. Empty where the tables cannot be read."""
     try:
         k = sim.tables
@@ -297,7 +297,7 @@ def tables_after(sim: Simulation) -> Tables:
 
 
 def difference(found: RunOutcome, expected: RunOutcome, name: str) -> str | None:
-    """Return where the outcome of phase ``name`` first differs from the expected one, in a sentence; None:
+    """Returns where the outcome of phase ``name`` first differs from the expected one, in a sentence; None:
     nowhere. Raises Refused where the phase took the scene, and not a skin that bodies needed later, and no
     contact was wrong before."""
     if found.ended.startswith(f"{TooThick.__name__}: "):
@@ -315,7 +315,7 @@ def difference(found: RunOutcome, expected: RunOutcome, name: str) -> str | None
 
 
 def told(place: str, found: Row | None, expected: Row | None, shown: Callable[[Row], str]) -> str:
-    """Return how what was found at a place differs from what should be there, in a sentence."""
+    """Returns how what was found at a place differs from what should be there, in a sentence."""
     if found is None:
         return f"{place} is missing: {shown(cast(Row, expected))}"
     if expected is None:
@@ -324,7 +324,7 @@ def told(place: str, found: Row | None, expected: Row | None, shown: Callable[[R
 
 
 def table_difference(found: Tables, expected: Tables) -> str | None:
-    """Return the first table entry that one run left otherwise than another, in a sentence; None: there is
+    """Returns the first table entry that one run left otherwise than another, in a sentence; None: there is
     none."""
     for name, right in expected.items():
         mine = found.get(name, right)
@@ -350,8 +350,8 @@ class SavedCase(BaseModel):
 
 
 def save_case(scene: Scene, path: Path, said: str, subject: Subject, check: str | None = None) -> None:
-    """Write a case as a scene file. Comments at its head name the check that replays it, if there is one, the
-    phases with their options, and the first lines of the failure."""
+    """Writes a case as a scene file. Comments at its head name the check that replays it, if there is one,
+    the phases with their options, and the first lines of the failure."""
     head = {"check": check, "name": subject.name, "options": subject.options, "narrow_phases": subject.narrow}
     lines = [json.dumps(head, default=repr), *said.splitlines()[:6]]
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -359,7 +359,7 @@ def save_case(scene: Scene, path: Path, said: str, subject: Subject, check: str 
 
 
 def load_case(path: Path) -> SavedCase:
-    """Read a case; any other scene file is a case that names nothing."""
+    """Reads a case; any other scene file is a case that names nothing."""
     scene = load_scene(path)  # and so the file is one, in UTF-8
     head = read_bytes(path).partition(b"\n")[0].removeprefix(b"# ")
     with contextlib.suppress(ValueError, TypeError, RecursionError):

@@ -30,7 +30,7 @@ class TimeIsUp(BaseException):
 
 
 def spent() -> float:
-    """Return the CPU seconds of this process, and of those it has waited for, without those of compiling."""
+    """Returns the CPU seconds of this process, and of those it has waited for, without those of compiling."""
     times = os.times()
     children = times.children_user + times.children_system
     return time.process_time() + children - compiling_seconds()
@@ -41,7 +41,7 @@ _limit = 0.0
 
 
 def keep_limits(scene: float, memory: int = 0) -> None:
-    """Have this process ended where ``begin_scene`` was called longer ago than so many of its CPU seconds, or
+    """Has this process ended where ``begin_scene`` was called longer ago than so many of its CPU seconds, or
     where it takes so many bytes beyond what it has now; 0: no limit."""
     global _limit
     _limit = scene
@@ -51,7 +51,7 @@ def keep_limits(scene: float, memory: int = 0) -> None:
 
 
 def begin_scene() -> None:
-    """Let the time of a scene begin now, where it is limited."""
+    """Lets the time of a scene begin now, where it is limited."""
     if _limit:
         end_after(_limit)
 

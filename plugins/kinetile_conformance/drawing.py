@@ -51,7 +51,7 @@ class Drawing:
         self._drawn: dict[str, tuple[list[Scene], Iterator[Scene]]] = {}
 
     def scenes(self, each: Check) -> Iterator[Scene]:
-        """Yield the scenes of a check: those of its strategy, each drawn when it is needed, and once."""
+        """Yields the scenes of a check: those of its strategy, each drawn when it is needed, and once."""
         strategy = each.strategy
         if strategy is None:
             yield smallest()
@@ -69,7 +69,7 @@ class Drawing:
             yield had[at]
 
     def scenes_fail(self, each: Check, holds: Callable[[Scene], bool]) -> bool:
-        """Show scenes to a check until it fails on one; return whether it does."""
+        """Shows scenes to a check until it fails on one; returns whether it does."""
         return any(not holds(scene) for scene in self.scenes(each))
 
 
@@ -103,7 +103,7 @@ class Search(Generic[Case]):
         return spent() >= self.end
 
     def take(self, make: Callable[[], Case]) -> bool:
-        """Make a smaller scene, and keep it if it can be and fails; return whether it was kept."""
+        """Makes a smaller scene, and keeps it if it can be and fails; returns whether it was kept."""
         if self.over:
             return False
         try:
@@ -117,7 +117,7 @@ class Search(Generic[Case]):
 
 
 def reduced(scene: Scene, fails: Callable[[Scene], bool], seconds: float) -> Scene:
-    """Return a smaller scene for which ``fails`` is true, as it is for the one given.
+    """Returns a smaller scene for which ``fails`` is true, as it is for the one given.
 
     ``seconds`` is a limit in CPU time of this process: no scene is begun after it. What is returned is the
     scene itself where nothing smaller fails.
@@ -131,7 +131,7 @@ def minimised(
     seconds: float,
     steps: Sequence[Callable[[Search[Case]], None]],
 ) -> Case:
-    """Return a smaller case that fails, by steps that are repeated until none helps; see ``reduced``."""
+    """Returns a smaller case that fails, by steps that are repeated until none helps; see ``reduced``."""
     search = Search(case, fails, seconds)
     before = None
     while before != search.scene and not search.over:
@@ -142,7 +142,7 @@ def minimised(
 
 
 def _shorten(search: Search[Scene]) -> None:
-    """Let the run end soon after what is amiss in it can be seen: at once, or after half, a quarter, ..., of
+    """Lets the run end soon after what is amiss in it can be seen: at once, or after half, a quarter, ..., of
     its time."""
     start = search.scene.start
     if horizon(search.scene) <= start or search.take(partial(ended_at, search.scene, start)):
@@ -154,19 +154,19 @@ def _shorten(search: Search[Scene]) -> None:
 
 
 def by_number(scene: Scene) -> Integers:
-    """Return the bodies of a scene, in order of their numbers."""
+    """Returns the bodies of a scene, in order of their numbers."""
     return np.arange(len(scene))
 
 
 def _leave_out_bodies(search: Search[Scene]) -> None:
-    """Leave out bodies, in order of their numbers, then in order of x."""
+    """Leaves out bodies, in order of their numbers, then in order of x."""
     least = 1 if is_living(search.scene) else FAMILIAR
     leave_out(search, by_number, only_bodies, least)
     leave_out(search, lambda scene: np.argsort(scene.position[:, 0], kind="stable"), only_bodies, least)
 
 
 def _leave_out_commands(search: Search[Scene]) -> None:
-    """Leave out commands, in order of time."""
+    """Leaves out commands, in order of time."""
     if search.scene.commands and not search.take(lambda: changed(search.scene, commands=())):
         leave_out(search, lambda scene: np.arange(len(scene.commands)), only_commands, 1)
 
@@ -177,7 +177,7 @@ def leave_out(
     only: Callable[[Case, Integers], Case],
     least: int,
 ) -> None:
-    """Leave out parts of what ``order`` lists, ever smaller ones, for as long as what is left fails and is
+    """Leaves out parts of what ``order`` lists, ever smaller ones, for as long as what is left fails and is
     not less than ``least``."""
     parts = 2
     while not search.over:
@@ -199,7 +199,7 @@ def leave_out(
 
 
 def _round(search: Search[Scene]) -> None:
-    """Round positions, velocities and radii to few binary digits, of all bodies, then of each."""
+    """Rounds positions, velocities and radii to few binary digits, of all bodies, then of each."""
     sizes = () if search.scene.shapes else ("radius",)
     for fields in (("position", "velocity", *sizes), ("velocity",), ("position",), sizes):
         _round_some(search, fields, np.ones(len(search.scene), dtype=np.bool_))
@@ -209,7 +209,7 @@ def _round(search: Search[Scene]) -> None:
 
 
 def _round_some(search: Search[Scene], fields: tuple[str, ...], which: npt.NDArray[np.bool_]) -> None:
-    """Round fields of some bodies to the fewest digits with which the scene still fails."""
+    """Rounds fields of some bodies to the fewest digits with which the scene still fails."""
     unit = 2.0 ** np.ceil(np.log2(float(search.scene.radius.max())))
     for digits in DIGITS:
         new = {}

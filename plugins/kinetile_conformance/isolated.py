@@ -57,8 +57,8 @@ _SIGNALS = {int(each): each.name for each in signal.Signals}
 
 
 def where(words: str) -> str:
-    """Return where a process died by the stack that ``faulthandler`` has written: the innermost place that is
-    no library's, such as "arrange (my_phase.py, line 12)"; "" if there is none.
+    """Returns where a process died by the stack that ``faulthandler`` has written: the innermost place that
+    is no library's, such as "arrange (my_phase.py, line 12)"; "" if there is none.
 
     Compiled hooks have no stack of their own: a death in one is "in a compiled hook".
     """
@@ -94,19 +94,19 @@ class IsolatedRunner:
         self._child: Child | None = None
 
     def close(self) -> None:
-        """End the child."""
+        """Ends the child."""
         if self._child is not None:
             self._child.end()
             self._child = None
 
     def smoke_test(self) -> None:
-        """Load and compile the phase and run it once (``Runner.smoke_test``). If the process does not survive
-        that, the checks will report the cause."""
+        """Loads and compiles the phase and runs it once (``Runner.smoke_test``). If the process does not
+        survive that, the checks will report the cause."""
         with suppress(Died):
             self._call(Runner.smoke_test)
 
     def run(self, name: str) -> Result:
-        """Run the check of a name.
+        """Runs the check of a name.
 
         The result has the status "died" if the child does not survive it. Then the check is run again on ever
         fewer bodies, to find the fewest on which it dies.
@@ -130,8 +130,8 @@ class IsolatedRunner:
             return replace(result, seconds=time.perf_counter() - began)
 
     def attempt(self, what: str, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Return what a function of the runner in the child returns; raise PhaseError, with the cause, where
-        the child does not survive it."""
+        """Returns what a function of the runner in the child returns; raises PhaseError, with the cause,
+        where the child does not survive it."""
         try:
             return self._call(function, *arguments)
         except Died as died:
@@ -143,7 +143,7 @@ class IsolatedRunner:
         *arguments: Any,
         hear: Callable[[Message], None] = lambda _: None,
     ) -> Any:
-        """Return what a function of the runner in the child returns, and pass on messages until then; raise
+        """Returns what a function of the runner in the child returns, and passes on messages until then; raises
         Died if the child ends before."""
         if self._here is not None:
             return function(self._here, *arguments)
@@ -157,7 +157,7 @@ class IsolatedRunner:
             raise
 
     def _sentence(self, died: Died, what: str) -> str:
-        """Return what a child died of, in a sentence."""
+        """Returns what a child died of, in a sentence."""
         place = where(died.words)
         said = ENDINGS[died.how][1].format(
             what=what,
@@ -172,7 +172,7 @@ class IsolatedRunner:
         return f"{said} ({' with '.join(phases)})" + (f"\n{died.trace}" if died.trace else "")
 
     def _death(self, died: Died, name: str, last: Message) -> Result:
-        """Return the result of a check whose child has died, or was ended; ``last`` is its last message: the
+        """Returns the result of a check whose child has died, or was ended; ``last`` is its last message: the
         last failure or, where it has seen none, the last scene."""
         check = check_named(name)
         dying = self._sentence(died, f"check {name!r}")
@@ -222,7 +222,7 @@ class IsolatedRunner:
 
 
 def _runner(plan: Plan, scene_seconds: float, subject: Subject, send: Send) -> Runner:
-    """Keep the limits of a plan, and return its runner. It sends each scene before it runs it, and again if
+    """Keeps the limits of a plan, and returns its runner. It sends each scene before it runs it, and again if
     it fails: so the scene is known if the process does not survive it, and what was seen is not lost, however
     the process ends."""
     deadline.keep_limits(scene_seconds, plan.memory)

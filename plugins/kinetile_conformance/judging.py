@@ -75,7 +75,7 @@ class Judged:
                 alone.composition(make_scene("two-discs"))
 
     def run(self, on_result: Callable[[Result], None] = unheard, **how: Any) -> None:
-        """Run the checks; each result is in the report when it is told."""
+        """Runs the checks; each result is in the report when it is told."""
 
         def hear(result: Result) -> None:
             self.report = replace(self.report, results=(*self.report.results, result))

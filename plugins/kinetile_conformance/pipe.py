@@ -51,7 +51,7 @@ kit's checks of contacts end with that have the scenes."""
 
 
 def _judging(says: str, prefix: str, wanted: set[str]) -> dict[str, Check]:
-    """Return the checks of a question, by name."""
+    """Returns the checks of a question, by name."""
     said = Observation(prefix, says, lambda case: None)
     of_contacts = [each for each in CHECKS if each.observation.name == "same-contacts"]
     drawn = [each for each in of_contacts if each.strategy and each.strategy.suffix in wanted]
@@ -80,7 +80,7 @@ class Engine(AbstractContextManager["Engine"]):
         self.start()
 
     def start(self) -> None:
-        """Start the program."""
+        """Starts the program."""
         try:
             words = shlex.split(self.command)
             if not words:
@@ -94,7 +94,7 @@ class Engine(AbstractContextManager["Engine"]):
         self.program.end()
 
     def answer(self, exchange: Exchange) -> Any:
-        """Return the value of an engine's answer to a line, or why it refuses it, as a string; raise
+        """Returns the value of an engine's answer to a line, or why it refuses it, as a string; raises
         EngineError for any other answer, and for none."""
         self.program.send(exchange.line)
         try:
@@ -128,7 +128,7 @@ class EngineReport(Report):
     within: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the report, fit for JSON."""
+        """Returns the report, fit for JSON."""
         of_phases = ("broad_phase", "options", "narrow_phases", "response", "distribution")
         kept = {key: value for key, value in super().as_dict().items() if key not in of_phases}
         return {"command": self.subject.name, "asked": self.asked, "within": self.within} | kept
@@ -148,7 +148,7 @@ class EngineReport(Report):
         return f"conformance kit {KIT_VERSION}: command {self.label!r}, {how}"
 
     def replays(self, case: Path) -> str:
-        """Return the command that shows a failure again."""
+        """Returns the command that shows a failure again."""
         lines = case.with_suffix(".jsonl")
         sent = len(lines.read_text(encoding="utf-8").splitlines()) - 2  # the others are the two answers
         return f"head -n {sent} {lines} | {self.label}"
@@ -169,11 +169,11 @@ class _EngineRun(CheckRun):
         self.found: Any = None
 
     def all_hold(self, scene: Scene) -> bool:
-        """Return whether the engine is right about all cases of a scene, or refuses them."""
+        """Returns whether the engine is right about all cases of a scene, or refuses them."""
         return all(map(self.holds, self.question.cases(scene)))
 
     def look(self, case: Any) -> None:
-        """Raise Disagreement unless the engine's answers to the lines of a case are right."""
+        """Raises Disagreement unless the engine's answers to the lines of a case are right."""
         for exchange in self.question.exchanges(case):
             try:
                 found = self.engine.answer(exchange)
@@ -188,7 +188,7 @@ class _EngineRun(CheckRun):
                 raise Disagreement(said)
 
     def minimise(self) -> None:
-        """Search for a smaller case. Then a fresh process is given it alone: what an engine keeps from one
+        """Searches for a smaller case. Then a fresh process is given it alone: what an engine keeps from one
         case to the next shows there."""
         end = time.monotonic() + 3.0 * REDUCING  # the CPU time of the engine is not this process's
         self.question.smaller(
@@ -202,8 +202,8 @@ class _EngineRun(CheckRun):
         self.said = said
 
     def saved(self, said: str, folder: Path) -> Path:
-        """Save the lines that the engine was sent, with its last answer and the reference's, where there are
-        any, and a scene as a file beside it; return the path."""
+        """Saves the lines that the engine was sent, with its last answer and the reference's, where there are
+        any, and a scene as a file beside it; returns the path."""
         path, case = folder / f"engine-{self.each.name}.jsonl", self.wrong.case
         folder.mkdir(parents=True, exist_ok=True)
         lines = [each.line.decode() for each in self.question.exchanges(case)]
@@ -233,11 +233,11 @@ class EngineRunner:
         self._engine = Engine(plan.subject.name, seconds)
 
     def close(self) -> None:
-        """End the program."""
+        """Ends the program."""
         self._engine.program.end()
 
     def run(self, name: str) -> Result:
-        """Run the check of a name and return its result."""
+        """Runs the check of a name and returns its result."""
         began, plan, each = spent(), self._plan, JUDGING[self._asked][name]
         most = each.strategy.contacts if each.strategy else CONTACTS
         question = QUESTIONS[self._asked](self._within, most)

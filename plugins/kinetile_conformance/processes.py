@@ -72,7 +72,7 @@ class Died(Exception):
 
 
 def _ending(code: int | None, words: str) -> str:
-    """Return how a child has ended that has this exit code (None: it gave none) and output."""
+    """Returns how a child has ended that has this exit code (None: it gave none) and output."""
     if out_of_time(code):
         return "endless"
     if code == NO_MEMORY or "out of memory" in words.lower() or "MemoryError" in words:
@@ -105,45 +105,45 @@ class Program:
             threading.Thread(target=thread, daemon=True).start()
 
     def _write(self) -> None:
-        """Write what is sent; where the program has ended, its output says so."""
+        """Writes what is sent; where the program has ended, its output says so."""
         with contextlib.suppress(OSError), self._process.stdin as stream:
             while (sent := self._sent.get()) is not None:
                 stream.write(sent)
                 stream.flush()
 
     def _read(self, read: Callable[[BinaryIO], Any]) -> None:
-        """Keep what comes, and None when no more comes."""
+        """Keeps what comes, and None when no more comes."""
         with contextlib.suppress(Exception), self._process.stdout as stream:
             while came := read(stream):
                 self.came.put(came)
         self.came.put(None)
 
     def send(self, sent: bytes) -> None:
-        """Send something; nothing happens if the program has ended."""
+        """Sends something; nothing happens if the program has ended."""
         self._sent.put(sent)
 
     def exit_code(self, seconds: float = GRACE) -> int | None:
-        """Return the exit code, negative for a signal; None if it still runs after so many seconds."""
+        """Returns the exit code, negative for a signal; None if it still runs after so many seconds."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(seconds)
         return cast(int | None, self._process.returncode)
 
     def cpu_seconds(self) -> float | None:
-        """Return the CPU seconds of the program, without what it has started; None where the system does not
+        """Returns the CPU seconds of the program, without what it has started; None where the system does not
         tell."""
         with contextlib.suppress(OSError, OverflowError, AttributeError):
             return time.clock_gettime(~self._process.pid << 3 | 2)  # Linux: the clock of another process
         return None
 
     def peak_bytes(self) -> int | None:
-        """Return the most memory that the program has had; None where the system does not tell."""
+        """Returns the most memory that the program has had; None where the system does not tell."""
         with contextlib.suppress(OSError, ValueError, StopIteration):
             lines = Path(f"/proc/{self._process.pid}/status").read_text(encoding="utf-8").splitlines()
             return 1024 * int(next(line for line in lines if line.startswith("VmHWM:")).split()[1])
         return None
 
     def end(self) -> None:
-        """End the program and what it has started."""
+        """Ends the program and what it has started."""
         self._process.kill()
         with contextlib.suppress(OSError, AttributeError):  # Windows has no groups
             os.killpg(self._process.pid, signal.SIGKILL)
@@ -189,7 +189,7 @@ class Child(Program):
     def call(
         self, function: Callable[..., Any], *arguments: Any, hear: Callable[[Message], None] = lambda _: None
     ) -> Any:
-        """Return what a function returns there, called with what was made at the beginning, and arguments.
+        """Returns what a function returns there, called with what was made at the beginning, and arguments.
 
         ``hear`` is called with each message that the function sends.
 
@@ -211,7 +211,7 @@ class Child(Program):
         raise Died("error" if trace else _ending(code, self.words), code, trace, self.words)
 
     def receive(self) -> Message | None:
-        """Return the next message; None where the child has ended, and sends no more. Raise Died where it
+        """Returns the next message; None where the child has ended, and sends no more. Raises Died where it
         sends none for too long."""
         used, since = 0.0, time.monotonic()
         while True:
@@ -230,7 +230,7 @@ class Child(Program):
                 raise Died("idle", words=self.words)
 
     def end(self) -> None:
-        """End the process and what it has started; ``words`` is what it has printed."""
+        """Ends the process and what it has started; ``words`` is what it has printed."""
         super().end()
         with contextlib.suppress(OSError):
             self.words = self._file.read_text(encoding="utf-8", errors="replace")
@@ -238,7 +238,7 @@ class Child(Program):
 
 
 def pickled(subject: Subject, *more: object) -> bytes:
-    """Return phases, and something more, as bytes for another process.
+    """Returns phases, and something more, as bytes for another process.
 
     Those that were added in this process go with the names of their plugins, and what another process cannot
     import goes by value.
@@ -281,7 +281,7 @@ def in_a_child(
     environment: Mapping[str, str] | None = None,
     seconds: float = SCENE_SECONDS,
 ) -> Any:
-    """Return what a function returns in a child, called with the phases under test, and arguments. There a
+    """Returns what a function returns in a child, called with the phases under test, and arguments. There a
     simulation has so many CPU ``seconds``, and an ``environment`` beside that of this process.
 
     Raises:
@@ -309,7 +309,7 @@ def _themselves(seconds: float, subject: Subject, _: Send) -> Subject:
 
 
 def main() -> None:
-    """Serve in a process of its own, through the pipes that are its input and output at first."""
+    """Serves in a process of its own, through the pipes that are its input and output at first."""
     faulthandler.enable(file=2)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with contextlib.suppress(ImportError, ValueError):  # Windows has neither
@@ -355,7 +355,7 @@ def main() -> None:
 
 
 def _listen(link: BinaryIO, calls: queue.SimpleQueue[Any]) -> None:
-    """Pass on the calls that the other process sends; end this one when that has closed its end."""
+    """Passes on the calls that the other process sends; ends this one when that has closed its end."""
     with contextlib.suppress(EOFError, OSError):
         while True:
             calls.put(pickle.load(link))
@@ -363,7 +363,7 @@ def _listen(link: BinaryIO, calls: queue.SimpleQueue[Any]) -> None:
 
 
 def leave_without_memory(error: BaseException | None) -> None:
-    """End this process where an error, or one that it comes from, is that there is no more memory."""
+    """Ends this process where an error, or one that it comes from, is that there is no more memory."""
     while error is not None:
         if isinstance(error, MemoryError):
             os._exit(NO_MEMORY)

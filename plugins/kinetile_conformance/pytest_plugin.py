@@ -22,7 +22,7 @@ OPEN: list[Any] = []
 def parametrize_with_checks(
     name: str, expected_failures: Mapping[str, str] | None = None, **options: Unpack[Options]
 ) -> Any:
-    """Return a pytest decorator for ``def test_conformance(check): check()``, one test a check.
+    """Returns a pytest decorator for ``def test_conformance(check): check()``, one test a check.
 
     ``options`` are as for ``check_broad_phase`` (``Options``). The tests share a child process, which judges
     the phase: an endless loop in a hook ends there. ``expected_failures`` are checks that are known to fail,
@@ -61,6 +61,6 @@ def parametrize_with_checks(
 
 
 def pytest_unconfigure() -> None:
-    """End the children that judged; a worker of pytest-xdist runs nothing at its exit."""
+    """Ends the children that judged; a worker of pytest-xdist runs nothing at its exit."""
     while OPEN:
         OPEN.pop().close()

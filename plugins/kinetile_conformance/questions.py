@@ -75,13 +75,13 @@ class Form(NamedTuple):
 
     @classmethod
     def of(cls, key: str, shown: str, kind: Any) -> Form:
-        """Return the form of answers whose value is of a type."""
+        """Returns the form of answers whose value is of a type."""
         fields: dict[str, Any] = {key: (kind, None), "refused": (str, "")}
         config = ConfigDict(extra="forbid", strict=True)
         return cls(key, shown, create_model("Answer", __config__=config, **fields))
 
     def read(self, line: bytes) -> Any:
-        """Return the value of an answer, or, as a string, why there is none; raise ValueError, with what is
+        """Returns the value of an answer, or, as a string, why there is none; raises ValueError, with what is
         wrong, for a line that is no answer."""
         try:
             found = self.model.model_validate_json(line)
@@ -120,14 +120,14 @@ class Question(ABC):
 
     @abstractmethod
     def cases(self, scene: Scene) -> Iterator[Any]:
-        """Yield the cases of a scene."""
+        """Yields the cases of a scene."""
 
     @abstractmethod
     def exchanges(self, case: Any) -> Iterator[Exchange]:
-        """Yield the lines of a case, in order."""
+        """Yields the lines of a case, in order."""
 
     def smaller(self, case: Any, fails: Callable[[Any], bool], seconds: float) -> Any:
-        """Return a minimised case."""
+        """Returns a minimised case."""
         return reduced(case, fails, seconds)
 
     def _count(self, one: int, other: int) -> None:
@@ -147,11 +147,11 @@ class Contacts(Question):
     told = "{:,} of {:,} contacts compared, before errors have grown"
 
     def cases(self, scene: Scene) -> Iterator[Scene]:
-        """Yield the scene."""
+        """Yields the scene."""
         yield scene if self.within is None else resized(scene, 1.0 - self.within)
 
     def exchanges(self, case: Scene) -> Iterator[Exchange]:
-        """Yield the scene as it ends before it has too many contacts; nothing where that is not to be had,
+        """Yields the scene as it ends before it has too many contacts; nothing where that is not to be had,
         or the scene cannot be disturbed."""
         judged = reference_contacts(case, self.most)
         with suppress(SceneError):
@@ -159,7 +159,7 @@ class Contacts(Question):
                 yield self.exchange(*judged)
 
     def exchange(self, scene: Scene, expected: NDArray[np.void]) -> Exchange:
-        """Return the line of a scene with these contacts."""
+        """Returns the line of a scene with these contacts."""
         right: list[Row] = expected[EXACT if self.within is None else TIMED].tolist()
         end = None if self.within is None else compared_until(scene, expected, self.within)
 
@@ -179,7 +179,7 @@ TIMED_CONTACTS = Form.of("contacts", "[[time, a, b], ...]", list[tuple[Finite, B
 
 
 def _tables(scene: Scene) -> dict[str, Any]:
-    """Return the tables of a scene's file, with an infinite mass as "inf"."""
+    """Returns the tables of a scene's file, with an infinite mass as "inf"."""
     tables = tomllib.loads(dumps_scene(scene))
     for body in tables.get("bodies", ()):
         if body.get("mass") == math.inf:
@@ -192,7 +192,7 @@ def _line(value: object) -> bytes:
 
 
 def reference_contacts(scene: Scene, most: int) -> tuple[Scene, NDArray[np.void]] | None:
-    """Return a scene with its contacts by the reference. A scene that has ``most`` and more, or that jams,
+    """Returns a scene with its contacts by the reference. A scene that has ``most`` and more, or that jams,
     is made to end sooner; None: it has too many at its start."""
     scene = ended_at(scene, horizon(scene))
     for _ in range(SHORTENINGS):
@@ -205,7 +205,7 @@ def reference_contacts(scene: Scene, most: int) -> tuple[Scene, NDArray[np.void]
 
 
 def difference(scene: Scene, found: Sequence[Row], expected: NDArray[np.void]) -> str | None:
-    """Return where an engine's contacts first differ from the reference's, in a sentence, and which contact
+    """Returns where an engine's contacts first differ from the reference's, in a sentence, and which contact
     is right by the specification, where that decides it quickly; None: nowhere."""
     right = expected[EXACT]
     for at, (mine, theirs) in enumerate(zip_longest(found, right.tolist())):
@@ -218,7 +218,7 @@ def difference(scene: Scene, found: Sequence[Row], expected: NDArray[np.void]) -
 
 
 def _contact(row: Row) -> str:
-    """Return a contact in words."""
+    """Returns a contact in words."""
     *when, a, b = row
     partner = f"the {WALLS[int(b)]} wall" if b in WALLS else f"body {b}"
     moment = f"time {when[0]!r}" if len(when) == 1 else f"epoch {when[0]}, tick {when[1]}"
@@ -234,7 +234,7 @@ def _near(scene: Scene, within: float, one: float, other: float) -> bool:
 def parting(
     found: Sequence[Row], right: Sequence[Row], near: Callable[[float, float], bool], end: float
 ) -> tuple[float, str] | None:
-    """Return when contacts [time, a, b] first differ from the right ones before an ``end``, and how, in a
+    """Returns when contacts [time, a, b] first differ from the right ones before an ``end``, and how, in a
     sentence; None: nowhere. Contacts near each other may be in either order: the k-th of two bodies is to be
     near the k-th of the same two."""
     latest = -math.inf
@@ -259,7 +259,7 @@ def parting(
 
 
 def compared_until(scene: Scene, expected: NDArray[np.void], within: float) -> float:
-    """Return the time before which contacts within a distance of the reference's are to be expected."""
+    """Returns the time before which contacts within a distance of the reference's are to be expected."""
     right: list[Row] = expected[TIMED].tolist()
     end = horizon(scene)
     last: dict[float, float] = {}
@@ -281,7 +281,7 @@ def compared_until(scene: Scene, expected: NDArray[np.void], within: float) -> f
 
 
 def disturbed(scene: Scene, by: float) -> Scene:
-    """Return a scene whose sizes are off by so much, and whose places and velocities are by up to so much at
+    """Returns a scene whose sizes are off by so much, and whose places and velocities are by up to so much at
     random: places of the farthest, as rounding does it, and velocities that are equal alike."""
     random = np.random.default_rng(0)
     different, which = np.unique(scene.velocity, axis=0, return_inverse=True)
@@ -291,7 +291,7 @@ def disturbed(scene: Scene, by: float) -> Scene:
 
 
 def resized(scene: Scene, by: float) -> Scene:
-    """Return a scene whose bodies at the start are so many times as large."""
+    """Returns a scene whose bodies at the start are so many times as large."""
     if not scene.shapes:
         return changed(scene, radius=scene.radius * by)
     return changed(scene, shape=scene.shape, shapes=[scaled(shape, by) for shape in scene.shapes])
@@ -306,11 +306,11 @@ class Moments:
     moments: tuple[Mapping[int, tuple[float, ...]], ...]
 
     def at(self, kept: NDArray[np.integer]) -> Moments:
-        """Return some of the moments."""
+        """Returns some of the moments."""
         return replace(self, moments=tuple(self.moments[at] for at in np.sort(kept)))
 
     def only(self, kept: NDArray[np.integer]) -> Moments:
-        """Return the moments with some of the bodies."""
+        """Returns the moments with some of the bodies."""
         there = set(kept.tolist())
         return replace(self, moments=tuple({n: b[n] for n in b if n in there} for b in self.moments))
 
@@ -325,9 +325,9 @@ class Pairs(Question):
     told = "{:,} candidate pairs for {:,} that touch"
 
     def cases(self, scene: Scene) -> Iterator[Moments]:
-        """Yield moments of the reference's run of a scene, with bodies as they are, and larger: at its start,
-        at times at equal distances, and at the first contact after each of these. A run with many contacts
-        does not reach its end."""
+        """Yields moments of the reference's run of a scene, with bodies as they are, and larger: at its
+        start, at times at equal distances, and at the first contact after each of these. A run with many
+        contacts does not reach its end."""
         for growth in GROWTH:
             sim = Subject(REFERENCE, {}).reference.simulation(scene)
             found: list[dict[int, tuple[float, ...]]] = []
@@ -345,7 +345,7 @@ class Pairs(Question):
             yield Moments("boxes" if scene.shapes else "discs", tuple(found))
 
     def exchanges(self, case: Moments) -> Iterator[Exchange]:
-        """Yield a line for each moment, the first of which has number 0."""
+        """Yields a line for each moment, the first of which has number 0."""
         for at, bodies in enumerate(case.moments):
             right = touching(bodies)
             line = _line({"moment": at, case.key: [[number, *row] for number, row in bodies.items()]})
@@ -355,7 +355,7 @@ class Pairs(Question):
     def _judged(
         self, at: int, bodies: Mapping[int, tuple[float, ...]], right: list[tuple[int, int]], rows: Any
     ) -> str | None:
-        """Return what is wrong with the candidate pairs of a moment."""
+        """Returns what is wrong with the candidate pairs of a moment."""
         seen: set[tuple[int, int]] = set()
         for a, b in rows:
             strange = next((body for body in (a, b) if body not in bodies), None)
@@ -372,7 +372,7 @@ class Pairs(Question):
         return None
 
     def smaller(self, case: Moments, fails: Callable[[Moments], bool], seconds: float) -> Moments:
-        """Return a minimised case: fewer moments, fewer bodies."""
+        """Returns a minimised case: fewer moments, fewer bodies."""
         parts = (
             (lambda case: np.arange(len(case.moments)), Moments.at),
             (lambda case: np.array(sorted(set().union(*case.moments))), Moments.only),
@@ -385,7 +385,7 @@ PAIRS = Form.of("pairs", "[[a, b], ...]", list[tuple[Body, Body]])
 
 
 def touching(bodies: Mapping[int, tuple[float, ...]]) -> list[tuple[int, int]]:
-    """Return the pairs of closed discs, or boxes, that have a point in common, exactly."""
+    """Returns the pairs of closed discs, or boxes, that have a point in common, exactly."""
     numbers = np.array(sorted(bodies), dtype=np.int64)
     rows = np.array([bodies[number] for number in numbers.tolist()] or NOTHING)
     a, b = np.triu_indices(len(rows), 1)
@@ -412,7 +412,7 @@ class Casts(Question):
     told = "{:,} of {:,} meet"
 
     def cases(self, scene: Scene) -> Iterator[Scene]:
-        """Yield scenes of two bodies, some of those that meet, or would if they were larger, and a few of
+        """Yields scenes of two bodies, some of those that meet, or would if they were larger, and a few of
         the others."""
         end = Settings(until=min(horizon(scene) - scene.start, FORESEEN * scene.time_unit))
         bare = changed(scene, commands=(), arena=None, start=0.0, settings=end)
@@ -429,7 +429,7 @@ class Casts(Question):
                 yield case
 
     def exchanges(self, case: Scene) -> Iterator[Exchange]:
-        """Yield the line of two bodies."""
+        """Yields the line of two bodies."""
         if len(case) != 2:
             return
         within, end = cast(float, self.within), horizon(case)
@@ -466,7 +466,7 @@ def _when(time: float | None) -> str:
 
 
 def meeting(scene: Scene, by: float, before: float) -> float | None:
-    """Return when the two bodies of a scene meet by the specification, if they are so many times as large,
+    """Returns when the two bodies of a scene meet by the specification, if they are so many times as large,
     and begin so long ``before`` time 0; None: never."""
     bits = unit_bits(scene)
     frame = Frame(None, bits)

@@ -100,7 +100,7 @@ class Report:
         return {True: 0, False: 3 if self.in_doubt else 1, None: 4}[self.conforms]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the report, fit for JSON."""
+        """Returns the report, fit for JSON."""
         return {
             "kit": KIT_VERSION,
             "broad_phase": self.subject.name,
@@ -117,7 +117,7 @@ class Report:
 
     @staticmethod
     def row(result: Result) -> dict[str, Any]:
-        """Return a result, fit for JSON."""
+        """Returns a result, fit for JSON."""
         row = {key: value for key, value in vars(result).items() if value not in (None, "")}
         return {key: str(value) if isinstance(value, Path) else value for key, value in row.items()}
 
@@ -127,7 +127,7 @@ class Report:
         return "\n".join([self.head, "", *each, "", self.foot])
 
     def _repr_html_(self) -> str:
-        """Return the report as a notebook shows it."""
+        """Returns the report as a notebook shows it."""
         return f"<pre>{escape(str(self))}</pre>"
 
     @property
@@ -160,18 +160,18 @@ class Report:
         return "\n".join(lines)
 
     def lines(self, result: Result, wide: int) -> list[str]:
-        """Return the lines of one result, the name of its check padded to a width."""
+        """Returns the lines of one result, the name of its check padded to a width."""
         scenes = f"{result.scenes:7,} {'scene ' if result.scenes == 1 else 'scenes'}"
         spent = f"{scenes}  {result.seconds:6.2f} s"
         first = f"  {result.status:10} {result.check:{wide}}  {spent}  {result.sentence}"
         return [first, *(f"             {line}" for line in self.details(result))]
 
     def replays(self, case: Path) -> str:
-        """Return the command that runs a saved case again."""
+        """Returns the command that runs a saved case again."""
         return f"kinetile replay {self.label} {case}"
 
     def details(self, result: Result) -> list[str]:
-        """Return the lines of a result below its status."""
+        """Returns the lines of a result below its status."""
         details = result.said.splitlines()
         if result.bodies is not None:
             bodies = f"{result.bodies} {'body' if result.bodies == 1 else 'bodies'}"
@@ -188,20 +188,21 @@ class Report:
 
 
 def likely(check: str, said: str) -> str:
-    """Return what authors usually did wrong where this check says so; "" where no row applies."""
+    """Returns what authors usually did wrong where this check says so; "" where no row applies."""
     rows = (row for row in SYMPTOMS.values() if check in row.get("checks", [check]))
     return next((row["often"] for row in rows if re.search(row.get("pattern", ""), said)), "")
 
 
 def diagnosed(check: str, said: str, subject: Subject) -> list[str]:
-    """Return the line that ends such a failure, if there is one: diagnoses are for broad phases. It is a
+    """Returns the line that ends such a failure, if there is one: diagnoses are for broad phases. It is a
     guess from experience and no judgement, so it comes last, and begins with "often"."""
     often = likely(check, said) if subject.pair is None else ""
     return [f"{OFTEN}{often}"] if often else []
 
 
 def saved(result: Result, scene: Scene, subject: Subject, folder: Path | None) -> Result:
-    """Return a result with the file of its scene, if there is a folder for it and a check that replays it."""
+    """Returns a result with the file of its scene, if there is a folder for it and a check that replays
+    it."""
     replayed = check_named(result.check).replay
     if folder is None or not replayed:
         return result

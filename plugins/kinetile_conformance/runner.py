@@ -121,7 +121,7 @@ class Plan:
 
     @classmethod
     def of(cls, subject: Subject, options: Mapping[str, Any]) -> Plan:
-        """Return the plan for phases with these ``Options``; those ``OF_OTHERS`` are left out."""
+        """Returns the plan for phases with these ``Options``; those ``OF_OTHERS`` are left out."""
         given = {key: value for key, value in options.items() if value is not None and key not in OF_OTHERS}
         given["checks"] = tuple(dict.fromkeys(given.get("checks", (each.name for each in CHECKS))))
         if "save_to" in given:
@@ -131,7 +131,7 @@ class Plan:
 
     @classmethod
     def of_phase(cls, name: str, options: Mapping[str, Any]) -> Plan:
-        """Return the plan for a phase with these ``Options``.
+        """Returns the plan for a phase with these ``Options``.
 
         Raises UnknownName, BadOption, and ValueError for a check that does not exist.
         """
@@ -151,14 +151,14 @@ class Plan:
         return cls.of(subject, options)
 
     def report(self, *results: Result) -> Report:
-        """Return the report on these results."""
+        """Returns the report on these results."""
         first, *_ = provided(self.subject)
         source = f"{first.distribution or 'this process'} {first.version or ''}".strip()
         return Report(self.subject, source, results)
 
 
 def reference_of(subject: Subject) -> Reference:
-    """Return what runs scenes under the reference, with the narrow phases under test. It keeps the last
+    """Returns what runs scenes under the reference, with the narrow phases under test. It keeps the last
     outcomes, for checks that share a scene: by its identity, for a phase may have written to it since."""
     kept: dict[tuple[int, int], tuple[Scene, RunOutcome]] = {}
 
@@ -174,7 +174,7 @@ def reference_of(subject: Subject) -> Reference:
 
 
 def applicable(subject: Subject, each: Check) -> str | None:
-    """Return why a check does not apply to phases; None where it does."""
+    """Returns why a check does not apply to phases; None where it does."""
     if each.judges == "broad" and subject.beside:
         return f"for a broad phase alone: judge it without a {next(iter(subject.beside.values()))} named"
     if not each.draws and subject.response is not None:
@@ -217,11 +217,12 @@ class CheckRun:
         self._observe = observe
 
     def look(self, scene: Any) -> None:
-        """Run the check on a scene; raise Disagreement where it fails, Refused where the phase refuses it."""
+        """Runs the check on a scene; raises Disagreement where it fails, Refused where the phase refuses
+        it."""
         self.each.run(self.subject, scene, self._reference)
 
     def holds(self, scene: Any) -> bool:
-        """Run the check on a scene; return False where it fails. A scene that the phase refuses holds."""
+        """Runs the check on a scene; returns False where it fails. A scene that the phase refuses holds."""
         if spent() > self.end:
             raise TimeIsUp  # before the scene counts
         self.count += 1
@@ -246,7 +247,7 @@ class CheckRun:
 
 
 def _place(error: Exception) -> str:
-    """Return where an error was raised; "" for kinetile's own errors, whose messages name the place."""
+    """Returns where an error was raised; "" for kinetile's own errors, whose messages name the place."""
     return "" if type(error).__module__ == "kinetile.errors" else place_of(error)
 
 
@@ -267,7 +268,7 @@ class Runner:
         self._observe = observe
 
     def smoke_test(self) -> None:
-        """Load a phase, compile it for the first sample that it does not refuse, and run it on that. What
+        """Loads a phase, compiles it for the first sample that it does not refuse, and runs it on that. What
         fails there is said once, with the author's own file and line; what becomes of the run is a matter of
         the checks.
 
@@ -294,11 +295,11 @@ class Runner:
         raise refusals[0]
 
     def holds(self, name: str, scene: Scene) -> bool:
-        """Run the check of a name on a scene, once."""
+        """Runs the check of a name on a scene, once."""
         return CheckRun(check_named(name), self.subject).holds(scene)
 
     def verdict(self, name: str, scene: Scene) -> str:
-        """Run a failing check under kinetile's own other phases; return which phase the failure speaks
+        """Runs a failing check under kinetile's own other phases; returns which phase the failure speaks
         against.
 
         Phases of other distributions are left out: each would have to be compiled, and could hang or crash.
@@ -320,7 +321,7 @@ class Runner:
         return f"only {subject.name}" + (f"; {fine} agree with the reference" if fine else "")
 
     def run(self, name: str) -> Result:
-        """Run the check of a name and return its result."""
+        """Runs the check of a name and returns its result."""
         each = check_named(name)
         skipped = applicable(self.subject, each)
         if skipped is not None:
@@ -346,7 +347,7 @@ class Runner:
         return replace(result, seconds=spent() - began)
 
     def _failed(self, run: CheckRun, result: Result) -> Result:
-        """Return the result of a check that has failed."""
+        """Returns the result of a check that has failed."""
         each, scene = run.each, run.scene
         result = replace(result, status="failed", said=str(run.said))
         if scene is not None:
@@ -361,7 +362,7 @@ class Runner:
         return replace(result, verdict=self.verdict(each.replay or each.name, scene))
 
     def _how_often(self, run: CheckRun) -> Iterator[str]:
-        """Repeat the check on the scene on which it failed; yield a line where it does not always fail."""
+        """Repeats the check on the scene on which it failed; yields a line where it does not always fail."""
         if run.scene is None or not run.each.draws:
             return
         again, times = CheckRun(run.each, self.subject, seconds=self.plan.seconds), 0

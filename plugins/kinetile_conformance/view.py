@@ -13,7 +13,7 @@ from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, lo
 def view_saved(
     path: str | os.PathLike[str], on_trial: Choice | None = None, *, until: float | None = None
 ) -> View | None:
-    """Return a view of a saved case, which opens where the phase under test differs from the reference; None
+    """Returns a view of a saved case, which opens where the phase under test differs from the reference; None
     of any other scene.
 
     ``on_trial`` is that phase; None: the one that the file names. Raises BadOption where there is none, and

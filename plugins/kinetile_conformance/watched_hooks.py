@@ -58,7 +58,7 @@ class _Strict(np.recarray[Any, Any]):
 
 
 def strict(k: Kernel) -> Kernel:
-    """Return the kernel's tables as views of the same memory that refuse an index below zero."""
+    """Returns the kernel's tables as views of the same memory that refuse an index below zero."""
     views = [table.view(_Strict) for table in k]
     for view in views:
         view.strict = True
@@ -96,19 +96,19 @@ Before = dict[str, tuple[Any, Any]]
 
 
 def copies(arrays: Mapping[str, Any]) -> Before:
-    """Return arrays and their copies, made at once: NumPy would copy records with gaps field by field."""
+    """Returns arrays and their copies, made at once: NumPy would copy records with gaps field by field."""
     plain = {name: array.view(np.ndarray) for name, array in arrays.items()}  # attributes are slow
     return {name: (each, np.frombuffer(each.tobytes(), each.dtype)) for name, each in plain.items()}
 
 
 def of_scene(scene: Scene) -> dict[str, Any]:
-    """Return the arrays of a scene, by name."""
+    """Returns the arrays of a scene, by name."""
     fields = ("position", "velocity", "radius", "mass")
     return {f"the scene's {name}": getattr(scene, name).reshape(-1) for name in fields}
 
 
 def before(hook: str, k: Kernel, s: Any, scene: Scene) -> Before:
-    """Return what a hook may not change in whole, as it is now: the tables, as far as they are in use, the
+    """Returns what a hook may not change in whole, as it is now: the tables, as far as they are in use, the
     scene's arrays, and, where it may not change that either, its state."""
     lists, may = k.clock[0].lists, HOOKS[hook]
     used = {name: int(getattr(lists, field)) for name, field in USED.items()}
@@ -119,7 +119,7 @@ def before(hook: str, k: Kernel, s: Any, scene: Scene) -> Before:
 
 
 def breaches(hook: str, before: Before, k: Kernel) -> Iterator[str]:
-    """Yield what a hook has changed and may not, now that it has returned."""
+    """Yields what a hook has changed and may not, now that it has returned."""
     may = HOOKS[hook]
     for name, (now, was) in before.items():
         yield from changed(name, now, was, may.get(name, ()))
@@ -132,7 +132,7 @@ def breaches(hook: str, before: Before, k: Kernel) -> Iterator[str]:
 
 
 def changed(name: str, now: Any, was: Any, may: Iterable[str | None] = ()) -> Iterator[str]:
-    """Yield, for each field of an array that may not change and has, the first row in which it did."""
+    """Yields, for each field of an array that may not change and has, the first row in which it did."""
     if was.tobytes() == now.tobytes():
         return
     for field in fields_in(now.dtype) or (None,):
@@ -146,7 +146,7 @@ def changed(name: str, now: Any, was: Any, may: Iterable[str | None] = ()) -> It
 
 
 def _not_scheduled(before: Before, k: Kernel) -> Iterator[str]:
-    """Yield certificates that have changed, and not by ``schedule``."""
+    """Yields certificates that have changed, and not by ``schedule``."""
     clock = k.clock[0]
     first, last, hand = len(before["offers"][1]), int(clock.lists.offered), int(clock.hand)
     if not first <= last <= len(k.offers):
@@ -178,7 +178,7 @@ class Watched:
         self._subject = subject
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Return the parts of the phase under test, with watched hooks."""
+        """Returns the parts of the phase under test, with watched hooks."""
         held = copies(of_scene(scene))
         made = registry().target("broad phase", self._subject.name)(**self._subject.options)
         parts: BroadPhaseParts = made.prepare(scene)
@@ -202,7 +202,7 @@ class Watched:
         return replace(parts, **watched)
 
     def _watched(self, name: str, hook: Callable[..., Any], scene: Scene) -> Callable[..., Any]:
-        """Return a watched hook."""
+        """Returns a watched hook."""
         code = getattr(unwrap(hook), "__code__", None)
         begins = f" (it begins in {Path(code.co_filename).name}, line {code.co_firstlineno})" if code else ""
 
@@ -225,7 +225,7 @@ class Watched:
 
 
 def watch_hooks(subject: Subject, scene: Scene) -> str | None:
-    """Run a phase on a scene with every hook watched; return what was seen first, None where nothing was.
+    """Runs a phase on a scene with every hook watched; returns what was seen first, None where nothing was.
 
     Whether the run gives the right answer, or comes to its end at all, is for other checks to say. Raises
     Refused where the phase cannot do the scene.
@@ -247,8 +247,8 @@ def watch_hooks(subject: Subject, scene: Scene) -> str | None:
 
 
 def _run(sim: Simulation, scene: Scene) -> None:
-    """Run a while, turn a body to be fast, so that all is laid out again, run on, have bodies go and come,
-    run on again, and run the phase's audit after each piece. What the audit says is for other checks."""
+    """Runs a while, turns a body to be fast, so that all is laid out again, removes and inserts bodies,
+    and runs the phase's audit after each piece. What the audit says is for other checks."""
     for piece in range(3):
         there, places, radii = sim.bodies, sim.positions(), sim.radii()
         shapes = sim.shapes()

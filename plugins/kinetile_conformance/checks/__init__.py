@@ -54,7 +54,7 @@ CHECKS: tuple[Check, ...] = tuple(_checks())
 
 
 def check_named(name: str) -> Check:
-    """Return the check of a name; raise ValueError, with the names there are."""
+    """Returns the check of a name; raises ValueError, with the names there are."""
     for each in CHECKS:
         if each.name == name:
             return each
@@ -62,12 +62,12 @@ def check_named(name: str) -> Check:
 
 
 def most(strategy: Strategy, examples: int) -> int:
-    """Return the number of scenes that are drawn of a strategy, for all its checks."""
+    """Returns the number of scenes that are drawn of a strategy, for all its checks."""
     return max(each.count(examples) for each in CHECKS if each.strategy == strategy)
 
 
 def table(examples: int) -> list[tuple[str, int, str]]:
-    """Return the table of strategies and observations: for each check what draws its scenes, how many of
+    """Returns the table of strategies and observations: for each check what draws its scenes, how many of
     them, and its name, which says what is observed. Rows of one strategy are together."""
     return [
         (each.strategy.name if each.strategy else "scenes of its own", each.count(examples), each.name)

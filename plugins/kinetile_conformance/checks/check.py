@@ -82,7 +82,7 @@ class Observation:
 
 
 def observation(**how: Any) -> Callable[[Callable[[Case], None]], Observation]:
-    """Return a decorator that makes a function an observation of its name, with its docstring as the
+    """Returns a decorator that makes a function an observation of its name, with its docstring as the
     sentence."""
 
     def made(look: Callable[[Case], None]) -> Observation:
@@ -133,19 +133,19 @@ class Check:
         return self.observation.replayed_by or (self.name if self.draws else "")
 
     def count(self, examples: int) -> int:
-        """Return its number of scenes for a number of small ones."""
+        """Returns its number of scenes for a number of small ones."""
         if self.strategy is None:
             return 1
         return self.strategy.fixed or max(1, round(self.share * examples))
 
     def run(self, subject: Subject, scene: Scene, reference: Reference) -> None:
-        """Look at a scene; raise Disagreement where it does not hold."""
+        """Looks at a scene; raises Disagreement where it does not hold."""
         contacts = self.strategy.contacts if self.strategy else CONTACTS
         self.observation.look(Case(subject, scene, reference, contacts))
 
 
 def compare(case: Case, found: RunOutcome, how: str = "") -> None:
-    """Raise unless an outcome of the phases under test is the reference's, bit for bit."""
+    """Raises unless an outcome of the phases under test is the reference's, bit for bit."""
     expected = case.expected
     said = difference(found, expected, case.subject.name)
     if said is not None:
@@ -153,7 +153,7 @@ def compare(case: Case, found: RunOutcome, how: str = "") -> None:
 
 
 def _who_is_right(case: Case, found: RunOutcome, expected: RunOutcome) -> str:
-    """Return a line that names the contacts that are right by the specification, where they differ."""
+    """Returns a line that names the contacts that are right by the specification, where they differ."""
     if len(case.scene) > JUDGED:
         return ""
     at = first_difference(found.contacts, expected.contacts)

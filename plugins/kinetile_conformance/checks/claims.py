@@ -38,7 +38,7 @@ EDGES = 6
 
 
 def _cluster(seed: int, size: float) -> Scene:
-    """Return twelve bodies in the far corner of a unit square, with size and speed in proportion to
+    """Returns twelve bodies in the far corner of a unit square, with size and speed in proportion to
     ``size``."""
     random = np.random.default_rng(seed)
     radius = random.uniform(0.35, 0.45, 12)
@@ -62,7 +62,7 @@ def skin_limit_holds_at_its_edge(case: Case) -> None:
 
 
 def _thickest(subject: Subject, seed: int) -> float:
-    """Return the smallest size of a cluster that a phase does not refuse, found by bisection."""
+    """Returns the smallest size of a cluster that a phase does not refuse, found by bisection."""
     accepted, refused = 2.0**-4, 2.0**-FINEST
     for _ in range(FINEST):
         size = float(np.sqrt(accepted * refused))
@@ -135,7 +135,7 @@ def same_contacts_after_a_change_of_view(case: Case) -> None:
 
 
 def _views(scene: Scene) -> Iterator[tuple[str, Scene]]:
-    """Yield (name of the transformation, transformed scene). A scene that is mirrored or renumbered is
+    """Yields (name of the transformation, transformed scene). A scene that is mirrored or renumbered is
     another one of its strategy."""
     yield "32 times as large", viewed(scene, larger=32.0)
     yield "2^40 times as small", viewed(scene, larger=2.0**-40)
@@ -152,7 +152,7 @@ OTHER_HASHES = {"PYTHONHASHSEED": "4711"}
 
 
 def _scenes() -> list[Scene]:
-    """Return scenes with arenas, which all phases accept; in the first each body meets each."""
+    """Returns scenes with arenas, which all phases accept; in the first each body meets each."""
     of_lattices = [lattices(count, seed, arena=True) for count, seed in ((1, 1), (1, 7), (9, 2))]
     return [marathon(5, 0), *of_lattices, swarm("gas", 30), swarm("shear", 40, variation=1)]
 
@@ -160,7 +160,7 @@ def _scenes() -> list[Scene]:
 def _summaries(
     subject: Subject, started: Sequence[Scene | Path], ends: Iterable[float]
 ) -> list[tuple[str, str]]:
-    """Run scenes, and go on with saved simulations, each until its time; return for each how it ended, and
+    """Runs scenes, and resumes saved simulations, each until its time; returns for each how it ended, and
     its fingerprint."""
     return [_summary(subject, each, end) for each, end in zip(started, ends, strict=True)]
 
@@ -177,7 +177,7 @@ def _summary(subject: Subject, started: Scene | Path, end: float) -> tuple[str, 
 
 
 def _saved(subject: Subject, scene: Scene, path: Path) -> Path:
-    """Save a scene after some of its contacts; return the file."""
+    """Saves a scene after some of its contacts; returns the file."""
     sim = subject.simulation(scene)
     sim.run(until=horizon(scene), max_contacts=CONTACTS // 3)
     sim.save(path)

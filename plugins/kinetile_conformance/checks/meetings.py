@@ -87,7 +87,7 @@ class Met(NamedTuple):
     after: Floats | None = None
 
     def said(self, at: int) -> str:
-        """Return a meeting in words."""
+        """Returns a meeting in words."""
         a, b = self.who[at].tolist()
         said = f"body {a} and " + (f"body {b}" if b >= 0 else f"the {WALLS[b]} wall")
         when = "" if self.ticks is None else f"meet {said_tick(int(self.ticks[at]))}"
@@ -95,7 +95,7 @@ class Met(NamedTuple):
         return f"{said} {' and '.join(each for each in (when, then) if each)}"
 
     def check(self, sim: Simulation, found: Met, how: str) -> None:
-        """Raise for the first meeting that is found to be another one; ``how``: by what, or where."""
+        """Raises for the first meeting that is found to be another one; ``how``: by what, or where."""
         differs = np.zeros(len(self.who), np.bool_)
         for one, other in zip(self, found, strict=True):
             if one is not None and other is not None:
@@ -104,14 +104,14 @@ class Met(NamedTuple):
             raise Disagreement(f"at time {sim.time!r} {self.said(at)}; {how}, {found.said(at)}")
 
     def exchanged(self) -> Met:
-        """Return the meetings with the second body as the first; walls stay the second."""
+        """Returns the meetings with the second body as the first; walls stay the second."""
         two = self.who[:, 1:] >= 0
         normal = None if self.normal is None else np.where(two, -self.normal, self.normal)
         after = None if self.after is None else np.where(two, self.after[:, [2, 3, 0, 1]], self.after)
         return Met(np.where(two, self.who[:, ::-1], self.who), normal, self.ticks, after)
 
     def turned(self, bodies: int) -> Met:
-        """Return the meetings of bodies that are numbered the other way round; the lower number is first."""
+        """Returns the meetings of bodies that are numbered the other way round; the lower number is first."""
         return self._replace(who=np.where(self.who < 0, self.who, bodies - 1 - self.who)).exchanged()
 
 
@@ -124,7 +124,7 @@ def _at_some_moments(
     meetings: Callable[[Simulation], tuple[Answer, Met] | None],
     look: Callable[[Simulation, Answer, Met], None],
 ) -> None:
-    """Call a function with a simulation at some moments of a run, and with what answers there for whom."""
+    """Calls a function with a simulation at some moments of a run, and with what answers there for whom."""
 
     def see(sim: Simulation) -> None:
         found = meetings(sim)
@@ -135,13 +135,13 @@ def _at_some_moments(
 
 
 def _pairs(sim: Simulation) -> tuple[Answer, Met] | None:
-    """Return the narrow phase for pairs, and all pairs; None where there is none."""
+    """Returns the narrow phase for pairs, and all pairs; None where there is none."""
     pair, two = composition_of(sim).pair, np.column_stack(np.triu_indices(len(sim.tables.bodies), 1))
     return None if pair is None else (partial(_met, pair), Met(two.astype(np.int32)))
 
 
 def _met(pair: PairParts, k: Kernel, met: Met) -> Met:
-    """Return when the bodies of each pair meet, and their velocities after that contact."""
+    """Returns when the bodies of each pair meet, and their velocities after that contact."""
     ticks, after = np.zeros(len(met.who), np.int64), np.zeros((len(met.who), 4))
     who = np.ascontiguousarray(met.who, np.int32)
     _call(meet_all, k, who, ticks, after, meet=pair.meet, collide=pair.collide)
@@ -227,7 +227,7 @@ def _walls(name: str, options: Mapping[str, Any], scene: Scene) -> WallParts:
 
 
 def _met_walls(walls: WallParts, k: Kernel) -> Met:
-    """Return the next contact of each body with a wall."""
+    """Returns the next contact of each body with a wall."""
     found = np.zeros((len(k.bodies), 2), np.int64)
     _call(reach_all_walls, k, found, reach_wall=walls.reach_wall)
     return Met(np.column_stack([np.arange(len(found)), found[:, 1]]), ticks=found[:, 0])
@@ -253,12 +253,12 @@ def same_contacts_as_convex(case: Case) -> None:
 
 
 def _answer_of(run: RunOutcome) -> RunOutcome:
-    """Return what the specification says of a run: not how deep bodies overlap, nor the sign of a zero."""
+    """Returns what the specification says of a run: not how deep bodies overlap, nor the sign of a zero."""
     return replace(run, tables={}, positions=run.positions + 0.0, velocities=run.velocities + 0.0)
 
 
 def _meetings(name: str, sim: Simulation) -> tuple[Answer, Met] | None:
-    """Return the response of a name, and the meetings of bodies that approach to which it would be the
+    """Returns the response of a name, and the meetings of bodies that approach to which it would be the
     answer; None where there is none."""
     rules, k = composition_of(sim).rules, sim.tables
     rows = [response.name == name for row in sim.scene.meets for response in row]
@@ -277,7 +277,7 @@ def _meetings(name: str, sim: Simulation) -> tuple[Answer, Met] | None:
 
 
 def _normal(k: Kernel, a: int, b: int) -> tuple[float, float]:
-    """Return the direction from one centre to the other, or to a wall: any is as good as that of a
+    """Returns the direction from one centre to the other, or to a wall: any is as good as that of a
     contact."""
     if b < 0:
         return NORMALS[b]
@@ -287,7 +287,7 @@ def _normal(k: Kernel, a: int, b: int) -> tuple[float, float]:
 
 
 def _answered(hook: Any, k: Kernel, met: Met) -> Met:
-    """Return the velocities after the meetings: of the first, and of the second; with a wall, twice the
+    """Returns the velocities after the meetings: of the first, and of the second; with a wall, twice the
     first's."""
     after = np.zeros((len(met.who), 4))
     _call(answer_all, k, np.ascontiguousarray(met.who), np.ascontiguousarray(met.normal), after, respond=hook)
@@ -330,7 +330,7 @@ def a_response_adds_no_energy_that_says_so(case: Case) -> None:
 
 
 def _response(case: Case) -> Response:
-    """Return the response under test; raises DoesNotApply where the kernel itself answers."""
+    """Returns the response under test; raises DoesNotApply where the kernel itself answers."""
     response = cast(Response, case.subject.response)
     parts = registry().target("response", response.name)(**response.options)
     if parts.prepare(case.scene).respond is None:
@@ -339,8 +339,8 @@ def _response(case: Case) -> Response:
 
 
 def _check_surroundings(sim: Simulation, hook: str, answer: Answer, met: Met, *moved: str) -> Met:
-    """Return what a hook answers; raise where it writes to a table, but for a fault, which it may report, or
-    answers otherwise in other surroundings. ``moved`` are the ticks that are later together."""
+    """Returns what a hook answers; raises where it writes to a table, but for a fault, which it may report,
+    or answers otherwise in other surroundings. ``moved`` are the ticks that are later together."""
     k = copied(sim.tables)
     right = answer(k, met)
     for name, was, table in zip(k._fields, sim.tables, k, strict=True):
@@ -357,7 +357,7 @@ def _check_surroundings(sim: Simulation, hook: str, answer: Answer, met: Met, *m
 
 
 def _surroundings(k: Kernel, met: Met, moved: tuple[str, ...]) -> Iterator[tuple[str, Kernel, Met]]:
-    """Yield a difference in words, tables with it, and meetings there."""
+    """Yields a difference in words, tables with it, and meetings there."""
     later = copied(k)
     for name in moved:
         table, _, field = name.partition(".")
@@ -380,13 +380,13 @@ def _surroundings(k: Kernel, met: Met, moved: tuple[str, ...]) -> Iterator[tuple
 
 
 def copied(k: Kernel) -> Kernel:
-    """Return copies of the tables."""
+    """Returns copies of the tables."""
     return Kernel(*(table.copy() for table in k))
 
 
 def _before(k: Kernel, who: Integers) -> tuple[Floats, npt.NDArray[np.bool_], Floats]:
-    """Return the masses of those that meet, which of them the other cannot move, and their velocities, (m, 4)
-    each. A wall is an immovable body at rest; two immovable ones have equal masses."""
+    """Returns the masses of those that meet, which of them the other cannot move, and their velocities, (m,
+    4) each. A wall is an immovable body at rest; two immovable ones have equal masses."""
     body, wall = np.maximum(who, 0), who < 0
     mass = np.where(wall, math.inf, k.mass[body]).repeat(2, axis=1)
     heavy = np.isinf(mass)
@@ -396,7 +396,7 @@ def _before(k: Kernel, who: Integers) -> tuple[Floats, npt.NDArray[np.bool_], Fl
 
 
 def _check_energy(sim: Simulation, answer: Answer, met: Met) -> None:
-    """Raise where two that meet gain more energy than rounding adds, as an immovable one sees it where one
+    """Raises where two that meet gain more energy than rounding adds, as an immovable one sees it where one
     is."""
     mass, heavy, old = _before(sim.tables, met.who)
     shared = np.where(heavy, old, 0.0)
@@ -415,12 +415,12 @@ meet = soonest = collide = reach_wall = respond = to_be_filled_in
 
 
 def _call(template: Any, k: Kernel, *arrays: npt.NDArray[Any], **hooks: Any) -> None:
-    """Call a template with the hooks that it names."""
+    """Calls a template with the hooks that it names."""
     compose(template, hooks, "conformance", Kernel)(k, *arrays)
 
 
 def meet_all(k: Kernel, pairs: Integers, ticks: Ticks, after: Floats) -> None:
-    """Write down when the bodies of each pair meet, and their velocities after that contact."""
+    """Writes down when the bodies of each pair meet, and their velocities after that contact."""
     k = disowned(k)
     for i in range(len(pairs)):
         a, b = pairs[i, 0], pairs[i, 1]
@@ -439,7 +439,7 @@ def meet_all(k: Kernel, pairs: Integers, ticks: Ticks, after: Floats) -> None:
 
 
 def bound_all(k: Kernel, pairs: Integers, bounds: Floats) -> None:
-    """Write down the latest bound of each pair, from either body, alone and beside the body itself: a narrow
+    """Writes down the latest bound of each pair, from either body, alone and beside the body itself: a narrow
     phase may have another way for one partner than for many."""
     k = disowned(k)
     for i in range(len(pairs)):
@@ -453,14 +453,14 @@ def bound_all(k: Kernel, pairs: Integers, bounds: Floats) -> None:
 
 
 def reach_all_walls(k: Kernel, found: Ticks) -> None:
-    """Write down when each body meets a wall, and which."""
+    """Writes down when each body meets a wall, and which."""
     k = disowned(k)
     for body in range(len(found)):
         found[body, 0], found[body, 1] = reach_wall(k, k.bodies[body])
 
 
 def answer_all(k: Kernel, who: Integers, normal: Floats, after: Floats) -> None:
-    """Write down the velocities after each meeting."""
+    """Writes down the velocities after each meeting."""
     k = disowned(k)
     for i in range(len(who)):
         a, b = who[i, 0], who[i, 1]

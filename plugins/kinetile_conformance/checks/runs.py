@@ -43,12 +43,12 @@ BY_HAND = 21
 
 
 def stops_for(case: Case, most: int) -> int:
-    """Return how often a run is stopped: the less often, the more bodies there are."""
+    """Returns how often a run is stopped: the less often, the more bodies there are."""
     return int(np.clip(most * 8192 // max(len(case.scene), 1) ** 2, 2, most))
 
 
 def moments(case: Case, most: int) -> list[float]:
-    """Return when a run is stopped: between contacts, at contacts, and at commands, as far as the reference
+    """Returns when a run is stopped: between contacts, at contacts, and at commands, as far as the reference
     comes."""
     scene, expected = case.scene, case.expected
     parts = np.arange(1, most + 1) / (most + 1)
@@ -67,8 +67,8 @@ def moments(case: Case, most: int) -> list[float]:
 
 
 def watch(case: Case, look: Look, most: int = STOPS, steps: int = STEPS, every: int = 1) -> None:
-    """Run a case, and look at it when it is built, after each of its first events, and at moments of its run,
-    or at each so many of these; raise Disagreement unless its outcome is the reference's."""
+    """Runs a case, and looks at it when it is built, after each of its first events, and at moments of its
+    run, or at each so many of these; raises Disagreement unless its outcome is the reference's."""
     sim, number = case.subject.simulation(case.scene), count()
 
     def see() -> Simulation:
@@ -93,13 +93,13 @@ def watch(case: Case, look: Look, most: int = STOPS, steps: int = STEPS, every: 
 
 
 def _left(sim: Simulation, ended: str) -> RunOutcome:
-    """Return the outcome without the numbers of the plans: a body that is put back has a new plan."""
+    """Returns the outcome without the numbers of the plans: a body that is put back has a new plan."""
     found = RunOutcome.of(sim, ended)
     return replace(found, tables={name: found.tables[name] for name in found.tables if name != "stamps"})
 
 
 def _run(case: Case, sim: Simulation, until: float) -> bool:
-    """Run until a time, unless a case has had its contacts; return whether it has not."""
+    """Runs until a time, unless a case has had its contacts; returns whether it has not."""
     left = case.contacts - len(sim.contacts)
     if left > 0:
         sim.run(until=max(until, sim.time), max_contacts=left)
@@ -141,24 +141,24 @@ def can_be_drawn(case: Case) -> None:
 
 
 def look_at(sim: Simulation) -> None:
-    """Read what a user reads between two runs."""
+    """Reads what a user reads between two runs."""
     sim.candidate_pairs(), sim.near(), sim.next_event, sim.readings, sim.drawing()
 
 
 def put_back(sim: Simulation) -> None:
-    """Put a simulation back to where it is."""
+    """Puts a simulation back to where it is."""
     sim.restore(sim.snapshot())
     _audit(sim)
 
 
 def rebuild(sim: Simulation) -> None:
-    """Build the structure anew."""
+    """Builds the structure anew."""
     sim.rebuild()
     _audit(sim)
 
 
 def resume(sim: Simulation) -> Simulation:
-    """Save a simulation; return the one that goes on from the file, after it was audited and drawn."""
+    """Saves a simulation; returns the one that goes on from the file, after it was audited and drawn."""
     with tempfile.TemporaryDirectory() as folder:
         sim.save(Path(folder) / "saved")
         sim = kt.resume(Path(folder) / "saved")
@@ -230,8 +230,8 @@ def same_contacts_when_commanded_by_hand(case: Case) -> None:
 
 
 def _give(sim: Simulation, command: Command, numbers: dict[int, int]) -> None:
-    """Give a command of a scene, in which bodies have other ``numbers``; what is refused, as there is no room
-    by now, is left out."""
+    """Gives a command of a scene, in which bodies have other ``numbers``; what is refused, as there is no
+    room by now, is left out."""
     if isinstance(command, Insert):
         _, place, flies, radius, mass, *_, shape = command
         try:

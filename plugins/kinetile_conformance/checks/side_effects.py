@@ -70,7 +70,7 @@ AT_FIRST = dict(os.environ)
 
 
 def _open_files() -> list[str]:
-    """Return what the open files of this process are, where the system can tell."""
+    """Returns what the open files of this process are, where the system can tell."""
     found = []
     for each in Path("/proc/self/fd").glob("*"):
         with suppress(OSError):  # the one that lists them is closed by now
@@ -79,7 +79,7 @@ def _open_files() -> list[str]:
 
 
 def _mapped_files() -> list[str]:
-    """Return the files that are mapped into memory, but for libraries, where the system can tell."""
+    """Returns the files that are mapped into memory, but for libraries, where the system can tell."""
     maps = Path("/proc/self/maps")
     lines = maps.read_text(encoding="utf-8", errors="replace").splitlines() if maps.exists() else []
     return sorted(each.partition("/")[2] for each in lines if "/" in each and ".so" not in each)
@@ -205,7 +205,7 @@ SECONDS = 60.0
 
 
 def first_breach(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | None:
-    """Run a phase interpreted on scenes with all hooks watched; return the first breach and its scene, None
+    """Runs a phase interpreted on scenes with all hooks watched; returns the first breach and its scene, None
     where there is none.
 
     Raises Refused where it refuses all the scenes, or cannot be sent to another interpreter; TimeIsUp where
@@ -223,7 +223,7 @@ def first_breach(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str |
 
 
 def _watched(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | None:
-    """Return the first breach of a phase whose hooks are watched, and its scene; None where there is none.
+    """Returns the first breach of a phase whose hooks are watched, and its scene; None where there is none.
     Scenes that the phase refuses are left out; raises Refused where it refuses all."""
     refused = []
     for title, scene in scenes:

@@ -49,7 +49,7 @@ Answer = Annotated[
 
 
 def _list(wanted: bool) -> None:
-    """Print the table of strategies and observations, and end."""
+    """Prints the table of strategies and observations, and ends."""
     if wanted:
         from kinetile_conformance.checks import CHECKS, OTHERWISE, table
 
@@ -149,7 +149,7 @@ def to_judge(
     of_phases: Mapping[str, Any],
     of_programs: Mapping[str, Any],
 ) -> tuple[list[Judged], list[str] | None]:
-    """Return what is judged, with options of phases and of programs, and the names of the checks; raise
+    """Returns what is judged, with options of phases and of programs, and the names of the checks; raises
     BadOption for options that are not for these, or that have no such value."""
     for options, strange, whose in (
         (of_phases, bool(commands), "broad phases alone"),
@@ -203,7 +203,7 @@ def to_judge(
 
 
 def compiling_first() -> str:
-    """Return what comes first, where loops are compiled."""
+    """Returns what comes first, where loops are compiled."""
     from kinetile.instruments import INTERPRETED
 
     return "" if INTERPRETED else "; loops that are not compiled yet are compiled first (about 10 s each)"
@@ -224,12 +224,12 @@ class _Printer:
         self._bar = Bar("judging")
 
     def scene(self, check: str, count: int) -> None:
-        """Show how far a check is, on a terminal."""
+        """Shows how far a check is, on a terminal."""
         self.at = f" in {check}, at scene {count:,}"
         self._bar.show(None, f"{check}: {count:,} scenes")
 
     def result(self, result: Result) -> None:
-        """Print a result."""
+        """Prints a result."""
         self.at = ""
         self._bar.close()
         if self._json:
@@ -238,7 +238,7 @@ class _Printer:
             echo("\n".join(self._judged.report.lines(result, self._wide)))
 
     def end(self, status: str) -> None:
-        """Print the lines below the results, or all of it as a line of JSON."""
+        """Prints the lines below the results, or all of it as a line of JSON."""
         self._bar.close()
         report = self._judged.report
         if self._json:
@@ -251,7 +251,7 @@ class _Printer:
 
 
 def _line(row: dict[str, Any]) -> None:
-    """Print a line of JSON at once."""
+    """Prints a line of JSON at once."""
     echo(as_text.dumps(row, allow_nan=False, default=str))
 
 

@@ -37,7 +37,7 @@ SHAPES = np.array([(4, 4), (3, 3), (9, 1), (1, 9), (5, 2), (2, 5)])
 
 
 def lattices(count: int, seed: int, arena: bool, apart: int = APART[0]) -> Scene:
-    """Return lattices in one scene, ``apart`` from each other, with or without an arena around them all."""
+    """Returns lattices in one scene, ``apart`` from each other, with or without an arena around them all."""
     random = np.random.default_rng(seed)
     bodies = random.integers(FEWEST, MOST + 1, count)
     shape = SHAPES[random.integers(0, len(SHAPES), count)]
@@ -75,12 +75,12 @@ def lattices(count: int, seed: int, arena: bool, apart: int = APART[0]) -> Scene
 
 
 def _some(random: np.random.Generator, count: int, share: float) -> npt.NDArray[np.bool_]:
-    """Return a random choice of so large a share of the lattices, (count, 1, 1)."""
+    """Returns a random choice of so large a share of the lattices, (count, 1, 1)."""
     return random.random((count, 1, 1)) < share
 
 
 def falling(number: int) -> Scene:
-    """Return lattices, or bodies of several sizes, that fall along both axes, by much or hardly: gravity
+    """Returns lattices, or bodies of several sizes, that fall along both axes, by much or hardly: gravity
     along one alone would be another loop to compile. None rests on a wall."""
     random = np.random.default_rng(number)
     base = lattices(4, number, True, APART[1]) if number & 1 else swarm("gas", 30, number, number % 7)
@@ -93,7 +93,7 @@ BASES, CONTACTS = 40, 100_000
 
 
 def marathon(bodies: int, seed: int) -> Scene:
-    """Return bodies in a small box, which meet each other and the walls for a long time."""
+    """Returns bodies in a small box, which meet each other and the walls for a long time."""
     random = np.random.default_rng(seed)
     columns, rows = random.permutation([3, 4])
     place = slots(random, bodies, int(columns), int(rows))

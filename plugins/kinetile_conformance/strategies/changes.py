@@ -18,7 +18,7 @@ changed = Scene.replace
 
 
 def only_bodies(scene: Scene, kept: npt.NDArray[np.integer]) -> Scene:
-    """Return a scene with some of its bodies at the start, under new numbers, with their commands."""
+    """Returns a scene with some of its bodies at the start, under new numbers, with their commands."""
     kept = np.sort(kept)
     new = {int(old): number for number, old in enumerate(kept)}
     coming = {command.body for command in scene.commands if isinstance(command, Insert)}
@@ -30,20 +30,20 @@ def only_bodies(scene: Scene, kept: npt.NDArray[np.integer]) -> Scene:
 
 
 def only_commands(scene: Scene, kept: npt.NDArray[np.integer]) -> Scene:
-    """Return a scene with some of its commands, without those for a body that never comes."""
+    """Returns a scene with some of its commands, without those for a body that never comes."""
     commands = [scene.commands[at] for at in np.sort(kept)]
     there = {*range(len(scene)), *(command.body for command in commands if isinstance(command, Insert))}
     return changed(scene, commands=[command for command in commands if command.body in there])
 
 
 def ended_at(scene: Scene, until: float) -> Scene:
-    """Return a scene that runs until another time, without the commands after it."""
+    """Returns a scene that runs until another time, without the commands after it."""
     left = [command for command in scene.commands if command.time <= until]
     return changed(scene, settings=replace(scene.settings, until=until), commands=left)
 
 
 def viewed(scene: Scene, larger: float = 1.0, slower: float = 1.0, later: float = 0.0) -> Scene:
-    """Return a scene in which all lengths and all durations are multiplied, and which starts later."""
+    """Returns a scene in which all lengths and all durations are multiplied, and which starts later."""
 
     def when(time: float) -> float:
         return scene.start + later + slower * (time - scene.start)

@@ -19,7 +19,7 @@ from kinetile_conformance.strategies.torus import torus
 
 
 def row_between_two() -> Scene:
-    """Return two large bodies, one over the other, and a row of small ones between them: behind each gap of
+    """Returns two large bodies, one over the other, and a row of small ones between them: behind each gap of
     the row the two see each other, so one may be named to the other many times."""
     small = 24
     place = np.concatenate([[[8.0, 8.0], [8.0, 25.5]], np.full((small, 2), 16.75)])
@@ -31,12 +31,12 @@ def row_between_two() -> Scene:
 
 
 def smallest() -> Scene:
-    """Return one body in a box."""
+    """Returns one body in a box."""
     return Scene([[0.5, 0.5]], [[0.0, 0.0]], 0.25, arena=(1.0, 1.0))
 
 
 def _gallery(count: int, seed: int) -> Iterator[Scene]:
-    """Yield scenes with nothing, one body, or nothing that moves, and a row between two."""
+    """Yields scenes with nothing, one body, or nothing that moves, and a row between two."""
     nobody = np.zeros((0, 2))
     yield Scene(nobody, nobody, np.zeros(0), arena=(1.0, 1.0))
     yield smallest()
@@ -58,7 +58,7 @@ _OF_KINDS = (
 
 
 def small_ones() -> list[tuple[str, Scene]]:
-    """Return few bodies of all kinds, with titles: for interpreted hooks many would take too long."""
+    """Returns few bodies of all kinds, with titles: for interpreted hooks many would take too long."""
     shown = {
         "one body": smallest().replace(velocity=[[1.0, 0.5]]),
         **{f"{n} bodies of the kind {kind!r}": swarm(kind, n, variation=each) for kind, n, each in _OF_KINDS},

@@ -38,7 +38,7 @@ ANSWERS = ("elastic", "stop", LOSSY, Response("restitution", e=0.875, contact_ti
 def of_kinds(
     kinds: Sequence[int], mass: Iterable[float], random: np.random.Generator, passing: bool | None = None
 ) -> dict[str, Any]:
-    """Return the fields of a scene whose bodies have the kinds of these numbers, and masses: wisps pass
+    """Returns the fields of a scene whose bodies have the kinds of these numbers, and masses: wisps pass
     through all others (None: in half of all scenes), blocks cannot be moved."""
     answers = [ANSWERS[int(random.choice([0, 0, 1, 2, 3]))] for _ in range(3)]
     pairs = (("*", "*"), ("*", "wall"), ("ball", "ball"))
@@ -55,7 +55,7 @@ def of_kinds(
 
 
 def with_kinds(scene: Scene) -> Scene:
-    """Return a scene in which all bodies are balls, and elastic, with the loop of scenes with kinds."""
+    """Returns a scene in which all bodies are balls, and elastic, with the loop of scenes with kinds."""
     rules: Rules = SAME_LOOP | NOBODY_PASSES
     return scene.replace(kinds=(*KINDS, *ABSENT), responses=rules, kind=["ball"] * len(scene))
 
@@ -66,7 +66,7 @@ each, in half a millisecond."""
 
 
 def acceptable(subject: Subject, scene: Scene, known: dict[Any, tuple[int, bool]] | None = None) -> Scene:
-    """Return a scene as phases accept it, if they do: with the response under test, without what no body
+    """Returns a scene as phases accept it, if they do: with the response under test, without what no body
     does; where axes are periodic also without responses; and only its beginning, where each command is
     dear. ``known`` has what they accept of scenes that have as much."""
     scene, living, known = subject.dressed(scene), is_living(scene), {} if known is None else known
@@ -92,7 +92,7 @@ MANY = (9, 65, 256)
 
 
 def of_many_kinds(number: int) -> Scene:
-    """Return bodies in a box, of up to 256 kinds of which each two may have a rule of their own; a quarter
+    """Returns bodies in a box, of up to 256 kinds of which each two may have a rule of their own; a quarter
     cannot be moved, and those meet each other, too."""
     random = np.random.default_rng(number)
     bodies = int(random.integers(8, 80))

@@ -55,8 +55,8 @@ LEVELS = 12 if INTERPRETED else 48
 
 
 def _of_kinds(number: int) -> Scene:
-    """Return up to seven bodies in a box, of three kinds; of those that pass, if any do, one may begin within
-    another."""
+    """Returns up to seven bodies in a box, of three kinds; of those that pass, if any do, one may begin
+    within another."""
     random, passing = np.random.default_rng(number), bool(number & 1)
     bodies = int(random.integers(2, 8))
     kinds, place = random.integers(0, len(KINDS), bodies), slots(random, bodies, 4, 4)
@@ -70,7 +70,7 @@ def _of_kinds(number: int) -> Scene:
 
 
 def _of_many(number: int) -> Scene:
-    """Return the beginning of a swarm, without its turns."""
+    """Returns the beginning of a swarm, without its turns."""
     random = np.random.default_rng(number)
     bodies = 12 if INTERPRETED else int(FEWEST * (MOST / FEWEST) ** random.random())
     kind = str(random.choice([*SWARMS, *3 * SIZES]))
@@ -115,7 +115,7 @@ class _Play:
         self.unit = 2.0 ** np.round(np.log2(max(2.0 * self.widest, self.size.min() / 8.0) / speed))
 
     def run(self, eighths: int) -> None:
-        """Run on for a number of eighths of the time in which the fastest body crosses a cell, or an
+        """Runs on for a number of eighths of the time in which the fastest body crosses a cell, or an
         eighth of the scene."""
         if not eighths or self.ended:
             return
@@ -125,7 +125,7 @@ class _Play:
             self.ended = True  # under every phase: what came before is a scene as well
 
     def place(self) -> Any:
-        """Return a place in 64ths of the scene, or anywhere in it."""
+        """Returns a place in 64ths of the scene, or anywhere in it."""
         part = self.random.integers(1, 64, 2) / 64.0 if self.random.random() < 0.75 else self.random.random(2)
         for at, axis in enumerate("xy"):  # on a periodic axis also on the border, and some periods away
             if axis in self.scene.periodic and self.random.random() < 0.5:
@@ -133,7 +133,7 @@ class _Play:
         return self.corner + part * self.size
 
     def insert(self, place: Any, velocity: Any, radius: float, sizes: int = 3) -> bool:
-        """Insert a body, or a smaller one of up to ``sizes`` sizes, if there is room for it; return whether
+        """Inserts a body, or a smaller one of up to ``sizes`` sizes, if there is room for it; returns whether
         it has come."""
         kind = None if self.scene.kinds == (0,) else KINDS[int(self.random.integers(len(KINDS)))]
         for smaller in (1.0, 2.0, 4.0)[:sizes]:
@@ -150,7 +150,7 @@ class _Play:
         return False
 
     def shape(self, radius: float) -> Shape:
-        """Return one of a few shapes that a circle of a radius holds: mostly one that there is, as each new
+        """Returns one of a few shapes that a circle of a radius holds: mostly one that there is, as each new
         one has its differences from all others."""
         there = [each for each in self.scene.shapes if each.reach <= radius]
         if there and self.random.random() < 0.9:
@@ -159,13 +159,13 @@ class _Play:
         return scaled(shape, 2.0 ** math.floor(math.log2(radius / shape.reach)))
 
     def chosen(self, most: int) -> list[int]:
-        """Return some of those present, in any order."""
+        """Returns some of those present, in any order."""
         there = self.sim.bodies
         some: list[int] = self.random.permutation(there)[: self.random.integers(1, most + 1)].tolist()
         return some
 
     def exchange(self, bodies: list[int]) -> None:
-        """Remove bodies, and insert as many at their places, in another order."""
+        """Removes bodies, and inserts as many at their places, in another order."""
         rows = [int(np.flatnonzero(self.sim.bodies == body)[0]) for body in bodies]
         places, radii = self.sim.positions()[rows], self.sim.radii()[rows]
         velocities = self.sim.velocities()[rows]
@@ -175,7 +175,7 @@ class _Play:
             self.insert(places[by], velocities[at], float(min(radii[at], radii[by])))
 
     def open_a_way(self) -> None:
-        """Let the next bodies on both sides of one fly at each other, remove that one, and run until they
+        """Lets the next bodies on both sides of one fly at each other, removes that one, and runs until they
         meet.
 
         Where it leaves, it flies out of their way before it is removed. So neither awaits a contact with
@@ -257,7 +257,7 @@ class _Play:
         self.sim.set_velocities(self.sim.bodies[rows], turned[int(self.random.integers(3))])
 
     def recorded(self) -> Scene:
-        """Return the scene that has been played, with some time to go on."""
+        """Returns the scene that has been played, with some time to go on."""
         length = 0.25 * (self.sim.time - self.scene.start) + 2.0 * self.unit
         return relabelled(self.sim.recorded(), settings=Settings(until=self.sim.time + float(length)))
 
@@ -278,7 +278,7 @@ RULES = (
 
 
 def _play(scene: Scene, number: int) -> Scene:
-    """Return the scene that is played from a start: rules in any order, with pieces of a run between."""
+    """Returns the scene that is played from a start: rules in any order, with pieces of a run between."""
     play = _Play(scene, number)
     random = play.random
     rules = [each for each in RULES if random.random() < 0.7] or [_Play.insert_one]
@@ -294,19 +294,20 @@ def _play(scene: Scene, number: int) -> Scene:
 
 
 def played(kind: str, start: int = 0) -> Iterator[Scene]:
-    """Yield living scenes of a kind without end; the same ``start`` has the same scenes."""
+    """Yields living scenes of a kind without end; the same ``start`` has the same scenes."""
     for batch in count(start * 1_000):
         scenes = (_play(scene, batch * BATCH + at) for at, scene in enumerate(STARTS[kind](BATCH, batch)))
         yield from filter(is_living, scenes)  # the others have loops of their own, and other checks
 
 
 def _drawing(kind: str) -> Draw:
-    """Return what plays scenes of a kind: few with plain Python hooks, with which one takes over a second."""
+    """Returns what plays scenes of a kind: few with plain Python hooks, with which one takes over a
+    second."""
     return lambda count, start: islice(played(kind, start), max(1, count // 10) if INTERPRETED else count)
 
 
 def _all_pass() -> st.SearchStrategy[Scene]:
-    """Return small scenes, and swarms, in which all bodies pass through all."""
+    """Returns small scenes, and swarms, in which all bodies pass through all."""
     kinds = st.sampled_from(["gas", "lattice", "giants", "plough"])
     swarms = st.builds(swarm, kinds, st.integers(8, 120), st.integers(0, 1000), st.integers(0, 7))
     rules: dict[Any, Any] = {("*", "*"): "pass", **SAME_LOOP}

@@ -38,7 +38,7 @@ SHAPES = (
 
 
 def scaled(shape: Shape, by: float) -> Shape:
-    """Return a shape that is so many times as large."""
+    """Returns a shape that is so many times as large."""
     return Shape(tuple((x * by, y * by) for x, y in shape.core), shape.radius * by)
 
 
@@ -49,7 +49,8 @@ def _shaped(
     shapes: Sequence[Shape],
     obstacles: Sequence[tuple[float, float, Shape]] = (),
 ) -> Scene:
-    """Return a scene in which each body has one of these shapes, body 0 the first; obstacles come after them.
+    """Returns a scene in which each body has one of these shapes, body 0 the first; obstacles come after
+    them.
 
     Where there is none, body 1 cannot be moved, and mostly stands still.
     """
@@ -109,7 +110,7 @@ def _scenes_of(shapes: Sequence[Shape]) -> list[st.SearchStrategy[Scene]]:
 
 
 def of_all_shapes() -> st.SearchStrategy[Scene]:
-    """Return scenes in each of which a capsule can move and some body cannot.
+    """Returns scenes in each of which a capsule can move and some body cannot.
 
     So they share one loop: ``convex`` has another form where all bodies are upright boxes, and the kernel one
     where all can be moved.
@@ -127,7 +128,7 @@ of them are for body 0."""
 
 @cache
 def _listed() -> tuple[Shape, ...]:
-    """Return ``FIRST`` capsules, and shapes up to twenty times as long as wide or as high, or as large as
+    """Returns ``FIRST`` capsules, and shapes up to twenty times as long as wide or as high, or as large as
     others, most of them off their positions."""
     random = np.random.default_rng(0)
     table = [CAPSULE, UPRIGHT] * (FIRST // 2)
@@ -142,7 +143,7 @@ def _listed() -> tuple[Shape, ...]:
 
 
 def shape_swarm(number: int, periodic: str = "") -> Scene:
-    """Return up to forty bodies of a few shapes or of many; some cannot be moved, some pass."""
+    """Returns up to forty bodies of a few shapes or of many; some cannot be moved, some pass."""
     random = np.random.default_rng(number)
     bodies = int(random.integers(8, MANY + 1))
     side = square(bodies, 1.3)
@@ -169,7 +170,7 @@ def shape_swarm(number: int, periodic: str = "") -> Scene:
 
 
 def shape_torus(number: int) -> Scene:
-    """Return such a swarm on periodic axes."""
+    """Returns such a swarm on periodic axes."""
     return shape_swarm(number, ("xy", "x", "y")[number % 3])
 
 

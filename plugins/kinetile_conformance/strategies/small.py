@@ -55,14 +55,14 @@ def body_in_cell(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
 
 
 def several(body: st.SearchStrategy[Body], most: int, least: int = FEWEST) -> st.SearchStrategy[list[Body]]:
-    """Return lists of bodies, each at another place."""
+    """Returns lists of bodies, each at another place."""
     return st.lists(body, min_size=least, max_size=most, unique_by=lambda one: one["place"])
 
 
 def scene_of(
     bodies: list[Body], arena: tuple[float, float] | None, until: float, periodic: str = ""
 ) -> Scene:
-    """Return the scene of these bodies, and of their turns."""
+    """Returns the scene of these bodies, and of their turns."""
     return Scene(
         position=[b["position"] for b in bodies],
         velocity=[b["velocity"] for b in bodies],
@@ -186,7 +186,7 @@ def wide_scenes(draw: st.DrawFn) -> Scene:
 
 
 def scenes(turns: bool = True) -> st.SearchStrategy[Scene]:
-    """Return the mix that the kit draws from."""
+    """Returns the mix that the kit draws from."""
     return st.one_of(
         *[plane_scenes(turns)] * 3,
         box_scenes(turns),
@@ -199,7 +199,7 @@ def scenes(turns: bool = True) -> st.SearchStrategy[Scene]:
 
 
 def _small(turns: bool) -> Draw:
-    """Return what draws from the mix, and makes a quarter so slow that the base of the clock moves on."""
+    """Returns what draws from the mix, and makes a quarter so slow that the base of the clock moves on."""
     return drawn(lambda: st.builds(viewed, scenes(turns), slower=st.sampled_from([1.0, 1.0, 1.0, SLOW])))
 
 

@@ -60,7 +60,7 @@ def _no_constants() -> Iterator[None]:
 
 
 def drawn(make: Callable[[], st.SearchStrategy[Scene]]) -> Draw:
-    """Return what draws from a Hypothesis strategy, which is made when it is needed."""
+    """Returns what draws from a Hypothesis strategy, which is made when it is needed."""
 
     def draw(count: int, seed: int) -> list[Scene]:
         found: list[Scene] = []
@@ -85,7 +85,7 @@ def drawn(make: Callable[[], st.SearchStrategy[Scene]]) -> Draw:
 
 
 def numbered(make: Callable[[int], Scene]) -> Draw:
-    """Return what draws scenes that are each made of one number.
+    """Returns what draws scenes that are each made of one number.
 
     Hypothesis would draw the first and the last numbers over and over, and of twelve kinds leave out three or
     four in fifty scenes.

@@ -35,7 +35,7 @@ def swarm_of(
     turns: Iterable[Turn] = (),
     aside: int = 0,
 ) -> Scene:
-    """Return the scene of these bodies, (n, 2) and (n,); ``aside``: with x and y exchanged."""
+    """Returns the scene of these bodies, (n, 2) and (n,); ``aside``: with x and y exchanged."""
     way = slice(None, None, -1 if aside else 1)
     walls, settings = arena[::-1] if arena and aside else arena, Settings(until=until)
     return Scene(
@@ -44,19 +44,19 @@ def swarm_of(
 
 
 def slots(random: np.random.Generator, bodies: int, columns: int, rows: int) -> Floats:
-    """Return the middles of different unit squares of a lattice, one for each body, (n, 2)."""
+    """Returns the middles of different unit squares of a lattice, one for each body, (n, 2)."""
     chosen = random.choice(columns * rows, bodies, replace=False)
     middles: Floats = np.column_stack([chosen % columns, chosen // columns]).astype(np.float64) + 0.5
     return middles
 
 
 def square(bodies: int, room: float) -> int:
-    """Return the side of a square lattice with ``room`` places for each body."""
+    """Returns the side of a square lattice with ``room`` places for each body."""
     return int(np.ceil(np.sqrt(room * bodies)))
 
 
 def radii(random: np.random.Generator, bodies: int, variation: int) -> Floats:
-    """Return radii of at most .45: all alike, of two sizes, or of any."""
+    """Returns radii of at most .45: all alike, of two sizes, or of any."""
     ratio = (1.0, 0.5, 0.125, 2.0**-6)[variation % 4]
     small: npt.NDArray[np.bool_] = random.random(bodies) < 0.75
     fills = np.ones(bodies) if variation < 4 else random.uniform(0.5, 1.0, bodies)
@@ -65,17 +65,17 @@ def radii(random: np.random.Generator, bodies: int, variation: int) -> Floats:
 
 
 def jitter(random: np.random.Generator, radius: Floats) -> Floats:
-    """Return displacements with which bodies stay in their unit squares, (n, 2)."""
+    """Returns displacements with which bodies stay in their unit squares, (n, 2)."""
     return (0.499 - radius)[:, None] * random.uniform(-1.0, 1.0, (len(radius), 2))
 
 
 def anyhow(random: np.random.Generator, bodies: int) -> Floats:
-    """Return velocities in all directions, (n, 2)."""
+    """Returns velocities in all directions, (n, 2)."""
     return random.normal(size=(bodies, 2))
 
 
 def back_and_forth(velocity: Floats, moments: tuple[float, ...]) -> list[Turn]:
-    """Return turns with which each body flies back, and forth again."""
+    """Returns turns with which each body flies back, and forth again."""
     there, back = velocity.tolist(), (-velocity).tolist()
     return [
         Turn(body, moment, (vx, vy))
@@ -347,13 +347,13 @@ CORRIDORS = _named(fast_corridor, steep)
 
 
 def swarm(kind: str, bodies: int = 100, seed: int = 0, variation: int = 0) -> Scene:
-    """Return a swarm of a kind and a number of bodies (at least 8); ``variation``, from 0 to 7, is of its
+    """Returns a swarm of a kind and a number of bodies (at least 8); ``variation``, from 0 to 7, is of its
     sizes, speeds or proportions."""
     return (KINDS | GIANTS | BURSTS | CORRIDORS)[kind](np.random.default_rng(seed), bodies, variation)
 
 
 def swarm_numbered(kinds: Iterable[str], number: int) -> Scene:
-    """Return the swarm of a number: its kind is the remainder, the rest is drawn from the quotient."""
+    """Returns the swarm of a number: its kind is the remainder, the rest is drawn from the quotient."""
     names = tuple(kinds)
     seed, kind = divmod(number, len(names))
     random = np.random.default_rng(seed)
@@ -365,7 +365,7 @@ SCALED_MOST = 100  # bodies: more find no more faults of scale
 
 
 def scaled(number: int) -> Scene:
-    """Return the scaled swarm of a number: slowed or hurried, larger or smaller by powers of two, and, where
+    """Returns the scaled swarm of a number: slowed or hurried, larger or smaller by powers of two, and, where
     it has no arena, far away from the origin."""
     random = np.random.default_rng(number)
     kind = tuple(KINDS)[number % len(KINDS)]

@@ -43,7 +43,7 @@ def _few(draw: st.DrawFn) -> Scene:
 
 
 def _shift(random: np.random.Generator, place: Floats, velocity: Floats) -> Floats:
-    """Return by how much all are moved: not at all, so that bodies touch borders, or so that two that fly at
+    """Returns by how much all are moved: not at all, so that bodies touch borders, or so that two that fly at
     each other aslant meet in a corner; these get such velocities."""
     apart = np.abs(place - place[-1])
     beside = np.flatnonzero((apart > 0.5).all(axis=1) & (apart < 1.5).all(axis=1))
@@ -56,7 +56,7 @@ def _shift(random: np.random.Generator, place: Floats, velocity: Floats) -> Floa
 
 
 def torus(number: int) -> Scene:
-    """Return the swarm on a torus of a number: half are dyadic, with turns where bodies touch a border."""
+    """Returns the swarm on a torus of a number: half are dyadic, with turns where bodies touch a border."""
     random = np.random.default_rng(number)
     bodies = int(random.integers(MOST // 2, MOST + 1) if number & 4 else 2 * (MOST / 2) ** random.random())
     long = int(random.choice([1, 1, 1, 2, 5, 20]))
