@@ -143,7 +143,7 @@ class IsolatedRunner:
         *arguments: Any,
         hear: Callable[[Message], None] = lambda _: None,
     ) -> Any:
-        """Returns what a function of the runner in the child returns, and passes on messages until then; raises
+        """Returns what a function of the runner in the child returns; passes on messages until then. Raises
         Died if the child ends before."""
         if self._here is not None:
             return function(self._here, *arguments)
