@@ -75,11 +75,11 @@ def oracle(
         options = {"until": end, "max_contacts": max_contacts, "against": against}
         if against is not None:
             found = _run_against(against, this_scene, end, max_contacts, bar)
+            certified, complete = found.oracle, found.complete
             bar.close()
-            _print_oracle(this_scene, options, found.oracle, found, json, csv)
+            _print_oracle(this_scene, options, certified, found, json, csv)
             if found.disagreement is not None:
                 raise typer.Exit(DIFFERENT)
-            complete, why = found.complete, found.oracle.ending
         else:
             certifier = Oracle(this_scene, end)
             try:
@@ -88,14 +88,13 @@ def oracle(
                 bar.close()
                 certified = certifier.certified
                 _print_oracle(this_scene, options, certified, None, json, csv)
-            complete, why = certified.complete, certified.ending
+            complete = certified.complete
         if not complete:
-            notice(f"kinetile: the requested end was not reached: {why}")
+            notice(f"kinetile: the requested end was not reached: {certified.ending}")
             raise typer.Exit(FAULT)
 
 
 def _follow(certifier: Oracle, max_contacts: int | None, bar: Bar) -> None:
-    """Certifies the contacts of a scene, with progress."""
     start, until = certifier.scene.start, certifier.until
     for number, met in enumerate(islice(certifier, max_contacts), 1):
         if number % 16 == 0:
@@ -216,7 +215,6 @@ def certify_log(
 
 
 def _certifier(log: str, scene: Scene, until: float | None, max_contacts: int | None) -> LogCertifier:
-    """Returns the certifier of a list of contacts; raises BadOption where the list cannot be read."""
     from kinetile.instruments import SIGNATURE, open_regular, read_contacts
     from kinetile_accuracy.specification.certify import LogCertifier
 
@@ -225,20 +223,16 @@ def _certifier(log: str, scene: Scene, until: float | None, max_contacts: int | 
     with file_errors(f"the log {log!r} cannot be read"):
         if log == "-":
             rows, fingerprint = read_contacts(sys.stdin, "standard input")
-        elif _begins_with(log, (_PARQUET, SIGNATURE)):
-            given = until is not None or max_contacts is not None
-            rows, end = _read_events(log, scene, end if given else None)
         else:
-            with TextIOWrapper(open_regular(log), encoding="utf-8", errors="replace") as lines:
-                rows, fingerprint = read_contacts(iter(lambda: lines.readline(_LONGEST), ""), log)
+            with open_regular(log) as file:
+                is_recorded = file.read(len(SIGNATURE)).startswith((_PARQUET, SIGNATURE))
+            if is_recorded:
+                given = until is not None or max_contacts is not None
+                rows, end = _read_events(log, scene, end if given else None)
+            else:
+                with TextIOWrapper(open_regular(log), encoding="utf-8", errors="replace") as lines:
+                    rows, fingerprint = read_contacts(iter(lambda: lines.readline(_LONGEST), ""), log)
     return LogCertifier(scene, rows, end, max_contacts=max_contacts, fingerprint=fingerprint)
-
-
-def _begins_with(path: str, signatures: tuple[bytes, ...]) -> bool:
-    from kinetile.instruments import open_regular
-
-    with open_regular(path) as file:
-        return file.read(max(map(len, signatures))).startswith(signatures)
 
 
 def _read_events(path: str, scene: Scene, end: float | None) -> tuple[NDArray[Any], float | None]:
@@ -247,14 +241,11 @@ def _read_events(path: str, scene: Scene, end: float | None) -> tuple[NDArray[An
 
     (rows, metadata), its_scene = read_with_scene(path)
     if metadata["answer"] != scene.answer:
-        raise BadOption(
-            f"{path} is of answer {metadata['answer']}, and what is checked here is answer {scene.answer}: "
-            "its contacts follow other rules"
-        )
+        here = f"what is checked here is answer {scene.answer}: its contacts follow other rules"
+        raise BadOption(f"{path} is of answer {metadata['answer']}, and {here}")
     if relabelled(its_scene, settings=scene.settings) != scene:
-        raise BadOption(
-            f"{path} is of another scene: the one in its metadata is not the one that is given here"
-        )
+        here = "the one in its metadata is not the one that is given here"
+        raise BadOption(f"{path} is of another scene: {here}")
     if end is None and metadata["status"] == "complete":
         reached = metadata["time"]
         end = reached if not len(rows) or reached > rows["time"][-1] else None
@@ -294,7 +285,7 @@ def accuracy(
     json: Json = False,
 ) -> None:
     """Report speed against error: a page with its figures, and the data behind them."""
-    from kinetile_accuracy.report import PARTS, check_packages, measure_parts
+    from kinetile_accuracy.report import check_packages, check_parts, measure_parts
 
     done: list[Section] = []
     with Bar("measuring") as bar:
@@ -305,23 +296,19 @@ def accuracy(
             if not json:
                 _print_section(section)
 
+        def progress(what: str, step: int, steps: int) -> None:
+            bar.show(step / max(steps, 1), what)
+
         if quick and full:
             raise BadOption("--quick and --full exclude each other: expected one of them")
-        for each in part or ():
-            if each not in PARTS:
-                raise BadOption(f"--part {each}: the parts are {', '.join(PARTS)}")
         budget: Budget = "quick" if quick else "full" if full else "normal"
         parts = list(dict.fromkeys(part)) if part else None
         out = out or _free_folder()
+        check_parts(parts)
         check_packages(parts)
         try_folder("--out", out, keep=True)
         try:
-            measure_parts(
-                budget,
-                parts,
-                progress=lambda what, step, steps: bar.show(step / max(steps, 1), what),
-                finish=finish,
-            )
+            measure_parts(budget, parts, progress=progress, finish=finish)
         finally:
             bar.close()
             if done:

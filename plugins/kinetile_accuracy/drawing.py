@@ -5,14 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kinetile.instruments import figure_bytes, write_file
-from kinetile_accuracy.sections import needed
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+from kinetile_accuracy.sections import Figure, needed
 
 WIDTH = 6.9
 """Inches: the text width of an A4 page."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+from contextlib import suppress
 from typing import Any
 
 from kinetile.instruments import versions
@@ -22,11 +23,6 @@ def environment() -> dict[str, Any]:
 
 def processor() -> str:
     """Returns the processor's name, as far as the system gives it."""
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as lines:
-            for line in lines:
-                if line.startswith("model name"):
-                    return line.partition(":")[2].strip()
-    except OSError:
-        pass
+    with suppress(OSError, StopIteration), open("/proc/cpuinfo", encoding="utf-8", errors="replace") as lines:
+        return next(line for line in lines if line.startswith("model name")).partition(":")[2].strip()
     return platform.processor() or "unknown"

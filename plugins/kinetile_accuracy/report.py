@@ -53,28 +53,30 @@ def measure_parts(
     progress: ReportProgress | None = None,
     finish: Callable[[Section], object] | None = None,
 ) -> AccuracyReport:
-    """Measures parts of the report.
+    """Measures parts of the report: names from ``PARTS``, None for all.
 
-    Args:
-        budget: how much is measured.
-        parts: names from ``PARTS``; None for all.
-        progress: called with the present measurement, the number of its finished steps, and their total.
-        finish: called with each finished section; after Ctrl-C these sections are the report.
+    ``finish`` is called with each finished section; after Ctrl-C these sections are the report.
 
     Raises:
         BadOption: there is no such part.
         MissingExtra: the part ``oracle`` needs python-flint.
     """
+    check_parts(parts)
     sections = AccuracyReport()
     for name in PARTS if parts is None else parts:
-        if name not in PARTS:
-            raise BadOption(f"the report has no part {name!r}; its parts are {', '.join(PARTS)}")
         part: Measure = import_module(PARTS[name]).measure
         section = part(budget, progress or (lambda *_: None))
         sections.append(section)
         if finish is not None:
             finish(section)
     return sections
+
+
+def check_parts(parts: Sequence[str] | None) -> None:
+    """Raises BadOption where there is no such part."""
+    for name in parts or ():
+        if name not in PARTS:
+            raise BadOption(f"the report has no part {name!r}; its parts are {', '.join(PARTS)}")
 
 
 def check_packages(parts: Sequence[str] | None = None) -> None:
@@ -91,16 +93,10 @@ def write_report(
     budget: Budget,
     conditions: Mapping[str, Any],
 ) -> list[Path]:
-    """Writes the page, its figures (SVG and PNG) and the rows of its tables (CSV).
+    """Writes the page, its figures (SVG and PNG) and the rows of its tables (CSV) to a folder, which is made
+    if it is not there; returns the paths, the page ``accuracy.html`` first.
 
-    Args:
-        sections: what was measured.
-        folder: where to; made if it is not there.
-        budget: how much was measured.
-        conditions: versions and machine (``kinetile_accuracy.environment``).
-
-    Returns:
-        The paths, the page ``accuracy.html`` first.
+    ``conditions`` are versions and machine (``kinetile_accuracy.environment``).
 
     Raises:
         MissingExtra: matplotlib is not installed; nothing is written.
@@ -123,10 +119,9 @@ def write_report(
 
     with house_style():
         page = _page(_body(sections, saved), sections, budget, conditions)
-    data = folder / "accuracy.json"
+    target, data = folder / "accuracy.html", folder / "accuracy.json"
     parts = [section_as_dict(section) for section in sections]
     write_file(data, as_json({"budget": budget, "conditions": dict(conditions), "parts": parts}) + "\n")
-    target = folder / "accuracy.html"
     write_file(target, page)
     return [target, data, *written]
 
@@ -164,27 +159,36 @@ def _page(
     versions = ", ".join(f"{name} {version}" for name, version in conditions["versions"].items())
     machine = f"{conditions['processor']}, {conditions['processors']} processors, {conditions['system']}"
     how = f"<code>{command(budget, sections)}</code> on {escape(machine)}; {escape(versions)}."
-    lines = [
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<title>kinetile: speed against error</title>\n<style>\n{_STYLE}</style>\n</head>\n<body>\n<main>",
-        "<h1>kinetile: how fast, how right</h1>",
-        *body,
-        f"<p>Measured with {how}</p>",
-        "</main>\n</body>\n</html>\n",
-    ]
-    return "\n".join(lines)
+    parts = "\n".join(body)
+    return f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>kinetile: speed against error</title>
+<style>
+{_STYLE}</style>
+</head>
+<body>
+<main>
+<h1>kinetile: how fast, how right</h1>
+{parts}
+<p>Measured with {how}</p>
+</main>
+</body>
+</html>
+"""
 
 
 def _body(sections: Sequence[Section], drawn: Callable[[Section, ReportFigure], bytes]) -> Iterator[str]:
     """Yields the parts of the page; ``drawn`` returns the SVG of a figure."""
-    claims = [(section, claim) for section in sections for claim in section.claims]
-    yield f"<p><strong>{verdict([claim for _, claim in claims])}</strong></p>"
-    if claims:
-        held = [
-            (section.name, claim.says, claim.measured, "holds" if claim.holds else "does not hold")
-            for section, claim in claims
-        ]
+    yield f"<p><strong>{verdict([claim for section in sections for claim in section.claims])}</strong></p>"
+    held = [
+        (section.name, claim.says, claim.measured, "holds" if claim.holds else "does not hold")
+        for section in sections
+        for claim in section.claims
+    ]
+    if held:
         yield grid("What must hold", ("part", "statement", "measured", "verdict"), held, (False,) * 4)
     yield "<ol>"
     yield from (f'<li><a href="#{section.name}">{escape(section.title)}</a></li>' for section in sections)
@@ -206,24 +210,18 @@ def _body(sections: Sequence[Section], drawn: Callable[[Section, ReportFigure], 
 
 
 def _list(sentences: Sequence[str]) -> Iterator[str]:
-    """Yields sentences as a list."""
     if sentences:
         yield "\n".join(["<ul>", *(f"<li>{escape(sentence)}</li>" for sentence in sentences), "</ul>"])
 
 
 def _table(section: Section, table: Table) -> Iterator[str]:
     """Yields a table, folded, and what its columns are."""
-    rows = table.cells
     meanings = [
         (column.head or f"{name} (in the file)", column.meaning) for name, column in table.columns.items()
     ]
+    title = f"All columns: {section.name}-{table.name}.csv"
     yield f"<details>\n<summary>{escape(table.caption)}</summary>"
-    yield grid(
-        f"All columns: {section.name}-{table.name}.csv",
-        list(table.heads.values()),
-        [[text for text, _ in row] for row in rows],
-        [number for _, number in rows[0]],
-    )
+    yield grid(title, list(table.heads.values()), table.cells, table.are_numbers)
     yield grid("The columns", ("column", "what it is"), meanings, (False, False))
     yield "</details>"
 

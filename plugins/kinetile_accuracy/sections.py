@@ -21,8 +21,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar, get_type_hi
 from kinetile.errors import MissingExtra
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+    from matplotlib.figure import Figure as Figure
+else:
+    Figure = Any  # matplotlib is an extra
 
 Budget = Literal["quick", "normal", "full"]
 """How much is measured: for the whole report in about a minute, in some minutes, or in half an hour or so."""
@@ -65,26 +66,21 @@ class Table:
         return {name: column.head for name, column in self.columns.items() if column.head}
 
     @property
-    def cells(self) -> list[list[tuple[str, bool]]]:
-        """The rows as they are shown: each cell as text, and whether its column is one of numbers."""
-        columns = []
-        for name in self.heads:
-            values = [getattr(row, name) for row in self.rows]
-            numbers = any(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
-            columns.append([(cell(value), numbers) for value in values])
-        return [list(row) for row in zip(*columns, strict=True)]
+    def cells(self) -> list[list[str]]:
+        """The rows as the page shows them."""
+        return [[cell(getattr(row, name)) for name in self.heads] for row in self.rows]
+
+    @property
+    def are_numbers(self) -> list[bool]:
+        """Whether each column that the page shows is one of numbers."""
+        columns = ([getattr(row, name) for row in self.rows] for name in self.heads)
+        return [any(type(value) in (int, float) for value in values) for values in columns]
 
 
 @dataclass(frozen=True)
 class ReportFigure:
-    """A figure drawn from the rows.
-
-    Attributes:
-        name: the stem of its file.
-        caption: what the figure shows, in a sentence or two.
-        draw: returns the figure, as wide as ``kinetile_accuracy.drawing.house_style`` says.
-        description: what its rows are of, for the metadata of the file.
-    """
+    """A figure drawn from the rows: the stem of its file, what it shows, in a sentence or two, what draws it,
+    and what its rows are of, for the metadata of the file."""
 
     name: str
     caption: str
@@ -106,11 +102,8 @@ class Section:
 
     Attributes:
         name: the part's name, as in ``--part``.
-        title: its heading.
         about: what was measured and how, in a paragraph.
         findings: sentences made from the rows.
-        tables, pictures: what to show.
-        claims: what must hold, for the summary.
         left_out: what could not be measured, each with its reason.
     """
 

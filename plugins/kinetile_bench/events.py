@@ -130,14 +130,9 @@ def bench_events(
         measured = [_measured(row, runs[at]) if at in runs else row for at, row in enumerate(counted)]
         most = max((row.contacts_per_cpu_second for row in measured), default=0.0) or 1.0
         before = {row.phase: row for row in rows if row.density == density}
-        rows += [
-            replace(
-                row,
-                of_fastest=row.contacts_per_cpu_second / most,
-                exponent=_exponent(before.get(row.phase), row),
-            )
-            for row in measured
-        ]
+        for row in measured:
+            share, exponent = row.contacts_per_cpu_second / most, _exponent(before.get(row.phase), row)
+            rows.append(replace(row, of_fastest=share, exponent=exponent))
         loads.append(_load())
         yield EventsBench(tuple(rows), conditions | {"load": tuple(loads)})
 
@@ -154,23 +149,20 @@ def _counted(
         return replace(row, refused=str(refused))
     found = simulation.readings
     counts = {name: value for name, value in found.as_dict().items() if "second" not in name}
-    while (spent := simulation.readings.cpu_seconds) < min(SHORTEST, seconds):
-        simulation.run(max_contacts=_contacts(simulation) * (3 if spent > 0.0 else 10))
+    while found.cpu_seconds < min(SHORTEST, seconds):
+        simulation.run(max_contacts=found.contacts * (3 if found.cpu_seconds > 0.0 else 10))
+        found = simulation.readings
     return replace(
         row,
         asked_per_contact=counts["partners_asked"] / (COUNTED * n),
         computed_per_contact=counts["contacts_computed"] / (COUNTED * n),
-        contacts=max(math.ceil(_contacts(simulation) * seconds / spent), 1),
+        contacts=max(math.ceil(found.contacts * seconds / found.cpu_seconds), 1),
         counts=counts,
     )
 
 
 def _load() -> float | None:
     return round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else None
-
-
-def _contacts(simulation: Any) -> int:
-    return int(simulation.readings.contacts)
 
 
 def _measured(row: EventsRow, runs: Sequence[Any]) -> EventsRow:

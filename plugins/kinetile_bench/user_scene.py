@@ -106,23 +106,23 @@ def bench_scene(
     chosen = phases_with_options(phases)
     runs: list[list[tuple[float, Any]]] = [[] for _ in chosen]
     ended: list[str | None] = [None for _ in chosen]
+    how: Any = {"narrow_phases": narrow_phases, "keep_contacts": False}
     for repeat in range(repeats):
         for k, (name, options) in enumerate(chosen):
             try:
                 spent: list[float] = []
                 refuses = ended[k] is not None and not runs[k]  # then it does not run again
                 while not refuses and (not spent or (sum(spent) < seconds and len(spent) < MOST_RUNS)):
-                    sim = Simulation(
-                        scene, name, options=options, narrow_phases=narrow_phases, keep_contacts=False
-                    )
+                    sim = Simulation(scene, name, options=options, **how)
                     if start is not None and repeat == 0 and not spent:
                         start(sim)
                     sim.build()
                     taken, ended[k] = _timed(sim, until, max_contacts)
                     spent.append(taken)
                 if spent:
-                    held = {"structure_bytes": _structure_bytes(sim)}
-                    runs[k].append((statistics.median(spent), sim.readings.as_dict() | held))
+                    held = (*sim.state, sim.tables.pairs, sim.tables.lookup, sim.tables.firsts)
+                    size = {"structure_bytes": sum(each.nbytes for each in held)}
+                    runs[k].append((statistics.median(spent), sim.readings.as_dict() | size))
             except Refused as refused:
                 ended[k] = str(refused)
             if progress is not None:
@@ -135,19 +135,13 @@ def bench_scene(
 
 def _timed(sim: Any, until: float | None, max_contacts: int | None) -> tuple[float, str | None]:
     """Returns the CPU seconds of a run, and the error that ended it."""
-    error: str | None = None
+    error = None
     began = time.thread_time()
     try:
         sim.run(until, max_contacts=max_contacts)
     except _ENDS as fault:
         error = f"{type(fault).__name__}: {fault}"
     return time.thread_time() - began, error
-
-
-def _structure_bytes(sim: Simulation) -> int:
-    """Returns the size of a phase's state and pair set."""
-    k = sim.tables
-    return sum(each.nbytes for each in (*sim.state, k.pairs, k.lookup, k.firsts))
 
 
 def _row(phase: str, runs: Sequence[tuple[float, dict[str, Any]]], ended_by: str | None) -> SceneRow:
@@ -170,10 +164,8 @@ def _row(phase: str, runs: Sequence[tuple[float, dict[str, Any]]], ended_by: str
         structural_per_contact=per_contact("structural_events"),
         asked_per_contact=per_contact("partners_asked"),
         computed_per_contact=per_contact("contacts_computed"),
-        structure_bytes=found["structure_bytes"],
-        contacts=contacts,
         commands=found["turns"] + found["inserted"] + found["removed"],
-        fingerprint=found["fingerprint"],
+        **{name: found[name] for name in ("contacts", "fingerprint", "structure_bytes")},
     )
 
 
@@ -181,7 +173,7 @@ def _rated(rows: Sequence[Row]) -> tuple[Row, ...]:
     """Returns rows with their rates over that of the fastest."""
     most = max((row.rate for row in rows), default=0.0)
     return tuple(
-        row if row.contacts_per_cpu_second is None or not most else replace(row, of_fastest=row.rate / most)
+        replace(row, of_fastest=row.rate / most) if most and row.contacts_per_cpu_second is not None else row
         for row in rows
     )
 
@@ -229,6 +221,11 @@ class Chosen:
     identical: bool
     conditions: Mapping[str, Any]
 
+    @property
+    def rows(self) -> tuple[Candidate, ...]:
+        """The candidates."""
+        return self.candidates
+
     def as_dict(self) -> dict[str, Any]:
         """Returns everything in plain types, fit for JSON."""
         return vars(self) | {"candidates": [vars(each) for each in self.candidates]}
@@ -247,12 +244,8 @@ def choose(
     """Tries broad phases (all that are registered, if None) on a scene, and recommends one.
 
     No run goes beyond ``until``; None: the scene's own end, or, if it has neither that nor walls, when the
-    fastest body could have crossed it twice: by then they have flown apart.
-
-    ``seconds`` is the CPU time of a measured run of the fastest, about; ``repeats`` is how often each is run.
-
-    ``start`` is called with a simulation before a phase first runs, ``progress`` with the runs
-    done and their total. Raises what ``Simulation`` raises, but for Refused, which is a row.
+    fastest body could have crossed it twice: by then they have flown apart. ``seconds`` is the CPU time of a
+    measured run of the fastest, about; the rest is as in ``bench_scene``.
     """
     choices = {write_phase(*choice): choice for choice in phases_with_options(phases)}
     until = _end_of(scene) if until is None else until
@@ -296,10 +289,8 @@ def _recommendation(candidates: Sequence[Candidate], repeats: int, identical: bo
     if not rest:
         return name, f"{name} is the only one that can do this scene"
     if repeats == 1:
-        return (
-            None,
-            f"no phase is recommended after one run of each: {name} was the fastest, perhaps by chance",
-        )
+        why = f"{name} was the fastest, perhaps by chance"
+        return None, f"no phase is recommended after one run of each: {why}"
     alike = ", ".join(each.phase for each in rest if not each.hopeless and each.rate >= (1.0 - CLOSE) * most)
     if alike:
         return name, f"{name} is the fastest, and {alike} within {CLOSE:.0%} of it"

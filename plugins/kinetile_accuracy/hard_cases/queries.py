@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from kinetile_accuracy.sections import (
     Budget,
     Claim,
     Column,
+    Figure,
     ReportFigure,
     ReportProgress,
     Section,
@@ -30,9 +31,6 @@ from kinetile_accuracy.sections import (
     number,
 )
 from kinetile_accuracy.specification.arithmetic import UNIT_TICKS, FlightPlan, PairQuadratic, pair_tick
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 COUNTS: dict[Budget, int] = {"quick": 4_000, "normal": 20_000, "full": 100_000}
 """Queries of a family."""
@@ -98,17 +96,12 @@ def query_claims(rows: list[QueryRow]) -> tuple[Claim, ...]:
     of_all = f"of {sum(row.queries for row in ours):,} queries"
     wrong, missed, false = (sum(getattr(row, name) for row in ours) for name in ("wrong", "missed", "false"))
     deepest = max(row.depth_rho for row in ours)
+    exact = "Every answer is the exact tick, grazes, tangency and simultaneous contacts included"
+    found = f"{wrong:,} {of_all} differ from the integer one: {missed:,} contacts missed, {false:,} invented"
+    shallow = "Discs anchored at a contact overlap by no more than the rounding of their places, rho"
     return (
-        Claim(
-            "Every answer is the exact tick, grazes, tangency and simultaneous contacts included",
-            f"{wrong:,} {of_all} differ from the integer one: {missed:,} contacts missed, {false:,} invented",
-            not wrong,
-        ),
-        Claim(
-            "Discs anchored at a contact overlap by no more than the rounding of their places, rho",
-            f"at most {number(deepest)} rho",
-            deepest <= 1.0,
-        ),
+        Claim(exact, found, not wrong),
+        Claim(shallow, f"at most {number(deepest)} rho", deepest <= 1.0),
     )
 
 
@@ -133,7 +126,7 @@ def query_row(family: Family, form: str, queries: Queries, ticks: Ticks) -> Quer
     pairs = list(zip(answers, exact, strict=True))
     depths = [
         depth_at(pair, found)
-        for pair, (found, right) in zip(plans, pairs, strict=True)
+        for pair, found, right in zip(plans, answers, exact, strict=True)
         if found is not None and right is not None
     ]
     return QueryRow(

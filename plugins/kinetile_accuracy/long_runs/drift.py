@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import kinetile as kt
 from kinetile_accuracy.drawing import curve, legend_below, new_figure
@@ -18,15 +18,13 @@ from kinetile_accuracy.sections import (
     Budget,
     Claim,
     Column,
+    Figure,
     ReportFigure,
     ReportProgress,
     Section,
     Table,
     number,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MOST: dict[Budget, int] = {"quick": 10**6, "normal": 10**7, "full": 10**8}
 """Contacts of the long run."""
@@ -70,32 +68,21 @@ def drifts(scene: kt.Scene, most: int, progress: ReportProgress) -> list[Drift]:
             max_contacts=mark - (rows[-1].contacts if rows else 0),
             progress=lambda now: progress("a long run", now.contacts, most),
         )
-        found = sim.readings
-        rows.append(
-            Drift(
-                phase=sim.broad_phase,
-                contacts=found.contacts,
-                time=sim.time,
-                energy=found.energy_drift,
-                deepest_overlap=found.deepest_overlap,
-                lateness=found.lateness,
-                audits=found.audits,
-                seconds=found.cpu_seconds,
-            )
-        )
+        now = sim.readings
+        errors = now.energy_drift, now.deepest_overlap, now.lateness
+        rows.append(Drift(sim.broad_phase, now.contacts, sim.time, *errors, now.audits, now.cpu_seconds))
     return rows
 
 
 def clocks(scene: kt.Scene, contacts: int) -> list[LateClock]:
     """Runs a scene with its clock at each of ``STARTS``."""
     rows: list[LateClock] = []
-    fingerprints: list[str] = []
+    first = ""
     for start in STARTS:
         sim = kt.Simulation(scene.replace(start=start), keep_contacts=False)
         sim.run(max_contacts=contacts)
-        found = sim.readings.contacts
-        fingerprints.append(sim.fingerprint)
-        rows.append(LateClock(sim.broad_phase, start, found, sim.fingerprint == fingerprints[0]))
+        first = first or sim.fingerprint
+        rows.append(LateClock(sim.broad_phase, start, sim.readings.contacts, sim.fingerprint == first))
     return rows
 
 

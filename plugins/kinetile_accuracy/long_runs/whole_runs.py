@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import kinetile as kt
 from kinetile_accuracy.drawing import LOOKS, new_figure
@@ -11,6 +11,7 @@ from kinetile_accuracy.sections import (
     Budget,
     Claim,
     Column,
+    Figure,
     ReportFigure,
     ReportProgress,
     Section,
@@ -19,9 +20,6 @@ from kinetile_accuracy.sections import (
     listed,
 )
 from kinetile_accuracy.specification.certify import certify_log
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SCENES: dict[str, tuple[str, dict[str, float | int]]] = {
     "dense gas": ("grid", {"bodies": 100, "density": 0.5}),

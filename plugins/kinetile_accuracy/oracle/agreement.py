@@ -120,21 +120,21 @@ class Agreement:
         """Returns all of this in plain types."""
         differs = self.disagreement
         certain = None if differs is None else differs.oracle
+        first = differs and {
+            "index": differs.index,
+            "run": differs.run and dict(zip(("time", "a", "b"), differs.run, strict=True)),
+            "oracle": certain and {"time": certain.time.decimal(), "a": certain.a, "b": certain.b},
+            "ticks_apart": differs.ticks_apart,
+        }
+        oracle = {"bits": self.oracle.bits, "contacts": len(self.oracle.contacts)}
         return {
             "agrees": self.complete,
             "contacts": self.contacts,
             "compared": self.compared,
             "contacts_per_disc": self.contacts_per_disc,
             "time_error_ticks": {"max": self.worst_ticks, "median": self.median_ticks},
-            "first_disagreement": differs
-            and {
-                "index": differs.index,
-                "run": differs.run and dict(zip(("time", "a", "b"), differs.run, strict=True)),
-                "oracle": certain and {"time": certain.time.decimal(), "a": certain.a, "b": certain.b},
-                "ticks_apart": differs.ticks_apart,
-            },
-            "oracle": {"bits": self.oracle.bits, "contacts": len(self.oracle.contacts)}
-            | {"ended": self.oracle.ended, "why": self.oracle.ending},
+            "first_disagreement": first,
+            "oracle": oracle | {"ended": self.oracle.ended, "why": self.oracle.ending},
         }
 
     def __str__(self) -> str:
@@ -217,14 +217,9 @@ def agreement(
     time_unit: float,
     end: float,
 ) -> Agreement:
-    """Compares a list of contacts with certified ones.
+    """Compares a list of contacts, as ``Simulation.contacts`` has them up to ``end``, with certified ones.
 
-    Args:
-        contacts: as ``Simulation.contacts`` has them; all up to ``end``, or up to the last of them.
-        oracle: the certified run.
-        scene: what was run.
-        time_unit: of its clock; a tick is 2^-52 of it.
-        end: the time up to which the run went.
+    ``time_unit`` is that of the run's clock; a tick is 2^-52 of it.
     """
     rows = contacts[["epoch", "tick", "a", "b"]].tolist()
     tick = Fraction(time_unit) / UNIT_TICKS

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from kinetile_accuracy.sections import (
     Budget,
     Claim,
     Column,
+    Figure,
     ReportFigure,
     ReportProgress,
     Section,
@@ -24,9 +25,6 @@ from kinetile_accuracy.sections import (
     listed,
     number,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 class Requirement(NamedTuple):

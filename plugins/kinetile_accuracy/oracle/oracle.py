@@ -124,7 +124,7 @@ class CertifiedRun:
 
 
 class Oracle:
-    """The oracle of one scene: an iterator of its contacts from the start on, certified.
+    """The oracle of one scene: iterates over its contacts from the start on, certified.
 
     Args:
         scene: the scene, taken as data.
@@ -158,10 +158,7 @@ class Oracle:
         return CertifiedRun(tuple(self._found), self.bits, self._ended, self.until, self._undecidable)
 
     def __iter__(self) -> Iterator[CertifiedContact]:
-        return self
-
-    def __next__(self) -> CertifiedContact:
-        return next(self._contacts)
+        return self._contacts
 
     def _follow(self) -> Iterator[CertifiedContact]:
         """Yields the contacts, each found with as many bits as it needs."""
@@ -211,17 +208,10 @@ def oracle_contacts(
     max_contacts: int | None = None,
     cap_bits: int = CAP_BITS,
 ) -> CertifiedRun:
-    """Returns the certified contacts of a scene.
+    """Returns the certified contacts of a scene, up to and at a time, or to a number of contacts.
 
-    Args:
-        scene: a scene of elastic discs, with walls or without, with turns or without.
-        until: up to and at which time; None: the scene's own ``until``, unless ``max_contacts`` is given.
-        max_contacts: up to how many contacts.
-        cap_bits: the highest precision to try.
-
-    Raises:
-        MissingExtra, Refused: see ``Oracle``.
-        ValueError: there is no end, or ``until`` is before the scene's start.
+    ``until`` is by default the scene's own, unless ``max_contacts`` is given. Raises what ``Oracle`` raises,
+    and ValueError where there is no end.
     """
     if until is None and max_contacts is None:
         until = scene.settings.until

@@ -144,7 +144,9 @@ class LogCertifier:
         """Goes through all lines, or to the first that is wrong."""
         wrong, fingerprint = self._first_wrong(progress), None
         if wrong is None:
-            fingerprint = _fingerprint(self._rows)
+            contacts = Fingerprint()
+            contacts.update(digestible(self._rows[self._rows["b"] > TURNED]))
+            fingerprint = contacts.hexdigest()
             if self._claimed not in (None, fingerprint):
                 why = f"the fingerprint of the lines before it is {fingerprint}, and not {self._claimed}"
                 wrong = WrongLine(len(self._rows), None, None, why)
@@ -175,21 +177,21 @@ class LogCertifier:
                 why, due = _reason(course, found, due, end)
                 return WrongLine(index, found, due and _line_of(due), why)
             course.carry_out()
+            plans = self._wrong_plan(course, index, line) if self._whole else None
             if index == untimely:
-                said = float(self._rows["time"][index])
-                why = f"the time of {_named(line)} is {said!r}, and not that of its tick"
-                return WrongLine(index, found, found, why)
-            if self._whole and (why_not := self._wrong_plan(course, index, line)):
-                return WrongLine(index, found, found, why_not)
+                time = float(self._rows["time"][index])
+                plans = f"the time of {_named(line)} is {time!r}, and not that of its tick"
+            if plans is not None:
+                return WrongLine(index, found, found, plans)
             self.report = replace(self.report, lines=index + 1)
         if contacts == self._most or (end is None and self._most is None):
             return None
         due = self._due(course, course.now + _IDLE if end is None else end)
-        if due is not None:
-            there = "is one more before the end" if end is not None else f"are to be {self._most:,} contacts"
-            why = f"there {there}: {_named(due)} at {_when(due.tick)}"
-            return WrongLine(len(self._rows), None, _line_of(due), why)
-        return None
+        if due is None:
+            return None
+        there = "is one more before the end" if end is not None else f"are to be {self._most:,} contacts"
+        why = f"there {there}: {_named(due)} at {_when(due.tick)}"
+        return WrongLine(len(self._rows), None, _line_of(due), why)
 
     def _untimely(self, bits: int) -> int:
         """Returns the first line whose time is not that of its tick, in doubles; -1: there is none."""
@@ -200,7 +202,6 @@ class LogCertifier:
         return int(off.argmax()) if off.any() else -1
 
     def _plain_lines(self) -> Iterator[Line]:
-        """Yields the lines in plain numbers."""
         for first in range(0, len(self._rows), _AT_ONCE):
             some = self._rows[first : first + _AT_ONCE]
             yield from zip(*(some[name].tolist() for name in _NAMES), strict=True)
@@ -264,19 +265,14 @@ def certify_log(
 def explain_difference(
     scene: Scene, lists: Mapping[str, NDArray[Any]], index: int, narrow_phases: Sequence[str] | None = None
 ) -> str:
-    """Returns which contacts are right where lists of them first differ, in a sentence.
-
-    The specification decides, not a majority.
+    """Returns which contacts are right where lists of them first differ, in a sentence; an empty one where
+    the specification does not say how bodies meet in this scene, or where the difference is too far on.
 
     Args:
         scene: the scene.
         lists: contacts as in ``sim.contacts``, by the name of their source.
         index: where they first differ, counted from 0.
         narrow_phases: how bodies meet; None: as the scene says.
-
-    Returns:
-        The sentence; an empty one where the specification does not say how bodies meet in this scene, or
-        where the difference is too far on.
     """
     names = scene.settings.narrow_phases if narrow_phases is None else narrow_phases
     known = {"convex" if scene.shapes else "disc", *(() if scene.arena is None else ("wall",))}
@@ -297,9 +293,8 @@ def explain_difference(
             return "is right there"
         return f"is wrong in contact {found.wrong.index}: {found.wrong.why}"
 
-    return "by the specification " + "; ".join(
-        f"{name} {verdict(contacts)}" for name, contacts in lists.items()
-    )
+    verdicts = (f"{name} {verdict(contacts)}" for name, contacts in lists.items())
+    return f"by the specification {'; '.join(verdicts)}"
 
 
 def _just_after(scene: Scene, epoch: int, tick: int) -> float:
@@ -308,28 +303,18 @@ def _just_after(scene: Scene, epoch: int, tick: int) -> float:
     return math.nextafter(float(Fraction(scene.start) + ticks), math.inf)
 
 
-def _fingerprint(rows: NDArray[Any]) -> str:
-    """Returns the fingerprint of rule 10, of the contacts among rows."""
-    contacts = Fingerprint()
-    contacts.update(digestible(rows[rows["b"] > TURNED]))
-    return contacts.hexdigest()
-
-
 # Why a line is wrong: what its bodies do by the specification
 
 
 def _line_of(event: CourseEvent) -> Line:
-    """Returns an event as a line."""
-    return event.tick >> UNIT_BITS, event.tick & (UNIT_TICKS - 1), event.a, event.b
+    return *divmod(event.tick, UNIT_TICKS), event.a, event.b
 
 
 def _when(tick: int) -> str:
-    """Returns a tick as a line has it."""
-    return f"epoch {tick >> UNIT_BITS}, tick {tick & (UNIT_TICKS - 1)}"
+    return "epoch {}, tick {}".format(*divmod(tick, UNIT_TICKS))
 
 
 def _named(event: CourseEvent) -> str:
-    """Returns the bodies that meet, or the other event."""
     _, a, b = event
     if b in _OTHERS:
         return f"{_OTHERS[b]} of body {a}" + " by the clock" * (b == REANCHORED)
@@ -343,11 +328,8 @@ def _reason(
 ) -> tuple[str, CourseEvent | None]:
     """Returns why a line is wrong, and the right one (None: not known, or there is none).
 
-    Args:
-        course: the scene after all lines before this one; it may be moved on.
-        found: the line.
-        due: what comes next up to ``end``, or without an end up to the line's tick; None: nothing.
-        end: the tick of the end, or None.
+    ``course`` is the scene after all lines before this one, and may be moved on; ``due`` is what comes next
+    up to the tick ``end``, or without an end up to the line's tick.
     """
     why = _malformed(course, found)
     if why is not None:
@@ -398,13 +380,13 @@ def _own_tick(course: Course, line: CourseEvent) -> tuple[int | None, str]:
             return None, "it flies towards no wall"
         if met[1] != b:
             return None, f"the wall that it meets first is the {WALLS[met[1]]} one, at {_when(met[0])}"
-        own: int | None = met[0]
+        own = met[0]
     elif course.barred(a, b) and not any(course.frame.periods):
         since = _when(course.plans[a].anchor)
         return None, f"these two are barred: they met at {since}, and neither has had another plan since"
     else:
         image = course.meeting(a, b)
-        own = None if image is None else image[0]
-    if own is None:
-        return None, "by their present plans these two do not meet"
+        if image is None:
+            return None, "by their present plans these two do not meet"
+        own = image[0]
     return own, f"by the present plans that is at {_when(own)}"

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import kinetile as kt
 from kinetile.errors import MissingExtra
@@ -25,6 +25,7 @@ from kinetile_accuracy.sections import (
     Budget,
     Claim,
     Column,
+    Figure,
     ReportFigure,
     ReportProgress,
     Section,
@@ -35,10 +36,6 @@ from kinetile_accuracy.sections import (
 from kinetile_accuracy.stepped.engines import ENGINES, TITLES, engine_settings
 from kinetile_accuracy.stepped.methods import ROUNDS, UNTIL, Method, SpeedError, measure_rows
 from kinetile_accuracy.stepped.snapshots import Finder
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 ROUNDING = 1e-10
 """Overlaps below this, in radii, are roundings, and belong to the strip beyond the chart's break."""
@@ -88,23 +85,19 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
     """Measures all methods; returns the part of the report that shows speed against error."""
     effort = EFFORTS[budget]
     engines, left_out = _installed()
-    methods = [Method("kinetic", name) for name in broad_phases()]
+    methods = [Method("kinetic", name) for name in kt.registry().names("broad phase")]
     methods += [Method("snapshots", finder, dt) for finder in FINDERS for dt in effort.steps]
     methods += [Method("engine", engine, dt) for engine in engines for dt in effort.engine_steps]
-    rows: list[SpeedError] = []
-    pictures = []
-    for k, (bodies, density) in enumerate(effort.scenes):
+    found: list[list[SpeedError]] = []
 
-        def show(
-            done: int, total: int, before: int = k, what: str = f"{bodies} discs at {density:g}"
-        ) -> None:
-            progress(f"speed against error, {what}", before * total + done, len(effort.scenes) * total)
+    def show(done: int, total: int) -> None:
+        before, whole = len(found) * total, len(effort.scenes) * total
+        progress("speed against error, {} discs at {:g}".format(*scene), before + done, whole)
 
-        new = measure_rows(
-            methods, bodies, density, seeds=effort.seeds, encounters=effort.encounters, progress=show
-        )
-        pictures.append(_picture(new))
-        rows += new
+    for scene in effort.scenes:
+        how: dict[str, Any] = {"seeds": effort.seeds, "encounters": effort.encounters}
+        found.append(measure_rows(methods, *scene, progress=show, **how))
+    rows = [row for some in found for row in some]
     tables = [Table("methods", "What a unit of simulated time costs, and how wrong it is.", tuple(rows))]
     if engines:
         tables.append(Table("engines", "What the engines are set to.", tuple(engines.values())))
@@ -127,26 +120,21 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
         findings=findings(rows),
         claims=claims(rows),
         tables=tuple(tables),
-        pictures=tuple(pictures),
+        pictures=tuple(map(_picture, found)),
         left_out=left_out,
     )
 
 
-def broad_phases() -> tuple[str, ...]:
-    """Returns every broad phase that is installed, those of plugins too."""
-    return tuple(each.spec.name for each in kt.registry() if each.kind == "broad phase")
-
-
 def _installed() -> tuple[dict[str, Setting], tuple[str, ...]]:
-    """Returns the installed engines, and the omitted ones with the reason."""
+    """Returns the installed engines, and why the others are left out."""
     engines: dict[str, Setting] = {}
-    left_out: dict[str, None] = {}
+    left_out: list[str] = []
     for engine in ENGINES:
         try:
             engines[engine] = Setting(NAMES[engine], engine_settings(engine))
         except MissingExtra as error:
-            left_out[str(error)] = None
-    return engines, tuple(left_out)
+            left_out.append(str(error))
+    return engines, tuple(dict.fromkeys(left_out))
 
 
 def _picture(rows: Sequence[SpeedError]) -> ReportFigure:
@@ -222,18 +210,13 @@ def claims(rows: Sequence[SpeedError]) -> tuple[Claim, ...]:
     beside = [(row, best[row.bodies, row.density]) for row in rows if row.kind != "kinetic"]
     stepped = [(row.cost <= its.cost, row.deepest <= its.deepest) for row, its in beside]
     fast, true, both = sum(f for f, _ in stepped), sum(t for _, t in stepped), sum(map(all, stepped))
+    shallow = f"Overlaps of kinetic methods are roundings: no deeper than {number(ROUNDING)} radii"
+    better = f"No method in steps is both as fast as the fastest kinetic one ({names}) and as true"
+    measured = f"of {len(stepped)} measurements {fast} are as fast, {true} as true, {both} both"
     return (
         Claim("Kinetic methods miss no first encounter", f"{missed:,} of {each:,}", not missed),
-        Claim(
-            f"Overlaps of kinetic methods are roundings: no deeper than {number(ROUNDING)} radii",
-            f"{number(deepest)} radii",
-            deepest <= ROUNDING,
-        ),
-        Claim(
-            f"No method in steps is both as fast as the fastest kinetic one ({names}) and as true",
-            f"of {len(stepped)} measurements {fast} are as fast, {true} as true, {both} both",
-            not both,
-        ),
+        Claim(shallow, f"{number(deepest)} radii", deepest <= ROUNDING),
+        Claim(better, measured, not both),
     )
 
 
@@ -247,8 +230,8 @@ def findings(rows: Sequence[SpeedError]) -> tuple[str, ...]:
         for method, curve in grouped([row for row in scene if row.kind != "kinetic"], "method").items():
             nearest = min(curve, key=lambda row: abs(math.log(row.cost / best)))
             shown = (crossing(curve, best) or nearest, min(curve, key=_step))
-            said = "; ".join(dict.fromkeys(_cost_and_errors(at, best) for at in shown))
-            sentences.append(f"{head}: {NAMES[method]} takes {said}.")
+            costs = "; ".join(dict.fromkeys(_cost_and_errors(at, best) for at in shown))
+            sentences.append(f"{head}: {NAMES[method]} takes {costs}.")
     return tuple(sentences)
 
 
@@ -316,12 +299,12 @@ def draw_speed_error(rows: Sequence[SpeedError]) -> Figure:
         best = fastest(rows).cost
         for panel in (strip, main):
             panel.axhline(best, color=_LINE, linewidth=0.9, zorder=1)
-        for said, side, up in (("slower", "bottom", 2), ("faster", "top", -2)):
-            _write(main, said, (main.get_xlim()[0], best), (2, up), va=side, color=_LINE)
+        for word, side, up in (("slower", "bottom", 2), ("faster", "top", -2)):
+            _write(main, word, (main.get_xlim()[0], best), (2, up), va=side, color=_LINE)
     for row in rows:
         if row.method == "sweep":
-            said = f"dt = {number(_step(row))}"
-            _write(panels[1], said, (row.deepest, row.cost), (-4, -2), va="top", ha="right", color="0.25")
+            step = f"dt = {number(_step(row))}"
+            _write(panels[1], step, (row.deepest, row.cost), (-4, -2), va="top", ha="right", color="0.25")
     legend_below(figure, 4)
     return figure
 

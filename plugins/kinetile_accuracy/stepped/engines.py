@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
@@ -68,12 +69,6 @@ class _World:
     speed: float = 1.0
     owned: Any = None  # what must live as long as the engine, which does not own it
 
-    def advance(self, steps: int) -> None:
-        """Takes this many steps."""
-        step = self.step
-        for _ in range(steps):
-            step()
-
     def positions(self) -> Floats:
         """Returns the positions, (n, 2), in the scene's units."""
         return np.array([tuple(body.position) for body in self.bodies]).reshape(-1, 2) / self.length
@@ -113,9 +108,11 @@ def run_engine(
         world = _box2d(package, scene, dt, on_contact, bullets=name == "box2d-bullets")
     contacts = np.empty(0, STEPPED)
     deepest = math.nan
+    step = world.step
     began = time.thread_time()
     if watched == "not":
-        world.advance(steps)
+        for _ in range(steps):
+            step()
     else:
         contacts, deepest = _watch(world, scene.radius, steps, met, watched == "depths")
     cpu_seconds = time.thread_time() - began
@@ -132,11 +129,10 @@ def engine_module(name: EngineName) -> Any:
 def engine_settings(name: EngineName) -> str:
     """Returns the settings of an engine in words, and its version; MissingExtra where it is not installed."""
     engine_module(name)
-    try:
+    number = "of unknown version"
+    with suppress(PackageNotFoundError):
         number = version(_package(name))
-    except PackageNotFoundError:
-        number = "of unknown version"
-    return f"{_package(name)} {number}: " + _SETTINGS[name]
+    return f"{_package(name)} {number}: {_SETTINGS[name]}"
 
 
 def _package(name: EngineName) -> str:
@@ -176,7 +172,7 @@ def _watch(
     rows: list[tuple[int, int, int]] = []
     deepest = 0.0 if depths else math.nan
     for step in range(1, steps + 1):
-        world.advance(1)
+        world.step()
         if depths:
             deepest = max(deepest, deepest_overlap(world.positions(), radius))
         for low, high in map(sorted, met):
@@ -215,19 +211,14 @@ def _chipmunk(pymunk: Any, scene: Scene, dt: float, on_contact: OnContact | None
     for shape, number, *its in shapes:
         shape.elasticity, shape.friction, shape.number = 1.0, 0.0, number
         space.add(*its, shape)
-    if on_contact is not None:
-        space.on_collision(None, None, post_solve=_post_solve(on_contact))
-    return _World(partial(space.step, dt), bodies)
-
-
-def _post_solve(on_contact: OnContact) -> Callable[..., None]:
-    """Returns what Chipmunk calls after its response."""
 
     def post_solve(arbiter: Any, *_: Any) -> None:
-        if arbiter.total_impulse.length > 0.0:
+        if on_contact is not None and arbiter.total_impulse.length > 0.0:
             on_contact(*(shape.number for shape in arbiter.shapes))
 
-    return post_solve
+    if on_contact is not None:
+        space.on_collision(None, None, post_solve=post_solve)
+    return _World(partial(space.step, dt), bodies)
 
 
 def _box2d(box2d: Any, scene: Scene, dt: float, on_contact: OnContact | None, bullets: bool) -> _World:
@@ -237,8 +228,9 @@ def _box2d(box2d: Any, scene: Scene, dt: float, on_contact: OnContact | None, bu
     length = min(_LARGEST / float(scene.radius.max()), _FARTHEST / (_FASTEST * mean * dt))
     speed = _PACE / mean
     listener = _listener(box2d, on_contact) if on_contact is not None else None
-    more = {"contactListener": listener} if listener is not None else {}
-    world = box2d.b2World(gravity=(0.0, 0.0), doSleep=False, **more)
+    world = box2d.b2World(gravity=(0.0, 0.0), doSleep=False)
+    if listener is not None:
+        world.contactListener = listener
     world.continuousPhysics = world.warmStarting = True
     bodies = []
     for k, (position, velocity) in enumerate(zip(scene.position, scene.velocity, strict=True)):

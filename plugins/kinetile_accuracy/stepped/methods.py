@@ -41,15 +41,9 @@ _MOST = 20  # ... unless that takes more runs than this in a round
 
 Kind = Literal["kinetic", "snapshots", "engine"]
 
-_NEVER = np.iinfo(np.int64).max
-
 
 def first_encounters(contacts: npt.NDArray[np.void], bodies: int) -> npt.NDArray[np.int64]:
-    """Returns which contacts (their numbers) are first encounters of two discs.
-
-    ``contacts`` has fields ``a`` and ``b`` (negative for walls), and is in the order of time; ``bodies`` is
-    how many there are.
-    """
+    """Returns which contacts (their numbers), in the order of time, are first encounters of two discs."""
     return np.flatnonzero(_first_of_both(contacts, bodies, np.arange(len(contacts))))
 
 
@@ -57,12 +51,12 @@ def _first_of_both(
     contacts: npt.NDArray[np.void], bodies: int, step: npt.NDArray[np.int64]
 ) -> npt.NDArray[np.bool_]:
     """Returns which contacts are of two discs, and at the step of the first contact of either."""
-    discs = contacts["b"] >= 0
-    other = np.where(discs, contacts["b"], contacts["a"])
-    first = np.full(bodies, _NEVER)
-    for body in (contacts["a"], other):
+    one, discs = contacts["a"], contacts["b"] >= 0
+    other = np.where(discs, contacts["b"], one)
+    first = np.full(bodies, np.iinfo(np.int64).max)
+    for body in (one, other):
         np.minimum.at(first, body, step)
-    both: npt.NDArray[np.bool_] = discs & (first[contacts["a"]] == step) & (first[other] == step)
+    both: npt.NDArray[np.bool_] = discs & (first[one] == step) & (first[other] == step)
     return both
 
 
@@ -129,17 +123,9 @@ class Method:
             contacts = np.zeros(len(simulation.contacts), STEPPED)
             contacts["step"] = np.arange(len(contacts))
             contacts["a"], contacts["b"] = simulation.contacts["a"], simulation.contacts["b"]
-        now = simulation.readings
-        return SteppedRun(
-            dt=0.0,
-            steps=now.events,
-            position=simulation.positions(),
-            velocity=simulation.velocities(),
-            contacts=contacts,
-            deepest=now.deepest_overlap,
-            energy_drift=now.energy_drift,
-            cpu_seconds=now.cpu_seconds,
-        )
+        now, at_end = simulation.readings, (simulation.positions(), simulation.velocities())
+        errors = now.deepest_overlap, now.energy_drift
+        return SteppedRun(0.0, now.events, *at_end, contacts, *errors, now.cpu_seconds)
 
     def cost(self, scene: kt.Scene) -> float:
         """Returns the CPU seconds of a unit of simulated time."""
@@ -163,32 +149,31 @@ def measure_rows(
     scenes = [kt.make_scene("grid", bodies=bodies, density=density, seed=seed + 1) for seed in range(seeds)]
     total = seeds + len(methods)
     progress(0, total)
-    observed: list[list[SteppedRun]] = [[] for _ in methods]
-    costs: list[list[float]] = [[] for _ in methods]
+    observed: list[list[SteppedRun]] = []
+    costs: list[list[float]] = []
     for k, scene in enumerate(scenes):
-        for found_by, method in zip(observed, methods, strict=True):
-            found_by.append(method.run(scene, scene.start + UNTIL, "depths"))
-        for cost_of, cost in zip(costs, _costs(methods, scene), strict=True):
-            cost_of.append(cost)
+        observed.append([method.run(scene, scene.start + UNTIL, "depths") for method in methods])
+        costs.append(_costs(methods, scene))
         progress(k + 1, total)
     known = reference_runs(bodies, density, encounters)
     sought = sum(len(each.pairs) for each in known)
     rows = []
-    for k, (method, runs) in enumerate(zip(methods, observed, strict=True)):
+    measured = zip(methods, zip(*observed, strict=True), zip(*costs, strict=True), strict=True)
+    for k, (method, runs, cost) in enumerate(measured):
         deepest = [run.deepest for run in runs]
         pairs = [int((run.contacts["b"] >= 0).sum()) for run in runs]
         events = statistics.mean(run.steps for run in runs) / UNTIL if method.kind == "kinetic" else None
         missed = _missed(method, known)
         rows.append(
             SpeedError(
-                bodies=bodies,
-                density=density,
-                kind=method.kind,
-                method=method.name,
-                dt=method.dt,
-                cost=statistics.median(costs[k]),
-                cost_low=min(costs[k]),
-                cost_high=max(costs[k]),
+                bodies,
+                density,
+                method.kind,
+                method.name,
+                method.dt,
+                cost=statistics.median(cost),
+                cost_low=min(cost),
+                cost_high=max(cost),
                 deepest=statistics.median(deepest),
                 deepest_high=max(deepest),
                 energy_drift=max(run.energy_drift for run in runs),
@@ -222,7 +207,6 @@ def reference_runs(bodies: int, density: float, encounters: int) -> list[Referen
 
 
 def _missed(method: Method, known: Sequence[ReferenceRun]) -> int:
-    """Returns how many first encounters a method misses."""
     missed = 0
     for scene, pairs, last in known:
         run = method.run(scene, last + 2.0 * (method.dt or 0.0), "contacts")
@@ -232,9 +216,9 @@ def _missed(method: Method, known: Sequence[ReferenceRun]) -> int:
 
 def _costs(methods: Sequence[Method], scene: kt.Scene) -> list[float]:
     """Returns the cost of each method on a scene, the median of runs in which the methods take turns."""
-    runs: list[list[float]] = [[] for _ in methods]
     batches = [min(math.ceil(_ENOUGH / ROUNDS / max(method.cost(scene), 1e-9)), _MOST) for method in methods]
+    runs: list[list[float]] = [[] for _ in methods]
     for _ in range(ROUNDS):
-        for k, method in enumerate(methods):
-            runs[k] += [method.cost(scene) for _ in range(batches[k])]
-    return [statistics.median(each) for each in runs]
+        for method, count, costs in zip(methods, batches, runs, strict=True):
+            costs += [method.cost(scene) for _ in range(count)]
+    return list(map(statistics.median, runs))

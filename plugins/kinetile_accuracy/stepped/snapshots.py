@@ -193,34 +193,6 @@ def _run(
         find(s, step, cell, columns, rows)
 
 
-class Discs(NamedTuple):
-    """Flat arrays, a row for each body."""
-
-    x: Any
-    y: Any
-    radius: Any
-
-
-def _deepest(s: Discs) -> float:
-    deepest = 0.0
-    for i in range(len(s.x)):
-        for j in range(i):
-            dx = s.x[j] - s.x[i]
-            dy = s.y[j] - s.y[i]
-            reach = s.radius[i] + s.radius[j]
-            square = dx * dx + dy * dy
-            if square < reach * reach:
-                depth = (reach - math.sqrt(square)) / min(s.radius[i], s.radius[j])
-                deepest = max(deepest, depth)
-    return deepest
-
-
-@cache
-def deepest_loop() -> Callable[..., float]:
-    """Returns the compiled search: called with ``Discs``, it gives the deepest overlap, in radii."""
-    return compose(_deepest, {}, "discs", Discs)
-
-
 @cache
 def snapshot_loop(finder: Finder, walled: bool) -> Callable[..., None]:
     """Returns the compiled loop: ``loop(bodies, steps, dt, sides, cell, columns, rows)``."""
@@ -252,9 +224,7 @@ class SteppedRun:
 
 
 def run_snapshots(scene: Scene, dt: float, until: float, *, finder: Finder = "sweep") -> SteppedRun:
-    """Runs a scene in steps of ``dt`` to ``until``, or to the first step after it.
-
-    All contacts are elastic. ``finder`` is how overlapping pairs are found (see the module).
+    """Runs a scene in steps of ``dt`` to ``until``, or to the first step after it; all contacts are elastic.
 
     Raises:
         Refused: the scene has turns; or it has no arena, and ``finder`` is "cells".
@@ -323,9 +293,19 @@ def energy_drift(scene: Scene, velocity: Floats) -> float:
 def deepest_overlap(position: Floats, radius: Floats) -> float:
     """Returns how deep any two discs overlap, in radii of the smaller; 0 where none do.
 
-    ``position`` is (n, 2), ``radius`` (n,). All pairs are compared.
+    ``position`` is (n, 2), ``radius`` (n,). Discs are compared, in the order of their left ends, with the
+    next, the one after that, ... until none reaches so far.
     """
-    return float(deepest_loop()(Discs(position[:, 0].copy(), position[:, 1].copy(), np.array(radius))))
+    order = np.argsort(position[:, 0] - radius)
+    (x, y), r = position[order].T, radius[order]
+    deepest = 0.0
+    for step in range(1, len(r)):
+        reach = r[step:] + r[:-step]
+        if not (x[step:] - x[:-step] < reach).any():
+            break
+        apart = np.hypot(x[step:] - x[:-step], y[step:] - y[:-step])
+        deepest = max(deepest, float(((reach - apart) / np.minimum(r[step:], r[:-step])).max()))
+    return deepest
 
 
 def _lay_out(scene: Scene, finder: Finder, room: int) -> tuple[Bodies, tuple[Any, ...]]:

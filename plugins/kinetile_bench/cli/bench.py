@@ -5,9 +5,9 @@ Numerical modules are imported inside the commands, so that ``--help`` is quick.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -34,9 +34,6 @@ from kinetile.cli.output import printed, scene_summary, show
 from kinetile.cli.terminal import DIFFERENT, Bar, make_ready
 from kinetile.errors import BadOption
 
-if TYPE_CHECKING:
-    from kinetile import Scene
-
 
 def events(
     phases: Phases = None,
@@ -60,7 +57,7 @@ def events(
         sizes = read_numbers(bodies, int, "--bodies")
         fractions = read_numbers(densities, float, "--densities")
         how: Any = {"seconds": seconds, "repeats": repeats, "start": make_ready, "progress": bar.count}
-        _last(bench_events(chosen, sizes, fractions, **how), bar, lambda found: _print(found, json, csv))
+        _print_last(bench_events(chosen, sizes, fractions, **how), bar, json, csv)
 
 
 def thesis(
@@ -86,11 +83,8 @@ def thesis(
     from kinetile_bench.thesis import ThesisBench, bench_thesis
     from kinetile_bench.thesis.statements import statements
 
-    def finish(found: ThesisBench) -> None:
-        verdicts = statements(found)
-        files = [] if out is None else draw(found, out)
-        more = {"statements": verdicts, "files": files}
-        _print(found, json, csv, more=more, to=[verdicts, files])
+    def more(found: ThesisBench) -> dict[str, Any]:
+        return {"statements": statements(found), "files": [] if out is None else draw(found, out)}
 
     with Bar("measuring") as bar:
         if not 0.0 < until < float("inf"):
@@ -102,7 +96,7 @@ def thesis(
             matplotlib_module()
             try_folder("--out", out, keep=True)
         how: Any = {"seeds": seeds, "until": until, "seconds": seconds, "repeats": repeats}
-        _last(bench_thesis(chosen, start=make_ready, progress=bar.count, **how), bar, finish)
+        _print_last(bench_thesis(chosen, start=make_ready, progress=bar.count, **how), bar, json, csv, more)
 
 
 def scene(
@@ -130,7 +124,7 @@ def scene(
         how: Any = {"max_contacts": max_contacts, "narrow_phases": narrow_choice(narrow_phase)}
         how |= {"seconds": seconds, "repeats": repeats, "start": make_ready, "progress": bar.count}
         found = bench_scene(this_scene, chosen, end, **how)
-    _print_of_scene(found, this_scene, json, csv)
+        _print_last([found], bar, json, csv, lambda _: {"scene": scene_summary(this_scene)})
 
 
 def choose(
@@ -154,42 +148,29 @@ def choose(
         this_scene = find_scene(scene, parameters)
         how: Any = {"until": until, "seconds": seconds, "repeats": repeats}
         found = user_scene.choose(this_scene, chosen, start=make_ready, progress=bar.count, **how)
-    _print_of_scene(found, this_scene, json, csv, rows="candidates")
+        _print_last([found], bar, json, csv, lambda _: {"scene": scene_summary(this_scene)})
 
 
-def _print_of_scene(found: Any, scene: Scene, json: bool, csv: bool, rows: str = "rows") -> None:
-    """Prints the result of phases on a scene; exit code 1 unless their contacts agree."""
-    _print(found, json, csv, more={"scene": scene_summary(scene)}, rows=rows)
-    if not found.identical:
-        raise typer.Exit(DIFFERENT)
-
-
-def _last(measured: Iterable[Any], bar: Bar, finish: Callable[[Any], None]) -> None:
-    """Measures to the end and prints the last result; exit code 1 unless all contacts agree."""
+def _print_last(
+    measured: Iterable[Any],
+    bar: Bar,
+    json: bool,
+    csv: bool,
+    more: Callable[[Any], dict[str, Any]] = lambda _: {},
+) -> None:
+    """Measures to the end, and prints the last result: all of it as JSON, with ``more``, its rows as CSV, or
+    tables; exit code 1 unless all contacts agree."""
     found = None
     try:
-        for each in measured:
-            found = each
+        for found in measured:  # noqa: B007
+            pass
     finally:  # a signal does not discard finished measurements
         bar.close()
         if found is not None:
-            finish(found)
+            beside = more(found)
+            if not printed(beside | found.as_dict(), found.rows, json=json, csv=csv):
+                from kinetile_bench.cli.tables import printed_parts
+
+                show(*printed_parts(found, **beside))
     if found is not None and not found.identical:
         raise typer.Exit(DIFFERENT)
-
-
-def _print(
-    found: Any,
-    json: bool,
-    csv: bool,
-    *,
-    more: Mapping[str, Any] | None = None,
-    to: Iterable[Any] = (),
-    rows: str = "rows",
-) -> None:
-    """Prints a result: all of it as JSON, with ``more``, its rows as CSV, or tables, made with ``to``."""
-    result = found.as_dict()
-    if not printed(dict(more or {}) | result, result[rows], json=json, csv=csv):
-        from kinetile_bench.cli.tables import printed_parts
-
-        show(*printed_parts(found, *to))

@@ -16,7 +16,7 @@ from kinetile_bench.user_scene import Chosen, SceneBench
 
 
 @singledispatch
-def printed_parts(found: Any, *more: Any) -> list[Any]:
+def printed_parts(found: Any, **more: Any) -> list[Any]:
     """Returns the tables and lines that a command prints of a result."""
     raise TypeError(f"there are no tables for {type(found).__name__}")
 
@@ -55,7 +55,7 @@ def _events(bench: EventsBench) -> list[Any]:
 
 
 @printed_parts.register
-def _thesis(bench: ThesisBench, verdicts: Sequence[Statement], files: Sequence[Any]) -> list[Any]:
+def _thesis(bench: ThesisBench, statements: Sequence[Statement], files: Sequence[Any]) -> list[Any]:
     """The times and counts of the thesis's benchmark, a row for each phase on each scene; its statements."""
 
     def count(name: str, form: str, over: str | None = None) -> Callable[[Any], str]:
@@ -94,7 +94,7 @@ def _thesis(bench: ThesisBench, verdicts: Sequence[Statement], files: Sequence[A
         shared=2,
     )
     answers = empty_table("| ", "| verdict", "statement, and the numbers that decide it")
-    for each in verdicts:
+    for each in statements:
         parts = (f"  {part.answer}: {part.text} ({part.numbers})" for part in each.parts)
         answers.add_row(each.name, each.verdict, "\n".join([each.text, *parts]))
     where = bench.conditions
@@ -116,7 +116,7 @@ _SPEED: Mapping[str, Callable[[Any], str]] = {
 
 
 @printed_parts.register
-def _scene(bench: SceneBench) -> list[Any]:
+def _scene(bench: SceneBench, **_: Any) -> list[Any]:
     """The results of the phases on a scene, one row a phase."""
     table = table_of(
         bench.rows,
@@ -138,24 +138,16 @@ def _scene(bench: SceneBench) -> list[Any]:
         table,
         *(f"{row.phase}: {row.ended_by}" for row in bench.rows if row.ended_by),
         f"{where['processor']}; medians of {_times(where, 'run')} each, compiling and set-up apart",
-        _agreement(bench.identical, bench.rows),
+        _agreement(bench),
     ]
 
 
 @printed_parts.register
-def _choice(chosen: Chosen) -> list[Any]:
+def _choice(chosen: Chosen, **_: Any) -> list[Any]:
     """The results of the candidates, the fastest first, and the recommendation."""
-    table = table_of(
-        chosen.candidates,
-        {
-            "broad phase": lambda row: row.phase,
-            **_SPEED,
-            "": _remark,
-        },
-    )
     where = chosen.conditions
     return [
-        table,
+        table_of(chosen.candidates, {"broad phase": lambda row: row.phase, **_SPEED, "": _remark}),
         *(f"{row.phase}: {row.ended_by}" for row in chosen.candidates if row.ended_by),
         f"{where['processor']}; the first {where['max_contacts']:,} contacts, medians of "
         f"{_times(where, 'run')} each, compiling and set-up apart",
@@ -177,9 +169,9 @@ def _kind(error: str | None) -> str:
 _DIFFERENT = "NOT identical: the fingerprints differ; `kinetile compare` shows where"
 
 
-def _agreement(identical: bool, rows: Sequence[Any]) -> str:
-    played = [row for row in rows if row.fingerprint is not None]
-    if not identical:
+def _agreement(bench: SceneBench) -> str:
+    played = [row for row in bench.rows if row.fingerprint is not None]
+    if not bench.identical:
         return _DIFFERENT
     if len(played) < 2:
         return "one phase alone: there is nothing to compare it with"
@@ -216,7 +208,6 @@ def _number(value: Any) -> str:
 
 
 def _times(conditions: Mapping[str, Any], what: str) -> str:
-    """Returns how many repeats there were, by the name that a benchmark has for them."""
     repeats = conditions["repeats"]
     return f"{repeats} {what}" if repeats == 1 else f"{repeats} {what}s"
 

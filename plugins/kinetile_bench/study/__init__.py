@@ -151,10 +151,8 @@ class Study:
         that means a task depends on the file.
         """
         there = {row["key"]: row for row in RowFile(self.results).read()}
-        of_tasks = (
-            (key, row_of(task, {"parameters": {**task.scene.parameters}})) for key, task in self.tasks.items()
-        )
-        rows = [there[key] | task for key, task in of_tasks if key in there]
+        tasks = [task for key, task in self.tasks.items() if key in there]
+        rows = [there[task.key] | row_of(task, {"parameters": {**task.scene.parameters}}) for task in tasks]
         return rows, len(there) - len(rows)
 
     def table(self, y: str | None = None) -> dict[str, Any]:

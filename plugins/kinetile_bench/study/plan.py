@@ -94,8 +94,8 @@ def _is_whole(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
-def _is_count(value: Any) -> bool:
-    return _is_whole(value) and 1 <= value < 2**63
+def _is_count(value: Any, most: int = 2**63 - 1) -> bool:
+    return _is_whole(value) and 1 <= value <= most
 
 
 def _is_list(value: Any, check: Callable[[Any], bool] = _is_text) -> bool:
@@ -103,9 +103,7 @@ def _is_list(value: Any, check: Callable[[Any], bool] = _is_text) -> bool:
 
 
 def _are_seeds(value: Any) -> bool:
-    if isinstance(value, int):
-        return _is_whole(value) and 1 <= value <= MOST_TASKS
-    return _is_list(value, _is_whole) and len({*value}) == len(value)
+    return _is_count(value, MOST_TASKS) or (_is_list(value, _is_whole) and len({*value}) == len(value))
 
 
 _END: Keys = {
@@ -130,10 +128,7 @@ SCENE_KEYS: Keys = {
 
 
 def read_plan_file(path: str | os.PathLike[str]) -> StudyPlan:
-    """Reads a study from a TOML file.
-
-    Raises OSError if the file cannot be read, and StudyError, with every mistake in it, if it is no study.
-    """
+    """Reads a study from a TOML file. Raises OSError, and StudyError with every mistake in it."""
     source = os.fspath(path)
     try:
         tables = read_tables(_read_text(path), source)
@@ -296,8 +291,8 @@ class _Reader:
             text = _read_text(self.folder / name)
             scene = loads_scene(text, name)
         except OSError as error:
-            found = f"{shown(name)}, which cannot be read ({error.strerror or error})"
-            self.wrong(place, found, SCENE_KEYS["file"].what)
+            reason = f"{shown(name)}, which cannot be read ({error.strerror or error})"
+            self.wrong(place, reason, SCENE_KEYS["file"].what)
             return []
         except SceneError as error:
             self.mistakes += [each._replace(where=f"{place}: {each.where}") for each in error.mistakes]
@@ -311,8 +306,7 @@ class _Reader:
     def end(self, table: Any, given: Any, where: str, own: float | None) -> tuple[float | None, int | None]:
         """Returns until and contacts: the table's, the study's, or, without both, the scene's own."""
         until, contacts = (table.get(key, self.given.get(key)) for key in _END)
-        if until is None and contacts is None:
-            until = own
+        until = own if until is None and contacts is None else until
         if until is None and contacts is None and not _END.keys() & {*given, *self.tables}:
             self.wrong(f"{where}.until", "nothing", "until or contacts, here or for all scenes")
         return None if until is None else float(until), contacts

@@ -13,14 +13,14 @@ transaction on an empty file beside the rows, which the system ends with the pro
 from __future__ import annotations
 
 import json
-import math
 import os
 import sqlite3
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from kinetile.cli.output import as_json
 from kinetile.errors import RecordError, printable
 from kinetile.instruments import check_regular, shown
 from kinetile_bench.study.task import DISAGREES, DONE, STATUSES, Row, StudyStopped, digest
@@ -86,7 +86,7 @@ class RowFile:
 
     def put(self, row: Row) -> None:
         """Writes a row; one that is there already, from another process, stays."""
-        values = row["key"], row["course"], json.dumps(_finite(row), allow_nan=False)
+        values = row["key"], row["course"], as_json(row)
         with self._transaction() as file:
             file.execute("INSERT OR IGNORE INTO rows VALUES (?, ?, ?, ?)", (*values, digest(values)))
 
@@ -104,10 +104,8 @@ class RowFile:
                 raise ValueError("file is not a database")
             with closing(_opened(self.path, _PATIENCE)) as file:
                 file.execute(begin)
-                application, version = (
-                    file.execute(f"PRAGMA {each}").fetchone()[0]
-                    for each in ("application_id", "user_version")
-                )
+                ((application,),) = file.execute("PRAGMA application_id")
+                ((version,),) = file.execute("PRAGMA user_version")
                 schema = file.execute("SELECT type, name, sql FROM sqlite_schema").fetchmany(3)
                 if (application, version, schema) == (0, 0, []):
                     file.execute(f"PRAGMA application_id = {APPLICATION}")
@@ -153,15 +151,15 @@ def _unusable(path: Path, error: Exception) -> RecordError:
     of the file in it."""
     if isinstance(error, RecordError):
         return error
-    said = " ".join(str(error).split())
+    reason = " ".join(str(error).split())
     if isinstance(error, OSError) and error.strerror:
-        said = f"{error.filename}: {error.strerror}"
-    return RecordError(f"{path} cannot be used: {printable(said, 200)}; {_EXPECTED}")
+        reason = f"{error.filename}: {error.strerror}"
+    return RecordError(f"{path} cannot be used: {printable(reason, 200)}; {_EXPECTED}")
 
 
-def _checked(key: Any, course: Any, content: Any, said: Any) -> Row:
+def _checked(key: Any, course: Any, content: Any, digested: Any) -> Row:
     """Returns the row of a line of the table. Raises ValueError for one that was not written so."""
-    if said != digest((key, course, content)):
+    if digested != digest((key, course, content)):
         raise ValueError(f"row {shown(key)} is not what was written: it has another digest")
     row = None
     with suppress(TypeError, ValueError, RecursionError):
@@ -181,17 +179,6 @@ def _checked(key: Any, course: Any, content: Any, said: Any) -> Row:
 def _is_shallow(value: Any, levels: int = _DEEPEST) -> bool:
     parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     return levels > 0 and all(_is_shallow(each, levels - 1) for each in parts)
-
-
-def _finite(value: Any) -> Any:
-    """Returns a value with None for numbers that JSON does not have, and without types of NumPy."""
-    if isinstance(value, Mapping):
-        return {str(key): _finite(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    return value
 
 
 class Agreement:

@@ -24,18 +24,17 @@ def summary_of(plan: StudyPlan, rows: Sequence[Row], y: str | None) -> dict[str,
     numbers = {key for row in rows for key, value in row.items() if isinstance(value, int | float)}
     if rows and y not in numbers:
         raise BadOption(f"no column {y!r} of numbers: expected {one_of(y, sorted(numbers))}")
-    scenes: dict[str, tuple[dict[str, Any], dict[str, list[Row]]]] = {}
+    found: dict[str, tuple[dict[str, Any], dict[str, list[Row]]]] = {}
     for row in rows:
         scene = {"recipe": row["recipe"], **row["parameters"]}
         scene |= {"until": row["until"], "contacts_asked": row["contacts_asked"]}
         scene.pop("seed", None)
-        _, of_phases = scenes.setdefault(repr(scene), (scene, {phase: [] for phase in plan.phases}))
+        _, of_phases = found.setdefault(repr(scene), (scene, {phase: [] for phase in plan.phases}))
         of_phases[row["phase"]].append(row)
-    groups = [
-        {"scene": scene, **group} for scene, of_phases in scenes.values() for group in _groups(of_phases, y)
-    ]
-    names = dict.fromkeys(name for scene, _ in scenes.values() for name in scene)
-    varied = [name for name in names if len({repr(scene.get(name)) for scene, _ in scenes.values()}) > 1]
+    scenes = [scene for scene, _ in found.values()]
+    groups = [{"scene": scene, **group} for scene, rows in found.values() for group in _groups(rows, y)]
+    names = dict.fromkeys(name for scene in scenes for name in scene)
+    varied = [name for name in names if len({repr(scene.get(name)) for scene in scenes}) > 1]
     return {"y": y, "base": plan.phases[0], "varied": varied, "groups": groups}
 
 

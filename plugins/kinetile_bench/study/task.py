@@ -25,7 +25,7 @@ from kinetile import ANSWER, Simulation, __version__, registry
 from kinetile.errors import KinetileError, Refused, UnknownName, printable
 from kinetile.instruments import INTERPRETED, Kind, read_phase
 from kinetile_accuracy.environment import environment
-from kinetile_bench.study.plan import Named, StudyPlan, StudyScene
+from kinetile_bench.study.plan import StudyPlan, StudyScene
 
 Row = dict[str, Any]
 """A task that has ended: what it is, and its result."""
@@ -70,7 +70,7 @@ def tasks_of(plan: StudyPlan) -> Iterator[Task]:
     observed = _sources(("observable", read_phase(each)[0]) for each in plan.observe)
     phases = [(each, _sources([("broad phase", read_phase(each)[0])])) for each in plan.phases]
     for scene in plan.scenes:
-        sources = (("framework", "kinetile", _source("framework", "kinetile")), *_sources(scene.named))
+        sources = _sources([("framework", "kinetile"), *scene.named])
         # The name of a scene file is in no key: what determines the result is its content.
         course = digest([scene.content, scene.parameters, scene.until, scene.contacts, sources])
         for repeat in range(1, plan.repeats + 1):
@@ -145,12 +145,12 @@ def _environment() -> dict[str, Any]:
     return environment() | {"host": platform.node()}
 
 
-def _sources(named: Iterable[Named]) -> tuple[Source, ...]:
-    """Returns where plugins come from: their packages with their versions, foreign ones with a digest."""
+def _sources(named: Iterable[tuple[Kind | Literal["framework"], str]]) -> tuple[Source, ...]:
     return tuple((kind, name, _source(kind, name)) for kind, name in named)
 
 
 def _source(kind: Kind | Literal["framework"], name: str) -> str:
+    """Returns where a plugin comes from: its package with its version, a foreign one with a digest."""
     if kind == "framework":
         return f"{__version__}, answer {ANSWER}"
     try:
@@ -172,7 +172,7 @@ def _digest_of(target: Any) -> str:
         else:
             files = [Path(inspect.getsourcefile(inspect.unwrap(target)) or "")]
         sources = (file.name.encode() + b"\0" + file.read_bytes() + b"\0" for file in files)
-        return _hash(b"".join(sources))[:12]
+        return hashlib.sha256(b"".join(sources)).hexdigest()[:12]
     except (OSError, TypeError, ValueError):  # no file has it
         return "unknown"
 
@@ -187,10 +187,7 @@ def _files_of(package: str) -> list[Path]:
     return files or [Path(spec.origin or "")]
 
 
-def _hash(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()
-
-
 def digest(value: Any) -> str:
     """Returns a digest of plain values: 32 hexadecimal digits."""
-    return _hash(json.dumps(value, sort_keys=True, separators=(",", ":"), default=str).encode())[:32]
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]

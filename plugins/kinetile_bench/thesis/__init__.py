@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 from kinetile import Simulation, make_scene
 from kinetile.instruments import write_phase
 from kinetile_accuracy.environment import environment
+from kinetile_accuracy.sections import grouped
 from kinetile_bench.benchmark import Choice, NamedPhase, PhasesMeasured, phases_with_options, prepared
 from kinetile_bench.events import BODIES, DENSITIES
 
@@ -117,10 +118,7 @@ class ThesisBench(PhasesMeasured):
 
     def by_density(self, *phases: str) -> dict[float, list[ThesisScene]]:
         """Returns the same by their density."""
-        groups: dict[float, list[ThesisScene]] = {}
-        for scene in self.scenes(*phases):
-            groups.setdefault(scene.density, []).append(scene)
-        return groups
+        return grouped(self.scenes(*phases), "density")
 
     def mean(self, scene: ThesisScene, phase: str, count: str) -> float:
         """Returns the mean of a count over the seeds."""
