@@ -107,7 +107,6 @@ def _follow(certifier: Oracle, max_contacts: int | None, bar: Bar) -> None:
 def _run_against(
     against: str, scene: Scene, until: float | None, max_contacts: int | None, bar: Bar
 ) -> Agreement:
-    """Runs a scene under a broad phase, and compares the run with the oracle."""
     from kinetile import Simulation
     from kinetile.instruments import read_phase
     from kinetile_accuracy.oracle.agreement import certify
@@ -333,7 +332,6 @@ def _print_section(section: Section) -> None:
 
 
 def _write_page(done: Sequence[Section], out: Path, budget: Budget, json: bool) -> None:
-    """Writes the report of the parts that are done, and prints where, or with ``json`` all of it."""
     from kinetile_accuracy.environment import environment
     from kinetile_accuracy.report import section_as_dict, write_report
 

@@ -155,7 +155,6 @@ figcaption { font-size: .9rem; color: #333; }
 def _page(
     body: Iterable[str], sections: Sequence[Section], budget: Budget, conditions: Mapping[str, Any]
 ) -> str:
-    """Returns the page: a head, the body that a notebook shows too, and how it was measured."""
     versions = ", ".join(f"{name} {version}" for name, version in conditions["versions"].items())
     machine = f"{conditions['processor']}, {conditions['processors']} processors, {conditions['system']}"
     how = f"<code>{command(budget, sections)}</code> on {escape(machine)}; {escape(versions)}."
@@ -215,7 +214,6 @@ def _list(sentences: Sequence[str]) -> Iterator[str]:
 
 
 def _table(section: Section, table: Table) -> Iterator[str]:
-    """Yields a table, folded, and what its columns are."""
     meanings = [
         (column.head or f"{name} (in the file)", column.meaning) for name, column in table.columns.items()
     ]

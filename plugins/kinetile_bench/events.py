@@ -166,7 +166,6 @@ def _load() -> float | None:
 
 
 def _measured(row: EventsRow, runs: Sequence[Any]) -> EventsRow:
-    """Returns the row of a phase with what its timed runs give."""
     found = [run.readings for run in runs]
     rates = [each.contacts_per_cpu_second for each in found]
     return replace(

@@ -134,7 +134,6 @@ def bench_scene(
 
 
 def _timed(sim: Any, until: float | None, max_contacts: int | None) -> tuple[float, str | None]:
-    """Returns the CPU seconds of a run, and the error that ended it."""
     error = None
     began = time.thread_time()
     try:
@@ -170,7 +169,6 @@ def _row(phase: str, runs: Sequence[tuple[float, dict[str, Any]]], ended_by: str
 
 
 def _rated(rows: Sequence[Row]) -> tuple[Row, ...]:
-    """Returns rows with their rates over that of the fastest."""
     most = max((row.rate for row in rows), default=0.0)
     return tuple(
         replace(row, of_fastest=row.rate / most) if most and row.contacts_per_cpu_second is not None else row

@@ -159,14 +159,12 @@ def by_number(scene: Scene) -> Integers:
 
 
 def _leave_out_bodies(search: Search[Scene]) -> None:
-    """Leaves out bodies, in order of their numbers, then in order of x."""
     least = 1 if is_living(search.scene) else FAMILIAR
     leave_out(search, by_number, only_bodies, least)
     leave_out(search, lambda scene: np.argsort(scene.position[:, 0], kind="stable"), only_bodies, least)
 
 
 def _leave_out_commands(search: Search[Scene]) -> None:
-    """Leaves out commands, in order of time."""
     if search.scene.commands and not search.take(lambda: changed(search.scene, commands=())):
         leave_out(search, lambda scene: np.arange(len(scene.commands)), only_commands, 1)
 

@@ -157,7 +157,6 @@ class IsolatedRunner:
             raise
 
     def _sentence(self, died: Died, what: str) -> str:
-        """Returns what a child died of, in a sentence."""
         place = where(died.words)
         said = ENDINGS[died.how][1].format(
             what=what,

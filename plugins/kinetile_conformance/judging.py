@@ -170,7 +170,6 @@ class Judgement:
 
 
 def _program_measured(report: EngineReport, scene: Scene, contacts: Any) -> Measured:
-    """Measures a program on the beginning of a scene."""
     scene = ended_at(scene, float(contacts["time"][:BEGINNING].max(initial=scene.start)))
     exchange = Contacts(report.within).exchange(scene, _reference(Subject(REFERENCE, {}), scene)[0])
     with Engine(report.label) as engine:
@@ -186,14 +185,12 @@ def _program_measured(report: EngineReport, scene: Scene, contacts: Any) -> Meas
 
 
 def _reference(subject: Subject, scene: Scene) -> tuple[Any, str]:
-    """Returns the reference's contacts of a scene, and their fingerprint."""
     sim = subject.reference.simulation(scene)
     sim.run()
     return sim.contacts, sim.fingerprint
 
 
 def _phase_measured(runner: Runner, scene: Scene, contacts: Any) -> Measured:
-    """Measures a phase on a scene, in the child."""
     begin_scene()
     subject = runner.subject
     narrow = subject.narrow_phases(scene) if subject.narrow else None

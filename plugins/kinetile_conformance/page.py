@@ -48,7 +48,6 @@ def page(of: Judgement, command: str) -> str:
 
 
 def _marked(status: str, text: str) -> str:
-    """Returns a text with the mark of a status, or verdict."""
     good, open_ = ("passed", "conforms"), ("skipped", "not judged")
     return f"{'✓' if status in good else '–' if status in open_ else '✗'} {text}"
 

@@ -51,7 +51,6 @@ kit's checks of contacts end with that have the scenes."""
 
 
 def _judging(says: str, prefix: str, wanted: set[str]) -> dict[str, Check]:
-    """Returns the checks of a question, by name."""
     said = Observation(prefix, says, lambda case: None)
     of_contacts = [each for each in CHECKS if each.observation.name == "same-contacts"]
     drawn = [each for each in of_contacts if each.strategy and each.strategy.suffix in wanted]

@@ -218,7 +218,6 @@ def difference(scene: Scene, found: Sequence[Row], expected: NDArray[np.void]) -
 
 
 def _contact(row: Row) -> str:
-    """Returns a contact in words."""
     *when, a, b = row
     partner = f"the {WALLS[int(b)]} wall" if b in WALLS else f"body {b}"
     moment = f"time {when[0]!r}" if len(when) == 1 else f"epoch {when[0]}, tick {when[1]}"
@@ -355,7 +354,6 @@ class Pairs(Question):
     def _judged(
         self, at: int, bodies: Mapping[int, tuple[float, ...]], right: list[tuple[int, int]], rows: Any
     ) -> str | None:
-        """Returns what is wrong with the candidate pairs of a moment."""
         seen: set[tuple[int, int]] = set()
         for a, b in rows:
             strange = next((body for body in (a, b) if body not in bodies), None)

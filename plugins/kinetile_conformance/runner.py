@@ -347,7 +347,6 @@ class Runner:
         return replace(result, seconds=spent() - began)
 
     def _failed(self, run: CheckRun, result: Result) -> Result:
-        """Returns the result of a check that has failed."""
         each, scene = run.each, run.scene
         result = replace(result, status="failed", said=str(run.said))
         if scene is not None:

@@ -202,7 +202,6 @@ class Watched:
         return replace(parts, **watched)
 
     def _watched(self, name: str, hook: Callable[..., Any], scene: Scene) -> Callable[..., Any]:
-        """Returns a watched hook."""
         code = getattr(unwrap(hook), "__code__", None)
         begins = f" (it begins in {Path(code.co_filename).name}, line {code.co_firstlineno})" if code else ""
 

@@ -143,7 +143,6 @@ class Pressure(Observable):
         return found
 
     def _of_each_wall(self, time: float) -> dict[str, float]:
-        """Returns the pressure on each wall."""
         (width, height), axes = self.scene.arena or (0.0, 0.0), axes_with_walls(self.scene)
         lengths = {LEFT: height, RIGHT: height, BOTTOM: width, TOP: width}
         return {

@@ -181,7 +181,6 @@ class Attempt:
     # When bodies meet
 
     def _at(self, body: int) -> Pair:
-        """Returns where a body's plan is at the reference."""
         if body not in self._where:
             self._where[body] = self._plans[body].at(self._reference)
         return self._where[body]
@@ -199,7 +198,6 @@ class Attempt:
         return due or key in self._touched
 
     def _enter(self, key: Key) -> None:
-        """Enters when two bodies, or a body and a wall, meet next."""
         coming = self._wall(key) if key[0] == WALL else self._pair(key)
         if coming is None:
             self._events.pop(key, None)
@@ -218,7 +216,6 @@ class Attempt:
                 self._enter((PAIR, min(body, other), max(body, other)))
 
     def _pair(self, key: Key) -> PossibleEvent | None:
-        """Returns the next contact of two bodies, one of which has a new plan."""
         _, a, b = key
         dx, dy, vx, vy = self._apart(a, b)
         # A comparison of balls is true only if it is so for every choice of numbers from them. So each return
@@ -258,7 +255,6 @@ class Attempt:
         )
 
     def _wall(self, key: Key) -> PossibleEvent | None:
-        """Returns the next contact of a body with a wall."""
         _, body, wall = key
         plan, axis, place = self._plans[body], wall // 2, self._place(body, wall)
         velocity = plan.velocity[axis]
@@ -314,14 +310,12 @@ class Attempt:
             self._window = self._now.ball
 
     def _enter_turn(self) -> None:
-        """Enters the next turn of the scene."""
         if self._turns:
             time, turn = self._turns[-1]
             now = self._now if time == self._now.number else EventTime(time)
             self._events[TURN, turn.body, 0] = PossibleEvent(now)
 
     def _turn(self) -> None:
-        """Carries out the next turn of the scene."""
         _, turn = self._turns.pop()
         self._enter_turn()
         x, y = turn.velocity

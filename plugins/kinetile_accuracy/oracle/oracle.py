@@ -261,6 +261,5 @@ def _flint() -> Any:
 
 
 def _fraction(exact: Any) -> Fraction:
-    """Returns an exact ball as a fraction."""
     mantissa, exponent = map(int, exact.man_exp())
     return Fraction(mantissa << exponent) if exponent >= 0 else Fraction(mantissa, 1 << -exponent)

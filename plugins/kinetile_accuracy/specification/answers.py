@@ -114,7 +114,6 @@ class Answers:
         return rest, rest
 
     def _given_back(self, response: Any, bodies: list[int], now: int, length: float) -> float:
-        """Returns the share of the closing speed that comes back."""
         last = max(self._touched[body] for body in bodies)
         soon = float(now - last) * length <= float(response.options.get("contact_time") or 0.0)
         return 1.0 if soon else float(response.options["e"])

@@ -154,7 +154,6 @@ class LogCertifier:
         return self.report
 
     def _first_wrong(self, progress: Callable[[LogProgress], None] | None) -> WrongLine | None:
-        """Returns the first line that is wrong."""
         scene, bits = self.scene, unit_bits(self.scene)
         until, exact = self.report.until, scene.settings.end
         if exact is None or until != scene.settings.until:

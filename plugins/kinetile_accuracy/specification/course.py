@@ -204,7 +204,6 @@ class Course:
         return after <= self._so_far(tick)
 
     def _so_far(self, tick: int) -> int:
-        """Returns how many contacts of a tick there were."""
         return self._contacts[1] if self._contacts[0] == tick else 0
 
     def _has_room(self, command: Turn | Insert | Remove) -> bool:
@@ -268,7 +267,6 @@ class Course:
         return not self._both_immovable(a, b) and room(m, apart) < -deep
 
     def _there(self) -> Iterable[int]:
-        """Returns the bodies that are there."""
         return (body for body, present in enumerate(self.present) if present)
 
     def carry_out(self) -> None:
@@ -379,7 +377,6 @@ class Course:
         return FlightPlan(*place, *velocity, self.now, 0.0, self.frame, plan.turns), velocity
 
     def _enter(self, body: int, place: Vector, velocity: Vector) -> None:
-        """Gives a body its first plan."""
         plan = FlightPlan(*place, *velocity, self.now, self._radius[body], self.frame)
         self.present[body] = True
         self.plans[body] = plan
@@ -426,7 +423,6 @@ class Course:
         return math.isinf(self._answers.masses[a]) and math.isinf(self._answers.masses[b])
 
     def _difference(self, a: int, b: int) -> Difference | None:
-        """Returns the difference of the shapes of two bodies; None in a scene of discs."""
         if not self._shapes:
             return None
         pair = self._shapes[a], self._shapes[b]
@@ -440,7 +436,6 @@ class Course:
         return right * self.frame.periods[0], up * self.frame.periods[1]
 
     def _anchored(self, body: int) -> FlightPlan:
-        """Returns a body's plan, anchored now."""
         plan = self.plans[body]
         x, y = plan.rounded_place(self.now, self.tick)
         return FlightPlan(x, y, plan.vx, plan.vy, self.now, self._radius[body], self.frame, plan.turns)
@@ -482,7 +477,6 @@ class Course:
         self._met[body] = _NOBODY
 
     def _schedule(self, bodies: list[int]) -> None:
-        """Enters what may come next of bodies with new plans."""
         for body in bodies:
             met = self.wall(body)
             if met is not None:

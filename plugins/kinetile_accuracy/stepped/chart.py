@@ -126,7 +126,6 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
 
 
 def _installed() -> tuple[dict[str, Setting], tuple[str, ...]]:
-    """Returns the installed engines, and why the others are left out."""
     engines: dict[str, Setting] = {}
     left_out: list[str] = []
     for engine in ENGINES:
@@ -280,7 +279,6 @@ _MARKERS = "s*^XopdhH8<>"
 
 
 def _look_of(row: SpeedError, kinetic: Sequence[str]) -> _Look:
-    """Returns the look of a method; ``kinetic`` are the names of the kinetic ones."""
     if row.kind == "kinetic":
         return _Look(row.method, _LINE, _MARKERS[kinetic.index(row.method) % len(_MARKERS)], "")
     return _LOOKS[row.kind, row.method]

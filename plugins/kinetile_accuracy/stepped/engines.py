@@ -190,7 +190,6 @@ def _walls(width: float, height: float, out: float) -> Iterator[tuple[int, Point
 
 
 def _chipmunk(pymunk: Any, scene: Scene, dt: float, on_contact: OnContact | None) -> _World:
-    """Returns a scene in a pymunk Space."""
     assert scene.arena is not None
     space = pymunk.Space()
     space.gravity = (0.0, 0.0)
@@ -222,7 +221,6 @@ def _chipmunk(pymunk: Any, scene: Scene, dt: float, on_contact: OnContact | None
 
 
 def _box2d(box2d: Any, scene: Scene, dt: float, on_contact: OnContact | None, bullets: bool) -> _World:
-    """Returns a scene in a b2World, scaled in length and time."""
     assert scene.arena is not None
     mean = math.sqrt(2.0 * kinetic_energy(scene.mass, scene.velocity) / float(scene.mass.sum()) or 1.0)
     length = min(_LARGEST / float(scene.radius.max()), _FARTHEST / (_FASTEST * mean * dt))
@@ -258,8 +256,6 @@ def _box2d(box2d: Any, scene: Scene, dt: float, on_contact: OnContact | None, bu
 
 
 def _listener(box2d: Any, on_contact: OnContact) -> Any:
-    """Returns what Box2D calls after its response."""
-
     def post_solve(self: Any, contact: Any, impulse: Any) -> None:
         if any(normal > 0.0 for normal in impulse.normalImpulses):
             on_contact(contact.fixtureA.body.userData, contact.fixtureB.body.userData)

@@ -69,7 +69,6 @@ class Bodies(NamedTuple):
 
 @hook
 def _write(s: Bodies, step: int, a: int, b: int) -> None:
-    """Logs a contact, where there is room."""
     k = s.logged[0]
     s.logged[0] = k + 1
     if k < len(s.log):
@@ -101,7 +100,6 @@ def _meet(s: Bodies, i: int, j: int, step: int) -> None:
 
 @hook
 def _place(s: Bodies, to: int, x: float, y: float, vx: float, vy: float) -> None:
-    """Writes what changes from step to step into a row."""
     s.x[to] = x
     s.y[to] = y
     s.vx[to] = vx

@@ -92,7 +92,6 @@ def _end(status: StudyStatus) -> None:
 
 
 def _find_study(name: str, results: Path | None) -> Study:
-    """Returns a study by its file. Raises BadOption for a file that cannot be read."""
     from kinetile_bench.study import Study
 
     if results is not None:
@@ -102,7 +101,6 @@ def _find_study(name: str, results: Path | None) -> Study:
 
 
 def _status_lines(study: Study, status: StudyStatus) -> list[str]:
-    """Returns the progress of a study, and its first disagreements."""
     counts = ", ".join(f"{count:,} {kind}" for kind, count in sorted(status.statuses.items()))
     others = f"; {status.others:,} rows of other versions or tasks" if status.others else ""
     ran = f" ({status.ran:,} in this run)" if status.ran else ""

@@ -23,7 +23,6 @@ def printed_parts(found: Any, **more: Any) -> list[Any]:
 
 @printed_parts.register
 def _events(bench: EventsBench) -> list[Any]:
-    """The rates of all phases, one row for each phase on each scene."""
     where = bench.conditions
     table = table_of(
         [row for row in bench.rows if row.refused is None],
@@ -117,7 +116,6 @@ _SPEED: Mapping[str, Callable[[Any], str]] = {
 
 @printed_parts.register
 def _scene(bench: SceneBench, **_: Any) -> list[Any]:
-    """The results of the phases on a scene, one row a phase."""
     table = table_of(
         bench.rows,
         {
@@ -144,7 +142,6 @@ def _scene(bench: SceneBench, **_: Any) -> list[Any]:
 
 @printed_parts.register
 def _choice(chosen: Chosen, **_: Any) -> list[Any]:
-    """The results of the candidates, the fastest first, and the recommendation."""
     where = chosen.conditions
     return [
         table_of(chosen.candidates, {"broad phase": lambda row: row.phase, **_SPEED, "": _remark}),

@@ -321,7 +321,6 @@ def _check_phase(text: str) -> None:
 
 
 def _reason(error: Exception) -> str:
-    """Returns the message of an error as one line."""
     return " ".join(str(error).splitlines())
 
 

@@ -165,7 +165,6 @@ def _source(kind: Kind | Literal["framework"], name: str) -> str:
 
 @cache
 def _digest_of(target: Any) -> str:
-    """Returns a digest of the sources of the package, or of the file, that has a target."""
     try:
         if isinstance(target, str):
             files = _files_of(target.partition(":")[0].partition(".")[0])

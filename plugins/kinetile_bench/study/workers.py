@@ -101,7 +101,6 @@ def _lost(task: Task, reason: str) -> Row:
 
 
 def _processors() -> int:
-    """Returns how many processors this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -173,7 +173,6 @@ def _time(scene: Any, choice: NamedPhase, until: float, seconds: float) -> float
 
 
 def _counts(scene: Any, choice: NamedPhase, until: float, start: Callable[[Any], Any]) -> dict[str, Any]:
-    """Runs to the end; returns the counts of a cell."""
     simulation = prepared(scene, choice, start)
     simulation.build()
     built = simulation.readings.as_dict()

@@ -52,7 +52,6 @@ def _draw_times(panel: Any, bench: ThesisBench, scenes: list[ThesisScene]) -> No
 
 
 def _draw_events(panel: Any, bench: ThesisBench, scenes: list[ThesisScene]) -> None:
-    """Draws the structural events of each phase for a contact of two bodies, means over seeds."""
     panel.set(xscale="log", yscale="log", xlabel="discs", ylabel="structural events a contact")
     sizes = [scene.bodies for scene in scenes]
     for k, phase in enumerate(bench.phases):
@@ -68,7 +67,6 @@ def _draw_events(panel: Any, bench: ThesisBench, scenes: list[ThesisScene]) -> N
 
 
 def _draw_shares(panel: Any, bench: ThesisBench, scenes: list[ThesisScene]) -> None:
-    """Draws the shares of all events, means over seeds, a bar for each phase on each scene."""
     bars = [(scene, phase) for scene in scenes for phase in bench.phases]
     bottom = [0.0] * len(bars)
     for kind, label, colour, hatch in _KINDS:

@@ -227,7 +227,6 @@ def _walls(name: str, options: Mapping[str, Any], scene: Scene) -> WallParts:
 
 
 def _met_walls(walls: WallParts, k: Kernel) -> Met:
-    """Returns the next contact of each body with a wall."""
     found = np.zeros((len(k.bodies), 2), np.int64)
     _call(reach_all_walls, k, found, reach_wall=walls.reach_wall)
     return Met(np.column_stack([np.arange(len(found)), found[:, 1]]), ticks=found[:, 0])
@@ -415,7 +414,6 @@ meet = soonest = collide = reach_wall = respond = to_be_filled_in
 
 
 def _call(template: Any, k: Kernel, *arrays: npt.NDArray[Any], **hooks: Any) -> None:
-    """Calls a template with the hooks that it names."""
     compose(template, hooks, "conformance", Kernel)(k, *arrays)
 
 

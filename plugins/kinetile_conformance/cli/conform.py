@@ -251,7 +251,6 @@ class _Printer:
 
 
 def _line(row: dict[str, Any]) -> None:
-    """Prints a line of JSON at once."""
     echo(as_text.dumps(row, allow_nan=False, default=str))
 
 

@@ -125,7 +125,6 @@ def _from_xyz(path: Path, index: int) -> dict[str, Any]:
 
 
 def _shape(described: dict[str, Any]) -> Shape:
-    """Returns the shape that GSD describes so."""
     if described["type"] == "Polygon":
         return polygon(dict.fromkeys(map(tuple, described["vertices"])), described["rounding_radius"])
     return disc(described["diameter"] / 2)

@@ -87,7 +87,6 @@ def sizes_and_masses(
 
 
 def _numbers_of(bodies: int, sizes: int, fractions: tuple[float, ...]) -> Ints:
-    """Returns the number of discs of each size."""
     demand_number("bodies", bodies, 2, "a mixture has 2 bodies or more")
     if fractions:
         _numbers("fractions", fractions, sizes)

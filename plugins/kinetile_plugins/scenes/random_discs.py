@@ -123,7 +123,6 @@ def _at_random(radius: list[float], tries: int, side: float, random: Draws) -> I
 
 
 def _power_of_two_above(length: float) -> float:
-    """Returns the least power of two that is not below a length."""
     part, exponent = math.frexp(length)
     return math.ldexp(1.0, exponent if part > 0.5 else exponent - 1)
 
