@@ -182,7 +182,7 @@ def _check(name: str) -> Callable[[Game, Path], None]:
     def observe(game: Game, folder: Path) -> None:
         narrow = {} if game.draft.narrow is None else {game.draft.narrow: {}}
         run = CheckRun(check_named(name), Subject("cells", {}, narrow))
-        assert run.holds(truth(game.names).recorded()), run.said
+        assert run.holds(truth(game.names).recorded()), run.message
         if run.refused:
             raise Refused(run.refusal)
 

@@ -91,12 +91,8 @@ def replay(
 ) -> Result:
     """Runs a check on the scene of a file; returns its result, with the verdict where it fails.
 
-    Args:
-        name: the name of the broad phase.
-        path: a scene file; one that the kit has saved names the check that failed, and the narrow phases that
-            were under test.
-        check: the name of the check; None: the one that the file names, or ``same-contacts``.
-        options: options of the broad phase; where there are none, those that the file names for this phase.
+    A file that the kit has saved names the check that failed, the narrow phases that were under test, and the
+    options of this broad phase: these are the defaults; of any other the check is ``same-contacts``.
 
     Raises:
         UnknownName, BadOption: there is no such phase, option or check, or the check takes no scene.
@@ -107,23 +103,23 @@ def replay(
     case = load_case(path)
     scene = case.scene
     wanted = check or case.check or "same-contacts"
-    each = next((known for known in CHECKS if known.name == wanted), None)
-    if each is None or not each.draws:
-        known = one_of(wanted, [known.name for known in CHECKS if known.draws])
-        where = f"{str(path)!r} names the check" if check is None else "the check is"
-        raise BadOption(f"{where} {wanted!r}; expected one that takes a scene (kit {KIT_VERSION}): {known}")
+    known = {each.name: each for each in CHECKS if each.strategy}
+    if wanted not in known:
+        where = f"{str(path)!r} names the check {wanted!r}" if check is None else f"the check is {wanted!r}"
+        expected = f"one that takes a scene (kit {KIT_VERSION}): {one_of(wanted, known)}"
+        raise BadOption(f"{where}; expected {expected}")
     options = options or (case.options if name == case.name else {})
     subject = Subject(name, dict(options), case.narrow_phases)
     subject.simulation(scene)
-    skipped = applicable(subject, each)
+    skipped = applicable(subject, known[wanted])
     if skipped is not None:
-        raise BadOption(f"the check {each.name!r} does not apply to {name!r}: it is {skipped}")
-    began = time.perf_counter()
-    run = CheckRun(each, subject)
+        raise BadOption(f"the check {wanted!r} does not apply to {name!r}: it is {skipped}")
+    began, run = time.perf_counter(), CheckRun(known[wanted], subject)
     holds = run.holds(scene)
     if run.refused:
         raise Refused(run.refusal)
     took, status = time.perf_counter() - began, "passed" if holds else "failed"
-    said = run.said or ""
-    result = Result(each.name, each.sentence, status, 1, took, said, bodies=len(scene), case=path)
-    return result if holds else replace(result, verdict=Runner(Plan(subject)).verdict(each.name, scene))
+    result = Result(
+        wanted, run.each.sentence, status, 1, took, run.message or "", bodies=len(scene), case=path
+    )
+    return result if holds else replace(result, verdict=Runner(Plan(subject)).verdict(wanted, scene))

@@ -349,11 +349,11 @@ class SavedCase(BaseModel):
     narrow_phases: dict[str, dict[str, Any]] = {}
 
 
-def save_case(scene: Scene, path: Path, said: str, subject: Subject, check: str | None = None) -> None:
+def save_case(scene: Scene, path: Path, text: str, subject: Subject, check: str | None = None) -> None:
     """Writes a case as a scene file. Comments at its head name the check that replays it, if there is one,
     the phases with their options, and the first lines of the failure."""
     head = {"check": check, "name": subject.name, "options": subject.options, "narrow_phases": subject.narrow}
-    lines = [json.dumps(head, default=repr), *said.splitlines()[:6]]
+    lines = [json.dumps(head, default=repr), *text.splitlines()[:6]]
     path.parent.mkdir(parents=True, exist_ok=True)
     write_file(path, "".join(f"# {line}\n" for line in lines) + dumps_scene(scene))
 

@@ -26,7 +26,7 @@ from kinetile_conformance import deadline
 from kinetile_conformance.cases import Subject, provided
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.drawing import Search, by_number, leave_out
-from kinetile_conformance.processes import IDLE, Child, Died, Message, Send, leave_without_memory
+from kinetile_conformance.processes import IDLE, Child, Died, Hear, Message, leave_without_memory
 from kinetile_conformance.reporting import Result, diagnosed, saved
 from kinetile_conformance.runner import OnScene, Plan, Runner, unheard
 from kinetile_conformance.strategies.changes import only_bodies
@@ -78,12 +78,8 @@ def where(words: str) -> str:
 
 
 class IsolatedRunner:
-    """Runs checks on one phase in child processes, or, if the plan says so, in this one; ``close`` ends them.
-
-    Args:
-        plan: the phases under test, and the options.
-        on_scene: is called with the name of a check and its number of scenes so far.
-    """
+    """Runs checks on one phase in child processes, or, if the plan says so, in this one; ``close`` ends
+    them. ``on_scene`` is called with the name of a check and its number of scenes so far."""
 
     def __init__(self, plan: Plan, on_scene: OnScene = unheard) -> None:
         self.deaths = 0
@@ -106,11 +102,8 @@ class IsolatedRunner:
             self._call(Runner.smoke_test)
 
     def run(self, name: str) -> Result:
-        """Runs the check of a name.
-
-        The result has the status "died" if the child does not survive it. Then the check is run again on ever
-        fewer bodies, to find the fewest on which it dies.
-        """
+        """Runs the check of a name. Where the child does not survive it ("died"), the check is run again on
+        ever fewer bodies, to find the fewest on which it dies."""
         last: Message = {"count": 0}
         failed: Message = {}
 
@@ -137,12 +130,7 @@ class IsolatedRunner:
         except Died as died:
             raise PhaseError(self._sentence(died, what)) from died
 
-    def _call(
-        self,
-        function: Callable[..., Any],
-        *arguments: Any,
-        hear: Callable[[Message], None] = lambda _: None,
-    ) -> Any:
+    def _call(self, function: Callable[..., Any], *arguments: Any, hear: Hear = unheard) -> Any:
         """Returns what a function of the runner in the child returns; passes on messages until then. Raises
         Died if the child ends before."""
         if self._here is not None:
@@ -158,7 +146,7 @@ class IsolatedRunner:
 
     def _sentence(self, died: Died, what: str) -> str:
         place = where(died.words)
-        said = ENDINGS[died.how][1].format(
+        text = ENDINGS[died.how][1].format(
             what=what,
             place=f"{' in' if died.how == 'endless' else ', in'} {place}" if place else "",
             scene=self._scene_seconds,
@@ -168,7 +156,7 @@ class IsolatedRunner:
             code=died.code,
         )
         phases = (f"{each.kind} {each.spec.name!r} of {each.source}" for each in provided(self._plan.subject))
-        return f"{said} ({' with '.join(phases)})" + (f"\n{died.trace}" if died.trace else "")
+        return f"{text} ({' with '.join(phases)})" + (f"\n{died.trace}" if died.trace else "")
 
     def _death(self, died: Died, name: str, last: Message) -> Result:
         """Returns the result of a check whose child has died, or was ended; ``last`` is its last message: the
@@ -178,7 +166,7 @@ class IsolatedRunner:
         status, _ = ENDINGS[died.how]
         seen = str(last.get("seen", ""))
         result = Result(name, check.sentence, status, int(last["count"]), 0.0, said=dying)
-        scene = pickle.loads(last["scene"]) if check.draws and "scene" in last else None
+        scene = pickle.loads(last["scene"]) if check.strategy and "scene" in last else None
         if seen:
             lines = [seen, f"(and while a smaller scene was looked for, {dying})"]
             lines += diagnosed(name, seen, self._plan.subject)
@@ -220,7 +208,7 @@ class IsolatedRunner:
 # In the child
 
 
-def _runner(plan: Plan, scene_seconds: float, subject: Subject, send: Send) -> Runner:
+def _runner(plan: Plan, scene_seconds: float, subject: Subject, send: Hear) -> Runner:
     """Keeps the limits of a plan, and returns its runner. It sends each scene before it runs it, and again if
     it fails: so the scene is known if the process does not survive it, and what was seen is not lost, however
     the process ends."""

@@ -142,13 +142,13 @@ class Judgement:
                 each.error = str(error)
         with ExitStack() as children:
             measures: list[tuple[Judged, Callable[[Scene, Any], Measured]]] = []
-            for each in self.judged:
+            for each in (each for each in self.judged if not each.error):
                 report = each.report
-                if isinstance(report, EngineReport) and report.asked == "contacts" and not each.error:
-                    measures.append((each, partial(_program_measured, report)))
-                elif not isinstance(report, EngineReport) and not each.error:
+                if not isinstance(report, EngineReport):
                     runner = children.enter_context(closing(IsolatedRunner(Plan(report.subject))))
                     measures.append((each, partial(runner.attempt, "a measurement", _phase_measured)))
+                elif report.asked == "contacts":
+                    measures.append((each, partial(_program_measured, report)))
             for at, (name, path) in enumerate(SCENES.items()):
                 scene = self.beside.dressed(load_scene(path))
                 contacts, fingerprint = _reference(self.beside, scene)

@@ -27,7 +27,7 @@ def page(of: Judgement, command: str) -> str:
     """Returns the page; ``command`` is the one that makes it again."""
     title = "Judged by kinetile: " + ", ".join(each.report.label for each in of.judged)
     made = {"again": command, "kit": of.kit, "drawn": f"{of.examples:,} scenes a check, seed {of.seed}"}
-    made |= of.made["versions"] | {name: str(said) for name, said in of.made.items() if name != "versions"}
+    made |= of.made["versions"] | {name: str(text) for name, text in of.made.items() if name != "versions"}
     sections = {
         "Verdict": _checks(of.judged),
         "Faults and refusals": _seen(of.judged),
@@ -75,10 +75,10 @@ def _seen(judged: Sequence[Judged]) -> Iterator[str]:
         results = [*failed, *(of for of in each.report.results if of.status != "passed" and of not in failed)]
         seen = [("\n".join(each.report.details(of)), _marked(of.status, of.check)) for of in results]
         seen += [(row.differs or row.ended_by or "", row.of) for row in each.rows] + [(each.error, "✗ all")]
-        said: dict[str, list[str]] = {}
+        places: dict[str, list[str]] = {}
         for sentence, where in seen:
-            said.setdefault(sentence, []).append(where)
-        rows = [["\n".join(where), sentence] for sentence, where in said.items() if sentence]
+            places.setdefault(sentence, []).append(where)
+        rows = [["\n".join(where), sentence] for sentence, where in places.items() if sentence]
         yield from [grid(each.report.label, ("on", "seen"), rows, (False, False))] if rows else []
 
 
@@ -94,8 +94,8 @@ def _measurements(of: Judgement) -> Iterator[str]:
             counts = row.structural_per_contact, row.asked_per_contact, row.computed_per_contact
             numbers = (row.contacts_per_cpu_second, *counts, size and size / 1024)
             wrong = "✗ other contacts" if row.differs else "ended early" if row.contacts else "no contacts"
-            said = wrong if row.differs or row.ended_by else "━" * round(10.0 * row.rate / (most or 1.0))
-            rows.append(["" if at else f"{name}: {what}", row.phase, said, *map(_number, numbers)])
+            text = wrong if row.differs or row.ended_by else "━" * round(10.0 * row.rate / (most or 1.0))
+            rows.append(["" if at else f"{name}: {what}", row.phase, text, *map(_number, numbers)])
     if rows:
         yield grid("", heads, rows, [False] * 3 + [True] * 5)
         yield paragraph(

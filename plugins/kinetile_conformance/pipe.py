@@ -51,10 +51,10 @@ kit's checks of contacts end with that have the scenes."""
 
 
 def _judging(says: str, prefix: str, wanted: set[str]) -> dict[str, Check]:
-    said = Observation(prefix, says, lambda case: None)
+    asked = Observation(prefix, says, lambda case: None)
     of_contacts = [each for each in CHECKS if each.observation.name == "same-contacts"]
     drawn = [each for each in of_contacts if each.strategy and each.strategy.suffix in wanted]
-    return {each.name: each for each in (replace(each, observation=said, at_home=False) for each in drawn)}
+    return {each.name: each for each in (replace(each, observation=asked, at_home=False) for each in drawn)}
 
 
 JUDGING = {asked: _judging(*row) for asked, row in ASKED.items()}
@@ -66,12 +66,8 @@ class EngineError(KinetileError, RuntimeError):
 
 
 class Engine(AbstractContextManager["Engine"]):
-    """A program that answers lines, one for one; its stderr is passed on.
-
-    Args:
-        command: the program and its arguments, as a shell splits them; no shell runs it.
-        seconds: the limit for a line, by the clock.
-    """
+    """A program that answers lines, one for one; its stderr is passed on. A command is split as by a shell,
+    and no shell runs it; ``seconds`` is the limit for a line, by the clock."""
 
     def __init__(self, command: str, seconds: float = SECONDS) -> None:
         self.command = command
@@ -100,8 +96,8 @@ class Engine(AbstractContextManager["Engine"]):
             line: bytes = self.program.came.get(timeout=self._seconds) or b""
         except queue.Empty:
             self.program.end()
-            said = f"the engine gave no answer within {self._seconds:g} s (--scene-seconds)"
-            raise EngineError(said) from None
+            text = f"the engine gave no answer within {self._seconds:g} s (--scene-seconds)"
+            raise EngineError(text) from None
         if len(line) >= LONGEST:
             raise EngineError(f"the engine's answer has no end after {LONGEST:,} bytes")
         if not line.endswith(b"\n"):
@@ -181,26 +177,29 @@ class _EngineRun(CheckRun):
                 raise
             if isinstance(found, str):
                 raise Refused(found)
-            said = exchange.judge(found)
-            if said is not None:
+            text = exchange.judge(found)
+            if text is not None:
                 self.wrong, self.found = exchange, {exchange.form.key: found}
-                raise Disagreement(said)
+                raise Disagreement(text)
 
     def minimise(self) -> None:
         """Searches for a smaller case. Then a fresh process is given it alone: what an engine keeps from one
         case to the next shows there."""
         end = time.monotonic() + 3.0 * REDUCING  # the CPU time of the engine is not this process's
-        self.question.smaller(
-            self.wrong.case, lambda fewer: time.monotonic() < end and not self.holds(fewer), REDUCING
+
+        def fails(case: Any) -> bool:
+            return time.monotonic() < end and not self.holds(case)
+
+        self.question.smaller(self.wrong.case, fails, REDUCING)
+        text, fresh = (
+            self.message,
+            "not in a fresh process: the engine keeps something from one scene to the next",
         )
-        said = str(self.said)
         self.engine.program.end()
         self.engine.start()
-        if self.holds(self.wrong.case):
-            said += "\n(not in a fresh process: the engine keeps something from one scene to the next)"
-        self.said = said
+        self.message = f"{text}\n(not in a fresh process: {fresh})" if self.holds(self.wrong.case) else text
 
-    def saved(self, said: str, folder: Path) -> Path:
+    def saved(self, text: str, folder: Path) -> Path:
         """Saves the lines that the engine was sent, with its last answer and the reference's, where there are
         any, and a scene as a file beside it; returns the path."""
         path, case = folder / f"engine-{self.each.name}.jsonl", self.wrong.case
@@ -212,7 +211,7 @@ class _EngineRun(CheckRun):
         write_file(path, "".join(lines))
         if isinstance(case, Scene):
             path = path.with_suffix(".toml")
-            save_case(case, path, said, self.subject)
+            save_case(case, path, text, self.subject)
         return path
 
 
@@ -249,9 +248,9 @@ class EngineRunner:
             where = f"; the scene is saved: {run.saved(str(error), folder)}" if folder else ""
             raise EngineError(f"{error} ({name}, scene {run.count}{where})") from error
         result = Result(name, each.sentence, "passed", run.count, spent() - began)
-        if run.said is not None:
-            case = run.saved(run.said, plan.save_to) if plan.save_to else None
-            return replace(result, status="failed", said=run.said, bodies=len(run.wrong.case), case=case)
+        if run.message is not None:
+            case = run.saved(run.message, plan.save_to) if plan.save_to else None
+            return replace(result, status="failed", said=run.message, bodies=len(run.wrong.case), case=case)
         if run.refused:
             whole = run.refused == run.count
             reason = f"it refuses {run.refused} of {run.count} scenes, such as: {run.refusal}"

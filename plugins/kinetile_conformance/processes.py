@@ -53,7 +53,8 @@ RAISED = (BadOption, NotJudged, Refused)
 """Errors of phases and options, which a call raises in the calling process; any other is one of the kit."""
 
 Message = dict[str, Any]
-Send = Callable[[Message], None]
+Hear = Callable[[Message], object]
+"""Sends a message, or is called with one that was received."""
 
 
 class Died(Exception):
@@ -85,15 +86,10 @@ def _ending(code: int | None, words: str) -> str:
 
 
 class Program:
-    """A running program.
+    """A running program. ``read`` reads one thing from a stream, something false where no more comes.
 
     It may write before it has read all, and what it has started may outlive it, and hold its ends of the
     pipes: so threads read and write, and the caller waits for neither. Its process group ends with it.
-
-    Args:
-        words: the program and its arguments.
-        read: reads one thing from a stream; something false, or an error, where no more comes.
-        how: more arguments of ``subprocess.Popen``.
     """
 
     def __init__(self, words: Sequence[str], read: Callable[[BinaryIO], Any], **how: Any) -> None:
@@ -168,27 +164,23 @@ class Child(Program):
     def __init__(
         self,
         subject: Subject,
-        make: Callable[[Subject, Send], Any],
+        make: Callable[[Subject, Hear], Any],
         environment: Mapping[str, str] | None = None,
     ) -> None:
         begin = pickled(subject, make)
         self._folder = tempfile.TemporaryDirectory(prefix="kinetile-child-", ignore_cleanup_errors=True)
         self._file, self.words = Path(self._folder.name) / "words", ""
-        # Hypothesis writes files, which do not belong into the working folder of the calling process.
         own = {
             "PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path),
-            "HYPOTHESIS_STORAGE_DIRECTORY": self._folder.name,
+            "HYPOTHESIS_STORAGE_DIRECTORY": self._folder.name,  # not the working folder of the caller
         }
         command = [sys.executable, "-P", "-c", f"from {__name__} import main; main()"]
+        env = {**os.environ, **own, **(environment or {})}
         with self._file.open("wb") as printed, uncounted():
-            super().__init__(
-                command, pickle.load, stderr=printed, env={**os.environ, **own, **(environment or {})}
-            )
+            super().__init__(command, pickle.load, stderr=printed, env=env)
         self.send(begin)
 
-    def call(
-        self, function: Callable[..., Any], *arguments: Any, hear: Callable[[Message], None] = lambda _: None
-    ) -> Any:
+    def call(self, function: Callable[..., Any], *arguments: Any, hear: Hear = lambda _: None) -> Any:
         """Returns what a function returns there, called with what was made at the beginning, and arguments.
 
         ``hear`` is called with each message that the function sends.
@@ -238,10 +230,8 @@ class Child(Program):
 
 
 def pickled(subject: Subject, *more: object) -> bytes:
-    """Returns phases, and something more, as bytes for another process.
-
-    Those that were added in this process go with the names of their plugins, and what another process cannot
-    import goes by value.
+    """Returns phases, and something more, as bytes for another process: those that were added in this one
+    with the names of their plugins, and what another process cannot import by value.
 
     Raises Refused where something of a phase cannot be sent, and MissingExtra.
     """
@@ -260,8 +250,8 @@ def pickled(subject: Subject, *more: object) -> bytes:
     try:
         return bytes(cloudpickle.dumps((subject, added, *more)))
     except Exception as error:  # pickling has no error of its own
-        said = f"cannot be sent to a process of its own ({type(error).__name__}: {error})"
-        raise Refused(f"{subject.name} {said}: judge it in this process") from error
+        text = f"cannot be sent to a process of its own ({type(error).__name__}: {error})"
+        raise Refused(f"{subject.name} {text}: judge it in this process") from error
     finally:
         for module in by_value:
             cloudpickle.unregister_pickle_by_value(module)
@@ -303,7 +293,7 @@ def in_a_child(
 # In the child
 
 
-def _themselves(seconds: float, subject: Subject, _: Send) -> Subject:
+def _themselves(seconds: float, subject: Subject, _: Hear) -> Subject:
     keep_limits(seconds)
     return subject
 
@@ -328,8 +318,8 @@ def main() -> None:
     try:
         subject, added, make = pickle.load(link)
     except Exception as error:  # whatever unpickling a foreign phase comes to
-        said = f"the phase cannot be loaded in a process of its own ({error}): judge it in this process"
-        send({"raised": Refused(said)})
+        text = f"the phase cannot be loaded in a process of its own ({error}): judge it in this process"
+        send({"raised": Refused(text)})
         return
     try:
         for name, spec in added:

@@ -105,11 +105,8 @@ class Exchange(NamedTuple):
 
 
 class Question(ABC):
-    """What an engine is asked. Its cases are scenes, where it does not say otherwise.
-
-    ``within`` is the distance within which times are right, where there is one, and ``most`` the limit of
-    contacts of a run. ``sums`` counts what ``told`` puts into words.
-    """
+    """What an engine is asked. ``within`` is the distance within which times are right, where there is one,
+    and ``most`` the limit of contacts of a run. ``sums`` counts what ``told`` puts into words."""
 
     told = ""
 
@@ -212,8 +209,8 @@ def difference(scene: Scene, found: Sequence[Row], expected: NDArray[np.void]) -
         if mine != theirs:
             lists = {"the engine": np.array(found, right.dtype), REFERENCE: right}
             judged = explain_difference(scene, lists, at) if len(scene) <= JUDGED else ""
-            said = told(f"contact {at}", mine, theirs, _contact)
-            return f"{said}\n{judged}" if judged else said
+            text = told(f"contact {at}", mine, theirs, _contact)
+            return f"{text}\n{judged}" if judged else text
     return None
 
 
@@ -253,8 +250,7 @@ def parting(
                 place = f"contact {k if one is None else at}"
                 wrong.append((first, told(place, one, other, _contact)))
                 break
-    wrong = [each for each in wrong if each[0] < end]
-    return min(wrong, default=None)
+    return min((each for each in wrong if each[0] < end), default=None)
 
 
 def compared_until(scene: Scene, expected: NDArray[np.void], within: float) -> float:
@@ -263,11 +259,9 @@ def compared_until(scene: Scene, expected: NDArray[np.void], within: float) -> f
     end = horizon(scene)
     last: dict[float, float] = {}
     for time, *bodies in right:
-        before = [
-            last[body] for body in bodies if body in last and _near(scene, 2.0 * within, time, last[body])
-        ]
-        if before:
-            end = min(before)
+        before = [last[body] for body in bodies if body in last]
+        end = min((each for each in before if _near(scene, 2.0 * within, time, each)), default=end)
+        if end < horizon(scene):
             break
         last |= {body: time for body in bodies if body >= 0}
     near = partial(_near, scene, within / 2.0)
@@ -440,14 +434,12 @@ class Casts(Question):
         def judge(time: float | None) -> str | None:
             self._count(right is not None, 1)
             if time is None:
-                wrong = late is not None and late < end and not near(late, end)
+                is_right = late is None or late >= end or near(late, end)
             else:
                 last = end if late is None else min(late, end)
-                after, before = early is not None and early <= time, time <= last
-                wrong = early is None or not ((after or near(time, early)) and (before or near(time, last)))
-            if not wrong:
-                return None
-            return f"they meet {_when(right)}, and the engine says {_when(time)}"
+                after = early is not None and (early <= time or near(time, early))
+                is_right = after and (time <= last or near(time, last))
+            return None if is_right else f"they meet {_when(right)}, and the engine says {_when(time)}"
 
         tables = _tables(case)
         bodies = [{k: body[k] for k in body if k not in ("mass", "kind")} for body in tables["bodies"]]

@@ -28,12 +28,9 @@ mistakes cause most of them."""
 
 @dataclass(frozen=True)
 class Result:
-    """What came of one check.
-
-    ``status`` is one of passed, failed, skipped, died (the process did not survive it), not judged (its time
-    was up). ``seconds`` are CPU seconds without compiling, by the clock where it died. ``verdict`` says which
-    phase a failure speaks against.
-    """
+    """The result of one check: passed, failed, skipped, died (the process did not survive it), or not judged
+    (its time was up). ``seconds`` are CPU seconds without compiling, by the clock where it died; ``verdict``
+    says which phase a failure speaks against."""
 
     check: str
     sentence: str
@@ -54,11 +51,7 @@ class Result:
 
 @dataclass(frozen=True)
 class Report:
-    """All results of one broad phase, alone or with narrow phases and a response: the ``subject``.
-
-    ``exit_code`` is 0 where the phase conforms, 1 where it does not, 3 where the reference itself is in
-    doubt, 4 where no fault was seen and not everything was judged.
-    """
+    """All results of one broad phase, alone or with narrow phases and a response: the ``subject``."""
 
     subject: Subject
     distribution: str
@@ -96,7 +89,8 @@ class Report:
 
     @property
     def exit_code(self) -> int:
-        """0, 1, 3 or 4."""
+        """0 where the phase conforms, 1 where it does not, 3 where the reference itself is in doubt, 4 where
+        no fault was seen and not everything was judged."""
         return {True: 0, False: 3 if self.in_doubt else 1, None: 4}[self.conforms]
 
     def as_dict(self) -> dict[str, Any]:
@@ -144,20 +138,17 @@ class Report:
     @property
     def foot(self) -> str:
         """The lines below the results: notes, and whether the phase conforms."""
+        spent = sum(result.seconds for result in self.results)
+        verdict = f"conforms ({spent:.0f} CPU s, {self.seconds:.0f} s)"
+        if self.not_judged:
+            verdict = f"is not judged: {self.not_judged}"
         lines = [f"  {note}" for note in self.notes]
-        who = " with ".join([self.subject.name, *self.subject.beside])
-        saved = [result for result in self.failed if result.case is not None]
-        if saved:
-            simplest = min(saved, key=lambda result: (OWN not in result.said, result.bodies or 0))
-            lines.append(f"  begin with {simplest.check}: {self.replays(cast(Path, simplest.case))}")
         if self.failed:
-            lines.append(f"{who} does not conform: {', '.join(result.check for result in self.failed)}")
-        elif self.not_judged:
-            lines.append(f"{who} is not judged: {self.not_judged}")
-        else:
-            spent = sum(result.seconds for result in self.results)
-            lines.append(f"{who} conforms ({spent:.0f} CPU s, {self.seconds:.0f} s)")
-        return "\n".join(lines)
+            verdict = f"does not conform: {', '.join(result.check for result in self.failed)}"
+            saved = (result for result in self.failed if result.case is not None)
+            for result in sorted(saved, key=lambda result: (OWN not in result.said, result.bodies or 0))[:1]:
+                lines.append(f"  begin with {result.check}: {self.replays(cast(Path, result.case))}")
+        return "\n".join([*lines, f"{' with '.join([self.subject.name, *self.subject.beside])} {verdict}"])
 
     def lines(self, result: Result, wide: int) -> list[str]:
         """Returns the lines of one result, the name of its check padded to a width."""
@@ -172,31 +163,29 @@ class Report:
 
     def details(self, result: Result) -> list[str]:
         """Returns the lines of a result below its status."""
-        details = result.said.splitlines()
-        if result.bodies is not None:
-            bodies = f"{result.bodies} {'body' if result.bodies == 1 else 'bodies'}"
-            details.append(f"smallest scene found: {bodies}")
-        if result.verdict:
-            details.append(f"verdict: {result.verdict}")
-        if result.reason:
-            details += f"reason: {result.reason}".splitlines()
-        if result.case is not None:
-            details.append(f"replay: {self.replays(result.case)}")
-            if result.case.suffix == ".toml":
-                details.append(f"see it: kinetile view {result.case}")
-        return details
+        case = result.case
+        bodies = f"{result.bodies} {'body' if result.bodies == 1 else 'bodies'}"
+        details = {
+            "smallest scene found": bodies if result.bodies is not None else "",
+            "verdict": result.verdict,
+            "reason": result.reason,
+            "replay": self.replays(case) if case else "",
+            "see it": f"kinetile view {case}" if case and case.suffix == ".toml" else "",
+        }
+        lines = "\n".join(f"{name}: {text}" for name, text in details.items() if text)
+        return [*result.said.splitlines(), *lines.splitlines()]
 
 
-def likely(check: str, said: str) -> str:
+def likely(check: str, text: str) -> str:
     """Returns what authors usually did wrong where this check says so; "" where no row applies."""
     rows = (row for row in SYMPTOMS.values() if check in row.get("checks", [check]))
-    return next((row["often"] for row in rows if re.search(row.get("pattern", ""), said)), "")
+    return next((row["often"] for row in rows if re.search(row.get("pattern", ""), text)), "")
 
 
-def diagnosed(check: str, said: str, subject: Subject) -> list[str]:
-    """Returns the line that ends such a failure, if there is one: diagnoses are for broad phases. It is a
-    guess from experience and no judgement, so it comes last, and begins with "often"."""
-    often = likely(check, said) if subject.pair is None else ""
+def diagnosed(check: str, text: str, subject: Subject) -> list[str]:
+    """Returns the line that ends such a failure of a broad phase, if there is one: a guess from experience
+    and no judgement, so it comes last, and begins with "often"."""
+    often = likely(check, text) if subject.pair is None else ""
     return [f"{OFTEN}{often}"] if often else []
 
 

@@ -177,7 +177,7 @@ def applicable(subject: Subject, each: Check) -> str | None:
     """Returns why a check does not apply to phases; None where it does."""
     if each.judges == "broad" and subject.beside:
         return f"for a broad phase alone: judge it without a {next(iter(subject.beside.values()))} named"
-    if not each.draws and subject.response is not None:
+    if not each.strategy and subject.response is not None:
         return "its scenes have no responses"
     if each.judges == "response" and subject.response is None:
         return "for a response that is named"
@@ -190,10 +190,8 @@ def applicable(subject: Subject, each: Check) -> str | None:
 
 
 class CheckRun:
-    """One check on one phase, scene after scene: counts, refusals, and the last failure with its scene.
-
-    Minimising runs ever smaller scenes, so the last failure is the smallest one.
-    """
+    """One check on one phase, scene after scene: counts, refusals, and the last failure with its scene, which
+    is the smallest one, as minimising runs ever smaller scenes."""
 
     fatal: tuple[type[Exception], ...] = ()
     """Errors that are no failure of the check: they end the run."""
@@ -210,7 +208,7 @@ class CheckRun:
         self.subject = subject
         self.count = self.refused = 0
         self.refusal = self.inapplicable = ""
-        self.said: str | None = None
+        self.message: str | None = None
         self.scene: Scene | None = None
         self.end = spent() + seconds
         self._reference = reference or reference_of(subject)
@@ -239,26 +237,18 @@ class CheckRun:
             raise
         except Exception as error:  # whatever a foreign phase raises is its failure
             self._observe(self.count, scene, error)
-            self.said, self.scene = f"{type(error).__name__}: {error}{_place(error)}", scene
+            is_own = type(error).__module__ == "kinetile.errors"  # with the place in its message
+            place = "" if is_own else place_of(error)
+            self.message, self.scene = f"{type(error).__name__}: {error}{place}", scene
             if isinstance(error, Disagreement):
-                self.said, self.scene = str(error), scene if self.each.draws else error.scene
+                self.message, self.scene = str(error), scene if self.each.strategy else error.scene
             return False
         return True
 
 
-def _place(error: Exception) -> str:
-    """Returns where an error was raised; "" for kinetile's own errors, whose messages name the place."""
-    return "" if type(error).__module__ == "kinetile.errors" else place_of(error)
-
-
 class Runner:
-    """Runs checks in this process.
-
-    Args:
-        plan: the phases under test, and the options.
-        observe: is called with the number of scenes so far, a scene, and None before a check runs on it, and
-            with the error if it fails.
-    """
+    """Runs checks in this process. ``observe`` is called with the number of scenes so far, a scene, and None
+    before a check runs on it, and with the error if it fails."""
 
     def __init__(self, plan: Plan, observe: Callable[[int, Scene, Exception | None], None] = unheard) -> None:
         self.plan = plan
@@ -268,12 +258,11 @@ class Runner:
         self._observe = observe
 
     def smoke_test(self) -> None:
-        """Loads a phase, compiles it for the first sample that it does not refuse, and runs it on that. What
-        fails there is said once, with the author's own file and line; what becomes of the run is a matter of
-        the checks.
+        """Loads a phase, compiles it for the first sample that it does not refuse, and runs it on that; what
+        becomes of the run is a matter of the checks.
 
         Raises:
-            NotJudged: it does not load, a part of it raises, or its hooks do not compile.
+            NotJudged: it does not load, a part of it raises, or its hooks do not compile; with the place.
             UnknownName, BadOption: there is no such phase, or it has no such option.
             Refused: it refuses all samples.
         """
@@ -300,10 +289,7 @@ class Runner:
 
     def verdict(self, name: str, scene: Scene) -> str:
         """Runs a failing check under kinetile's own other phases; returns which phase the failure speaks
-        against.
-
-        Phases of other distributions are left out: each would have to be compiled, and could hang or crash.
-        """
+        against. Those of other distributions would have to be compiled, and could hang or crash."""
         each, subject = check_named(name), self.subject
         named, kinds = ", ".join(subject.beside), [*subject.beside.values()]
         suspect = f"suspect the {kinds[0]}, {named}" if kinds else "the reference is in doubt"
@@ -330,25 +316,25 @@ class Runner:
         run = CheckRun(each, self.subject, self._reference, self._observe, self.plan.seconds)
         try:
             fails = self._drawing.scenes_fail(each, run.holds)
-            if fails and self.plan.shrink and each.draws and run.scene is not None:
+            if fails and self.plan.shrink and each.strategy and run.scene is not None:
                 run.end = math.inf
                 reduced(run.scene, lambda fewer: not run.holds(fewer), REDUCING)
         except TimeIsUp:
-            late = run.said is None
-        result = Result(each.name, each.sentence, "passed", run.count, 0.0)
-        if run.said is not None:
-            result = self._failed(run, result)
-        elif late:
+            late = run.message is None
+        status, reason = "passed", ""
+        if late:
+            status = "not judged"
             reason = f"{self.plan.seconds:g} CPU s were not enough; no fault in the scenes seen until then"
-            result = replace(result, status="not judged", reason=reason)
         elif run.count and run.refused == run.count:
+            status = "skipped"
             reason = run.inapplicable or f"it refuses all scenes of this check: {run.refusal}"
-            result = replace(result, status="skipped", reason=reason)
+        result = Result(each.name, each.sentence, status, run.count, 0.0, reason=reason)
+        result = result if run.message is None else self._failed(run, replace(result, reason=""))
         return replace(result, seconds=spent() - began)
 
     def _failed(self, run: CheckRun, result: Result) -> Result:
         each, scene = run.each, run.scene
-        result = replace(result, status="failed", said=str(run.said))
+        result = replace(result, status="failed", said=str(run.message))
         if scene is not None:
             result = replace(result, bodies=len(scene) if each.replay else None)
             result = saved(result, scene, self.subject, self.plan.save_to)
@@ -362,7 +348,7 @@ class Runner:
 
     def _how_often(self, run: CheckRun) -> Iterator[str]:
         """Repeats the check on the scene on which it failed; yields a line where it does not always fail."""
-        if run.scene is None or not run.each.draws:
+        if run.scene is None or not run.each.strategy:
             return
         again, times = CheckRun(run.each, self.subject, seconds=self.plan.seconds), 0
         with suppress(TimeIsUp):

@@ -171,10 +171,11 @@ STRICT = ("build", "repair", "replan", "near", "enter", "leave", "soon")
 
 
 class Watched:
-    """The broad phase of a subject, with every hook watched, for one run; ``said`` is what was seen first."""
+    """The broad phase of a subject, with every hook watched, for one run; ``message`` names the first
+    breach."""
 
     def __init__(self, subject: Subject) -> None:
-        self.said: str | None = None
+        self.message: str | None = None
         self._subject = subject
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
@@ -210,17 +211,17 @@ class Watched:
             try:
                 found = hook(strict(k) if name in STRICT else k, s, *body)
             except Exception as error:
-                said = f"{name} raised {type(error).__name__}: {error}{place_of(error)}"
-                raise self._breach(said) from error
+                text = f"{name} raised {type(error).__name__}: {error}{place_of(error)}"
+                raise self._breach(text) from error
             for field in breaches(name, held, k):
                 raise self._breach(f"{name} wrote {field}{begins}")
             return found
 
         return watched
 
-    def _breach(self, said: str) -> Breach:
-        self.said = self.said or said
-        return Breach(said)
+    def _breach(self, text: str) -> Breach:
+        self.message = self.message or text
+        return Breach(text)
 
 
 def watch_hooks(subject: Subject, scene: Scene) -> str | None:
@@ -236,13 +237,13 @@ def watch_hooks(subject: Subject, scene: Scene) -> str | None:
     try:
         _run(subject.under(WATCHED).simulation(scene), scene)
     except Refused:
-        if watched.said is None:
+        if watched.message is None:
             raise
     except Exception as error:  # in arrange and audit, a breach itself
-        return str(watched.said or f"the run ended with {type(error).__name__}: {error}{place_of(error)}")
+        return str(watched.message or f"the run ended with {type(error).__name__}: {error}{place_of(error)}")
     finally:
         registry().remove(plugin)
-    return watched.said
+    return watched.message
 
 
 def _run(sim: Simulation, scene: Scene) -> None:

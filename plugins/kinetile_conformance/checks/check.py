@@ -30,13 +30,11 @@ class DoesNotApply(Refused):
 
 
 class Disagreement(AssertionError):
-    """A phase does not do what a check says; the message is the observation.
+    """A phase does not do what a check says; the message is the observation, ``scene`` that of the
+    observation, where it is not the one that the check was given."""
 
-    ``scene`` is the scene of the observation, where that is not the one that the check was given.
-    """
-
-    def __init__(self, said: str, scene: Scene | None = None) -> None:
-        super().__init__(said)
+    def __init__(self, text: str, scene: Scene | None = None) -> None:
+        super().__init__(text)
         self.scene = scene
 
 
@@ -118,11 +116,6 @@ class Check:
         return f"{self.observation.sentence}{where}."
 
     @property
-    def draws(self) -> bool:
-        """Whether it has the scenes of a strategy."""
-        return self.strategy is not None
-
-    @property
     def judges(self) -> str | None:
         """What it judges; where only a broad phase can choose the scenes, the broad phase alone."""
         return self.observation.judges or ("broad" if self.strategy and self.strategy.broad else None)
@@ -130,7 +123,7 @@ class Check:
     @property
     def replay(self) -> str:
         """The name of the check that replays a scene on which this one has failed; "" where none does."""
-        return self.observation.replayed_by or (self.name if self.draws else "")
+        return self.observation.replayed_by or (self.name if self.strategy else "")
 
     def count(self, examples: int) -> int:
         """Returns its number of scenes for a number of small ones."""
@@ -147,20 +140,18 @@ class Check:
 def compare(case: Case, found: RunOutcome, how: str = "") -> None:
     """Raises unless an outcome of the phases under test is the reference's, bit for bit."""
     expected = case.expected
-    said = difference(found, expected, case.subject.name)
-    if said is not None:
-        raise Disagreement(f"{how}{said}{_who_is_right(case, found, expected)}", case.scene)
+    text = difference(found, expected, case.subject.name)
+    if text is not None:
+        raise Disagreement(f"{how}{text}{_who_is_right(case, found, expected)}", case.scene)
 
 
 def _who_is_right(case: Case, found: RunOutcome, expected: RunOutcome) -> str:
     """Returns a line that names the contacts that are right by the specification, where they differ."""
-    if len(case.scene) > JUDGED:
-        return ""
     at = first_difference(found.contacts, expected.contacts)
-    if at is None:
+    if at is None or len(case.scene) > JUDGED:
         return ""
     lists = {case.subject.name: found.contacts, REFERENCE: expected.contacts}
     named = case.subject.narrow_phases(case.scene) or ()
     narrow = [name for name in named if case.scene.arena is not None or name != "wall"] or None
-    said = explain_difference(case.scene, lists, at, narrow)
-    return f"\n{said}" if said else ""
+    text = explain_difference(case.scene, lists, at, narrow)
+    return f"\n{text}" if text else ""

@@ -74,8 +74,8 @@ def _thickest(subject: Subject, seed: int) -> float:
         accepted = size
         limit, skin = composition_of(sim).broad.skin_limit, float(sim.tables.clock[0].limits.skin)
         if limit is not None and limit < skin:
-            said = f"it declares a skin limit of {limit!r}, and runs with a skin of {skin!r}"
-            raise Disagreement(said, _cluster(seed, size))
+            text = f"it declares a skin limit of {limit!r}, and runs with a skin of {skin!r}"
+            raise Disagreement(text, _cluster(seed, size))
     return accepted
 
 

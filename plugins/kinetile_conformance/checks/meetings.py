@@ -86,13 +86,13 @@ class Met(NamedTuple):
     ticks: Ticks | None = None
     after: Floats | None = None
 
-    def said(self, at: int) -> str:
+    def in_words(self, at: int) -> str:
         """Returns a meeting in words."""
         a, b = self.who[at].tolist()
-        said = f"body {a} and " + (f"body {b}" if b >= 0 else f"the {WALLS[b]} wall")
+        text = f"body {a} and " + (f"body {b}" if b >= 0 else f"the {WALLS[b]} wall")
         when = "" if self.ticks is None else f"meet {said_tick(int(self.ticks[at]))}"
         then = "" if self.after is None else f"leave with {self.after[at].tolist()}"
-        return f"{said} {' and '.join(each for each in (when, then) if each)}"
+        return f"{text} {' and '.join(each for each in (when, then) if each)}"
 
     def check(self, sim: Simulation, found: Met, how: str) -> None:
         """Raises for the first meeting that is found to be another one; ``how``: by what, or where."""
@@ -101,7 +101,7 @@ class Met(NamedTuple):
             if one is not None and other is not None:
                 differs |= (one != other).reshape(len(one), -1).any(axis=1)
         for at in np.flatnonzero(differs)[:1].tolist():
-            raise Disagreement(f"at time {sim.time!r} {self.said(at)}; {how}, {found.said(at)}")
+            raise Disagreement(f"at time {sim.time!r} {self.in_words(at)}; {how}, {found.in_words(at)}")
 
     def exchanged(self) -> Met:
         """Returns the meetings with the second body as the first; walls stay the second."""
@@ -185,9 +185,9 @@ def its_bounds_are_never_late(case: Case) -> None:
             # A bound within this tick is never late.
             late = (bound > delay) & (ticks >= now) & (ticks < NEVER) & (bound * per_time >= 1.0)
             for at in np.flatnonzero(late)[:1].tolist():
-                said = f"bodies {met.who[at].tolist()} meet after {delay[at].item()!r}"
-                said += f", and the bound is {bound[at].item()!r}"
-                raise Disagreement(f"at time {sim.time!r}, 2^{power} times as slow, {said}")
+                text = f"bodies {met.who[at].tolist()} meet after {delay[at].item()!r}"
+                text += f", and the bound is {bound[at].item()!r}"
+                raise Disagreement(f"at time {sim.time!r}, 2^{power} times as slow, {text}")
 
     _at_some_moments(case, _pairs, look)
 
@@ -246,9 +246,9 @@ def same_contacts_as_convex(case: Case) -> None:
     compare(case, outcome(subject, case.scene, case.contacts))
     convex = replace(subject, narrow=subject.of_role("wall") | {"convex": {}}).reference
     found, expected = (_answer_of(each) for each in (case.expected, outcome(convex, case.scene)))
-    said = difference(found, expected, str(subject.pair))
-    if said is not None:
-        raise Disagreement(f"compared with convex, {said}")
+    text = difference(found, expected, str(subject.pair))
+    if text is not None:
+        raise Disagreement(f"compared with convex, {text}")
 
 
 def _answer_of(run: RunOutcome) -> RunOutcome:
@@ -307,8 +307,8 @@ def a_response_depends_on_the_meeting_alone(case: Case) -> None:
         _, heavy, old = _before(sim.tables, met.who)
         pushed = heavy & (met.who >= 0).repeat(2, axis=1) & (found.after != old)
         for a, b in met.who[pushed.any(axis=1)].tolist():
-            said = f"at time {sim.time!r} one of {a} and {b} is immovable"
-            raise Disagreement(f"{said}, and gets another velocity")
+            text = f"at time {sim.time!r} one of {a} and {b} is immovable"
+            raise Disagreement(f"{text}, and gets another velocity")
         after = np.where(met.who.repeat(2, axis=1) < 0, 0.0, cast(Floats, found.after))
         closing = ((after[:, :2] - after[:, 2:]) * met.normal).sum(axis=1)
         most = np.where(met.who[:, 1] < 0, 0.0, ROUNDED * (abs(old) + abs(after)).sum(axis=1))

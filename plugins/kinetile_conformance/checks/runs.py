@@ -195,8 +195,8 @@ def resumes(case: Case) -> None:
         most = min(len(ways) - 1, stops_for(case, 4 * STOPS))
         watch(case, look, most, steps=0)
     except Disagreement as error:
-        said = str(error)
-        raise Disagreement(said if said.startswith(way) else f"{way}, {said}", error.scene) from error
+        text = str(error)
+        raise Disagreement(text if text.startswith(way) else f"{way}, {text}", error.scene) from error
 
 
 @observation()
@@ -224,9 +224,9 @@ def same_contacts_when_commanded_by_hand(case: Case) -> None:
         ended = f"{type(error).__name__}: {error}"
     until = replace(scene.settings, until=max(horizon(scene), sim.time))
     expected = case.reference(relabelled(sim.recorded(), settings=until), case.contacts)
-    said = difference(_left(sim, ended), expected, case.subject.name)
-    if said is not None:
-        raise Disagreement(said)
+    text = difference(_left(sim, ended), expected, case.subject.name)
+    if text is not None:
+        raise Disagreement(text)
 
 
 def _give(sim: Simulation, command: Command, numbers: dict[int, int]) -> None:
@@ -261,11 +261,11 @@ def pairs_are_overlapping_boxes(case: Case) -> None:
         gap, skin = box_gaps(between, sides, sides), 2.0 * float(k.clock[0].limits.skin)
         held = np.zeros(gap.shape, dtype=np.bool_)
         held[tuple(sim.candidate_pairs().T)] = True
-        for said, wrong in (
+        for text, wrong in (
             ("overlap, and they are no pair", (gap < -skin) & ~held),
             ("are apart, and they are a pair", (gap > skin) & held),
         ):
             for a, b in np.argwhere(np.triu(wrong, 1))[:1].tolist():
-                raise Disagreement(f"at time {sim.time!r} the boxes of {a} and {b} {said}")
+                raise Disagreement(f"at time {sim.time!r} the boxes of {a} and {b} {text}")
 
     watch(case, look, 4)

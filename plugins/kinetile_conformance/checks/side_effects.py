@@ -163,14 +163,14 @@ def leaves_the_process_alone(case: Case) -> None:
             with suppress(KinetileError):  # whether a run may end so, other checks compare
                 sim.run(until=horizon(shown), max_contacts=CONTACTS)
                 sim.drawing()
-            if said := written():
-                return f"it writes to the standard output or error: {said.splitlines()[0][:100]!r}"
+            if text := written():
+                return f"it writes to the standard output or error: {text.splitlines()[0][:100]!r}"
         return next((f"a run changes {what}" for what, read in PARTS.items() if read() != before[what]), "")
 
     with _as_at_first():
-        said = asyncio.run(run())
-    if said:
-        raise Disagreement(said)
+        text = asyncio.run(run())
+    if text:
+        raise Disagreement(text)
 
 
 @observation(compares=False)
@@ -228,12 +228,12 @@ def _watched(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | Non
     refused = []
     for title, scene in scenes:
         try:
-            said = watch_hooks(subject, scene)
+            text = watch_hooks(subject, scene)
         except Refused as refusal:
             refused.append(refusal)
             continue
-        if said is not None:
-            return f"{said}, on {title}"
+        if text is not None:
+            return f"{text}, on {title}"
     if len(refused) == len(scenes):
         raise refused[0]
     return None
@@ -243,6 +243,6 @@ def _watched(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | Non
 def writes_only_where_it_may(case: Case) -> None:
     """Interpreted, its hooks change nothing that is not theirs, use no index outside of an array, and raise
     nothing"""
-    said = first_breach(case.subject, small_ones())
-    if said is not None:
-        raise Disagreement(said)
+    text = first_breach(case.subject, small_ones())
+    if text is not None:
+        raise Disagreement(text)

@@ -181,10 +181,9 @@ def to_judge(
             raise BadOption(f"there is no check {name!r}; expected {one_of(name, known)}")
     answer = of_phases["--response"]
     name, options = registered_phase(answer, "response") if answer else ("", {})
+    narrow = dict(registered_phase(each, "narrow phase") for each in of_phases["--narrow-phase"] or ())
     given: dict[str, Any] = {
-        "narrow_phases": dict(
-            registered_phase(each, "narrow phase") for each in of_phases["--narrow-phase"] or ()
-        ),
+        "narrow_phases": narrow,
         "response": Response(name, **options) if answer else None,
         "seconds": of_phases.get("--seconds"),
         "in_process": of_phases.get("--in-process"),
@@ -195,10 +194,10 @@ def to_judge(
         how: dict[str, Any] = {"options": options, **given}
         report = Plan.of_phase(name, how).report()
         chosen.append(Judged(report, partial(check_broad_phase, name, **how)))
+    how = {"asked": asked, "within": within}
     for command in dict.fromkeys(commands):
-        how = {"asked": asked, "within": within, "seconds": of_programs.get("--scene-seconds")}
-        report = EngineReport(Subject(command, {}), "", asked=asked, within=within)
-        chosen.append(Judged(report, partial(check_engine, command, **how)))
+        judge = partial(check_engine, command, seconds=of_programs.get("--scene-seconds"), **how)
+        chosen.append(Judged(EngineReport(Subject(command, {}), "", **how), judge))
     return chosen, [*checks] if checks else None
 
 

@@ -51,7 +51,7 @@ def test_a_failure_ends_with_what_authors_usually_did_wrong(row, label, check, s
     drawing, reference = shared
     run = CheckRun(check_named(check), Subject(label, {}), reference)
     assert drawing.scenes_fail(run.each, run.holds)
-    assert diagnosed(check, str(run.said), run.subject) == [f"{OFTEN}{often(row)}"]
+    assert diagnosed(check, str(run.message), run.subject) == [f"{OFTEN}{often(row)}"]
 
 
 @pytest.mark.interpreted
@@ -61,7 +61,7 @@ def test_truncation_for_floor_is_named(load_mutant):
     load_mutant(label)
     run = CheckRun(check_named(check), Subject(label, {}))
     assert not run.holds(meeting())
-    assert likely(check, str(run.said)) == often("floor")
+    assert likely(check, str(run.message)) == often("floor")
 
 
 def often(row: str) -> str:

@@ -15,7 +15,7 @@ from lanes import first
 RECIPES = [*sorted({*kt.registry().names("scene")} - {"frame", "grown"}), "grown"]
 """The last takes 20 CPU seconds to make its scene."""
 
-COMPARING = [each for each in CHECKS if each.draws and each.name.startswith("same-contacts")]
+COMPARING = [each for each in CHECKS if each.strategy and each.name.startswith("same-contacts")]
 FEWER = {"figure-10": 40, "figure-11": 40, "figure-16": 40, "grid": 40, "grown": 40, "mixture": 40}
 
 
