@@ -119,7 +119,6 @@ def replay(
     if run.refused:
         raise Refused(run.refusal)
     took, status = time.perf_counter() - began, "passed" if holds else "failed"
-    result = Result(
-        wanted, run.each.sentence, status, 1, took, run.message or "", bodies=len(scene), case=path
-    )
+    text, sentence = run.message or "", run.each.sentence
+    result = Result(wanted, sentence, status, 1, took, text, bodies=len(scene), case=path)
     return result if holds else replace(result, verdict=Runner(Plan(subject)).verdict(wanted, scene))

@@ -191,13 +191,12 @@ class _EngineRun(CheckRun):
             return time.monotonic() < end and not self.holds(case)
 
         self.question.smaller(self.wrong.case, fails, REDUCING)
-        text, fresh = (
-            self.message,
-            "not in a fresh process: the engine keeps something from one scene to the next",
-        )
+        text = self.message
         self.engine.program.end()
         self.engine.start()
-        self.message = f"{text}\n(not in a fresh process: {fresh})" if self.holds(self.wrong.case) else text
+        if self.holds(self.wrong.case):
+            text = f"{text}\n(not in a fresh process: the engine keeps something from one scene to the next)"
+        self.message = text
 
     def saved(self, text: str, folder: Path) -> Path:
         """Saves the lines that the engine was sent, with its last answer and the reference's, where there are
