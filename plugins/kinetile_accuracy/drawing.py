@@ -50,11 +50,8 @@ def house_style() -> Iterator[None]:
 
 
 def new_figure(panels: int = 1, height: float = 3.2, rows: int = 1, **options: Any) -> tuple[Figure, Any]:
-    """Returns a figure of the page's width with some panels side by side, and the panel, or the flat array
-    of them, row by row.
-
-    Options are those of ``Figure.subplots``. Raises MissingExtra without matplotlib.
-    """
+    """Returns a figure of the page's width with some panels side by side, and the panel, or the flat array of
+    them, row by row; options are those of ``Figure.subplots``. Raises MissingExtra without matplotlib."""
     figure: Figure = matplotlib_module("matplotlib.figure").Figure((WIDTH, height), layout="constrained")
     axes = figure.subplots(rows, panels, **options)
     return figure, axes if rows == panels == 1 else axes.ravel()
@@ -77,10 +74,7 @@ def legend_below(figure: Figure, columns: int) -> None:
 
 
 def save_figure(figure: Figure, stem: Path, description: str = "") -> list[Path]:
-    """Writes a figure as SVG, the same bytes for the same figure, and as PNG to print; returns the paths.
-
-    ``description`` is written into the metadata of the SVG, where there is one.
-    """
+    """Writes a figure as SVG, with a description in its metadata, and as PNG to print; returns the paths."""
     svg, png = (stem.with_name(f"{stem.name}.{ending}") for ending in ("svg", "png"))
     write_file(svg, as_svg(figure, description))
     write_file(png, figure_bytes(figure, "png", dpi=300))

@@ -41,14 +41,8 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of one kind.
-
-    Attributes:
-        name: the stem of the file that they are written to.
-        caption: what they are, in a sentence.
-        rows: instances of one frozen dataclass whose fields are text, numbers, truths or None, each annotated
-            with its ``Column``.
-    """
+    """Rows of one kind: the stem of their file, a caption, and instances of one frozen dataclass whose fields
+    are text, numbers, truths or None, each annotated with its ``Column``."""
 
     name: str
     caption: str

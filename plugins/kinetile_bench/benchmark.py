@@ -30,10 +30,8 @@ def prepared(scene: Any, phase: NamedPhase, start: Callable[[Any], Any] = Simula
 
 @dataclass(frozen=True)
 class PhasesMeasured:
-    """Rows of one dataclass, and the conditions under which they were measured.
-
-    A row is of one phase on one ``scene``, and has the ``fingerprint`` of its contacts, or None.
-    """
+    """Rows of one dataclass, each of one phase on one ``scene``, with the ``fingerprint`` of its contacts, or
+    None; and the conditions under which they were measured."""
 
     rows: tuple[Any, ...]
     conditions: Mapping[str, Any]

@@ -24,14 +24,13 @@ def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
     """Judges the broad phase registered under a name, with options (``Options``); returns the report.
 
     A child process judges it, so this one goes on whatever the phase does. A check that the child did not
-    survive has the status "died", with the cause and, as far as it can be seen, the place. After three deaths
-    the other checks are not run, and the report's notes say so.
+    survive has the status "died", with the cause and, as far as it can be seen, the place; after three deaths
+    the other checks are not run.
 
     Raises:
         UnknownName, BadOption: there is no such phase, or it has no such option.
         NotJudged: it does not load, or its hooks do not compile; the message says where.
-        Refused: it refuses every sample of a scene; or it was added in this process, and cannot be
-            sent to another.
+        Refused: it refuses every sample of a scene; or it cannot be sent to another process.
         ValueError: a check is named that does not exist.
         MissingExtra: Hypothesis is not installed.
     """
@@ -44,14 +43,12 @@ def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
 def check_engine(
     command: str, *, asked: str = "contacts", within: float | None = None, **options: Unpack[Options]
 ) -> EngineReport:
-    """Judges an engine over a pipe; returns the report.
+    """Judges an engine over a pipe; returns the report. Raises EngineError where it does not start, or does
+    not keep to the protocol.
 
     ``asked`` is one of ``QUESTIONS``, ``within`` the distance of times, which casts need. Of the ``options``
     (``Options``) those apply that are not of phases; ``seconds`` is the limit for a line, by the clock, and
-    ``checks`` are names of ``JUDGING``, None: all that ask so.
-
-    Raises:
-        EngineError: it does not start, or does not keep to the protocol.
+    ``checks`` are names of ``JUDGING``.
     """
     plan, wanted = Plan.of(Subject(command, {}), options), options.get("checks") or JUDGING[asked]
     seconds, on_scene = options.get("seconds") or LINE_SECONDS, options.get("on_scene", unheard)

@@ -88,9 +88,9 @@ OF_THE_SKIN = ("limits.skin", "limits.theta", "limits.tolerance", "limits.span",
 class Subject:
     """The phases under test: a broad phase with its options, alone or with narrow phases and a response.
 
-    ``response`` is the answer to all contacts for which a scene has no other. ``narrow`` has the options
-    of each named narrow phase. It replaces the usual one of its role: ``disc`` for pairs, or ``convex``
-    where the scene has shapes, and ``wall`` for walls.
+    ``response`` is the answer to all contacts for which a scene has no other. A narrow phase, with its
+    options, replaces the usual one of its role: ``disc`` for pairs, or ``convex`` where the scene has shapes,
+    and ``wall`` for walls.
     """
 
     name: str

@@ -58,10 +58,8 @@ def begin_scene() -> None:
 
 @contextlib.contextmanager
 def uncounted() -> Iterator[None]:
-    """Within this context no time is limited; after it, that of the scene begins again.
-
-    For compiling, and for starting processes: they would inherit a limit that is of this one's scene.
-    """
+    """Within this context no time is limited, for compiling, and for starting processes, which would inherit
+    the limit; after it, that of the scene begins again."""
     if not _limit:
         yield
         return

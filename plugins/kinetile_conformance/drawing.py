@@ -34,13 +34,8 @@ from kinetile_conformance.strategies.gallery import smallest
 
 
 class Drawing:
-    """What is drawn for the checks of a run.
-
-    Args:
-        examples: how many small scenes.
-        seed: what the drawing begins with; the same seed draws the same scenes.
-        dressed: returns a scene as the phases under test are shown it.
-    """
+    """The scenes for the checks of a run: so many small ones, from a seed, each as ``dressed`` shows it to
+    the phases under test."""
 
     def __init__(
         self, examples: int, seed: int, dressed: Callable[[Scene], Scene] = lambda scene: scene
@@ -117,11 +112,8 @@ class Search(Generic[Case]):
 
 
 def reduced(scene: Scene, fails: Callable[[Scene], bool], seconds: float) -> Scene:
-    """Returns a smaller scene for which ``fails`` is true, as it is for the one given.
-
-    ``seconds`` is a limit in CPU time of this process: no scene is begun after it. What is returned is the
-    scene itself where nothing smaller fails.
-    """
+    """Returns a smaller scene for which ``fails`` is true, as it is for the one given; that itself where
+    nothing smaller fails. No scene is begun after this many CPU seconds of this process."""
     return minimised(scene, fails, seconds, (_shorten, _leave_out_bodies, _leave_out_commands, _round))
 
 

@@ -58,10 +58,8 @@ _SIGNALS = {int(each): each.name for each in signal.Signals}
 
 def where(words: str) -> str:
     """Returns where a process died by the stack that ``faulthandler`` has written: the innermost place that
-    is no library's, such as "arrange (my_phase.py, line 12)"; "" if there is none.
-
-    Compiled hooks have no stack of their own: a death in one is "in a compiled hook".
-    """
+    is no library's, such as "arrange (my_phase.py, line 12)", or "a compiled hook", which has no stack of its
+    own; "" if there is none."""
     for thread in re.split(r"^(?:Current t|T)hread .*$", words, flags=re.MULTILINE)[1:]:
         frames = [found for line in thread.splitlines() if (found := FRAME.match(line))]
         if any(frame["function"] == "_listen" for frame in frames):

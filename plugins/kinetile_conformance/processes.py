@@ -58,11 +58,9 @@ Hear = Callable[[Message], object]
 
 
 class Died(Exception):
-    """A child has ended before it was done, or was given up; the text is the last line that it has printed.
-
-    ``how`` is the row of ``isolated.ENDINGS``, ``code`` its exit code (None: it was given up), ``trace`` the
-    traceback of an error of the kit, if there was one, and ``words`` what it has printed.
-    """
+    """A child has ended before it was done, or was given up: ``how`` is the row of ``isolated.ENDINGS``,
+    ``code`` its exit code (None: it was given up), ``trace`` the traceback of an error of the kit, and
+    ``words`` what it has printed."""
 
     def __init__(self, how: str, code: int | None = None, trace: str = "", words: str = "") -> None:
         super().__init__(how, code, trace, words)
@@ -148,17 +146,11 @@ class Program:
 
 
 class Child(Program):
-    """A running interpreter.
+    """A running interpreter. ``make`` is called there with the phases under test, and with a function that
+    sends messages; what it returns is the first argument of all functions that are called there.
 
-    Args:
-        subject: the phases under test.
-        make: is called there with the phases, and with a function that sends messages; what it returns is the
-            first argument of all functions that are called there.
-        environment: variables that it has beside those of this process.
-
-    Raises:
-        Refused: something of a phase cannot be sent to another process.
-        MissingExtra: cloudpickle is needed for that, and is not installed.
+    Raises Refused where something of a phase cannot be sent to another process, and MissingExtra where
+    cloudpickle is needed for that, and is not installed.
     """
 
     def __init__(
@@ -181,9 +173,8 @@ class Child(Program):
         self.send(begin)
 
     def call(self, function: Callable[..., Any], *arguments: Any, hear: Hear = lambda _: None) -> Any:
-        """Returns what a function returns there, called with what was made at the beginning, and arguments.
-
-        ``hear`` is called with each message that the function sends.
+        """Returns what a function returns there, called with what was made at the beginning, and arguments;
+        ``hear`` is called with each message that it sends.
 
         Raises:
             Died: the process ends, or has ended, or sends nothing for too long; it is ended then.
@@ -272,7 +263,7 @@ def in_a_child(
     seconds: float = SCENE_SECONDS,
 ) -> Any:
     """Returns what a function returns in a child, called with the phases under test, and arguments. There a
-    simulation has so many CPU ``seconds``, and an ``environment`` beside that of this process.
+    simulation has so many CPU ``seconds``.
 
     Raises:
         Died: the process ends.

@@ -22,11 +22,11 @@ OPEN: list[Any] = []
 def parametrize_with_checks(
     name: str, expected_failures: Mapping[str, str] | None = None, **options: Unpack[Options]
 ) -> Any:
-    """Returns a pytest decorator for ``def test_conformance(check): check()``, one test a check.
+    """Returns a pytest decorator for ``def test_conformance(check): check()``, one test a check, with
+    ``Options``.
 
-    ``options`` are as for ``check_broad_phase`` (``Options``). The tests share a child process, which judges
-    the phase: an endless loop in a hook ends there. ``expected_failures`` are checks that are known to fail,
-    each with the reason: these are marked xfail (strict: a pass is an error).
+    The tests share a child process: an endless loop in a hook ends there. ``expected_failures`` are checks
+    that are known to fail, each with the reason: these are marked xfail (strict: a pass is an error).
 
     Raises ValueError for a check that does not exist, UnknownName for a phase that does not.
     """

@@ -102,11 +102,8 @@ OF_OTHERS = {"options", "narrow_phases", "response", "on_result", "on_scene"}
 
 @dataclass(frozen=True)
 class Plan:
-    """The options of a conformance run, checked and completed, and the phases under test.
-
-    ``checks`` are those that are run. ``seconds`` are those of one check. ``explains``: whether a failure is
-    repeated, and tried under other phases.
-    """
+    """The options of a conformance run, checked and completed, and the phases under test. ``seconds`` are
+    those of one check; ``explains`` is whether a failure is repeated, and tried under other phases."""
 
     subject: Subject
     checks: tuple[str, ...] = ()
@@ -131,10 +128,8 @@ class Plan:
 
     @classmethod
     def of_phase(cls, name: str, options: Mapping[str, Any]) -> Plan:
-        """Returns the plan for a phase with these ``Options``.
-
-        Raises UnknownName, BadOption, and ValueError for a check that does not exist.
-        """
+        """Returns the plan for a phase with these ``Options``. Raises UnknownName, BadOption, and ValueError
+        for a check that does not exist."""
         for known in options.get("checks") or ():
             check_named(known)
         narrow: dict[str, Mapping[str, Any]] = {}

@@ -13,12 +13,9 @@ from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, lo
 def view_saved(
     path: str | os.PathLike[str], on_trial: Choice | None = None, *, until: float | None = None
 ) -> View | None:
-    """Returns a view of a saved case, which opens where the phase under test differs from the reference; None
-    of any other scene.
-
-    ``on_trial`` is that phase; None: the one that the file names. Raises BadOption where there is none, and
-    UnknownName where it is not registered here.
-    """
+    """Returns a view of a saved case, which opens where the phase under test (``on_trial``, or the one that
+    the file names) differs from the reference; None of any other scene. Raises BadOption where there is no
+    such phase, and UnknownName where it is not registered here."""
     path = Path(path)
     case = load_case(path)
     if case.check is None:

@@ -226,10 +226,8 @@ class Watched:
 
 def watch_hooks(subject: Subject, scene: Scene) -> str | None:
     """Runs a phase on a scene with every hook watched; returns what was seen first, None where nothing was.
-
-    Whether the run gives the right answer, or comes to its end at all, is for other checks to say. Raises
-    Refused where the phase cannot do the scene.
-    """
+    Whether the run gives the right answer is for other checks to say. Raises Refused where the phase cannot
+    do the scene."""
     watched = Watched(subject)
     phase = type("Phase", (), {"prepare": staticmethod(watched.prepare)})
     plugin = PhasePlugin(BroadPhaseSpec(WATCHED, phase))

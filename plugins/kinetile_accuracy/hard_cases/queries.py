@@ -144,11 +144,9 @@ def query_row(family: Family, form: str, queries: Queries, ticks: Ticks) -> Quer
 
 
 def depth_at(plans: tuple[FlightPlan, FlightPlan], tick: int) -> tuple[float, float]:
-    """Returns how far two discs overlap once both are anchored at a tick, in R and in rho.
-
-    rho is 16 u X, X the largest coordinate of the flight and u = 2^-53. What the discs overlap at the later
-    of their anchors does not count.
-    """
+    """Returns how far two discs overlap once both are anchored at a tick, in R and in rho = 16 u X, X the
+    largest coordinate of the flight and u = 2^-53. What they overlap at the later of their anchors does not
+    count."""
     pair = PairQuadratic(*plans)
     places = [plan.rounded_place(tick, 1.0 / UNIT_TICKS) for plan in plans]
     coordinates = [*places[0], *places[1], *(each for plan in plans for each in (plan.x, plan.y))]
@@ -187,10 +185,8 @@ def ticks_of_all(k: Kernel, answers: Any) -> None:
 
 
 def kernel_ticks(queries: Queries) -> Ticks:
-    """Returns (m,) the kernel's ticks for m queries; NEVER for no contact.
-
-    Raises RuntimeError where the kernel reports a fault of the bodies.
-    """
+    """Returns (m,) the kernel's ticks for m queries; NEVER for no contact. Raises RuntimeError where the
+    kernel reports a fault."""
     k = allocate(2 * len(queries), near=0, log_rows=0)  # the discs of query i are the bodies 2i and 2i + 1
     k.bodies.x, k.bodies.y = queries.position.reshape(-1, 2).T
     k.bodies.vx, k.bodies.vy = queries.velocity.reshape(-1, 2).T

@@ -69,11 +69,9 @@ class Undecided(Exception):
 
 
 class PossibleEvent(NamedTuple):
-    """An event that is to come.
-
-    ``root`` is the ball of -d.v of two discs when they touch. ``doubt`` says what is not known about an event
-    that may come, and not before its moment's ``low``. ``late`` is whether the bodies overlap already.
-    """
+    """An event that is to come: ``root`` is the ball of -d.v of two discs when they touch, ``doubt`` what is
+    not known about an event that may come, not before its moment's ``low``, ``late`` whether the bodies
+    overlap already."""
 
     moment: EventTime
     root: arb | None = None
@@ -94,11 +92,8 @@ class BallContact(NamedTuple):
 
 
 class Attempt:
-    """A run of a scene at the present precision, up to a time; None: as long as there are contacts.
-
-    Attributes:
-        ended: why the run is over, when it is.
-    """
+    """A run of a scene at the present precision, up to a time; None: as long as there are contacts. ``ended``
+    says why it is over, when it is."""
 
     def __init__(self, scene: Scene, end: fmpq | None) -> None:
         self.ended: Literal["until", "quiet", "jammed"] | None = None
@@ -334,11 +329,9 @@ class Attempt:
         return met
 
     def _collide(self, a: int, b: int, coming: PossibleEvent) -> BallContact:
-        """Exchanges momentum along the line of centres.
-
-        Where the discs touch, the square of their distance is that of the sum of their radii, and d.v is
-        -root. Where they overlapped before they approached, both are as they are.
-        """
+        """Exchanges momentum along the line of centres. Where the discs touch, the square of their distance
+        is that of the sum of their radii, and d.v is -root; where they overlapped before they approached,
+        both are as they are."""
         dx, dy, vx, vy = self._apart(a, b)
         dx, dy = dx + vx * self._delay, dy + vy * self._delay
         reach = self._radius[a] + self._radius[b]

@@ -224,10 +224,8 @@ def oracle_contacts(
 
 
 def check_scope(scene: Scene, narrow_phases: Sequence[str] | None = None) -> None:
-    """Raises Refused where a scene has anything but elastic discs, walls and turns, or too many bodies.
-
-    ``narrow_phases`` are those of a run; None: the scene's own.
-    """
+    """Raises Refused where a scene has anything but elastic discs, walls and turns, or too many bodies;
+    ``narrow_phases`` are those of a run, None: the scene's own."""
     names = narrow_phases if narrow_phases is not None else scene.settings.narrow_phases
     either = {"wall"} if scene.arena is None else set()  # without an arena both are the same
     usual = names is None or bool(scene.shapes) or {*names} | either == {"disc", "wall"}

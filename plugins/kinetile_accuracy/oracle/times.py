@@ -37,10 +37,8 @@ class Root(NamedTuple):
 
 
 class EventTime:
-    """A time: as a ball, as bounds in doubles, and exactly where it is rational or a root.
-
-    Two events are at one time if and only if they have the very same moment, as soon as they were compared.
-    """
+    """A time: as a ball, as bounds in doubles, and exactly where it is rational or a root. Two events are at
+    one time if and only if they have the very same moment, as soon as they were compared."""
 
     __slots__ = ("ball", "high", "low", "number", "root")
 

@@ -110,10 +110,7 @@ class CertifiedLog:
 
 
 class LogCertifier:
-    """A check under way; ``report`` says how far it is at any moment.
-
-    See ``certify_log`` for the arguments and errors.
-    """
+    """A check under way, as ``certify_log`` does it; ``report`` says how far it is at any moment."""
 
     def __init__(
         self,

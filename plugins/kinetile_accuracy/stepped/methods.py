@@ -141,11 +141,9 @@ def measure_rows(
     encounters: int,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[SpeedError]:
-    """Returns a row for each method, on scenes of the recipe ``grid``.
-
-    ``seeds`` scenes are timed; about this many first ``encounters`` are searched, in as many scenes as that
-    takes. ``progress`` is called with how many steps are done, and how many there are.
-    """
+    """Returns a row for each method, on scenes of the recipe ``grid``: ``seeds`` scenes are timed; about this
+    many first ``encounters`` are searched, in as many scenes as that takes. ``progress`` is called with how
+    many steps are done, and how many there are."""
     scenes = [kt.make_scene("grid", bodies=bodies, density=density, seed=seed + 1) for seed in range(seeds)]
     total = seeds + len(methods)
     progress(0, total)

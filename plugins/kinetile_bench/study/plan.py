@@ -70,10 +70,8 @@ class StudyScene(NamedTuple):
 
 
 class StudyPlan(NamedTuple):
-    """What a study runs: every phase on every scene, ``repeats`` times, with these observables.
-
-    ``results`` is the file of the rows, where the study names one.
-    """
+    """What a study runs: every phase on every scene, ``repeats`` times, with these observables; ``results``
+    is the file of the rows, where the study names one."""
 
     scenes: tuple[StudyScene, ...]
     phases: tuple[str, ...]

@@ -42,11 +42,8 @@ _PATIENCE = 60.0
 
 
 class RowFile:
-    """The rows of a study in a file, which is made when the first one is written.
-
-    Every use raises RecordError where the file is no file of a study, which is never written to, or where
-    the disk fails.
-    """
+    """The rows of a study in a file, which is made when the first one is written. Every use raises
+    RecordError where the file is no file of a study, which is never written to, or where the disk fails."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -130,10 +127,8 @@ _EXPECTED = "expected a file with rows of a study, or a name for a new one in a 
 
 
 def _opened(path: Path, patience: float) -> sqlite3.Connection:
-    """Opens a file of SQLite, or makes it; ``patience``: the seconds to wait for another process.
-
-    Raises RecordError where it, or a file that SQLite opens beside it, is no regular file: a pipe never ends.
-    """
+    """Opens a file of SQLite, or makes it; ``patience``: the seconds to wait for another process. Raises
+    RecordError where it, or a file that SQLite opens beside it, is no regular file: a pipe never ends."""
     try:
         for end in ("", "-journal", "-wal", "-shm"):
             with suppress(FileNotFoundError):
@@ -182,10 +177,8 @@ def _is_shallow(value: Any, levels: int = _DEEPEST) -> bool:
 
 
 class Agreement:
-    """Compares the fingerprints of rows that are done, course by course, as they arrive.
-
-    ``disagreements`` has a sentence for each row that has other contacts than the first one of its course.
-    """
+    """Compares the fingerprints of rows that are done, course by course, as they arrive; ``disagreements``
+    has a sentence for each row that has other contacts than the first one of its course."""
 
     def __init__(self, rows: Iterable[Row] = ()) -> None:
         self.disagreements: list[str] = []

@@ -22,11 +22,8 @@ _ANOTHER = "the study goes on with another one"
 
 
 def rows_of(tasks: Iterable[Task], executor: Executor | None, workers: int | None) -> Generator[Row | None]:
-    """Runs tasks; yields their rows as they come, and None now and then.
-
-    Closing the generator ends the processes in the middle of their tasks. Raises StudyStopped where tasks
-    cannot go on.
-    """
+    """Runs tasks; yields their rows as they come, and None now and then. Closing the generator ends the
+    processes in the middle of their tasks. Raises StudyStopped where tasks cannot go on."""
     if executor is not None:
         broken, _ = yield from _through(executor, tasks, workers)
         if broken:
@@ -108,10 +105,8 @@ def _processors() -> int:
 
 @contextmanager
 def _processes(count: int) -> Iterator[Executor]:
-    """Yields processes of this machine, started afresh, which end with this context, whatever they do.
-
-    Raises StudyStopped where none of them works.
-    """
+    """Yields processes of this machine, started afresh, which end with this context, whatever they do. Raises
+    StudyStopped where none of them works."""
     context = multiprocessing.get_context("spawn")
     parent, leash = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(count, context, initializer=_begin, initargs=(parent,))

@@ -59,14 +59,12 @@ class Observation:
     """A column of the table: what is looked at.
 
     Attributes:
-        name: its name, which begins that of its checks.
         sentence: what must hold, without a full stop.
         look: called with a case; raises ``Disagreement``.
         feature: it applies only to phases that declare this feature; None: to all.
         compares: whether a failure is compared with kinetile's other phases; some concern this phase alone.
-        judges: "broad" where it judges the broad phase alone, and applies where nothing else is named;
-            "pair", "wall" and "response" where it judges the narrow phase for pairs or for walls, or the
-            response, and applies where one is named; None: it judges all together.
+        judges: the part that it judges alone, "broad" where nothing else is named, the others where one is
+            named; None: it judges all together.
         replayed_by: the check that replays a scene on which this one has failed; "": this one itself.
     """
 
@@ -92,11 +90,11 @@ def observation(**how: Any) -> Callable[[Callable[[Case], None]], Observation]:
 
 @dataclass(frozen=True)
 class Check:
-    """A cell of the table: one observation on the scenes of one strategy.
+    """A cell of the table: one observation on the scenes of one strategy, None where it has scenes of its
+    own, and is made once.
 
-    ``strategy`` is None where the observation has scenes of its own, and is made once. ``share`` is the
-    number of its scenes for each of ``--examples``; at least one is drawn. The check of an observation
-    ``at_home`` has its name; any other has that of its strategy as well.
+    ``share`` is the number of its scenes for each of ``--examples``; at least one is drawn. The check of an
+    observation ``at_home`` has its name; any other has that of its strategy as well.
     """
 
     observation: Observation

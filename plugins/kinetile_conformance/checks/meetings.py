@@ -75,10 +75,10 @@ a scene."""
 
 
 class Met(NamedTuple):
-    """Meetings, and what is answered for them.
+    """Meetings, and what is answered for them; what is None is not compared.
 
     ``who`` meets whom, (m, 2), a wall below 0; ``normal`` is from the first to the second, (m, 2). They meet
-    at ``ticks``, (m,), and have velocities ``after`` it, (m, 4). What is None is not compared.
+    at ``ticks``, (m,), and have velocities ``after`` it, (m, 4).
     """
 
     who: Integers

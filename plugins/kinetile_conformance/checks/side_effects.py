@@ -205,8 +205,8 @@ SECONDS = 60.0
 
 
 def first_breach(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | None:
-    """Runs a phase interpreted on scenes with all hooks watched; returns the first breach and its scene, None
-    where there is none.
+    """Runs a phase interpreted on scenes with all hooks watched; returns the first breach and its scene, or
+    None.
 
     Raises Refused where it refuses all the scenes, or cannot be sent to another interpreter; TimeIsUp where
     it is not through with them in time.

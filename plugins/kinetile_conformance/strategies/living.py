@@ -176,11 +176,8 @@ class _Play:
 
     def open_a_way(self) -> None:
         """Lets the next bodies on both sides of one fly at each other, removes that one, and runs until they
-        meet.
-
-        Where it leaves, it flies out of their way before it is removed. So neither awaits a contact with
-        it, after whose end it would look for the other one.
-        """
+        meet. Where it ``leaves``, it flies out of their way before: so neither awaits a contact with it, and
+        looks for the other after that."""
         axis, leaves = int(self.random.integers(2)), bool(self.random.integers(2))
         places, radii = self.sim.positions(), self.sim.radii()
         for row in self.random.permutation(len(radii))[:16]:
@@ -235,10 +232,8 @@ class _Play:
         self.exchange(ends[:: int(self.random.choice([-1, 1]))])
 
     def start_over(self) -> None:
-        """All of a few go, or all but one, and one comes that may be four times as wide as any was.
-
-        A structure that was built for those present is too narrow for it, or was built for no body.
-        """
+        """All of a few go, or all but one, and one comes that may be four times as wide as any was: too wide
+        for a structure that was built for those present, or for no body."""
         if len(self.sim.bodies) <= 8:
             for body in self.sim.bodies[int(self.random.integers(2)) :].tolist():
                 self.sim.remove(body)

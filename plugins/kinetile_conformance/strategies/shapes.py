@@ -50,10 +50,7 @@ def _shaped(
     obstacles: Sequence[tuple[float, float, Shape]] = (),
 ) -> Scene:
     """Returns a scene in which each body has one of these shapes, body 0 the first; obstacles come after
-    them.
-
-    Where there is none, body 1 cannot be moved, and mostly stands still.
-    """
+    them. Without obstacles, body 1 cannot be moved, and mostly stands still."""
     chosen = [shapes[0], *(draw(st.sampled_from(shapes)) for _ in range(len(scene) - 1))]
     of_each = [scaled(shape, float(r)) for shape, r in zip(chosen, scene.radius, strict=True)]
     of_each += [shape for _, _, shape in obstacles]
@@ -110,11 +107,9 @@ def _scenes_of(shapes: Sequence[Shape]) -> list[st.SearchStrategy[Scene]]:
 
 
 def of_all_shapes() -> st.SearchStrategy[Scene]:
-    """Returns scenes in each of which a capsule can move and some body cannot.
-
-    So they share one loop: ``convex`` has another form where all bodies are upright boxes, and the kernel one
-    where all can be moved.
-    """
+    """Returns scenes in each of which a capsule can move and some body cannot, so that they share one loop:
+    ``convex`` has another form where all bodies are upright boxes, and the kernel one where all can be
+    moved."""
     return st.one_of(*_scenes_of(SHAPES), _at_a_grating(SHAPES))
 
 

@@ -28,10 +28,7 @@ class Strategy:
     """A row of the table: scenes of one kind.
 
     Attributes:
-        name: what they are, in the table.
-        draw: draws them.
-        suffix: what the name of a check on them ends with.
-        where: what the sentence of a check on them ends with.
+        suffix, where: what the name and the sentence of a check on them end with.
         contacts: the limit of contacts of a run.
         broad: whether only a broad phase is judged on them, and no narrow phase that is named.
         fixed: how many there are, where these are always the same; 0: they are drawn.
@@ -85,11 +82,8 @@ def drawn(make: Callable[[], st.SearchStrategy[Scene]]) -> Draw:
 
 
 def numbered(make: Callable[[int], Scene]) -> Draw:
-    """Returns what draws scenes that are each made of one number.
-
-    Hypothesis would draw the first and the last numbers over and over, and of twelve kinds leave out three or
-    four in fifty scenes.
-    """
+    """Returns what draws scenes that are each made of one number. Hypothesis would draw the first and the
+    last numbers over and over, and of twelve kinds leave out three or four in fifty scenes."""
 
     def draw(count: int, seed: int) -> Iterator[Scene]:
         return map(make, np.random.default_rng(seed).integers(0, 2**24, count).tolist())

@@ -190,11 +190,8 @@ def returning(random: np.random.Generator, bodies: int, variation: int) -> Scene
 
 
 def _octaves(random: np.random.Generator, bodies: int, variation: int) -> Scene:
-    """Sizes over eight octaves, and most of them the smallest: what has levels for sizes has three of them.
-
-    A large body fills most of the arena, four of a third of its size are beside it, and small ones of four
-    sizes begin in a strip between.
-    """
+    """Sizes over eight octaves, most of them the smallest: one fills most of the arena, four of a third of
+    its size are beside it, and small ones of four sizes begin in a strip between."""
     large = min(5, bodies - 3)
     width, height, strip = 6.0, 4.5, (4.05, 0.5)
     radius, place = np.empty(bodies), np.empty((bodies, 2))

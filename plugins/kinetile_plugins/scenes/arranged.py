@@ -85,10 +85,8 @@ def two_discs(*, radius: float = 0.15, seed: int = 1) -> Scene:
 
 
 def _in_unit_disc(random: Draws) -> tuple[Floats, float]:
-    """Returns a random point of the unit disc, not its centre, and the square of its distance from it.
-
-    Two of them make a random point of the sphere in four dimensions (Marsaglia, 1972).
-    """
+    """Returns a random point of the unit disc, not its centre, and the square of its distance from it: two of
+    them make a random point of the sphere in four dimensions (Marsaglia, 1972)."""
     while True:
         point = 2.0 * random.uniform(2) - 1.0
         square = float(point[0] * point[0] + point[1] * point[1])

@@ -111,10 +111,8 @@ def _move_into_contact(position: Floats, radius: Floats, axis: int, share: float
 
 
 def _without_overlap(position: Floats, radius: Floats, arena: tuple[float, float]) -> Floats:
-    """Returns radii no larger than these, with which no discs overlap each other or a wall.
-
-    Discs that overlap by no more than a scene allows stay as they are.
-    """
+    """Returns radii no larger than these, with which no discs overlap each other or a wall by more than a
+    scene allows."""
     less = np.zeros(len(radius))
     for pairs in overlapping_pairs(position, radius, TOLERANCE):
         a, b = pairs.T

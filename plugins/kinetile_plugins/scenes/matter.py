@@ -182,11 +182,9 @@ def _crystal(
     temperature: float,
     seed: int,
 ) -> Scene:
-    """Returns discs at all but ``vacancies`` of the sites, scaled to a density.
-
-    ``sites`` is (n, 2), and ``size`` the box that they fill, both in units of the spacing: the arena, if
-    there are walls, or whole cells of the lattice, with which it could be continued.
-    """
+    """Returns discs at all but ``vacancies`` of the sites, (n, 2), scaled to a density. ``size`` is the box
+    that they fill, in units of the spacing as they are: the arena, or without walls whole cells of the
+    lattice."""
     most = len(sites) - 2
     demand(0 <= vacancies <= most, f"vacancies is {vacancies}; it is from 0 to {most}, of {len(sites)} sites")
     demand_in_range("radius", radius)
