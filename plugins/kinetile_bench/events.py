@@ -1,9 +1,8 @@
 """Speed of the broad phases: events a CPU second on the thesis's twelve scenes, or on larger ones.
 
 Each phase gets, on each scene, runs of about the same CPU time, always from the scene's start. The repeats of
-the phases take turns, forwards and backwards (A B B A), so that a machine that slows down slows all of them;
-the table has their median and their best, and the load. Compilation and set-up are outside the timed loop.
-Counts up to a fixed number of contacts a disc are the same on every machine.
+the phases take turns, forwards and backwards (A B B A), so that a machine that slows down slows all of them.
+Compilation and set-up are outside the timed loop.
 """
 
 from __future__ import annotations

@@ -1,15 +1,13 @@
 """Benchmarks of a user's scene: every broad phase on it (``bench_scene``), and a choice (``choose``).
 
 The measured value is the CPU time of the whole run as a program would call it, from the scene's start to its
-end: the loop, the work between its chunks, and tables that grow at an insertion. Compiling and the
-structure at the start are outside. The repeats of the phases take turns, so that a machine that slows down
-slows all of them; the median counts.
+end: the loop, the work between its chunks, and tables that grow at an insertion; compiling and the structure
+at the start are outside. The repeats of the phases take turns, so that a machine that slows down slows all of
+them; the median counts.
 
-``choose`` first runs each phase for a few hundred contacts. The faster ones then run for
-some thousands, as above. That is a fraction of a second of CPU time a phase, compiling apart, and it covers
-the beginning of a run only: if a scene changes later, measure it whole
-(``kinetile bench FILE.toml``). The fastest is recommended, with those that differ from it by less than 5 %.
-After one repeat none is, unless it is the only one, nor where contacts differ.
+``choose`` first runs each phase for a few hundred contacts, and the faster ones for some thousands: the
+beginning of a run only. The fastest is recommended, with those that differ from it by less than 5 %. After
+one repeat none is, unless it is the only one, nor where contacts differ.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """A case: one scene under one phase, how far it is run, its outcome, and the file that keeps it.
 
-Contacts and places are what a user sees. A phase that tampers with a count, or with a body's ``last``, can
-leave both as they should be, and do its harm in another scene. So an outcome also has all of the kernel's
-tables that is a function of the scene alone. Left out is what may differ between phases: numbers of candidate
-checks and structural events, the calendar, the pair set. Without walls the skin is computed again whenever a
-phase's pair set grows; there it is compared with the bodies' reach alone.
+A phase that tampers with a count, or with a body's ``last``, can leave contacts and places as they should be,
+and do its harm in another scene. So an outcome also has all of the kernel's tables that is a function of the
+scene alone: not numbers of candidate checks and structural events, the calendar, the pair set. Without walls
+the skin is computed again whenever a phase's pair set grows; there it is compared with the bodies' reach
+alone.
 
 A saved case is a scene in TOML that replays exactly; its first line, a comment, names the check and the
 phases, in JSON.

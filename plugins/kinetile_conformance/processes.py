@@ -1,11 +1,9 @@
 """Programs that surely end, and fresh interpreters that call functions of the kit.
 
-A program is sent bytes, and sends something back: an engine lines, an interpreter of the kit pickles. That
-one receives the phases under test, and calls one function after the other. What it prints, and the stack that
-``faulthandler`` writes when it dies, go to a file. When the calling process ends, the pipes close, and it
-ends too.
-
-No limit of a child is one of time by the clock, which would judge the machine.
+A program is sent bytes, and sends something back: an engine lines, an interpreter of the kit pickles. What
+that one prints, and the stack that ``faulthandler`` writes when it dies, go to a file. When the calling
+process ends, the pipes close, and it ends too. No limit of a child is one of time by the clock, which would
+judge the machine.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""A broad phase whose hooks are watched, interpreted: what each changes, and indices below 0.
-
-It is a phase as any other, which prepares the one under test and calls its hooks, in a process in which these
-are plain Python: with NUMBA_DISABLE_JIT=1.
+"""A broad phase with watched hooks, interpreted: it prepares the phase under test, and calls its hooks.
 
 **Indices.** Compiled, an index too large is other memory; interpreted, NumPy raises. One below zero counts
 from the end, which in a phase's own state is the author's business, and in the kernel's tables a mistake:

@@ -2,8 +2,7 @@
 
 The kernel's answer must be the exact tick, and anchoring two discs at their tick must not make them overlap
 by more than the proved bound. It is the answer of the hook that the narrow phase ``disc`` brings to the main
-loop, on the kernel's own tables; the textbook's answer beside it shows the difficulty. Families are never
-pooled: an average over easy and hard queries describes neither.
+loop; the textbook's answer beside it shows the difficulty. Families are never pooled.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """The agreement of a run with the certified oracle, contact by contact, in order and in time.
 
-The order is that of docs/one-answer.md, ties at one exact time included. A run in doubles cannot agree for
-ever: a contact multiplies the roundings before it, and after some ten contacts a disc the two runs have
-nothing in common. Up to which contact they agree is the run's horizon.
+The order is that of docs/one-answer.md, ties at one exact time included. A contact multiplies the roundings
+before it, and after some ten contacts a disc a run in doubles and the oracle have nothing in common. Up to
+which contact they agree is the run's horizon.
 
 Times are compared where a tolerance is known: the first contact of bodies on the plans that the scene gives
 them is rounded down to its tick, and nothing else is rounded before it. Later times have errors that grow
-without a useful bound; they are measured. ``certify-log`` compares every tick, by the specification.
+without a useful bound; they are measured.
 
 Contacts per disc count every contact for each disc that takes part: (2 x contacts of two discs + contacts
 with walls) / discs.

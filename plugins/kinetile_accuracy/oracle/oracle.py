@@ -1,14 +1,11 @@
 """The certified oracle: the list of contacts as it is in exact arithmetic, or as far as that can be proved.
 
 An event-driven simulator of its own, which shares nothing with the kernel but the scene as data. It computes
-with balls, intervals that certainly hold the true number, and leaves nothing out: after each contact its
-bodies are compared with every other body and every wall. Each comparison that decides the order is certain.
-Where one is not, the run begins again with twice the bits. Exact ties are decided in rational arithmetic
-while the bodies fly on rational lines (walls, lanes, contacts in line, and each first flight). What neither
-decides is reported as undecidable, with the time and the bodies. Nothing is guessed.
-
-It judges elastic discs, between walls or without, with turns: how long a run in doubles follows the exact
-trajectory. Every other scene is refused; ``certify-log`` judges it.
+with balls, intervals that certainly hold the true number: after each contact its bodies are compared with
+every other body and every wall, and each comparison that decides the order is certain. Where one is not, the
+run begins again with twice the bits. Exact ties are decided in rational arithmetic while the bodies fly on
+rational lines (walls, lanes, contacts in line, and each first flight). What neither decides is reported as
+undecidable, with the time and the bodies.
 """
 
 from __future__ import annotations

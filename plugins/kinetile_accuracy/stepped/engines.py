@@ -1,13 +1,10 @@
-"""Common engines on the same scenes: Chipmunk (through pymunk), and Box2D 2.3 with and without
-bullets, its name for bodies whose contacts with each other are detected continuously.
+"""Common engines on the same scenes: Chipmunk (through pymunk), and Box2D 2.3 with and without bullets, its
+name for bodies with contacts with each other that are detected continuously.
 
-Both are driven as fairly as their interfaces allow: no gravity, friction, damping or sleeping, restitution 1,
-bodies that cannot rotate, no correction of overlaps if it can be turned off, walls that cannot be
-crossed. ``engine_settings`` returns the settings in words.
-
-A timed run only calls the engine's step (from Python: about a microsecond a call). Results are taken from
+Both are driven as fairly as their interfaces allow; ``engine_settings`` returns the settings in words. A
+timed run only calls the engine's step (from Python: about a microsecond a call). Results are taken from
 other, watched runs: the engine calls back at each impulse, and for the deepest overlap all positions are read
-after each step. The processor time of such a run is not used.
+after each step.
 """
 
 from __future__ import annotations

@@ -1,12 +1,11 @@
 """Methods of the chart of speed against error, measured on scenes of one kind: their cost and their errors.
 
-*First encounters* are contacts by which a method in steps can be judged without the influence of
-chaos. After a few contacts a disc, two runs that differ by a rounding have different contacts, so counting
-contacts says little about a method: missed and invented contacts cancel. Here only contacts count in
-which *neither of the two discs has touched anything before*, no disc and no wall: both have flown straight
-from the scene's start, where all methods agree. A method has such an encounter if it, too, has it as the
-first contact of both discs, at any time; to be a contact, it has to have an impulse. Contacts found at the
-same snapshot have no order, and each of them may be the first.
+After a few contacts a disc, two runs that differ by a rounding have different contacts, so counting contacts
+says little about a method: missed and invented contacts cancel. *First encounters* are contacts in which
+*neither of the two discs has touched anything before*, no disc and no wall: both have flown straight from the
+scene's start, where all methods agree. A method has such an encounter if it, too, has it as the first contact
+of both discs, with an impulse, at any time. Contacts found at the same snapshot have no order, and each of
+them may be the first.
 
 Times are processor time of the loop alone (static construction included, set-up and compilation apart), the
 median of at least five runs; the methods take turns, so that a machine that slows down slows all of them.

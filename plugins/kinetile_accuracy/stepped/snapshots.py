@@ -1,20 +1,18 @@
-"""The pseudo-dynamic method (thesis, section 1): every dt, the present overlaps get an impulse.
+"""The pseudo-dynamic method (thesis, section 1), the baseline: every dt, the present overlaps get an impulse.
 
-It is the method of most simulations, and the baseline of the kinetic methods, so it is made
-as fast as it can fairly be. A step moves all discs by ``dt`` in straight lines, puts those that went through
-a wall back to where the reflection has them, finds the pairs that overlap, and gives those that approach each
-other the elastic impulse. Two ways to find the pairs:
+A step moves all discs by ``dt`` in straight lines, puts those that went through a wall back to where the
+reflection has them, finds the pairs that overlap, and gives those that approach each other the elastic
+impulse. Two ways to find the pairs:
 
 - ``sweep``: static sweep-and-prune along x, the discs kept sorted by insertion from one snapshot to the next
   (the rows themselves are moved, so that the sweep reads the memory in order);
 - ``cells``: a grid of cells as wide as the largest disc, filled again at each snapshot.
 
-Its errors are not roundings. An overlap is seen up to dt late, or not at all if it begins and ends
-between two snapshots; and if the only snapshot that sees it falls into its second half, in which the discs
-part, it gets no impulse. With S = v dt / (sum of radii), and all impact parameters alike, S^2/6
-of encounters pass without an impulse, as long as S is small. Walls are exact, so that
-all of its error is the discs'. The loop is compiled by the same means as the kinetic ones, and its processor
-time is taken in the same way.
+An overlap is seen up to dt late, or not at all if it begins and ends between two snapshots; and if the only
+snapshot that sees it falls into its second half, in which the discs part, it gets no impulse. With S = v dt /
+(sum of radii), and all impact parameters alike, S^2/6 of encounters pass without an impulse, as long as S is
+small. Walls are exact. The loop is compiled by the same means as the kinetic ones, and its processor time is
+taken in the same way.
 """
 
 from __future__ import annotations

@@ -1,11 +1,8 @@
 """Tasks: one run each, with a key that is a hash of all that determines the result.
 
 Two tasks have one *course* where they must have one list of contacts: the same scene to the same end, by the
-same code, whatever the broad phase and the observables.
-
-A result depends on the versions of kinetile and of the plugins too. A package under development keeps its
-version while its code changes, so plugins go by their version and by a digest of their sources: no row of
-yesterday's code is taken for one of today's.
+same code, whatever the broad phase and the observables. A package under development keeps its version while
+its code changes, so plugins go by their version and by a digest of their sources.
 """
 
 from __future__ import annotations

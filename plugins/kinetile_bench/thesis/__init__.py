@@ -1,11 +1,10 @@
 """The thesis's benchmark (section 5.3), restated so that it can be done again.
 
 Twelve scenes of the recipe ``grid``: 25, 100 and 400 discs at four densities. Each broad phase runs each of
-them for the same stretch of simulated time, with several seeds, which the thesis does not mention. Two kinds
-of numbers are kept. Counts (contacts, bound events, candidate pairs, the queue) are the same on every
-machine. Times are processor time inside the loop, the static construction included and compilation apart: a
-short run is repeated until there is enough to measure, and the phases take turns, several times on each scene
-with each seed, so that a machine that slows down slows all of them, and the same run has several times.
+them for the same stretch of simulated time, with several seeds, which the thesis does not mention. Counts
+(contacts, bound events, candidate pairs, the queue) are the same on every machine. Times are processor time
+inside the loop, the static construction included and compilation apart: a short run is repeated until there
+is enough to measure, and the phases take turns, several times on each scene with each seed.
 """
 
 from __future__ import annotations

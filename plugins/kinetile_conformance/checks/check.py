@@ -1,8 +1,7 @@
 """A check: a cell of the table of strategies and observations.
 
 An observation looks at one scene under a phase, and raises ``Disagreement`` where something is not as it must
-be. It says what it looks at, and nothing of the scenes: these are a strategy's. Nothing is compared with a
-tolerance.
+be; which scenes, a strategy says. Nothing is compared with a tolerance.
 """
 
 from __future__ import annotations

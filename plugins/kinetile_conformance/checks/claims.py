@@ -1,8 +1,7 @@
 """Observations of claims: what a phase declares of itself, and what it must not depend on.
 
-A phase declares that it is right up to a skin (``skin_limit``), or that it has a feature. It must not depend
-on what runs before or beside it, on its process or its thread, on what else a scene says, nor on the view of
-a scene: one that is enlarged, moved, slowed, or begun later. All factors are powers of two and all shifts
+That is what runs before or beside it, its process or its thread, what else a scene says, and the view of a
+scene: one that is enlarged, moved, slowed, or begun later. All factors are powers of two and all shifts
 dyadic, so rounding does not make a transformed scene another scene.
 """
 

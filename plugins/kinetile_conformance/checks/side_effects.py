@@ -1,13 +1,11 @@
 """Observations of what a phase changes that is not its own: in its process, and in the kernel's tables.
 
-A phase is a guest in a user's program. What it prints breaks ``--json``, a seed that it sets makes a study
-repeat itself, and what each simulation leaves behind ends a long one. What it reads, and a cache that is
-full some day, are its own business (sentences 25 to 28 of the contract).
+What it prints breaks ``--json``, a seed that it sets makes a study repeat itself, and what each simulation
+leaves behind ends a long one. What it reads, and a cache that is full some day, are its own business.
 
-What hooks write, and where they read, is watched on fixed scenes. A breach is named with hook, field and
-line, and often has no effect on any contact: on another machine, or in a larger scene, it would have.
-``watched_hooks`` runs a phase interpreted; where the kit's own process has compiled hooks, an interpreter of
-its own does that.
+What hooks write, and where they read, is watched on fixed scenes, interpreted (``watched_hooks``). A breach
+is named with hook, field and line, and often has no effect on any contact: on another machine, or in a larger
+scene, it would have.
 """
 
 from __future__ import annotations

@@ -1,14 +1,12 @@
 """Many exact ties in one scene, many contacts in one run, many bodies in one box.
 
-A simulation costs a few milliseconds before anything has happened, however small it is. So, to test ties in
-bulk, a hundred lattices of two to nine bodies are in one scene, so far apart that no body comes from one to
-the other. Places, radii and velocities are small dyadic numbers, the shifts from lattice to lattice are
-dyadic as well, and a lattice is the same to the last bit wherever it is. Phases that need an arena have
-the lattices in cells of one: there walls are far, and nothing else changes.
+A simulation costs a few milliseconds before anything has happened. So a hundred lattices of two to nine
+bodies are in one scene, so far apart that no body comes from one to the other. Places, radii, velocities and
+shifts are small dyadic numbers: a lattice is the same to the last bit wherever it is.
 
-A marathon has few bodies and a hundred thousand contacts, so slow that the base of the clock moves often. A
-counter of 16 bits overflows, a tick that is kept and not named in ``ticks`` is out of date, and what is
-rounded a little wrong at each event has become visible at the end.
+A marathon has few bodies and a hundred thousand contacts, so slow that the base of the clock moves often: a
+counter of 16 bits overflows, a tick that is not named in ``ticks`` is out of date, and what is rounded a
+little wrong at each event has become visible at the end.
 """
 
 from __future__ import annotations

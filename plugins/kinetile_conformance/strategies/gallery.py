@@ -1,9 +1,6 @@
-"""Fixed scenes: the gallery that every phase is shown, and scenes on which memory is watched.
-
-Memory is watched on few bodies of all kinds, with interpreted hooks. A breach is named with hook, field and
-line, and need not be minimised to be understood. What matters is that each hook runs in each situation:
-crowds and lone bodies, walls and none, turns, sizes that differ, places far from the origin and below it.
-"""
+"""Fixed scenes: the gallery that every phase is shown, and few bodies of all kinds, on which memory is
+watched with interpreted hooks: crowds and lone bodies, walls and none, turns, sizes that differ, places far
+from the origin and below it."""
 
 from __future__ import annotations
 

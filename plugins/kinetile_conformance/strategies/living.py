@@ -1,15 +1,12 @@
 """Living scenes: bodies come, go and turn, some pass through others, stop, or lose energy.
 
 Whether there is room for a new body depends on where the others are by then. So each scene is played under
-the reference: rules run, insert, remove, exchange and turn, and what is refused is left out.
-``Simulation.recorded`` of that run is the scene, with every command at its exact tick: any phase can run it,
-a child that dies of it has written it down, and a file keeps it.
+the reference, and what is refused is left out. ``Simulation.recorded`` of that run is the scene, with every
+command at its exact tick.
 
 Rare states of a structure need many arrivals: a free list that wraps round, a cell with twenty bodies, a slot
-that is taken for the fourth time. So most rules do several things at once, and a quarter of the scenes has
-four times as many steps. Some rules are left out of each scene, which makes runs of one kind of command.
-
-In scenes with responses three kinds of bodies meet by drawn rules.
+that is taken for the fourth time. So most rules do several things at once, a quarter of the scenes has four
+times as many steps, and some rules are left out of each scene, which makes runs of one kind of command.
 """
 
 from __future__ import annotations

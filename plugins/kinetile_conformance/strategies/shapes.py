@@ -1,8 +1,7 @@
 """Scenes of convex bodies: the small scenes, with other shapes in the place of discs, among obstacles or not.
 
-A shape is as wide as the disc whose place it takes, so boxes stand in the cells of a lattice and touch, slide
-along each other with a gap of 0, and capsules lie end to end. A phase that reads the radius of a body in one
-place, and what touches in another, sees here bodies that come closer than the sum of their radii.
+A shape is as wide as the disc in its place, so boxes stand in the cells of a lattice and touch, slide along
+each other with a gap of 0, and capsules lie end to end; and bodies come closer than the sum of their radii.
 """
 
 from __future__ import annotations

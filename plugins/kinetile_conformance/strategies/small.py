@@ -1,13 +1,12 @@
 """Scenes for the kit to draw: where phases go wrong, rather than what is typical.
 
-Small dyadic numbers do the finding: with them contacts, crossings and turns happen at the same moment
-exactly, bodies touch at the start, graze, or move together. A body is drawn as a whole, with its place and
-its turns, so that a failing scene shrinks by leaving out bodies with all that belongs to them. Wide floats,
-great ratios of size and places far from the origin are for realism.
+With small dyadic numbers contacts, crossings and turns happen at the same moment exactly, bodies touch at the
+start, graze, or move together. Wide floats, great ratios of size and places far from the origin are for
+realism. A body is drawn as a whole, with its place and its turns, so that a failing scene shrinks by leaving
+out bodies.
 
-Every scene has two bodies or more: what a phase makes of fewer is a check of its own. Masses are equal but
-for great ratios of size: what they do is no business of a broad phase, a loop is compiled for each case, and
-equal ones keep small dyadic numbers what they are.
+Every scene has two bodies or more. Masses are equal but for great ratios of size: a loop is compiled for each
+case, and equal ones keep small dyadic numbers what they are.
 """
 
 from __future__ import annotations
