@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from itertools import islice
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -53,19 +54,11 @@ class Drawing:
             return
         if strategy.name not in self._drawn:
             drawn = strategy.draw(most(strategy, self.examples), self.seed)
-            self._drawn[strategy.name] = [], iter(drawn)
+            self._drawn[strategy.name] = [], map(self._dressed, drawn)
         had, more = self._drawn[strategy.name]
         for at in range(each.count(self.examples)):
-            if at == len(had):
-                scene = next(more, None)
-                if scene is None:
-                    return
-                had.append(self._dressed(scene))
-            yield had[at]
-
-    def scenes_fail(self, each: Check, holds: Callable[[Scene], bool]) -> bool:
-        """Shows scenes to a check until it fails on one; returns whether it does."""
-        return any(not holds(scene) for scene in self.scenes(each))
+            had += islice(more, int(at == len(had)))
+            yield from had[at : at + 1]
 
 
 Integers = npt.NDArray[np.int64]

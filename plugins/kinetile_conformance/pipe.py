@@ -240,7 +240,7 @@ class EngineRunner:
         question = QUESTIONS[self._asked](self._within, most)
         run = _EngineRun(each, self._engine, question, self._on_scene)
         try:
-            if self._drawing.scenes_fail(each, run.all_hold) and plan.shrink:
+            if not all(map(run.all_hold, self._drawing.scenes(each))) and plan.shrink:
                 run.minimise()
         except EngineError as error:
             folder = plan.save_to if run.wrong else None

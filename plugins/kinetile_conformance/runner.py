@@ -310,7 +310,7 @@ class Runner:
         began, late = spent(), False
         run = CheckRun(each, self.subject, self._reference, self._observe, self.plan.seconds)
         try:
-            fails = self._drawing.scenes_fail(each, run.holds)
+            fails = not all(map(run.holds, self._drawing.scenes(each)))
             if fails and self.plan.shrink and each.strategy and run.scene is not None:
                 run.end = math.inf
                 reduced(run.scene, lambda fewer: not run.holds(fewer), REDUCING)

@@ -102,9 +102,7 @@ class _Lagged(Observable):
         now = self.read(moment)[np.isfinite(moment.masses())]
         self.kept = [now, *self.kept][: len(self.lags)]
         found = np.full(len(self.lags), math.nan)
-        found[: len(self.kept)] = [
-            float(self.compare(then, now).sum() / max(len(now), 1)) for then in self.kept
-        ]
+        found[: len(self.kept)] = [self.compare(then, now).sum() / max(len(now), 1) for then in self.kept]
         return {self.name: found}
 
     def read(self, moment: Moment) -> Floats:

@@ -79,10 +79,8 @@ def _pieces(h: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
     sin = x[:, :, None] * y[:, None] - y[:, :, None] * x[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         at = (h[:, None] - h[:, :, None] * cos) / sin
-    upper, lower = (
-        np.where(sin > 0.0, at, math.inf).min(axis=2),
-        np.where(sin < 0.0, at, -math.inf).max(axis=2),
-    )
+    upper = np.where(sin > 0.0, at, math.inf).min(axis=2)
+    lower = np.where(sin < 0.0, at, -math.inf).max(axis=2)
     behind = ((sin == 0.0) & (cos > 0.0) & (h[:, None] < h[:, :, None])).any(axis=2)
     return np.where(behind, lower, upper), lower
 

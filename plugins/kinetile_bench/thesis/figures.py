@@ -4,6 +4,7 @@ third, structural events a contact over discs, which are the same on every machi
 from __future__ import annotations
 
 import statistics
+from operator import truediv
 from pathlib import Path
 from typing import Any
 
@@ -41,29 +42,29 @@ def draw(bench: ThesisBench, folder: Path) -> list[Path]:
 
 def _draw_times(panel: Any, bench: ThesisBench, scenes: list[ThesisScene]) -> None:
     """Draws the CPU time of each phase: the median over seeds, and the extremes."""
-    panel.set(xscale="log", yscale="log", xlabel="discs", ylabel="CPU s a unit of time")
-    sizes = [scene.bodies for scene in scenes]
+    sizes = _over_discs(panel, scenes, "CPU s a unit of time")
     for k, phase in enumerate(bench.phases):
         costs = [[cell.cost for cell in bench.of(scene, phase).values()] for scene in scenes]
         curve(panel, sizes, list(map(statistics.median, costs)), k % len(LOOKS), label=phase)
         panel.vlines(sizes, list(map(min, costs)), list(map(max, costs)), color="0.4")
+
+
+def _over_discs(panel: Any, scenes: list[ThesisScene], label: str) -> list[int]:
+    """Lays out a panel of something over the number of discs; returns these numbers."""
+    sizes = [scene.bodies for scene in scenes]
+    panel.set(xscale="log", yscale="log", xlabel="discs", ylabel=label)
     panel.set_xticks(sizes, list(map(str, sizes)))
     panel.set_xticks([], minor=True)
+    return sizes
 
 
 def _draw_events(panel: Any, bench: ThesisBench, scenes: list[ThesisScene]) -> None:
-    panel.set(xscale="log", yscale="log", xlabel="discs", ylabel="structural events a contact")
-    sizes = [scene.bodies for scene in scenes]
+    sizes = _over_discs(panel, scenes, "structural events a contact")
     for k, phase in enumerate(bench.phases):
-        rates = [
-            bench.mean(scene, phase, "structural_events")
-            / max(bench.mean(scene, phase, "contacts_disc"), 1.0)
-            for scene in scenes
-        ]
-        if any(rates):  # naive has none
-            curve(panel, sizes, rates, k % len(LOOKS), label=phase)
-    panel.set_xticks(sizes, list(map(str, sizes)))
-    panel.set_xticks([], minor=True)
+        events = [bench.mean(scene, phase, "structural_events") for scene in scenes]
+        contacts = [max(bench.mean(scene, phase, "contacts_disc"), 1.0) for scene in scenes]
+        if any(events):  # naive has none
+            curve(panel, sizes, list(map(truediv, events, contacts)), k % len(LOOKS), label=phase)
 
 
 def _draw_shares(panel: Any, bench: ThesisBench, scenes: list[ThesisScene]) -> None:

@@ -122,7 +122,7 @@ Answer = Callable[[Kernel, Met], Met]
 def _at_some_moments(
     case: Case,
     meetings: Callable[[Simulation], tuple[Answer, Met] | None],
-    look: Callable[[Simulation, Answer, Met], None],
+    look: Callable[[Simulation, Answer, Met], object],
 ) -> None:
     """Calls a function with a simulation at some moments of a run, and with what answers there for whom."""
 
@@ -153,11 +153,7 @@ def a_contact_depends_on_two_plans_alone(case: Case) -> None:
     """The tick of a contact, and the velocities after it, follow from two flight plans: the present time, the
     numbers of the bodies and what else the kernel holds make no difference, and computing a tick changes
     nothing"""
-
-    def look(sim: Simulation, answer: Answer, met: Met) -> None:
-        _check_surroundings(sim, "meet or collide", answer, met, "clock.now")
-
-    _at_some_moments(case, _pairs, look)
+    _at_some_moments(case, _pairs, partial(_check_surroundings, "meet or collide", ("clock.now",)))
 
 
 SLOWER = (0, 4, 8)
@@ -301,7 +297,7 @@ def a_response_depends_on_the_meeting_alone(case: Case) -> None:
 
     def look(sim: Simulation, answer: Answer, met: Met) -> None:
         moved = "clock.now", "bodies.anchor", "traits.touched"
-        found = _check_surroundings(sim, "respond", answer, met, *moved)
+        found = _check_surroundings("respond", moved, sim, answer, met)
         exchanged = answer(copied(sim.tables), found.exchanged()).exchanged()
         found.check(sim, exchanged, "with the two exchanged")
         _, heavy, old = _before(sim.tables, met.who)
@@ -337,7 +333,7 @@ def _response(case: Case) -> Response:
     return response
 
 
-def _check_surroundings(sim: Simulation, hook: str, answer: Answer, met: Met, *moved: str) -> Met:
+def _check_surroundings(hook: str, moved: tuple[str, ...], sim: Simulation, answer: Answer, met: Met) -> Met:
     """Returns what a hook answers; raises where it writes to a table, but for a fault, which it may report,
     or answers otherwise in other surroundings. ``moved`` are the ticks that are later together."""
     k = copied(sim.tables)

@@ -52,18 +52,13 @@ def moments(case: Case, most: int) -> list[float]:
     comes."""
     scene, expected = case.scene, case.expected
     parts = np.arange(1, most + 1) / (most + 1)
-    met = expected.contacts["time"]
-    found = np.concatenate(
-        [
-            scene.start + parts * (expected.time - scene.start),
-            met[(parts * len(met)).astype(np.int64)] if len(met) else met,
-            [command.time for command in scene.commands],
-        ]
-    )
+    met, between = expected.contacts["time"], scene.start + parts * (expected.time - scene.start)
+    at_contacts = met[(parts * len(met)).astype(np.int64)] if len(met) else met
+    found = np.concatenate([between, at_contacts, [command.time for command in scene.commands]])
     found = np.unique(found[(found >= scene.start) & (found <= expected.time)])
-    if not len(found):
-        return []
-    return [float(found[int(at)]) for at in np.unique(np.linspace(0, len(found) - 1, most).astype(np.int64))]
+    chosen = np.unique(np.linspace(0, max(len(found) - 1, 0), most).astype(np.int64))[: len(found)]
+    times: list[float] = found[chosen].tolist()
+    return times
 
 
 def watch(case: Case, look: Look, most: int = STOPS, steps: int = STEPS, every: int = 1) -> None:
