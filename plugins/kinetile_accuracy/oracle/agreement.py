@@ -18,19 +18,16 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from kinetile import Scene, Simulation
 from kinetile.errors import Refused
 from kinetile.instruments import WALLS
 from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Oracle, check_scope
 from kinetile_accuracy.specification.arithmetic import SPAN, UNIT_TICKS
-
-if TYPE_CHECKING:
-    from kinetile import Scene, Simulation
-
 
 SLACK = 2
 """Ticks by which the first contact of bodies may be off, and within which of its end a run may have a contact

@@ -7,16 +7,13 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from kinetile import Insert
+from kinetile import Insert, Scene
 from kinetile.errors import Refused
 from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, Vector, exchanged_along
 from kinetile_accuracy.specification.shapes import Difference, normal
-
-if TYPE_CHECKING:
-    from kinetile import Scene
 
 _KNOWN = ("elastic", "pass", "restitution", "stop")
 _LONG_AGO = -(1 << 62)

@@ -24,13 +24,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
-from kinetile import Remove
+from kinetile import Remove, Scene
 from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
-
-if TYPE_CHECKING:
-    from kinetile import Scene
 
 UNIT_BITS = 52
 """A unit has 2^52 ticks."""

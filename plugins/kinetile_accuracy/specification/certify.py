@@ -12,18 +12,16 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetile import Scene
 from kinetile.errors import BadOption, Refused
 from kinetile.instruments import INSERTED, REANCHORED, REMOVED, TURNED, WALLS, Fingerprint, digestible
 from kinetile_accuracy.specification.arithmetic import UNIT_BITS, UNIT_TICKS, tick_of, unit_bits
 from kinetile_accuracy.specification.course import Course, CourseEvent
-
-if TYPE_CHECKING:
-    from kinetile import Scene
 
 _OFTEN = 256
 """Lines between two calls of ``progress``."""

@@ -22,11 +22,11 @@ import heapq
 import itertools
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from kinetile import Insert, Remove, Shape, Turn
+from kinetile import Insert, Remove, Scene, Shape, Turn
 from kinetile.instruments import INSERTED, REANCHORED, REMOVED, TURNED
 from kinetile_accuracy.specification.answers import Answers
 from kinetile_accuracy.specification.arithmetic import (
@@ -48,10 +48,6 @@ from kinetile_accuracy.specification.arithmetic import (
 from kinetile_accuracy.specification.bounds import ContactBounds
 from kinetile_accuracy.specification.shapes import Difference, contact, parting, room
 from kinetile_accuracy.specification.shapes import wall_tick as wall_tick_of
-
-if TYPE_CHECKING:
-    from kinetile import Scene
-
 
 _BOUND, _ANCHORING, _WALL, _PAIR, _PARTING = range(5)
 _NOBODY = -1

@@ -24,8 +24,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from kinetile import Shape
 from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.specification.arithmetic import (
     HORIZON,
@@ -35,9 +36,6 @@ from kinetile_accuracy.specification.arithmetic import (
     Vector,
     Whole,
 )
-
-if TYPE_CHECKING:
-    from kinetile import Shape
 
 Exact = tuple[Fraction, Fraction]
 
