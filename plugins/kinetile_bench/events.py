@@ -34,19 +34,14 @@ class EventsRow:
     """One phase on one scene; without numbers where it is refused.
 
     Attributes:
-        bodies, density: the scene.
         phase: the broad phase, with its options.
         refused: why the phase does not accept the scene.
-        events_per_cpu_second, contacts_per_cpu_second: medians over the repeats.
+        events_per_cpu_second, contacts_per_cpu_second, cpu_seconds_per_time: medians over the repeats.
         best: contacts a CPU second of the fastest repeat.
-        events_per_contact: structural and all other events, over contacts.
         of_fastest: contacts a CPU second, over those of the phase that had the most on this scene.
-        asked_per_contact, computed_per_contact: candidate checks, and exact solves, over contacts, as the
-            counts have them.
-        cpu_seconds_per_time: CPU seconds for one unit of simulated time, the median.
-        exponent: with which that has grown with the number of discs, since the row of fewer discs.
-        contacts: how many a timed run has.
-        cpu_seconds: of each repeat.
+        asked_per_contact, computed_per_contact: candidate checks, and exact solves, as the counts have them.
+        exponent: with which the CPU time for a unit of simulated time has grown with the number of discs.
+        contacts, cpu_seconds: how many a timed run has; of each repeat.
         counts: readings after COUNTED contacts a disc, the same on every machine.
     """
 

@@ -43,11 +43,8 @@ class SceneRow:
         slowest, fastest: of the repeats.
         contacts_per_cpu_second: contacts over the median.
         of_fastest: its rate, over that of the fastest phase.
-        structural_per_contact: structural events for each contact.
         asked_per_contact, computed_per_contact: candidate checks, and exact contact times, for each contact.
-        structure_bytes: what the structure takes at the end: the phase's state and its pair set.
-        contacts, commands: how many there were.
-        fingerprint: of the contacts.
+        structure_bytes: the phase's state and its pair set at the end.
     """
 
     phase: str
@@ -205,10 +202,8 @@ class Chosen:
     Attributes:
         phase: the broad phase to take, with its options as ``NAME:KEY=VALUE``; None: none can do the scene,
             or it is not known which one to take.
-        reason: why, in a sentence.
         candidates: the fastest first.
         identical: whether all gave the same contacts.
-        conditions: where and with what it was measured.
     """
 
     phase: str | None

@@ -38,10 +38,9 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class FirstDifference:
-    """The first contact in which a run and the oracle differ.
+    """The first contact in which a run and the oracle differ, after ``index`` that agree.
 
     Attributes:
-        index: how many contacts agree before it.
         run: what the run has there, (time, a, b); None: nothing more up to its end.
         oracle: the certified event; None: nothing more up to the end of the run.
         ticks_apart: time of the run's contact, or of its end, less that of the oracle's, in ticks. A tick or
@@ -67,16 +66,13 @@ class FirstDifference:
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """The result of comparing a run with the oracle.
+    """The result of comparing a run of some bodies with the oracle.
 
     Attributes:
-        bodies: how many discs there are.
-        contacts: how many contacts agree, from the first on, in order.
-        compared: how many contacts of the run were compared.
+        contacts: how many contacts agree, from the first on, in order, of those that were ``compared``.
         b: the second body of each contact that agrees, or the wall, (contacts,).
         ticks: how much later than the oracle the run has each of them, in ticks, (contacts,).
         disagreement: the first contact that differs; None: there is none as far as could be compared.
-        oracle: the certified run.
     """
 
     bodies: int

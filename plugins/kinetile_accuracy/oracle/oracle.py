@@ -86,9 +86,8 @@ class CertifiedRun:
     Attributes:
         contacts: the contacts in order; none is missing before the last.
         bits: the highest precision that was needed.
-        ended: why there are no more.
+        ended: why there are no more; ``undecidable`` says what could not be decided, where that is why.
         until: the time at which it was to end.
-        undecidable: what could not be decided, where that is why.
     """
 
     contacts: tuple[CertifiedContact, ...]

@@ -160,13 +160,9 @@ class FlightPlan:
 class PairQuadratic:
     """The squared distance of two discs less that of their contact: a T^2 + 2 b T + c, in integers.
 
-    T counts ticks from ``since``, the later of the anchors; lengths count 2^-bits.
-
-    Attributes:
-        since, bits: see above.
-        dx, dy, vx, vy: the separation at ``since``, and how it changes in a tick.
-        reach: the sum of the radii, R.
-        a, b, c: the coefficients.
+    T counts ticks from ``since``, the later of the anchors; lengths count 2^-bits. There the second is (dx,
+    dy) from the first, and moves by (vx, vy) in a tick; ``reach`` is the sum of the radii, R. ``image`` is
+    the periods of the frame by which the second is seen away from its unwrapped place.
     """
 
     __slots__ = ("a", "b", "bits", "c", "dx", "dy", "reach", "since", "vx", "vy")
@@ -174,7 +170,6 @@ class PairQuadratic:
     def __init__(
         self, one: FlightPlan, two: FlightPlan, frame: Frame | None = None, image: Whole = (0, 0)
     ) -> None:
-        """``image``: the periods of the frame by which the second is seen away from its unwrapped place."""
         self.since = max(one.anchor, two.anchor)
         self.bits = max(one.bits, two.bits)
         x, y = one.exact_place(self.since, self.bits)

@@ -52,13 +52,12 @@ class LogProgress(NamedTuple):
 
 @dataclass(frozen=True)
 class WrongLine:
-    """The first line that is not as the specification has it.
+    """The first line that is not as the specification has it, and why, in a sentence.
 
     Attributes:
         index: its place, counted from 0; the number of lines where one is missing at the end.
         found: the line, as (epoch, tick, a, b); None if it is missing.
         expected: the right line; None where there should be none.
-        why: the reason, in a sentence.
     """
 
     index: int
@@ -72,12 +71,10 @@ class CertifiedLog:
     """The result of a check.
 
     Attributes:
-        lines: how many lines are right, from the first one on.
-        total: how many there are.
+        lines: how many lines are right, from the first one on, of the ``total``.
         until: the time up to and at which there must be no further contact; None: the lines alone were
             checked.
         finished: False where the check was broken off.
-        wrong: the first line that is wrong, or None.
         fingerprint: the digest of the contacts (rule 10), where all lines are right.
     """
 

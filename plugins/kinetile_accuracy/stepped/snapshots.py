@@ -201,7 +201,6 @@ class SteppedRun:
     """A run in steps of ``dt``.
 
     Attributes:
-        dt, steps: the step and how many were taken.
         position, velocity: (n, 2), after the last step, in the scene's units and order.
         contacts: dtype STEPPED, in the order of steps.
         deepest: the deepest overlap of two discs at any snapshot, in radii of the smaller.

@@ -22,7 +22,6 @@ class StudyStatus(NamedTuple):
     """The progress of a study.
 
     Attributes:
-        total: how many tasks it has.
         statuses: how many rows there are of each status.
         open: how many tasks have no row yet.
         ran: how many rows came in this run.

@@ -45,12 +45,11 @@ Named = tuple[Kind, str]
 
 
 class StudyScene(NamedTuple):
-    """A scene of a study, and the end of its runs.
+    """A scene of a study, and the end of its runs: a time, a number of contacts, or whichever comes first.
 
     Attributes:
         name: the recipe, or the file as the study names it.
         parameters: all parameters of the recipe, defaults among them; of a file, none.
-        until, contacts: the end of each run: a time, a number of contacts, or whichever comes first.
         named: the recipe; of a file, all that it names beside a broad phase.
         content: the text of the file; None for a recipe.
     """

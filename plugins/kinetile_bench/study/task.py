@@ -45,9 +45,7 @@ class Task(NamedTuple):
     Attributes:
         key: the hash of all that determines the result.
         course: the hash of what determines the contacts.
-        scene: the scene and the end of the run.
         phase: the broad phase with its options, as the study has it.
-        observe: the observables of the run.
         repeat: which of several equal runs this is, from 1.
         sources: where kinetile and all plugins that the run names come from; a worker must have the same.
     """
