@@ -189,8 +189,7 @@ CLOSE = 0.05
 
 @dataclass(frozen=True)
 class Candidate(SceneRow):
-    """One broad phase on the scene, as it was measured; by the pilot alone where it is ``hopeless``: too slow
-    to be measured further."""
+    """One broad phase on the scene, as measured; by the pilot alone where it is ``hopeless``: too slow."""
 
     hopeless: bool = False
 

@@ -257,8 +257,7 @@ def run_summary(subject: Subject, scene: Scene, until: float | None = None) -> t
 
 
 def outcome(subject: Subject, scene: Scene, contacts: int = CONTACTS) -> RunOutcome:
-    """Runs a case; an error of the run is part of its outcome, but not one of preparing it: ``Refused`` and
-    ``BadOption`` are raised."""
+    """Runs a case; an error of the run is part of its outcome, ``Refused`` and ``BadOption`` are raised."""
     sim = subject.simulation(scene)
     return RunOutcome.of(sim, ran(sim, horizon(scene), contacts))
 
@@ -297,9 +296,9 @@ def tables_after(sim: Simulation) -> Tables:
 
 
 def difference(found: RunOutcome, expected: RunOutcome, name: str) -> str | None:
-    """Returns where the outcome of phase ``name`` first differs from the expected one, in a sentence; None:
-    nowhere. Raises Refused where the phase took the scene, and not a skin that bodies needed later, and no
-    contact was wrong before."""
+    """Returns where the outcome of phase ``name`` first differs from the expected one, in a sentence. Raises
+    Refused where the phase took the scene, and not a skin that bodies needed later, and no contact was wrong
+    before."""
     if found.ended.startswith(f"{TooThick.__name__}: "):
         met = len(found.contacts)
         missing = (expected.contacts["time"][met:] < found.time).any()
@@ -324,8 +323,7 @@ def told(place: str, found: Row | None, expected: Row | None, shown: Callable[[R
 
 
 def table_difference(found: Tables, expected: Tables) -> str | None:
-    """Returns the first table entry that one run left otherwise than another, in a sentence; None: there is
-    none."""
+    """Returns the first table entry that one run left otherwise than another, in a sentence."""
     for name, right in expected.items():
         mine = found.get(name, right)
         at = first_difference(mine, right)

@@ -35,8 +35,7 @@ from kinetile_conformance.strategies.gallery import smallest
 
 
 class Drawing:
-    """The scenes for the checks of a run: so many small ones, from a seed, each as ``dressed`` shows it to
-    the phases under test."""
+    """The scenes for the checks of a run, from a seed, each as ``dressed`` shows it to the phases."""
 
     def __init__(
         self, examples: int, seed: int, dressed: Callable[[Scene], Scene] = lambda scene: scene
@@ -77,8 +76,7 @@ Case = TypeVar("Case")
 
 
 class Search(Generic[Case]):
-    """The smallest failing scene so far, or other case, and whether there is time to look for a smaller
-    one."""
+    """The smallest failing case so far, and whether there is time to look for a smaller one."""
 
     def __init__(self, scene: Case, fails: Callable[[Case], bool], seconds: float) -> None:
         self.scene = scene
@@ -127,8 +125,7 @@ def minimised(
 
 
 def _shorten(search: Search[Scene]) -> None:
-    """Lets the run end soon after what is amiss in it can be seen: at once, or after half, a quarter, ..., of
-    its time."""
+    """Ends the run soon after a fault can be seen: at once, or after half, a quarter, ..., of its time."""
     start = search.scene.start
     if horizon(search.scene) <= start or search.take(partial(ended_at, search.scene, start)):
         return
@@ -160,8 +157,7 @@ def leave_out(
     only: Callable[[Case, Integers], Case],
     least: int,
 ) -> None:
-    """Leaves out parts of what ``order`` lists, ever smaller ones, for as long as what is left fails and is
-    not less than ``least``."""
+    """Leaves out parts of what ``order`` lists, for as long as at least ``least`` is left, and fails."""
     parts = 2
     while not search.over:
         left = listed = order(search.scene)

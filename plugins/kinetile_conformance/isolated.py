@@ -48,8 +48,8 @@ ENDINGS = {
     "closed": ("died", "the process fell silent in {what}"),
     "error": ("not judged", "an error of the kit itself, not of the phase, in {what}"),
 }
-"""What becomes of a check whose child has died, by ``Died.how``: its status, where it has not failed before,
-and a sentence."""
+"""The status of a check whose child has died by ``Died.how``, where it has not failed before, and a
+sentence."""
 
 FRAME = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d+) in (?P<function>.*)$')
 OWN = Path(str(kinetile.__file__)).parent
@@ -58,8 +58,7 @@ _SIGNALS = {int(each): each.name for each in signal.Signals}
 
 def where(words: str) -> str:
     """Returns where a process died by the stack that ``faulthandler`` has written: the innermost place that
-    is no library's, such as "arrange (my_phase.py, line 12)", or "a compiled hook", which has no stack of its
-    own; "" if there is none."""
+    is no library's, such as "arrange (my_phase.py, line 12)", or "a compiled hook"; "" if there is none."""
     for thread in re.split(r"^(?:Current t|T)hread .*$", words, flags=re.MULTILINE)[1:]:
         frames = [found for line in thread.splitlines() if (found := FRAME.match(line))]
         if any(frame["function"] == "_listen" for frame in frames):
@@ -129,8 +128,8 @@ class IsolatedRunner:
             raise PhaseError(self._sentence(died, what)) from died
 
     def _call(self, function: Callable[..., Any], *arguments: Any, hear: Hear = unheard) -> Any:
-        """Returns what a function of the runner in the child returns; passes on messages until then. Raises
-        Died if the child ends before."""
+        """Returns what a function of the runner in the child returns. Raises Died if the child ends
+        before."""
         if self._here is not None:
             return function(self._here, *arguments)
         if self._child is None:
@@ -208,8 +207,7 @@ class IsolatedRunner:
 
 def _runner(plan: Plan, scene_seconds: float, subject: Subject, send: Hear) -> Runner:
     """Keeps the limits of a plan, and returns its runner. It sends each scene before it runs it, and again if
-    it fails: so the scene is known if the process does not survive it, and what was seen is not lost, however
-    the process ends."""
+    it fails: what was seen is not lost, however the process ends."""
     deadline.keep_limits(scene_seconds, plan.memory)
 
     def observe(count: int, scene: Scene, error: Exception | None) -> None:

@@ -33,8 +33,8 @@ FAULTS = Path(__file__).with_name("faults.json")
 """What the kit finds of the project's own mutants, as ``tests/mutants`` has measured it."""
 
 BEGINNING, RUN = 200, 0.1
-"""Contacts up to which a program is given a scene: it may take a thousand times as long as a phase. And CPU
-seconds of one measurement, about."""
+"""Contacts up to which a program is given a scene, as it may be slow; CPU seconds of one measurement,
+about."""
 
 SCENES = {path.stem: path for path in sorted(Path(__file__).with_name("scenes").glob("*.toml"))}
 """The files of the named scenes."""

@@ -183,8 +183,8 @@ class _EngineRun(CheckRun):
                 raise Disagreement(text)
 
     def minimise(self) -> None:
-        """Searches for a smaller case. Then a fresh process is given it alone: what an engine keeps from one
-        case to the next shows there."""
+        """Searches for a smaller case, and gives it alone to a fresh process: what an engine keeps shows
+        there."""
         end = time.monotonic() + 3.0 * REDUCING  # the CPU time of the engine is not this process's
 
         def fails(case: Any) -> bool:

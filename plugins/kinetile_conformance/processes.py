@@ -37,8 +37,8 @@ AHEAD = 16
 """What is read of a program before it is asked for."""
 
 GRACE, PATROL = 2.0, 5.0
-"""Seconds that a process has to write its stack, or to end; and without a message, after which the CPU time
-of a child is read."""
+"""Seconds in which a process has to end; and without a message, after which the CPU time of a child is
+read."""
 
 IDLE = 300.0
 """Seconds in which a child uses no CPU time and sends nothing, after which it is given up. Beside any number
@@ -56,9 +56,8 @@ Hear = Callable[[Message], object]
 
 
 class Died(Exception):
-    """A child has ended before it was done, or was given up: ``how`` is the row of ``isolated.ENDINGS``,
-    ``code`` its exit code (None: it was given up), ``trace`` the traceback of an error of the kit, and
-    ``words`` what it has printed."""
+    """A child has ended early, or was given up: ``how`` is the row of ``isolated.ENDINGS``, ``code`` its exit
+    code, ``trace`` the traceback of an error of the kit, and ``words`` what it has printed."""
 
     def __init__(self, how: str, code: int | None = None, trace: str = "", words: str = "") -> None:
         super().__init__(how, code, trace, words)
@@ -121,8 +120,7 @@ class Program:
         return cast(int | None, self._process.returncode)
 
     def cpu_seconds(self) -> float | None:
-        """Returns the CPU seconds of the program, without what it has started; None where the system does not
-        tell."""
+        """Returns the CPU seconds of the program alone; None where the system does not tell."""
         with contextlib.suppress(OSError, OverflowError, AttributeError):
             return time.clock_gettime(~self._process.pid << 3 | 2)  # Linux: the clock of another process
         return None
@@ -192,8 +190,8 @@ class Child(Program):
         raise Died("error" if trace else _ending(code, self.words), code, trace, self.words)
 
     def receive(self) -> Message | None:
-        """Returns the next message; None where the child has ended, and sends no more. Raises Died where it
-        sends none for too long."""
+        """Returns the next message; None where the child has ended. Raises Died where it sends none for too
+        long."""
         used, since = 0.0, time.monotonic()
         while True:
             ended = self._process.poll() is not None

@@ -148,8 +148,7 @@ class Contacts(Question):
         yield scene if self.within is None else resized(scene, 1.0 - self.within)
 
     def exchanges(self, case: Scene) -> Iterator[Exchange]:
-        """Yields the scene as it ends before it has too many contacts; nothing where that is not to be had,
-        or the scene cannot be disturbed."""
+        """Yields the scene, ended before it has too many contacts, if it can be, and can be disturbed."""
         judged = reference_contacts(case, self.most)
         with suppress(SceneError):
             if judged is not None:
@@ -319,8 +318,8 @@ class Pairs(Question):
 
     def cases(self, scene: Scene) -> Iterator[Moments]:
         """Yields moments of the reference's run of a scene, with bodies as they are, and larger: at its
-        start, at times at equal distances, and at the first contact after each of these. A run with many
-        contacts does not reach its end."""
+        start, at times at equal distances, and at the first contact after each of these, as far as it
+        comes."""
         for growth in GROWTH:
             sim = Subject(REFERENCE, {}).reference.simulation(scene)
             found: list[dict[int, tuple[float, ...]]] = []
@@ -404,8 +403,8 @@ class Casts(Question):
     told = "{:,} of {:,} meet"
 
     def cases(self, scene: Scene) -> Iterator[Scene]:
-        """Yields scenes of two bodies, some of those that meet, or would if they were larger, and a few of
-        the others."""
+        """Yields scenes of two bodies, some of those that meet, or would if they were larger, and a few
+        others."""
         end = Settings(until=min(horizon(scene) - scene.start, FORESEEN * scene.time_unit))
         bare = changed(scene, commands=(), arena=None, start=0.0, settings=end)
         met = outcome(Subject(REFERENCE, {}).reference, scene, self.most).contacts[["a", "b"]].tolist()

@@ -190,8 +190,7 @@ def diagnosed(check: str, text: str, subject: Subject) -> list[str]:
 
 
 def saved(result: Result, scene: Scene, subject: Subject, folder: Path | None) -> Result:
-    """Returns a result with the file of its scene, if there is a folder for it and a check that replays
-    it."""
+    """Returns a result with the file of its scene, if there is a folder and a check that replays it."""
     replayed = check_named(result.check).replay
     if folder is None or not replayed:
         return result

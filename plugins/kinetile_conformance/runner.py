@@ -128,8 +128,8 @@ class Plan:
 
     @classmethod
     def of_phase(cls, name: str, options: Mapping[str, Any]) -> Plan:
-        """Returns the plan for a phase with these ``Options``. Raises UnknownName, BadOption, and ValueError
-        for a check that does not exist."""
+        """Returns the plan for a phase. Raises UnknownName, BadOption, and ValueError for an unknown
+        check."""
         for known in options.get("checks") or ():
             check_named(known)
         narrow: dict[str, Mapping[str, Any]] = {}
@@ -210,8 +210,7 @@ class CheckRun:
         self._observe = observe
 
     def look(self, scene: Any) -> None:
-        """Runs the check on a scene; raises Disagreement where it fails, Refused where the phase refuses
-        it."""
+        """Runs the check on a scene; raises Disagreement, or Refused where the phase refuses it."""
         self.each.run(self.subject, scene, self._reference)
 
     def holds(self, scene: Any) -> bool:

@@ -168,8 +168,7 @@ STRICT = ("build", "repair", "replan", "near", "enter", "leave", "soon")
 
 
 class Watched:
-    """The broad phase of a subject, with every hook watched, for one run; ``message`` names the first
-    breach."""
+    """The broad phase of a subject, with watched hooks, for one run; ``message`` names the first breach."""
 
     def __init__(self, subject: Subject) -> None:
         self.message: str | None = None
@@ -223,8 +222,7 @@ class Watched:
 
 def watch_hooks(subject: Subject, scene: Scene) -> str | None:
     """Runs a phase on a scene with every hook watched; returns what was seen first, None where nothing was.
-    Whether the run gives the right answer is for other checks to say. Raises Refused where the phase cannot
-    do the scene."""
+    Raises Refused where the phase cannot do the scene."""
     watched = Watched(subject)
     phase = type("Phase", (), {"prepare": staticmethod(watched.prepare)})
     plugin = PhasePlugin(BroadPhaseSpec(WATCHED, phase))

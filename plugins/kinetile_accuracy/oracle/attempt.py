@@ -92,8 +92,7 @@ class BallContact(NamedTuple):
 
 
 class Attempt:
-    """A run of a scene at the present precision, up to a time; None: as long as there are contacts. ``ended``
-    says why it is over, when it is."""
+    """A run of a scene at the present precision, up to a time or as long as there are contacts."""
 
     def __init__(self, scene: Scene, end: fmpq | None) -> None:
         self.ended: Literal["until", "quiet", "jammed"] | None = None

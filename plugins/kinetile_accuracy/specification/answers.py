@@ -22,8 +22,7 @@ _OUT = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.
 
 class Answers:
     """The velocities after the contacts of a scene: ``masses`` are those of all bodies that there are or will
-    be, ``passing`` is whether some may pass through each other. Raises Refused for responses that the
-    specification does not have."""
+    be, ``passing`` is whether some may pass. Raises Refused for responses that are not specified."""
 
     def __init__(self, scene: Scene, count: int, frame: Frame) -> None:
         self._frame = frame

@@ -204,8 +204,7 @@ class LogCertifier:
         return due
 
     def _wrong_plan(self, course: Course, index: int, line: CourseEvent) -> str | None:
-        """Returns where a row's plans, in the room, are not those of rule 9; the sign of a zero does not
-        count."""
+        """Returns where a row's plans, in the room, are not those of rule 9; zeros may have either sign."""
         row = self._rows[index]
         for side, body in (("a", line.a), ("b", line.b)):
             for name, more in zip(_PLAN, course.frame.fallen(line.tick), strict=True):

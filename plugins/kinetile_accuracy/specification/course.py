@@ -489,21 +489,13 @@ class Course:
             for a, b, _ in () if self._periodic else self._passing:  # bounded again at their parting
                 if body in (a, b):
                     waits[a + b - body] = np.inf
-            stamp = self._stamp[body]
-            rest = HORIZON
-            if len(waits) > _FEW:
-                # Those of the next tick, too: their bound would be renewed again and again.
-                enough = max(np.partition(waits, _FEW - 1)[_FEW - 1], 1.0)
-                few = np.flatnonzero(waits <= enough)
-                if enough < HORIZON:
-                    rest = int(waits[waits > enough].min(initial=HORIZON))
-            else:
-                few = np.arange(len(waits))
-            for other in few.tolist():
-                wait = waits[other]
-                if wait < HORIZON:
-                    entry = _Entry(self.now + int(wait), _BOUND, body, other, stamp, self._stamp[other])
-                    heapq.heappush(self._heap, entry)
+            stamp, last = self._stamp[body], min(_FEW, len(waits)) - 1
+            # Those of the next tick, too: their bound would be renewed again and again.
+            enough = max(np.partition(waits, last)[last], 1.0)
+            for other in np.flatnonzero((waits <= enough) & (waits < HORIZON)).tolist():
+                tick = self.now + int(waits[other])
+                heapq.heappush(self._heap, _Entry(tick, _BOUND, body, other, stamp, self._stamp[other]))
+            rest = int(waits[waits > enough].min(initial=HORIZON))
             if rest < HORIZON:
                 heapq.heappush(self._heap, _Entry(self.now + rest, _BOUND, body, _NOBODY, stamp))
 

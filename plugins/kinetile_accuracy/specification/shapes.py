@@ -41,8 +41,8 @@ Exact = tuple[Fraction, Fraction]
 
 
 class Face(NamedTuple):
-    """A face of a difference: the corner from which it goes, anticlockwise, its way, and its normal, outward
-    and as long as the way."""
+    """A face of a difference: its first corner, anticlockwise, its way, and its normal, outward and as
+    long."""
 
     start: Exact
     way: Exact
@@ -230,8 +230,7 @@ def _entries(m: Difference, d: Exact, v: Exact) -> Iterator[Contact]:
 
 
 def _is_over(face: Face, square: Fraction, d: Exact, v: Exact) -> bool:
-    """Whether a place that comes nearer to a face is over it, ends included, when (g + w t)^2 falls to a
-    square."""
+    """Whether a place that comes nearer to a face is over it, ends included, when (g + w t)^2 is a square."""
     g, w = _dot(face.normal, _less(d, face.start)), _dot(face.normal, v)
     along, change, length = _dot(face.way, _less(d, face.start)), _dot(face.way, v), _dot(face.way, face.way)
     for value, rate in ((along, change), (length - along, -change)):  # both at least 0 then

@@ -59,8 +59,7 @@ class Setting:
 
 class Effort(NamedTuple):
     """The measurements within a budget: (bodies, density) of the recipe ``grid``, how many scenes of each are
-    timed, how many first encounters are looked for in each kind, about, and the steps of snapshots and of
-    engines."""
+    timed, about how many first encounters are looked for, and the steps of snapshots and of engines."""
 
     scenes: tuple[tuple[int, float], ...]
     seeds: int
@@ -147,8 +146,7 @@ def _picture(rows: Sequence[SpeedError]) -> ReportFigure:
 
 def described(rows: Sequence[SpeedError]) -> dict[str, Any]:
     """Returns what a chart of these rows is of: the scenes, what each phase does in a unit of time, and the
-    steps of each other method; nothing that a clock has measured. A test compares it, in the chart's
-    metadata, with the present phases."""
+    steps of each other method. A test compares it, in the chart's metadata, with the present phases."""
     kinetic = [row for row in rows if row.kind == "kinetic"]
     steps = {
         kind: {name: [row.dt for row in some] for name, some in grouped(of_kind, "method").items()}
@@ -165,8 +163,8 @@ def described(rows: Sequence[SpeedError]) -> dict[str, Any]:
 
 def crossing(curve: Sequence[SpeedError], cost: float) -> SpeedError | None:
     """Returns a row for the step at which a method has this cost, between two of its rows; None: none. Step
-    and overlap are interpolated by the logarithm of the cost, the share that is missed linearly in that of
-    the step."""
+    and overlap are interpolated by the logarithm of the cost, the missed share linearly in that of the
+    step."""
     for fine, coarse in pairwise(sorted(curve, key=_step)):
         if fine.cost >= cost >= coarse.cost and fine.cost > coarse.cost:
             part = math.log(fine.cost / cost) / math.log(fine.cost / coarse.cost)

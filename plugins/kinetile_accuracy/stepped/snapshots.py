@@ -258,9 +258,8 @@ def run_snapshots(scene: Scene, dt: float, until: float, *, finder: Finder = "sw
 
 
 def steps_until(scene: Scene, dt: float, until: float) -> int:
-    """Returns how many steps of ``dt`` lead to ``until``, or just beyond it. Raises ValueError where ``dt``
-    is not greater than 0, or ``until`` lies before the scene's start, and Refused where not all bodies are
-    discs, and with gravity."""
+    """Returns how many steps of ``dt`` lead to ``until``, or just beyond it. Raises ValueError for a ``dt``
+    or an ``until`` that is none, and Refused where not all bodies are discs, and with gravity."""
     if scene.shapes or scene.falls:
         has = "bodies of other shapes" if scene.shapes else "gravity"
         raise Refused(f"what goes in steps is given discs that fly straight, and this scene has {has}")

@@ -142,9 +142,8 @@ class Study:
         return list(map(Agreement(rows).judged, rows))
 
     def _read(self) -> tuple[list[Row], int]:
-        """Returns the rows of all tasks that have one, in the order of the tasks, and the number of others.
-        What a row says of its task is what the study has today: names may differ, and no column that means a
-        task depends on the file."""
+        """Returns the rows of all tasks that have one, in their order, and the number of others. What a row
+        says of its task is what the study has today: no column that means a task depends on the file."""
         there = {row["key"]: row for row in RowFile(self.results).read()}
         tasks = [task for key, task in self.tasks.items() if key in there]
         rows = [there[task.key] | row_of(task, {"parameters": {**task.scene.parameters}}) for task in tasks]

@@ -76,9 +76,8 @@ def tasks_of(plan: StudyPlan) -> Iterator[Task]:
 
 
 def run_task(task: Task) -> Row:
-    """Runs a task; returns its row in plain types, with the sentence of an error of the run, and the readings
-    up to there. Raises StudyStopped where this process has other versions than the one that runs the
-    study."""
+    """Runs a task; returns its row in plain types, with the sentence of an error of the run. Raises
+    StudyStopped where this process has other versions than the one that runs the study."""
     for kind, name, source in task.sources:
         if (here := _source(kind, name)) != source:
             raise StudyStopped(

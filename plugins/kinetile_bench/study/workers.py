@@ -43,8 +43,7 @@ def rows_of(tasks: Iterable[Task], executor: Executor | None, workers: int | Non
 def _through(
     executor: Executor, tasks: Iterable[Task], most: int | None
 ) -> Generator[Row | None, None, tuple[list[Task], list[Task]]]:
-    """Runs tasks, at most ``most`` at one time. Returns, if the executor has broken, the tasks that it had
-    then, and those that it never had."""
+    """Runs tasks, at most ``most`` at once. Returns those that a broken executor had, and never had."""
     waiting, broken, tried = deque(tasks), list[Task](), list[Task]()
     under_way: dict[Future[Row], Task] = {}
     finished = SimpleQueue[Future[Row]]()

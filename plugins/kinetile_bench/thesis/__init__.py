@@ -25,8 +25,7 @@ from kinetile_bench.benchmark import Choice, NamedPhase, PhasesMeasured, phases_
 from kinetile_bench.events import BODIES, DENSITIES
 
 PHASES = ("naive", "sap-1d", "sap-2d", "sweep-tiling", "cells", "power")
-"""The thesis's three, its sweep-and-prune on two axes, which it left out of its figures, and two that it has
-not."""
+"""The thesis's three, sweep-and-prune on two axes, which its figures leave out, and two that it has not."""
 
 MOMENTS = 17
 """Moments of a run, evenly apart from its start to its end, at which candidate pairs are counted."""

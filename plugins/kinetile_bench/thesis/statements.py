@@ -32,8 +32,7 @@ QUIET, AGREEING = 1.05, 0.9
 """Slowest over fastest round of a quiet machine, and the ratio that is level; the share of agreeing pairs."""
 
 MANY, NEGLIGIBLE, LEVEL = 3.0, 0.1, 0.01
-"""Bound events for one other event that are many times over; differences of exponents and of counts that are
-negligible."""
+"""Bound events for one other that are many times over; negligible differences of exponents and of counts."""
 
 
 @dataclass(frozen=True)

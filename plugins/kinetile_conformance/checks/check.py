@@ -77,8 +77,7 @@ class Observation:
 
 
 def observation(**how: Any) -> Callable[[Callable[[Case], None]], Observation]:
-    """Returns a decorator that makes a function an observation of its name, with its docstring as the
-    sentence."""
+    """Returns a decorator that makes a function an observation, with its docstring as the sentence."""
 
     def made(look: Callable[[Case], None]) -> Observation:
         sentence = " ".join((look.__doc__ or "").split()).removesuffix(".")

@@ -37,8 +37,7 @@ EDGES = 6
 
 
 def _cluster(seed: int, size: float) -> Scene:
-    """Returns twelve bodies in the far corner of a unit square, with size and speed in proportion to
-    ``size``."""
+    """Returns twelve bodies in the far corner of a unit square, with size and speed in proportion."""
     random = np.random.default_rng(seed)
     radius = random.uniform(0.35, 0.45, 12)
     place = slots(random, 12, 4, 4) + 0.96 * jitter(random, radius)  # rounded, none overlap
@@ -159,8 +158,7 @@ def _scenes() -> list[Scene]:
 def _summaries(
     subject: Subject, started: Sequence[Scene | Path], ends: Iterable[float]
 ) -> list[tuple[str, str]]:
-    """Runs scenes, and resumes saved simulations, each until its time; returns for each how it ended, and
-    its fingerprint."""
+    """Runs scenes, and resumes saved simulations; returns how each ended, and its fingerprint."""
     return [_summary(subject, each, end) for each, end in zip(started, ends, strict=True)]
 
 

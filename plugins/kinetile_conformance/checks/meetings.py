@@ -70,8 +70,8 @@ CLOCK = (
     *("now", "tick", "per_time", "epoch", "kinds"),
     *(f"limits.{name}" for name in ("skin", "theta", "tolerance", "width", "height", "fat")),
 )
-"""Tables with the bodies and the rules of a scene, those with a row for each body, and what the clock says of
-a scene."""
+"""Tables with the bodies and the rules of a scene, with a row for each body, and the clock's fields of a
+scene."""
 
 
 class Met(NamedTuple):
@@ -253,8 +253,7 @@ def _answer_of(run: RunOutcome) -> RunOutcome:
 
 
 def _meetings(name: str, sim: Simulation) -> tuple[Answer, Met] | None:
-    """Returns the response of a name, and the meetings of bodies that approach to which it would be the
-    answer; None where there is none."""
+    """Returns the response of a name, and the meetings of bodies that approach to which it is the answer."""
     rules, k = composition_of(sim).rules, sim.tables
     rows = [response.name == name for row in sim.scene.meets for response in row]
     if rules is None or not any(rows):
@@ -272,8 +271,7 @@ def _meetings(name: str, sim: Simulation) -> tuple[Answer, Met] | None:
 
 
 def _normal(k: Kernel, a: int, b: int) -> tuple[float, float]:
-    """Returns the direction from one centre to the other, or to a wall: any is as good as that of a
-    contact."""
+    """Returns the direction from one centre to the other, or to a wall: any is as good."""
     if b < 0:
         return NORMALS[b]
     x, y = (float(k.bodies[b][axis] - k.bodies[a][axis]) for axis in ("x", "y"))
@@ -282,8 +280,7 @@ def _normal(k: Kernel, a: int, b: int) -> tuple[float, float]:
 
 
 def _answered(hook: Any, k: Kernel, met: Met) -> Met:
-    """Returns the velocities after the meetings: of the first, and of the second; with a wall, twice the
-    first's."""
+    """Returns the velocities after the meetings; with a wall, twice the first's."""
     after = np.zeros((len(met.who), 4))
     _call(answer_all, k, np.ascontiguousarray(met.who), np.ascontiguousarray(met.normal), after, respond=hook)
     return met._replace(after=after)
@@ -391,8 +388,7 @@ def _before(k: Kernel, who: Integers) -> tuple[Floats, npt.NDArray[np.bool_], Fl
 
 
 def _check_energy(sim: Simulation, answer: Answer, met: Met) -> None:
-    """Raises where two that meet gain more energy than rounding adds, as an immovable one sees it where one
-    is."""
+    """Raises where two that meet gain more energy than rounding adds, as an immovable one sees it."""
     mass, heavy, old = _before(sim.tables, met.who)
     shared = np.where(heavy, old, 0.0)
     frame = np.tile(shared[:, :2] + shared[:, 2:], 2)

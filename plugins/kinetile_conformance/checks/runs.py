@@ -48,8 +48,7 @@ def stops_for(case: Case, most: int) -> int:
 
 
 def moments(case: Case, most: int) -> list[float]:
-    """Returns when a run is stopped: between contacts, at contacts, and at commands, as far as the reference
-    comes."""
+    """Returns when a run is stopped: between contacts, at contacts and at commands of the reference's run."""
     scene, expected = case.scene, case.expected
     parts = np.arange(1, most + 1) / (most + 1)
     met, between = expected.contacts["time"], scene.start + parts * (expected.time - scene.start)
@@ -225,8 +224,7 @@ def same_contacts_when_commanded_by_hand(case: Case) -> None:
 
 
 def _give(sim: Simulation, command: Command, numbers: dict[int, int]) -> None:
-    """Gives a command of a scene, in which bodies have other ``numbers``; what is refused, as there is no
-    room by now, is left out."""
+    """Gives a command of a scene, in which bodies have other ``numbers``; what is refused is left out."""
     if isinstance(command, Insert):
         _, place, flies, radius, mass, *_, shape = command
         try:

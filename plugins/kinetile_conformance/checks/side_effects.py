@@ -57,8 +57,7 @@ MOST = 64 * 2**20
 """Bytes by which it may grow in all."""
 
 FILES = 1_100
-"""Files that the process has open while a phase runs, where the system lets it: ``select`` takes no number
-above 1,023."""
+"""Files that the process has open while a phase runs: ``select`` takes no number above 1,023."""
 
 ROOM = 64
 """Files that it may open beside them, where the system sets a limit."""
@@ -106,8 +105,7 @@ PARTS: dict[str, Callable[[], Any]] = {
 
 @contextmanager
 def _as_at_first() -> Iterator[None]:
-    """Sets what a phase may have set already, so that it would show if it sets it again; the process has many
-    open files."""
+    """Sets what a phase may have set already, so that it would show if it sets it again; opens many files."""
     with ExitStack() as after, patch.dict(os.environ, AT_FIRST, clear=True):
         after.callback(gc.enable if gc.isenabled() else gc.disable)
         gc.enable()
@@ -126,8 +124,7 @@ def _as_at_first() -> Iterator[None]:
 
 @contextmanager
 def _written() -> Iterator[Callable[[], str]]:
-    """Keeps what is written to the standard output and error within this context, by Python or beside it;
-    yields a function that returns it."""
+    """Keeps what is written to the standard output and error; yields a function that returns it."""
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as file, ExitStack() as after:
 
         def text() -> str:

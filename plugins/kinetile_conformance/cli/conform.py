@@ -1,5 +1,4 @@
-"""The commands ``kinetile conform``, which judges a broad phase or a program, and ``kinetile replay``, which
-runs one check again."""
+"""The commands ``kinetile conform`` (a broad phase or a program) and ``kinetile replay`` (one check)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Hypothesis strategies for scenes: small ones full of ties, living ones, swarms, marathons, and lattices by
-the hundred."""
+"""Hypothesis strategies for scenes: small ones, living ones, swarms, marathons, lattices by the hundred."""
 
 from __future__ import annotations
 

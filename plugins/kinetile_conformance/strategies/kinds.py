@@ -61,8 +61,7 @@ def with_kinds(scene: Scene) -> Scene:
 
 
 BUILT = 80
-"""Commands after which a living scene ends for a phase without ``enter`` and ``leave``, which is rebuilt for
-each, in half a millisecond."""
+"""Commands after which a living scene ends for a phase that is rebuilt for each, in half a millisecond."""
 
 
 def acceptable(subject: Subject, scene: Scene, known: dict[Any, tuple[int, bool]] | None = None) -> Scene:

@@ -52,8 +52,7 @@ LEVELS = 12 if INTERPRETED else 48
 
 
 def _of_kinds(number: int) -> Scene:
-    """Returns up to seven bodies in a box, of three kinds; of those that pass, if any do, one may begin
-    within another."""
+    """Returns up to seven bodies in a box, of three kinds; one that passes may begin within another."""
     random, passing = np.random.default_rng(number), bool(number & 1)
     bodies = int(random.integers(2, 8))
     kinds, place = random.integers(0, len(KINDS), bodies), slots(random, bodies, 4, 4)
@@ -112,8 +111,7 @@ class _Play:
         self.unit = 2.0 ** np.round(np.log2(max(2.0 * self.widest, self.size.min() / 8.0) / speed))
 
     def run(self, eighths: int) -> None:
-        """Runs on for a number of eighths of the time in which the fastest body crosses a cell, or an
-        eighth of the scene."""
+        """Runs for a number of eighths of the time in which the fastest body crosses a cell."""
         if not eighths or self.ended:
             return
         try:
@@ -130,8 +128,7 @@ class _Play:
         return self.corner + part * self.size
 
     def insert(self, place: Any, velocity: Any, radius: float, sizes: int = 3) -> bool:
-        """Inserts a body, or a smaller one of up to ``sizes`` sizes, if there is room for it; returns whether
-        it has come."""
+        """Inserts a body, or a smaller one of up to ``sizes`` sizes; returns whether there was room."""
         kind = None if self.scene.kinds == (0,) else KINDS[int(self.random.integers(len(KINDS)))]
         for smaller in (1.0, 2.0, 4.0)[:sizes]:
             size: dict[str, Any] = {"radius": radius / smaller}
@@ -173,8 +170,7 @@ class _Play:
 
     def open_a_way(self) -> None:
         """Lets the next bodies on both sides of one fly at each other, removes that one, and runs until they
-        meet. Where it ``leaves``, it flies out of their way before: so neither awaits a contact with it, and
-        looks for the other after that."""
+        meet. Where it ``leaves``, it flies out of their way before: so neither awaits a contact with it."""
         axis, leaves = int(self.random.integers(2)), bool(self.random.integers(2))
         places, radii = self.sim.positions(), self.sim.radii()
         for row in self.random.permutation(len(radii))[:16]:
@@ -293,8 +289,7 @@ def played(kind: str, start: int = 0) -> Iterator[Scene]:
 
 
 def _drawing(kind: str) -> Draw:
-    """Returns what plays scenes of a kind: few with plain Python hooks, with which one takes over a
-    second."""
+    """Returns what plays scenes of a kind: few with plain Python hooks, in which one takes over a second."""
     return lambda count, start: islice(played(kind, start), max(1, count // 10) if INTERPRETED else count)
 
 

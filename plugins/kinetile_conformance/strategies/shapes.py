@@ -107,8 +107,7 @@ def _scenes_of(shapes: Sequence[Shape]) -> list[st.SearchStrategy[Scene]]:
 
 def of_all_shapes() -> st.SearchStrategy[Scene]:
     """Returns scenes in each of which a capsule can move and some body cannot, so that they share one loop:
-    ``convex`` has another form where all bodies are upright boxes, and the kernel one where all can be
-    moved."""
+    ``convex`` and the kernel have other forms where all are upright boxes, or can be moved."""
     return st.one_of(*_scenes_of(SHAPES), _at_a_grating(SHAPES))
 
 
@@ -116,8 +115,8 @@ MANY = 40
 """Bodies of a swarm of shapes."""
 
 LISTED, FIRST = 34, 6
-"""Different shapes of all such swarms, of which the differences of each two are worked out once; and how many
-of them are for body 0."""
+"""Different shapes of all such swarms, for the differences of each two take long; and how many are for body
+0."""
 
 
 @cache

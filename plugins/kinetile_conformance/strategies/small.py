@@ -110,8 +110,8 @@ def _slider(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
 
 @st.composite
 def sliding_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
-    """Bodies that slide past each other in columns side by side: which is above which changes where their
-    bounds lie one upon the other."""
+    """Bodies that slide past each other in columns side by side, so that their order changes at equal
+    bounds."""
     columns, rows = draw(st.sampled_from([(2, 4), (3, 3), (3, 4), (2, 6), (4, 4)]))
     bodies = draw(several(_slider(columns, rows, turns), MOST, least=3))
     return scene_of(bodies, (float(columns), rows + draw(st.sampled_from([0.0, 1.0]))), 8.0)
@@ -119,8 +119,7 @@ def sliding_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
 
 @st.composite
 def grazing_scenes(draw: st.DrawFn) -> Scene:
-    """Two bodies that pass at just about the sum of their radii, or twice two, or with a third in their
-    way."""
+    """Two bodies that pass at just about the sum of their radii, or twice two, or with a third between."""
     upright, twice = draw(st.booleans()), draw(st.booleans())
     offsets = st.sampled_from([0.0, *(sign * 2.0**-size for size in (20, 40, 52) for sign in (1, -1, -1))])
     bodies: list[Body] = []

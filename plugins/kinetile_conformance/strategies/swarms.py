@@ -226,8 +226,7 @@ def crowd(random: np.random.Generator, bodies: int, variation: int) -> Scene:
 
 
 def giants(random: np.random.Generator, bodies: int, variation: int) -> Scene:
-    """Fine beside coarse: few large bodies, many that are up to a thousand times smaller between them; or
-    bodies of all sizes."""
+    """Few large bodies, many that are up to a thousand times smaller between them; or bodies of all sizes."""
     if variation >= 4:
         return _octaves(random, bodies, variation)
     large = 4
@@ -335,16 +334,15 @@ KINDS = _named(
 """The kinds of swarms, the simplest first."""
 
 GIANTS = _named(plough, lanes, giants)
-"""Kinds with few large bodies, of which one scene in four or five finds a fault: they have a check of their
-own."""
+"""Kinds with few large bodies, of which one scene in four or five finds a fault: they have their own
+check."""
 
 BURSTS = _named(front, burst)
 CORRIDORS = _named(fast_corridor, steep)
 
 
 def swarm(kind: str, bodies: int = 100, seed: int = 0, variation: int = 0) -> Scene:
-    """Returns a swarm of a kind and a number of bodies (at least 8); ``variation``, from 0 to 7, is of its
-    sizes, speeds or proportions."""
+    """Returns a swarm of a kind and at least 8 bodies; ``variation``, 0 to 7, is of its sizes or speeds."""
     return (KINDS | GIANTS | BURSTS | CORRIDORS)[kind](np.random.default_rng(seed), bodies, variation)
 
 

@@ -60,8 +60,7 @@ def _from_gsd(path: Path, index: int) -> dict[str, Any]:
 
 
 def _lines_of(path: Path, index: int) -> list[str]:
-    """Returns the lines of a frame behind its count, the comment first; reads the others without keeping
-    them."""
+    """Returns the lines of a frame behind its count, the comment first; keeps no others."""
     starts: list[tuple[int, int]] = []
     with open_regular(path) as file:
 

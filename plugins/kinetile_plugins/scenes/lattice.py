@@ -111,8 +111,7 @@ def _move_into_contact(position: Floats, radius: Floats, axis: int, share: float
 
 
 def _without_overlap(position: Floats, radius: Floats, arena: tuple[float, float]) -> Floats:
-    """Returns radii no larger than these, with which no discs overlap each other or a wall by more than a
-    scene allows."""
+    """Returns radii no larger than these, with which no discs overlap by more than a scene allows."""
     less = np.zeros(len(radius))
     for pairs in overlapping_pairs(position, radius, TOLERANCE):
         a, b = pairs.T

@@ -100,8 +100,8 @@ def _numbers_of(bodies: int, sizes: int, fractions: tuple[float, ...]) -> Ints:
 
 
 def _numbers(name: str, numbers: tuple[float, ...], sizes: int) -> Floats:
-    """Returns the numbers as an array; raises BadOption unless there is one for each size of disc, and each
-    is one that a scene can have."""
+    """Returns the numbers as an array; raises BadOption unless there is a possible one for each size of
+    disc."""
     many = len(numbers)
     demand(many == sizes, f"{name} has {many} numbers, and radii has {sizes}; expected one for each radius")
     for k, number in enumerate(numbers):
@@ -183,8 +183,7 @@ def _crystal(
     seed: int,
 ) -> Scene:
     """Returns discs at all but ``vacancies`` of the sites, (n, 2), scaled to a density. ``size`` is the box
-    that they fill, in units of the spacing as they are: the arena, or without walls whole cells of the
-    lattice."""
+    that they fill, in units of the spacing: the arena, or without walls whole cells of the lattice."""
     most = len(sites) - 2
     demand(0 <= vacancies <= most, f"vacancies is {vacancies}; it is from 0 to {most}, of {len(sites)} sites")
     demand_in_range("radius", radius)

@@ -47,8 +47,7 @@ class Draws:
         return (bits >> np.uint64(11)).astype(np.float64).reshape(shape) * 2.0**-53
 
     def below(self, limits: int | Ints, *shape: int) -> Ints:
-        """Returns whole numbers from 0 up to, and never, the limit (one for all, or each its own), at most
-        2**32."""
+        """Returns whole numbers from 0 up to, and never, the limit (for all, or each), at most 2**32."""
         wanted = int(np.prod(shape, dtype=np.int64))
         bits = np.asarray(self._source.random_raw(max(0, wanted - len(self._half) + 1) // 2), dtype=np.uint64)
         halves = np.stack([bits & np.uint64(2**32 - 1), bits >> np.uint64(32)], axis=1).ravel()
@@ -199,8 +198,7 @@ def demand(granted: bool | np.bool_, sentence: str) -> None:
 
 
 def demand_number(name: str, number: int, least: int, why: str) -> None:
-    """Raises BadOption if there are to be fewer bodies, or turns, than ``least``, for the reason ``why``, or
-    more than memory would hold."""
+    """Raises BadOption if there are fewer bodies, or turns, than ``least``, or more than memory holds."""
     demand(number >= least, f"{name} is {number}; {why}")
     demand(number <= MOST, f"{name} is {number}; it is at most {MOST:,}, for memory would not hold more")
 
