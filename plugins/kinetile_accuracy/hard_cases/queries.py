@@ -16,22 +16,13 @@ import numpy as np
 import kinetile as kt
 from kinetile.instruments import allocate, compose, disowned, to_be_filled_in
 from kinetile.toolbox import NEVER, Kernel, Plan, positions_after
+from kinetile_accuracy import sections
 from kinetile_accuracy.drawing import LOOKS, legend_below, new_figure
 from kinetile_accuracy.hard_cases.families import FAMILIES, Family, Queries, Ticks
-from kinetile_accuracy.sections import (
-    Budget,
-    Claim,
-    Column,
-    Figure,
-    ReportFigure,
-    ReportProgress,
-    Section,
-    Table,
-    number,
-)
+from kinetile_accuracy.sections import Column, number
 from kinetile_accuracy.specification.arithmetic import UNIT_TICKS, FlightPlan, PairQuadratic, pair_tick
 
-COUNTS: dict[Budget, int] = {"quick": 4_000, "normal": 20_000, "full": 100_000}
+COUNTS: dict[sections.Budget, int] = {"quick": 4_000, "normal": 20_000, "full": 100_000}
 """Queries of a family."""
 
 KERNEL, TEXTBOOK = "kernel", "textbook"
@@ -53,7 +44,7 @@ class QueryRow:
     depth_rho: Annotated[float, Column("the same by rho, the bound of that rounding", "depth / rho")]
 
 
-def measure(budget: Budget, progress: ReportProgress) -> Section:
+def measure(budget: sections.Budget, progress: sections.ReportProgress) -> sections.Section:
     """Puts every family to both forms."""
     rows: list[QueryRow] = []
     for done, family in enumerate(FAMILIES):
@@ -62,7 +53,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
         rows.append(query_row(family, KERNEL, queries, kernel_ticks(queries)))
         rows.append(query_row(family, TEXTBOOK, queries, textbook_ticks(queries)))
     progress("queries", len(FAMILIES), len(FAMILIES))
-    return Section(
+    return sections.Section(
         name="queries",
         title="When two discs meet: hard cases",
         about=(
@@ -72,9 +63,9 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
             "both are anchored at the tick, which rounds their places to doubles."
         ),
         findings=query_findings(rows),
-        tables=(Table("families", "Each family put to each form.", tuple(rows)),),
+        tables=(sections.Table("families", "Each family put to each form.", tuple(rows)),),
         pictures=(
-            ReportFigure(
+            sections.ReportFigure(
                 "depth",
                 "The deepest overlap of discs that are anchored at the answer, in units of rho, by family "
                 "and form; the dashed line is the bound that is proved for exact ticks. At the left edge: "
@@ -89,7 +80,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
     )
 
 
-def query_claims(rows: list[QueryRow]) -> tuple[Claim, ...]:
+def query_claims(rows: list[QueryRow]) -> tuple[sections.Claim, ...]:
     """Returns what must hold for the kernel's form in every family, and what was found."""
     ours = [row for row in rows if row.form == KERNEL]
     of_all = f"of {sum(row.queries for row in ours):,} queries"
@@ -99,8 +90,8 @@ def query_claims(rows: list[QueryRow]) -> tuple[Claim, ...]:
     found = f"{wrong:,} {of_all} differ from the integer one: {missed:,} contacts missed, {false:,} invented"
     shallow = "Discs anchored at a contact overlap by no more than the rounding of their places, rho"
     return (
-        Claim(exact, found, not wrong),
-        Claim(shallow, f"at most {number(deepest)} rho", deepest <= 1.0),
+        sections.Claim(exact, found, not wrong),
+        sections.Claim(shallow, f"at most {number(deepest)} rho", deepest <= 1.0),
     )
 
 
@@ -203,7 +194,7 @@ def kernel_ticks(queries: Queries) -> Ticks:
     return answers
 
 
-def draw_rows(rows: list[QueryRow]) -> Figure:
+def draw_rows(rows: list[QueryRow]) -> sections.Figure:
     """Draws the depth of each row, families one below the other."""
     families = list(dict.fromkeys(row.family for row in rows))
     figure, panel = new_figure(1, height=1.0 + 0.26 * len(families))

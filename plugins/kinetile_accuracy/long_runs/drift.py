@@ -13,20 +13,11 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import kinetile as kt
+from kinetile_accuracy import sections
 from kinetile_accuracy.drawing import curve, legend_below, new_figure
-from kinetile_accuracy.sections import (
-    Budget,
-    Claim,
-    Column,
-    Figure,
-    ReportFigure,
-    ReportProgress,
-    Section,
-    Table,
-    number,
-)
+from kinetile_accuracy.sections import Column, number
 
-MOST: dict[Budget, int] = {"quick": 10**6, "normal": 10**7, "full": 10**8}
+MOST: dict[sections.Budget, int] = {"quick": 10**6, "normal": 10**7, "full": 10**8}
 """Contacts of the long run."""
 
 GRID, PARAMETERS = "grid", {"bodies": 100, "density": 0.5, "seed": 1}
@@ -59,7 +50,7 @@ class LateClock:
     same: Annotated[bool, Column("whether the contacts are those of the clock at 0", "same contacts")]
 
 
-def drifts(scene: kt.Scene, most: int, progress: ReportProgress) -> list[Drift]:
+def drifts(scene: kt.Scene, most: int, progress: sections.ReportProgress) -> list[Drift]:
     """Runs a scene for ``most`` contacts, audited a thousand times; returns readings at 10^3, 10^4, ..."""
     sim = kt.Simulation(scene, keep_contacts=False, audit=max(most // 1000, 1000))
     rows: list[Drift] = []
@@ -86,7 +77,7 @@ def clocks(scene: kt.Scene, contacts: int) -> list[LateClock]:
     return rows
 
 
-def measure(budget: Budget, progress: ReportProgress) -> Section:
+def measure(budget: sections.Budget, progress: sections.ReportProgress) -> sections.Section:
     """Measures all of this on the thesis's grid of 100 discs."""
     most = MOST[budget]
     scene = kt.make_scene(GRID, **PARAMETERS)
@@ -97,7 +88,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
     walk = _walk(last.contacts)
     given = ", ".join(f"{name} {value:g}" for name, value in PARAMETERS.items())
     growth = last.deepest_overlap / middle.deepest_overlap if middle.deepest_overlap else 1.0
-    return Section(
+    return sections.Section(
         name="drift",
         title="What a long run loses",
         about=(
@@ -111,28 +102,28 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
             f"that of the first {middle.contacts:,}.",
         ),
         tables=(
-            Table("drift", "The readings after so many contacts.", tuple(drift)),
-            Table("clocks", "The same scene with clocks that begin late.", tuple(clock)),
+            sections.Table("drift", "The readings after so many contacts.", tuple(drift)),
+            sections.Table("clocks", "The same scene with clocks that begin late.", tuple(clock)),
         ),
         claims=(
-            Claim(
+            sections.Claim(
                 f"A run of {most:,} contacts comes to its end under audit",
                 f"{last.contacts:,} contacts, {last.audits:,} audits",
                 last.contacts >= most and last.audits > 0,
             ),
-            Claim(
+            sections.Claim(
                 "Energy wanders no further than one rounding a contact would take it",
                 f"{number(last.energy)}; the walk: {number(walk)}",
                 last.energy <= walk,
             ),
-            Claim(
+            sections.Claim(
                 "Late clocks show the same contacts, to the last bit",
                 f"{sum(row.same for row in clock)} of {len(clock)} clocks, {clock[0].contacts:,} contacts",
                 all(row.same for row in clock),
             ),
         ),
         pictures=(
-            ReportFigure(
+            sections.ReportFigure(
                 "drift",
                 "Energy and deepest overlap against contacts. The grey dotted line is how a random walk of "
                 "one rounding a contact would grow.",
@@ -147,7 +138,7 @@ def _walk(contacts: int) -> float:
     return 2.0**-53 * math.sqrt(contacts)
 
 
-def _draw(rows: list[Drift]) -> Figure:
+def _draw(rows: list[Drift]) -> sections.Figure:
     figure, panel = new_figure()
     contacts = [row.contacts for row in rows]
     for look, (field, label) in enumerate((("energy", "energy"), ("deepest_overlap", "deepest overlap / r"))):

@@ -6,19 +6,9 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import kinetile as kt
+from kinetile_accuracy import sections
 from kinetile_accuracy.drawing import LOOKS, new_figure
-from kinetile_accuracy.sections import (
-    Budget,
-    Claim,
-    Column,
-    Figure,
-    ReportFigure,
-    ReportProgress,
-    Section,
-    Table,
-    grouped,
-    listed,
-)
+from kinetile_accuracy.sections import Column, grouped, listed
 from kinetile_accuracy.specification.certify import certify_log
 
 SCENES: dict[str, tuple[str, dict[str, float | int]]] = {
@@ -29,7 +19,7 @@ SCENES: dict[str, tuple[str, dict[str, float | int]]] = {
 }
 """Recipe and parameters, by what a scene is called here."""
 
-CONTACTS: dict[Budget, int] = {"quick": 2_000, "normal": 20_000, "full": 100_000}
+CONTACTS: dict[sections.Budget, int] = {"quick": 2_000, "normal": 20_000, "full": 100_000}
 
 
 @dataclass(frozen=True)
@@ -45,7 +35,7 @@ class WholeRun:
     verdict: Annotated[str, Column("the certifier's sentence", "verdict")]
 
 
-def measure(budget: Budget, progress: ReportProgress) -> Section:
+def measure(budget: sections.Budget, progress: sections.ReportProgress) -> sections.Section:
     """Certifies some runs to their ends."""
     rows: list[WholeRun] = []
     for name in SCENES:
@@ -53,7 +43,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
         rows.append(certify_run(name, CONTACTS[budget]))
     wrong = [f"{row.scene}: {row.verdict}" for row in rows if not row.right]
     right = f"{sum(row.lines for row in rows):,} of {sum(row.contacts for row in rows):,} contacts"
-    return Section(
+    return sections.Section(
         name="specification",
         title="Certified to the end",
         about=(
@@ -63,10 +53,12 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
             f"the kernel. The runs are under {listed(list(grouped(rows, 'phase')))}."
         ),
         findings=tuple(wrong),
-        claims=(Claim("Every contact of a run is the one that the specification says", right, not wrong),),
-        tables=(Table("runs", "The runs, and the certifier's verdict on each.", tuple(rows)),),
+        claims=(
+            sections.Claim("Every contact of a run is the one that the specification says", right, not wrong),
+        ),
+        tables=(sections.Table("runs", "The runs, and the certifier's verdict on each.", tuple(rows)),),
         pictures=(
-            ReportFigure(
+            sections.ReportFigure(
                 "runs",
                 "The contacts of each run that are right, from the first one on; the frame is all of them.",
                 lambda: _draw(rows),
@@ -75,7 +67,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
     )
 
 
-def _draw(rows: list[WholeRun]) -> Figure:
+def _draw(rows: list[WholeRun]) -> sections.Figure:
     figure, panel = new_figure(height=0.5 + 0.26 * len(rows))
     names = [f"{row.scene}, {row.bodies:,} bodies" for row in rows]
     panel.barh(names, [row.contacts for row in rows], color="none", edgecolor="0.3")

@@ -10,21 +10,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 import kinetile as kt
+from kinetile_accuracy import sections
 from kinetile_accuracy.drawing import LOOKS, legend_below, new_figure
 from kinetile_accuracy.oracle.agreement import Agreement, certify
-from kinetile_accuracy.sections import (
-    Budget,
-    Claim,
-    Column,
-    Figure,
-    ReportFigure,
-    ReportProgress,
-    Section,
-    Table,
-    grouped,
-    listed,
-    number,
-)
+from kinetile_accuracy.sections import Column, grouped, listed, number
 
 
 class Requirement(NamedTuple):
@@ -36,7 +25,7 @@ class Requirement(NamedTuple):
 
 
 REQUIREMENTS = (Requirement(0.5, 16, 40.0), Requirement(0.1, 16, 13.0), Requirement(0.01, 25, 4.5))
-SEEDS: dict[Budget, int] = {"quick": 3, "normal": 10, "full": 50}
+SEEDS: dict[sections.Budget, int] = {"quick": 3, "normal": 10, "full": 50}
 LONG_ENOUGH = 2000
 """Contacts of a run that is compared: far more than can agree."""
 
@@ -61,7 +50,7 @@ class Horizon:
     differs: Annotated[str, Column("what the first contact is that does not agree")]
 
 
-def measure(budget: Budget, progress: ReportProgress) -> Section:
+def measure(budget: sections.Budget, progress: sections.ReportProgress) -> sections.Section:
     """Measures the horizons of three densities on a few seeds."""
     found: list[tuple[Agreement, Horizon]] = []
     for requirement in REQUIREMENTS:
@@ -70,7 +59,7 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
             found.append(measure_horizon(requirement, seed))
     rows = [row for _, row in found]
     phases = listed(list(grouped(rows, "phase")))
-    return Section(
+    return sections.Section(
         name="oracle",
         title="How long a run agrees with the certified oracle",
         about=(
@@ -81,15 +70,15 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
         ),
         findings=findings(rows),
         claims=(
-            Claim(
+            sections.Claim(
                 "Runs agree with the certified oracle for as many contacts a disc as is required",
                 f"{sum(row.holds for row in rows)} of {len(rows)} runs",
                 all(row.holds for row in rows),
             ),
         ),
-        tables=(Table("horizons", "How far each run agrees.", tuple(rows)),),
+        tables=(sections.Table("horizons", "How far each run agrees.", tuple(rows)),),
         pictures=(
-            ReportFigure(
+            sections.ReportFigure(
                 "oracle",
                 "How far the times of a run are off from the certified ones, against contacts a disc, all "
                 "seeds together. The points end where the contacts are no longer the same; the marks on top "
@@ -139,7 +128,7 @@ def findings(rows: Sequence[Horizon]) -> tuple[str, ...]:
     )
 
 
-def _draw(found: Sequence[tuple[Agreement, Horizon]]) -> Figure:
+def _draw(found: Sequence[tuple[Agreement, Horizon]]) -> sections.Figure:
     figure, panel = new_figure()
     for look, requirement in enumerate(REQUIREMENTS):
         colour, marker, _ = LOOKS[look]

@@ -20,19 +20,9 @@ from typing import Annotated, Any, NamedTuple
 
 import kinetile as kt
 from kinetile.errors import MissingExtra
+from kinetile_accuracy import sections
 from kinetile_accuracy.drawing import legend_below, new_figure
-from kinetile_accuracy.sections import (
-    Budget,
-    Claim,
-    Column,
-    Figure,
-    ReportFigure,
-    ReportProgress,
-    Section,
-    Table,
-    grouped,
-    number,
-)
+from kinetile_accuracy.sections import Column, grouped, number
 from kinetile_accuracy.stepped.engines import ENGINES, TITLES, engine_settings
 from kinetile_accuracy.stepped.methods import ROUNDS, UNTIL, Method, SpeedError, measure_rows
 from kinetile_accuracy.stepped.snapshots import Finder
@@ -68,14 +58,14 @@ class Effort(NamedTuple):
     engine_steps: tuple[float, ...]
 
 
-EFFORTS: dict[Budget, Effort] = {
+EFFORTS: dict[sections.Budget, Effort] = {
     "quick": Effort(_SCENES[:1], 2, 2000, (*_STEPS, 1e-4, 3e-5, 1e-5), _STEPS),
     "normal": Effort(_SCENES, 3, 6000, (*_STEPS, 1e-4, 3e-5), _STEPS[:4]),
     "full": Effort(_SCENES, 5, 12000, (*_STEPS, 1e-4, 3e-5, 1e-5), (*_STEPS, 1e-4)),
 }
 
 
-def measure(budget: Budget, progress: ReportProgress) -> Section:
+def measure(budget: sections.Budget, progress: sections.ReportProgress) -> sections.Section:
     """Measures all methods; returns the part of the report that shows speed against error."""
     effort = EFFORTS[budget]
     engines, left_out = _installed()
@@ -92,10 +82,12 @@ def measure(budget: Budget, progress: ReportProgress) -> Section:
         how: dict[str, Any] = {"seeds": effort.seeds, "encounters": effort.encounters}
         found.append(measure_rows(methods, *scene, progress=show, **how))
     rows = [row for some in found for row in some]
-    tables = [Table("methods", "What a unit of simulated time costs, and how wrong it is.", tuple(rows))]
+    tables = [
+        sections.Table("methods", "What a unit of simulated time costs, and how wrong it is.", tuple(rows))
+    ]
     if engines:
-        tables.append(Table("engines", "What the engines are set to.", tuple(engines.values())))
-    return Section(
+        tables.append(sections.Table("engines", "What the engines are set to.", tuple(engines.values())))
+    return sections.Section(
         name="chart",
         title="Speed against error",
         about=(
@@ -130,9 +122,9 @@ def _installed() -> tuple[dict[str, Setting], tuple[str, ...]]:
     return engines, tuple(dict.fromkeys(left_out))
 
 
-def _picture(rows: Sequence[SpeedError]) -> ReportFigure:
+def _picture(rows: Sequence[SpeedError]) -> sections.ReportFigure:
     bodies, density = rows[0].bodies, rows[0].density
-    return ReportFigure(
+    return sections.ReportFigure(
         f"{bodies}-discs-{density:.0%}".replace("%", "-percent"),
         f"{bodies} discs at density {density:g}: further down is faster, further left is truer. Kinetic "
         "methods are points; methods in steps are curves, from a short step at the top to a long one. The "
@@ -188,7 +180,7 @@ def fastest(rows: Iterable[SpeedError]) -> SpeedError:
     return min((row for row in rows if row.kind == "kinetic"), key=lambda row: row.cost)
 
 
-def claims(rows: Sequence[SpeedError]) -> tuple[Claim, ...]:
+def claims(rows: Sequence[SpeedError]) -> tuple[sections.Claim, ...]:
     """Returns what must hold of the kinetic methods, and what was found."""
     kinetic = [row for row in rows if row.kind == "kinetic"]
     missed, deepest = max(row.missed for row in kinetic), max(row.deepest_high for row in kinetic)
@@ -202,9 +194,9 @@ def claims(rows: Sequence[SpeedError]) -> tuple[Claim, ...]:
     better = f"No method in steps is both as fast as the fastest kinetic one ({names}) and as true"
     measured = f"of {len(stepped)} measurements {fast} are as fast, {true} as true, {both} both"
     return (
-        Claim("Kinetic methods miss no first encounter", f"{missed:,} of {each:,}", not missed),
-        Claim(shallow, f"{number(deepest)} radii", deepest <= ROUNDING),
-        Claim(better, measured, not both),
+        sections.Claim("Kinetic methods miss no first encounter", f"{missed:,} of {each:,}", not missed),
+        sections.Claim(shallow, f"{number(deepest)} radii", deepest <= ROUNDING),
+        sections.Claim(better, measured, not both),
     )
 
 
@@ -273,7 +265,7 @@ def _look_of(row: SpeedError, kinetic: Sequence[str]) -> _Look:
     return _LOOKS[row.kind, row.method]
 
 
-def draw_speed_error(rows: Sequence[SpeedError]) -> Figure:
+def draw_speed_error(rows: Sequence[SpeedError]) -> sections.Figure:
     """Returns the chart of the rows of one kind of scene."""
     figure, panels = new_figure(4, 4.4, sharey=True, width_ratios=(3, 7, 3, 7))
     kinetic = list(grouped([row for row in rows if row.kind == "kinetic"], "method"))
