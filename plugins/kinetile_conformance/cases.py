@@ -23,18 +23,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
-from kinetile import (
-    BroadPhaseSpec,
-    NarrowPhaseSpec,
-    Response,
-    ResponseSpec,
-    Scene,
-    Simulation,
-    Turn,
-    hookimpl,
-    load_scene,
-    registry,
-)
+import kinetile as kt
+from kinetile import Scene, Simulation, registry
 from kinetile.errors import KinetileError, Refused, TooThick, UnknownName
 from kinetile.instruments import (
     NOT_AUTHORS,
@@ -96,7 +86,7 @@ class Subject:
     name: str
     options: Mapping[str, Any]
     narrow: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    response: Response | None = None
+    response: kt.Response | None = None
 
     @property
     def label(self) -> str:
@@ -147,7 +137,7 @@ class Subject:
     def of_role(self, role: str) -> dict[str, Mapping[str, Any]]:
         """Returns the named narrow phases of a role."""
         found = {name: registry().spec("narrow phase", name) for name in self.narrow}
-        return {n: self.narrow[n] for n, spec in found.items() if cast(NarrowPhaseSpec, spec).role == role}
+        return {n: self.narrow[n] for n, spec in found.items() if cast(kt.NarrowPhaseSpec, spec).role == role}
 
     @property
     def pair(self) -> str | None:
@@ -164,7 +154,7 @@ class Subject:
         try:
             registry().spec("broad phase", LIVE_REFERENCE)
         except UnknownName:
-            registry().add(PhasePlugin(BroadPhaseSpec(LIVE_REFERENCE, NaiveLive)))
+            registry().add(PhasePlugin(kt.BroadPhaseSpec(LIVE_REFERENCE, NaiveLive)))
         return self.under(LIVE_REFERENCE)
 
 
@@ -176,9 +166,9 @@ def provided(subject: Subject) -> tuple[Provided, ...]:
 
 
 HOOKS = {
-    BroadPhaseSpec: "kinetile_broad_phases",
-    NarrowPhaseSpec: "kinetile_narrow_phases",
-    ResponseSpec: "kinetile_responses",
+    kt.BroadPhaseSpec: "kinetile_broad_phases",
+    kt.NarrowPhaseSpec: "kinetile_narrow_phases",
+    kt.ResponseSpec: "kinetile_responses",
 }
 """The hook of a plugin that provides such a spec."""
 
@@ -186,9 +176,9 @@ HOOKS = {
 class PhasePlugin:
     """A plugin that provides one phase or response, under its name: for what exists in this process only."""
 
-    def __init__(self, spec: BroadPhaseSpec | NarrowPhaseSpec | ResponseSpec) -> None:
+    def __init__(self, spec: kt.BroadPhaseSpec | kt.NarrowPhaseSpec | kt.ResponseSpec) -> None:
         self.__name__ = spec.name
-        setattr(self, HOOKS[type(spec)], hookimpl(lambda: [spec]))
+        setattr(self, HOOKS[type(spec)], kt.hookimpl(lambda: [spec]))
 
 
 @unchecked
@@ -219,7 +209,7 @@ class NaiveLive:
 
 def is_living(scene: Scene) -> bool:
     """Whether bodies come or go in a scene."""
-    return any(not isinstance(command, Turn) for command in scene.commands)
+    return any(not isinstance(command, kt.Turn) for command in scene.commands)
 
 
 @dataclass(frozen=True)
@@ -358,7 +348,7 @@ def save_case(scene: Scene, path: Path, text: str, subject: Subject, check: str 
 
 def load_case(path: Path) -> SavedCase:
     """Reads a case; any other scene file is a case that names nothing."""
-    scene = load_scene(path)  # and so the file is one, in UTF-8
+    scene = kt.load_scene(path)  # and so the file is one, in UTF-8
     head = read_bytes(path).partition(b"\n")[0].removeprefix(b"# ")
     with contextlib.suppress(ValueError, TypeError, RecursionError):
         return SavedCase(scene=scene, **json.loads(head))

@@ -25,17 +25,8 @@ import numpy as np
 from flint import arb, fmpq
 
 from kinetile import Scene
-from kinetile_accuracy.oracle.times import (
-    ZERO,
-    EventTime,
-    Number,
-    Pair,
-    Plan,
-    Root,
-    exact,
-    lower_end,
-    with_axis,
-)
+from kinetile_accuracy.oracle import times
+from kinetile_accuracy.oracle.times import ZERO, EventTime, Number, Pair, Plan, exact
 
 NARROW = 80
 """Bits to which the time of a contact must be known, relative to the time since the start."""
@@ -166,7 +157,7 @@ class Attempt:
     def _advance_to(self, now: EventTime) -> None:
         """Makes a moment the present one; its lower end is the time at which all plans are evaluated."""
         self._now = now
-        self._reference: fmpq = now.number if isinstance(now.number, fmpq) else lower_end(now.ball)
+        self._reference: fmpq = now.number if isinstance(now.number, fmpq) else times.lower_end(now.ball)
         self._delay = now.number - self._reference
         self._where: dict[int, Pair] = {}
         self._touched.clear()
@@ -239,7 +230,7 @@ class Attempt:
             root = arb(root2).sqrt()
             moment = EventTime(self._reference + gap / (root - approach))
             if isinstance(root2, fmpq) and isinstance(approach, fmpq) and isinstance(speed2, fmpq):
-                p_q = Root(self._reference - approach / speed2, root2 / (speed2 * speed2))
+                p_q = times.Root(self._reference - approach / speed2, root2 / (speed2 * speed2))
                 moment = EventTime(moment.number if p_q.rational is None else p_q.rational, p_q)
             if moment.ball > self._now.ball:
                 return PossibleEvent(moment, root if isinstance(moment.number, arb) else None)
@@ -321,7 +312,7 @@ class Attempt:
         old, axis = self._plans[body], wall // 2
         met = self._contact(body, -1 - wall, old.velocity[axis], old.velocity)
         if coming.late:
-            self._fly(body, with_axis(old.velocity, axis, -old.velocity[axis]))
+            self._fly(body, times.with_axis(old.velocity, axis, -old.velocity[axis]))
         else:
             self._change(body, old.mirrored(axis, self._place(body, wall)))
         self._enter_all(body)

@@ -28,26 +28,11 @@ import numpy as np
 
 from kinetile import Insert, Remove, Scene, Shape, Turn
 from kinetile.instruments import INSERTED, REANCHORED, REMOVED, TURNED
+from kinetile_accuracy.specification import arithmetic, shapes
 from kinetile_accuracy.specification.answers import Answers
-from kinetile_accuracy.specification.arithmetic import (
-    BEAT,
-    HORIZON,
-    SPAN,
-    UNIT_BITS,
-    FlightPlan,
-    Frame,
-    PairQuadratic,
-    Vector,
-    Whole,
-    image_tick,
-    parting_tick,
-    tick_of,
-    unit_bits,
-    wall_tick,
-)
+from kinetile_accuracy.specification.arithmetic import BEAT, HORIZON, SPAN, FlightPlan, Frame, Vector, Whole
 from kinetile_accuracy.specification.bounds import ContactBounds
-from kinetile_accuracy.specification.shapes import Difference, contact, parting, room
-from kinetile_accuracy.specification.shapes import wall_tick as wall_tick_of
+from kinetile_accuracy.specification.shapes import Difference
 
 _BOUND, _ANCHORING, _WALL, _PAIR, _PARTING = range(5)
 _NOBODY = -1
@@ -116,7 +101,7 @@ class Course:
     """
 
     def __init__(self, scene: Scene, last: tuple[int, int] | None = None) -> None:
-        bits = unit_bits(scene)
+        bits = arithmetic.unit_bits(scene)
         self._last = last
         self.frame = Frame(scene.arena, bits, scene.periods, scene.gravity)
         self._arena = scene.arena or ()
@@ -260,7 +245,7 @@ class Course:
         if m is None:
             return apart[0] * apart[0] + apart[1] * apart[1] < reach * reach
         deep = 1e-12 * (self._radius[a] + self._radius[b])
-        return not self._both_immovable(a, b) and room(m, apart) < -deep
+        return not self._both_immovable(a, b) and shapes.room(m, apart) < -deep
 
     def _there(self) -> Iterable[int]:
         return (body for body, present in enumerate(self.present) if present)
@@ -332,9 +317,9 @@ class Course:
         a, b, image = passing
         m = self._difference(a, b)
         if m is None:
-            tick = parting_tick(self.plans[a], self.plans[b], self.frame, image)
+            tick = arithmetic.parting_tick(self.plans[a], self.plans[b], self.frame, image)
         else:
-            tick = parting(m, self.plans[a], self.plans[b], self.frame, image)
+            tick = shapes.parting(m, self.plans[a], self.plans[b], self.frame, image)
         if tick is not None:
             tick = max(tick, self._passing[passing] + 1)
             heapq.heappush(self._heap, _Entry(tick, _PARTING, a, b, self._stamp[a], self._stamp[b], image))
@@ -394,8 +379,8 @@ class Course:
 
         def tick_through(image: Whole) -> int | None:
             if m is None:
-                return PairQuadratic(one, two, self.frame, image).tick()
-            met = contact(m, one, two, self.frame, image)
+                return arithmetic.PairQuadratic(one, two, self.frame, image).tick()
+            met = shapes.contact(m, one, two, self.frame, image)
             return None if met is None else met.tick
 
         if self._periodic:
@@ -404,7 +389,7 @@ class Course:
             if self._answers.passes(a, b):
                 earliest = self.now
                 left_out += [each.image for each in self._passing if each[:2] == (a, b)]
-            return image_tick(one, two, self.frame, left_out, earliest, tick_through)
+            return arithmetic.image_tick(one, two, self.frame, left_out, earliest, tick_through)
         tick = tick_through((0, 0))
         return None if tick is None else (tick, (0, 0))
 
@@ -412,8 +397,8 @@ class Course:
         """Returns the tick of contact of a body with a wall by its plan, and which one; None: none."""
         plan = self.plans[body]
         if not self._shapes:
-            return wall_tick(plan, self.frame)
-        return wall_tick_of(self._shapes[body], plan, self.frame)
+            return arithmetic.wall_tick(plan, self.frame)
+        return shapes.wall_tick(self._shapes[body], plan, self.frame)
 
     def _both_immovable(self, a: int, b: int) -> bool:
         return math.isinf(self._answers.masses[a]) and math.isinf(self._answers.masses[b])
@@ -525,6 +510,6 @@ class Course:
 def _moment(command: Turn | Insert | Remove, start: float, bits: int) -> tuple[int, int]:
     """Returns the tick of a command, and after how many contacts of that tick it comes (rule 2)."""
     if command.at is None:
-        return tick_of(command.time, start, bits), 0
+        return arithmetic.tick_of(command.time, start, bits), 0
     epoch, tick, after = command.at
-    return (epoch << UNIT_BITS) + tick, after
+    return (epoch << arithmetic.UNIT_BITS) + tick, after

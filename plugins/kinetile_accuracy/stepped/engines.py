@@ -25,14 +25,8 @@ from kinetile import Scene
 from kinetile.errors import Refused
 from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.sections import needed
-from kinetile_accuracy.stepped.snapshots import (
-    STEPPED,
-    SteppedRun,
-    deepest_overlap,
-    energy_drift,
-    kinetic_energy,
-    steps_until,
-)
+from kinetile_accuracy.stepped import snapshots
+from kinetile_accuracy.stepped.snapshots import STEPPED, SteppedRun
 
 Floats = npt.NDArray[np.float64]
 Point = tuple[float, float]
@@ -95,7 +89,7 @@ def run_engine(
     """
     if scene.commands or scene.arena is None or not len(scene):
         raise Refused("the engines are given scenes with bodies, an arena and no turns; this one is not such")
-    steps = steps_until(scene, dt, until)
+    steps = snapshots.steps_until(scene, dt, until)
     met: list[tuple[int, int]] = []
     on_contact = None if watched == "not" else lambda a, b: met.append((a, b))
     package = engine_module(name)
@@ -114,7 +108,7 @@ def run_engine(
         contacts, deepest = _watch(world, scene.radius, steps, met, watched == "depths")
     cpu_seconds = time.thread_time() - began
     position, velocity = world.positions(), world.velocities()
-    drift = energy_drift(scene, velocity)
+    drift = snapshots.energy_drift(scene, velocity)
     return SteppedRun(dt, steps, position, velocity, contacts, deepest, drift, cpu_seconds)
 
 
@@ -171,7 +165,7 @@ def _watch(
     for step in range(1, steps + 1):
         world.step()
         if depths:
-            deepest = max(deepest, deepest_overlap(world.positions(), radius))
+            deepest = max(deepest, snapshots.deepest_overlap(world.positions(), radius))
         for low, high in map(sorted, met):
             rows.append((step, low, high) if low >= 0 else (step, high, low))
         met.clear()
@@ -219,7 +213,8 @@ def _chipmunk(pymunk: Any, scene: Scene, dt: float, on_contact: OnContact | None
 
 def _box2d(box2d: Any, scene: Scene, dt: float, on_contact: OnContact | None, bullets: bool) -> _World:
     assert scene.arena is not None
-    mean = math.sqrt(2.0 * kinetic_energy(scene.mass, scene.velocity) / float(scene.mass.sum()) or 1.0)
+    twice = 2.0 * snapshots.kinetic_energy(scene.mass, scene.velocity)
+    mean = math.sqrt(twice / float(scene.mass.sum()) or 1.0)
     length = min(_LARGEST / float(scene.radius.max()), _FARTHEST / (_FASTEST * mean * dt))
     speed = _PACE / mean
     listener = _listener(box2d, on_contact) if on_contact is not None else None

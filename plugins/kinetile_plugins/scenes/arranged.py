@@ -13,15 +13,8 @@ from fractions import Fraction
 import numpy as np
 
 from kinetile import Scene
-from kinetile_plugins.scenes.numerics import (
-    Draws,
-    Floats,
-    cosine_and_sine,
-    demand,
-    demand_number,
-    draws,
-    in_random_directions,
-)
+from kinetile_plugins.scenes import numerics
+from kinetile_plugins.scenes.numerics import Draws, Floats, demand, demand_number, draws
 
 
 def cradle(*, bodies: int = 5, moving: int = 1) -> Scene:
@@ -58,7 +51,7 @@ def billiard_break(*, speed: float = 8.0, aim: float = 0.0) -> Scene:
         x = 0.75 * width + row * math.sqrt(3.0) * radius
         centres += [(x, height / 2.0 + (2 * place - row) * radius) for place in range(row + 1)]
     velocity = np.zeros((len(centres), 2))
-    velocity[0] = speed * np.concatenate(cosine_and_sine(np.array([aim])))
+    velocity[0] = speed * np.concatenate(numerics.cosine_and_sine(np.array([aim])))
     return Scene(centres, velocity, radius, 0.17, (width, height))
 
 
@@ -131,7 +124,7 @@ def figure_11(*, bodies: int = 20, speed: float = 1.0, seed: int = 1) -> Scene:
     radius = np.array([float(Fraction(_SHRINK) ** (k // 2)) for k in range(bodies)])
     side = np.where(np.arange(bodies) % 2 == 0, 1.0, -1.0)
     position = np.repeat((side * _INWARD * radius)[:, np.newaxis], 2, axis=1)
-    velocity = in_random_directions(speed, bodies, random) * radius[:, np.newaxis]
+    velocity = numerics.in_random_directions(speed, bodies, random) * radius[:, np.newaxis]
     return Scene(position, velocity, radius)
 
 
@@ -150,5 +143,5 @@ def figure_16(*, bodies: int = 21, speed: float = 0.1, seed: int = 1) -> Scene:
     x = 0.5 + radius * (step / others - 0.5)
     y = 0.45 - (step + 0.5) * 0.45 / others
     position = np.concatenate([[[0.5, 0.75]], np.stack([x, y], axis=1)])
-    velocity = in_random_directions(speed, bodies, random)
+    velocity = numerics.in_random_directions(speed, bodies, random)
     return Scene(position, velocity, np.array([0.2, *np.full(others, radius)]), arena=(1.0, 1.0))

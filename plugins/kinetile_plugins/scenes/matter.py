@@ -14,17 +14,8 @@ from fractions import Fraction
 import numpy as np
 
 from kinetile import Scene
-from kinetile_plugins.scenes.numerics import (
-    MOST,
-    Floats,
-    Ints,
-    demand,
-    demand_density,
-    demand_in_range,
-    demand_number,
-    draws,
-    maxwell,
-)
+from kinetile_plugins.scenes import numerics
+from kinetile_plugins.scenes.numerics import Floats, Ints, demand, demand_in_range, demand_number, draws
 from kinetile_plugins.scenes.random_discs import places
 
 
@@ -53,11 +44,11 @@ def mixture(
     to 0.56, starts from a lattice, if it has room for the largest radius at each site: for equal numbers of
     radii 0.5 and 0.7 up to 0.59 (100 discs) or 0.67 (4,000).
     """
-    demand_density(density)
+    numerics.demand_density(density)
     radius, every_mass = sizes_and_masses(bodies, radii, fractions, mass, masses)
     for_places, for_velocities = draws(seed, 2)
     side = side_of_square(radius, density)
-    velocity = maxwell(temperature, every_mass, for_velocities)
+    velocity = numerics.maxwell(temperature, every_mass, for_velocities)
     position = places(radius, density, side, for_places)
     return Scene(position, velocity, radius, every_mass, (side, side))
 
@@ -165,9 +156,8 @@ def _rows_and_columns(columns: int, rows: int) -> tuple[Ints, Ints]:
     demand_number("columns", columns, 1, "a crystal has 1 column or more")
     demand_number("rows", rows, 1, "a crystal has 1 row or more")
     sites = columns * rows
-    demand(
-        2 <= sites <= MOST, f"{columns} columns and {rows} rows are {sites:,} sites; expected 2 to {MOST:,}"
-    )
+    many = f"{columns} columns and {rows} rows are {sites:,} sites; expected 2 to {numerics.MOST:,}"
+    demand(2 <= sites <= numerics.MOST, many)
     row, column = np.divmod(np.arange(sites), columns)
     return row, column
 
@@ -197,6 +187,6 @@ def _crystal(
     for_vacancies, for_velocities = draws(seed, 2)
     spacing = 2.0 * radius * math.sqrt(limit / density)
     kept = np.sort(for_vacancies.order(len(sites))[vacancies:]) if vacancies else slice(None)
-    velocity = maxwell(temperature, np.ones(bodies), for_velocities)
+    velocity = numerics.maxwell(temperature, np.ones(bodies), for_velocities)
     arena = (spacing * size[0], spacing * size[1]) if walls else None
     return Scene(spacing * sites[kept], velocity, radius, arena=arena)

@@ -20,16 +20,8 @@ from typing import TypeAlias
 import numpy as np
 
 from kinetile import Scene
-from kinetile_plugins.scenes.numerics import (
-    Draws,
-    Floats,
-    demand,
-    demand_density,
-    demand_number,
-    draw_velocities,
-    draws,
-    powers,
-)
+from kinetile_plugins.scenes import numerics
+from kinetile_plugins.scenes.numerics import Draws, Floats, demand, demand_number, draws
 
 _Levels: TypeAlias = list[tuple[float, dict[tuple[int, int], list[tuple[float, float, float]]]]]
 """For each size of disc, the cells' width and what lies in them: places and radii."""
@@ -56,14 +48,14 @@ def random_discs(
     dense to be placed at random start from a lattice, if it has room for the largest.
     """
     demand_number("bodies", bodies, 0, "a scene has 0 bodies or more")
-    demand_density(density)
+    numerics.demand_density(density)
     for name, ratio in (("radius_ratio", radius_ratio), ("mass_ratio", mass_ratio)):
         demand(1.0 <= ratio < math.inf, f"{name} is {ratio}; a ratio is finite, and 1 or more")
     for_radii, for_masses, for_places, for_velocities = draws(seed, 4)
-    radius = powers(radius_ratio, for_radii.uniform(bodies))
+    radius = numerics.powers(radius_ratio, for_radii.uniform(bodies))
     radius *= math.sqrt(density / (math.pi * math.fsum(radius * radius))) if bodies else 1.0
-    mass = powers(mass_ratio, for_masses.uniform(bodies))
-    velocity = draw_velocities(speed, temperature, mass, for_velocities)
+    mass = numerics.powers(mass_ratio, for_masses.uniform(bodies))
+    velocity = numerics.draw_velocities(speed, temperature, mass, for_velocities)
     position = places(radius, density, 1.0, for_places)
     return Scene(position, velocity, radius, mass, (1.0, 1.0))
 
@@ -182,7 +174,7 @@ def grid(
     )
     radius = math.sqrt(density / (bodies * math.pi))
     (random,) = draws(seed, 1)
-    velocity = draw_velocities(speed, temperature, np.ones(bodies), random)
+    velocity = numerics.draw_velocities(speed, temperature, np.ones(bodies), random)
     row, column = np.divmod(np.arange(bodies), columns)
     position = np.stack([(column + 0.5) / columns, (row + 0.5) / rows], axis=1)
     return Scene(position, velocity, radius, arena=(1.0, 1.0))
