@@ -30,8 +30,7 @@ def prepared(scene: Any, phase: NamedPhase, start: Callable[[Any], Any] = Simula
 
 @dataclass(frozen=True)
 class PhasesMeasured:
-    """Rows of one dataclass, each of one phase on one ``scene``, with the ``fingerprint`` of its contacts, or
-    None; and the conditions under which they were measured."""
+    """Rows of one phase on one ``scene`` each, with the ``fingerprint`` of its contacts, and conditions."""
 
     rows: tuple[Any, ...]
     conditions: Mapping[str, Any]

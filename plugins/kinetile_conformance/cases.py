@@ -64,8 +64,7 @@ UNTIL = 8.0
 """The length of a case, in time units, where its scene has no end."""
 
 GENERAL = {"general": True}
-"""Options of ``disc`` and ``wall``: without them scenes whose bodies are alike and scenes without an arena
-have parts of their own, and a phase has a loop for each."""
+"""Options of ``disc`` and ``wall``: without them each has other parts, and a phase a loop for each."""
 
 Row = TypeVar("Row")
 Tables = Mapping[str, npt.NDArray[np.generic]]
@@ -239,8 +238,7 @@ def ran(sim: Simulation, until: float, contacts: int) -> str:
 
 
 def run_summary(subject: Subject, scene: Scene, until: float | None = None) -> tuple[str, str]:
-    """Runs a case, by default to its horizon; returns how it ended, and its fingerprint: what two runs of one
-    phase have in common. How many events it took may differ."""
+    """Runs a case; returns how it ended, and its fingerprint. How many events it took may differ."""
     sim = subject.simulation(scene)
     ended = ran(sim, horizon(scene) if until is None else until, CONTACTS)
     return ended.partition(":")[0], sim.fingerprint
@@ -338,8 +336,7 @@ class SavedCase(BaseModel):
 
 
 def save_case(scene: Scene, path: Path, text: str, subject: Subject, check: str | None = None) -> None:
-    """Writes a case as a scene file. Comments at its head name the check that replays it, if there is one,
-    the phases with their options, and the first lines of the failure."""
+    """Writes a case as a scene file. Its head names the check that replays it, the phases and the failure."""
     head = {"check": check, "name": subject.name, "options": subject.options, "narrow_phases": subject.narrow}
     lines = [json.dumps(head, default=repr), *text.splitlines()[:6]]
     path.parent.mkdir(parents=True, exist_ok=True)

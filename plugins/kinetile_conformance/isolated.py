@@ -48,8 +48,7 @@ ENDINGS = {
     "closed": ("died", "the process fell silent in {what}"),
     "error": ("not judged", "an error of the kit itself, not of the phase, in {what}"),
 }
-"""The status of a check whose child has died by ``Died.how``, where it has not failed before, and a
-sentence."""
+"""By ``Died.how``: the status of a check that has not failed before, and a sentence."""
 
 FRAME = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d+) in (?P<function>.*)$')
 OWN = Path(str(kinetile.__file__)).parent
@@ -93,14 +92,12 @@ class IsolatedRunner:
             self._child = None
 
     def smoke_test(self) -> None:
-        """Loads and compiles the phase and runs it once (``Runner.smoke_test``). If the process does not
-        survive that, the checks will report the cause."""
+        """Loads, compiles and runs the phase once; where the process dies, the checks will say why."""
         with suppress(Died):
             self._call(Runner.smoke_test)
 
     def run(self, name: str) -> Result:
-        """Runs the check of a name. Where the child does not survive it ("died"), the check is run again on
-        ever fewer bodies, to find the fewest on which it dies."""
+        """Runs the check of a name; if the child dies, again on ever fewer bodies, as long as it does."""
         last: Message = {"count": 0}
         failed: Message = {}
 
@@ -120,16 +117,14 @@ class IsolatedRunner:
             return replace(result, seconds=time.perf_counter() - began)
 
     def attempt(self, what: str, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Returns what a function of the runner in the child returns; raises PhaseError, with the cause,
-        where the child does not survive it."""
+        """Returns what a function of the runner returns; raises PhaseError where the child dies."""
         try:
             return self._call(function, *arguments)
         except Died as died:
             raise PhaseError(self._sentence(died, what)) from died
 
     def _call(self, function: Callable[..., Any], *arguments: Any, hear: Hear = unheard) -> Any:
-        """Returns what a function of the runner in the child returns. Raises Died if the child ends
-        before."""
+        """Returns what a function of the runner returns. Raises Died if the child ends before."""
         if self._here is not None:
             return function(self._here, *arguments)
         if self._child is None:
@@ -156,8 +151,7 @@ class IsolatedRunner:
         return f"{text} ({' with '.join(phases)})" + (f"\n{died.trace}" if died.trace else "")
 
     def _death(self, died: Died, name: str, last: Message) -> Result:
-        """Returns the result of a check whose child has died, or was ended; ``last`` is its last message: the
-        last failure or, where it has seen none, the last scene."""
+        """Returns the result of a check whose child has died; ``last`` is its last failure, or scene."""
         check = check_named(name)
         dying = self._sentence(died, f"check {name!r}")
         status, _ = ENDINGS[died.how]

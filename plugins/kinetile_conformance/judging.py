@@ -33,8 +33,7 @@ FAULTS = Path(__file__).with_name("faults.json")
 """What the kit finds of the project's own mutants, as ``tests/mutants`` has measured it."""
 
 BEGINNING, RUN = 200, 0.1
-"""Contacts up to which a program is given a scene, as it may be slow; CPU seconds of one measurement,
-about."""
+"""Contacts up to which a program is given a scene; CPU seconds of one measurement, about."""
 
 SCENES = {path.stem: path for path in sorted(Path(__file__).with_name("scenes").glob("*.toml"))}
 """The files of the named scenes."""
@@ -49,8 +48,7 @@ def faults() -> dict[str, list[int]]:
 
 @dataclass(frozen=True)
 class Measured(SceneRow):
-    """A phase or a program on the named scene ``of``, and where its contacts are not the reference's, in a
-    sentence; of a program time and memory alone are known."""
+    """A phase or a program on the named scene ``of``, and where its contacts differ from the reference's."""
 
     of: str = ""
     differs: str | None = None

@@ -46,8 +46,7 @@ ASKED = {
     "pairs": ("It names every pair that touches, and no false one", "pairs", IN_PLACES),
     "casts": ("Two bodies meet when they should, within the distance", "casts", FREE),
 }
-"""For each question what is said of an engine, what the names of its checks begin with, and what those of the
-kit's checks of contacts end with that have the scenes."""
+"""For each question its sentence, the begin of the names of its checks, and the kit's suffixes."""
 
 
 def _judging(says: str, prefix: str, wanted: set[str]) -> dict[str, Check]:
@@ -89,8 +88,7 @@ class Engine(AbstractContextManager["Engine"]):
         self.program.end()
 
     def answer(self, exchange: Exchange) -> Any:
-        """Returns the value of an engine's answer to a line, or why it refuses it, as a string; raises
-        EngineError for any other answer, and for none."""
+        """Returns the value of an engine's answer to a line, or as a string why it refuses it."""
         self.program.send(exchange.line)
         try:
             line: bytes = self.program.came.get(timeout=self._seconds) or b""
@@ -183,8 +181,7 @@ class _EngineRun(CheckRun):
                 raise Disagreement(text)
 
     def minimise(self) -> None:
-        """Searches for a smaller case, and gives it alone to a fresh process: what an engine keeps shows
-        there."""
+        """Searches for a smaller case, and gives it to a fresh process: what an engine keeps shows there."""
         end = time.monotonic() + 3.0 * REDUCING  # the CPU time of the engine is not this process's
 
         def fails(case: Any) -> bool:
@@ -199,8 +196,7 @@ class _EngineRun(CheckRun):
         self.message = text
 
     def saved(self, text: str, folder: Path) -> Path:
-        """Saves the lines that the engine was sent, with its last answer and the reference's, where there are
-        any, and a scene as a file beside it; returns the path."""
+        """Saves the lines that the engine was sent, both answers, and a scene; returns the path."""
         path, case = folder / f"engine-{self.each.name}.jsonl", self.wrong.case
         folder.mkdir(parents=True, exist_ok=True)
         lines = [each.line.decode() for each in self.question.exchanges(case)]

@@ -37,8 +37,7 @@ AHEAD = 16
 """What is read of a program before it is asked for."""
 
 GRACE, PATROL = 2.0, 5.0
-"""Seconds in which a process has to end; and without a message, after which the CPU time of a child is
-read."""
+"""Seconds in which a process has to end; and after which the CPU time of a silent child is read."""
 
 IDLE = 300.0
 """Seconds in which a child uses no CPU time and sends nothing, after which it is given up. Beside any number
@@ -190,8 +189,7 @@ class Child(Program):
         raise Died("error" if trace else _ending(code, self.words), code, trace, self.words)
 
     def receive(self) -> Message | None:
-        """Returns the next message; None where the child has ended. Raises Died where it sends none for too
-        long."""
+        """Returns the next message; None where the child has ended. Raises Died after a long silence."""
         used, since = 0.0, time.monotonic()
         while True:
             ended = self._process.poll() is not None

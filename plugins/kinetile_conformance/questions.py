@@ -39,19 +39,16 @@ from kinetile_conformance.strategies.changes import changed, ended_at, only_bodi
 from kinetile_conformance.strategies.shapes import scaled
 
 SHORTENINGS, MOMENTS = 20, 12
-"""How often a scene with too many contacts is made to end sooner, before it is passed over; and moments of a
-scene at which an engine is asked for pairs, besides its start."""
+"""How often a scene with too many contacts is shortened; moments of a scene at which pairs are asked."""
 
 FORESEEN = 1000.0
 """Time units of a cast at most: a contact is foreseen up to 1,024 after the later anchor."""
 
 GROWTH = (1.0, 2.0)
-"""How many times as large as in its scene a body is in a case. Bodies of a scene touch at contacts alone, and
-those that are twice as large overlap."""
+"""How many times as large a body is in a case: those that are twice as large overlap."""
 
 DISTURBED, CASTS, FAR = 1000.0, 20, 2
-"""Which part of the distance a disturbance has: what rounding does to an engine should be less. Pairs of
-bodies of a scene that are cast, and how many of these do not come near each other."""
+"""Which part of the distance a disturbance has; pairs of a scene that are cast, and those that are far."""
 
 NOTHING = np.zeros((0, 4))
 """The boxes of no body."""
@@ -81,8 +78,7 @@ class Form(NamedTuple):
         return cls(key, shown, create_model("Answer", __config__=config, **fields))
 
     def read(self, line: bytes) -> Any:
-        """Returns the value of an answer, or, as a string, why there is none; raises ValueError, with what is
-        wrong, for a line that is no answer."""
+        """Returns the value of an answer, or, as a string, its refusal; raises ValueError for none."""
         try:
             found = self.model.model_validate_json(line)
         except ValidationError as error:
@@ -221,8 +217,7 @@ def _contact(row: Row) -> str:
 
 
 def _near(scene: Scene, within: float, one: float, other: float) -> bool:
-    """Whether two times are within a distance, relative to that from the start, or, where this is less than
-    the scene's unit of time, to the unit."""
+    """Whether two times are within a distance, relative to that from the start, or to the unit of time."""
     return abs(one - other) <= within * max(abs(one - scene.start), abs(other - scene.start), scene.time_unit)
 
 
@@ -291,8 +286,7 @@ def resized(scene: Scene, by: float) -> Scene:
 
 @dataclass(frozen=True)
 class Moments:
-    """A scene as a sequence of moments, each of which has (x, y, radius) of discs, or (left, bottom, right,
-    top) of boxes, by the number of the body."""
+    """Moments of a scene: (x, y, radius) of discs, or (left, bottom, right, top) of boxes, by the body."""
 
     key: str
     moments: tuple[Mapping[int, tuple[float, ...]], ...]
@@ -311,8 +305,7 @@ class Moments:
 
 
 class Pairs(Question):
-    """Candidate pairs at each of a sequence of moments: all pairs that touch, each once, and no pair of a
-    body with itself or with one that is not there."""
+    """Candidate pairs at each of some moments: all that touch, each once, and no body that is not there."""
 
     told = "{:,} candidate pairs for {:,} that touch"
 
@@ -403,8 +396,7 @@ class Casts(Question):
     told = "{:,} of {:,} meet"
 
     def cases(self, scene: Scene) -> Iterator[Scene]:
-        """Yields scenes of two bodies, some of those that meet, or would if they were larger, and a few
-        others."""
+        """Yields scenes of two bodies, those that meet, or would if they were larger, and a few others."""
         end = Settings(until=min(horizon(scene) - scene.start, FORESEEN * scene.time_unit))
         bare = changed(scene, commands=(), arena=None, start=0.0, settings=end)
         met = outcome(Subject(REFERENCE, {}).reference, scene, self.most).contacts[["a", "b"]].tolist()

@@ -61,8 +61,7 @@ class Report:
 
     @property
     def failed(self) -> tuple[Result, ...]:
-        """The results that are not as they should be. A failure of the phase's own audit is the first: the
-        author's own words say what is wrong with the structure, and the others follow from it."""
+        """The results that fail; first those of the phase's own audit, from which the others follow."""
         failed = (result for result in self.results if not result.ok and result.status != "not judged")
         return tuple(sorted(failed, key=lambda result: OWN not in result.said))
 
@@ -183,8 +182,8 @@ def likely(check: str, text: str) -> str:
 
 
 def diagnosed(check: str, text: str, subject: Subject) -> list[str]:
-    """Returns the line that ends such a failure of a broad phase, if there is one: a guess from experience
-    and no judgement, so it comes last, and begins with "often"."""
+    """Returns the line that ends such a failure, if there is one: a guess from experience, so it comes
+    last."""
     often = likely(check, text) if subject.pair is None else ""
     return [f"{OFTEN}{often}"] if often else []
 

@@ -34,8 +34,7 @@ MEMORY, REDUCING = 4 << 30, 20.0
 """Bytes that a child may take by default, and CPU seconds for minimising a scene of hundreds of bodies."""
 
 KEPT, AGAIN = 400, 5
-"""Outcomes of the reference that are kept, for other checks on the same scenes, and repetitions of a failed
-check on the scene on which it failed."""
+"""Outcomes of the reference that are kept, for checks that share scenes; repetitions of a failed check."""
 
 
 OnScene = Callable[[str, int], None]
@@ -128,8 +127,7 @@ class Plan:
 
     @classmethod
     def of_phase(cls, name: str, options: Mapping[str, Any]) -> Plan:
-        """Returns the plan for a phase. Raises UnknownName, BadOption, and ValueError for an unknown
-        check."""
+        """Returns the plan for a phase. Raises UnknownName, BadOption, ValueError for an unknown check."""
         for known in options.get("checks") or ():
             check_named(known)
         narrow: dict[str, Mapping[str, Any]] = {}
@@ -185,8 +183,7 @@ def applicable(subject: Subject, each: Check) -> str | None:
 
 
 class CheckRun:
-    """One check on one phase, scene after scene: counts, refusals, and the last failure with its scene, which
-    is the smallest one, as minimising runs ever smaller scenes."""
+    """One check on one phase, scene after scene: counts, refusals, and the last failure, the smallest."""
 
     fatal: tuple[type[Exception], ...] = ()
     """Errors that are no failure of the check: they end the run."""

@@ -105,8 +105,7 @@ def of_scene(scene: Scene) -> dict[str, Any]:
 
 
 def before(hook: str, k: Kernel, s: Any, scene: Scene) -> Before:
-    """Returns what a hook may not change in whole, as it is now: the tables, as far as they are in use, the
-    scene's arrays, and, where it may not change that either, its state."""
+    """Returns what a hook may not change in whole, as it is now: tables in use, the scene, and its state."""
     lists, may = k.clock[0].lists, HOOKS[hook]
     used = {name: int(getattr(lists, field)) for name, field in USED.items()}
     tables = {name: table[: used.get(name)] for name, table in k._asdict().items()}
@@ -240,8 +239,8 @@ def watch_hooks(subject: Subject, scene: Scene) -> str | None:
 
 
 def _run(sim: Simulation, scene: Scene) -> None:
-    """Runs a while, turns a body to be fast, so that all is laid out again, removes and inserts bodies,
-    and runs the phase's audit after each piece. What the audit says is for other checks."""
+    """Runs, turns a body to be fast, removes and inserts bodies, and runs the phase's audit after each
+    piece."""
     for piece in range(3):
         there, places, radii = sim.bodies, sim.positions(), sim.radii()
         shapes = sim.shapes()

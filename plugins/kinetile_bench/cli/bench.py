@@ -158,8 +158,7 @@ def _print_last(
     csv: bool,
     more: Callable[[Any], dict[str, Any]] = lambda _: {},
 ) -> None:
-    """Measures to the end, and prints the last result: all of it as JSON, with ``more``, its rows as CSV, or
-    tables; exit code 1 unless all contacts agree."""
+    """Prints the last result, with ``more``; exit code 1 unless all contacts agree."""
     found = None
     try:
         for found in measured:  # noqa: B007

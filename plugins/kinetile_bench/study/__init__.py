@@ -136,8 +136,7 @@ class Study:
         )
 
     def rows(self) -> list[Row]:
-        """Returns the rows of all tasks that have one, as tables of their columns, in the order of the tasks.
-        The status is "disagrees" where another row of the same scene has other contacts."""
+        """Returns the rows of all tasks that have one, in their order; their status may be "disagrees"."""
         rows, _ = self._read()
         return list(map(Agreement(rows).judged, rows))
 

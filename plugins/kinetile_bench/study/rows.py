@@ -142,8 +142,7 @@ def _opened(path: Path, patience: float) -> sqlite3.Connection:
 
 
 def _unusable(path: Path, error: Exception) -> RecordError:
-    """Returns the error of a file that cannot be used: what SQLite says has lines and texts of the file in
-    it."""
+    """Returns the error of a file that cannot be used: SQLite's has lines and texts of the file in it."""
     if isinstance(error, RecordError):
         return error
     reason = " ".join(str(error).split())

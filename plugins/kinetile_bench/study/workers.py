@@ -104,8 +104,8 @@ def _processors() -> int:
 
 @contextmanager
 def _processes(count: int) -> Iterator[Executor]:
-    """Yields processes of this machine, started afresh, which end with this context, whatever they do. Raises
-    StudyStopped where none of them works."""
+    """Yields new processes of this machine, which end with this context. Raises StudyStopped if none
+    works."""
     context = multiprocessing.get_context("spawn")
     parent, leash = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(count, context, initializer=_begin, initargs=(parent,))

@@ -75,8 +75,8 @@ class Cell:
 
     @property
     def unrest(self) -> float:
-        """How many times as long the slowest round took as the fastest: a measure of other load, which is not
-        known of one round, and infinite then."""
+        """The time of the slowest round over that of the fastest: a measure of other load; infinite for
+        one."""
         return max(self.cpu_seconds) / min(self.cpu_seconds) if len(self.cpu_seconds) > 1 else math.inf
 
 

@@ -67,8 +67,7 @@ def most(strategy: Strategy, examples: int) -> int:
 
 
 def table(examples: int) -> list[tuple[str, int, str]]:
-    """Returns the table of strategies and observations: for each check what draws its scenes, how many of
-    them, and its name, which says what is observed. Rows of one strategy are together."""
+    """Returns for each check what draws its scenes, how many, and its name, strategy by strategy."""
     return [
         (each.strategy.name if each.strategy else "scenes of its own", each.count(examples), each.name)
         for each in CHECKS

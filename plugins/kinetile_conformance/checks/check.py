@@ -29,8 +29,7 @@ class DoesNotApply(Refused):
 
 
 class Disagreement(AssertionError):
-    """A phase does not do what a check says; the message is the observation, ``scene`` that of the
-    observation, where it is not the one that the check was given."""
+    """A phase does not do what a check says; ``scene`` is that of the observation, if it is another one."""
 
     def __init__(self, text: str, scene: Scene | None = None) -> None:
         super().__init__(text)
@@ -39,8 +38,7 @@ class Disagreement(AssertionError):
 
 @dataclass(frozen=True)
 class Case:
-    """What an observation is given: the phases under test, a scene, the reference's outcomes, and the limit
-    of contacts of a run of such a scene."""
+    """The phases under test, a scene, the reference's outcomes, and the limit of contacts of a run."""
 
     subject: Subject
     scene: Scene

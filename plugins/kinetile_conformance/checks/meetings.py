@@ -70,8 +70,7 @@ CLOCK = (
     *("now", "tick", "per_time", "epoch", "kinds"),
     *(f"limits.{name}" for name in ("skin", "theta", "tolerance", "width", "height", "fat")),
 )
-"""Tables with the bodies and the rules of a scene, with a row for each body, and the clock's fields of a
-scene."""
+"""Tables of a scene, those with a row for each body, and the clock's fields of a scene."""
 
 
 class Met(NamedTuple):
@@ -157,8 +156,7 @@ def a_contact_depends_on_two_plans_alone(case: Case) -> None:
 
 
 SLOWER = (0, 4, 8)
-"""By which powers of 1/2 velocities are scaled: bodies then meet late, up to the 1,024 units within which
-contacts are foreseen."""
+"""By which powers of 1/2 velocities are scaled: bodies then meet late, up to 1,024 units from now."""
 
 
 @observation(judges="pair", compares=False)
@@ -429,8 +427,7 @@ def meet_all(k: Kernel, pairs: Integers, ticks: Ticks, after: Floats) -> None:
 
 
 def bound_all(k: Kernel, pairs: Integers, bounds: Floats) -> None:
-    """Writes down the latest bound of each pair, from either body, alone and beside the body itself: a narrow
-    phase may have another way for one partner than for many."""
+    """Writes down the latest bound of each pair, from either body, alone and beside the body itself."""
     k = disowned(k)
     for i in range(len(pairs)):
         bounds[i] = 0.0

@@ -148,8 +148,7 @@ def to_judge(
     of_phases: Mapping[str, Any],
     of_programs: Mapping[str, Any],
 ) -> tuple[list[Judged], list[str] | None]:
-    """Returns what is judged, with options of phases and of programs, and the names of the checks; raises
-    BadOption for options that are not for these, or that have no such value."""
+    """Returns what is judged, and the names of the checks; raises BadOption for wrong options."""
     for options, strange, whose in (
         (of_phases, bool(commands), "broad phases alone"),
         (of_programs, not commands, "--command"),

@@ -16,8 +16,7 @@ from kinetile_conformance.strategies.torus import torus
 
 
 def row_between_two() -> Scene:
-    """Returns two large bodies, one over the other, and a row of small ones between them: behind each gap of
-    the row the two see each other, so one may be named to the other many times."""
+    """Returns two large bodies, and a row of small ones between them, through which they see each other."""
     small = 24
     place = np.concatenate([[[8.0, 8.0], [8.0, 25.5]], np.full((small, 2), 16.75)])
     place[2:, 0] = 2.25 + np.arange(small) / 2

@@ -91,8 +91,7 @@ MANY = (9, 65, 256)
 
 
 def of_many_kinds(number: int) -> Scene:
-    """Returns bodies in a box, of up to 256 kinds of which each two may have a rule of their own; a quarter
-    cannot be moved, and those meet each other, too."""
+    """Returns bodies in a box, of up to 256 kinds with rules of their own; a quarter cannot be moved."""
     random = np.random.default_rng(number)
     bodies = int(random.integers(8, 80))
     kinds = [f"kind {each}" for each in range(MANY[number % len(MANY)])]

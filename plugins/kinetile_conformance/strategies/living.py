@@ -144,8 +144,7 @@ class _Play:
         return False
 
     def shape(self, radius: float) -> Shape:
-        """Returns one of a few shapes that a circle of a radius holds: mostly one that there is, as each new
-        one has its differences from all others."""
+        """Returns a shape that a circle of a radius holds: mostly one that there is."""
         there = [each for each in self.scene.shapes if each.reach <= radius]
         if there and self.random.random() < 0.9:
             return there[int(self.random.integers(len(there)))]

@@ -115,14 +115,13 @@ MANY = 40
 """Bodies of a swarm of shapes."""
 
 LISTED, FIRST = 34, 6
-"""Different shapes of all such swarms, for the differences of each two take long; and how many are for body
-0."""
+"""Different shapes of all such swarms: differences take long; and how many of them are for body 0."""
 
 
 @cache
 def _listed() -> tuple[Shape, ...]:
-    """Returns ``FIRST`` capsules, and shapes up to twenty times as long as wide or as high, or as large as
-    others, most of them off their positions."""
+    """Returns ``FIRST`` capsules, and shapes of many sizes and proportions, most of them off their
+    positions."""
     random = np.random.default_rng(0)
     table = [CAPSULE, UPRIGHT] * (FIRST // 2)
     while len(table) < LISTED:

@@ -110,8 +110,7 @@ def _slider(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
 
 @st.composite
 def sliding_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
-    """Bodies that slide past each other in columns side by side, so that their order changes at equal
-    bounds."""
+    """Bodies that slide past each other in columns: their order changes at equal bounds."""
     columns, rows = draw(st.sampled_from([(2, 4), (3, 3), (3, 4), (2, 6), (4, 4)]))
     bodies = draw(several(_slider(columns, rows, turns), MOST, least=3))
     return scene_of(bodies, (float(columns), rows + draw(st.sampled_from([0.0, 1.0]))), 8.0)

@@ -45,8 +45,7 @@ class Strategy:
 
 @contextmanager
 def _no_constants() -> Iterator[None]:
-    """Lets Hypothesis draw no constants of the modules that are loaded: with them the same seed has other
-    scenes in each project, and after each import."""
+    """Lets Hypothesis draw no constants of loaded modules: else a seed has other scenes in each project."""
     try:
         from hypothesis.internal.conjecture.providers import HypothesisProvider
     except ImportError:  # a version that has none of them

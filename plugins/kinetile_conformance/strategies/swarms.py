@@ -334,8 +334,7 @@ KINDS = _named(
 """The kinds of swarms, the simplest first."""
 
 GIANTS = _named(plough, lanes, giants)
-"""Kinds with few large bodies, of which one scene in four or five finds a fault: they have their own
-check."""
+"""Kinds with few large bodies, of which one scene in four or five finds a fault."""
 
 BURSTS = _named(front, burst)
 CORRIDORS = _named(fast_corridor, steep)
@@ -359,8 +358,7 @@ SCALED_MOST = 100  # bodies: more find no more faults of scale
 
 
 def scaled(number: int) -> Scene:
-    """Returns the scaled swarm of a number: slowed or hurried, larger or smaller by powers of two, and, where
-    it has no arena, far away from the origin."""
+    """Returns the scaled swarm of a number: slower or faster, larger or smaller, or far from the origin."""
     random = np.random.default_rng(number)
     kind = tuple(KINDS)[number % len(KINDS)]
     bodies, variation = int(random.integers(FEWEST, SCALED_MOST + 1)), int(random.integers(8))
