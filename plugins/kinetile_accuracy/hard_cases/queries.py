@@ -175,8 +175,7 @@ def ticks_of_all(k: Kernel, answers: Any) -> None:
 
 
 def kernel_ticks(queries: Queries) -> Ticks:
-    """Returns (m,) the kernel's ticks for m queries; NEVER for no contact. Raises RuntimeError for a
-    fault."""
+    """Returns (m,) the kernel's ticks; NEVER for no contact. Raises RuntimeError for a fault."""
     k = allocate(2 * len(queries), near=0, log_rows=0)  # the discs of query i are the bodies 2i and 2i + 1
     k.bodies.x, k.bodies.y = queries.position.reshape(-1, 2).T
     k.bodies.vx, k.bodies.vy = queries.velocity.reshape(-1, 2).T

@@ -30,8 +30,7 @@ from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Orac
 from kinetile_accuracy.specification.arithmetic import SPAN, UNIT_TICKS
 
 SLACK = 2
-"""Ticks by which the first contact of bodies may be off, and within which of its end a run may have a contact
-more or less: times are rounded to ticks."""
+"""Ticks by which the first contact of bodies, or the last of a run, may be off: times are rounded."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -210,10 +209,8 @@ def agreement(
     time_unit: float,
     end: float,
 ) -> Agreement:
-    """Compares a list of contacts, as ``Simulation.contacts`` has them up to ``end``, with certified ones.
-
-    ``time_unit`` is that of the run's clock; a tick is 2^-52 of it.
-    """
+    """Compares a list of contacts up to ``end``, as ``Simulation.contacts`` has them in ticks of 2^-52
+    ``time_unit``, with certified ones."""
     rows = contacts[["epoch", "tick", "a", "b"]].tolist()
     tick = Fraction(time_unit) / UNIT_TICKS
     start = Fraction(scene.start)

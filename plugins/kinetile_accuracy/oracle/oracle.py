@@ -204,11 +204,8 @@ def oracle_contacts(
     max_contacts: int | None = None,
     cap_bits: int = CAP_BITS,
 ) -> CertifiedRun:
-    """Returns the certified contacts of a scene, up to and at a time, or to a number of contacts.
-
-    ``until`` is by default the scene's own, unless ``max_contacts`` is given. Raises what ``Oracle`` raises,
-    and ValueError where there is no end.
-    """
+    """Returns the certified contacts of a scene, up to and at a time, by default the scene's own, or to a
+    number of contacts. Raises what ``Oracle`` raises, and ValueError where there is no end."""
     if until is None and max_contacts is None:
         until = scene.settings.until
         if until is None:
@@ -220,8 +217,7 @@ def oracle_contacts(
 
 
 def check_scope(scene: Scene, narrow_phases: Sequence[str] | None = None) -> None:
-    """Raises Refused where a scene has anything but elastic discs, walls and turns, or too many bodies;
-    ``narrow_phases`` are those of a run, None: the scene's own."""
+    """Raises Refused for anything but elastic discs, walls and turns, and for too many bodies."""
     names = narrow_phases if narrow_phases is not None else scene.settings.narrow_phases
     either = {"wall"} if scene.arena is None else set()  # without an arena both are the same
     usual = names is None or bool(scene.shapes) or {*names} | either == {"disc", "wall"}

@@ -85,11 +85,8 @@ def exact(number: float) -> fmpq:
 
 
 def same(one: Root, two: Root) -> bool:
-    """Returns whether two roots are one number.
-
-    With r and r' for sqrt(q) and sqrt(q'), r - r' = p - p' = d holds if and only if both sides have one sign
-    and one square: 2 r r' = q + q' - d^2.
-    """
+    """Returns whether two roots are one number. With r and r' for sqrt(q) and sqrt(q'), r - r' = p - p' = d
+    holds if and only if both sides have one sign and one square: 2 r r' = q + q' - d^2."""
     d, e = one.p - two.p, one.q - two.q
     if (d > 0) != (e > 0) or (d < 0) != (e < 0):
         return False

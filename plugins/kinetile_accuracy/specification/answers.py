@@ -76,11 +76,8 @@ class Answers:
         m: Difference | None,
         length: float,
     ) -> tuple[Vector, Vector]:
-        """Returns the velocities of two bodies that have met, anchored.
-
-        The second is met so far ``away`` from its place (rule 9p). ``m`` is the difference of their shapes;
-        None: they are discs.
-        """
+        """Returns the velocities of two bodies that have met, anchored, the second so far ``away`` from its
+        place (rule 9p). ``m`` is the difference of their shapes; None: they are discs."""
         (a, b), (one, two) = bodies, plans
         response = self.response(a, b)
         velocities = (one.vx, one.vy), (two.vx, two.vy)

@@ -312,11 +312,9 @@ def exchanged_along(
     masses: tuple[float, float] | None,
     times: float = 1.0,
 ) -> tuple[Vector, Vector]:
-    """Returns the velocities of two bodies after their contact (rule 9).
-
-    ``normal`` is the unit vector from the first to the second; ``masses`` is None where all bodies of the
-    scene have one mass. The bodies exchange so many ``times`` the speed at which they close (rule 11).
-    """
+    """Returns the velocities of two bodies after their contact (rule 9). ``normal`` is the unit vector from
+    the first to the second; ``masses`` is None where all bodies of the scene have one mass. The bodies
+    exchange so many ``times`` the speed at which they close (rule 11)."""
     (nx, ny), ((vxa, vya), (vxb, vyb)) = normal, velocities
     ux, uy = vxb - vxa, vyb - vya
     xx, yy = nx * nx, ny * ny

@@ -99,10 +99,8 @@ class ContactBounds:
         self.origin = origin
 
     def waits(self, bodies: list[int], now: int) -> Floats:
-        """Returns (len(bodies), n): ticks from ``now`` on in which a body does not meet another.
-
-        Infinite where they never do on these plans, and for the body itself.
-        """
+        """Returns (len(bodies), n): ticks from ``now`` on in which a body does not meet another; infinite
+        where they never do on these plans, and for the body itself."""
         with np.errstate(all="ignore"):
             x, y, vx, vy = self._plans
             elapsed = (now - self.origin - self._anchor) * self._tick

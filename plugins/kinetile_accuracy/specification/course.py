@@ -37,8 +37,7 @@ from kinetile_accuracy.specification.shapes import Difference
 _BOUND, _ANCHORING, _WALL, _PAIR, _PARTING = range(5)
 _NOBODY = -1
 _FEW = 4
-"""Partners of a body that get an entry of their own: with more, more entries come to nothing; with fewer, the
-bounds of the rest are computed more often."""
+"""Partners of a body with an entry of their own: with more, more entries are discarded."""
 
 
 class CourseEvent(NamedTuple):
@@ -50,11 +49,8 @@ class CourseEvent(NamedTuple):
 
 
 class _Entry(NamedTuple):
-    """What may come next: compared in this order, which is that of rule 8.
-
-    ``b`` is a body, or ``_NOBODY``; at a wall its number, negated. The stamps say which plans of a and b are
-    meant, and the image through which one two part.
-    """
+    """What may come next: compared in this order, which is that of rule 8. ``b`` is a body, or ``_NOBODY``;
+    at a wall its number, negated. The stamps say which plans of a and b are meant."""
 
     tick: int
     kind: int
@@ -368,11 +364,8 @@ class Course:
         return self._met[a] == b and self._met[b] == a
 
     def meeting(self, a: int, b: int) -> tuple[int, Whole] | None:
-        """Returns the tick of contact of two bodies a < b by their plans, and the image; None: none.
-
-        Without periodic axes that is of two that may be barred, or that pass; with them the images through
-        which they are barred or pass are left out.
-        """
+        """Returns the tick of contact of two bodies a < b by their plans, and the image; None: none. With
+        periodic axes the images through which they are barred or pass are left out."""
         m, one, two = self._difference(a, b), self.plans[a], self.plans[b]
         if m is not None and self._both_immovable(a, b):
             return None  # rule 7s
@@ -497,8 +490,7 @@ class Course:
             heapq.heappush(self._heap, _Entry(met[0], _PAIR, a, b, self._stamp[a], self._stamp[b]))
 
     def _end_span(self, tick: int) -> None:
-        """Enters the anchorings at the end of a span of bodies with one plan for all of it (rule 8), or at
-        the end of a frame of all bodies (rule 8g)."""
+        """Enters the anchorings at the end of a span (rule 8), or of a frame of all bodies (rule 8g)."""
         self.now = tick
         self._bounds.rebase(tick)
         for body in self._there():

@@ -41,8 +41,7 @@ Exact = tuple[Fraction, Fraction]
 
 
 class Face(NamedTuple):
-    """A face of a difference: its first corner, anticlockwise, its way, and its normal, outward and as
-    long."""
+    """A face of a difference: its first corner, anticlockwise, its way, and its outward normal, as long."""
 
     start: Exact
     way: Exact
@@ -116,8 +115,7 @@ def contact(
     frame: Frame | None = None,
     image: Whole = (0, 0),
 ) -> Contact | None:
-    """Returns the contact of two bodies by the difference of their shapes and by their plans (rule 5s), in a
-    frame with periods through an image; None: there is none."""
+    """Returns the contact of two bodies by their difference and plans (rule 5s), through an image."""
     course = PairQuadratic(one, two, frame, image)
     found = entry(m, *_course(course))
     return found and found._replace(tick=course.since + found.tick)
@@ -167,11 +165,9 @@ def _order(found: Contact) -> tuple[int, bool, int]:
 
 
 def nearest(m: Difference, d: Exact) -> list[Feature] | None:
-    """Returns the features of M to which d is nearest, None if it is farther from M than R.
-
-    Outside M that is a face or a corner. Inside, and on its outline, it is the face with the largest signed
-    distance g/|n|, or several of the same.
-    """
+    """Returns the features of M to which d is nearest, None if it is farther from M than R. Outside M that is
+    a face or a corner; inside, and on its outline, the face with the largest signed distance g/|n|, or
+    several."""
     square, features = _nearest(m, d)
     return features if square <= m.radius**2 else None
 
@@ -214,8 +210,7 @@ def _crossings(m: Difference, d: Exact, v: Exact) -> Iterator[Contact]:
 
 
 def _entries(m: Difference, d: Exact, v: Exact) -> Iterator[Contact]:
-    """Yields the entries of a place outside a difference with a margin: into the disc around each corner, and
-    over the side of the margin along each face."""
+    """Yields the entries into a difference with a margin: into discs around corners, and over faces."""
     a = _dot(v, v)
     for k, corner in enumerate(m.corners):
         away = _less(d, corner)
@@ -277,8 +272,7 @@ def _floor(middle: Fraction, sign: int, square: Fraction) -> int:
 
 
 def normal(m: Difference, d: Vector, v: Exact) -> Vector:
-    """Returns the unit normal of an exchange (rule 9s), from the separation of both bodies, anchored, as
-    doubles, and the relative velocity."""
+    """Returns the unit normal of an exchange (rule 9s), from the separation and the relative velocity."""
     closing = [face for face in m.faces if _dot(face.normal, v) < 0] if not m.radius else []
     face, away = _rounded(m, closing or m.faces, d)
     if face is not None and away is None:

@@ -201,8 +201,8 @@ def claims(rows: Sequence[SpeedError]) -> tuple[sections.Claim, ...]:
 
 
 def findings(rows: Sequence[SpeedError]) -> tuple[str, ...]:
-    """Compares each method in steps with the fastest kinetic one on scenes of one kind: at the same cost, or
-    where its cost is nearest to that, and at its shortest step."""
+    """Compares each method in steps with the fastest kinetic one, at the same cost, and at its shortest
+    step."""
     sentences = []
     for (bodies, density), scene in grouped(rows, *SCENE).items():
         best = fastest(scene).cost
