@@ -60,10 +60,8 @@ def begin_scene() -> None:
 def uncounted() -> Iterator[None]:
     """Within this context no time is limited, for compiling, and for starting processes, which would inherit
     the limit; after it, that of the scene begins again."""
-    if not _limit:
-        yield
-        return
-    end_after(math.inf)
+    if _limit:
+        end_after(math.inf)
     try:
         yield
     finally:

@@ -151,7 +151,7 @@ class Attempt:
         return first
 
     def _undecided(self, what: str, *keys: Key) -> Undecided:
-        bodies = {body for key in keys for body in _bodies(key)}
+        bodies = {a for kind, a, _ in keys if kind != END} | {b for kind, _, b in keys if kind == PAIR}
         return Undecided(what, max(self._events[keys[0]].moment.low, 0.0), tuple(sorted(bodies)))
 
     def _advance_to(self, now: EventTime) -> None:
@@ -356,11 +356,6 @@ class Attempt:
                 self._touched.add((PAIR, a, b))
         self._plans[body] = plan
         self._where.pop(body, None)
-
-
-def _bodies(key: Key) -> tuple[int, ...]:
-    kind, a, b = key
-    return {TURN: (a,), WALL: (a,), PAIR: (a, b)}.get(kind, ())
 
 
 def _name(key: Key) -> str:

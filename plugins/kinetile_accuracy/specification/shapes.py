@@ -156,12 +156,11 @@ def _entry(m: Difference, d: Exact, v: Exact, most: float = HORIZON) -> Contact 
     if near is not None:
         falls = all(_approach(m, feature, d, v) < 0 for feature in near)
         return Contact(0, near[0]) if falls else None
-    found = min(_entries(m, d, v) if m.radius else _crossings(m, d, v), default=None, key=_order)
-    return found if found is not None and found.tick < most else None
-
-
-def _order(found: Contact) -> tuple[int, bool, int]:
-    return found.tick, found.feature.kind == "corner", found.feature.number
+    found = _entries(m, d, v) if m.radius else _crossings(m, d, v)
+    first = min(
+        found, default=None, key=lambda met: (met.tick, met.feature.kind == "corner", met.feature.number)
+    )
+    return first if first is not None and first.tick < most else None
 
 
 def nearest(m: Difference, d: Exact) -> list[Feature] | None:
