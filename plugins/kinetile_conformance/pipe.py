@@ -46,7 +46,7 @@ ASKED = {
     "pairs": ("It names every pair that touches, and no false one", "pairs", IN_PLACES),
     "casts": ("Two bodies meet when they should, within the distance", "casts", FREE),
 }
-"""For each question its sentence, the begin of the names of its checks, and the kit's suffixes."""
+"""For each question: its sentence, the prefix of the names of its checks, and suffixes of the kit's."""
 
 
 def _judging(says: str, prefix: str, wanted: set[str]) -> dict[str, Check]:

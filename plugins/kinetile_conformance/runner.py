@@ -42,7 +42,7 @@ OnScene = Callable[[str, int], None]
 
 
 def unheard(*_: object) -> None:
-    """Stands where nothing is called."""
+    """Default callback: does nothing."""
 
 
 BOX = (4.0, 4.0)
