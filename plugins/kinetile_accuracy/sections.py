@@ -112,8 +112,6 @@ class Section:
 
 
 Measure = Callable[[Budget, ReportProgress], Section]
-"""A part: measures within a budget."""
-
 Row = TypeVar("Row")
 
 

@@ -9,10 +9,7 @@ from typing import Any
 from kinetile import Simulation, registry
 
 NamedPhase = tuple[str, Mapping[str, Any]]
-"""The name of a broad phase and its options."""
-
 Choice = str | NamedPhase
-"""A broad phase by name, or its name and its options."""
 
 
 def phases_with_options(choices: Sequence[Choice] | None) -> list[tuple[str, dict[str, Any]]]:

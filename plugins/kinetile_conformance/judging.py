@@ -36,7 +36,6 @@ BEGINNING, RUN = 200, 0.1
 """Contacts up to which a program is given a scene; CPU seconds of one measurement, about."""
 
 SCENES = {path.stem: path for path in sorted(Path(__file__).with_name("scenes").glob("*.toml"))}
-"""The files of the named scenes."""
 
 
 def faults() -> dict[str, list[int]]:

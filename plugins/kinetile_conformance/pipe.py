@@ -35,8 +35,6 @@ SECONDS = 10.0
 """Seconds by the clock that an engine has for a line."""
 
 LONGEST = 2**26
-"""Bytes of the longest answer."""
-
 FREE = {"", "-in-a-scaled-swarm", "-of-shapes"}
 IN_PLACES = FREE | {"-on-lattices", "-as-bodies-come-and-go"}
 IN_RUNS = {"-with-turns", "-on-a-torus", "-in-a-swarm-of-shapes-on-a-torus", "-with-responses"}

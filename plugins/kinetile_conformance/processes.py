@@ -44,8 +44,6 @@ IDLE = 300.0
 of busy processes, one that computes gets some CPU time within them."""
 
 NO_MEMORY = 77
-"""The exit code of a child that has no more memory."""
-
 RAISED = (BadOption, NotJudged, Refused)
 """Errors of phases and options, which a call raises in the calling process; any other is one of the kit."""
 

@@ -51,8 +51,6 @@ DISTURBED, CASTS, FAR = 1000.0, 20, 2
 """Which part of the distance a disturbance has; pairs of a scene that are cast, and those that are far."""
 
 NOTHING = np.zeros((0, 4))
-"""The boxes of no body."""
-
 Row = tuple[float, ...]
 """A contact of an answer: epoch, tick, a, b, or, where times are compared, time, a, b."""
 

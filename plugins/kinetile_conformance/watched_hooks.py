@@ -29,7 +29,6 @@ from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel
 from kinetile_conformance.cases import PhasePlugin, Subject, horizon
 
 WATCHED = "_watched"
-"""The name of the phase whose hooks are watched."""
 
 
 class Breach(Exception):
@@ -160,8 +159,6 @@ def _not_scheduled(before: Before, k: Kernel) -> Iterator[str]:
 
 
 CONTACTS, EVENTS = 40, 60
-"""The limits of each piece of a run."""
-
 STRICT = ("build", "repair", "replan", "near", "enter", "leave", "soon")
 """Compiled elsewhere: they have tables without an index below zero."""
 

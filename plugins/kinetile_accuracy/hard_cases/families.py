@@ -23,8 +23,6 @@ Ticks = npt.NDArray[np.int64]
 Draws = np.random.Generator
 
 UNIT = Frame(None, 0)
-"""No arena, and a unit of time of 1."""
-
 TIED = 8
 """How many successive queries have the same exact time in the family of simultaneous contacts."""
 
@@ -79,7 +77,6 @@ class Family:
 
 
 FAMILIES: list[Family] = []
-"""All families, in the order of the tables."""
 
 
 def _family(name: str, about: str) -> Callable[[Sampler], Sampler]:

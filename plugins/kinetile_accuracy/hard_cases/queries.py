@@ -23,8 +23,6 @@ from kinetile_accuracy.sections import Column, number
 from kinetile_accuracy.specification.arithmetic import UNIT_TICKS, FlightPlan, PairQuadratic, pair_tick
 
 COUNTS: dict[sections.Budget, int] = {"quick": 4_000, "normal": 20_000, "full": 100_000}
-"""Queries of a family."""
-
 KERNEL, TEXTBOOK = "kernel", "textbook"
 
 

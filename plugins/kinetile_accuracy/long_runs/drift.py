@@ -18,11 +18,7 @@ from kinetile_accuracy.drawing import curve, legend_below, new_figure
 from kinetile_accuracy.sections import Column, number
 
 MOST: dict[sections.Budget, int] = {"quick": 10**6, "normal": 10**7, "full": 10**8}
-"""Contacts of the long run."""
-
 GRID, PARAMETERS = "grid", {"bodies": 100, "density": 0.5, "seed": 1}
-"""The recipe of the run, and its parameters."""
-
 STARTS = (0.0, 2.0**20, 2.0**40)
 
 

@@ -29,8 +29,6 @@ from kinetile import Remove, Scene
 from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
 
 UNIT_BITS = 52
-"""A unit has 2^52 ticks."""
-
 UNIT_TICKS = 1 << UNIT_BITS
 
 SPAN = 1 << 61

@@ -41,7 +41,6 @@ MOST_TASKS = 200_000
 """All tasks of a study are in memory while it runs: some hundred megabytes."""
 
 Named = tuple[Kind, str]
-"""A kind of plugin, and a name of that kind."""
 
 
 class StudyScene(NamedTuple):

@@ -23,13 +23,11 @@ DRAWS: dict[str, Draw] = {
     for module in (bulk, gallery, kinds, living, shapes, small, swarms, torus)
     for name, draw in module.DRAWS.items()
 }
-"""What draws the scenes of each strategy."""
 
 _MODULES = claims, meetings, runs, side_effects
 OBSERVATIONS = {
     each.name: each for module in _MODULES for each in vars(module).values() if isinstance(each, Observation)
 }
-"""The observations by name."""
 
 _READ: dict[str, dict[str, Any]] = tomllib.loads(
     Path(__file__).with_name("table.toml").read_text(encoding="utf-8")

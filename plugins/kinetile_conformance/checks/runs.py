@@ -36,8 +36,6 @@ STEPS = 60
 """Events of few bodies after each of which a run stops."""
 
 FEW = 8
-"""Bodies that are few."""
-
 BY_HAND = 21
 """Commands after which something is done, of those that are given by hand."""
 

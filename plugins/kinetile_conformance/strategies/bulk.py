@@ -20,8 +20,6 @@ from kinetile_conformance.strategies.strategy import numbered
 from kinetile_conformance.strategies.swarms import slots, swarm
 
 LATTICES = 100
-"""Lattices in a scene."""
-
 APART = (16, 10)
 """From lattice to lattice: farther than most fly, or so near that at last they meet."""
 

@@ -87,7 +87,6 @@ def acceptable(subject: Subject, scene: Scene, known: dict[Any, tuple[int, bool]
 
 
 MANY = (9, 65, 256)
-"""Kinds of a scene of many."""
 
 
 def of_many_kinds(number: int) -> Scene:

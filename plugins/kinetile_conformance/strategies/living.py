@@ -90,7 +90,6 @@ STARTS: dict[str, Draw] = {
     "torus": numbered(lambda number: torus(number).replace(turns=())),
     "shapes": drawn(_of_any_shapes),
 }
-"""What living scenes begin with, by kind."""
 
 
 class _Play:

@@ -112,8 +112,6 @@ def of_all_shapes() -> st.SearchStrategy[Scene]:
 
 
 MANY = 40
-"""Bodies of a swarm of shapes."""
-
 LISTED, FIRST = 34, 6
 """Different shapes of all such swarms: differences take long; and how many of them are for body 0."""
 

@@ -19,7 +19,6 @@ from kinetile_conformance.strategies.strategy import drawn, numbered
 from kinetile_conformance.strategies.swarms import Floats, anyhow, jitter, radii, slots
 
 MOST = 40
-"""Bodies of a swarm on a torus."""
 
 
 @st.composite
