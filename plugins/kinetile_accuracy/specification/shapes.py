@@ -28,14 +28,8 @@ from typing import NamedTuple
 
 from kinetile import Shape
 from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
-from kinetile_accuracy.specification.arithmetic import (
-    HORIZON,
-    FlightPlan,
-    Frame,
-    PairQuadratic,
-    Vector,
-    Whole,
-)
+from kinetile_accuracy.specification import arithmetic
+from kinetile_accuracy.specification.arithmetic import HORIZON, FlightPlan, Frame, Vector, Whole
 
 Exact = tuple[Fraction, Fraction]
 
@@ -116,7 +110,7 @@ def contact(
     image: Whole = (0, 0),
 ) -> Contact | None:
     """Returns the contact of two bodies by their difference and plans (rule 5s), through an image."""
-    course = PairQuadratic(one, two, frame, image)
+    course = arithmetic.PairQuadratic(one, two, frame, image)
     found = entry(m, *_course(course))
     return found and found._replace(tick=course.since + found.tick)
 
@@ -125,12 +119,12 @@ def parting(
     m: Difference, one: FlightPlan, two: FlightPlan, frame: Frame | None = None, image: Whole = (0, 0)
 ) -> int | None:
     """Returns the tick at which two bodies part that pass through each other (rule 11s); None: none."""
-    course = PairQuadratic(one, two, frame, image)
+    course = arithmetic.PairQuadratic(one, two, frame, image)
     wait = exit_(m, *_course(course))
     return None if wait is None else course.since + wait
 
 
-def _course(course: PairQuadratic) -> tuple[Exact, Exact]:
+def _course(course: arithmetic.PairQuadratic) -> tuple[Exact, Exact]:
     """Returns d at the later anchor, and its change in a tick."""
     whole = course.dx, course.dy, course.vx, course.vy
     dx, dy, vx, vy = (Fraction(each, 1 << course.bits) for each in whole)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 
-from kinetile import Response, Scene, Simulation, registry
+from kinetile import Response, Scene, Simulation, registry, toolbox
 from kinetile.instruments import (
     FIRST,
     WALLS,
@@ -33,18 +33,7 @@ from kinetile.instruments import (
     said_tick,
     to_be_filled_in,
 )
-from kinetile.toolbox import (
-    BOTTOM,
-    LEFT,
-    NEVER,
-    NOBODY,
-    RIGHT,
-    TOP,
-    Kernel,
-    PairParts,
-    WallParts,
-    inside_arena,
-)
+from kinetile.toolbox import BOTTOM, LEFT, NEVER, NOBODY, RIGHT, TOP, Kernel, PairParts, WallParts
 from kinetile_conformance.cases import GENERAL, RunOutcome, difference, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
 from kinetile_conformance.checks.runs import EVERY, watch
@@ -206,7 +195,7 @@ def walls_are_met_at_the_tick_of_the_specification(case: Case) -> None:
     """Where it takes `inside_arena`, so that walls are at the arena's edges, bodies meet them at the tick of
     `wall`"""
     (name, options), *_ = case.subject.of_role("wall").items() or [("", {})]
-    if case.scene.arena is None or _walls(name, options, case.scene).inside is not inside_arena:
+    if case.scene.arena is None or _walls(name, options, case.scene).inside is not toolbox.inside_arena:
         raise DoesNotApply("it does not say that walls are at the edges of an arena")
     named, usual = (_walls(each, how, case.scene) for each, how in ((name, options), ("wall", GENERAL)))
 

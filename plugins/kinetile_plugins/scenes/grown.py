@@ -20,15 +20,9 @@ import numpy as np
 from kinetile import Scene, Simulation
 from kinetile.errors import BadOption, ZenoError
 from kinetile.scene.bodies import distance, nearest_image, overlapping_images
+from kinetile_plugins.scenes import numerics
 from kinetile_plugins.scenes.matter import side_of_square, sizes_and_masses
-from kinetile_plugins.scenes.numerics import (
-    Floats,
-    demand,
-    demand_density,
-    demand_in_range,
-    draws,
-    maxwell,
-)
+from kinetile_plugins.scenes.numerics import Floats, demand, demand_in_range, draws
 from kinetile_plugins.scenes.random_discs import places
 
 START = 0.3
@@ -65,7 +59,7 @@ def grown(
     0.5 and 0.7 stay disordered, and reach about 0.84. Velocities are drawn again at the end. Along a
     ``periodic`` axis, "x", "y" or "xy", discs grow into their images too.
     """
-    demand_density(density)
+    numerics.demand_density(density)
     demand(periodic in ("", "x", "y", "xy"), f"periodic is {periodic!r}; it is 'x', 'y', 'xy' or ''")
     demand_in_range("contacts", contacts)
     final, every_mass = sizes_and_masses(bodies, radii, fractions, mass, masses)
@@ -75,14 +69,14 @@ def grown(
     radius = final * math.sqrt(first / density)
     scene = Scene(
         places(radius, first, side, for_places),
-        maxwell(temperature, every_mass, for_moving),
+        numerics.maxwell(temperature, every_mass, for_moving),
         radius,
         every_mass,
         (side, side),
         periodic=periodic,
     )
     return _grow(scene, final, density, contacts).replace(
-        velocity=maxwell(temperature, every_mass, for_velocities)
+        velocity=numerics.maxwell(temperature, every_mass, for_velocities)
     )
 
 
