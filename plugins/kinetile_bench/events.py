@@ -97,10 +97,8 @@ def bench_events(
     """Measures broad phases (all that are registered, if None) on scenes of the recipe ``grid``; yields what
     there is after each scene.
 
-    ``bodies`` are raised to the next square numbers. ``seconds`` is the CPU time of one run, about;
-    ``repeats`` how often each is done. ``start`` is called with a simulation before a phase first runs,
-    ``progress`` with the runs done and their total.
-
+    ``bodies`` are raised to the next square numbers. ``seconds`` is the CPU time of one run, about. ``start``
+    is called with a simulation before a phase first runs, ``progress`` with the runs done and their total.
     Raises what ``Simulation`` and ``make_scene`` raise, but for Refused, which is a row.
     """
     chosen = phases_with_options(phases)

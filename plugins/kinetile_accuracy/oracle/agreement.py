@@ -153,12 +153,9 @@ def certify(
 ) -> Agreement:
     """Compares a run with the certified oracle, up to the first contact in which they differ.
 
-    Args:
-        sim: the simulation, which must keep its contacts. Where ``until`` or ``max_contacts`` are beyond what
-            it has run, it is continued; a fault of the run is raised.
-        until: compare contacts up to this time; None: up to the simulation's time.
-        max_contacts: the largest number of compared contacts.
-        progress: called with how many contacts are certified, and how many are compared.
+    The simulation must keep its contacts; where ``until`` (by default its time) or ``max_contacts`` are
+    beyond what it has run, it is continued, and a fault of the run is raised. ``progress`` is called with how
+    many contacts are certified, and how many are compared.
 
     Raises:
         MissingExtra: python-flint is not installed.

@@ -57,11 +57,11 @@ class Enclosure(NamedTuple):
 
 
 class CertifiedContact(NamedTuple):
-    """A contact of body ``a`` with body ``b`` > a, or with a wall (-1 left, -2 right, -3 bottom, -4 top).
+    """A contact of body ``a`` with body ``b`` > a, or with a wall (-1 left, -2 right, -3 bottom, -4 top), at
+    the scene's ``time``.
 
-    ``time`` is the scene's; ``tied`` is whether the contact before it was at the very same time; ``head_on``
-    is about which part of the relative velocity is along the line of centres, or across the wall: near 0 it
-    is a graze.
+    ``tied`` is whether the contact before it was at the very same time; ``head_on`` about which part of the
+    relative velocity is along the line of centres, or across the wall: near 0 it is a graze.
     """
 
     time: Enclosure
@@ -120,19 +120,13 @@ class CertifiedRun:
 
 
 class Oracle:
-    """The oracle of one scene: iterates over its contacts from the start on, certified.
-
-    Args:
-        scene: the scene, taken as data.
-        until: up to and at which time; None: as long as there are contacts.
-        cap_bits: the highest precision to try.
+    """The oracle of one scene: iterates over its contacts from the start on, certified, up to and at a time,
+    or as long as there are any, with ``cap_bits`` at most; ``certified`` is the certified part so far.
 
     Raises:
         MissingExtra: python-flint is not installed.
         Refused: the scene has anything but elastic discs, walls and turns, or too many bodies.
         ValueError: ``until`` is before the scene's start, or not a number.
-
-    ``certified`` is the certified part so far.
     """
 
     def __init__(self, scene: Scene, until: float | None = None, *, cap_bits: int = CAP_BITS) -> None:

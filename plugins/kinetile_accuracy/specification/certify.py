@@ -232,17 +232,13 @@ def certify_log(
         scene: what was simulated, by ``disc`` or ``convex``, and ``wall``.
         contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. Where
             rows have the fields of ``kinetile.LOG``, commands are among them, and the plans after each event
-            are compared. Where they have the field time, that is compared too.
+            are compared; so is the field time.
         until: the time up to and at which all contacts must be there, and after which none; if it is that of
-            the scene's settings, their exact end counts. None: the lines are checked, and not what comes
-            after the last.
+            the scene's settings, their exact end counts. None: the lines alone are checked.
         max_contacts: the list is of a run that was ended after this many contacts; with ``until`` there may
             be fewer, and without it only if no more come for a million units.
         fingerprint: the fingerprint that the list gives; None: it gives none.
         progress: called now and then with how far the check is.
-
-    Returns:
-        All lines are right, or the first that is wrong, and why.
 
     Raises:
         BadOption: the array has other fields, or ``until`` is before the start.
@@ -255,15 +251,9 @@ def certify_log(
 def explain_difference(
     scene: Scene, lists: Mapping[str, NDArray[Any]], index: int, narrow_phases: Sequence[str] | None = None
 ) -> str:
-    """Returns which contacts are right where lists of them first differ, in a sentence; an empty one where
-    the specification does not say how bodies meet in this scene, or where the difference is too far on.
-
-    Args:
-        scene: the scene.
-        lists: contacts as in ``sim.contacts``, by the name of their source.
-        index: where they first differ, counted from 0.
-        narrow_phases: how bodies meet; None: as the scene says.
-    """
+    """Returns which contacts are right where ``lists`` of them, as in ``sim.contacts``, by the name of their
+    source, first differ, at ``index``, in a sentence; an empty one where the specification does not say how
+    bodies meet in this scene, or where the difference is too far on."""
     names = scene.settings.narrow_phases if narrow_phases is None else narrow_phases
     known = {"convex" if scene.shapes else "disc", *(() if scene.arena is None else ("wall",))}
     if index > _FARTHEST or (names is not None and set(names) != known):

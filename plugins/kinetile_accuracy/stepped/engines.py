@@ -82,10 +82,8 @@ def run_engine(
     What is not watched is missing from the result: contacts, or ``deepest``, which is then NaN. That is the
     deepest overlap after a step, over all pairs and steps.
 
-    Raises:
-        MissingExtra: the engine is not installed.
-        Refused: the scene has turns, or no arena, or no bodies.
-        ValueError: as ``run_snapshots``.
+    Raises MissingExtra where the engine is not installed, Refused for a scene with turns, without an arena or
+    without bodies, and what ``run_snapshots`` raises.
     """
     if scene.commands or scene.arena is None or not len(scene):
         raise Refused("the engines are given scenes with bodies, an arena and no turns; this one is not such")

@@ -43,11 +43,8 @@ class StudyStatus(NamedTuple):
 
 
 class Study:
-    """A study, from a file or from its tables.
-
-    Args:
-        source: a TOML file, or a mapping as in such a file.
-        results: the SQLite file of the rows; None: the study's own, or its file's name with ``.sqlite``.
+    """A study, from a TOML file or from tables as in one; ``results`` is the SQLite file of the rows, by
+    default the study's own, or its file's name with ``.sqlite``.
 
     Raises:
         OSError: the file cannot be read.
@@ -85,9 +82,8 @@ class Study:
         Args:
             executor: any of ``concurrent.futures``, a Dask client's among them; it is not shut down. None:
                 processes of this machine.
-            workers: how many processes (None: one a processor), or how many tasks the executor is given at
-                one time (None: all).
-            again: statuses ("failed", "lost", ...) whose rows are forgotten and whose tasks run again.
+            workers: how many processes (None: one a processor), or tasks at one time of an executor (None: all).
+            again: statuses ("failed", "lost", ...) of rows that are forgotten, so that their tasks run again.
             progress: called after each row, and now and then, with the number of rows and that of tasks; what
                 it raises ends the run, and all rows that have come are in the file.
             disagreed: called at once with a sentence where a row has other contacts than one of its scene.

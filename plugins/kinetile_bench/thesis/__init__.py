@@ -44,8 +44,7 @@ COUNTED = (
 class Cell:
     """One broad phase on one scene, up to the time ``until``.
 
-    ``cpu_seconds`` is the median of the runs of each round. In a round all phases run one after the other, so
-    that other load of the machine falls on all of them. ``counts`` are ``COUNTED``, without the static
+    ``cpu_seconds`` is the median of the runs of each round. ``counts`` are ``COUNTED``, without the static
     construction; ``contacts``, the most bodies in the queue, ``candidate_pairs`` (the mean of some moments of
     the run), and the ``fingerprint``.
     """
