@@ -112,10 +112,8 @@ class Subject:
         no slot to spare: a place too many would hide an index that is too large by one.
         """
         begin_scene()  # a check may run several, and a slow phase has time for each
-        chosen = {
-            "narrow_phases": self.narrow_phases(scene),
-            "room": None if is_living(scene) else len(scene),
-        } | more
+        room = None if is_living(scene) else len(scene)
+        chosen = {"narrow_phases": self.narrow_phases(scene), "room": room} | more
         return Simulation(scene, self.name, options=self.options, live=True, **chosen)
 
     def composition(self, scene: Scene) -> Composition:

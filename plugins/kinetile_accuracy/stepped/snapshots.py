@@ -245,16 +245,9 @@ def run_snapshots(scene: Scene, dt: float, until: float, *, finder: Finder = "sw
     order = np.argsort(bodies.body)
     position = np.column_stack([bodies.x, bodies.y])[order]
     velocity = np.column_stack([bodies.vx, bodies.vy])[order]
-    return SteppedRun(
-        dt=dt,
-        steps=steps,
-        position=position,
-        velocity=velocity,
-        contacts=np.array(bodies.log[:room]),
-        deepest=float(bodies.deepest[0]),
-        energy_drift=energy_drift(scene, velocity),
-        cpu_seconds=cpu_seconds,
-    )
+    contacts, deepest = np.array(bodies.log[:room]), float(bodies.deepest[0])
+    drift = energy_drift(scene, velocity)
+    return SteppedRun(dt, steps, position, velocity, contacts, deepest, drift, cpu_seconds)
 
 
 def steps_until(scene: Scene, dt: float, until: float) -> int:

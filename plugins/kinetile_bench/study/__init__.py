@@ -82,7 +82,7 @@ class Study:
         Args:
             executor: any of ``concurrent.futures``, a Dask client's among them; it is not shut down. None:
                 processes of this machine.
-            workers: how many processes (None: one a processor), or tasks at one time of an executor (None: all).
+            workers: how many processes (None: one a processor), or tasks at once of an executor (None: all).
             again: statuses ("failed", "lost", ...) of rows that are forgotten, so that their tasks run again.
             progress: called after each row, and now and then, with the number of rows and that of tasks; what
                 it raises ends the run, and all rows that have come are in the file.

@@ -93,11 +93,9 @@ class ThesisBench(PhasesMeasured):
     """The result: all cells."""
 
     @cached_property
-    def _cells(self) -> dict[tuple[ThesisScene, str], dict[int, Cell]]:
-        found: dict[tuple[ThesisScene, str], dict[int, Cell]] = {}
-        for cell in self.rows:
-            found.setdefault((ThesisScene(cell.density, cell.bodies), cell.phase), {})[cell.seed] = cell
-        return found
+    def _cells(self) -> dict[tuple[float, int, str], dict[int, Cell]]:
+        groups = grouped(self.rows, "density", "bodies", "phase")
+        return {key: {cell.seed: cell for cell in cells} for key, cells in groups.items()}
 
     @property
     def phases(self) -> tuple[str, ...]:
@@ -106,11 +104,11 @@ class ThesisBench(PhasesMeasured):
 
     def of(self, scene: ThesisScene, phase: str) -> Mapping[int, Cell]:
         """Returns the cells of one scene and phase, by their seeds."""
-        return self._cells.get((scene, phase), {})
+        return self._cells.get((*scene, phase), {})
 
     def scenes(self, *phases: str) -> list[ThesisScene]:
         """Returns the scenes that all these phases have run."""
-        every = dict.fromkeys(scene for scene, _ in self._cells)
+        every = dict.fromkeys(ThesisScene(density, bodies) for density, bodies, _ in self._cells)
         return [scene for scene in every if all(self.of(scene, phase) for phase in phases)]
 
     def by_density(self, *phases: str) -> dict[float, list[ThesisScene]]:

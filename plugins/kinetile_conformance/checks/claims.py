@@ -24,7 +24,7 @@ from kinetile_conformance.checks.check import Case, Disagreement, compare, obser
 from kinetile_conformance.processes import Died, in_a_child
 from kinetile_conformance.strategies.bulk import lattices, marathon
 from kinetile_conformance.strategies.changes import viewed
-from kinetile_conformance.strategies.swarms import anyhow, jitter, slots, swarm
+from kinetile_conformance.strategies.swarms import anyhow, jitter, slots, swarm, swarm_of
 
 FINEST = 45
 """Halvings of a scene within its arena; then its bodies are no larger than the rounding of their places."""
@@ -42,9 +42,7 @@ def _cluster(seed: int, size: float) -> Scene:
     radius = random.uniform(0.35, 0.45, 12)
     place = slots(random, 12, 4, 4) + 0.96 * jitter(random, radius)  # rounded, none overlap
     velocity = anyhow(random, 12) + 0.5
-    return Scene(
-        1.0 - size * place, size * velocity, size * radius, arena=(1.0, 1.0), settings=Settings(until=30.0)
-    )
+    return swarm_of(1.0 - size * place, size * velocity, size * radius, (1.0, 1.0), 30.0)
 
 
 @observation(replayed_by="same-contacts")

@@ -14,10 +14,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from kinetile import Scene, Settings
+from kinetile import Scene
 from kinetile.instruments import SPAN, TICKS
 from kinetile_conformance.strategies.strategy import numbered
-from kinetile_conformance.strategies.swarms import slots, swarm
+from kinetile_conformance.strategies.swarms import slots, swarm, swarm_of
 
 LATTICES = 100
 APART = (16, 10)
@@ -61,13 +61,8 @@ def lattices(count: int, seed: int, arena: bool, apart: int = APART[0]) -> Scene
     corner = apart / 2.0 if arena else -apart * float(side // 2)
     place = place + (apart * np.column_stack([at % side, at // side]) + corner)[:, None]
     there = np.arange(MOST) < np.minimum(bodies, shape.prod(axis=1))[:, None]
-    return Scene(
-        place[there],
-        velocity[there],
-        radius[there],
-        arena=(float(apart * side), float(apart * side)) if arena else None,
-        settings=Settings(until=UNTIL),
-    )
+    walls = (float(apart * side), float(apart * side)) if arena else None
+    return swarm_of(place[there], velocity[there], radius[there], walls, UNTIL)
 
 
 def _some(random: np.random.Generator, count: int, share: float) -> npt.NDArray[np.bool_]:
@@ -101,7 +96,7 @@ def marathon(bodies: int, seed: int) -> Scene:
     speed = CONTACTS / (bodies * BASES * (SPAN // TICKS))
     velocity *= speed / np.sqrt((velocity**2).sum(axis=1).mean())
     until = float(4 * BASES * (SPAN // TICKS))
-    return Scene(place, velocity, radius, arena=(float(columns), float(rows)), settings=Settings(until=until))
+    return swarm_of(place, velocity, radius, (float(columns), float(rows)), until)
 
 
 DRAWS = {

@@ -62,16 +62,11 @@ def scene_of(
     bodies: list[Body], arena: tuple[float, float] | None, until: float, periodic: str = ""
 ) -> Scene:
     """Returns the scene of these bodies, and of their turns."""
-    return Scene(
-        position=[b["position"] for b in bodies],
-        velocity=[b["velocity"] for b in bodies],
-        radius=[b["radius"] for b in bodies],
-        mass=[b.get("mass", 1.0) for b in bodies],
-        arena=arena,
-        periodic=periodic,
-        turns=[Turn(i, t, v) for i, b in enumerate(bodies) for t, v in b.get("turns", ())],
-        settings=Settings(until=until),
-    )
+    place, velocity, radius = ([b[key] for b in bodies] for key in ("position", "velocity", "radius"))
+    mass = [b.get("mass", 1.0) for b in bodies]
+    turns = [Turn(i, t, v) for i, b in enumerate(bodies) for t, v in b.get("turns", ())]
+    more: Any = {"turns": turns, "settings": Settings(until=until)}
+    return Scene(place, velocity, radius, mass, arena, periodic=periodic, **more)
 
 
 @st.composite
