@@ -1,8 +1,8 @@
 """Scenes for checks: drawn once for all checks of a strategy, and minimised where they fail.
 
-Hypothesis would minimise the numbers of which a scene is made, could not leave the one body out of a swarm
-that has nothing to do with the failure, and takes a hundred times as long for commands. ``reduced`` has four
-steps, each of which keeps only what still fails:
+Hypothesis would minimise the numbers of which a scene is made, could not leave out one body of a swarm, and
+takes a hundred times as long for commands. ``reduced`` has four steps, each of which keeps only what still
+fails:
 
 1. The run becomes shorter, by halves: all that follows costs less for it.
 2. Bodies are left out by halves, quarters, eighths, ... one by one: delta debugging (Zeller and Hildebrandt,

@@ -1,9 +1,8 @@
 """Hard families of queries: when do these two discs meet?
 
-A family is a function of a random generator and a count, which draws that number of pairs. Lengths are
-those of a unit box with radii of 1/200 to 1/20, speeds about 1, and the unit of time is 1, unless a family
-has other values. All values are rounded to doubles, and those doubles are the query: whether the discs meet,
-and when, is computed in integers (``specification.arithmetic``).
+A family draws a number of pairs from a random generator. Lengths are those of a unit box with radii of 1/200
+to 1/20, speeds about 1, and the unit of time is 1, unless a family has other values. All values are rounded
+to doubles, and those doubles are the query: whether the discs meet, and when, is computed in integers.
 """
 
 from __future__ import annotations

@@ -1,17 +1,16 @@
 """An attempt of the oracle: an event-driven simulation in rational numbers and balls, at one precision.
 
-A ball is an interval that certainly holds the true number. Events are found one after another by computing
-all pairs and all walls; each comparison that decides an event or its order must have the same result for
-every choice of numbers from the balls. Otherwise ``Undecided`` is raised, and the oracle tries again with
-more bits. A doubt about an event that cannot be the next one is left open until it can.
+A ball is an interval that certainly holds the true number. Each comparison that decides an event or its order
+must have the same result for every choice of numbers from the balls. Otherwise ``Undecided`` is raised, and
+the oracle tries again with more bits. A doubt about an event that cannot be the next one is left open until
+it can.
 
 Two things keep the balls small. A plan is anchored at an exact number, the lower end of the ball of the time
 at which it was made, so that the doubt about a time enters only through the change of velocity; and a wall
 mirrors a plan without a new anchor.
 
-Events of one moment come in the order of docs/one-answer.md: turns, then walls, then pairs, by the numbers
-of the bodies. Nothing here comes from the kernel. All times count from the scene's start. Needs python-flint;
-the precision is the caller's (``flint.ctx``).
+Events of one moment come in the order of docs/one-answer.md. Nothing here comes from the kernel. All times
+count from the scene's start. Needs python-flint; the precision is the caller's (``flint.ctx``).
 """
 
 from __future__ import annotations

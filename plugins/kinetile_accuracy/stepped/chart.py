@@ -1,11 +1,10 @@
 """The part ``chart`` of the report: the cost of a unit of simulated time, and the errors of a method in it.
 
 Kinetic methods have no step: each is a point. Methods in steps are curves: a shorter step costs more and has
-smaller errors. There is no single error, so two are shown, and chaos hides neither:
-
-- *the deepest overlap* of two discs in the snapshots of the method in a unit of time, in radii;
-- *first encounters missed*: of the encounters between discs that have touched nothing before, the share that
-  the method does not have as such (``methods``), pooled over many scenes.
+smaller errors. Two errors are shown, and chaos hides neither: *the deepest overlap* of two discs in the
+snapshots of the method in a unit of time, in radii, and *first encounters missed*: of the encounters between
+discs that have touched nothing before, the share that the method does not have as such (``methods``), pooled
+over many scenes.
 """
 
 from __future__ import annotations

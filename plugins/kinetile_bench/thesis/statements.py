@@ -1,10 +1,10 @@
 """The thesis's statements about its benchmark (section 5.3), as data: each with what has to hold for it.
 
-Where the thesis gives no number ("almost negligible", "many times over") one is chosen here. Counts decide
-statements about numbers of events. A comparison of times consists of pairs, one for each seed and round, in
-which both phases ran one after the other. It is decided where nine of ten pairs agree by more than 5 %, on a
-machine on which the same run took the same time in every round, to 5 %; with one round it is not known
-whether it was such a machine. A statement holds if all its parts do, and does not if one does not.
+Where the thesis gives no number ("almost negligible", "many times over") one is chosen here. A comparison of
+times consists of pairs, one for each seed and round, in which both phases ran one after the other. It is
+decided where nine of ten pairs agree by more than 5 %, on a machine on which the same run took the same time
+in every round, to 5 %; with one round it is not known whether it was such a machine. A statement holds if all
+its parts do, and does not if one does not.
 """
 
 from __future__ import annotations

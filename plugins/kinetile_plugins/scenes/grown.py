@@ -1,13 +1,12 @@
 """Dense random starts: discs that grow while they move.
 
-Random placement ends near a density of .5. Lubachevsky and Stillinger (1990, "Geometric properties of
-random disk packings") go beyond it with discs whose radii grow at a constant rate between their collisions.
-Here radii grow in steps between runs of constant radii. The certificates stay those of every other scene,
-and no disc ever overlaps another: before a step each disc has a gap to its neighbours, and two that would
-meet take half of it each.
+Random placement ends near a density of .5. Lubachevsky and Stillinger (1990, "Geometric properties of random
+disk packings") go beyond it with discs whose radii grow at a constant rate between their collisions. Here
+radii grow in steps between runs of constant radii: before a step each disc has a gap to its neighbours, and
+two that would meet take half of it each.
 
-A step allows every disc the size of the smallest, relative to its final radius, and ``RATE`` more. So a
-disc that is held by its neighbours holds all others up, and none stays small in a hole of a full packing. The
+A step allows every disc the size of the smallest, relative to its final radius, and ``RATE`` more. So a disc
+that is held by its neighbours holds all others up, and none stays small in a hole of a full packing. The
 number of steps therefore depends on the density and hardly on the number of discs.
 """
 

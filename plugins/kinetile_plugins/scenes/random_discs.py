@@ -1,13 +1,11 @@
 """Discs of random sizes at random places, the generic scene; equal discs on a grid, the thesis's benchmark.
 
-Radii are drawn evenly on a logarithmic scale and then scaled together to the requested density.
-Discs are placed one after the other, the largest first, each at the first random point with room for
-it. This ends at some density: equal discs jam at about 0.547, and long before that most
-points are refused. If all tries fail, and new starts do not help, they start from a lattice
-instead: hexagonal or square, whichever leaves more room between them, stretched to fill the square; each
+Radii are drawn evenly on a logarithmic scale and then scaled together to the requested density. Discs are
+placed one after the other, the largest first, each at the first random point with room for it. Equal discs
+jam at about 0.547, and long before that most points are refused. If all tries fail, and new starts do not
+help, they start from a lattice instead: hexagonal or square, whichever leaves more room between them; each
 disc has a site drawn at random, with room for the largest. Below the density of freezing, some 0.7, they
-forget the lattice within some tens of contacts each.
-If such a lattice has no room either, the scene is refused.
+forget the lattice within some tens of contacts each. If it has no room either, the scene is refused.
 """
 
 from __future__ import annotations
