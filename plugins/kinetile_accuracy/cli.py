@@ -158,7 +158,6 @@ def _print_oracle(
 
 
 def _contacts_table(contacts: Sequence[CertifiedContact]) -> Table:
-    """Returns the contacts as a table; of very many, the first and the last."""
     from kinetile.instruments import WALLS
 
     rows = []

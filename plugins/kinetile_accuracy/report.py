@@ -180,7 +180,6 @@ def _page(
 
 
 def _body(sections: Sequence[Section], drawn: Callable[[Section, ReportFigure], bytes]) -> Iterator[str]:
-    """Yields the parts of the page; ``drawn`` returns the SVG of a figure."""
     yield f"<p><strong>{verdict([claim for section in sections for claim in section.claims])}</strong></p>"
     held = [
         (section.name, claim.says, claim.measured, "holds" if claim.holds else "does not hold")

@@ -132,7 +132,6 @@ def bench_events(
 def _counted(
     scene: Any, choice: NamedPhase, n: int, density: float, seconds: float, start: Callable[[Any], Any]
 ) -> EventsRow:
-    """Returns the counts of a phase, and how many contacts take about ``seconds`` of CPU time."""
     row = EventsRow(n, density, write_phase(*choice))
     try:
         simulation = prepared(scene, choice, start)
@@ -172,7 +171,6 @@ def _measured(row: EventsRow, runs: Sequence[Any]) -> EventsRow:
 
 
 def _exponent(before: EventsRow | None, row: EventsRow) -> float | None:
-    """Returns the exponent of the CPU time for a unit of simulated time over the number of discs."""
     if before is None or not before.cpu_seconds_per_time > 0.0 < row.cpu_seconds_per_time:
         return None
     ratio = row.cpu_seconds_per_time / before.cpu_seconds_per_time

@@ -266,7 +266,6 @@ def _end_of(scene: Any) -> float | None:
 
 
 def _recommendation(candidates: Sequence[Candidate], repeats: int, identical: bool) -> tuple[str | None, str]:
-    """Returns the phase to take, and why; the candidates come with the fastest first."""
     able = [each for each in candidates if each.cpu_seconds is not None]
     if not able:
         return None, "no phase can do this scene; each says why"

@@ -170,7 +170,6 @@ class Oracle:
             self.bits *= 2
 
     def _attempt(self) -> Iterator[CertifiedContact]:
-        """Yields what one attempt finds beyond the contacts that are known."""
         from kinetile_accuracy.oracle.attempt import Attempt
         from kinetile_accuracy.oracle.times import exact
 

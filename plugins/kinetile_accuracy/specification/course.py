@@ -299,11 +299,9 @@ class Course:
             heapq.heapify(self._heap)
 
     def _count(self, tick: int) -> None:
-        """Counts a contact among those of its tick."""
         self._contacts = tick, self._so_far(tick) + 1
 
     def _begin_passing(self, passing: _Passing) -> None:
-        """Begins the passing of two bodies: no plan changes."""
         self._count(self.now)
         self._passing[passing] = self.now
         self._await_parting(passing)

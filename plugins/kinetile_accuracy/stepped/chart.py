@@ -170,7 +170,6 @@ def crossing(curve: Sequence[SpeedError], cost: float) -> SpeedError | None:
 
 
 def _step(row: SpeedError) -> float:
-    """Returns the step of a row; 0 for a kinetic method, which has none."""
     return row.dt or 0.0
 
 
@@ -288,7 +287,6 @@ def draw_speed_error(rows: Sequence[SpeedError]) -> sections.Figure:
 
 
 def _write(panel: Any, text: str, at: tuple[float, float], shift: tuple[int, int], **look: Any) -> None:
-    """Writes beside a point, ``shift`` in points of print."""
     options = {"xytext": shift, "textcoords": "offset points", "fontsize": 6.5}
     panel.annotate(text, at, **(options | look)).set_in_layout(False)
 
@@ -320,7 +318,6 @@ def _lay_out(strip: Any, main: Any, error: str, rows: Sequence[SpeedError]) -> N
 
 
 def _draw_method(strip: Any, main: Any, error: str, rows: Sequence[SpeedError], look: _Look) -> None:
-    """Draws the points of a method, joined where it has steps; those beyond the break go to the strip."""
     rows = sorted(rows, key=_step)
     style: dict[str, Any] = {"color": look.colour, "marker": look.marker, "clip_on": False}
     kinetic = rows[0].kind == "kinetic"

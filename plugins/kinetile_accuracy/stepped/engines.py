@@ -157,7 +157,6 @@ _SETTINGS: dict[EngineName, str] = {
 def _watch(
     world: _World, radius: Floats, steps: int, met: list[tuple[int, int]], depths: bool
 ) -> tuple[npt.NDArray[np.void], float]:
-    """Takes the steps one by one; returns the contacts, and the deepest overlap of two discs in radii."""
     rows: list[tuple[int, int, int]] = []
     deepest = 0.0 if depths else math.nan
     for step in range(1, steps + 1):

@@ -36,7 +36,6 @@ def summary_of(plan: StudyPlan, rows: Sequence[Row], y: str | None) -> dict[str,
 
 
 def _groups(of_phases: dict[str, list[Row]], y: str) -> Iterator[dict[str, Any]]:
-    """Yields the results of each phase on a scene; ratios are to the first of them."""
     base: dict[int, float] | None = None
     for phase, rows in of_phases.items():
         by_seed: dict[int, list[float]] = {}

@@ -157,7 +157,6 @@ def bench_thesis(
 
 
 def _time(scene: Any, choice: NamedPhase, until: float, seconds: float) -> float:
-    """Repeats a run until the runs have taken enough CPU time; returns the median."""
     spent: list[float] = []
     least = time.get_clock_info("thread_time").resolution
     while not spent or (len(spent) < MOST_RUNS and sum(spent) < seconds):

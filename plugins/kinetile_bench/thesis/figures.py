@@ -41,7 +41,6 @@ def draw(bench: ThesisBench, folder: Path) -> list[Path]:
 
 
 def _draw_times(panel: Any, bench: ThesisBench, scenes: list[ThesisScene]) -> None:
-    """Draws the CPU time of each phase: the median over seeds, and the extremes."""
     sizes = _over_discs(panel, scenes, "CPU s a unit of time")
     for k, phase in enumerate(bench.phases):
         costs = [[cell.cost for cell in bench.of(scene, phase).values()] for scene in scenes]

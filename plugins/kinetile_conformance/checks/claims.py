@@ -171,7 +171,6 @@ def _summary(subject: Subject, started: Scene | Path, end: float) -> tuple[str, 
 
 
 def _saved(subject: Subject, scene: Scene, path: Path) -> Path:
-    """Saves a scene after some of its contacts; returns the file."""
     sim = subject.simulation(scene)
     sim.run(until=horizon(scene), max_contacts=CONTACTS // 3)
     sim.save(path)

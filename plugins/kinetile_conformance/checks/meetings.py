@@ -129,7 +129,6 @@ def _pairs(sim: Simulation) -> tuple[Answer, Met] | None:
 
 
 def _met(pair: PairParts, k: Kernel, met: Met) -> Met:
-    """Returns when the bodies of each pair meet, and their velocities after that contact."""
     ticks, after = np.zeros(len(met.who), np.int64), np.zeros((len(met.who), 4))
     who = np.ascontiguousarray(met.who, np.int32)
     _call(meet_all, k, who, ticks, after, meet=pair.meet, collide=pair.collide)

@@ -66,7 +66,6 @@ def _of_kinds(number: int) -> Scene:
 
 
 def _of_many(number: int) -> Scene:
-    """Returns the beginning of a swarm, without its turns."""
     random = np.random.default_rng(number)
     bodies = 12 if INTERPRETED else int(FEWEST * (MOST / FEWEST) ** random.random())
     kind = str(random.choice([*SWARMS, *3 * SIZES]))
@@ -292,7 +291,6 @@ def _drawing(kind: str) -> Draw:
 
 
 def _all_pass() -> st.SearchStrategy[Scene]:
-    """Returns small scenes, and swarms, in which all bodies pass through all."""
     kinds = st.sampled_from(["gas", "lattice", "giants", "plough"])
     swarms = st.builds(swarm, kinds, st.integers(8, 120), st.integers(0, 1000), st.integers(0, 7))
     rules: dict[Any, Any] = {("*", "*"): "pass", **SAME_LOOP}

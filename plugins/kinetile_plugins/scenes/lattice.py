@@ -85,7 +85,6 @@ def _shape(bodies: int, random: Draws) -> tuple[int, int]:
 def _sizes(
     bodies: int, exact: bool, cell: float, for_lattice: Draws, for_bodies: Draws
 ) -> tuple[Floats, Floats]:
-    """Returns radii, at most half a cell, and masses: in most of the dyadic scenes all alike."""
     radii = cell * np.array([1.0, 2.0, 3.0, 4.0] if exact else [0.4, 1.1, 2.3, 3.3, 4.0]) / 8.0
     masses = np.array([1.0, 2.0, 4.0] if exact else [0.3, 1.0, 2.5, 7.0])
     radius = radii[for_bodies.below(len(radii), bodies)]
