@@ -14,6 +14,8 @@ from kinetile_conformance.cases import Subject, save_case
 from kinetile_conformance.checks import check_named
 
 KIT_VERSION = "5.0"
+"""The version of the set of checks."""
+
 OFTEN = "often: "
 
 SYMPTOMS: dict[str, dict[str, Any]] = tomllib.loads(

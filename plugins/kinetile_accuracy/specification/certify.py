@@ -71,7 +71,7 @@ class CertifiedLog:
     """The result of a check.
 
     Attributes:
-        lines: how many lines are right, from the first one on, of the ``total``.
+        lines: how many lines are right, of the ``total``, before ``wrong``, if there is one.
         until: the time up to and at which there must be no further contact; None: the lines alone were
             checked.
         finished: False where the check was broken off.
