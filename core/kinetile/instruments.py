@@ -2,51 +2,125 @@
 
 An instrument checks, measures or shows kinetile: a conformance kit, a report, a benchmark. Those of this
 distribution import nothing else of the framework (an import contract), so a foreign one can do the same.
-What their commands use is in ``instruments.commands``.
+Commands use four modules of ``kinetile.cli`` as well. A name is imported at its first use: the certifier runs
+without the compiler.
 """
 
 from __future__ import annotations
 
-from kinetile.comparison import Outcome, describe_row, find_divergence, first_difference, outcome_of
-from kinetile.kernel.clock import SPAN, TICKS
-from kinetile.kernel.compiled import (
-    INTERPRETED,
-    compiling_seconds,
-    compose,
-    disowned,
-    make_ready,
-    to_be_filled_in,
-    while_compiling,
-)
-from kinetile.kernel.compiled.limits import end_after, limit_memory, out_of_time
-from kinetile.kernel.flight import note_all_places, position_at
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS, Fingerprint, digestible
-from kinetile.kernel.passings import FIRST, rule_of
-from kinetile.kernel.tables import allocate, column, compared, fields_in, slots_taken
-from kinetile.plugin.calling import NOT_AUTHORS, is_library, place_of
-from kinetile.plugin.choices import read_phase, write_phase
-from kinetile.plugin.parameters import Parameter
-from kinetile.plugin.registry import Provided
-from kinetile.plugin.specs import Kind
-from kinetile.records.contacts import read_contacts
-from kinetile.records.log import SIGNATURE
-from kinetile.records.reading import read_with_scene
-from kinetile.run.audit import OWN, said_tick
-from kinetile.run.compose import Composition, check_options, compose_phases, read_narrow_phases
-from kinetile.run.interrupts import Unbroken
-from kinetile.run.observing import check_observable
-from kinetile.run.simulation import composition_of
-from kinetile.scene import Command, relabelled, with_commands
-from kinetile.scene.by_name import complete_parameters, holds_several, parameter_mistakes, recipe_parameters
-from kinetile.scene.checks import abridged, shown
-from kinetile.scene.files import dumps_scene, loads_scene
-from kinetile.scene.schema import read_bytes, read_tables
-from kinetile.scene.values import VALUES, Value
-from kinetile.show.html import facts, figure, grid, paragraph
-from kinetile.show.picture import escape
-from kinetile.show.player import View, view_scene
-from kinetile.show.player.view import Choice
-from kinetile.show.printed import figure_bytes
-from kinetile.sources import check_regular, open_regular
-from kinetile.targets import write_file
-from kinetile.versions import versions
+import sys
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from kinetile.comparison import Outcome, describe_row, find_divergence, first_difference, outcome_of
+    from kinetile.kernel.clock import SPAN, TICKS
+    from kinetile.kernel.compiled import (
+        INTERPRETED,
+        compiling_seconds,
+        compose,
+        disowned,
+        make_ready,
+        to_be_filled_in,
+        while_compiling,
+    )
+    from kinetile.kernel.compiled.limits import end_after, limit_memory, out_of_time
+    from kinetile.kernel.flight import note_all_places, position_at
+    from kinetile.kernel.log import (
+        BOTTOM,
+        INSERTED,
+        LEFT,
+        REANCHORED,
+        REMOVED,
+        RIGHT,
+        TOP,
+        TURNED,
+        WALLS,
+        Fingerprint,
+        digestible,
+    )
+    from kinetile.kernel.passings import FIRST, rule_of
+    from kinetile.kernel.tables import allocate, column, compared, fields_in, slots_taken
+    from kinetile.plugin.calling import NOT_AUTHORS, is_library, place_of
+    from kinetile.plugin.choices import read_phase, write_phase
+    from kinetile.plugin.parameters import Parameter
+    from kinetile.plugin.registry import Provided
+    from kinetile.plugin.specs import Kind
+    from kinetile.records.contacts import read_contacts
+    from kinetile.records.log import SIGNATURE
+    from kinetile.records.reading import read_with_scene
+    from kinetile.run.audit import OWN, said_tick
+    from kinetile.run.compose import Composition, check_options, compose_phases, read_narrow_phases
+    from kinetile.run.interrupts import Unbroken
+    from kinetile.run.observing import check_observable
+    from kinetile.run.simulation import composition_of
+    from kinetile.scene import Command, relabelled, with_commands
+    from kinetile.scene.by_name import (
+        complete_parameters,
+        holds_several,
+        parameter_mistakes,
+        recipe_parameters,
+    )
+    from kinetile.scene.checks import abridged, shown
+    from kinetile.scene.files import dumps_scene, loads_scene
+    from kinetile.scene.schema import read_bytes, read_tables
+    from kinetile.scene.values import VALUES, Value
+    from kinetile.show.html import facts, figure, grid, paragraph
+    from kinetile.show.picture import escape
+    from kinetile.show.player import View, view_scene
+    from kinetile.show.player.view import Choice
+    from kinetile.show.printed import figure_bytes
+    from kinetile.sources import check_regular, open_regular
+    from kinetile.targets import write_file
+    from kinetile.versions import versions
+
+_HOME = {
+    name: f"kinetile.{module}"
+    for module, names in {
+        "comparison": "Outcome describe_row find_divergence first_difference outcome_of",
+        "kernel.clock": "SPAN TICKS",
+        "kernel.compiled": "INTERPRETED compiling_seconds compose disowned make_ready to_be_filled_in "
+        "while_compiling",
+        "kernel.compiled.limits": "end_after limit_memory out_of_time",
+        "kernel.flight": "note_all_places position_at",
+        "kernel.log": "BOTTOM LEFT RIGHT TOP INSERTED REANCHORED REMOVED TURNED WALLS Fingerprint digestible",
+        "kernel.passings": "FIRST rule_of",
+        "kernel.tables": "allocate column compared fields_in slots_taken",
+        "plugin.calling": "NOT_AUTHORS is_library place_of",
+        "plugin.choices": "read_phase write_phase",
+        "plugin.parameters": "Parameter",
+        "plugin.registry": "Provided",
+        "plugin.specs": "Kind",
+        "records.contacts": "read_contacts",
+        "records.log": "SIGNATURE",
+        "records.reading": "read_with_scene",
+        "run.audit": "OWN said_tick",
+        "run.compose": "Composition check_options compose_phases read_narrow_phases",
+        "run.interrupts": "Unbroken",
+        "run.observing": "check_observable",
+        "run.simulation": "composition_of",
+        "scene": "Command relabelled with_commands",
+        "scene.by_name": "complete_parameters holds_several parameter_mistakes recipe_parameters",
+        "scene.checks": "abridged shown",
+        "scene.files": "dumps_scene loads_scene",
+        "scene.schema": "read_bytes read_tables",
+        "scene.values": "VALUES Value",
+        "show.html": "facts figure grid paragraph",
+        "show.picture": "escape",
+        "show.player": "View view_scene",
+        "show.player.view": "Choice",
+        "show.printed": "figure_bytes",
+        "sources": "check_regular open_regular",
+        "targets": "write_file",
+        "versions": "versions",
+    }.items()
+    for name in names.split()
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        return getattr(import_module(_HOME[name]), name)
+    from kinetile.errors import no_attribute
+
+    raise no_attribute(sys.modules[__name__], name)

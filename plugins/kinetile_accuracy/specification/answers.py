@@ -11,7 +11,7 @@ from typing import Any
 
 from kinetile import Insert, Scene
 from kinetile.errors import Refused
-from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
+from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, Vector, exchanged_along
 from kinetile_accuracy.specification.shapes import Difference, normal
 

@@ -26,7 +26,7 @@ from collections.abc import Callable, Collection
 from fractions import Fraction
 
 from kinetile import Remove, Scene
-from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
+from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
 
 UNIT_BITS = 52
 UNIT_TICKS = 1 << UNIT_BITS

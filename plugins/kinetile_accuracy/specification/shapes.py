@@ -27,7 +27,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from kinetile import Shape
-from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
+from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.specification import arithmetic
 from kinetile_accuracy.specification.arithmetic import HORIZON, FlightPlan, Frame, Vector, Whole
 

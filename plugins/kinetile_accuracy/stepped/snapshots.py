@@ -29,8 +29,8 @@ import numpy.typing as npt
 
 from kinetile import Scene
 from kinetile.errors import Refused
-from kinetile.instruments import compose, disowned, make_ready, to_be_filled_in
-from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP, hook
+from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP, compose, disowned, make_ready, to_be_filled_in
+from kinetile.toolbox import hook
 
 Floats = npt.NDArray[np.float64]
 _ROOM = 1 << 14

@@ -73,7 +73,7 @@ def test_every_trespassing_phase_is_tested():
 def test_the_check_sees_a_phase_of_this_process():
     looked = CheckRun(Check(side_effects.writes_only_where_it_may), Subject("uncounts", {}))
     assert not looked.holds(smallest())
-    assert looked.said.startswith(SEEN["uncounts"])
+    assert looked.message.startswith(SEEN["uncounts"])
 
 
 @pytest.mark.skipif(INTERPRETED, reason="then there is no need of another interpreter")
