@@ -134,8 +134,8 @@ def test_a_bullet_through_a_thin_sensor_is_never_missed():
 @pytest.mark.parametrize(
     ("response", "velocities", "mass", "expected"),
     [
-        (LOSSY, [[1.0, 0.0], [0.0, 0.0]], 1.0, [[0.25, 0.0], [0.75, 0.0]]),
-        ("stop", [[1.0, 0.0], [-0.5, 0.0]], [1.0, 3.0], [[0.0, 0.0], [0.0, 0.0]]),
+        (LOSSY, [[1.0, 0.0], [0.0, 0.0]], [1.0, 3.0], [[-0.125, 0.0], [0.375, 0.0]]),
+        ("stop", [[1.0, 0.25], [-0.5, 0.25]], [1.0, 3.0], [[0.0, 0.0], [0.0, 0.0]]),
         ("elastic", [[1.0, 0.0], [-0.5, 0.0]], [1.0, math.inf], [[-2.0, 0.0], [-0.5, 0.0]]),
     ],
     ids=["restitution gives back a share", "stop ends both", "infinite mass is moved by nobody"],
@@ -151,6 +151,14 @@ def test_a_contact_of_two(response, velocities, mass, expected, phase):
         assert len(sim.contacts) == 1
 
 
+def test_one_that_stops_at_what_nothing_can_move_is_at_rest_beside_it():
+    for mass, speed in (([1.0, math.inf], -0.5), ([math.inf, 1.0], 1.0)):
+        scene = ruled([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [-0.5, 0.0]], 0.5, mass, responses="stop")
+        sim = played(scene, "naive")
+        sim.run(max_contacts=1)
+        assert sim.velocities().tolist() == [[speed, 0.0]] * 2
+
+
 def test_a_wall_gives_back_a_share_and_contacts_close_together_lose_nothing():
     ball = {"position": [[1.0, 1.0]], "velocity": [[0.0, -1.0]], "radius": 0.5, "arena": (2.0, 2.0)}
     for contact_time, speeds in ((1e-6, [0.5, 0.25]), (10.0, [0.5, 0.5])):
@@ -161,6 +169,31 @@ def test_a_wall_gives_back_a_share_and_contacts_close_together_lose_nothing():
             sim.run(max_contacts=1)
             found.append(abs(float(sim.velocities()[0][1])))
         assert found == speeds
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_a_contact_soon_after_another_of_either_body_loses_nothing(first):
+    """One meets a wall at time 1 and the other at time 2: that is within a contact time of 1."""
+    for contact_time, speeds in ((0.75, [0.25, 0.75]), (1.0, [0.0, 1.0])):
+        rule = kt.Response("restitution", e=0.5, contact_time=contact_time)
+        bodies = [([1.5, 1.0], [-1.0, 0.0]), ([2.5, 1.0], [0.0, 0.0])][:: 1 if first else -1]
+        columns = (list(each) for each in zip(*bodies, strict=True))
+        scene = ruled(*columns, 0.5, arena=(8.0, 2.0), responses={(0, 0): rule})
+        sim = played(scene, "cells")
+        sim.run(max_contacts=2)
+        assert sorted(sim.velocities()[:, 0].tolist()) == speeds
+
+
+def test_one_in_the_slot_of_another_has_had_no_contact():
+    rule = kt.Response("restitution", e=0.5, contact_time=10.0)
+    sim = played(
+        ruled([[1.0, 1.0]], [[0.0, -1.0]], 0.5, arena=(2.0, 2.0), responses={(0, "wall"): rule}), "cells"
+    )
+    sim.run(max_contacts=1)
+    sim.remove(0)
+    sim.insert((1.0, 1.0), (0.0, -1.0), 0.5)
+    sim.run(max_contacts=1)
+    assert sim.velocities().tolist() == [[0.0, 0.5]]
 
 
 def test_a_contact_time_that_the_kernel_forgot_gave_another_answer_than_the_rule():

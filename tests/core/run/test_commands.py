@@ -1,5 +1,6 @@
 """Commands by hand and in scenes: turns, and bodies that come and go."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 
 import kinetile as kt
+from agreement import lattice_scene
 from kinetile.errors import Refused
 from kinetile.run.compose import accepting
 from lanes import BUILT_IN, examples, first
@@ -40,6 +42,28 @@ def test_a_body_comes_meets_and_goes(phase):
     readings = sim.readings
     assert (readings.inserted, readings.removed) == (1, 1)
     assert readings.energy_drift == 0.0
+
+
+def test_what_commands_add_to_the_energy_is_no_drift():
+    sim = kt.Simulation(box(responses="elastic"), "cells", live=True)
+    for body, velocity in ((0, (1.0, 0.5)), (0, (0.25, 0.0)), (1, (-0.5, 0.0))):
+        sim.set_velocity(body, velocity)
+        assert sim.readings.energy_drift == 0.0
+    sim.insert((2.0, 2.0), (4.0, 2.0), 0.25, 8.0)
+    assert sim.readings.energy_drift == 0.0
+    for body in (0, sim.insert((2.0, 3.0), (1.0, 0.0), 0.25, math.inf)):
+        sim.remove(body)
+        assert sim.readings.energy_drift == 0.0
+
+
+@pytest.mark.parametrize("seed", [0, 1, 4])
+def test_what_awaits_a_removed_body_is_filed_anew(seed):
+    """In lattices, where contacts of one tick are filed in the order of the bodies' numbers."""
+    sim = kt.Simulation(lattice_scene(seed), "cells", live=True)
+    for body in sim.bodies[:-1].tolist():
+        sim.run(until=sim.time + 1.0, max_contacts=1)
+        sim.remove(body)
+        sim.audit()
 
 
 @pytest.mark.parametrize("phase", BUILT_IN)

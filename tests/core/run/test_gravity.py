@@ -263,11 +263,19 @@ def test_walls_that_do_not_know_falling_bodies_are_refused(narrow):
         kt.Simulation(BALL, narrow_phases=narrow)
 
 
+def test_what_just_falls_is_taken():
+    kt.Scene(**ROOM, gravity=(0.0, 2.0**-200))
+    kt.Scene(**ROOM | {"position": [[0.5, 0.25]]}, gravity=(0.0, -1.0))  # at the wall, and it moves
+    resting = ROOM | {"velocity": [[0.0, 0.0]]}
+    assert kt.Scene(**resting, gravity=(0.0, -3.0)).time_unit == 0.25  # of the speed after a fall: 6 ** 0.5
+
+
 def test_no_gravity_is_none():
     plain = kt.Scene(**ROOM)
     for gravity in ((0.0, 0.0), [0, -0.0], None):
         scene = kt.Scene(**ROOM, gravity=gravity)
         assert scene == plain
+        assert repr(scene.gravity) == "(0.0, 0.0)"
         assert not scene.falls
         assert kt.Simulation(scene)._engine.loop is kt.Simulation(plain)._engine.loop
 

@@ -77,12 +77,44 @@ def test_reasons_are_sentences_that_name_what_is_in_the_way():
     ]
 
 
+def test_the_eldest_is_named_and_the_first_of_a_batch_is_one_that_can_be():
+    scene = kt.Scene([[2.0, 2.0], [2.0, 3.0]], [[0.0, 0.0]] * 2, 0.5, arena=(4.0, 4.0))
+    sim = kt.Simulation(scene, "cells", live=True)
+    with pytest.raises(NoRoom, match="into body 0"):
+        sim.insert((2.5, 2.5), radius=0.5)
+    found = sim.insert_many([(1.0, 1.0), (1.25, 1.0), (0.75, 1.0)], radius=0.25)
+    assert found.numbers.tolist() == [2, -1, -1]
+    assert {str(each) for each in found.reasons.values()} == {
+        "there is no room: it reaches into body 2, inserted with it"
+    }
+
+
 @pytest.mark.parametrize("place", [(3.9, 1.0), (-50.0, 1.0), (0.25, 5.0)])
 def test_one_body_beyond_a_wall_is_refused_as_one_of_many_is(place):
     sim = kt.Simulation(kt.Scene([[2.0, 2.0]], [[0.0, 0.0]], 0.5, arena=(4.0, 4.0)), "naive", live=True)
     with pytest.raises(NoRoom, match=r"it reaches beyond the .* wall; nothing has changed") as caught:
         sim.insert(place, radius=0.25)
     assert str(caught.value) == str(sim.insert_many([place], radius=0.25).reasons[0])
+
+
+def test_a_shape_is_beyond_a_wall_by_its_reach_to_that_side():
+    wedge = kt.polygon([(0.0, 0.0), (1.0, 0.0), (0.0, 0.5)])
+    scene = kt.Scene([[1.0, 1.0]], [[0.0, 0.0]], shape=wedge, arena=(4.0, 4.0))
+    sim = kt.Simulation(scene, "naive", live=True)
+    places = {"left": (-0.25, 2.0), "right": (3.25, 2.0), "bottom": (2.0, -0.25), "top": (2.0, 3.75)}
+    found = sim.insert_many([*places.values(), (3.0, 3.5), (0.0, 0.0)], shape=wedge)
+    assert found.numbers.tolist() == [-1] * 4 + [1, 2]
+    for wall, reason in zip(places, found.reasons.values(), strict=True):
+        assert f"beyond the {wall} wall" in str(reason)
+
+
+def test_small_bodies_had_room_within_the_rounding_of_a_large_arena():
+    sim = kt.Simulation(
+        kt.Scene([[60.0, 60.0]], [[0.0, 0.0]], 2.0**-12, arena=(64.0, 64.0)), "naive", live=True
+    )
+    sim.run(1.0)
+    there = [(60.0 + 2.0**-11 - overlap, 60.0) for overlap in (2.0**-44, 0.0)]
+    assert sim.insert_many(there, radius=2.0**-12).numbers.tolist() == [-1, 1]
 
 
 def test_a_reason_is_of_its_moment_when_it_is_read_later_and_elsewhere():

@@ -132,6 +132,11 @@ def test_a_recorder_that_raises_is_told_of_the_end():
     with pytest.raises(OSError, match="full"):
         simulation().run(1.0, recorder=full)
     assert [note[0] for note in full.notes] == ["begin", "end"]
+    sim = simulation()
+    with pytest.raises(OSError, match="full"):
+        sim.run(1.0, recorder=full, observe=["pressure"])
+    with pytest.raises(BadOption, match="cannot go on"):  # it has not seen all contacts
+        sim.run(2.0, observe=sim.observed)
 
 
 def test_samples_come_at_their_times_with_the_end(watchers):

@@ -90,3 +90,13 @@ def test_files_name_the_answer_of_their_scene(periodic: str, answer: int, tmp_pa
         head = json.loads(np.load("run.save")[HEAD].tobytes())
         assert head["answer"] == answer
     assert kt.ANSWER == 4
+
+
+def test_a_body_in_the_slot_of_another_has_flown_over_no_border():
+    room = {"arena": (1.0, 1.0), "periodic": "xy"}
+    sim = kt.Simulation(kt.Scene([[0.5, 0.5]], [[2.0, -1.5]], 0.125, **room), "cells", live=True)
+    sim.run(until=2.0)
+    sim.set_velocity(0, (0.0, 0.0))
+    sim.remove(0)
+    sim.insert((0.25, 0.25), radius=0.125)
+    assert sim.snapshot().state.contents.plans[["kx", "ky"]].tolist() == [(0, 0)]

@@ -46,6 +46,8 @@ def test_obstacles_come_after_the_bodies_and_change_nothing_else():
     assert (scene.mass[9:] == math.inf).all()
     assert scene.shape[9] == scene.shape[10]
     assert kt.with_obstacles(plain, []) is plain
+    declared = kt.with_obstacles(plain.replace(arena=None, kinds=(0, "other")), far)
+    assert declared.kinds == (0, "other", "obstacle")
 
 
 @pytest.mark.small
@@ -63,6 +65,13 @@ def test_overlapping_obstacles_are_one_room_under_every_phase(tmp_path):
         found.append(sim.fingerprint)
         assert (sim.velocities()[2:] == 0).all()
     assert len(set(found)) == 1
+
+
+def test_a_body_that_overlaps_an_obstacle_is_refused():
+    with pytest.raises(SceneError, match=r"bodies\[0\] and bodies\[1\]: found an overlap"):
+        kt.with_obstacles(
+            kt.Scene([(3, 0)], [(0, 0)], radius=0.25), [kt.Obstacle(kt.box(1.0, 1.0), (3.5, 0.0))]
+        )
 
 
 @pytest.mark.small

@@ -152,3 +152,9 @@ def test_an_event_file_is_read_where_its_response_is_not_installed():
     read = loads_scene(text, look_up=False)
     assert names(read) == [["of another machine", "elastic"]]
     assert names(read.replace(start=-1.0)) == names(read)
+
+
+def test_a_body_that_comes_without_a_kind_is_of_the_first():
+    coming = [kt.Insert(1.0, (9.0, 9.0), (0.0, 0.0), 0.25)]
+    two = kt.Scene([(0.0, 0.0), (3.0, 0.0)], [(0.0, 0.0)] * 2, 0.25, kind=["a", "b"], commands=coming)
+    assert two.commands[0].kind == "a"

@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinetile import Insert, Scene, Settings, Turn, make_scene
+from kinetile import Insert, Scene, Settings, Turn, box, make_scene
 from kinetile.errors import SceneError
 from kinetile.scene import bodies, relabelled
-from kinetile.scene.bodies import overlapping_pairs
+from kinetile.scene.bodies import overlapping_images, overlapping_pairs
 
 STILL = {"velocity": [[0.0, 0.0]], "radius": 0.1}
 
@@ -122,6 +122,13 @@ def test_overlaps_are_found_even_at_the_ends_of_the_number_range() -> None:
     assert found([[1e300, 0.0], [1e300, 1e290]], [1e-10, 1e280]) == []
 
 
+def test_commands_of_a_tick_are_in_the_order_of_the_contacts_before_them() -> None:
+    tick = 0, 1 << 51
+    turns = [Turn(0, 0.5, (speed, 0.0), (*tick, after)) for speed, after in ((3.0, 2), (1.0, 0), (2.0, 0))]
+    scene = make_scene("grid", bodies=4).replace(commands=turns)
+    assert [each.velocity[0] for each in scene.commands] == [1.0, 2.0, 3.0]
+
+
 @pytest.mark.parametrize("exponent", [-560, -300, 300, 520])
 def test_a_scene_with_squares_that_over_or_underflow_is_refused_with_all_its_lengths(exponent: int) -> None:
     scene = make_scene("grid", bodies=4)
@@ -143,12 +150,30 @@ def test_the_limits_of_magnitude_themselves_are_allowed_and_speeds_may_be_tiny()
     least, most = 2.0**-200, 2.0**200
     Scene([[0.0, 0.0], [most, 5e-324]], [[most, -most], [5e-324, -1e-310]], [least, 2.0**199])
     Scene([[most / 2.0, most / 2.0]], [[0.0, 0.0]], least, mass=most, arena=(most, most))
-    Scene([[0.5, 0.5]], [[1000.0, 0.0]], 0.1, arena=(1.0, 1.0), start=2.0**42)
+    Scene([[0.0, 0.0], [1.0, 0.0]], np.zeros((2, 2)), 0.1, [1.0, 2.0**100], turns=[(0, 1.0, (most, 0.0))])
+    (mistake,) = refused(position=[[0, 0]], **STILL, turns=[(0, 1.0, (0.0, -2.0 * most))]).mistakes
+    assert str(mistake).startswith("turns[0].velocity: found [0.0, -3.2138")
+    error = refused(
+        position=[[0, 0], [1, 0], [2, 0]], velocity=np.zeros((3, 2)), radius=0.1, mass=[1, 4, 2**-99]
+    )
+    assert places(error) == ["bodies[2].mass and bodies[1].mass"]
+    assert "expected no body more than 2**100 (1.3e+30) times as heavy as another" in str(error)
+
+
+def test_a_start_where_a_time_unit_vanishes_is_refused_with_the_rest() -> None:
+    error = refused(position=[[0, 0]], velocity=[[0, 0]], radius=-1.0, start=1e17)
+    assert places(error) == ["start", "bodies[0].radius"]
+    assert "expected a start at most 4.5036e+15 from 0, beyond which a time unit, 1, is lost" in str(error)
+    fast = {"position": [[0.5, 0.5]], "velocity": [[1000.0, 0.0]], "radius": 0.1, "arena": (1.0, 1.0)}
+    assert "a time unit, 0.000977, is lost" in str(refused(**fast, start=2.0**43))
+    Scene(**fast, start=2.0**42)
     Scene([[0, 0]], **STILL, start=-(2.0**52))
+    assert places(refused(position=[[0, 0]], **STILL, start=-(2.0**53))) == ["start"]
 
 
 def test_settings_have_a_hash_though_their_options_are_a_table() -> None:
-    one, two = (Settings("sap-1d", ["disc"], {"sap-1d": {"axis": "y"}}, 2) for _ in range(2))  # type: ignore[arg-type]
+    options = ({"sap-1d": {"axis": "y", "odd": float("nan")}} for _ in range(2))
+    one, two = (Settings("sap-1d", ["disc"], each, 2) for each in options)  # type: ignore[arg-type]
     assert one == two
     assert hash(one) == hash(two)
 
@@ -173,6 +198,35 @@ def test_the_overlap_search_finds_each_pair_once(discs: list[tuple[float, float,
         if np.hypot(*(position[a] - position[b])) < radius[a] + radius[b]
     ]
     assert sorted(found) == expected
+
+
+@pytest.mark.parametrize("chunk", [bodies.CHUNK, 4])
+@pytest.mark.parametrize("periods", [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)])
+def test_discs_of_a_crowd_overlap_in_all_directions_and_over_borders(
+    chunk: int, periods: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bodies, "CHUNK", chunk)
+    random = np.random.default_rng(1)
+    position, radius = (
+        random.random((203, 2)),
+        0.99 * 2.0 ** np.minimum(random.uniform(-7.0, -3.0, 203), -5.0),
+    )
+    position[:3], radius[:3] = [(0.49, 0.51), (0.51, 0.49), (0.49, 0.49)], 0.03  # over two borders at once
+    apart = position[:, np.newaxis] - position
+    apart -= np.rint(apart) * periods
+    overlap = np.hypot(*apart.T) < radius + radius[:, np.newaxis]
+    found = overlapping_images(position, radius, periods)
+    pairs = sorted(pair for pairs in found for pair in pairs.tolist())
+    assert pairs == np.argwhere(np.triu(overlap, 1)).tolist()
+
+
+def test_a_body_is_narrower_than_a_period_and_a_place_is_less() -> None:
+    room = {"position": [[0.5, 0.5]], "velocity": [[0.0, 0.0]], "arena": (1.0, 2.0), "periodic": "x"}
+    Scene(**room, radius=np.nextafter(0.5, 0.0))
+    Scene(**room, shape=box(0.25, 0.375))
+    assert places(refused(**room, radius=0.5)) == ["bodies[0].radius"]
+    assert places(refused(**room, shape=box(0.375, 0.5))) == ["bodies[0].shape"]
+    assert bodies.in_box(np.array([[-(2.0**-60), -0.25]]), (1.0, 0.0)).tolist() == [[0.0, -0.25]]
 
 
 def test_each_disc_of_ten_thousand_is_compared_with_few(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,9 +1,11 @@
 """``power``: the contacts of the reference, a structure that is true between events, and what is refused."""
 
+import numpy as np
 import pytest
 
 import kinetile as kt
 from agreement import agree, lattice_scene
+from kinetile.errors import Refused
 from lanes import first
 
 
@@ -64,6 +66,25 @@ def test_insertions_and_removals_leave_no_edge_to_flip():
     assert sim.readings.structural_events == 0
 
 
+def test_edges_that_an_insertion_or_a_removal_makes_are_watched():
+    """And their ends are queued: of edges to a body with a large number the other ends are the owners."""
+    sim = kt.Simulation(kt.make_scene("random", bodies=20, density=0.2, radius_ratio=4.0), "power", live=True)
+    for body in (19, 0, 17, 2):
+        sim.run(max_contacts=2)
+        sim.remove(body)
+        sim.audit()
+        sim.insert_many(np.random.default_rng(body).random((4, 2)), (0.25, 0.125), radius=1e-3)
+        sim.audit()
+
+
 def test_edges_of_four_bodies_in_the_places_of_a_square_and_of_one_alone():
     for bodies in (1, 4):
         same(kt.make_scene("grid", bodies=bodies, density=0.2, seed=2), 4.0, audit=4)
+
+
+def test_an_inserted_body_is_refused_where_its_radius_is():
+    scene = kt.Scene([[0.25, 0.5], [0.75, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.125, arena=(1.0, 1.0))
+    sim = kt.Simulation(scene, "power", live=True)
+    sim.run(until=0.0625)
+    with pytest.raises(Refused, match="power is for bodies that are at most 16384"):
+        sim.insert((0.5, 0.25), radius=3e-5)

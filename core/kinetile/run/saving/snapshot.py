@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -132,8 +133,8 @@ def check_state(state: RunState, scene: Scene) -> None:
     table. What is left describes some run. O(n).
     """
     with np.errstate(all="ignore"):
-        for text in (*_of_ranges(state, scene), *_of_plans(state, scene), *_of_commands(state, scene)):
-            raise ValueError(text)
+        for text in chain(_of_ranges(state, scene), _of_plans(state, scene), _of_commands(state, scene)):
+            raise ValueError(text)  # the first: what is wrong is no index for the next check
 
 
 def _of_ranges(state: RunState, scene: Scene) -> Iterator[str]:
@@ -149,6 +150,8 @@ def _of_ranges(state: RunState, scene: Scene) -> Iterator[str]:
     }
     if len(state.contents.counts) != 1 or len(state.contents.clock) != 1:
         yield "it has not one clock with its counts"
+    elif not all(map(math.isfinite, state.contents.counts[0].item())):
+        yield "a count is none"
     for table, rows in state.contents._asdict().items():
         for name, _, quantity, _ in declared(rows.dtype):
             least, most = ranges.get(quantity, (LONG_AGO - SPAN, NEVER))  # of ticks

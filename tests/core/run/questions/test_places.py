@@ -204,6 +204,7 @@ def test_what_touches_in_numbers_without_rounding_counts():
     query = laid_out([(kt.disc(0.5), 3.0, 4.0), (kt.disc(1.0), 2.0, 1.0), (kt.disc(1.0), 2.0, -1.0)])
     assert places.bodies_near(query, (0.0, 0.0), 4.5).tolist() == [1, 2, 0]
     assert places.ray(query, (0.0, 0.0), (3.0, 0.0)) == [(1, 2.0), (2, 2.0)]  # both graze
+    assert places.ray(query, (2.5, 4.0), (-1.0, 0.0)) == [(0, 0.0)]  # it begins at the outline, and goes away
 
 
 @given(bodies=bodies, point=points, count=st.none() | st.integers(0, 9), radius=st.none() | reaches)
@@ -211,6 +212,7 @@ def test_what_touches_in_numbers_without_rounding_counts():
     bodies=[(kt.box(2, 2), 0.0, 0.0), (kt.box(1, 1), 0.0, 0.0)], point=(0.0, 0.0), count=None, radius=None
 )
 @example(bodies=[(kt.segment((0, 0), (3, 4)), 0.0, 0.0)], point=(1.5, 2.0), count=None, radius=0.0)
+@example(bodies=[(kt.polygon(DIAMOND[:3]), 0.0, 0.0)], point=(0.25, 0.0), count=None, radius=0.0)  # inside
 def test_who_is_near(bodies, point, count, radius):
     found = places.bodies_near(laid_out(bodies), point, radius, count).tolist()
     off, far = size_of(bodies, *point, radius or 0.0), [gap(body, decimal(*point)) for body in bodies]
@@ -265,6 +267,36 @@ def test_who_stands_in_the_way(bodies, origin, direction):
             far = gap(body, (start[0] + part * u[0], start[1] + part * u[1]))
             assert far >= -off or length == 0
             assert share < 1 or far <= off
+
+
+def test_the_circles_around_bodies_leave_nobody_out():
+    """A circle touches its body in a point that is nearest or farthest, or that a ray grazes: there rounding
+    would decide who is compared at all."""
+    random = np.random.default_rng(1)
+    for _ in range(200):
+        angle, size, far = random.uniform(0.5, 2.0, 3)
+        u, v = (np.array(each) for each in ((np.cos(angle), np.sin(angle)), (-np.sin(angle), np.cos(angle))))
+        tip = kt.segment(tuple(size * u - 2.0**-30 * v), tuple(size * u + 2.0**-30 * v))
+        at = np.array([(0.0, 0.0), (far + size + 0.5) * v, random.uniform(0.5, 2.0, 2)])
+        shapes = (tip, kt.disc(0.5), kt.Shape((tuple(size * u),), 0.25))
+        query = laid_out([(shape, x, y) for shape, (x, y) in zip(shapes, at.tolist(), strict=True)])
+        cores = query.cores(np.arange(3))
+        for point in (-far * u, at[0] + (size + far) * u, at[2] + (size + far) * u):
+            gaps = places._gaps(*cores, point - at)
+            nearest = np.argsort(gaps, kind="stable").tolist()
+            assert places.bodies_near(query, tuple(point), count=1).tolist() == nearest[:1]
+            assert set(nearest[:2]) <= {*places.bodies_near(query, tuple(point), gaps[nearest[1]]).tolist()}
+        for start in (at[0] + size * u - far * v, at[2] + (size + 0.25) * u - far * v):
+            met = np.isfinite(places._entries(*cores, start - at, v))
+            assert {hit.body for hit in places.ray(query, tuple(start), tuple(v))} == {*np.flatnonzero(met)}
+
+
+def test_no_ray_goes_between_two_sides():
+    query = laid_out([(kt.polygon(OCTAGON), 0.0, 0.0)])
+    random = np.random.default_rng(1)
+    for corner in np.array(OCTAGON * 40):
+        way = corner + random.uniform(-0.25, 0.25, 2)
+        assert places.ray(query, tuple(corner + random.uniform(0.1, 4.0) * way), tuple(-way))
 
 
 @given(

@@ -11,6 +11,7 @@ import sys
 import textwrap
 import zipfile
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ import broken_phases
 import kinetile as kt
 from kinetile.errors import BadOption, BusyError, RecordError
 from kinetile.kernel.log import MET, Fingerprint
-from kinetile.kernel.tables import Quantity, declared
+from kinetile.kernel.tables import JAMMED, Quantity, declared
 from kinetile.run.saving import files
 from kinetile.run.saving.files import note
 from kinetile.run.simulation import composition_of
@@ -203,9 +204,9 @@ def test_contacts_that_are_not_kept_go_on_with_their_fingerprint(tmp_path, monke
     again = kt.resume(tmp_path / "s.kt")
     assert not again.keeps_contacts
     for each in (sim, again):
-        each.run(0.4)
+        each.run(1.5)
     whole = simulation()
-    whole.run(0.4)
+    whole.run(1.5)
     assert sim.fingerprint == again.fingerprint == whole.fingerprint
     again.save(tmp_path / "s.kt")  # a run that has gone on is saved again
     assert kt.resume(tmp_path / "s.kt", "sap-1d").fingerprint == whole.fingerprint
@@ -257,6 +258,14 @@ def test_what_has_ended_with_a_fault_is_not_saved(tmp_path):
     assert sim.snapshot() == before
 
 
+def test_what_is_jammed_is_saved(tmp_path):
+    """A command can end it."""
+    sim = simulation()
+    sim._engine.fields.fault.code[0] = JAMMED
+    sim.save(tmp_path / "s.kt")
+    assert kt.resume(tmp_path / "s.kt").snapshot() == sim.snapshot()
+
+
 def test_a_snapshot_of_something_else_changes_nothing():
     sim = simulation()
     before = sim.snapshot()
@@ -264,6 +273,9 @@ def test_a_snapshot_of_something_else_changes_nothing():
         sim.restore(kt.Simulation(kt.make_scene("grid", bodies=4)).snapshot())
     with pytest.raises(RecordError, match="the narrow phases disc, and"):
         sim.restore(kt.Simulation(sim.scene, narrow_phases=["disc"]).snapshot())
+    options = {name: {"odd": 1} for name in before.phases.narrow_phases}
+    with pytest.raises(RecordError, match="or other options of them"):
+        sim.restore(replace(before, phases=replace(before.phases, narrow_phases=options)))
     assert sim.snapshot() == before
 
 

@@ -6,9 +6,11 @@ import os
 import pickle
 import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import seed as seeded
@@ -22,7 +24,7 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.tables import JAMMED, LONG_AGO, NEVER, Quantity, Role, declared
 from kinetile.run.engine.spans import count_from_next
 from kinetile.run.engine.state import contents_of
-from kinetile.run.saving.snapshot import resumed
+from kinetile.run.saving.snapshot import check_state, resumed
 from kinetile.run.simulation import composition_of
 from lanes import BUILT_IN
 
@@ -220,3 +222,90 @@ def test_a_passing_of_four_spans_ended_late_for_it_began_in_the_future():
     sim = kt.Simulation(scene, "naive")
     sim.run(max_contacts=2)
     assert rows(sim) == answer(scene, 2, 5000 << 52).contacts
+
+
+def with_wrong(state, name: str, at: int, field: str, value: object):
+    """Return a state with another value in a row of a table, or in the clock."""
+    rows = getattr(state.contents, name).copy()
+    rows[field][at] = value
+    return replace(state, contents=state.contents._replace(**{name: rows}))
+
+
+def refuse(state, scene: kt.Scene, wrong: list[tuple]) -> None:
+    """Assert that a state is right, and that each change of it is refused."""
+    check_state(state, scene)
+    taken = []
+    for each in wrong:
+        with suppress(ValueError):
+            check_state(with_wrong(state, *each), scene)
+            taken.append(each)
+    assert taken == []
+
+
+def test_the_first_value_that_is_wrong_is_refused():
+    """In a run in which bodies pass, come and go, with commands to come: nine bodies, and one that comes."""
+    kinds = ["one", "two", "one"] * 3
+    coming = [kt.Insert(0.6, (0.5, 0.5), (0.0, 0.0), 2.0**-9, kind="two"), kt.Turn(9, 0.7, (1.0, 0.0))]
+    scene = kt.make_scene("grid", bodies=9, seed=1).replace(
+        kind=kinds, responses={("one", "two"): kt.Response("pass")}, commands=[*coming, kt.Remove(2, 0.75)]
+    )
+    sim = kt.Simulation(scene, "naive")
+    sim.run(0.5)
+    state = sim.snapshot().state
+    now, speed = int(state.contents.clock["now"][0]), state.bounds.speed
+    first = state.contents.commands["tick"][0]
+    wrong = [
+        *(("plans", 8, "number", value) for value in (7, 10)),
+        *(("plans", 8, "last", value) for value in (-2, 10)),
+        *((table, 0, "kind", value) for table in ("plans", "commands") for value in (-1, 2)),
+        *(("plans", 8, "form", value) for value in (-2, 0)),
+        *(("plans", 0, field, 0.0) for field in ("radius", "mass")),
+        *(("plans", 0, "anchor", value) for value in (now + 1, -(1 << 62) - SPAN - 1)),
+        ("plans", 0, "vx", 1.001 * speed),
+        ("plans", 0, "y", 2.0**217),
+        ("passings", 0, "b", state.contents.passings["a"][0]),
+        ("passings", 0, "b", 9),  # it is still to come
+        ("counts", 0, "contacts_disc", -1),
+        ("counts", 0, "deepest", np.inf),
+        *(("clock", 0, field, value) for field in ("fault.a", "fault.b") for value in (-5, 10)),
+        ("clock", 0, "torus.number", -1),
+        *(("clock", 0, field, -2) for field in ("now", "met_there", "jam.window")),
+        ("clock", 0, "fault.code", 2 if JAMMED != 2 else 1),
+        *(("commands", 0, "body", value) for value in (-1, 8, 10)),
+        *(("commands", 1, "body", value) for value in (-1, 10)),
+        ("commands", 0, "tick", now - 1),
+        ("commands", 1, "tick", first - 1),
+        ("commands", 0, "code", -9),
+        *(("commands", 0, field, 2.0**201) for field in ("x", "y", "vx", "vy", "radius")),
+        *(("commands", 0, field, 0.0) for field in ("radius", "mass")),
+    ]
+    refuse(state, scene, wrong)
+    with pytest.raises(ValueError, match="overlaps at the start"):
+        check_state(replace(state, overlapping=np.array([[0, 9]])), scene)
+
+
+def test_a_shape_that_there_is_not_is_refused_and_so_is_another_radius():
+    boxes = {"shape": kt.box(0.5, 0.25), "arena": (4.0, 4.0)}
+    coming = [kt.Insert(0.5, (3.0, 3.0), (0.0, 0.0), shape=kt.box(0.25, 0.25))]
+    scene = kt.Scene([(1.0, 1.0), (3.0, 1.0)], [(0.0, 0.0)] * 2, **boxes, commands=coming)
+    sim = kt.Simulation(scene, "naive")
+    sim.run(0.25)
+    wrong = [(table, 0, "form", value) for table in ("plans", "commands") for value in (-1, 2)]
+    refuse(
+        sim.snapshot().state,
+        scene,
+        [*wrong, *((table, 0, "radius", 0.125) for table in ("plans", "commands"))],
+    )
+
+
+def test_snapshots_with_one_field_that_differs_are_not_equal():
+    there = lively("cells").snapshot()
+    state = there.state
+    changes = {"base": 1, "requested": 9.0, "audits": 5, "overlapping": np.array([[0, 1]])}
+    others = [{name: value} for name, value in changes.items()]
+    entries = [{"rows": 9}, {"pending_events": ((0, 1, 0, 1),)}, {"unrecorded": (np.zeros(1),)}]
+    others += [{"entries": state.entries._replace(**each)} for each in entries]
+    for each in others:
+        assert replace(there, state=replace(state, **each)) != there, each
+    assert replace(there, start_energy=0.5) != there != replace(there, audit=9)
+    assert replace(there, state=replace(state, cpu_seconds=9.0)) == there
