@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import wraps
 from types import ModuleType
-from typing import Any, NamedTuple, ParamSpec, TypeVar
+from typing import Any, ClassVar, NamedTuple, ParamSpec, TypeVar
 
 __all__ = [
     "AuditError",
@@ -47,7 +47,6 @@ __all__ = [
 _Arguments = ParamSpec("_Arguments")
 _Result = TypeVar("_Result")
 _Class = TypeVar("_Class")
-
 
 _LONGEST_NAME = 100
 _LONGEST_LINE = 10_000
@@ -123,22 +122,29 @@ class Mistake(NamedTuple):
         return f"{where}: found {found}; expected {expected}"
 
 
-class SceneError(KinetileError, ValueError):
+class _Mistaken(KinetileError, ValueError):
+    """Mistakes of what a user has written: ``what`` it is, and the file it is in, or None."""
+
+    what: ClassVar[str]
+
+    def __init__(self, mistakes: Sequence[Mistake], source: str | None = None) -> None:
+        self.mistakes = tuple(mistakes)
+        self.source = source
+        count = f"{len(mistakes)} mistake{'s' if len(mistakes) != 1 else ''}"
+        head = f"{printable(source)}: {count}" if source else f"{self.what} has {count}"
+        super().__init__("\n".join([head, *(f"  {mistake}" for mistake in mistakes)]))
+
+
+class SceneError(_Mistaken):
     """A scene is not fit to be simulated; all of its mistakes are listed at once."""
 
-    def __init__(self, mistakes: Sequence[Mistake], source: str | None = None) -> None:
-        self.mistakes = tuple(mistakes)
-        self.source = source
-        super().__init__(_listed("the scene", self.mistakes, source))
+    what = "the scene"
 
 
-class StudyError(KinetileError, ValueError):
+class StudyError(_Mistaken):
     """A study cannot be run as its file says; all of its mistakes are listed at once."""
 
-    def __init__(self, mistakes: Sequence[Mistake], source: str | None = None) -> None:
-        self.mistakes = tuple(mistakes)
-        self.source = source
-        super().__init__(_listed("the study", self.mistakes, source))
+    what = "the study"
 
 
 class Refused(KinetileError, ValueError):
@@ -170,22 +176,19 @@ class TooThick(Refused):
     another try ends in the same way."""
 
 
-class ZenoError(KinetileError, RuntimeError):
+class _OfBodies(KinetileError, RuntimeError):
+    def __init__(self, message: str, *, time: float, bodies: Sequence[int]) -> None:
+        self.time = time
+        self.bodies = tuple(bodies)
+        super().__init__(message)
+
+
+class ZenoError(_OfBodies):
     """Contacts follow each other without end in no time: the bodies are jammed."""
 
-    def __init__(self, message: str, *, time: float, bodies: Sequence[int]) -> None:
-        self.time = time
-        self.bodies = tuple(bodies)
-        super().__init__(message)
 
-
-class MissedContactError(KinetileError, RuntimeError):
+class MissedContactError(_OfBodies):
     """A contact was missed: two bodies overlap more than rounding explains, or were reported too late."""
-
-    def __init__(self, message: str, *, time: float, bodies: Sequence[int]) -> None:
-        self.time = time
-        self.bodies = tuple(bodies)
-        super().__init__(message)
 
 
 class PhaseError(KinetileError, RuntimeError):
@@ -352,15 +355,14 @@ def no_attribute(owner: object, name: str) -> AttributeError:
             object.__getattribute__(owner, name)
         except AttributeError as error:
             return error
-    what = (
-        f"module {owner.__name__!r}" if isinstance(owner, ModuleType) else f"{type(owner).__name__!r} object"
-    )
-    said = f"{what} has no attribute {name!r}"
+    is_module = isinstance(owner, ModuleType)
+    what = f"module {owner.__name__!r}" if is_module else f"{type(owner).__name__!r} object"
+    text = f"{what} has no attribute {name!r}"
     if name.startswith("_"):
-        return AttributeError(said)
+        return AttributeError(text)
     meant, near = _MEANT.get(_fold(name)), nearest(name, (each for each in dir(owner) if each[0] != "_"))
     hint = f"; write instead: {meant}" if meant else f"; did you mean {near!r}?" if near else ""
-    return AttributeError(said + hint)
+    return AttributeError(text + hint)
 
 
 def key_of(name: str, known: Iterable[str], value: Any = None) -> str:
@@ -422,20 +424,13 @@ def _wrong_argument(call: Callable[..., Any], args: Sequence[Any], kwargs: Mappi
     return f"{takes}: {_WORDS['dt'][2]}" if call.__name__.startswith("step") else takes
 
 
-def _listed(what: str, mistakes: Sequence[Mistake], source: str | None) -> str:
-    """Returns a message with all mistakes of a scene, or of its file."""
-    count = f"{len(mistakes)} mistake{'s' if len(mistakes) != 1 else ''}"
-    head = f"{printable(source)}: {count}" if source else f"{what} has {count}"
-    return "\n".join([head, *(f"  {mistake}" for mistake in mistakes)])
-
-
 def _as_raised(
     kind: type[KinetileError], args: tuple[Any, ...], attributes: Mapping[str, Any]
 ) -> KinetileError:
     """Returns an error from its parts, without the constructor, which has made the message."""
     error = kind.__new__(kind, *args)
     super(KinetileError, error).__init__(*args)
-    error.__dict__.update(attributes)
+    vars(error).update(attributes)
     return error
 
 

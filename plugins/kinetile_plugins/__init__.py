@@ -93,28 +93,22 @@ def kinetile_responses() -> list[ResponseSpec]:
 @hookimpl
 def kinetile_scenes() -> list[SceneSpec]:
     """Lists the built-in scene recipes."""
-    rooms = "kinetile_plugins.scenes"
+    recipes = (
+        ("grid", "random_discs:grid", "the thesis's benchmark: discs started on a grid"),
+        ("random", "random_discs:random_discs", "discs of random radii, nowhere overlapping"),
+        ("lattice", "lattice:lattice", "dyadic numbers: exact ties and touching starts"),
+        ("figure-10", "arranged:figure_10", "every pair overlaps along an axis (figure 10)"),
+        ("figure-11", "arranged:figure_11", "every pair of bounding boxes overlaps (figure 11)"),
+        ("figure-16", "arranged:figure_16", "one disc is every other's neighbour (figure 16)"),
+        ("cradle", "arranged:cradle", "a row of touching discs, struck at one end"),
+        ("break", "arranged:billiard_break", "a billiard break"),
+        ("two-discs", "arranged:two_discs", "two discs that meet"),
+        ("mixture", "matter:mixture", "discs of two and more sizes, at a temperature"),
+        ("grown", "grown:grown", "a dense mixture: discs that grew while they moved"),
+        ("hexagonal", "matter:hexagonal", "a hexagonal crystal of equal discs"),
+        ("square", "matter:square", "a square crystal of equal discs"),
+        ("frame", "frame:frame", "a frame of an extended XYZ or GSD file"),
+    )
     return [
-        SceneSpec("grid", f"{rooms}.random_discs:grid", "the thesis's benchmark: discs started on a grid"),
-        SceneSpec(
-            "random", f"{rooms}.random_discs:random_discs", "discs of random radii, nowhere overlapping"
-        ),
-        SceneSpec("lattice", f"{rooms}.lattice:lattice", "dyadic numbers: exact ties and touching starts"),
-        SceneSpec(
-            "figure-10", f"{rooms}.arranged:figure_10", "every pair overlaps along an axis (figure 10)"
-        ),
-        SceneSpec(
-            "figure-11", f"{rooms}.arranged:figure_11", "every pair of bounding boxes overlaps (figure 11)"
-        ),
-        SceneSpec(
-            "figure-16", f"{rooms}.arranged:figure_16", "one disc is every other's neighbour (figure 16)"
-        ),
-        SceneSpec("cradle", f"{rooms}.arranged:cradle", "a row of touching discs, struck at one end"),
-        SceneSpec("break", f"{rooms}.arranged:billiard_break", "a billiard break"),
-        SceneSpec("two-discs", f"{rooms}.arranged:two_discs", "two discs that meet"),
-        SceneSpec("mixture", f"{rooms}.matter:mixture", "discs of two and more sizes, at a temperature"),
-        SceneSpec("grown", f"{rooms}.grown:grown", "a dense mixture: discs that grew while they moved"),
-        SceneSpec("hexagonal", f"{rooms}.matter:hexagonal", "a hexagonal crystal of equal discs"),
-        SceneSpec("square", f"{rooms}.matter:square", "a square crystal of equal discs"),
-        SceneSpec("frame", f"{rooms}.frame:frame", "a frame of an extended XYZ or GSD file"),
+        SceneSpec(name, f"kinetile_plugins.scenes.{target}", summary) for name, target, summary in recipes
     ]

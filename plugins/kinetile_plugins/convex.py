@@ -92,14 +92,14 @@ SLOWEST = 2.0**-900
 
 @hook
 def row_of(k: Kernel, a: int, b: int) -> int:
-    """Return where the row of the difference of two bodies' shapes begins in ``k.numbers``; 0: none."""
+    """Returns where the row of the difference of two bodies' shapes begins in ``k.numbers``; 0: none."""
     shapes = int(k.numbers[0])
     return int(k.numbers[1 + k.bodies[a].form * shapes + k.bodies[b].form])
 
 
 @hook
 def around(f: Numbers, corner: int, reach: float, x: float, y: float, vx: float, vy: float) -> float:
-    """Return a bound below the time until a place is nearer to a corner than a reach."""
+    """Returns a bound below the time until a place is nearer to a corner than a reach."""
     x -= f[corner + CX]
     y -= f[corner + CY]
     approach = x * vx + y * vy
@@ -114,7 +114,7 @@ def around(f: Numbers, corner: int, reach: float, x: float, y: float, vx: float,
 
 @hook
 def not_before(f: Numbers, row: int, x: float, y: float, vx: float, vy: float, fat: float) -> float:
-    """Return a bound below the time until a place enters a difference, fattened; infinite where it does not.
+    """Returns a bound below the time until a place enters a difference, fattened; infinite where it does not.
 
     It is not before the place is within the lines of all faces, moved out by R; and where it is then beyond
     an end of the face that it comes across last, not before it has come to that corner.
@@ -171,7 +171,8 @@ def not_before(f: Numbers, row: int, x: float, y: float, vx: float, vy: float, f
 
 @hook
 def within(low: Floats, high: Floats, v: Floats) -> tuple[Floats, Floats]:
-    """Return from when until when coordinates that are to grow by low to high, at speeds v, have grown so."""
+    """Returns from when until when coordinates that are to grow by low to high, at speeds v, have grown
+    so."""
     zero = spread(0.0)
     still = choose((v >= zero) & (v <= zero), spread(SLOWEST), v)
     one = low / still
@@ -181,7 +182,7 @@ def within(low: Floats, high: Floats, v: Floats) -> tuple[Floats, Floats]:
 
 @hook
 def until_others(k: Kernel, body: int, other: int, vx: float, vy: float, fat: float) -> float:
-    """Return a bound below the first contact through another image than the nearest, at a relative velocity:
+    """Returns a bound below the first contact through another image than the nearest, at a relative velocity:
     along an axis it is half a period away."""
     torus = k.clock[0].torus
     reach = k.radii[body] + k.radii[other] + 2.0 * fat
@@ -192,7 +193,7 @@ def until_others(k: Kernel, body: int, other: int, vx: float, vy: float, fat: fl
 
 @hook
 def bound_with(k: Kernel, body: int, other: int, at: int, fat: float, periodic: bool) -> float:
-    """Return a bound below the first contact with another body, as a delay after a tick."""
+    """Returns a bound below the first contact with another body, as a delay after a tick."""
     row = row_of(k, body, other)
     if row == 0:
         return math.inf
@@ -217,7 +218,7 @@ def bound_with(k: Kernel, body: int, other: int, at: int, fat: float, periodic: 
 def or_through_others(
     k: Kernel, body: int, start: int, delay: Floats, vx: Floats, vy: Floats, fat: float
 ) -> Floats:
-    """Return bounds, ``LEAST`` or more, that are also below contacts through other images than the nearest,
+    """Returns bounds, ``LEAST`` or more, that are also below contacts through other images than the nearest,
     as ``until_others`` has them."""
     torus = k.clock[0].torus
     reach = spread(k.radii[body] + 2.0 * fat) + pick(k.radii, k.near, start)
@@ -233,7 +234,7 @@ def or_through_others(
 def boxes_meet(
     k: Kernel, body: int, start: int, at: int, fat: float, periodic: bool
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
-    """Return from when until when the upright boxes around a body and eight others overlap, or around their
+    """Returns from when until when the upright boxes around a body and eight others overlap, or around their
     nearest images, from a place in ``k.near`` on; and how they are apart and move, along x and y."""
     elapsed = spread(since_origin(k, at))
     one = k.places[body]
@@ -265,7 +266,7 @@ def boxes_meet(
 def frames_meet(
     k: Kernel, body: int, start: int, at: int, fat: float, periodic: bool
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Return bounds by the upright boxes and the circles around a body and eight others, from a place in
+    """Returns bounds by the upright boxes and the circles around a body and eight others, from a place in
     ``k.near`` on, ``LEAST`` or more; and how they are apart and move, along x and y."""
     delay, ends, dx, dy, vx, vy = boxes_meet(k, body, start, at, fat, periodic)
     reach = spread(k.radii[body] + 2.0 * fat) + pick(k.radii, k.near, start)
@@ -293,7 +294,7 @@ def soonest_of_shapes(
     two: int,
     periodic: bool,
 ) -> tuple[float, float, int]:
-    """Return what ``soonest`` does, by the differences of shapes: ``soon`` is so for ``who``, and ``two`` is
+    """Returns what ``soonest`` does, by the differences of shapes: ``soon`` is so for ``who``, and ``two`` is
     another one that may come soon."""
     one = who
     rest = bound_with(k, body, two, at, fat, periodic)
@@ -330,8 +331,8 @@ def _bounds(
     @unchecked
     @hook
     def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
-        """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom:
-        as delays after tick ``at``, infinite where there is no contact.
+        """Returns bounds below the first contact of a body with ``k.near[:count]``, the second, and with
+        whom: as delays after tick ``at``, infinite where there is no contact.
 
         By boxes and circles first, eight at a time: mostly the difference of the shapes need be looked at for
         the first alone. Where that comes later than the second, it is for all that may come before the
@@ -385,7 +386,7 @@ _among_images = _bounds(False, periodic=True)
 
 @hook
 def barred_nearby(k: Kernel, body: int, at: int) -> int:
-    """Return the body from which a body is barred through the image that is nearest at a tick, or NOBODY."""
+    """Returns the body from which a body is barred through the image that is nearest at a tick, or NOBODY."""
     other = k.bodies[body].last
     if other < 0 or k.bodies[other].last != body:
         return NOBODY
@@ -407,8 +408,8 @@ def barred_nearby(k: Kernel, body: int, at: int) -> int:
 @unchecked
 @hook
 def soonest_of_images(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
-    """Return what ``soonest`` does among images. Two that have just met touch, and would have a bound of now:
-    of the image through which they are barred there is none."""
+    """Returns what ``soonest`` does among images. Two that have just met touch, and would have a bound of
+    now: of the image through which they are barred there is none."""
     met = barred_nearby(k, body, at)
     soon, rest, who = _among_images(k, body, count, met, at)
     if met != NOBODY:
@@ -423,7 +424,7 @@ def soonest_of_images(k: Kernel, body: int, count: int, barred: int, at: int) ->
 
 @hook
 def end_of(f: Numbers, row: int, face: int, dx: float, dy: float) -> int:
-    """Return the corner at the end of a face beyond which a place is, or -1; without a radius -1 (9s)."""
+    """Returns the corner at the end of a face beyond which a place is, or -1; without a radius -1 (9s)."""
     faces = row + HEAD
     after = face + WIDE
     after = faces if after == faces + int(f[row + COUNT]) * WIDE else after
@@ -439,7 +440,7 @@ def end_of(f: Numbers, row: int, face: int, dx: float, dy: float) -> int:
 @unchecked
 @hook
 def gap(k: Kernel, one: int, other: int, dx: float, dy: float) -> float:
-    """Return how far apart two shapes are, below 0 where they overlap, if the place of the other is (dx, dy)
+    """Returns how far apart two shapes are, below 0 where they overlap, if the place of the other is (dx, dy)
     from that of the one: rounded, as rule 9s has it for the room of a body that is inserted."""
     f = k.numbers
     row = int(f[1 + one * int(f[0]) + other])
@@ -466,7 +467,7 @@ def gap(k: Kernel, one: int, other: int, dx: float, dy: float) -> float:
 
 @hook
 def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
-    """Return the normal from a to b, of length 1, along which two bodies touch if their places differ by
+    """Returns the normal from a to b, of length 1, along which two bodies touch if their places differ by
     (dx, dy), and how deep they overlap (rule 9s). Not a number where that is a corner, and they are at it."""
     f = k.numbers
     row = row_of(k, a, b)
@@ -502,7 +503,7 @@ def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, flo
 
 @hook
 def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Return how many ticks after the later anchor two bodies touch last by their plans, or ``NEVER``."""
+    """Returns how many ticks after the later anchor two bodies touch last by their plans, or ``NEVER``."""
     return int(leaves(pointer(k.numbers), row_of(k, early, late), plans))
 
 
@@ -513,7 +514,7 @@ collide_images, touch_images, part_images = hooks_of(line_of, parts_after, True)
 @unchecked
 @hook
 def meet(k: Kernel, a: int, b: int) -> int:
-    """Return the tick of the first contact of two bodies, or ``NEVER``."""
+    """Returns the tick of the first contact of two bodies, or ``NEVER``."""
     early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
     late = a + b - early
     row = row_of(k, early, late)
@@ -535,7 +536,7 @@ def meet(k: Kernel, a: int, b: int) -> int:
 
 @hook
 def shapes_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Return how many ticks after the later anchor two bodies touch by their plans, or ``NEVER``."""
+    """Returns how many ticks after the later anchor two bodies touch by their plans, or ``NEVER``."""
     row = row_of(k, early, late)
     if row == 0 or (math.isinf(k.mass[early]) and math.isinf(k.mass[late])):
         return NEVER
@@ -544,7 +545,7 @@ def shapes_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
 
 @hook
 def shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> float:
-    """Return how deep two bodies overlap if their places are so far apart."""
+    """Returns how deep two bodies overlap if their places are so far apart."""
     _, _, depth = line_of(k, early, late, dx, dy)
     return depth
 

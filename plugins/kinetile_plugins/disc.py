@@ -96,7 +96,7 @@ from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, alone, circles_me
 @unchecked
 @hook
 def meet(k: Kernel, a: int, b: int) -> int:
-    """Return the tick of the first contact of two discs, or ``NEVER``."""
+    """Returns the tick of the first contact of two discs, or ``NEVER``."""
     early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
     one = k.bodies[early]
     two = k.bodies[a + b - early]
@@ -138,7 +138,7 @@ first_image_among_shapes = first_image_of(touch_among_shapes, discs_overlap)
 
 @hook
 def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic: bool) -> float:
-    """Return what ``soonest`` does for one partner alone; ``reach`` is the sum of the fattened radii."""
+    """Returns what ``soonest`` does for one partner alone; ``reach`` is the sum of the fattened radii."""
     one = k.places[body]
     two = k.places[other]
     fat = k.clock[0].limits.fat
@@ -179,7 +179,8 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
     @unchecked
     @hook
     def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
-        """Return bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom.
+        """Returns bounds below the first contact of a body with ``k.near[:count]``, the second, and with
+        whom.
 
         Eight at a time, on the common clock, with discs fattened by more than all rounding (``limits.fat``,
         and a little of the distance), so that they touch before the discs do. The bounds are delays after
@@ -274,14 +275,14 @@ soonest_of_images = _bounds(False, True)
 
 @hook
 def overlap(one: Records, two: Records, distance: float) -> float:
-    """Return the overlap of two discs; not a number where their centres are one place, so that there is no
+    """Returns the overlap of two discs; not a number where their centres are one place, so that there is no
     line along which they could exchange momentum."""
     return float(one.radius + two.radius - distance) if distance > 0.0 else math.nan
 
 
 @hook
 def exchange(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
-    """Exchange momentum along a normal of length 1, elastically (rule 9)."""
+    """Exchanges momentum along a normal of length 1, elastically (rule 9)."""
     one = k.bodies[a]
     two = k.bodies[b]
     speed = closing_speed(one, two, nx, ny)
@@ -295,14 +296,14 @@ def exchange(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
 
 @hook
 def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
-    """Return the line of centres of two discs whose places differ by (dx, dy), and their overlap."""
+    """Returns the line of centres of two discs whose places differ by (dx, dy), and their overlap."""
     distance = math.sqrt(dx * dx + dy * dy)
     return dx / distance, dy / distance, overlap(k.bodies[a], k.bodies[b], distance)
 
 
 @hook
 def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Return how many ticks after the later anchor two discs touch last by their plans, or ``NEVER``."""
+    """Returns how many ticks after the later anchor two discs touch last by their plans, or ``NEVER``."""
     return int(last_touch(plans, k.bodies[early].radius, k.bodies[late].radius))
 
 
@@ -318,7 +319,7 @@ def hooks_of(
     @unchecked
     @hook
     def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
-        """Return the normal from a to b at which they touch, and how deep they overlap."""
+        """Returns the normal from a to b at which they touch, and how deep they overlap."""
         one = k.bodies[a]
         two = k.bodies[b]
         if periodic:
@@ -329,7 +330,7 @@ def hooks_of(
     @unchecked
     @hook
     def collide(k: Kernel, a: int, b: int) -> float:
-        """Exchange momentum along the normal, elastically; return how deep the two overlap."""
+        """Exchanges momentum along the normal, elastically; returns how deep the two overlap."""
         nx, ny, depth = touch(k, a, b)
         exchange(k, a, b, nx, ny)
         return float(depth)
@@ -337,7 +338,7 @@ def hooks_of(
     @unchecked
     @hook
     def part(k: Kernel, a: int, b: int) -> int:
-        """Return the tick at which two bodies part that pass through each other, or ``NEVER``; through the
+        """Returns the tick at which two bodies part that pass through each other, or ``NEVER``; through the
         image that is on the clock."""
         early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
         late = a + b - early
@@ -359,7 +360,7 @@ collide_images, touch_images, part_images = hooks_of(line_of, parts_after, True)
 @unchecked
 @hook
 def gap(k: Kernel, one: int, other: int, dx: float, dy: float) -> float:
-    """Return how far apart two discs among other shapes are, below 0 where they overlap."""
+    """Returns how far apart two discs among other shapes are, below 0 where they overlap."""
     return math.sqrt(dx * dx + dy * dy) - float(k.forms[one].right + k.forms[other].right)
 
 

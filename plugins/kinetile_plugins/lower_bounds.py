@@ -53,7 +53,7 @@ WIDER = 1.0 + 2.0**-40
 def sooner_two(
     first: Floats, second: Floats, other_first: Floats, other_second: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the first and the second of two firsts and two seconds, lane by lane."""
+    """Returns the first and the second of two firsts and two seconds, lane by lane."""
     later = choose(other_first < first, first, other_first)
     rest = choose(other_second < second, other_second, second)
     return choose(other_first < first, other_first, first), choose(later < rest, later, rest)
@@ -61,7 +61,7 @@ def sooner_two(
 
 @hook
 def two_least(first: Floats, second: Floats, delay: Floats) -> tuple[Floats, Floats]:
-    """Return the first and the second of a first, a second and one more, lane by lane."""
+    """Returns the first and the second of a first, a second and one more, lane by lane."""
     later = choose(delay < first, first, delay)
     return choose(delay < first, delay, first), choose(later < second, later, second)
 
@@ -70,7 +70,7 @@ def two_least(first: Floats, second: Floats, delay: Floats) -> tuple[Floats, Flo
 def merged(
     k: Kernel, begin: int, first: Floats, second: Floats, soon: float, rest: float, who: int, next_: int
 ) -> tuple[float, float, int, int]:
-    """Return the first and the second delay, and their partners, of those so far and of firsts and seconds
+    """Returns the first and the second delay, and their partners, of those so far and of firsts and seconds
     that have in their last six bits the partner's place in ``k.near``, from ``begin`` on."""
     first, second = sooner_two(first, second, turned(first, 4), turned(second, 4))
     first, second = sooner_two(first, second, turned(first, 2), turned(second, 2))
@@ -89,7 +89,7 @@ def merged(
 def alone(
     k: Kernel, begin: int, first: Floats, second: Floats, soon: float, rest: float, who: int
 ) -> tuple[float, float, int]:
-    """Return what ``merged`` does, but for the second delay a bound: a little more than the first one, where
+    """Returns what ``merged`` does, but for the second delay a bound: a little more than the first one, where
     no other is within that, else the first one itself."""
     least = choose(turned(first, 4) < first, turned(first, 4), first)
     least = choose(turned(least, 2) < least, turned(least, 2), least)
@@ -107,7 +107,7 @@ def alone(
 def circles_meet(
     dx: Floats, dy: Floats, vx: Floats, vy: Floats, reach2: Floats, fat2: Floats
 ) -> tuple[Floats, Truths]:
-    """Return when places come nearer to 0 than a reach, of which the square is given, bounds below that,
+    """Returns when places come nearer to 0 than a reach, of which the square is given, bounds below that,
     ``LEAST`` or more; and where they do not."""
     zero = spread(0.0)
     approach = dx * vx + dy * vy

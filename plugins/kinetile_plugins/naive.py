@@ -26,7 +26,7 @@ LIMIT = 4000
 @unchecked
 @hook
 def near(k: Kernel, s: NoState, body: int) -> int:
-    """Name every body; that a body is near itself does no harm."""
+    """Names every body; that a body is near itself does no harm."""
     count = len(k.bodies)
     for other in range(count):
         k.near[other] = other

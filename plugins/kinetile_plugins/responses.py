@@ -36,7 +36,7 @@ class Pass:
 
 @hook
 def since_touched(k: Kernel, a: int, b: int) -> float:
-    """Return for how long neither of two bodies, or a body before a wall, has had a contact."""
+    """Returns for how long neither of two bodies, or a body before a wall, has had a contact."""
     now = k.clock[0].now
     since = now - k.traits[a].touched
     if b >= 0:
@@ -47,7 +47,7 @@ def since_touched(k: Kernel, a: int, b: int) -> float:
 @unchecked
 @hook
 def give_back(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
-    """Turn the closing speed round, and leave a share of it: ``rule.first``; all of it within
+    """Turns the closing speed round, and leave a share of it: ``rule.first``; all of it within
     ``rule.second``."""
     back = rule.first if since_touched(k, a, b) > rule.second else 1.0
     one = k.bodies[a]
@@ -109,7 +109,7 @@ REMEMBERED = 1024
 @unchecked
 @hook
 def halt(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
-    """Bring both to rest; one that meets what nothing can move, to rest beside that."""
+    """Brings both to rest; one that meets what nothing can move, to rest beside that."""
     vx = 0.0
     vy = 0.0
     if b >= 0 and (k.mass[a] < math.inf) != (k.mass[b] < math.inf):
@@ -126,7 +126,7 @@ def halt(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None
 @unchecked
 @hook
 def halt_in_room(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
-    """Bring two bodies to rest in the room, where the frame falls: with gravity all have finite mass."""
+    """Brings two bodies to rest in the room, where the frame falls: with gravity all have finite mass."""
     _, _, vx, vy = fallen(k, k.bodies[a].anchor)
     k.bodies[a].vx = k.bodies[b].vx = -vx
     k.bodies[a].vy = k.bodies[b].vy = -vy

@@ -54,8 +54,8 @@ ROWS = 1 << 9
 
 @hook
 def offset(k: Kernel, body: Records, side: int) -> float:
-    """Return how far the bound of a body on a side is right of its place, or above it: the sides are those of
-    ``reach_to``, L and R on x, L and R on y."""
+    """Returns how far the bound of a body on a side is right of its place, or above it: the sides are those
+    of ``reach_to``, L and R on x, L and R on y."""
     reach = reach_to(body, side, k.clock[0].limits.skin)
     return reach if side & 1 else -reach
 
@@ -314,7 +314,6 @@ def _entries(lists: Lists) -> Iterator[Item]:
 
 
 def _edge(lists: Lists, row: int, bound: int) -> At:
-    """Returns where a bound is on an axis."""
     return At(bound >> 1, float(lists.away[row, bound]))
 
 
@@ -325,7 +324,6 @@ def _rim(lists: Lists, row: int, bound: int, along: float = 0.0) -> Point:
 
 
 def _point(along: Coordinate, across: Coordinate, axis: int) -> Point:
-    """Returns a point by its coordinates along an axis and across it."""
     return (along, across) if axis == 0 else (across, along)
 
 

@@ -187,18 +187,17 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def own_list(bound: int) -> int:
-        """Return the number of a bound's list."""
         return (bound & (place_at - 1)) >> 1
 
     @hook
     def along(s: State, bound: int, x: float, y: float) -> float:
-        """Return the share of a vector along the slanted line of a bound's list."""
+        """Returns the share of a vector along the slanted line of a bound's list."""
         at = 4 * own_list(bound)
         return float(s.lines[at] * x + s.lines[at + 1] * y)
 
     @hook
     def period_of(k: Kernel, bound: int) -> float:
-        """Return the period of a bound's axis, or 0."""
+        """Returns the period of a bound's axis, or 0."""
         if not circular:
             return 0.0
         torus = k.clock[0].torus
@@ -206,17 +205,15 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def slot_of(s: State, bound: int) -> int:
-        """Return the slot of a bound in the order."""
         return int(s.bounds[bound + place_at] & (TURN - 1)) if circular else int(s.bounds[bound + place_at])
 
     @hook
     def first_slot(s: State, bound: int) -> int:
-        """Return the slot of the first bound of an axis in the order."""
         return 1 + own_list(bound) * (len(s.order) // count) if count > 1 else 1
 
     @hook
     def before(k: Kernel, s: State, bound: int) -> int:
-        """Return the bound left of a bound, or END. All bodies that are present have their bounds in the
+        """Returns the bound left of a bound, or END. All bodies that are present have their bounds in the
         list."""
         slot = slot_of(s, bound)
         left = s.order[slot - 1]
@@ -226,7 +223,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def behind(k: Kernel, s: State, bound: int) -> int:
-        """Return the bound right of a bound, or END."""
+        """Returns the bound right of a bound, or END."""
         right = s.order[slot_of(s, bound) + 1]
         if circular and right == END and period_of(k, bound) > 0.0:
             right = s.order[first_slot(s, bound)]
@@ -234,7 +231,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def edge(k: Kernel, s: State, bound: int, at: int) -> float:
-        """Return where a bound is at a tick, by the place of its body's plan."""
+        """Returns where a bound is at a tick, by the place of its body's plan."""
         body = k.bodies[bound >> shift]
         x, y = position_at(k, body, at)
         if slanted:
@@ -246,7 +243,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def rate_between(k: Kernel, s: State, left: int, right: int) -> float:
-        """Return the rate of the gap between two bounds of a list. Along a slanted line it is the difference
+        """Returns the rate of the gap between two bounds of a list. Along a slanted line it is the difference
         of one number of each, so that any three have an order by it."""
         p = k.bodies[left >> shift]
         q = k.bodies[right >> shift]
@@ -256,7 +253,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def gap_between(k: Kernel, s: State, left: int, right: int, at: int) -> float:
-        """Return how far the first image of a bound that is behind another one in the order is right of
+        """Returns how far the first image of a bound that is behind another one in the order is right of
         it."""
         gap = edge(k, s, right, at) - edge(k, s, left, at)
         if circular:
@@ -269,7 +266,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def watch(k: Kernel, s: State, left: int, right: int) -> None:
-        """Watch the gap between two neighbours on an axis, for the body of the left one."""
+        """Watches the gap between two neighbours on an axis, for the body of the left one."""
         due = NEVER
         if right != END:
             since = larger(k.bodies[left >> shift].anchor, k.bodies[right >> shift].anchor)
@@ -284,7 +281,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def overlaps(s: State, one: int, other: int) -> int:
-        """Return through how many images two bodies overlap in a list, given their Ls there.
+        """Returns through how many images two bodies overlap in a list, given their Ls there.
 
         Those are the whole turns by which the second can be moved for its R to be right of the first one's L,
         and its L left of the first one's R.
@@ -299,7 +296,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def elsewhere(s: State, one: int, other: int) -> int:
-        """Return through how many images two bodies overlap in all lists but that of two bounds of theirs."""
+        """Returns through how many images two bodies overlap in all lists but that of two of their bounds."""
         times = 1
         if count == 2:
             times = overlaps(s, (one ^ 2) & -2, (other ^ 2) & -2)
@@ -311,7 +308,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def holds(s: State, a: int, b: int) -> int:
-        """Return through how many images the intervals of two bodies overlap in all lists."""
+        """Returns through how many images the intervals of two bodies overlap in all lists."""
         one = stride * a + first
         other = stride * b + first
         return overlaps(s, one, other) * elsewhere(s, one, other)
@@ -319,7 +316,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
     @unchecked
     @hook
     def build(k: Kernel, s: State) -> None:
-        """Watch all gaps; hold a pair once for every L of another body between the bounds of one, in the
+        """Watches all gaps; hold a pair once for every L of another body between the bounds of one, in the
         first list, and every image through which the two overlap in the others."""
         for body in range(k.clock[0].bodies):
             for bound in range(stride * body, stride * body + place_at):
@@ -383,7 +380,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def insert_bound(k: Kernel, s: State, bound: int) -> None:
-        """Put a bound into the list of its axis, right of all that are not right of it; those behind it move
+        """Puts a bound into the list of its axis, right of all that are not right of it; those behind it move
         up. Of its images that one is taken which is less than a period right of the first bound. O(n)."""
         now = k.clock[0].now
         place = first_slot(s, bound)
@@ -420,7 +417,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def take_bound_out(s: State, bound: int) -> None:
-        """Take a bound out of the list of its axis; those behind it close the gap. O(n)."""
+        """Takes a bound out of the list of its axis; those behind it close the gap. O(n)."""
         place = slot_of(s, bound)
         while s.order[place] != END:
             after = s.order[place + 1]
@@ -468,7 +465,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 @unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
-    """Name the bodies whose intervals or boxes overlap a body's."""
+    """Names the bodies whose intervals or boxes overlap a body's."""
     return pairs_of(k, body)
 
 

@@ -43,13 +43,13 @@ def _of_shape(body: Records) -> tuple[float, float, float, float]:
 @with_shapes(_of_shape)
 @hook
 def extent(body: Records) -> tuple[float, float, float, float]:
-    """Return how far a body reaches to the left, right, bottom and top (rules 6 and 6s)."""
+    """Returns how far a body reaches to the left, right, bottom and top (rules 6 and 6s)."""
     return body.radius, body.radius, body.radius, body.radius
 
 
 @hook
 def after(k: Kernel, body: Records, side: float, far: float, near: float, speed: float) -> int:
-    """Return the tick at which the gap between two coordinates, less a reach, closes; or ``NEVER``."""
+    """Returns the tick at which the gap between two coordinates, less a reach, closes; or ``NEVER``."""
     clock = k.clock[0]
     delay = reaches(far, near, side, abs(speed), clock.tick, clock.per_time)
     return int(body.anchor + delay) if delay != NEVER else NEVER
@@ -57,7 +57,7 @@ def after(k: Kernel, body: Records, side: float, far: float, near: float, speed:
 
 @hook
 def first_wall(k: Kernel, body: Records, x: bool, y: bool) -> tuple[int, int]:
-    """Return (tick, wall) of the first contact of a body with the walls at the ends of these axes; ``NEVER``
+    """Returns (tick, wall) of the first contact of a body with the walls at the ends of these axes; ``NEVER``
     where there is none."""
     limits = k.clock[0].limits
     to_left, to_right, down, up = extent(body)
@@ -84,7 +84,7 @@ def _walls(x: bool, y: bool) -> Callable[[Kernel, Records], tuple[int, int]]:
     @unchecked
     @hook
     def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
-        """Return (tick, wall) of the first contact of a body with a wall; ``NEVER`` where there is none."""
+        """Returns (tick, wall) of the first contact of a body with a wall; ``NEVER`` where there is none."""
         return first_wall(k, body, x, y)
 
     return reach_wall
@@ -97,7 +97,7 @@ WALLS = {"": _walls(True, True), "x": _walls(False, True), "y": _walls(True, Fal
 @unchecked
 @hook
 def reach_any_wall(k: Kernel, body: Records) -> tuple[int, int]:
-    """Return the same for any scene: without an arena, or with an axis that is periodic, too."""
+    """Returns the same for any scene: without an arena, or with an axis that is periodic, too."""
     clock = k.clock[0]
     walls = clock.limits.width > 0.0
     return first_wall(k, body, walls and clock.torus.x == 0.0, walls and clock.torus.y == 0.0)
@@ -105,7 +105,7 @@ def reach_any_wall(k: Kernel, body: Records) -> tuple[int, int]:
 
 @hook
 def depth_at(k: Kernel, body: Records, wall: int, x: float, y: float) -> tuple[float, float, float]:
-    """Return the normal into the wall, and how deep a body is in it at a place."""
+    """Returns the normal into the wall, and how deep a body is in it at a place."""
     limits = k.clock[0].limits
     left, right, down, up = extent(body)
     if wall == LEFT:
@@ -120,14 +120,14 @@ def depth_at(k: Kernel, body: Records, wall: int, x: float, y: float) -> tuple[f
 @unchecked
 @hook
 def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
-    """Return the normal into the wall, and how deep the body is in it."""
+    """Returns the normal into the wall, and how deep the body is in it."""
     return depth_at(k, body, wall, body.x, body.y)
 
 
 @unchecked
 @hook
 def bounce(k: Kernel, body: Records, wall: int) -> float:
-    """Turn the velocity away from the wall; return how deep the body is in it."""
+    """Turns the velocity away from the wall; returns how deep the body is in it."""
     _, _, depth = touch(k, body, wall)
     if wall == LEFT or wall == RIGHT:  # noqa: SIM109 - no tuple in a hook
         body.vx = -body.vx
@@ -138,7 +138,7 @@ def bounce(k: Kernel, body: Records, wall: int) -> float:
 
 @hook
 def after_fall(k: Kernel, body: Records, far: float, near: float, slope: float, pull: float) -> int:
-    """Return the tick at which a body is at a bent wall: ``Fall`` has what is given; or ``NEVER``."""
+    """Returns the tick at which a body is at a bent wall: ``Fall`` has what is given; or ``NEVER``."""
     clock = k.clock[0]
     fall = clock.fall
     since = body.anchor - fall.origin
@@ -150,7 +150,7 @@ def after_fall(k: Kernel, body: Records, far: float, near: float, slope: float, 
 @unchecked
 @hook
 def touch_falling(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
-    """Return what ``touch`` does with gravity."""
+    """Returns what ``touch`` does with gravity."""
     x, y, _, _ = fallen(k, body.anchor)
     return depth_at(k, body, wall, body.x + x, body.y + y)
 
@@ -158,7 +158,7 @@ def touch_falling(k: Kernel, body: Records, wall: int) -> tuple[float, float, fl
 @unchecked
 @hook
 def bounce_falling(k: Kernel, body: Records, wall: int) -> float:
-    """Turn the velocity round as the wall has it, which moves in the frame (rule 9g); return how deep the
+    """Turns the velocity round as the wall has it, which moves in the frame (rule 9g); returns how deep the
     body is in it."""
     _, _, depth = touch_falling(k, body, wall)
     _, _, vx, vy = fallen(k, body.anchor)
@@ -172,7 +172,7 @@ def bounce_falling(k: Kernel, body: Records, wall: int) -> float:
 @unchecked
 @hook
 def reach_falling(k: Kernel, body: Records) -> tuple[int, int]:
-    """Return (tick, wall) of the first contact of a body with a wall; of several at one tick the first of
+    """Returns (tick, wall) of the first contact of a body with a wall; of several at one tick the first of
     left, right, bottom and top."""
     clock = k.clock[0]
     limits = clock.limits
@@ -202,9 +202,9 @@ def reach_falling(k: Kernel, body: Records) -> tuple[int, int]:
 
 @hook
 def away_from_walls(place: float, speed: float, pull: float, side: float, edge: float) -> bool:
-    """Return whether a body has reached neither wall at the ends of an axis, if it has a place and a velocity
-    in the room. It falls to one of them, and so has not been there if it is not now; it has not been at the
-    other if it still rises, or if the vertex of its parabola is before that."""
+    """Returns whether a body has reached neither wall at the ends of an axis, if it has a place and a
+    velocity in the room. It falls to one of them, and so has not been there if it is not now; it has not been
+    at the other if it still rises, or if the vertex of its parabola is before that."""
     below = place - edge if pull < 0.0 else side - edge - place
     above = side - edge - place if pull < 0.0 else place - edge
     rises = speed if pull < 0.0 else -speed
@@ -216,7 +216,7 @@ def away_from_walls(place: float, speed: float, pull: float, side: float, edge: 
 @unchecked
 @hook
 def inside_falling(k: Kernel, body: Records, tick: int) -> bool:
-    """Return whether a body surely reaches no wall up to a tick, or the end of its frame if that is sooner:
+    """Returns whether a body surely reaches no wall up to a tick, or the end of its frame if that is sooner:
     then it has another plan. Within a frame its place is rounded by less than ``fat``."""
     clock = k.clock[0]
     fall = clock.fall

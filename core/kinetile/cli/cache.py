@@ -73,7 +73,6 @@ def _files(folder: Path) -> dict[Path, re.Match[str]]:
 
 
 def _row(folder: Path, used_here: bool) -> dict[str, Any]:
-    """Returns the contents for one pair of versions."""
     named = _FOLDER.fullmatch(folder.name)
     assert named is not None
     files, found = _files(folder), []

@@ -96,7 +96,6 @@ def _names(recipe: Mapping[str, Any]) -> str:
 
 
 def _recipe(name: str) -> dict[str, Any]:
-    """Returns a recipe's listing; one that cannot be imported is listed with its error."""
     from kinetile.plugin.registry import registry
 
     spec = registry().spec("scene", name)

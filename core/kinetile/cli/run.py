@@ -230,7 +230,6 @@ def recover(
 
 
 def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | None) -> Settings:
-    """Returns the scene's settings, with the chosen broad phase, narrow phases and end."""
     from kinetile.run.simulation import composition_of
     from kinetile.scene import Settings
 
@@ -270,7 +269,6 @@ def _resumed_recorder(simulation: Simulation, events: Path, requested: dict[str,
 
 
 def _load(file: Path, broad_phase: str | None) -> tuple[Simulation, dict[str, Any]]:
-    """Returns the simulation of a checkpoint, and the note that the command left in it."""
     from kinetile.run.saving.files import note, read_whole
     from kinetile.run.simulation import resume
 

@@ -259,7 +259,6 @@ def phases_of(simulation: Simulation) -> dict[str, Any]:
 def _result(
     simulation: Simulation, recorder: EventRecorder | None, requested: Mapping[str, Any], status: str
 ) -> dict[str, Any]:
-    """Returns the whole result of a run, in plain types."""
     from kinetile.versions import versions
 
     reached = {"time": simulation.time, "time_unit": simulation.time_unit, "status": status}

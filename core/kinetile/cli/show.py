@@ -208,7 +208,6 @@ def _write_film(
     overwrite: bool,
     options: Mapping[str, Any],
 ) -> None:
-    """Writes a film of a scene under a broad phase, with options of ``film``."""
     from kinetile.run.simulation import Simulation
     from kinetile.show.film import film
     from kinetile.show.player.view import window

@@ -84,7 +84,6 @@ def _names(name: str) -> _Names:
 
 
 def _contents(names: _Names) -> dict[str, str]:
-    """Returns the files of the package, by their paths in it."""
     words = names._asdict() | {
         "key": names.package.removeprefix("kinetile_"),
         "version": version("kinetile"),

@@ -69,7 +69,6 @@ class Failure(NamedTuple):
 
 
 def _is_pair(spec: Spec) -> TypeGuard[NarrowPhaseSpec]:
-    """Whether it is a narrow phase of two bodies."""
     return isinstance(spec, NarrowPhaseSpec) and spec.role == "pair"
 
 
@@ -187,7 +186,6 @@ class Registry:
         return {"provided": provided, "failures": failures}
 
     def _discover(self) -> None:
-        """Adds installed plugins, and stores failures."""
         for found in installed():
             try:
                 self._take_in(found.load(), found.plugin, found.distribution, found.version)

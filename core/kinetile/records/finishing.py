@@ -155,7 +155,6 @@ def _write(reader: LogReader, its_name: str, file: Any, last: str) -> dict[str, 
 
 
 def _groups(reader: LogReader) -> Iterator[NDArray[Any]]:
-    """Yields the rows of a log in groups of a size that suits Parquet."""
     waiting: list[NDArray[Any]] = []
     for rows in reader:
         waiting.append(rows)

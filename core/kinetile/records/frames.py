@@ -81,7 +81,6 @@ class _Species:
         self.table = {shape: number for number, shape in enumerate(scene.shapes)}
 
     def of(self, frame: Frame) -> npt.NDArray[Any]:
-        """Returns the types of the bodies of a frame, (n,), from 0."""
         by_radius = self._by_radius and not self.table
         sizes = frame.radii if by_radius else self.numbers(frame)
         both = zip(frame.kinds.tolist(), sizes.tolist(), strict=True)

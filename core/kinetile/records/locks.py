@@ -94,7 +94,7 @@ def open_left(partial: Path) -> tuple[BinaryIO, bool]:
 
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
-    """Be the only writer, within this context, of a file that is replaced as a whole repeatedly, and so
+    """Excludes other writers, within this context, of a file that is replaced as a whole repeatedly, and so
     cannot be locked itself: FILE.lock is locked, and removed when the context is left.
 
     Raises RecordError if there is another writer. Without locks, or if FILE.lock cannot be made,

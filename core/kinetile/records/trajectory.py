@@ -46,7 +46,6 @@ class _Plans(NamedTuple):
 
     @property
     def places(self) -> NDArray[np.float64]:
-        """(n, 2) where the bodies are."""
         time = self.elapsed[:, None]
         places = positions_after(Plan.of_vectors(self.anchor, self.velocity), self.elapsed)
         return np.asarray(places + self.gravity * (0.5 * time * time) if self.gravity.any() else places)
@@ -167,7 +166,6 @@ class Trajectory:
             )
 
     def _flight_plans(self, time: float) -> _Plans:
-        """Returns the plans in force at a time."""
         time = float(time)
         if not self.scene.start <= time < math.inf:
             raise ValueError(

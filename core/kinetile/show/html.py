@@ -100,7 +100,6 @@ def _picture(thing: Scene | Simulation) -> tuple[Picture | None, str]:
 
 
 def _simulation_lines(sim: Simulation) -> Iterator[tuple[str, str]]:
-    """Yields what a simulation has, each with the word in front of it."""
     yield "scene", " ".join(filter(None, (source_of(sim.scene), around(sim.scene))))
     yield "bodies", f"{len(sim.bodies):,} now"
     yield "broad phase", called(sim.broad_phase, sim.options)
@@ -117,7 +116,6 @@ def _simulation_lines(sim: Simulation) -> Iterator[tuple[str, str]]:
 
 
 def _scene_lines(scene: Scene) -> Iterator[tuple[str, str]]:
-    """Yields what a scene has, each with the word in front of it."""
     if source_of(scene):
         yield "from", source_of(scene)
     yield "walls", around(scene)

@@ -117,7 +117,6 @@ def _add(axes: Any, picture: Picture, shape: Item) -> None:
 
 
 def _numbers(axes: Any, picture: Picture, scale: float) -> None:
-    """Writes the numbers of the bodies in which there is room."""
     halo = [import_module("matplotlib.patheffects").withStroke(linewidth=2, foreground=LIGHT.disc)]
     look = {"fontsize": 7, "ha": "center", "va": "center", "zorder": 20, "clip_on": True}
     for disc in picture.discs:

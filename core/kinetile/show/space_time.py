@@ -211,7 +211,6 @@ def _between(run: SpaceTime, mark: Mark) -> float:
 
 
 def _legend(down: float) -> Iterator[str]:
-    """Yields the line under the caption."""
     signs = (
         '<rect class="band" x="{x}" y="{y}" width="18" height="10"/>',
         '<path class="bound" d="M{x} {y}l18 10"/>',

@@ -83,7 +83,6 @@ class _Sheet:
         self.wide, self.tall = (right - left) * self.scale, (top - bottom) * self.scale
 
     def at(self, x: float, y: float) -> tuple[str, str]:
-        """Returns where a point of the scene is."""
         (left, _), (_, top) = self.picture.low, self.picture.high
         return number(MARGIN + (x - left) * self.scale), number(MARGIN + (top - y) * self.scale)
 
@@ -141,7 +140,6 @@ def _discs(sheet: _Sheet) -> Iterator[str]:
 
 
 def _numbers(sheet: _Sheet) -> Iterator[str]:
-    """Yields the numbers of the discs in which there is room."""
     yield '<g class="number">'
     for disc in sheet.picture.discs:
         x, y = sheet.at(*disc.at)
@@ -151,7 +149,6 @@ def _numbers(sheet: _Sheet) -> Iterator[str]:
 
 
 def _arrows(sheet: _Sheet) -> Iterator[str]:
-    """Yields an arrow from the centre of each disc that moves."""
     time = sheet.picture.arrow_time
     yield '<g class="velocity">'
     yield from (_arrow(sheet, disc, time) for disc in sheet.picture.discs if any(disc.velocity))
@@ -186,7 +183,6 @@ def _legend(sheet: _Sheet, roles: list[str], fails: bool) -> tuple[list[str], in
 
 
 def _style(roles: Iterable[str]) -> str:
-    """Returns the style sheet, light and dark."""
     rules = [
         "text{font:12px system-ui,sans-serif}",
         ".number text{font-size:10px;text-anchor:middle;dominant-baseline:central}",

@@ -27,7 +27,7 @@ from kinetile_plugins.cells.uniform import fetch_around, watch
 
 @hook
 def _enter_as_guest(s: State, number: int, cell: int) -> None:
-    """Put a guest into a cell. O(1)."""
+    """Puts a guest into a cell. O(1)."""
     guest = s.guests[number]
     guest.cell = cell
     guest.next = s.hosts[cell]
@@ -39,7 +39,7 @@ def _enter_as_guest(s: State, number: int, cell: int) -> None:
 
 @hook
 def _leave_as_guest(s: State, number: int) -> None:
-    """Take a guest out of its cell. O(1)."""
+    """Takes a guest out of its cell. O(1)."""
     guest = s.guests[number]
     if guest.prev >= 0:
         s.guests[guest.prev].next = guest.next
@@ -51,7 +51,7 @@ def _leave_as_guest(s: State, number: int) -> None:
 
 @hook
 def _list_guests(k: Kernel, s: State, cell: int, count: int) -> int:
-    """Write the guests of a cell behind ``k.near[:count]``; return the new count."""
+    """Writes the guests of a cell behind ``k.near[:count]``; returns the new count."""
     coarser = len(s.levels) - 1
     number = s.hosts[cell]
     while number >= 0:
@@ -64,7 +64,7 @@ def _list_guests(k: Kernel, s: State, cell: int, count: int) -> int:
 @unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
-    """Name the bodies at home and the guests around a body in its level, and those at home around it in each
+    """Names the bodies at home and the guests around a body in its level, and those at home around it in each
     coarser one."""
     home = s.homes[body]
     level = int(home.level)
@@ -123,7 +123,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
 @unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
-    """Insert a body: its home is in the finest level that has been prepared for bodies as wide, and it is a
+    """Inserts a body: its home is in the finest level that has been prepared for bodies as wide, and it is a
     guest in the coarser ones."""
     coarser = len(s.levels) - 1
     level = 0
@@ -142,7 +142,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
 @unchecked
 @hook
 def soon(k: Kernel, s: State, body: int, stage: int) -> None:
-    """Prefetch where a body is, at home and as a guest; then the cells around it in these levels; then the
+    """Prefetches where a body is, at home and as a guest; then the cells around it in these levels; then the
     bodies in them, and of the guests in each cell of its own level the first."""
     coarser = len(s.levels) - 1
     home = s.homes[body]
@@ -170,7 +170,7 @@ def soon(k: Kernel, s: State, body: int, stage: int) -> None:
 @unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
-    """Remove a body from its home and from the cells in which it is a guest."""
+    """Removes a body from its home and from the cells in which it is a guest."""
     home = s.homes[body]
     coarser = len(s.levels) - 1
     move_out(s, body, home.cell)

@@ -107,7 +107,7 @@ class State(NamedTuple):
 
 @hook
 def wrapped(grid: Records, cell: int) -> int:
-    """Return the number of a cell of a level, less than a turn beyond either end of its places, wound up."""
+    """Returns the number of a cell of a level, less than a turn beyond either end of its places, wound up."""
     if cell < grid.first:
         return int(cell + grid.cells)
     return int(cell - grid.cells if cell >= grid.first + grid.cells else cell)
@@ -115,14 +115,14 @@ def wrapped(grid: Records, cell: int) -> int:
 
 @hook
 def cell_of(grid: Records, x: float, y: float) -> int:
-    """Return the number of a level's cell (x, y) of the plane; the sum is exact (see above)."""
+    """Returns the number of a level's cell (x, y) of the plane; the sum is exact (see above)."""
     place = x + y * grid.columns
     return int(grid.first + (place - math.floor(place / grid.cells) * grid.cells))
 
 
 @hook
 def move_in(s: State, body: int, cell: int) -> None:
-    """Put a body into a cell. O(1)."""
+    """Puts a body into a cell. O(1)."""
     at = cell * BLOCK
     count = s.blocks[at + FULL]
     if count < FULL:
@@ -138,7 +138,7 @@ def move_in(s: State, body: int, cell: int) -> None:
 
 @hook
 def move_out(s: State, body: int, cell: int) -> None:
-    """Take a body out of a cell; the first of the cell's list takes its place in the block."""
+    """Takes a body out of a cell; the first of the cell's list takes its place in the block."""
     at = cell * BLOCK
     last = at + s.blocks[at + FULL] - 1
     place = at
@@ -164,7 +164,7 @@ def move_out(s: State, body: int, cell: int) -> None:
 
 @hook
 def append_list(k: Kernel, s: State, cell: int, count: int) -> int:
-    """Write the bodies in the list of a cell behind ``k.near[:count]``; return the new count."""
+    """Writes the bodies in the list of a cell behind ``k.near[:count]``; returns the new count."""
     body = s.lists[cell]
     while body >= 0:
         k.near[count] = body
@@ -175,13 +175,13 @@ def append_list(k: Kernel, s: State, cell: int, count: int) -> int:
 
 @hook
 def append_block(k: Kernel, s: State, cell: int, count: int) -> int:
-    """Write the bodies in a cell's block behind ``k.near[:count]``; return the new count."""
+    """Writes the bodies in a cell's block behind ``k.near[:count]``; returns the new count."""
     return count + append(s.blocks, cell * BLOCK, k.near, count)
 
 
 @hook
 def append_row(k: Kernel, s: State, left: int, count: int) -> int:
-    """Do so for three cells that follow each other."""
+    """Does so for three cells that follow each other."""
     block = left * BLOCK
     count += append(s.blocks, block, k.near, count)
     count += append(s.blocks, block + BLOCK, k.near, count)
@@ -190,7 +190,7 @@ def append_row(k: Kernel, s: State, left: int, count: int) -> int:
 
 @hook
 def wound(at: int, cells: int) -> int:
-    """Return the place of a column or row less than a round off either end."""
+    """Returns the place of a column or row less than a round off either end."""
     if at < 0:
         return int(at + cells)
     return int(at - cells if at >= cells else at)
@@ -198,7 +198,7 @@ def wound(at: int, cells: int) -> int:
 
 @hook
 def cell_on_torus(grid: Records, x: float, y: float) -> int:
-    """Return the number of the cell in an unwrapped column and row, where an axis is periodic."""
+    """Returns the number of the cell in an unwrapped column and row, where an axis is periodic."""
     column = x - math.floor(x / grid.columns) * grid.columns
     row = y - math.floor(y / grid.rows) * grid.rows
     return int(int(column) + int(row) * grid.columns)
@@ -206,7 +206,7 @@ def cell_on_torus(grid: Records, x: float, y: float) -> int:
 
 @hook
 def beside_on_torus(grid: Records, cell: int, right: int, up: int) -> int:
-    """Return the number of a cell that is up to one to the right, and one up, where an axis is periodic."""
+    """Returns the number of a cell that is up to one to the right, and one up, where an axis is periodic."""
     row = cell // grid.columns
     column = wound(cell - row * grid.columns + right, grid.columns)
     return int(column + wound(row + up, grid.rows) * grid.columns)
@@ -214,8 +214,8 @@ def beside_on_torus(grid: Records, cell: int, right: int, up: int) -> int:
 
 @hook
 def list_around(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
-    """Write the bodies at home in a cell and in the eight around it behind ``k.near[:count]``; return the new
-    count. (One function for this and a torus would cost 14 instructions a contact.)"""
+    """Writes the bodies at home in a cell and in the eight around it behind ``k.near[:count]``; returns the
+    new count. (One function for this and a torus would cost 14 instructions a contact.)"""
     grid = s.levels[level]
     columns = grid.columns
     if cell > grid.first + columns and cell < grid.first + grid.cells - columns - 1:
@@ -236,7 +236,7 @@ def list_around(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
 
 @hook
 def list_around_on_torus(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
-    """Do so where an axis is periodic; along one with one column or row there are no other bodies."""
+    """Does so where an axis is periodic; along one with one column or row there are no other bodies."""
     grid = s.levels[level]
     columns = grid.columns
     left = 0 if columns == 1 else -1
@@ -264,15 +264,15 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
 
     @hook
     def beside(grid: Records, cell: int, right: int, up: int) -> int:
-        """Return the number of a cell that is up to one to the right, and one up."""
+        """Returns the number of a cell that is up to one to the right, and one up."""
         if periodic:
             return beside_on_torus(grid, cell, right, up)
         return wrapped(grid, cell + right + up * grid.columns)
 
     @hook
     def list_ahead(k: Kernel, s: State, level: int, cell: int, right: int, up: int, count: int) -> int:
-        """Write the bodies at home in the three cells on one side of a cell behind ``k.near[:count]``; return
-        the new count. The side is (right, up): (-1, 0), (1, 0), (0, -1) or (0, 1)."""
+        """Writes the bodies at home in the three cells on one side of a cell behind ``k.near[:count]``;
+        return the new count. The side is (right, up): (-1, 0), (1, 0), (0, -1) or (0, 1)."""
         grid = s.levels[level]
         middle = beside(grid, cell, right, up)
         low = beside(grid, middle, -up, -right)
@@ -291,7 +291,7 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
 
     @hook
     def come_home(k: Kernel, s: State, body: int, level: int) -> None:
-        """Insert a body into the cell of a level in which it is, by its rounded coordinates: later its cell
+        """Inserts a body into the cell of a level in which it is, by its rounded coordinates: later its cell
         depends on crossings alone."""
         plan = k.bodies[body]
         home = s.homes[body]
@@ -310,8 +310,8 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
 
     @hook
     def go_over(s: State, body: int) -> tuple[int, int]:
-        """Move a body over the edge of its cell that it has reached; return the way, as ``list_ahead`` takes
-        it."""
+        """Moves a body over the edge of its cell that it has reached; returns the way, as ``list_ahead``
+        takes it."""
         home = s.homes[body]
         step = 2 * (home.way & 1) - 1
         right = step * (1 - (home.way >> 1))

@@ -24,7 +24,7 @@ random."""
 
 @hook
 def edge(grid: Records, side: float, cell: float, speed: float) -> float:
-    """Return where a body leaves a column or row: beyond the edge ahead of it, by the slack."""
+    """Returns where a body leaves a column or row: beyond the edge ahead of it, by the slack."""
     slack = grid.slack
     return float((cell + (1.0 if speed > 0.0 else 0.0)) * side + (slack if speed > 0.0 else -slack))
 
@@ -38,7 +38,7 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @unchecked
     @hook
     def watch(k: Kernel, s: State, body: int) -> None:
-        """Schedule when a body reaches an edge of its cell, and note which; never before now.
+        """Schedules when a body reaches an edge of its cell, and note which; never before now.
 
         Where its plan has it beyond the edge by a rounding already, that is now. Edges that it flies away
         from, or along, do not count, whatever its coordinates are. Directions are as good as random, and a
@@ -72,14 +72,14 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @unchecked
     @hook
     def build(k: Kernel, s: State) -> None:
-        """Watch every body; ``arrange`` has put them into their cells."""
+        """Watches every body; ``arrange`` has put them into their cells."""
         for body in range(k.clock[0].bodies):
             watch(k, s, body)
 
     @unchecked
     @hook
     def near(k: Kernel, s: State, body: int) -> int:
-        """Name the bodies in the cell of a body and in those around it."""
+        """Names the bodies in the cell of a body and in those around it."""
         return around(k, s, 0, s.homes[body].cell, 0)
 
     @unchecked
@@ -94,7 +94,7 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @unchecked
     @hook
     def enter(k: Kernel, s: State, body: int) -> None:
-        """Insert a body into the cell of its position."""
+        """Inserts a body into the cell of its position."""
         come_home(k, s, body, 0)
         watch(k, s, body)
 
@@ -106,8 +106,8 @@ watch, build, near, repair, enter = hooks(False)
 
 @hook
 def fetch_around(k: Kernel, s: State, level: int, cell: int, stage: int) -> None:
-    """Prefetch the three rows of cells around one, two cache lines each; in stage 2 the bodies in them. Cells
-    at an end of the table are left out."""
+    """Prefetches the three rows of cells around one, two cache lines each; in stage 2 the bodies in them.
+    Cells at an end of the table are left out."""
     columns = s.levels[level].columns
     for row in range(-1, 2):
         left = cell + row * columns - 1
@@ -124,7 +124,7 @@ def fetch_around(k: Kernel, s: State, level: int, cell: int, stage: int) -> None
 @unchecked
 @hook
 def soon(k: Kernel, s: State, body: int, stage: int) -> None:
-    """Prefetch a body's home; then the cells around it; then the bodies in them."""
+    """Prefetches a body's home; then the cells around it; then the bodies in them."""
     if stage == 0:
         prefetch(s.homes, body)
     else:
@@ -134,5 +134,5 @@ def soon(k: Kernel, s: State, body: int, stage: int) -> None:
 @unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
-    """Remove a body from its cell."""
+    """Removes a body from its cell."""
     move_out(s, body, s.homes[body].cell)

@@ -37,7 +37,6 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
 
 
 def _edge(s: State, h: int) -> str:
-    """Returns an edge in words."""
     return f"the edge from site {s.org[h]} to {s.org[succ(h)]}"
 
 

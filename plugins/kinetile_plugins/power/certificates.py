@@ -76,7 +76,7 @@ class Sites(NamedTuple):
 
 @hook
 def spot(k: Kernel, s: State, site: int) -> Spot:
-    """Return where a site is, and how far it flies in this tick.
+    """Returns where a site is, and how far it flies in this tick.
 
     The two are not added: what a place is rounded by is more than a flight, and between close sites more than
     rounding can make of a determinant.
@@ -94,13 +94,13 @@ def spot(k: Kernel, s: State, site: int) -> Spot:
 
 @hook
 def way(a: Spot, b: Spot) -> tuple[float, float]:
-    """Return the way from a to b at the end of this tick."""
+    """Returns the way from a to b at the end of this tick."""
     return (b.x - a.x) + (b.flight_x - a.flight_x), (b.y - a.y) + (b.flight_y - a.flight_y)
 
 
 @hook
 def turn(a: Spot, b: Spot, c: Spot) -> float:
-    """Return twice the area of a triangle, above 0 if it is counter-clockwise."""
+    """Returns twice the area of a triangle, above 0 if it is counter-clockwise."""
     bx, by = way(a, b)
     cx, cy = way(a, c)
     return bx * cy - by * cx
@@ -108,7 +108,7 @@ def turn(a: Spot, b: Spot, c: Spot) -> float:
 
 @hook
 def sunk(o: Spot, a: Spot, b: Spot, c: Spot) -> float:
-    """Return how deep o is below the plane of a, b, c, counter-clockwise, times twice their area; less what
+    """Returns how deep o is below the plane of a, b, c, counter-clockwise, times twice their area; less what
     rounding can make of it."""
     ax, ay = way(o, a)
     bx, by = way(o, b)
@@ -139,7 +139,7 @@ def fails(k: Kernel, s: State, h: int, theta: float) -> bool:
 
 @hook
 def eight_sites(k: Kernel, s: State, at: int) -> Sites:
-    """Return eight sites of those that are named, from one place on."""
+    """Returns eight sites of those that are named, from one place on."""
     weight = pick(s.weight, s.sites, at)
     x, y, vx, vy = places(k.places, s.plans, at)
     elapsed = spread(since_origin(k, k.clock[0].now))
@@ -162,14 +162,14 @@ def eight_sites(k: Kernel, s: State, at: int) -> Sites:
 
 @hook
 def size(value: Floats) -> Floats:
-    """Return absolute values."""
+    """Returns absolute values."""
     zero = spread(0.0)
     return choose(value < zero, zero - value, value)
 
 
 @hook
 def row(a: Sites, b: Sites, theta: Floats) -> Row:
-    """Return the rows of eight sites, lifted by theta."""
+    """Returns the rows of eight sites, lifted by theta."""
     x0 = b.x - a.x
     x1 = b.vx - a.vx
     y0 = b.y - a.y
@@ -181,7 +181,7 @@ def row(a: Sites, b: Sites, theta: Floats) -> Row:
 
 @hook
 def failures(k: Kernel, s: State) -> Ticks:
-    """Return bounds of when eight edges fail, by their sites."""
+    """Returns bounds of when eight edges fail, by their sites."""
     a = eight_sites(k, s, 0)
     zero = spread(0.0)
     b = row(a, eight_sites(k, s, 8), zero)
@@ -212,7 +212,7 @@ def failures(k: Kernel, s: State) -> Ticks:
 
 @hook
 def owned(s: State, h: int) -> int:
-    """Return the half-edge at which an edge is watched; NOBODY for one between two far points."""
+    """Returns the half-edge at which an edge is watched; NOBODY for one between two far points."""
     a = s.org[h]
     b = s.org[succ(h)]
     if smaller(a, b) >= slots(s):
@@ -222,7 +222,7 @@ def owned(s: State, h: int) -> int:
 
 @hook
 def enlist(s: State, count: int, h: int) -> int:
-    """Add the edge of a half-edge to those to be watched; return how many there are then."""
+    """Adds the edge of a half-edge to those to be watched; returns how many there are then."""
     own = owned(s, h)
     s.listed[count] = own
     return count + 1 if own >= 0 else count
@@ -230,7 +230,7 @@ def enlist(s: State, count: int, h: int) -> int:
 
 @hook
 def enlist_around(s: State, body: int) -> int:
-    """List the edges of which a body is an end or opposite to, to be watched; return how many there are."""
+    """Lists the edges of which a body is an end or opposite to, to be watched; returns how many there are."""
     count = 0
     for i in range(spokes(s, body)):
         count = enlist(s, count, s.spokes[i])
@@ -240,7 +240,7 @@ def enlist_around(s: State, body: int) -> int:
 
 @hook
 def settle(k: Kernel, s: State, site: int) -> None:
-    """Queue a body for the first of the edges that it owns to fail."""
+    """Queues a body for the first of the edges that it owns to fail."""
     if site >= slots(s):
         return
     least = NEVER
@@ -255,7 +255,7 @@ def settle(k: Kernel, s: State, site: int) -> None:
 
 @hook
 def note(k: Kernel, s: State, h: int, tick: int) -> None:
-    """Note when an edge fails, at its owner's half-edge, and queue the owner."""
+    """Notes when an edge fails, at its owner's half-edge, and queue the owner."""
     site = s.org[h]
     old = s.due[h]
     s.due[h] = tick
@@ -268,7 +268,7 @@ def note(k: Kernel, s: State, h: int, tick: int) -> None:
 
 @hook
 def watch(k: Kernel, s: State, count: int) -> None:
-    """Watch the edges that are listed, eight at a time; of the last ones other lanes are what they were."""
+    """Watches the edges that are listed, eight at a time; of the last ones other lanes are what they were."""
     last = slots(s) - 1
     for begin in range(0, count, 8):
         many = smaller(8, count - begin)

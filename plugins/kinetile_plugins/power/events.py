@@ -15,7 +15,7 @@ from .web import PER_LENGTH, THETA, State, around, flip, merge, pred, slots, spl
 
 @hook
 def flip_and_offer(k: Kernel, s: State, h: int) -> None:
-    """Flip an edge, and offer the two ends that it has then, if they are bodies."""
+    """Flips an edge, and offer the two ends that it has then, if they are bodies."""
     flip(s, h)
     if s.org[h] < slots(s) and s.org[s.twin[h]] < slots(s):
         offer(k, s.org[h], s.org[s.twin[h]])
@@ -46,13 +46,13 @@ def repair(k: Kernel, s: State, body: int) -> int:
 @unchecked
 @hook
 def replan(k: Kernel, s: State, body: int) -> None:
-    """Watch all edges that depend on a body's plan."""
+    """Watches all edges that depend on a body's plan."""
     watch(k, s, enlist_around(s, body))
 
 
 @hook
 def locate(k: Kernel, s: State, body: int) -> int:
-    """Return the triangle in which a body's centre is: by a walk that takes one of two ways by chance, so
+    """Returns the triangle in which a body's centre is: by a walk that takes one of two ways by chance, so
     that it cannot go round and round."""
     x = spot(k, s, body)
     t = int(s.first[slots(s)]) >> 2
@@ -70,7 +70,7 @@ def locate(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def insert(k: Kernel, s: State, body: int) -> None:
-    """Take a body into the triangulation; nothing is watched yet.
+    """Takes a body into the triangulation; nothing is watched yet.
 
     ``left`` counts the edges opposite to the body that may fail: a flip leaves two in the place of one.
     """
@@ -91,7 +91,7 @@ def insert(k: Kernel, s: State, body: int) -> None:
 @unchecked
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Triangulate by insertion, and watch all edges."""
+    """Triangulates by insertion, and watch all edges."""
     for i in range(k.clock[0].bodies):
         insert(k, s, int(s.order[i]))
     count = 0
@@ -104,7 +104,7 @@ def build(k: Kernel, s: State) -> None:
 @unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
-    """Insert a body."""
+    """Inserts a body."""
     s.weight[body] = (s.scale[PER_LENGTH] * k.bodies[body].reach) ** 2
     insert(k, s, body)
     watch_anew(k, s, enlist_around(s, body))
@@ -112,7 +112,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
 
 @hook
 def watch_anew(k: Kernel, s: State, count: int) -> None:
-    """Watch the edges that are listed, of which some are others than before, and queue their ends."""
+    """Watches the edges that are listed, of which some are others than before, and queue their ends."""
     watch(k, s, count)
     for i in range(count):
         settle(k, s, s.org[s.listed[i]])
@@ -122,7 +122,7 @@ def watch_anew(k: Kernel, s: State, count: int) -> None:
 @unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
-    """Remove a body."""
+    """Removes a body."""
     o = spot(k, s, body)
     degree = spokes(s, body)
     links = 0

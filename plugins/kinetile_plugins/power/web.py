@@ -80,31 +80,31 @@ def start(s: State) -> None:
 
 @hook
 def slots(s: State) -> int:
-    """Return how many slots for bodies there are: the number of the first far point."""
+    """Returns how many slots for bodies there are: the number of the first far point."""
     return len(s.first) - CORNERS
 
 
 @hook
 def succ(h: int) -> int:
-    """Return the next half-edge of a triangle."""
+    """Returns the next half-edge of a triangle."""
     return h - 2 if h & 3 == 2 else h + 1
 
 
 @hook
 def pred(h: int) -> int:
-    """Return the half-edge of a triangle before another."""
+    """Returns the half-edge of a triangle before another."""
     return h + 2 if h & 3 == 0 else h - 1
 
 
 @hook
 def around(s: State, h: int) -> int:
-    """Return the next half-edge that begins at the site of another, counter-clockwise."""
+    """Returns the next half-edge that begins at the site of another, counter-clockwise."""
     return int(s.twin[pred(h)])
 
 
 @hook
 def spokes(s: State, site: int) -> int:
-    """List the half-edges that begin at a site, counter-clockwise; return how many there are."""
+    """Lists the half-edges that begin at a site, counter-clockwise; returns how many there are."""
     h = int(s.first[site])
     for count in range(len(s.first)):
         s.spokes[count] = h
@@ -117,7 +117,7 @@ def spokes(s: State, site: int) -> int:
 @unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
-    """Name the bodies to which a body has an edge."""
+    """Names the bodies to which a body has an edge."""
     n = slots(s)
     count = 0
     h = int(s.first[body])
@@ -133,7 +133,7 @@ def near(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def join(s: State, h: int, g: int) -> None:
-    """Make two half-edges twins; the second may be NOBODY."""
+    """Makes two half-edges twins; the second may be NOBODY."""
     s.twin[h] = g
     if g >= 0:
         s.twin[g] = h
@@ -141,7 +141,7 @@ def join(s: State, h: int, g: int) -> None:
 
 @hook
 def lay(s: State, h: int, a: int, b: int, c: int) -> None:
-    """Make a triangle of three sites, counter-clockwise, which begins with half-edge h."""
+    """Makes a triangle of three sites, counter-clockwise, which begins with half-edge h."""
     for each, site in ((h, a), (succ(h), b), (pred(h), c)):
         s.org[each] = site
         s.first[site] = each
@@ -149,14 +149,14 @@ def lay(s: State, h: int, a: int, b: int, c: int) -> None:
 
 @hook
 def move(s: State, h: int, to: int) -> None:
-    """Give another half-edge the twin and the tick of one."""
+    """Gives another half-edge the twin and the tick of one."""
     join(s, to, int(s.twin[h]))
     s.due[to] = s.due[h]
 
 
 @hook
 def flip(s: State, h: int) -> None:
-    """Turn an edge within its two triangles: from a to b, with c on the left and d on the right, it becomes
+    """Turns an edge within its two triangles: from a to b, with c on the left and d on the right, it becomes
     that from d to c, with a on the left and b on the right."""
     g = int(s.twin[h])
     a = s.org[h]
@@ -179,7 +179,7 @@ def flip(s: State, h: int) -> None:
 
 @hook
 def split(s: State, t: int, body: int) -> None:
-    """Divide a triangle into three, with a body in their middle."""
+    """Divides a triangle into three, with a body in their middle."""
     h = 4 * t
     f = 4 * int(s.unused[0])
     g = 4 * int(s.twin[f])
@@ -201,7 +201,7 @@ def split(s: State, t: int, body: int) -> None:
 
 @hook
 def merge(s: State, h: int) -> None:
-    """Make one triangle of the three around the body at which a half-edge begins."""
+    """Makes one triangle of the three around the body at which a half-edge begins."""
     two = around(s, h)
     three = around(s, two)
     a = s.org[succ(h)]

@@ -99,7 +99,7 @@ from .web import (
 @unchecked
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Construct the tiling and watch its tiles."""
+    """Constructs the tiling and watch its tiles."""
     construct(k, s)
     for body in range(k.clock[0].bodies):
         watch_around(k, s, body)

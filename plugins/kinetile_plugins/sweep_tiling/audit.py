@@ -55,7 +55,6 @@ class AllTiles(NamedTuple):
 
 
 def _port(p: int, n: int) -> str:
-    """Returns a port in words."""
     if not 0 <= p < 16 * (n + 1) or p & 7 > LOWER:
         return f"place {p}, which is no port"
     side = "R" if p >> 3 & 1 else "L"

@@ -80,7 +80,7 @@ def some_body(k: Kernel, p: int) -> int:
 
 @hook
 def edge_of(k: Kernel, p: int) -> float:
-    """Return how far right of its body's centre the bound of a port is."""
+    """Returns how far right of its body's centre the bound of a port is."""
     side = (p >> 3) & 1
     reach = reach_to(k.bodies[some_body(k, p)], side, k.clock[0].limits.skin)
     return reach if side == 1 else -reach
@@ -98,7 +98,7 @@ def _edges_of_shapes(body: Records, k: Kernel, ports: Wholes, reach: Floats) -> 
 @with_shapes(_edges_of_shapes)
 @hook
 def edges(body: Records, k: Kernel, ports: Wholes, reach: Floats) -> Floats:
-    """Return how far right of their bodies' centres the bounds of eight ports are, by the reaches of the
+    """Returns how far right of their bodies' centres the bounds of eight ports are, by the reaches of the
     bodies. The first argument is any body."""
     is_left = (ports & spread_whole(8)) == spread_whole(0)
     return choose(is_left, spread(0.0) - reach, reach)
@@ -106,7 +106,7 @@ def edges(body: Records, k: Kernel, ports: Wholes, reach: Floats) -> Floats:
 
 @hook
 def sides(k: Kernel, a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: int) -> Sides:
-    """Return the sides of eight ports; an edge of the arena has some body's plan."""
+    """Returns the sides of eight ports; an edge of the arena has some body's plan."""
     x, y, vx, vy, anchor, reach = flights(
         k.bodies,
         some_body(k, a),
@@ -125,7 +125,7 @@ def sides(k: Kernel, a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: 
 
 @hook
 def swapped(one: Sides) -> Sides:
-    """Return the sides with the first four lanes and the last four exchanged."""
+    """Returns the sides with the first four lanes and the last four exchanged."""
     return Sides(
         turned(one.port, 4),
         turned(one.body, 4),
@@ -140,7 +140,7 @@ def swapped(one: Sides) -> Sides:
 
 @hook
 def chosen(where: Truths, yes: Sides, no: Sides) -> Sides:
-    """Return ``yes`` in the lanes where it is true, else ``no``."""
+    """Returns ``yes`` in the lanes where it is true, else ``no``."""
     return Sides(
         choose(where, yes.port, no.port),
         choose(where, yes.body, no.body),
@@ -155,14 +155,14 @@ def chosen(where: Truths, yes: Sides, no: Sides) -> Sides:
 
 @hook
 def periods(k: Kernel, s: State, p: int, q: int) -> int:
-    """Return through how many periods a tile leads, counted between the places in the plans of the bodies at
+    """Returns through how many periods a tile leads, counted between the places in the plans of the bodies at
     its two sides."""
     return int(turns_to(s, p) + k.images[some_body(k, q)].kx - k.images[some_body(k, p)].kx)
 
 
 @hook
 def periods_between(k: Kernel, s: State, left: Wholes, right: Wholes) -> Floats:
-    """Return the length of the periods through which eight tiles lead."""
+    """Returns the length of the periods through which eight tiles lead."""
     count = eight(
         periods(k, s, lane(left, 0), lane(right, 0)),
         periods(k, s, lane(left, 1), lane(right, 1)),
@@ -178,7 +178,7 @@ def periods_between(k: Kernel, s: State, left: Wholes, right: Wholes) -> Floats:
 
 @hook
 def failures(k: Kernel, s: State, left: Sides, right: Sides, wanted: Truths) -> tuple[Ticks, Truths]:
-    """Return when tiles fail, and whether by their vertical order; never where it is not wanted."""
+    """Returns when tiles fail, and whether by their vertical order; never where it is not wanted."""
     zero = spread(0.0)
     border = spread_whole(len(s.level))
     unit = spread(k.clock[0].tick)
@@ -213,14 +213,14 @@ def failures(k: Kernel, s: State, left: Sides, right: Sides, wanted: Truths) -> 
 
 @hook
 def settle(k: Kernel, s: State, body: int) -> None:
-    """Schedule a body's certificate for the first of its three tiles to fail."""
+    """Schedules a body's certificate for the first of its three tiles to fail."""
     first = smaller(due_of(s, body, OUTER), smaller(due_of(s, body, UPPER), due_of(s, body, LOWER)))
     schedule(k, body, first)
 
 
 @hook
 def first_to_fail(s: State, body: int) -> Tile:
-    """Return which of the three tiles that a body owns fails first."""
+    """Returns which of the three tiles that a body owns fails first."""
     outer = own_tile(body, OUTER)
     upper = own_tile(body, UPPER)
     lower = own_tile(body, LOWER)
@@ -236,7 +236,7 @@ def first_to_fail(s: State, body: int) -> Tile:
 @unchecked
 @hook
 def watch_around(k: Kernel, s: State, body: int) -> None:
-    """Watch the six tiles at a body's ports: the three that it owns, and those at its right ports."""
+    """Watches the six tiles at a body's ports: the three that it owns, and those at its right ports."""
     outer = own_tile(body, OUTER)
     upper = own_tile(body, UPPER)
     lower = own_tile(body, LOWER)
@@ -269,7 +269,7 @@ def watch_around(k: Kernel, s: State, body: int) -> None:
 
 @hook
 def watch_tiles(k: Kernel, s: State, tiles: Tiles) -> None:
-    """Watch three tiles, for the bodies that own them."""
+    """Watches three tiles, for the bodies that own them."""
     one, two, three = tiles
     left = sides(
         k, one.left, two.left, three.left, three.left, one.right, two.right, three.right, three.right

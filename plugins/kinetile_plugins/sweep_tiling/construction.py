@@ -65,7 +65,7 @@ def arrange(k: Kernel, s: State) -> None:
 
 @hook
 def mark(s: State, rank: int, present: int) -> None:
-    """Note whether the body of a rank is on the sweep line."""
+    """Notes whether the body of a rank is on the sweep line."""
     at = (len(s.status) >> 1) + rank
     s.status[at] = present
     while at > 1:
@@ -75,7 +75,7 @@ def mark(s: State, rank: int, present: int) -> None:
 
 @hook
 def next_to(s: State, rank: int, up: int) -> int:
-    """Return the body next above a rank on the sweep line (``up`` 1), or below it (0); or TOP or BOTTOM."""
+    """Returns the body next above a rank on the sweep line (``up`` 1), or below it (0); or TOP or BOTTOM."""
     leaves = len(s.status) >> 1
     at = leaves + rank
     while at > 1:
@@ -92,7 +92,7 @@ def next_to(s: State, rank: int, up: int) -> int:
 
 @hook
 def link_in_order(s: State, p: int, q: int) -> None:
-    """Link an open left port to the right port at which its tile ends: on a cylinder at the first place that
+    """Links an open left port to the right port at which its tile ends: on a cylinder at the first place that
     is behind it."""
     turns = 0
     if len(s.turns) > 0:
@@ -105,7 +105,7 @@ def link_in_order(s: State, p: int, q: int) -> None:
 
 @hook
 def construct(k: Kernel, s: State) -> None:
-    """Link all ports and set all ends."""
+    """Links all ports and set all ends."""
     n = len(s.level)
     left_edge = right_bound(n)
     right_edge = left_bound(n)
@@ -123,7 +123,7 @@ def construct(k: Kernel, s: State) -> None:
 
 @hook
 def sweep_once(k: Kernel, s: State) -> None:
-    """Move the sweep line over all bounds."""
+    """Moves the sweep line over all bounds."""
     n = len(s.level)
     for at in range(2 * k.clock[0].bodies):
         bound = int(s.sweep[at])

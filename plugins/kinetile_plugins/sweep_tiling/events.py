@@ -96,7 +96,7 @@ def is_above(k: Kernel, s: State, a: int, b: int) -> bool:
 
 @hook
 def join(s: State, a: int, b: int, p: int) -> Tiles:
-    """Relink bounds a, an R, and b, an L: the body of b comes to stand on side ``p`` of the body of a."""
+    """Relinks bounds a, an R, and b, an L: the body of b comes to stand on side ``p`` of the body of a."""
     o = opposite(p)
     beyond_a = facing(s, port(a, p))
     beyond_b = facing(s, port(b, o))
@@ -113,7 +113,7 @@ def join(s: State, a: int, b: int, p: int) -> Tiles:
 
 @hook
 def separate(s: State, a: int, b: int, p: int) -> Tiles:
-    """Undo ``join`` for bounds a, an R, and b, an L: the body of b is on side ``p`` of that of a."""
+    """Undoes ``join`` for bounds a, an R, and b, an L: the body of b is on side ``p`` of that of a."""
     o = opposite(p)
     beyond_a = facing(s, port(b, OUTER))
     beyond_b = facing(s, port(a, OUTER))
@@ -181,7 +181,7 @@ def flip(s: State, a: int, b: int, p: int) -> None:
 
 @hook
 def collapse(k: Kernel, s: State, p: int, q: int) -> Change:
-    """Relink after the width of the tile between left port ``p`` and right port ``q`` has become zero."""
+    """Relinks after the width of the tile between left port ``p`` and right port ``q`` has become zero."""
     if not is_inner(p) and not is_inner(q):
         return meeting(k, s, bound_of(p), bound_of(q))
     if is_inner(p) and is_inner(q):
@@ -192,13 +192,13 @@ def collapse(k: Kernel, s: State, p: int, q: int) -> Change:
 
 @hook
 def where(k: Kernel, p: int) -> float:
-    """Return where the bound of a port is now, along x."""
+    """Returns where the bound of a port is now, along x."""
     return float(position_at(k, k.bodies[body_of(p)], k.clock[0].now)[0] + edge_of(k, p))
 
 
 @hook
 def width(k: Kernel, s: State, p: int) -> float:
-    """Return how wide the tile of a left port is now, between two bounds of bodies."""
+    """Returns how wide the tile of a left port is now, between two bounds of bodies."""
     q = facing(s, p)
     apart = where(k, q) - where(k, p)
     if len(s.turns) > 0:
@@ -208,7 +208,7 @@ def width(k: Kernel, s: State, p: int) -> float:
 
 @hook
 def room_in(k: Kernel, s: State, p: int, body: int, x: float) -> float:
-    """Return by how much x lies within the tile of a left port, if the tile's top and bottom are above and
+    """Returns by how much x lies within the tile of a left port, if the tile's top and bottom are above and
     below a body; else less than any number."""
     n = len(s.level)
     q = facing(s, p)
@@ -226,7 +226,7 @@ def room_in(k: Kernel, s: State, p: int, body: int, x: float) -> float:
 
 @hook
 def tile_for(k: Kernel, s: State, body: int) -> int:
-    """Return the left port of the tile in which the leftmost point of a body lies; of tiles that rounding
+    """Returns the left port of the tile in which the leftmost point of a body lies; of tiles that rounding
     lets it lie in, the one in which it lies deepest."""
     x = where(k, left_bound(body))
     best = port(right_bound(len(s.level)), OUTER)
@@ -244,7 +244,7 @@ def tile_for(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def turns_into(k: Kernel, s: State, p: int, bound: int) -> int:
-    """Return through how many periods the link from a left port to a bound within its tile leads."""
+    """Returns through how many periods the link from a left port to a bound within its tile leads."""
     if len(s.turns) == 0:
         return 0
     half = 0.5 * width(k, s, p)
@@ -257,7 +257,7 @@ def turns_into(k: Kernel, s: State, p: int, bound: int) -> int:
 
 @hook
 def lay(s: State, body: int, top: int, bottom: int) -> None:
-    """Lay the line of a body between a top and a bottom: its two inner tiles, and what its bounds meet."""
+    """Lays the line of a body between a top and a bottom: its two inner tiles, and what its bounds meet."""
     left = left_bound(body)
     right = right_bound(body)
     for side in (UPPER, LOWER):
@@ -269,7 +269,7 @@ def lay(s: State, body: int, top: int, bottom: int) -> None:
 @unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
-    """Insert a body: a line of no length in one tile, which then grows to the right."""
+    """Inserts a body: a line of no length in one tile, which then grows to the right."""
     n = len(s.level)
     left = left_bound(body)
     right = right_bound(body)
@@ -296,7 +296,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
 @unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
-    """Remove a body: its R moves left to its L, and the line of no length that remains is taken out of its
+    """Removes a body: its R moves left to its L, and the line of no length that remains is taken out of its
     tile."""
     n = len(s.level)
     left = left_bound(body)

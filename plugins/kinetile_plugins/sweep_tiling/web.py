@@ -94,7 +94,7 @@ def bounds(bodies: int) -> npt.NDArray[np.int32]:
 
 @hook
 def link(s: State, p: int, q: int, turns: int) -> None:
-    """Make two ports the two sides of one tile, the second of them so many periods on."""
+    """Makes two ports the two sides of one tile, the second of them so many periods on."""
     s.web[p] = q
     s.web[q] = p
     if len(s.turns) > 0:
@@ -194,7 +194,7 @@ def due_of(s: State, body: int, which: int) -> int:
 
 @hook
 def set_due(s: State, tile: int, tick: int, by_order: bool) -> None:
-    """Note when a tile fails, and whether by its vertical order or its width."""
+    """Notes when a tile fails, and whether by its vertical order or its width."""
     s.due[4 * body_of(tile) + (tile & 3)] = tick  # side_of, in two bits: that the shift is short saves time
     s.web[tile + FLIPS] = by_order
 
@@ -242,7 +242,7 @@ def next_along(q: int, side: int) -> int:
 @unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
-    """Name the bodies on the other side of the tiles over a body, then of those under it."""
+    """Names the bodies on the other side of the tiles over a body, then of those under it."""
     n = len(s.level)
     left = 3 * n + 1  # there are no more tiles: a web that is broken leads no further
     count = 0
@@ -266,7 +266,7 @@ def near(k: Kernel, s: State, body: int) -> int:
 @unchecked
 @hook
 def soon(k: Kernel, s: State, body: int, stage: int) -> None:
-    """Prefetch a body's bounds; then the plans and bounds of those to which its tiles and ends lead; then
+    """Prefetches a body's bounds; then the plans and bounds of those to which its tiles and ends lead; then
     their entries in the queue."""
     first = port(left_bound(body), OUTER)
     if stage == 0:

@@ -39,7 +39,7 @@ FOLDER = str(Path(_numba.__file__).parent)
 
 
 def misfit(what: str) -> str:
-    """Return the message for a part of Numba that is not as it was."""
+    """Returns the message for a part of Numba that is not as it was."""
     return (
         f"kinetile uses parts of Numba that are not public, and numba {_numba.__version__} has other ones: "
         f"{what}; install numba{VERSIONS}"
@@ -115,7 +115,7 @@ def _mentions(part: Any, name: str) -> bool:
 
 
 def check() -> None:
-    """Compare what is installed with ``MEMBERS``; raises ImportError with what is missing."""
+    """Compares what is installed with ``MEMBERS``; raises ImportError with what is missing."""
     for part, names in MEMBERS.items():
         for name in names.split():
             if not _mentions(part, name):
@@ -132,23 +132,22 @@ class _NoEnvironment:
         self._generator = generator
 
     def __getattr__(self, name: str) -> Any:
-        """Return what the generator has."""
         return getattr(self._generator, name)
 
     def set_env(self, name: str, environment: Any) -> None:
-        """Do nothing: an environment is read by code that has Python objects, and hooks have none."""
+        """Does nothing: an environment is read by code that has Python objects, and hooks have none."""
 
 
 class _Code(JITCodeLibrary):
     """The code of a function that Python calls: optimised once, with all that is linked into it."""
 
     def _optimize_functions(self, module: Any) -> None:
-        """Leave that for later: a loop that is still small would get its first turn apart, and so all of its
+        """Leaves that for later: a loop that is still small would get its first turn apart, and so all of its
         code twice."""
         module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self) -> None:
-        """Leave out the cheap round that is for counts of references, and have pairs of numbers, along x and
+        """Leaves out the cheap round that is for counts of references, and have pairs of numbers, along x and
         y, as vectors."""
         made = cast(Any, self._codegen)._module_pass_manager(slp_vectorize=True)
         passes, *how = made if isinstance(made, tuple) else (made,)  # alone before Numba 0.62
@@ -168,8 +167,9 @@ class _LinkedCode(_Code):
     """Whether the function takes NumPy's arrays."""
 
     def _optimize_functions(self, module: Any) -> None:
-        """Take the parts out of arrays: what is kept on disk, and linked into each caller, has a fifth of the
-        instructions. Other hooks are left as they are: the loop would become another, and not much sooner."""
+        """Takes the parts out of arrays: what is kept on disk, and linked into each caller, has a fifth of
+        the instructions. Other hooks are left as they are: the loop would become another, and not much
+        sooner."""
         super()._optimize_functions(module)
         if self.has_arrays and hasattr(self._codegen, "_pass_builder"):  # the latter not before Numba 0.62
             how = cast(Any, self._codegen)._pass_builder()
@@ -180,10 +180,10 @@ class _LinkedCode(_Code):
                 passes.run(each, how)
 
     def _optimize_final_module(self) -> None:
-        """Leave that to the callers."""
+        """Leaves that to the callers."""
 
     def _get_module_for_linking(self) -> Any:
-        """Return the module as callers link it: Numba would copy it first, and no one uses it otherwise."""
+        """Returns the module as callers link it: Numba would copy it first, and no one uses it otherwise."""
         cast(Any, self)._ensure_finalized()
         if self._shared_module is None:
             self._shared_module = self._final_module
@@ -193,7 +193,7 @@ class _LinkedCode(_Code):
         return self._shared_module
 
     def _finalize_final_module(self) -> None:
-        """Note that the code is complete, and make no machine code of it."""
+        """Notes that the code is complete, and make no machine code of it."""
         cast(Any, self)._finalize_dynamic_globals()
         self._finalized = True
 
@@ -207,7 +207,6 @@ class _Function(types.Function):  # type: ignore[misc]
         self._known: dict[tuple[int, ...], Any] = {}
 
     def get_call_type(self, context: Any, given: Any, named: Any) -> Any:
-        """Return the signature of a call."""
         if named:
             return super().get_call_type(context, given, named)
         if self.typing_key in _OPERATORS and all(isinstance(each, _NUMBERS) for each in given):
@@ -235,20 +234,17 @@ class _Typing(Context):
         self._known: dict[Any, Any] = {}
 
     def refresh(self) -> None:
-        """Do nothing: it is done when the outermost function is compiled."""
+        """Does nothing: it is done when the outermost function is compiled."""
 
     def resolve_value_type(self, value: Any) -> Any:
-        """Return the type of a constant."""
         kind = cast(Any, super()).resolve_value_type(value)
         return self._remembered(kind, lambda: _Function(kind)) if type(kind) is types.Function else kind
 
     def resolve_function_type(self, function: Any, given: Any, named: Any) -> Any:
-        """Return the signature of a call."""
         known = self.resolve_value_type(function) if function in _OPERATORS else function
         return cast(Any, super()).resolve_function_type(known, given, named)
 
     def resolve_getattr(self, kind: Any, name: str) -> Any:
-        """Return the type of an attribute."""
         found = partial(cast(Any, super()).resolve_getattr, kind, name)
         return found() if isinstance(kind, types.Module) else self._remembered((kind._code, name), found)
 
@@ -263,13 +259,13 @@ _typing = cache(lambda context, flags: _Typing(context))
 
 
 def _install(target: Any) -> None:
-    """Enter new code in Numba's target context: that of an intrinsic is there when it has been typed."""
+    """Enters new code in Numba's target context: that of an intrinsic is there when it has been typed."""
     for registry in target._registries:
         target.install_registry(registry)
 
 
 def _constant(target: Any, builder: Any, kind: Any, value: Any) -> Any:
-    """Return a constant. That of a function which is called is an address of Python's object, which no code
+    """Returns a constant. That of a function which is called is an address of Python's object, which no code
     reads, and with which code could not be kept on disk."""
     if isinstance(kind, types.Dispatcher):
         return target.get_constant_null(kind)
@@ -302,7 +298,7 @@ class _Compiler(Compiler):
 
 
 def told(kind: Any) -> str | None:
-    """Return what tells a type from all others, in other processes too; None for one that may be another
+    """Returns what tells a type from all others, in other processes too; None for one that may be another
     there: that of a function, say."""
     if isinstance(kind, types.BaseTuple):
         inner = [told(each) for each in kind]
@@ -341,7 +337,6 @@ class LinkingCompiler(_Compiler):
         super().__init__(typing, target, own, *rest)
 
     def _compile_bytecode(self) -> Any:
-        """Load the code, or compile and save it."""
         state, found = self.state, self.state.func_id
         kinds = [told(each) for each in state.args]
         processor = state.targetctx.codegen().magic_tuple()
@@ -363,7 +358,7 @@ class LinkingCompiler(_Compiler):
         return result
 
     def _taken(self, bitcode: bytes, described: Any, signature: Any) -> Any:
-        """Return what compiling a hook comes to, of its parts."""
+        """Returns what compiling a hook comes to, of its parts."""
         library, target = self.state.library, self.state.targetctx
         library._final_module, library._finalized = _binding.parse_bitcode(bitcode), True
         environment = cast(Any, Environment).from_fndesc(described)
@@ -393,7 +388,7 @@ class EntryCompiler(_Compiler):
 
 
 def entry(function: Callable[..., Any], cache: Any, before: Callable[[Any, Any], Any]) -> Any:
-    """Return a function that Python calls; ``before(compile, signature)`` compiles it. ``cache`` makes its
+    """Returns a function that Python calls; ``before(compile, signature)`` compiles it. ``cache`` makes its
     cache on disk, or is None."""
     how = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, "pipeline_class": EntryCompiler}
     made = numba.njit(**how)(function)
@@ -405,14 +400,14 @@ def entry(function: Callable[..., Any], cache: Any, before: Callable[[Any, Any],
 
 
 def alone(function: Callable[..., Any]) -> Any:
-    """Return a function that Python calls, compiled with all that such a call needs."""
+    """Returns a function that Python calls, compiled with all that such a call needs."""
     return numba.njit(error_model="numpy", no_cfunc_wrapper=True)(function)
 
 
 def lowered(
     name: str, parameters: Iterable[str], typed: Callable[..., Any], build: Callable[..., Any]
 ) -> Any:
-    """Return a function for compiled code alone. ``typed`` returns its signature for types of arguments, or
+    """Returns a function for compiled code alone. ``typed`` returns its signature for types of arguments, or
     None: not for these. ``build(context, builder, signature, arguments)`` makes the code of a call."""
 
     def typing(context: Any, *given: Any) -> Any:
@@ -427,7 +422,7 @@ def lowered(
 
 
 def at_an_address(function: Callable[..., Any], signature: Any, cache: Any) -> Any:
-    """Return a compiled function with an ``address``; ``cache`` makes its cache on disk, or raises
+    """Returns a compiled function with an ``address``; ``cache`` makes its cache on disk, or raises
     RuntimeError: there is no folder for it."""
     made = cast(Any, CFunc)(
         function, (signature.args, signature.return_type), locals={}, options={"error_model": "numpy"}

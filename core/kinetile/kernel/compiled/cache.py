@@ -45,7 +45,7 @@ _MOST_BYTES = 512_000_000
 
 
 def folder() -> Path:
-    """Return the folder of machine code that these versions can load: ``NUMBA_CACHE_DIR`` moves it."""
+    """Returns the folder of machine code that these versions can load: ``NUMBA_CACHE_DIR`` moves it."""
     root = numba.config.CACHE_DIR or platformdirs.user_cache_dir("kinetile", appauthor=False)
     return Path(root) / f"numba-{numba.__version__}-llvmlite-{llvmlite.__version__}"
 
@@ -59,7 +59,7 @@ class _Locator:
         self._py_file = source  # named by Numba's warning of what it cannot keep: code without optimisation
 
     def ensure_cache_path(self) -> None:
-        """Make the folder. Raises OSError where nothing can be written to it."""
+        """Makes the folder. Raises OSError where nothing can be written to it."""
         self.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         with tempfile.TemporaryFile(dir=self.folder):
             pass
@@ -83,7 +83,7 @@ class CheckedCache(FunctionCache):
         self._cache_file = cast(Any, _CheckedFiles)(self._cache_path, self._impl.filename_base, "")
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
-        """Return the machine code for a signature, or None where there is none that is right."""
+        """Returns the machine code for a signature, or None where there is none that is right."""
         try:
             return cast(Any, super()).load_overload(signature, target_context)
         except Exception as error:  # of pickles that another version has written, anything may be raised
@@ -93,7 +93,7 @@ class CheckedCache(FunctionCache):
             return None
 
     def save_overload(self, signature: Any, data: Any) -> None:
-        """Write the machine code for a signature; without room on the disk, the next process compiles it."""
+        """Writes the machine code for a signature; without room on the disk, the next process compiles it."""
         with suppress(OSError, ValueError):  # the latter: an index that could not be dropped
             cast(Any, super()).save_overload(signature, data)
             _remove_unused(Path(self._cache_path))
@@ -113,7 +113,7 @@ class KeptHook:
         self._file = f"{self.name}.nbh"
 
     def load(self) -> Any:
-        """Return what was saved, or None where there is nothing that is right."""
+        """Returns what was saved, or None where there is nothing that is right."""
         try:
             with self._files._of(self._key):
                 found = self._files._load_data(self._file)
@@ -129,7 +129,7 @@ class KeptHook:
         return found
 
     def save(self, data: Any) -> None:
-        """Write the code; without room on the disk, or with a type that no name leads to, the next process
+        """Writes the code; without room on the disk, or with a type that no name leads to, the next process
         compiles it."""
         unknown = pickle.PicklingError, AttributeError, TypeError
         with suppress(OSError, *unknown), self._files._of(self._key):
@@ -146,7 +146,7 @@ def _say_dropped(name: str, error: Exception) -> None:
 
 
 def _remove_unused(place: Path) -> None:
-    """Remove files that no process has read or written for thirty days, and those that were not for longest
+    """Removes files that no process has read or written for thirty days, and those that were not for longest
     where all have more than ``_MOST_BYTES``."""
     found = []
     for entry in os.scandir(place):
@@ -167,12 +167,10 @@ class _CheckedFiles(IndexDataCacheFile):
     _key = _NO_KEY
 
     def load(self, key: Any) -> Any:
-        """Return the machine code for a key, or None."""
         with self._of(key):
             return cast(Any, super()).load(key)
 
     def save(self, key: Any, data: Any) -> None:
-        """Write the machine code for a key."""
         with self._of(key):
             cast(Any, super()).save(key, data)
 
@@ -215,7 +213,7 @@ class _CheckedFiles(IndexDataCacheFile):
 
 
 def _touch(path: str) -> None:
-    """Note that a file is in use: many systems do not note when a file is read."""
+    """Notes that a file is in use: many systems do not note when a file is read."""
     with suppress(OSError):
         os.utime(path, ns=(time.time_ns(), os.stat(path).st_mtime_ns))
 
@@ -227,7 +225,7 @@ def is_whole(path: str | os.PathLike[str]) -> bool:
 
 
 def _key_of(path: str | os.PathLike[str]) -> bytes | None:
-    """Return the digest of a file's key, or None where its checksum is another."""
+    """Returns the digest of a file's key, or None where its checksum is another."""
     with open_regular(path) as file:
         content = memoryview(file.read())
     if _checksum(path, content[:-_DIGEST]) != content[-_DIGEST:]:

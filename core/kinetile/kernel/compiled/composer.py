@@ -41,7 +41,7 @@ class NotCompiled(Exception):
 def compose(
     template: Callable[..., Any], parts: Mapping[str, Any], label: str, state: type
 ) -> Callable[..., Any]:
-    """Compile ``template`` with ``parts`` in place of its global names: once a process, and cached on disk.
+    """Compiles ``template`` with ``parts`` in place of its global names: once a process, and cached on disk.
 
     ``template`` is a plain function; ``parts`` maps names it uses, itself or in a ``template`` that it calls,
     to hooks and constants; ``label`` names the choice of phases in the cache. The result is compiled when it
@@ -76,7 +76,7 @@ def _compose(
 
 @cache
 def with_numpy(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a hook that hands a hook NumPy's arrays."""
+    """Returns a hook that hands a hook NumPy's arrays."""
     if INTERPRETED:
         return function
 
@@ -88,7 +88,7 @@ def with_numpy(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, Any]) -> FunctionType:
-    """Return a function with parts in place of its global names, and of those of the templates it calls."""
+    """Returns a function with parts in place of its global names, and of those of the templates it calls."""
     names = dict(source.__globals__)
     names.update(parts)
     function = FunctionType(source.__code__, names, source.__name__, source.__defaults__, source.__closure__)
@@ -134,7 +134,7 @@ class Packed:
         self.address = _address(self._words)
 
     def replaced(self, name: str, table: Any) -> Packed:
-        """Return the same tables but for one, which is to be of the same kind."""
+        """Returns the same tables but for one, which is to be of the same kind."""
         other, rows = copy(self), self._rows.copy()
         rows[self.tables._fields.index(name)] = _words_of(table)
         other.tables = self.tables._replace(**{name: table})
@@ -146,17 +146,17 @@ _kinds: dict[tuple[Any, ...], Any] = {}
 
 
 def packed(tables: Any) -> Any:
-    """Return tables as a composed function takes them, for many calls; they stay the same arrays."""
+    """Returns tables as a composed function takes them, for many calls; they stay the same arrays."""
     return quick(tables) if INTERPRETED else Packed(tables)
 
 
 def replaced(tables: Any, name: str, table: Any) -> Any:
-    """Return packed tables with another one, of the same kind, in the place of one of them."""
+    """Returns packed tables with another one, of the same kind, in the place of one of them."""
     return tables._replace(**{name: quick(table)}) if INTERPRETED else tables.replaced(name, table)
 
 
 def bound(function: Callable[..., Any], *tables: Any, numbers: int) -> Callable[..., Any]:
-    """Return a composed function of packed tables, and of a number of whole numbers, as one of these numbers
+    """Returns a composed function of packed tables, and of a number of whole numbers, as one of these numbers
     alone. The caller keeps the tables."""
     if INTERPRETED:
         return np.errstate(all="ignore")(partial(function, *tables))  # compiled, nothing warns
@@ -188,12 +188,11 @@ class _Composed:
         self._entries: dict[tuple[Any, ...], Any] = {}
 
     def __call__(self, *given: Any) -> Any:
-        """Run, and first compile or load for such arguments."""
+        """Runs, and first compile or load for such arguments."""
         taken = [_as_taken(each) for each in given]
         return self.entry(taken)(*[each.address if type(each) is Packed else each for each in taken])
 
     def entry(self, taken: list[Any]) -> Any:
-        """Return the machine code for such arguments."""
         key = tuple([each.kind._code if type(each) is Packed else _kind(each) for each in taken])
         if key not in self._entries:
             kinds = [each.kind if type(each) is Packed else backend.numba.typeof(each) for each in taken]
@@ -202,7 +201,6 @@ class _Composed:
 
 
 def _as_taken(given: Any) -> Any:
-    """Return tables packed, and anything else as it is."""
     is_tables = isinstance(given, tuple) and all(isinstance(each, np.ndarray) for each in given)
     return Packed(given) if is_tables else given
 
@@ -213,7 +211,7 @@ _meanwhile: Callable[[], AbstractContextManager[Any]] = nullcontext
 
 @contextmanager
 def _compiling() -> Iterator[None]:
-    """Count the processor time of what is compiled, or loaded, within this context."""
+    """Counts the processor time of what is compiled, or loaded, within this context."""
     global _spent
     began = time.process_time()
     with _meanwhile():
@@ -224,20 +222,20 @@ def _compiling() -> Iterator[None]:
 
 
 def compiling_seconds() -> float:
-    """Return how much processor time this process has spent so far on compiling composed functions, or on
+    """Returns how much processor time this process has spent so far on compiling composed functions, or on
     loading them from the disk."""
     return _spent
 
 
 def while_compiling(context: Callable[[], AbstractContextManager[Any]]) -> None:
-    """Enter a context whenever a composed function is compiled or loaded. A runner that limits the CPU time
+    """Enters a context whenever a composed function is compiled or loaded. A runner that limits the CPU time
     of this process uses it to leave compilation out."""
     global _meanwhile
     _meanwhile = context
 
 
 def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
-    """Compile a composed function for such arguments, or load it from the disk cache, without running it.
+    """Compiles a composed function for such arguments, or load it from the disk cache, without running it.
 
     Raises NotCompiled where a hook is not such as can be compiled.
     """
@@ -251,7 +249,7 @@ def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
 
 
 def _kind(argument: Any) -> tuple[Any, ...]:
-    """Return what the machine code depends on in an argument: types, and of arrays how they lie."""
+    """Returns what the machine code depends on in an argument: types, and of arrays how they lie."""
     if isinstance(argument, tuple):
         return type(argument), *(_kind(each) for each in argument)
     if isinstance(argument, np.ndarray):
@@ -289,7 +287,7 @@ RECORD = re.compile(r"Record\([^)]*\)")
 
 
 def complaint(error: Exception) -> str:
-    """Return what the compiler says, with the place; some of its errors do not say where, but it knows."""
+    """Returns what the compiler says, with the place; some of its errors do not say where, but it knows."""
     text = brief(str(error))
     if text != str(error):
         return text
@@ -303,7 +301,7 @@ def complaint(error: Exception) -> str:
 
 
 def _place(error: Exception) -> str:
-    """Return the file and line at which the compiler was: its innermost frame but for Numba's own code."""
+    """Returns the file and line at which the compiler was: its innermost frame but for Numba's own code."""
     found, trace = "", error.__traceback__
     while trace is not None:
         for value in list(trace.tb_frame.f_locals.values()):
@@ -316,7 +314,7 @@ def _place(error: Exception) -> str:
 
 
 def brief(message: str) -> str:
-    """Return what is wrong, where, and in which line of code; the message itself where it has no place."""
+    """Returns what is wrong, where, and in which line of code; the message itself where it has no place."""
     lines = message.strip().splitlines()
     places = [at for at, line in enumerate(lines) if PLACE.match(line)]
     if not places:
@@ -332,7 +330,7 @@ def brief(message: str) -> str:
 
 
 def _code(lines: list[str]) -> str:
-    """Return the line of code above the first caret, after a colon; "" where there is none."""
+    """Returns the line of code above the first caret, after a colon; "" where there is none."""
     for above, line in pairwise(lines):
         if line.strip() == "^":
             return f": {above.strip()}"

@@ -18,8 +18,8 @@ import numpy as np
 
 
 def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str], list[Any]]:
-    """Return a digest of a function and of all that it reaches, the modules that it was found in, and what it
-    calls ``apart``.
+    """Returns a digest of a function and of all that it reaches, the modules that it was found in, and what
+    it calls ``apart``.
 
     What counts is bytecode, constants, hooks and the values of globals, also where they are reached through a
     module; and Numba's options.
@@ -94,7 +94,7 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
 
 
 def _options() -> list[tuple[str, str]]:
-    """Return the options of Numba that the environment has, but for those of a place or of threads."""
+    """Returns the options of Numba that the environment has, but for those of a place or of threads."""
     others = "NUMBA_CACHE_DIR", "NUMBA_NUM_THREADS"
     given = os.environ.items()
     return sorted(each for each in given if each[0].startswith("NUMBA_") and each[0] not in others)
@@ -102,7 +102,7 @@ def _options() -> list[tuple[str, str]]:
 
 @cache
 def _sources() -> bytes:
-    """Return a digest of the files that tell Numba how to compile types, operators and calls: no name in a
+    """Returns a digest of the files that tell Numba how to compile types, operators and calls: no name in a
     hook leads to them."""
     here = Path(__file__).parent
     digest = hashlib.sha256()

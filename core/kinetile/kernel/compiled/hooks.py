@@ -47,12 +47,12 @@ def uncollected() -> Iterator[None]:
 
 
 def to_be_filled_in(*arguments: Any) -> Any:
-    """Stand, in a template, where ``compose`` puts a hook."""
+    """Stands, in a template, where ``compose`` puts a hook."""
     raise NotImplementedError
 
 
 def template(function: F) -> F:
-    """Mark a function of which ``compose`` makes a hook, with parts in place of its global names."""
+    """Marks a function of which ``compose`` makes a hook, with parts in place of its global names."""
     cast(Any, function).is_template = True
     return function
 
@@ -75,7 +75,7 @@ if not INTERPRETED:
     _SHORT = (types.int8, types.int16, types.int32)
 
     def _kept(function: FunctionType, key: str) -> KeptHook | None:
-        """Return where a hook's code is kept on disk; it is not if something of it is in ``__main__``."""
+        """Returns where a hook's code is kept on disk; it is not if something of it is in ``__main__``."""
         digest, modules, called = fingerprint(function, tuple)
         return None if "__main__" in modules else KeptHook(function, digest, key, called)
 
@@ -89,11 +89,10 @@ if not INTERPRETED:
             self.calls: dict[tuple[int, ...], Any] = {}
 
         def __call__(self, *arguments: Any) -> Any:
-            """Run from Python."""
             return _alone(self.py_func)(*arguments)
 
         def get_call_template(self, arguments: Any, named: Any) -> Any:
-            """Return what a call comes to: one for all constants, and for all signed integers.
+            """Returns what a call comes to: one for all constants, and for all signed integers.
 
             Else each would compile it again; also one that a variable only begins with, with code that is
             never used: ``found = NOBODY`` before a loop.
@@ -111,15 +110,12 @@ if not INTERPRETED:
         forms: tuple[_Hook, _Hook]
 
         def __call__(self, *arguments: Any) -> Any:
-            """Run from Python."""
             return self.py_func(*arguments)
 
         def get_call_template(self, arguments: Any, named: Any) -> Any:
-            """Return what a call of the chosen form comes to."""
             return self._chosen(arguments).get_call_template(arguments, named)
 
         def get_overload(self, arguments: Any) -> Any:
-            """Return the code of the chosen form."""
             return self._chosen(arguments).get_overload(arguments)
 
         def _chosen(self, arguments: Any) -> _Hook:
@@ -133,7 +129,7 @@ if not INTERPRETED:
 
 
 def hook(function: F) -> F:
-    """Mark a function that runs inside the kernel's loop: compiled, forced inline, IEEE division (no
+    """Marks a function that runs inside the kernel's loop: compiled, forced inline, IEEE division (no
     exceptions).
 
     Called from Python, in a test say, it is compiled once more, apart and with what such a call needs.
@@ -144,7 +140,7 @@ def hook(function: F) -> F:
 
 
 def with_shapes(of_shape: F) -> Callable[[F], F]:
-    """Mark a hook, above ``hook``, with ``of_shape`` in its place where not all bodies are discs.
+    """Marks a hook, above ``hook``, with ``of_shape`` in its place where not all bodies are discs.
 
     The first argument of both is a body's record. What is compiled where all are discs has nothing of the
     other form.
@@ -165,7 +161,7 @@ def with_shapes(of_shape: F) -> Callable[[F], F]:
 
 
 def unchecked(function: F) -> F:
-    """Mark a hook that needs no checks, above ``hook``: it runs faster, and memory is at stake if it is
+    """Marks a hook that needs no checks, above ``hook``: it runs faster, and memory is at stake if it is
     wrong.
 
     Its tables are not NumPy's arrays but what the loop has itself (``kernel.compiled.views``): to be read and
@@ -183,7 +179,7 @@ def is_checked(value: Any) -> bool:
 
 
 def subroutine(function: F) -> F:
-    """Mark a function that functions marked ``apart`` call: compiled once, not inlined, arrays and all."""
+    """Marks a function that functions marked ``apart`` call: compiled once, not inlined, arrays and all."""
     if INTERPRETED:
         return function
     options = {**_HOOK, "forceinline": False}
@@ -192,18 +188,18 @@ def subroutine(function: F) -> F:
 
 @hook
 def smaller(a: Any, b: Any) -> Any:
-    """Return the smaller of two numbers. Numba's ``min`` is not inlined into large functions."""
+    """Returns the smaller of two numbers. Numba's ``min`` is not inlined into large functions."""
     return a if a < b else b
 
 
 @hook
 def larger(a: Any, b: Any) -> Any:
-    """Return the larger of two numbers."""
+    """Returns the larger of two numbers."""
     return a if a > b else b
 
 
 def python_of(part: Any) -> Any:
-    """Return the Python function of a hook, to be called without compiling it; any other part as it is."""
+    """Returns the Python function of a hook, to be called without compiling it; any other part as it is."""
     return getattr(part, "py_func", part)
 
 
@@ -216,7 +212,7 @@ def is_hook(value: Any) -> bool:
 if not INTERPRETED:
 
     def _kind(annotation: str, names: Mapping[str, Any]) -> Any:
-        """Return the type that an annotation means, where these names are known."""
+        """Returns the type that an annotation means, where these names are known."""
         kinds = {"float": types.float64, "int": types.int64, "Numbers": types.CPointer(types.float64)}
         if annotation in kinds:
             return kinds[annotation]
@@ -238,7 +234,7 @@ if not INTERPRETED:
             self.address: int | None = None
 
         def load(self) -> None:
-            """Compile the function, or load it from the disk cache, and make its name known."""
+            """Compiles the function, or load it from the disk cache, and make its name known."""
             for each in self.called:
                 each.load_apart()
             if self.address is None:
@@ -252,12 +248,11 @@ if not INTERPRETED:
                 backend.add_symbol(self.name, self.address)
 
         def typed(self, *given: Any) -> Any:
-            """Return the signature, to code that is being compiled."""
             self.load()
             return self.signature
 
         def call(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            """Return what a call comes to. Named tuples are passed as the function takes them, as values."""
+            """Returns what a call comes to. Named tuples are passed as the function takes them, as values."""
             kinds = [context.get_value_type(each) for each in (signature.return_type, *signature.args)]
             made = ir.FunctionType(kinds[0], kinds[1:])
             known = backend.cgutils.get_or_insert_function(builder.module, made, self.name)
@@ -265,7 +260,7 @@ if not INTERPRETED:
 
 
 def apart(function: F) -> F:
-    """Mark a function that hooks call but do not take in: compiled once for all loops, and cached by itself.
+    """Marks a function that hooks call but do not take in: compiled once for all loops, and cached by itself.
 
     For what is long: a hook is compiled again at each place that calls it, and with each choice of phases. It
     takes and returns numbers, which its annotations call ``float`` or ``int``, and takes arrays of doubles,

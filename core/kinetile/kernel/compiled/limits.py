@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def end_after(seconds: float) -> None:
-    """Have the system end this process after ``seconds`` more CPU seconds, rounded up, where it can."""
+    """Has the system end this process after ``seconds`` more CPU seconds, rounded up, where it can."""
     with suppress(ImportError, OSError, ValueError):
         import resource
 
@@ -22,7 +22,7 @@ def end_after(seconds: float) -> None:
 
 
 def limit_memory(more: int) -> None:
-    """Limit the memory of this process to ``more`` bytes beyond what it has now, where the system can."""
+    """Limits the memory of this process to ``more`` bytes beyond what it has now, where the system can."""
     with suppress(ImportError, OSError, ValueError):
         import resource
 

@@ -34,7 +34,7 @@ if INTERPRETED:
     from operator import itemgetter
 
     def quick(tables: T) -> T:
-        """Return tables, or named tuples of them, with fields that are read ten times as fast as those of
+        """Returns tables, or named tuples of them, with fields that are read ten times as fast as those of
         NumPy's records: these look each attribute up in Python, most of the time of an interpreted hook."""
         if isinstance(tables, tuple):
             return cast(T, cast(Any, tables)._make(map(quick, tables)))
@@ -43,7 +43,7 @@ if INTERPRETED:
 
     @cache
     def _properties(dtype: np.dtype[Any]) -> tuple[np.dtype[Any], type]:
-        """Return the same fields as properties: a type of rows, and a type of tables of them."""
+        """Returns the same fields as properties: a type of rows, and a type of tables of them."""
         known: Any = dtype.fields  # in any order
         fields = {name: known[name] for name in dtype.names or ()}
         inner = {
@@ -71,23 +71,23 @@ if INTERPRETED:
         where[name] = value
 
     def disowned(tables: T) -> T:
-        """Return ``tables`` as they are: interpreted code counts no references worth saving."""
+        """Returns ``tables`` as they are: interpreted code counts no references worth saving."""
         return tables
 
     def wrapping(given: T) -> T:
-        """Return what is given as it is."""
+        """Returns what is given as it is."""
         return given
 
     def pointer(numbers: Any) -> Any:
-        """Return an array as it is."""
+        """Returns an array as it is."""
         return numbers
 
     def zeros(count: int) -> Any:
-        """Return an array of 64-bit integers, all zero."""
+        """Returns an array of 64-bit integers, all zero."""
         return np.zeros(count, dtype=np.int64)
 
     def numbers_from(tables: Any, first: int) -> Any:
-        """Return the tables with numbers that begin at one of them."""
+        """Returns the tables with numbers that begin at one of them."""
         return tables._replace(numbers=tables.numbers[first:])
 
 else:
@@ -126,16 +126,13 @@ else:
 
         @property
         def key(self) -> Any:
-            """What tells this type from others."""
             return "view", self.of.key
 
         @property
         def iterator_type(self) -> Any:
-            """The type of what goes through the elements: NumPy's."""
             return self.of.iterator_type
 
         def copy(self, *given: Any, **fields: Any) -> Any:
-            """Return a type made from this one, of a slice say: NumPy's."""
             return self.of.copy(*given, **fields)
 
     @register_model(_View)
@@ -147,7 +144,6 @@ else:
             cast(Any, super()).__init__(manager, kind, members)
 
     def _place(context: Any, builder: Any, view: Any, kind: Any, index: Any) -> Any:
-        """Return the address of an element."""
         found = context.cast(builder, index, kind, types.intp)
         return builder.gep(builder.extract_value(view, 0), [found], inbounds=True)
 
@@ -166,7 +162,7 @@ else:
         return builder.extract_value(arguments[0], 1)
 
     def _whole(context: Any, builder: Any, kind: Any, view: Any) -> Any:
-        """Return NumPy's array of a view, without an owner."""
+        """Returns NumPy's array of a view, without an owner."""
         made = context.make_array(kind.of)(context, builder)
         size = context.get_constant(types.intp, arrayobj.get_itemsize(context, kind.of))
         arrayobj.populate_array(
@@ -180,7 +176,7 @@ else:
         return made._getvalue()
 
     def _as_numpy(implementation: Any) -> Any:
-        """Return how NumPy's array does what a view does not do by itself."""
+        """Returns how NumPy's array does what a view does not do by itself."""
 
         def lowered(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             kind, *rest = signature.args
@@ -201,7 +197,7 @@ else:
         cast(Any, lower_builtin)(_key, *_kinds)(_lowered)
 
     def _with(kind: Any, kinds: list[Any]) -> Any:
-        """Return the type of a tuple with other types in it."""
+        """Returns the type of a tuple with other types in it."""
         if not len(kind):
             return kind
         named = isinstance(kind, types.BaseNamedTuple)
@@ -230,7 +226,6 @@ else:
             cast(Any, super()).__init__(manager, kind, ir.LiteralStructType(row).as_pointer())
 
     def _address(kind: Any, given: Any, c: Any) -> Any:
-        """Return the address that Python has given."""
         address = c.pyapi.long_as_voidptr(given)
         return NativeValue(c.builder.bitcast(address, c.context.get_value_type(kind)))
 
@@ -238,7 +233,7 @@ else:
 
     @cache
     def _members(kind: Any) -> list[tuple[Any, int]]:
-        """Return the type of each array, as the loop sees it, and the place of its row of words."""
+        """Returns the type of each array, as the loop sees it, and the place of its row of words."""
         lengths = [1 + 2 * each.ndim for each in kind.of]
         return list(zip(map(_viewed, kind.of), accumulate(lengths, initial=0), strict=False))
 
@@ -249,7 +244,6 @@ else:
         key = _Packed
 
         def generic_resolve(self, kind: Any, name: str) -> Any:  # type: ignore[override]
-            """Return the type of an array."""
             fields = kind.of.fields
             return _members(kind)[fields.index(name)][0] if name in fields else None
 
@@ -257,7 +251,6 @@ else:
         return builder.gep(address, [ir.IntType(32)(0), ir.IntType(32)(at)], inbounds=True)
 
     def _member(context: Any, builder: Any, kind: Any, address: Any, name: str) -> Any:
-        """Return an array."""
         view, first = _members(kind)[kind.of.fields.index(name)]
         made = context.make_helper(builder, view)
         words = [builder.load(_word(builder, address, first + i)) for i in range(1 + 2 * view.ndim)]
@@ -273,15 +266,15 @@ else:
     lower_getattr_generic(_Packed)(_member)
 
     def _copied(context: Any, builder: Any, kind: Any, address: Any) -> Any:
-        """Return where rows of the same words begin that are the function's own. The optimiser holds these in
-        registers; of others it cannot know that no store to a table changes them."""
+        """Returns where rows of the same words begin that are the function's own. The optimiser holds these
+        in registers; of others it cannot know that no store to a table changes them."""
         own = cgutils.alloca_once(builder, context.get_value_type(kind).pointee)
         for at in range(len(own.type.pointee.elements)):
             builder.store(builder.load(_word(builder, address, at)), _word(builder, own, at))
         return own
 
     def packed_kind(tables: Any) -> Any:
-        """Return the type of packed tables like these."""
+        """Returns the type of packed tables like these."""
         return _Packed(numba.typeof(tables))
 
     def _numpy_kind(kind: Any) -> Any:
@@ -292,7 +285,7 @@ else:
         return kind.of if isinstance(kind, _View) else kind
 
     def _wrapped(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-        """Return a value with all views in it as NumPy's arrays. One that has an owner is referred to once
+        """Returns a value with all views in it as NumPy's arrays. One that has an owner is referred to once
         more: the caller drops this reference, and without it one of the owner's."""
         if isinstance(kind, _View):
             return _whole(context, builder, kind, value)
@@ -310,7 +303,7 @@ else:
 
     @intrinsic
     def disowned(typing_context: Any, tables: Any) -> Any:
-        """Return tables that the optimiser holds in registers. The caller keeps their owners alive."""
+        """Returns tables that the optimiser holds in registers. The caller keeps their owners alive."""
 
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             return _copied(context, builder, tables, arguments[0])
@@ -319,7 +312,7 @@ else:
 
     @intrinsic
     def pointer(typing_context: Any, numbers: Any) -> Any:
-        """Return where an array, or a view of one, begins: as functions marked ``apart`` take it."""
+        """Returns where an array, or a view of one, begins: as functions marked ``apart`` take it."""
 
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             if isinstance(numbers, _View):
@@ -330,7 +323,7 @@ else:
 
     @intrinsic
     def zeros(typing_context: Any, count: Any) -> Any:
-        """Return an array of so many 64-bit integers, a constant, all zero: on the stack of what calls this,
+        """Returns an array of so many 64-bit integers, a constant, all zero: on the stack of what calls this,
         and gone with it. For one from NumPy Numba compiles five functions."""
         if not isinstance(count, types.IntegerLiteral):
             return None
@@ -347,7 +340,7 @@ else:
 
     @intrinsic
     def numbers_from(typing_context: Any, tables: Any, first: Any) -> Any:
-        """Return the tables with numbers that begin at one of them. The hook that calls this does not return
+        """Returns the tables with numbers that begin at one of them. The hook that calls this does not return
         them: their rows are its own."""
         view, row = _members(tables)[tables.of.fields.index("numbers")]
 
@@ -363,7 +356,7 @@ else:
 
     @intrinsic
     def wrapping(typing_context: Any, given: Any) -> Any:
-        """Return what is given with NumPy's arrays in place of the views in it."""
+        """Returns what is given with NumPy's arrays in place of the views in it."""
 
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             return _wrapped(context, builder, given, arguments[0])

@@ -213,7 +213,6 @@ def _queued(simulation: Simulation) -> int:
 
 
 def _passing(simulation: Simulation) -> list[tuple[int, ...]]:
-    """Returns the passings that last now."""
     number, table = simulation.tables.queue["number"], simulation.tables.passings
     live = table[table["a"] >= 0]
     columns = number[live["a"]], number[live["b"]], live["m"], live["n"]
