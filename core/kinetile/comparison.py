@@ -16,7 +16,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetile.errors import AuditError, BadOption, MissedContactError, PhaseError, ZenoError, answering
+from kinetile.errors import FAULTS, BadOption, answering
 from kinetile.kernel.log import WALLS
 from kinetile.kernel.plan import Plan
 from kinetile.plugin.choices import write_phase
@@ -95,20 +95,16 @@ class Divergence:
     @property
     def place(self) -> str:
         """The place in words."""
-        return {
-            "contact": f"contact {self.index}",
-            "end": "the end",
-            "body": f"body {self.index} at the end",
-        }[self.what]
+        places = {"contact": f"contact {self.index}", "body": f"body {self.index} at the end"}
+        return places.get(self.what, "the end")
 
     def __str__(self) -> str:
         lines = [f"{self.phase} differs from {self.reference} at {self.place}:"]
-        names = [self.reference, self.phase]
-        rows = [self.expected, self.found]
+        rows = [(self.reference, self.expected), (self.phase, self.found)]
         if self.before is not None:
-            names, rows = ["(before, the same)", *names], [self.before, *rows]
-        width = max(map(len, names))
-        lines += [f"  {name:{width}}  {describe_row(row)}" for name, row in zip(names, rows, strict=True)]
+            rows.insert(0, ("(before, the same)", self.before))
+        width = max(len(name) for name, _ in rows)
+        lines += [f"  {name:{width}}  {describe_row(row)}" for name, row in rows]
         return "\n".join([*lines, f"  {self.judged}"] if self.judged else lines)
 
 
@@ -191,8 +187,8 @@ class Comparison:
     @property
     def first_divergence(self) -> Divergence | None:
         """The earliest divergence of all, or None."""
-        order = {"contact": 0, "end": 1, "body": 2}
-        return min(self.divergences, key=lambda d: (order[d.what], d.index), default=None)
+        order = "contact", "end", "body"
+        return min(self.divergences, key=lambda d: (order.index(d.what), d.index), default=None)
 
     def as_dict(self) -> dict[str, Any]:
         """Returns everything in plain types, fit for JSON."""
@@ -245,19 +241,16 @@ def compare(
     outcomes: list[PhaseOutcome] = []
     divergences: list[Divergence] = []
     choices = [(choice, {}) if isinstance(choice, str) else choice for choice in chosen]
-    simulations = [
-        Simulation(scene, name, options=options, narrow_phases=narrow_phases) for name, options in choices
-    ]
-    simulations.reverse()
+    waiting = [Simulation(scene, name, options=of, narrow_phases=narrow_phases) for name, of in choices]
+    waiting.reverse()
     for name, options in choices:
-        label = write_phase(name, options)
-        simulation = simulations.pop()
+        label, simulation = write_phase(name, options), waiting.pop()
         if start is not None:
             start(label, simulation)
         ended = "ran"
         try:
             simulation.run(until, max_contacts=max_contacts, progress=progress)
-        except (ZenoError, MissedContactError, PhaseError, AuditError) as error:
+        except FAULTS as error:
             ended = f"{type(error).__name__}: {error}"
         outcome = outcome_of(simulation, ended)
         outcomes.append(_summary(label, simulation, outcome))
@@ -270,14 +263,13 @@ def compare(
         if divergence is not None and divergence.what == "contact":
             lists = {outcomes[0].phase: reference.contacts, label: outcome.contacts}
             judges = (cast(Callable[..., str], plugin.load()) for plugin in installed(JUDGES_GROUP))
-            said = (judge(scene, lists, divergence.index, simulation.narrow_phases) for judge in judges)
-            divergence = replace(divergence, judged=next(filter(None, said), ""))
+            verdicts = (judge(scene, lists, divergence.index, simulation.narrow_phases) for judge in judges)
+            divergence = replace(divergence, judged=next(filter(None, verdicts), ""))
         divergences += [divergence] if divergence else []
     return Comparison(tuple(outcomes), tuple(divergences))
 
 
 def _summary(label: str, simulation: Simulation, outcome: Outcome) -> PhaseOutcome:
-    readings = simulation.readings
     return PhaseOutcome(
         phase=label,
         broad_phase=simulation.broad_phase,
@@ -285,7 +277,7 @@ def _summary(label: str, simulation: Simulation, outcome: Outcome) -> PhaseOutco
         time=outcome.time,
         contacts=len(outcome.contacts),
         fingerprint=simulation.fingerprint,
-        events=readings.events,
-        cpu_seconds=readings.cpu_seconds,
+        events=simulation.readings.events,
+        cpu_seconds=simulation.readings.cpu_seconds,
         fault=None if outcome.ended == "ran" else outcome.ended,
     )

@@ -376,8 +376,8 @@ def key_of(name: str, known: Iterable[str], value: Any = None) -> str:
     if not begins or any(_fold(each).startswith(word) for each in names):
         return one_of(name, names)
     where = "" if target in names else " in a scene"
-    said = f"for {name!r}{where} write" if begins == "write" else f"{name!r} is not modelled:"
-    return f"{one_of('', names)}; {said} {text}"
+    head = f"for {name!r}{where} write" if begins == "write" else f"{name!r} is not modelled:"
+    return f"{one_of('', names)}; {head} {text}"
 
 
 def answering(call: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:

@@ -52,12 +52,8 @@ _UNITS = {
 
 def explanation(scene: Scene, run: Modelled) -> dict[str, Any]:
     """Returns {"modelled": sentences, "left out": sentences, "numbers": {name: value}}."""
-    sentences = [
-        *_of_motion(scene, run),
-        *_of_contacts(scene, run),
-        *_of_walls(scene, run),
-        *_of_commands(scene, run),
-    ]
+    parts = _of_motion, _of_contacts, _of_walls, _of_commands
+    sentences = [each for part in parts for each in part(scene, run)]
     return {
         "modelled": [sentence for modelled, sentence in sentences if modelled],
         "left out": [sentence for modelled, sentence in sentences if not modelled],
@@ -85,9 +81,9 @@ def _of_motion(scene: Scene, run: Modelled) -> Sentences:
     yield True, f"{in_words(scene, len(scene))}, {motion} between contacts"
     left_out = ("" if scene.falls else "gravity, ") + "friction, rotation, growth"
     yield False, left_out + ("" if run.responses is not None else " and any loss of energy")
-    watched = (
-        "one structural certificate a body" if run.certified and len(scene) else "no structural certificate"
-    )
+    watched = "no structural certificate"
+    if run.certified and len(scene):
+        watched = "one structural certificate a body"
     yield True, f"candidate pairs by the broad phase {run.broad_phase}, with {watched}"
 
 
@@ -110,10 +106,11 @@ def _of_contacts(scene: Scene, run: Modelled) -> Sentences:
 
 def _of_walls(scene: Scene, run: Modelled) -> Sentences:
     if scene.periodic:
-        periods = " and ".join(
-            f"{period!r} along {axis}" for axis, period in zip("xy", scene.periods, strict=True) if period
+        periods = [f"{scene.periods['xy'.index(axis)]!r} along {axis}" for axis in scene.periodic]
+        yield (
+            True,
+            f"images: the scene is periodic, {' and '.join(periods)}; plans two units old are anchored again",
         )
-        yield True, f"images: the scene is periodic, {periods}; plans two units old are anchored again"
     if scene.arena is None:
         yield False, "walls: the scene has no arena"
     elif scene.periodic == "xy":

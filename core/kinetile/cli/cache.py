@@ -41,7 +41,7 @@ def cache(
     root = here.parent
     folders = sorted(root.iterdir()) if root.is_dir() else []
     rows = [_row(each, each == here) for each in folders if _FOLDER.fullmatch(each.name) and each.is_dir()]
-    left = [said for each in folders for said in _cleared(each)] if clear else []
+    left = [sentence for each in folders for sentence in _cleared(each)] if clear else []
     result = {
         "folder": str(root),
         "removed": clear,
@@ -60,8 +60,8 @@ def cache(
         }
         table = table_of(rows, columns) if rows else "nothing is kept: no loop has been compiled yet"
         show(f"{'removed from' if clear else 'folder'}: {root}", table)
-    for said in left:
-        notice(f"kinetile: cannot be removed: {said}")
+    for sentence in left:
+        notice(f"kinetile: cannot be removed: {sentence}")
     if left:
         raise typer.Exit(FAULT)
 
@@ -76,10 +76,8 @@ def _row(folder: Path, used_here: bool) -> dict[str, Any]:
     named = _FOLDER.fullmatch(folder.name)
     assert named is not None
     files, found = _files(folder), []
-    loops, hooks = (
-        {each["entry"] for each in files.values() if bool(each["hook"]) is is_hook}
-        for is_hook in (False, True)
-    )
+    hooks = {each["entry"] for each in files.values() if each["hook"]}
+    loops = {each["entry"] for each in files.values() if not each["hook"]}
     for path in files:
         with suppress(FileNotFoundError):  # another process has removed it
             found.append(path.stat())

@@ -62,7 +62,7 @@ def observed_table(observed: Observed) -> Table:
             "observable": lambda row: row[0],
             "quantity": lambda row: row[1],
             "> mean": lambda row: _mean(row[2]),
-            "> standard error": lambda row: _error(row[2]),
+            "> standard error": lambda row: _error(row[2], row[2].error),
             "> 95 % within": lambda row: _error(row[2], row[2].interval),
             "> blocks": lambda row: _blocks(row[2].blocks),
         },
@@ -81,10 +81,10 @@ def _blocks(blocks: Any) -> str:
     return str(most) if fewest == most else f"{fewest} to {most}"
 
 
-def _error(estimate: Any, error: Any = None) -> str:
+def _error(estimate: Any, error: Any) -> str:
     if estimate.axis:
         return ""
-    return f"{estimate.error if error is None else error:.2g}" if estimate.blocks else "run too short"
+    return f"{error:.2g}" if estimate.blocks else "run too short"
 
 
 def write_observed(observed: Observed, path: Path) -> None:
@@ -101,10 +101,10 @@ def _figure(observed: Observed, form: str) -> bytes:
 
     entries = [item for items in observed.values() for item in items.items()]
     curves = [item for item in entries if item[1].axis]
-    said = [f"{q} = {e.mean:.6g} \N{PLUS-MINUS SIGN} {e.error:.2g}" for q, e in entries if not e.axis]
-    height = 2.6 * len(curves) + 0.2 * len(said) + 0.2
+    numbers = [f"{q} = {e.mean:.6g} \N{PLUS-MINUS SIGN} {e.error:.2g}" for q, e in entries if not e.axis]
+    height = 2.6 * len(curves) + 0.2 * len(numbers) + 0.2
     figure = import_module("matplotlib.figure").Figure((6.0, height), layout="constrained")
-    figure.suptitle("\n".join(said), fontsize=9)
+    figure.suptitle("\n".join(numbers), fontsize=9)
     for place, (quantity, estimate) in enumerate(curves, 1):
         axes = figure.add_subplot(len(curves), 1, place)
         axes.errorbar(estimate.at, estimate.mean, estimate.error, fmt=".-", markersize=3, linewidth=1)

@@ -125,7 +125,7 @@ def narrow_choice(texts: Sequence[str] | None) -> dict[str, dict[str, Any]] | No
 
 def phase_choices(text: str) -> list[tuple[str, dict[str, Any]]]:
     """Returns the broad phases of a list with commas, each with its options."""
-    return [read_phase(each) for each in read_phases(text)]
+    return [*map(read_phase, read_phases(text))]
 
 
 def some_phases(text: str) -> list[tuple[str, dict[str, Any]]]:

@@ -4,15 +4,14 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping, Sequence
-from operator import itemgetter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from kinetile.cli.options import Csv, Json
-from kinetile.cli.output import printed, rows_table, show, table_of
+from kinetile.cli.output import printed, rows_table, show
 from kinetile.cli.terminal import echo
 from kinetile.errors import KinetileError
 
@@ -51,9 +50,9 @@ def options_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
     """Returns the options of all that takes some: their types and defaults."""
     rows = []
     for row in listing["provided"]:
-        said = [(each["name"], each["type"], _default(each)) for each in row["options"]]
-        said += [(row["error"], "", "")] if "error" in row else []
-        rows += [(row["kind"], row["name"], *each) for each in said]
+        options = [(each["name"], each["type"], _default(each)) for each in row["options"]]
+        options += [(row["error"], "", "")] if "error" in row else []
+        rows += [(row["kind"], row["name"], *each) for each in options]
     return rows_table(("| kind", "| name", "option", "| type", "default"), rows, shared=2)
 
 
@@ -68,27 +67,21 @@ def scenes(
 
     if name is None:
         recipes = [_recipe(each) for each in registry().names("scene")]
-    else:
-        recipe_parameters(name)  # raises for a recipe that is unknown or cannot be imported
-        recipes = [_recipe(registry().spec("scene", name).name)]
-    recipe, parameters = recipes[0], recipes[0]["parameters"]
-    result, rows = (recipes, recipes) if name is None else (recipe, parameters)
-    if printed(result, rows, json=json, csv=csv):
+        if not printed(recipes, recipes, json=json, csv=csv):
+            rows = [(each["name"], each["summary"], _names(each)) for each in recipes]
+            further = "`kinetile scenes NAME` shows a recipe's parameters: types and defaults."
+            show(rows_table(("| recipe", "what it makes", "parameters"), rows), further)
         return
-    columns: dict[str, Callable[[Any], str]]
-    if name is None:
-        columns = {
-            "| recipe": itemgetter("name"),
-            "what it makes": itemgetter("summary"),
-            "parameters": _names,
-        }
-        further = "`kinetile scenes NAME` shows a recipe's parameters: types and defaults."
-        show(table_of(recipes, columns), further)
-    else:
-        columns = {"| parameter": itemgetter("name"), "| type": itemgetter("type"), "default": _default}
-        show(f"{recipe['name']}: {recipe['summary']}", table_of(parameters, columns))
+    recipe_parameters(name)  # raises for a recipe that is unknown or cannot be imported
+    recipe = _recipe(registry().spec("scene", name).name)
+    parameters = recipe["parameters"]
+    if not printed(recipe, parameters, json=json, csv=csv):
+        rows = [(each["name"], each["type"], _default(each)) for each in parameters]
+        head = f"{recipe['name']}: {recipe['summary']}"
         settings = "".join(f" -s {each['name']}={each.get('default', '...')}" for each in parameters[:2])
-        show(f"for example: kinetile run {recipe['name']}{settings}")
+        example = f"for example: kinetile run {recipe['name']}{settings}"
+        show(head, rows_table(("| parameter", "| type", "default"), rows))
+        show(example)
 
 
 def _names(recipe: Mapping[str, Any]) -> str:

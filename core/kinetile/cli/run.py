@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,7 +10,7 @@ import typer
 
 from kinetile.cli import runner
 from kinetile.cli.files import PARQUET, check_ending, check_files, file_errors
-from kinetile.cli.observed import Observe, ObserveTo, read_observables, write_observed
+from kinetile.cli.observed import Observe, ObserveTo, read_observables
 from kinetile.cli.options import (
     BroadPhase,
     Json,
@@ -119,7 +120,7 @@ def run(
         if checkpoint is not None:
             note = {**requested, "observe": wanted}
             saves = runner.Checkpoint(simulation, recorder, checkpoint, every, note)
-        ending = runner.run_to_end(
+        runner.run_to_end(
             simulation,
             requested,
             max_contacts,
@@ -128,10 +129,8 @@ def run(
             contacts=contacts,
             json=json,
             observe=wanted,
+            observe_to=observe_to,
         )
-        if observe_to is not None:
-            write_observed(simulation.observed, observe_to)
-    runner.leave(ending)
 
 
 def resume(
@@ -166,8 +165,7 @@ def resume(
         if events is None and isinstance(note.get("events"), str):
             events = Path(note["events"])
         check_files({"--events": events, "the checkpoint": file}, overwrite=False)
-        read = simulation.readings
-        done = read.contacts
+        done = simulation.readings.contacts
         requested = _requested_end(simulation, note, done, until, max_contacts)
         recorder = None if events is None else _resumed_recorder(simulation, events, requested)
         wanted = note.get("observe")
@@ -175,14 +173,14 @@ def resume(
         begun = read_observables(observe or ",".join(before) or None, observe_to, False, saved=True)
         goes_on = begun == before and bool(before and simulation.observed)
         if not goes_on and (done if begun else simulation.observed):
-            said = ", ".join(begun) or "nothing"
-            notice(f"kinetile: {said} is observed from time {simulation.time:.10g} on, and nothing of before")
+            what = ", ".join(begun) or "nothing"
+            notice(f"kinetile: {what} is observed from time {simulation.time:.10g} on, and nothing of before")
         saves = runner.Checkpoint(
             simulation, recorder, file, every or note.get("every"), {**requested, "observe": begun}
         )
         most = requested["max_contacts"]
         further = None if most is None else max(most - done, 0)
-        ending = runner.run_to_end(
+        runner.run_to_end(
             simulation,
             requested,
             further,
@@ -190,10 +188,8 @@ def resume(
             checkpoint=saves,
             json=json,
             observe=simulation.observed if goes_on else begun,
+            observe_to=observe_to,
         )
-        if observe_to is not None:
-            write_observed(simulation.observed, observe_to)
-    runner.leave(ending)
 
 
 def recover(
@@ -231,20 +227,18 @@ def recover(
 
 def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | None) -> Settings:
     from kinetile.run.simulation import composition_of
-    from kinetile.scene import Settings
 
     settings = simulation.scene.settings
-    options = {name: dict(given) for name, given in settings.options.items()}
+    options = {**settings.options}
     if broad:
-        options[simulation.broad_phase] = dict(simulation.options)
+        options[simulation.broad_phase] = simulation.options
+        settings = replace(settings, broad_phase=simulation.broad_phase)
     if narrow:
-        options |= {name: dict(own) for name, own in composition_of(simulation).narrow_phases.items()}
-    return Settings(
-        simulation.broad_phase if broad else settings.broad_phase,
-        simulation.narrow_phases if narrow else settings.narrow_phases,
-        {name: given for name, given in options.items() if given},
-        settings.until if until is None else until,
-    )
+        options |= composition_of(simulation).narrow_phases
+        settings = replace(settings, narrow_phases=simulation.narrow_phases)
+    options = {name: dict(given) for name, given in options.items() if given}
+    until = settings.until if until is None else until
+    return replace(settings, options=options, until=until, end=None)
 
 
 def _recorder(

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import typer
 
 from kinetile.cli.files import file_errors
-from kinetile.cli.observed import observed_table
+from kinetile.cli.observed import observed_table, write_observed
 from kinetile.cli.output import as_json, scene_summary, show, show_labels
 from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, echo, make_ready, notice
 from kinetile.errors import BadOption, RecordError
@@ -51,15 +51,22 @@ def run_to_end(
     json: bool,
     contacts: Path | None = None,
     observe: Sequence[str] | Observed = (),
-) -> RunEnd:
-    """Runs, writes the contacts if requested, prints the result, and returns how all of it ended.
+    observe_to: Path | None = None,
+) -> None:
+    """Runs, writes the contacts and what is observed if requested, and prints the result; raises typer.Exit,
+    with the exit code, if it ended badly.
 
     ``requested`` is the end, its contacts counted from the start of the run; ``max_contacts`` is the number
     of further contacts in this process.
     """
     ending = _carry_out(simulation, recorder, requested["until"], max_contacts, checkpoint, observe)
     if contacts is not None:
-        ending = _write_contacts(simulation, contacts, ending)
+        from kinetile.records.contacts import write_contacts
+
+        try:
+            write_contacts(contacts, simulation.contacts, simulation.fingerprint)
+        except OSError as error:
+            ending = RunEnd(ending.status, FAULT, f"--contacts {contacts}: {error.strerror or error}")
     found = _result(simulation, recorder, requested, ending.status)
     if json:
         echo(as_json(found))
@@ -67,11 +74,8 @@ def run_to_end(
         show_labels(_lines(found, simulation.scene))
         if observe:
             show(observed_table(simulation.observed))
-    return ending
-
-
-def leave(ending: RunEnd) -> None:
-    """Prints why a run ended badly, if it did, and leaves with its exit code."""
+    if observe_to is not None:
+        write_observed(simulation.observed, observe_to)
     if ending.code:
         notice(f"kinetile: {ending.message}")
         raise typer.Exit(ending.code)
@@ -86,7 +90,7 @@ def _carry_out(
     observe: Sequence[str] | Observed,
 ) -> RunEnd:
     """Runs, saves if requested, and closes the events file in any case."""
-    said = ""
+    saved = ""
     if checkpoint is not None:
         checkpoint.begin()
     with FirstSignal() as signals, ExitStack() as stack:
@@ -113,43 +117,27 @@ def _carry_out(
                     )
                 except KeyboardInterrupt:
                     if checkpoint is not None:
-                        said = checkpoint.save_after(signals)
+                        saved = checkpoint.save_after(signals)
                     raise
                 if checkpoint is not None:
                     checkpoint.save()
         except KeyboardInterrupt:
             number = signals.number or signal.SIGINT
-            return RunEnd("interrupted", 128 + number, f"interrupted at time {simulation.time:.10g}{said}")
+            return RunEnd("interrupted", 128 + number, f"interrupted at time {simulation.time:.10g}{saved}")
         except FAULTS as error:
             return RunEnd(f"fault: {type(error).__name__}", FAULT, str(error))
     return RunEnd("complete")
 
 
-def _write_contacts(simulation: Simulation, path: Path, ending: RunEnd) -> RunEnd:
-    """Writes the contacts as text; returns how the run ended, or that they could not be written."""
-    from kinetile.records.contacts import write_contacts
-
-    try:
-        write_contacts(path, simulation.contacts, simulation.fingerprint)
-    except OSError as error:
-        return RunEnd(ending.status, FAULT, f"--contacts {path}: {error.strerror or error}")
-    return ending
-
-
-# Checkpoints
-
-
 @contextmanager
 def only_writer(path: Path | None) -> Iterator[None]:
     """Within this context no other process runs on this checkpoint; BadOption where one does already."""
-    if path is None or not path.name:
-        yield
-        return
-    from kinetile.records.locks import alone
-
     with ExitStack() as stack:
-        with file_errors("--checkpoint"):
-            stack.enter_context(alone(path))
+        if path is not None and path.name:
+            from kinetile.records.locks import alone
+
+            with file_errors("--checkpoint"):
+                stack.enter_context(alone(path))
         yield
 
 
@@ -242,9 +230,6 @@ class Checkpoint:
         return f"{self.path} is of time {self._time:.10g}"
 
 
-# The result
-
-
 def phases_of(simulation: Simulation) -> dict[str, Any]:
     """Returns the phases of a simulation with their options, in plain types."""
     from kinetile.run.simulation import composition_of
@@ -262,6 +247,7 @@ def _result(
     from kinetile.versions import versions
 
     reached = {"time": simulation.time, "time_unit": simulation.time_unit, "status": status}
+    written = recorder and {"path": str(recorder.path), "rows": recorder.rows, "status": recorder.status}
     return {
         "versions": versions(),
         "answer": simulation.scene.answer,
@@ -270,8 +256,7 @@ def _result(
         "run": {**requested, **reached},
         "readings": simulation.readings.as_dict(),
         "observed": [row._asdict() for row in simulation.observed.rows()],
-        "events_file": recorder
-        and {"path": str(recorder.path), "rows": recorder.rows, "status": recorder.status},
+        "events_file": written,
     }
 
 
@@ -290,8 +275,5 @@ def _lines(result: Mapping[str, Any], scene: Scene) -> Iterable[tuple[str, str]]
     yield "time", f"{scene.start:g} to {run['time']:.10g}: {run['status']}"
     yield from reading_lines(result["readings"])
     if result["events_file"]:
-        written = result["events_file"]
-        yield (
-            "events file",
-            f"{written['path']}: {written['rows']:,} events ({written['status'].partition(':')[0]})",
-        )
+        path, rows, status = result["events_file"].values()
+        yield "events file", f"{path}: {rows:,} events ({status.partition(':')[0]})"

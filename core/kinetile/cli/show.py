@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from kinetile.run.simulation import Simulation
     from kinetile.scene import Scene
     from kinetile.show.player import View
+    from kinetile.show.player.view import Choice
 
 VIEWS_GROUP = "kinetile.views"
 """Entry points by which plugins show scene files of their own kind: each is a function of a path, a broad
@@ -90,20 +91,16 @@ def draw(
         raise BadOption("--space-time draws an .svg, with no structure and no velocities")
     if until is not None and space_time is None:
         raise BadOption("--until is the end of --space-time; a moment is chosen by --at")
-    _run_to(simulation, at)
+    make_ready(simulation)
+    if at is not None and at > this_scene.start:
+        with Bar("running", this_scene.start) as bar:
+            simulation.run(until=at, progress=bar)
     if space_time is None:
         drawn = _drawn(simulation, wanted, pairs, form, velocities)
     else:
         drawn = _drawn_in_space_time(simulation, space_time, until)
     with file_errors(f"--out {out}"):
         write_file(out, drawn)
-
-
-def _run_to(simulation: Simulation, at: float | None) -> None:
-    make_ready(simulation)
-    if at is not None and at > simulation.scene.start:
-        with Bar("running", simulation.scene.start, None) as bar:
-            simulation.run(until=at, progress=bar)
 
 
 def _drawn(
@@ -183,8 +180,8 @@ def view(
     of_film = {"seconds": seconds, "width": width}
     options: dict[str, Any] = {name: value for name, value in of_film.items() if value is not None}
     if form == ".html":
-        if options:
-            raise BadOption(f"--{next(iter(options))} is for a film: expected --out FILE.gif")
+        for name in options:
+            raise BadOption(f"--{name} is for a film: expected --out FILE.gif")
         page = _view(scene, parameters, broad_phase, beside, (begin, until, at), steps, pairs)
         for note in page.notes:
             notice(f"kinetile: {note}")
@@ -192,9 +189,8 @@ def view(
     else:
         if beside is not None or at is not None or scene.lower().endswith(".parquet"):
             raise BadOption("a film shows a scene under one broad phase: no --beside, --at, event file")
-        phase = (None, {}) if broad_phase is None else read_phase(broad_phase)
         options |= {"structure": steps, "pairs": pairs}
-        _write_film(find_scene(scene, parameters), phase, out, (begin, until), overwrite, options)
+        _write_film(find_scene(scene, parameters), broad_phase, out, (begin, until), overwrite, options)
     echo(f"{out}: {out.stat().st_size / 1e6:.2f} MB")
     if show:
         typer.launch(out.resolve().as_uri())
@@ -202,7 +198,7 @@ def view(
 
 def _write_film(
     scene: Scene,
-    phase: tuple[str | None, dict[str, Any]],
+    broad_phase: str | None,
     path: Path,
     times: tuple[float | None, float | None],
     overwrite: bool,
@@ -215,7 +211,8 @@ def _write_film(
 
     check_printing("Drawing a film")
     begin, until = window(scene, *times)
-    simulation = Simulation(scene, phase[0], options=phase[1] or None)
+    name, of_phase = broad_choice(broad_phase, None)
+    simulation = Simulation(scene, name, options=of_phase or None)
     shown = film(simulation, until, begin=begin, **options)
     make_ready(simulation)
     with FirstSignal() as signals, Bar("drawing") as bar:
@@ -236,15 +233,14 @@ def _view(
     steps: bool,
     pairs: bool | None,
 ) -> View:
+    from kinetile.show.player import view_file, view_scene
+
     begin, until, at = times
-    phases: list[tuple[str | None, dict[str, Any]]] = [
-        read_phase(each) for each in (broad_phase, *read_phases(beside or "")) if each is not None
-    ]
-    if beside is not None and broad_phase is None:
+    first = [] if broad_phase is None else [broad_phase]
+    phases: list[Choice] = [*map(read_phase, [*first, *read_phases(beside or "")])]
+    if beside is not None and not first:
         raise BadOption("--beside is for more broad phases: name the first with --broad-phase")
     if scene.lower().endswith(".parquet"):
-        from kinetile.show.player import view_file
-
         if phases or parameters or times != (None, None, None):
             raise BadOption(
                 f"{scene} is shown as it was recorded: --broad-phase, --beside, --set, --from, --until and "
@@ -252,21 +248,20 @@ def _view(
             )
         with file_errors():
             return view_file(scene)
-    path = Path(scene)
-    if scene.lower().endswith(".toml") and os.path.isfile(path) and not beside:
+    if scene.lower().endswith(".toml") and os.path.isfile(scene) and not beside:
         from kinetile.plugin.registry import installed
 
         for plugin in installed(VIEWS_GROUP):
             with file_errors(f"the scene file {scene!r} cannot be read"):
-                view: View | None = cast(Any, plugin.load())(path, phases[0] if phases else None, until=until)
+                view: View | None = cast(Any, plugin.load())(
+                    Path(scene), phases[0] if phases else None, until=until
+                )
             if view is not None:
                 if begin is not None or parameters or at is not None:
                     raise BadOption(
                         f"{scene} is a saved case, and plays from its start: no --from, no --set, no --at"
                     )
                 return view
-    from kinetile.show.player import view_scene
-
     found = find_scene(scene, parameters)
     return view_scene(
         found, phases or [(None, {})], begin=begin, until=until, at=at, steps=steps, pairs=pairs

@@ -73,6 +73,6 @@ def calling(kind: Kind, name: str, what: str, *, may_refuse: bool = True) -> Ite
     except (Exception, SystemExit) as error:
         if may_refuse and isinstance(error, KinetileError):
             raise
-        said = f"{described(kind, name)}: {what} raised {sentence(error)}{place_of(error)}"
+        text = f"{described(kind, name)}: {what} raised {sentence(error)}{place_of(error)}"
         # contextlib takes an error whose cause is a StopIteration for that StopIteration.
-        raise PhaseError(said) from None if isinstance(error, StopIteration) else error
+        raise PhaseError(text) from None if isinstance(error, StopIteration) else error

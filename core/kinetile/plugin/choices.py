@@ -80,11 +80,10 @@ def read_phases(text: str) -> list[str]:
     """Returns the phases of a list with commas; ``key=value`` after one with options is a further option."""
     phases: list[str] = []
     for piece in filter(None, (piece.strip() for piece in text.split(","))):
-        goes_on = "=" in piece and ":" not in piece.partition("=")[0]
-        if goes_on and phases and ":" not in phases[-1]:
-            raise BadOption(f"{piece!r} is an option: expected a colon before it, {phases[-1]}:{piece}")
-        if goes_on and phases:
+        if not phases or "=" not in piece or ":" in piece.partition("=")[0]:
+            phases.append(piece)
+        elif ":" in phases[-1]:
             phases[-1] += f",{piece}"
         else:
-            phases.append(piece)
+            raise BadOption(f"{piece!r} is an option: expected a colon before it, {phases[-1]}:{piece}")
     return phases

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Mapping
 from datetime import date
 from importlib.metadata import version
 from importlib.resources import files
@@ -16,20 +17,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from shutil import rmtree
 from string import Template
-from typing import NamedTuple
 
 from kinetile.errors import BadOption
 from kinetile.plugin.registry import registry
 from kinetile.targets import write_file
-
-
-class _Names(NamedTuple):
-    """The names of a plugin's parts."""
-
-    name: str
-    distribution: str
-    package: str
-    class_name: str
 
 
 def new_plugin(name: str, into: str | os.PathLike[str] = ".") -> Path:
@@ -44,13 +35,13 @@ def new_plugin(name: str, into: str | os.PathLike[str] = ".") -> Path:
         BadOption: the name is invalid or taken; there is no such folder; the package's own folder exists
             already.
     """
-    names, into = _names(name), Path(into)
+    words, into = _words(name), Path(into)
     if not os.path.isdir(into):
-        raise BadOption(f"there is no folder {str(into)!r} to write {names.distribution} into")
-    folder = into / names.distribution
+        raise BadOption(f"there is no folder {str(into)!r} to write {words['distribution']} into")
+    folder = into / words["distribution"]
     if os.path.exists(folder):
         raise BadOption(f"{str(folder)!r} is there already; nothing was written")
-    contents = _contents(names)
+    contents = _contents(words)
     try:
         for path, text in contents.items():
             target = folder / path
@@ -64,8 +55,8 @@ def new_plugin(name: str, into: str | os.PathLike[str] = ".") -> Path:
     return folder
 
 
-def _names(name: str) -> _Names:
-    """Folds a name, and derives the others from it; raises BadOption if it cannot be used."""
+def _words(name: str) -> dict[str, str]:
+    """Returns what the templates name, from a folded name; raises BadOption for one that cannot be used."""
     folded = re.sub(r"[-_]+", "-", name.strip().lower())
     stem = folded.replace("-", "_")
     if not (stem.isascii() and stem.isidentifier() and stem.strip("_") == stem):
@@ -79,28 +70,30 @@ def _names(name: str) -> _Names:
     package = f"kinetile_{stem}"
     if find_spec(package) is not None:
         raise BadOption(f"there is a package {package} already; choose another name than {folded!r}")
-    class_name = "".join(word.capitalize() for word in stem.split("_")) + "Phase"
-    return _Names(folded, f"kinetile-{folded}", package, class_name)
-
-
-def _contents(names: _Names) -> dict[str, str]:
-    words = names._asdict() | {
-        "key": names.package.removeprefix("kinetile_"),
+    return {
+        "name": folded,
+        "distribution": f"kinetile-{folded}",
+        "package": package,
+        "class_name": "".join(word.capitalize() for word in stem.split("_")) + "Phase",
+        "key": stem,
         "version": version("kinetile"),
         "year": str(date.today().year),
     }
 
-    def filled(template: str) -> str:
-        text = (files("kinetile.plugin") / "templates" / template).read_text(encoding="utf-8")
-        return Template(text).substitute(words)
 
-    phase = (files("kinetile.plugin") / "templates" / "phase.txt").read_text(encoding="utf-8")
+def _contents(words: Mapping[str, str]) -> dict[str, str]:
+    def text_of(template: str) -> str:
+        return (files("kinetile.plugin") / "templates" / f"{template}.txt").read_text(encoding="utf-8")
+
+    def filled(template: str) -> str:
+        return Template(text_of(template)).substitute(words)
+
     return {
-        "pyproject.toml": filled("pyproject.txt"),
-        "README.md": filled("readme.txt"),
-        "LICENSE": filled("license.txt"),
-        f"{names.package}/__init__.py": filled("init.txt"),
-        f"{names.package}/phase.py": phase.replace("TemplatePhase", names.class_name),
-        f"{names.package}/py.typed": "",
-        "tests/test_conformance.py": filled("test_conformance.txt"),
+        "pyproject.toml": filled("pyproject"),
+        "README.md": filled("readme"),
+        "LICENSE": filled("license"),
+        f"{words['package']}/__init__.py": filled("init"),
+        f"{words['package']}/phase.py": text_of("phase").replace("TemplatePhase", words["class_name"]),
+        f"{words['package']}/py.typed": "",
+        "tests/test_conformance.py": filled("test_conformance"),
     }

@@ -383,7 +383,7 @@ def _broad_mistakes(parts: BroadPhaseParts) -> Iterator[str]:
     if not isinstance(faults, tuple | list):
         yield f"faults is {_shown(faults)}; {wanted}"
         return
-    yield from (f"faults has {_shown(said)} in it; {wanted}" for said in faults if not _is_sentence(said))
+    yield from (f"faults has {_shown(each)} in it; {wanted}" for each in faults if not _is_sentence(each))
 
 
 def _is_sentence(sentence: object) -> bool:

@@ -24,14 +24,7 @@ from typing import Any, NamedTuple, TypeGuard
 
 import pluggy
 
-from kinetile.errors import (
-    BadPlugin,
-    DuplicateName,
-    PhaseError,
-    PluginApiMismatch,
-    UnknownName,
-    nearest,
-)
+from kinetile.errors import BadPlugin, DuplicateName, PhaseError, PluginApiMismatch, UnknownName, nearest
 from kinetile.plugin import specs
 from kinetile.plugin.specs import Kind, NarrowPhaseSpec, SceneSpec, Spec
 
@@ -120,10 +113,7 @@ class Registry:
 
     def provided(self, kind: Kind, name: str) -> Provided:
         """Returns the entry of a name or alias, to the letter, with its plugin. Raises UnknownName."""
-        known: dict[str, Provided] = {}
-        for provided in self._provided:
-            if provided.kind == kind:
-                known.update(dict.fromkeys(_all_names(provided.spec), provided))
+        known = {each: p for p in self._provided if p.kind == kind for each in _all_names(p.spec)}
         if name in known:
             return known[name]
         meant = nearest(str(name), [each for each in known if not each.startswith("_")])
@@ -134,7 +124,7 @@ class Registry:
     def names(self, kind: Kind) -> tuple[str, ...]:
         """Returns the names of one kind: the built-in ones first, without aliases, and without those that
         begin with ``_``, which a plugin has for its own use."""
-        names = (provided.spec.name for provided in self._provided if provided.kind == kind)
+        names = (each.spec.name for each in self._provided if each.kind == kind)
         return tuple(name for name in names if not name.startswith("_"))
 
     def add(self, plugin: object) -> None:
@@ -351,12 +341,11 @@ def _entry_points(group: str) -> Iterator[Installed]:
             if f"[{group}]" not in (distribution.read_text("entry_points.txt") or ""):
                 continue
             found = [("entry_points.txt", partial(_refuse, error))]
-        if found:
-            name = distribution.name or "unknown"  # None where the metadata is damaged
-            if _folded(name) not in seen:
-                seen.add(_folded(name))
-                for entry_point, load in found:
-                    yield Installed(f"{name}:{entry_point}", name, distribution.version, load)
+        name = distribution.name or "unknown"  # None where the metadata is damaged
+        if found and _folded(name) not in seen:
+            seen.add(_folded(name))
+            for entry_point, load in found:
+                yield Installed(f"{name}:{entry_point}", name, distribution.version, load)
 
 
 def _refuse(error: Exception) -> object:

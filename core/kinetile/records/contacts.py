@@ -52,9 +52,9 @@ def read_contacts(lines: Iterable[str], source: str) -> ContactLines:
             raise BadOption(
                 f"{source}, line {number}: found {shown(text)} after the fingerprint; expected nothing"
             )
-        said = _PRINT.fullmatch(text)
-        if said:
-            fingerprint = said[1]
+        found = _PRINT.fullmatch(text)
+        if found:
+            fingerprint = found[1]
             continue
         waiting.append(_numbers(text, source, number))
         if len(waiting) == _AT_ONCE:

@@ -156,7 +156,9 @@ class EventRecorder:
                 self._write(rows[:0])
             else:
                 if apart:
-                    _copy(file, at[0], new)
+                    with file.reader() as content:
+                        while new.position < at[0]:
+                            new.write(content.read(min(_BYTES_AT_ONCE, at[0] - new.position)))
                 self._log = LogWriter.behind(new, at)
             for first in range(0, len(rows), _ROWS_A_BATCH):
                 self._write(rows[first : first + _ROWS_A_BATCH], more=True)
@@ -371,12 +373,6 @@ class EventRecorder:
             f"{self.path}: {self.partial} has been removed while it was being written, by itself or with its "
             "folder; none of the events is kept"
         )
-
-
-def _copy(file: LogFile, size: int, to: LogFile) -> None:
-    with file.reader() as content:
-        while to.position < size:
-            to.write(content.read(min(_BYTES_AT_ONCE, size - to.position)))
 
 
 def _is_empty(file: LogFile) -> bool:

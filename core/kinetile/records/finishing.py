@@ -116,7 +116,7 @@ def finish(log: BinaryIO, its_name: str, target: Path, overwrite: bool, last: st
         metadata = _write(reader, its_name, file, last)
         if not overwrite and target.exists():
             raise RecordError(f"{target} has come to be there meanwhile")
-    rows, status, time = metadata["rows"], metadata["status"], metadata["time"]
+    rows, status, time = (metadata[name] for name in ("rows", "status", "time"))
     return Recovered(target, rows, status, time, reader.rest, True)
 
 
@@ -159,11 +159,10 @@ def _groups(reader: LogReader) -> Iterator[NDArray[Any]]:
     for rows in reader:
         waiting.append(rows)
         if sum(map(len, waiting)) >= _ROWS_A_GROUP:
-            yield np.concatenate(waiting) if len(waiting) > 1 else rows
+            yield np.concatenate(waiting)
             waiting = []
-    rest = np.concatenate([np.zeros(0, LOG), *waiting])
-    if len(rest):
-        yield rest
+    if any(map(len, waiting)):
+        yield np.concatenate(waiting)
 
 
 def event_target(name: Path, overwrite: bool) -> Path:

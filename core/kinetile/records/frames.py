@@ -134,17 +134,16 @@ def frames_of(source: Simulation | Trajectory, times: Iterable[float]) -> Iterat
     shapes = [scene.shapes[each] if each >= 0 else None for each in scene.shape.tolist()]
     coming = kinds_inserted(scene)
     known = dict(enumerate(zip(scene.kind_numbers, scene.radius, scene.mass, shapes, strict=True)))
-    for each in scene.commands:
-        if isinstance(each, Insert):
-            known[each.body] = coming[each.body], each.radius, each.mass, each.shape
+    inserts = (each for each in scene.commands if isinstance(each, Insert))
+    known |= {each.body: (coming[each.body], each.radius, each.mass, each.shape) for each in inserts}
     for time in times:
         bodies = source.bodies(time)
-        unknown = [body for body in bodies.tolist() if body not in known]
-        if unknown:
-            raise RecordError(
-                f"the radius of body {unknown[0]} is not in the event file: it was inserted by hand: "
-                "the file of a run of Simulation.recorded()"
-            )
+        for body in bodies.tolist():
+            if body not in known:
+                raise RecordError(
+                    f"the radius of body {body} is not in the event file: it was inserted by hand: "
+                    "the file of a run of Simulation.recorded()"
+                )
         moving = source.positions(time), source.unwrapped(time), source.velocities(time)
         traits = np.array([known[body] for body in bodies.tolist()], dtype=object).reshape(-1, 4).T
         sizes = traits[1].astype(float), traits[2].astype(float), traits[3]

@@ -71,11 +71,12 @@ def _check_contents(file: LogFile, partial: Path) -> None:
         if holds_nothing(content):
             return
         content.seek(0)
+        found = "is there, and is nothing that a run leaves: move it away,"
         if content.read(len(SIGNATURE)) == SIGNATURE:
-            said = f"has been left by a run that was killed: {_RECOVER} {partial}` makes an event file of it;"
-        else:
-            said = "is there, and is nothing that a run leaves: move it away,"
-    raise RecordError(f"{partial} {said} or have it overwritten (overwrite=True, or --overwrite)")
+            found = (
+                f"has been left by a run that was killed: {_RECOVER} {partial}` makes an event file of it;"
+            )
+    raise RecordError(f"{partial} {found} or have it overwritten (overwrite=True, or --overwrite)")
 
 
 def open_left(partial: Path) -> tuple[BinaryIO, bool]:
@@ -103,13 +104,12 @@ def alone(path: Path) -> Iterator[None]:
     target = Path(os.path.realpath(path))
     name = target.with_name(target.name + ".lock")
     held, process = None, os.getpid()
-    if flock is not None:
-        try:
-            held = open_alone(name, overwrite=True, as_it_is=True)
-        except RecordError:
-            raise
-        except OSError:  # FILE cannot be written in such a folder either, and its writer reports it
-            pass
+    try:
+        held = open_alone(name, overwrite=True, as_it_is=True) if flock is not None else None
+    except RecordError:
+        raise
+    except OSError:  # FILE cannot be written in such a folder either, and its writer reports it
+        pass
     try:
         yield
     finally:

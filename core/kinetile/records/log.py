@@ -96,16 +96,15 @@ class LogWriter:
     @classmethod
     def behind(cls, file: LogFile, at: tuple[int, int]) -> LogWriter:
         """Returns a writer that continues at a place in a log (``LogReader.at``); the rest is discarded."""
-        position, checksum = at
-        file.go_to(position)
-        return cls(file, checksum)
+        file.go_to(at[0])
+        return cls(file, at[1])
 
     def write(self, text: str, rows: NDArray[Any]) -> None:
         """Writes a batch, and passes it to the system: it survives the process."""
         content = np.ascontiguousarray(rows, _ROW).view(np.uint8).data
-        said = _LENGTHS.pack(len(text.encode()), len(content)) + text.encode()
-        checksum = zlib.crc32(content, zlib.crc32(said, self._checksum))
-        self._file.write(said, content, _CHECKSUM.pack(checksum))
+        head = _LENGTHS.pack(len(text.encode()), len(content)) + text.encode()
+        checksum = zlib.crc32(content, zlib.crc32(head, self._checksum))
+        self._file.write(head, content, _CHECKSUM.pack(checksum))
         self._checksum = checksum
 
 
@@ -135,8 +134,8 @@ class LogReader:
         if head is None:
             raise RecordError(f"{name} is cut off, or damaged, before its first event: there is none in it")
         try:
-            said = json.loads(head[0])
-            columns, self.scene = said["columns"], str(said["scene"])
+            fields = json.loads(head[0])
+            columns, self.scene = fields["columns"], str(fields["scene"])
             names = ", ".join(str(each) for each, _ in columns)
         except (ValueError, RecursionError, LookupError, TypeError) as error:
             raise RecordError(f"{name} has a head that no run writes: {shown(error)}") from error
@@ -243,8 +242,8 @@ class LogFile:
         """Whether the file is closed."""
         return self._file.closed
 
-    def write(self, *parts: bytes | memoryview) -> int:
-        """Writes all of these bytes and returns their number."""
+    def write(self, *parts: bytes | memoryview) -> None:
+        """Writes all of these bytes."""
         try:
             for part in parts:
                 rest = memoryview(part)
@@ -254,9 +253,7 @@ class LogFile:
             with suppress(OSError):
                 self.go_to(self.position)
             raise
-        size = sum(map(len, parts))
-        self.position += size
-        return size
+        self.position += sum(map(len, parts))
 
     def close(self) -> None:
         """Closes the file."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
@@ -100,8 +100,8 @@ def _read(path: Path) -> tuple[NDArray[Any], list[str]]:
             found = file.metadata.metadata or {}
             for key in KEYS:
                 if key.encode() not in found:
-                    said = f"is a Parquet file, but not an event file of kinetile: no {key!r}"
-                    raise RecordError(f"{path} {said}")
+                    what = f"is a Parquet file, but not an event file of kinetile: no {key!r}"
+                    raise RecordError(f"{path} {what}")
             _check_columns(pa, path, file.schema_arrow)
             return _read_rows(path, file), [found[key.encode()].decode() for key in KEYS]
     except RecordError:
@@ -136,10 +136,9 @@ def _read_rows(path: Path, file: Any) -> NDArray[Any]:
     first = 0
     for index in range(file.num_row_groups):
         table = file.read_row_group(index, use_threads=False)
-        empty = [name for name in _COLUMNS if table[name].null_count]
-        if empty:
-            raise RecordError(f"{path} has rows without a value in column {empty[0]}; expected one in each")
         for name in _COLUMNS:
+            if table[name].null_count:
+                raise RecordError(f"{path} has rows without a value in column {name}; expected one in each")
             rows[name][first : first + table.num_rows] = table[name].to_numpy()
         first += table.num_rows
     if first != len(rows):
@@ -168,25 +167,23 @@ class KindsByHand:
     def add(self, bodies: npt.NDArray[Any], kinds_of: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) -> None:
         """Notes the kinds of those of these bodies, in ascending order, that have not been noted."""
         new = bodies[bodies >= self._next]
-        if not self.several or not len(new):
-            return
-        for body, kind in zip(new.tolist(), kinds_of(new).tolist(), strict=True):
-            _append(self.runs, body, kind)
-        self._next = int(new[-1]) + 1
+        if self.several and len(new):
+            _extend(self.runs, zip(new.tolist(), kinds_of(new).tolist(), strict=True))
+            self._next = int(new[-1]) + 1
 
 
-def _append(runs: Runs, body: int, kind: Any) -> None:
-    if runs and runs[-1][1:] == [body - 1, kind]:
-        runs[-1][1] = body
-    else:
-        runs.append([body, body, kind])
+def _extend(runs: Runs, kinds: Iterable[tuple[int, Any]]) -> None:
+    for body, kind in kinds:
+        if runs and runs[-1][1:] == [body - 1, kind]:
+            runs[-1][1] = body
+        else:
+            runs.append([body, body, kind])
 
 
 def all_runs(scene: Scene, by_hand: Runs) -> Runs:
     """Returns the kinds of all bodies: those of a scene, and interactively inserted ones."""
     runs: Runs = []
-    for body, kind in sorted(kind_of_each(scene).items()):
-        _append(runs, body, scene.kinds[kind])
+    _extend(runs, ((body, scene.kinds[kind]) for body, kind in sorted(kind_of_each(scene).items())))
     return runs + by_hand
 
 
