@@ -355,8 +355,9 @@ def no_attribute(owner: object, name: str) -> AttributeError:
             object.__getattribute__(owner, name)
         except AttributeError as error:
             return error
-    is_module = isinstance(owner, ModuleType)
-    what = f"module {owner.__name__!r}" if is_module else f"{type(owner).__name__!r} object"
+    what = f"{type(owner).__name__!r} object"
+    if isinstance(owner, ModuleType):
+        what = f"module {owner.__name__!r}"
     text = f"{what} has no attribute {name!r}"
     if name.startswith("_"):
         return AttributeError(text)

@@ -94,8 +94,8 @@ def _picture(thing: Scene | Simulation) -> tuple[Picture | None, str]:
     except Exception as error:  # the phase's draw, say
         return bodies, f"Without the structure: {type(error).__name__}: {error}"
     if len(whole.shapes) > MOST_SHAPES:
-        said = f"it has {len(whole.shapes):,} shapes, and up to {MOST_SHAPES:,} are drawn here"
-        return bodies, f"Without the structure: {said}"
+        text = f"it has {len(whole.shapes):,} shapes, and up to {MOST_SHAPES:,} are drawn here"
+        return bodies, f"Without the structure: {text}"
     return whole, ""
 
 

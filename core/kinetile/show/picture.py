@@ -114,6 +114,12 @@ class Picture:
         return [role for role in ORDER if any(shape.role == role for shape in self.shapes)]
 
     @property
+    def looks(self) -> list[tuple[str, Look]]:
+        """What a legend names, each with its look: the roles, and the certificate that fails next."""
+        looks = [(role, LOOKS[role]) for role in self.roles]
+        return [*looks, ("fails next", NEXT)] if self.next is not None else looks
+
+    @property
     def arrow_time(self) -> float:
         """The time by which velocities are multiplied to be arrows: the fastest is as long as two median
         radii; 0 where no body moves."""
@@ -153,15 +159,15 @@ def take_picture(
     odd = sorted(set(roles or ()) - set(ROLES))
     if odd:
         raise ValueError(f"{odd[0]!r} is no role; expected some of {', '.join(ROLES)}")
-    of_bodies = sim.positions(), sim.velocities(), sim.radii(), sim.shapes()
-    discs = _discs(sim.bodies, *of_bodies)
+    positions = sim.positions()
+    discs = _discs(sim.bodies, positions, sim.velocities(), sim.radii(), sim.shapes())
     drawn = [item for item in sim.drawing() if not isinstance(item, Entry)] if structure else []
     asked = [item for item in drawn if roles is None or item.role in roles]
     paired = wants_pairs(True if pairs is None and "pair" in (roles or ()) else pairs, len(discs))
     wanted = [item for item in asked if paired or not isinstance(item, Link)]
     left_out = WITHOUT_PAIRS if pairs is None and len(wanted) < len(asked) else ""
     places = {disc.number: disc.at for disc in discs}
-    taken_off = whole_periods(sim.unwrapped() - of_bodies[0], sim.scene.periods)
+    taken_off = whole_periods(sim.unwrapped() - positions, sim.scene.periods)
     turns = dict(zip(places, taken_off.tolist(), strict=True))
     shapes = tuple(shape for item in wanted for shape in _placed(item, places, turns, sim.scene))
     low, high = _extent(sim.scene, discs, shapes)
@@ -212,9 +218,8 @@ def outline_of(shape: Shape, at: Place) -> list[Place]:
         steps = math.ceil(turn / math.radians(5.0)) if shape.radius else 0
         for step in range(steps + 1):
             angle = first + (turn * step / steps if steps else 0.0)
-            points.append(
-                (at[0] + x + shape.radius * math.cos(angle), at[1] + y + shape.radius * math.sin(angle))
-            )
+            out_x, out_y = shape.radius * math.cos(angle), shape.radius * math.sin(angle)
+            points.append((at[0] + x + out_x, at[1] + y + out_y))
     return points
 
 
@@ -238,13 +243,10 @@ def counted(scene: Scene, count: int) -> str:
 
 def corners_of(shape: Item) -> list[Place]:
     """Returns the corners of a shape with plain numbers, in their order; none of a link's."""
-    if isinstance(shape, Segment):
-        points: tuple[Point, ...] = (shape.a, shape.b)
-    elif isinstance(shape, Box):
+    points: tuple[Point, ...] = () if isinstance(shape, Link | Entry) else points_of(shape)
+    if isinstance(shape, Box):
         (left, bottom), (right, top) = shape.low, shape.high
         points = ((left, bottom), (right, bottom), (right, top), (left, top))
-    else:
-        points = shape.corners if isinstance(shape, Polygon) else ()
     return [(_number(x), _number(y)) for x, y in points]
 
 

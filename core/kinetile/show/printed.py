@@ -100,20 +100,16 @@ def _draw(axes: Any, picture: Picture) -> None:
 
 def _add(axes: Any, picture: Picture, shape: Item) -> None:
     patches, lines = import_module("matplotlib.patches"), import_module("matplotlib.lines")
-    is_next, look = picture.is_next(shape), LOOKS[shape.role]
-    height = (10 if look.over else 0) + ORDER.index(shape.role) + (0.5 if is_next else 0.0)
-    look = NEXT if is_next else look
+    is_next = picture.is_next(shape)
+    look = NEXT if is_next else LOOKS[shape.role]
+    height = 10 * LOOKS[shape.role].over + ORDER.index(shape.role) + 0.5 * is_next
     dashes = (0, look.dashes) if look.dashes else "-"
+    drawn = {"lw": look.width, "linestyle": dashes, "zorder": height}
     if isinstance(shape, Segment):
-        (x, y), (to_x, to_y) = corners_of(shape)
-        axes.add_line(
-            lines.Line2D(
-                (x, to_x), (y, to_y), color=look.colour, lw=look.width, linestyle=dashes, zorder=height
-            )
-        )
+        axes.add_line(lines.Line2D(*zip(*corners_of(shape), strict=True), color=look.colour, **drawn))
         return
-    drawn = {"ec": look.colour, "lw": look.width, "linestyle": dashes, "zorder": height}
-    axes.add_patch(patches.Polygon(corners_of(shape), fc=(look.colour, look.filled), **drawn))
+    colours = {"ec": look.colour, "fc": (look.colour, look.filled)}
+    axes.add_patch(patches.Polygon(corners_of(shape), **colours, **drawn))
 
 
 def _numbers(axes: Any, picture: Picture, scale: float) -> None:
@@ -126,19 +122,15 @@ def _numbers(axes: Any, picture: Picture, scale: float) -> None:
 
 def _arrows(axes: Any, picture: Picture) -> None:
     arrow = import_module("matplotlib.patches").FancyArrowPatch
-    time = picture.arrow_time
+    time, look = picture.arrow_time, {"arrowstyle": "->", "mutation_scale": 6, "shrinkA": 0, "shrinkB": 0}
     for disc in picture.discs:
         if any(disc.velocity):
             tip = tuple(x + v * time for x, v in zip(disc.at, disc.velocity, strict=True))
-            axes.add_patch(
-                arrow(disc.at, tip, arrowstyle="->", mutation_scale=6, shrinkA=0, shrinkB=0, zorder=9)
-            )
+            axes.add_patch(arrow(disc.at, tip, zorder=9, **look))
 
 
 def _legend(figure: Any, picture: Picture) -> None:
-    patch = import_module("matplotlib.patches").Patch
-    looks = [(role, LOOKS[role]) for role in picture.roles]
-    looks += [("fails next", NEXT)] if picture.next is not None else []
+    patch, looks = import_module("matplotlib.patches").Patch, picture.looks
     swatches = [patch(fc=(look.colour, look.filled), ec=look.colour, label=name) for name, look in looks]
     if swatches:
         figure.legend(

@@ -22,7 +22,7 @@ from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.run.flights import Flights
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
-from kinetile.show.picture import LOOKS, counted, escape
+from kinetile.show.picture import LOOKS, counted
 from kinetile.show.svg import LINE, MARGIN, SIZE, document, number, paper_rules
 
 MOST_PIECES = 20_000
@@ -172,9 +172,7 @@ def space_time_svg(run: SpaceTime) -> bytes:
         for mark in run.marks
         for x, y in [at(_between(run, mark), mark.time).split()]
     ]
-    wide, tall = SIZE + 2 * MARGIN, HEIGHT + 2 * MARGIN + 2 * LINE
     frame = f'x="{number(MARGIN)}" y="{number(MARGIN)}" width="{number(SIZE)}" height="{number(HEIGHT)}"'
-    down = HEIGHT + 2 * MARGIN + 0.6 * LINE
     body = [
         f'<clipPath id="frame"><rect {frame}/></clipPath>',
         '<g clip-path="url(#frame)">',
@@ -183,10 +181,8 @@ def space_time_svg(run: SpaceTime) -> bytes:
         f'<g class="contact">{"".join(dots)}</g>',
         "</g>",
         f'<rect class="arena" {frame}/>',
-        f'<text x="{number(MARGIN)}" y="{number(down)}">{escape(run.caption)}</text>',
-        *_legend(down + LINE),
     ]
-    return document(wide, tall, run.caption, _style(), body)
+    return document((SIZE, HEIGHT), run.caption, _style(), body, _legend(), 1)
 
 
 def _turns(run: SpaceTime, piece: Piece) -> Iterator[float]:
@@ -210,14 +206,14 @@ def _between(run: SpaceTime, mark: Mark) -> float:
     return mark.one + mark.part * apart
 
 
-def _legend(down: float) -> Iterator[str]:
+def _legend() -> Iterator[str]:
     signs = (
         '<rect class="band" x="{x}" y="{y}" width="18" height="10"/>',
         '<path class="bound" d="M{x} {y}l18 10"/>',
         '<g class="contact"><circle cx="{x}" cy="{middle}" r="2.5"/></g>',
     )
     words = "a body", "its bounds", "a contact"
-    x = MARGIN
+    x, down = MARGIN, HEIGHT + 2 * MARGIN + 1.6 * LINE
     for sign, word in zip(signs, words, strict=True):
         yield sign.format(x=number(x), y=number(down - 9), middle=number(down - 4))
         yield f'<text x="{number(x + 24)}" y="{number(down)}">{word}</text>'

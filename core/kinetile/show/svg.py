@@ -33,9 +33,6 @@ def as_svg(picture: Picture, velocities: bool = False) -> bytes:
     roles = picture.roles
     under = [role for role in roles if not LOOKS[role].over]
     over = [role for role in roles if LOOKS[role].over]
-    legend, lines = _legend(sheet, roles, picture.next is not None)
-    tall = sheet.tall + 2 * MARGIN + LINE * (1 + lines)
-    wide = sheet.wide + 2 * MARGIN
     body = [
         f'<clipPath id="frame"><rect x="{number(MARGIN - 2)}" y="{number(MARGIN - 2)}" '
         f"{_size(sheet.wide + 4, sheet.tall + 4)}/></clipPath>",
@@ -50,27 +47,35 @@ def as_svg(picture: Picture, velocities: bool = False) -> bytes:
     if picture.arena:
         x, y = sheet.at(picture.low[0], picture.high[1])
         body.append(f'<rect class="arena" x="{x}" y="{y}" {_size(sheet.wide, sheet.tall)}/>')
-    down = sheet.tall + 2 * MARGIN + 0.6 * LINE
-    body += [
-        f'<text x="{number(MARGIN)}" y="{number(down)}">{escape(picture.caption)}</text>',
-        *legend,
-    ]
-    return document(wide, tall, picture.caption, _style(roles), body)
+    legend, lines = _legend(sheet, [name for name, _ in picture.looks])
+    return document((sheet.wide, sheet.tall), picture.caption, _style(roles), body, legend, lines)
 
 
-def document(wide: float, tall: float, title: str, style: str, body: Iterable[str]) -> bytes:
-    """Returns an SVG file: its title, its style sheet, the paper and what is on it."""
-    lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(wide)} {number(tall)}" '
-        f'{_size(wide, tall)} role="img" aria-labelledby="title">',
-        f'<title id="title">{escape(title)}</title>',
+def document(
+    size: tuple[float, float],
+    caption: str,
+    style: str,
+    body: Iterable[str],
+    legend: Iterable[str],
+    lines: int,
+) -> bytes:
+    """Returns an SVG file: its style sheet, the paper and what is on it, within a width and a height; below
+    that its caption, and a legend of some lines."""
+    wide, tall = size[0] + 2 * MARGIN, size[1] + 2 * MARGIN
+    paper = _size(wide, tall + LINE * (1 + lines))
+    words = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(wide)} '
+        f'{number(tall + LINE * (1 + lines))}" {paper} role="img" aria-labelledby="title">',
+        f'<title id="title">{escape(caption)}</title>',
         f"<style>{style}</style>",
-        f'<rect class="back" {_size(wide, tall)}/>',
+        f'<rect class="back" {paper}/>',
         *body,
+        f'<text x="{number(MARGIN)}" y="{number(tall + 0.6 * LINE)}">{escape(caption)}</text>',
+        *legend,
         "</svg>",
         "",
     ]
-    return "\n".join(lines).encode()
+    return "\n".join(words).encode()
 
 
 class _Sheet:
@@ -131,10 +136,10 @@ def _shape(sheet: _Sheet, shape: Item) -> str:
 def _discs(sheet: _Sheet) -> Iterator[str]:
     yield '<g class="disc">'
     for disc in sheet.picture.discs:
-        x, y = sheet.at(*disc.at)
         if disc.shape is not None:
             yield f'<polygon points="{" ".join(",".join(sheet.at(*point)) for point in disc.outline)}"/>'
         else:
+            x, y = sheet.at(*disc.at)
             yield f'<circle cx="{x}" cy="{y}" r="{number(disc.radius * sheet.scale)}"/>'
     yield "</g>"
 
@@ -164,9 +169,8 @@ def _arrow(sheet: _Sheet, disc: PlacedDisc, time: float) -> str:
     return f'<path d="M{a} {b}L{c} {d}M{e} {f}L{c} {d}L{g} {h}"/>'
 
 
-def _legend(sheet: _Sheet, roles: list[str], fails: bool) -> tuple[list[str], int]:
+def _legend(sheet: _Sheet, names: list[str]) -> tuple[list[str], int]:
     """Returns what is below the caption, and of how many lines: a swatch and a word for each role."""
-    names = [*roles, *(["fails next"] if fails else [])]
     found, x, line = [], MARGIN, 1
     for name in names:
         wide = 34.0 + _LETTER * len(name)

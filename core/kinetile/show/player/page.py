@@ -73,6 +73,7 @@ class Page:
         end = max(recording.end for recording in self.recordings)
         length = (end - first.begin) / TICKS * scene.time_unit
         runs = [self._run(recording, at) for at, recording in enumerate(self.recordings)]
+        bodies, kinds, shapes = range(len(first.plans.x)), kind_of_each(scene), scene.shape_of
         return {
             "format": 1,
             "start": scene.start,
@@ -90,10 +91,10 @@ class Page:
             "speed": length / _SECONDS if length > 0 else 1.0,
             "bodies": encode(vars(first.plans)),
             "kinds": [] if scene.kinds == (0,) else [legible(str(each)) for each in scene.kinds],
-            "kind": _kinds(scene, len(first.plans.x)),
+            "kind": [kinds.get(body, 0) for body in bodies] if len(scene.kinds) > 1 else [],
             "responses": [[each.name for each in row] for row in scene.meets] if scene.responses else [],
             "shapes": list(map(_drawn, scene.shapes)),
-            "shape": _shapes(scene, len(first.plans.x)),
+            "shape": [shapes.get(body, -1) for body in bodies] if scene.shapes else [],
             "runs": runs,
             "looks": {role: look._asdict() for role, look in LOOKS.items()},
             "next": NEXT._asdict(),
@@ -152,12 +153,8 @@ def script() -> str:
     it may have two slashes between blanks."""
     lines = []
     for name in MODULES:
-        for line in _asset(f"script/{name}.mjs").splitlines():
-            if (
-                line
-                and not line.startswith("import ")
-                and not line.lstrip().startswith(("//", "/**", "* ", "*/"))
-            ):
+        for line in filter(None, _asset(f"script/{name}.mjs").splitlines()):
+            if not (line.startswith("import ") or line.lstrip().startswith(("//", "/**", "* ", "*/"))):
                 lines.append(line.partition(" // ")[0].removeprefix("export "))
     return "\n".join(lines)
 
@@ -185,20 +182,6 @@ def _box(scene: Scene, plans: Plans) -> Sequence[float]:
     box = (float((x - left).min()), float((y - down).min()), float((x + right).max()), float((y + up).max()))
     wide, high = box[2] - box[0], box[3] - box[1]
     return (box[0] - 0.25 * wide, box[1] - 0.25 * high, box[2] + 0.25 * wide, box[3] + 0.25 * high)
-
-
-def _kinds(scene: Scene, bodies: int) -> list[int]:
-    """Returns the kind of each body as its place in the scene's kinds; nothing where there is one kind."""
-    if len(scene.kinds) < 2:
-        return []
-    known = kind_of_each(scene)
-    return [known.get(body, 0) for body in range(bodies)]
-
-
-def _shapes(scene: Scene, bodies: int) -> list[int]:
-    """Returns the shape of each body as its place in the scene's, -1 if it is not known; none among discs."""
-    of = scene.shape_of
-    return [of.get(body, -1) for body in range(bodies)] if scene.shapes else []
 
 
 def _drawn(shape: Shape) -> dict[str, Any]:

@@ -127,7 +127,8 @@ def record(
         # Each contact has a row. Without this limit a far end would be refused, for its rows of the clock.
         most = MOST_ROWS + 1 if max_contacts is None else max_contacts
         simulation.run(until, max_contacts=most, recorder=rows)
-        last = _now(simulation, clock)
+        epoch, tick = simulation.exact_time
+        last = max(epoch * TICKS + tick, clock.ticks(simulation.time))
         if simulation.time < until:
             many = f"{most:,} contacts are as many as were to be shown"
             notes.append(f"Shown up to {simulation.time!r} of {begin!r} to {until!r}: {many}.")
@@ -137,21 +138,17 @@ def record(
     except KinetileError as error:
         notes.append(f"The run ended with a fault, {type(error).__name__}: {error}")
     last = max(ticks_of(rows.rows[-1:]).max(initial=first), last)
-    recording = Recording(
-        label, plans, rows.rows, first, int(last), None, tuple(notes), whole=whole, passing=passing
-    )
     drawn_as, paired = composition_of(simulation).broad.drawn_as, wants_pairs(pairs, len(plans.x))
-    skin = float(simulation.tables.clock[0].limits.skin)
-    recording = replace(recording, drawn_as="" if scene.falls else drawn_as, skin=skin, pairs=paired)
+    skin, kept = float(simulation.tables.clock[0].limits.skin), "" if scene.falls else drawn_as
+    run = label, plans, rows.rows, first, int(last), None, tuple(notes), kept, skin, paired, whole, passing
+    recording = Recording(*run)
     if again is not None and (beside or not scene.falls):
         recording = _with_steps(recording, again, clock, begin)
-    if scene.falls and (drawn_as or again):
-        recording = replace(recording, notes=(*recording.notes, _FALLS))
+    notes = [_FALLS] if scene.falls and (drawn_as or again) else []
     has_links = recording.drawn_as in _PAIRED or (recording.stepped and recording.stepped.structure.unpaired)
     if pairs is None and not paired and has_links:
-        left_out = f"Pairs are left out, of more than {MOST_PAIRED} bodies; --pairs (pairs=True) draws them."
-        recording = replace(recording, notes=(*recording.notes, left_out))
-    return recording
+        notes += [f"Pairs are left out, of more than {MOST_PAIRED} bodies; --pairs (pairs=True) draws them."]
+    return replace(recording, notes=(*recording.notes, *notes))
 
 
 def next_window(begin: float) -> str:
@@ -217,11 +214,6 @@ def _passing(simulation: Simulation) -> list[tuple[int, ...]]:
     live = table[table["a"] >= 0]
     columns = number[live["a"]], number[live["b"]], live["m"], live["n"]
     return list(zip(*(column.tolist() for column in columns), strict=True))
-
-
-def _now(simulation: Simulation, clock: Clock) -> int:
-    epoch, tick = simulation.exact_time
-    return max(epoch * TICKS + tick, clock.ticks(simulation.time))
 
 
 Floats = npt.NDArray[np.float64]

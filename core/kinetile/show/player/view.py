@@ -125,10 +125,10 @@ def view_scene(
     clock = Clock(scene.start, scene.time_unit)
     end = min(until, clock.moment(max(recording.end for recording in recordings))[0])
     title = title or _title(scene, labels, begin, end)
-    tick, body, said = _parting(recordings)
+    tick, body, sentences = _parting(recordings)
     if at is not None:
         tick, body = clock.ticks(at), None
-    return View(Page(scene, recordings, title, [*notes, *said], tick, body))
+    return View(Page(scene, recordings, title, [*notes, *sentences], tick, body))
 
 
 def _parting(recordings: Sequence[Recording]) -> tuple[int | None, int | None, list[str]]:
@@ -141,15 +141,16 @@ def _parting(recordings: Sequence[Recording]) -> tuple[int | None, int | None, l
         if at is None or any(at == len(each.rows) and not each.whole for each in (first, other)):
             continue  # rows that were left out are no difference
         rows = {each.label: each.rows[at] for each in (first, other) if at < len(each.rows)}
-        said = [f"under {label} it is {describe_row(_plain(row))}" for label, row in rows.items()]
-        said += [f"under {each.label} there is none" for each in (first, other) if each.label not in rows]
+        plain = {label: {name: row[name].item() for name in _EXACT} for label, row in rows.items()}
+        words = [f"under {label} it is {describe_row(row)}" for label, row in plain.items()]
+        words += [f"under {each.label} there is none" for each in (first, other) if each.label not in rows]
         row = min(rows.values(), key=lambda row: (row["epoch"], row["tick"]))
         tick = int(row["epoch"]) * TICKS + int(row["tick"])
-        parted.append((tick, int(row["a"]), f"They part at event {at}: {'; '.join(said)}."))
+        parted.append((tick, int(row["a"]), f"They part at event {at}: {'; '.join(words)}."))
     if not parted:
         under = " and ".join(each.label for each in recordings)
         return None, None, [f"All {len(first.rows)} events are the same under {under}."] if others else []
-    return (*min(parted)[:2], [said for *_, said in parted])
+    return (*min(parted)[:2], [sentence for *_, sentence in parted])
 
 
 _EXACT = ("time", "epoch", "tick", "a", "b")
@@ -158,10 +159,6 @@ _EXACT = ("time", "epoch", "tick", "a", "b")
 def _exact(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Returns the columns of rows that must agree."""
     return np.rec.fromarrays([rows[name] for name in _EXACT])
-
-
-def _plain(row: Any) -> dict[str, Any]:
-    return {name: row[name].item() for name in _EXACT}
 
 
 def window(scene: Scene, begin: float | None, until: float | None) -> tuple[float, float]:
