@@ -241,18 +241,12 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     """Returns the known name that ``name`` was probably meant to be, or None if none is near."""
     if len(name) > _LONGEST_NAME:
         return None
-    folded = {_fold(each): each for each in known}
-    wanted = _fold(name)
-    if wanted in folded:
-        return folded[wanted]
+    folded, wanted = {_fold(each): each for each in known}, _fold(name)
     begun = [each for each in folded if wanted and each.startswith(wanted)]
-    if len(begun) == 1:
-        return folded[begun[0]]
     written = _WORDS.get(wanted, ("", "", ""))[1]
-    if written in folded:
-        return folded[written]
     close = get_close_matches(wanted, folded, n=1, cutoff=0.6)
-    return folded[close[0]] if close else None
+    likely = [wanted, *(begun if len(begun) == 1 else []), written, *close]
+    return next((folded[each] for each in likely if each in folded), None)
 
 
 def legible(text: str, longest: int | None = None) -> str:

@@ -151,11 +151,9 @@ def explanation_lines(found: Mapping[str, Any]) -> list[str]:
 def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yields readings (``Readings.as_dict``) line by line, each with its label."""
     contacts = found["contacts"]
-    checked, exact = (found[name] / max(contacts, 1) for name in ("partners_asked", "contacts_computed"))
-    yield (
-        "contacts",
-        f"{contacts:,} ({found['contacts_disc']:,} of bodies, {found['contacts_wall']:,} with walls)",
-    )
+    checks, solves = found["partners_asked"], found["contacts_computed"]
+    kinds = f"{found['contacts_disc']:,} of bodies, {found['contacts_wall']:,} with walls"
+    yield "contacts", f"{contacts:,} ({kinds})"
     if found["passings"]:
         yield "passings", f"{found['passings']:,} begun; begin and end count as contacts of discs"
     turns = f", {found['turns']:,} turns" if found["turns"] else ""
@@ -163,23 +161,15 @@ def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield "certificates", f"{found['certificates_updated']:,} times set"
     yield "queue", f"at most {found['queue_max']:,} long"
     yield "candidate pairs", f"{found['newcomers']:,} new during the run"
-    yield (
-        "contact times",
-        f"{found['partners_asked']:,} candidate checks, {found['contacts_computed']:,} exact solves"
-        + (f" ({checked:.3g} and {exact:.3g} a contact)" if contacts else ""),
-    )
+    each = f" ({checks / contacts:.3g} and {solves / contacts:.3g} a contact)" if contacts else ""
+    yield "contact times", f"{checks:,} candidate checks, {solves:,} exact solves{each}"
     yield "deepest overlap", f"{found['deepest_overlap']:.2g} radii"
     yield "energy drift", f"{found['energy_drift']:.2g} (relative)"
     yield "lateness", f"{found['lateness']:.2g} time units"
     if found["audits"]:
         yield "audits", f"{found['audits']:,}: nothing was found"
-    yield (
-        "CPU time",
-        f"{found['cpu_seconds']:.4g} s in the loop, {found['compile_seconds']:.3g} s to make it ready",
-    )
-    yield (
-        "speed",
-        f"{found['events_per_cpu_second'] / 1e6:.3g} million events, "
-        f"{found['contacts_per_cpu_second'] / 1e3:,.4g} thousand contacts a CPU second",
-    )
+    loop, ready = found["cpu_seconds"], found["compile_seconds"]
+    yield "CPU time", f"{loop:.4g} s in the loop, {ready:.3g} s to make it ready"
+    events, rate = found["events_per_cpu_second"] / 1e6, found["contacts_per_cpu_second"] / 1e3
+    yield "speed", f"{events:.3g} million events, {rate:,.4g} thousand contacts a CPU second"
     yield "fingerprint", found["fingerprint"]

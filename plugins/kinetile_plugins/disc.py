@@ -182,12 +182,8 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
         """Returns bounds below the first contact of a body with ``k.near[:count]``, the second, and with
         whom.
 
-        Eight at a time, on the common clock, with discs fattened by more than all rounding (``limits.fat``,
-        and a little of the distance), so that they touch before the discs do. The bounds are delays after
-        tick ``at``; infinite where there is no contact. The last six bits of a delay are the partner's place
-        of up to 64, so that the least delay names its partner; for that it is made less by less than 2^-45 of
-        it. docs/one-answer.md proves that they are bounds. Up to eight places behind those that count are
-        written to.
+        The bounds are delays after tick ``at``, infinite where there is no contact; the proof is above. Up to
+        eight places behind those that count are written to.
         """
         limits = k.clock[0].limits
         radius = limits.widest if equal else k.radii[body]

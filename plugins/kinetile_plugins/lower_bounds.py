@@ -1,17 +1,12 @@
 """Lower bounds of contacts for eight partners at once, and which two of many come first.
 
-Narrow phases share them. A delay has its partner's place in its last six bits, so that the least delay names
-its partner (``kinetile.kernel.vectors.numbered``).
-
-The second of them only has to be known where it is near the first (``alone``): the contact of the first is
-computed exactly when its bound is at the head of the queue, is then within ``ROOM`` of the bound, and has to
-be before the bound of all others. Any number that no other delay is below is such a bound.
+Narrow phases share them.
 
 Why a numbered delay is a bound
 ===============================
 
 *Numbered delays.* The least of many delays has to say whose it is, so each carries its partner's place, 0 to
-63, in its last six bits (``numbered`` in ``kernel/vectors``). They are cleared, 64 units of the last place
+63, in its last six bits (``kinetile.kernel.vectors.numbered``). They are cleared, 64 units of the last place
 are taken away, and the place is added: a delay becomes less by 1 to 127 units, less than 2^-45 of it, and
 never more. So a bound stays a bound, and needs no other margin. Before that a delay is at least 2^-1000, from
 which 64 units can be taken and which is less than any tick, so its floor is the present tick; an infinite one
@@ -20,11 +15,11 @@ by less than 127 units may change places. Then the partner is the other one, and
 the first is below the contact with the partner, and the second, the least of all others, below theirs. More
 than 64 partners are taken 64 at a time, and the two least delays of each 64 compared with those before.
 
-*The second bound* of discs is not the second delay, which nobody needs. If no other delay is within 2^22
-ticks of the first (and 2^-40 of it), that is where all others are later than: so it is a bound. Else the
-first delay is. The exact tick of the first is nearly always within the 2^22 ticks, before the second bound;
-where it is not, all contacts of the body are computed exactly. For bodies of one radius, which stay so, (R +
-fat)^2 is the same number for all partners, by the same operations.
+*The second bound* of discs is not the second delay, which nobody needs (``alone``). If no other delay is
+within 2^22 ticks of the first (``ROOM``; and 2^-40 of it), that is where all others are later than: so it is
+a bound. Else the first delay is. The exact tick of the first, computed at the head of the queue, is nearly
+always before the second bound; where it is not, all contacts of the body are computed exactly. For bodies of
+one radius, which stay so, (R + fat)^2 is the same number for all partners, by the same operations.
 """
 
 from __future__ import annotations
@@ -40,7 +35,6 @@ LEAST = 2.0**-1000
 
 NONE = 2.0**1023
 """What delays are below: an infinite one, numbered, is above it."""
-
 
 ROOM = 2.0**22
 """Ticks after a bound within which its contact is, but for grazes: more than ``fat`` takes."""

@@ -71,9 +71,8 @@ def export(
     many = (end - start) / step * (1.0 + 1e-12) if end > start else 0.0
     if not many < MOST_FRAMES:
         raise BadOption(f"--every {step!r} makes {many:,.0f} frames; expected at most {MOST_FRAMES:,}")
-    count = int(many)
-    times = (min(start + k * step, end) for k in range(count + 1))
+    times = (min(start + k * step, end) for k in range(int(many) + 1))
     with file_errors(f"--to {out}"):
-        write_frames(out, run.scene, frames_of(run, times))
-    last = min(start + count * step, end)
-    echo(f"{out}: {count + 1:,} frames, from time {start:.10g} to {last:.10g}")
+        count = write_frames(out, run.scene, frames_of(run, times))
+    last = min(start + int(many) * step, end)
+    echo(f"{out}: {count:,} frames, from time {start:.10g} to {last:.10g}")

@@ -28,10 +28,9 @@ def check_ending(option: str, path: Path, endings: Sequence[str] = ()) -> str:
     ending = path.suffix.lower()
     if ending in endings or not (endings or ending in _FORMS):
         return ending
-    *most, last = endings or _FORMS
-    listed = f"{', '.join(most)} or {last}" if most else last
-    expected = f"in {listed}" if endings else f"otherwise than in {listed}"
-    raise BadOption(f"{option} is {str(path)!r}; expected a name that ends {expected}")
+    listed = " or ".join(filter(None, ", ".join(endings or _FORMS).rpartition(", ")[::2]))
+    how = "in" if endings else "otherwise than in"
+    raise BadOption(f"{option} is {str(path)!r}; expected a name that ends {how} {listed}")
 
 
 def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:

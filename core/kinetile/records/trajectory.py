@@ -206,9 +206,9 @@ def positions_at(
     ``scene`` may be None for a file, which has its own. For many times, make one Trajectory.
     """
     if isinstance(source, (str, os.PathLike)):
-        path = Path(source)
-        trajectory = Trajectory.read(path) if scene is None else Trajectory(_whole(path)[0].rows, scene)
-        return trajectory.positions(time)
+        if scene is None:
+            return Trajectory.read(source).positions(time)
+        source = _whole(Path(source))[0].rows
     if scene is None:
         raise TypeError("rows alone do not say where the bodies began: positions_at needs their scene")
     return Trajectory(source, scene).positions(time)

@@ -103,10 +103,8 @@ def _simulation_lines(sim: Simulation) -> Iterator[tuple[str, str]]:
     yield "scene", " ".join(filter(None, (source_of(sim.scene), around(sim.scene))))
     yield "bodies", f"{len(sim.bodies):,} now"
     yield "broad phase", called(sim.broad_phase, sim.options)
-    yield (
-        "narrow phases",
-        ", ".join(called(*each) for each in composition_of(sim).narrow_phases.items()) or "none",
-    )
+    narrow = [called(*each) for each in composition_of(sim).narrow_phases.items()]
+    yield "narrow phases", ", ".join(narrow) or "none"
     yield "time", f"{sim.scene.start:.6g} to {sim.time:.10g}"
     if sim.fault is not None:
         yield "ended by", sim.fault

@@ -6,11 +6,6 @@ stored. The structure changes only when a body leaves its cell. The time at whic
 takes one division. Then the certificate of the body fails: it moves to the next cell, and those in the
 three cells beyond are newcomers.
 
-The cell of a body depends on history, on its crossings, never on its rounded coordinates:
-these are used once, when the structure is built. A body that has crossed an edge may be before it by a
-rounding, or turn back at once; then its plan reaches that edge now, and it crosses again. The cells are wider
-than the widest body by more than all rounding (the proof is below).
-
 One grid of cells as wide as the widest body is bad if small bodies crowd around a few large ones. Then
 there are levels, as in the hierarchical grids of computer graphics: the cells of a level are a power of two
 times as wide as those of the level below. ``hierarchy.py`` then defines which bodies are near each other,
@@ -24,10 +19,10 @@ Then a contact costs O(n). No scene is refused, and none needs an arena.
 Why the candidate pairs are complete
 ====================================
 
-The cell of a body depends on history: its crossings. Coordinates are used once, when the structure is built.
-So the proof must show that a body is never far outside its cell. In the terms of one answer, let X bound all
-coordinates, u = 2^-53, V the speed and q a tick; eta = 16 u X + 2 V q, and the skin is delta = 4 (n + 4) 16 u
-X + 4 V q, more than 2 eta.
+The cell of a body depends on history, its crossings; rounded coordinates are used once, when the structure is
+built. So the proof must show that a body is never far outside its cell. In the terms of one answer, let X
+bound all coordinates, u = 2^-53, V the speed and q a tick; eta = 16 u X + 2 V q, and the skin is delta = 4 (n
++ 4) 16 u X + 4 V q, more than 2 eta.
 
 The edges do not move. Edge number e of cells of side S is the double e S, rounded once, and a body leaves at
 that plus or minus the slack, rounded once more. These doubles define the edges; they need not equal e S and

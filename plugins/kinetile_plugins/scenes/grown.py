@@ -86,29 +86,29 @@ def _grow(scene: Scene, final: Floats, density: float, contacts: float) -> Scene
     most = max(1, round(0.5 * contacts * len(scene)))
     longest = contacts * max(scene.arena or ()) / speed  # of a run whose discs do not meet
     smallest = [float((scene.radius / final).min())]  # of each step
+
+    def held() -> BadOption:
+        reached = density * math.fsum(scene.radius**2) / math.fsum(final**2)
+        return BadOption(
+            f"density is {density}; after {len(smallest) - 1} steps the discs held each other at "
+            f"{reached:.4f}; ask for less, for more contacts a step than {contacts}, or for equal discs as "
+            "the recipe 'hexagonal' has them"
+        )
+
     while True:
         scene = scene.replace(radius=_larger(scene, final * min(1.0, smallest[-1] * (1.0 + RATE))))
         smallest.append(float((scene.radius / final).min()))
         if smallest[-1] == 1.0:
             return scene
         if len(smallest) > PATIENCE and smallest[-1] - smallest[-PATIENCE] < SLOWEST:
-            raise _held(scene, final, density, contacts, len(smallest) - 1)
+            raise held()
         sim = Simulation(scene, "cells", keep_contacts=False)
         try:
             sim.run(until=longest, max_contacts=most)
             sim.run(until=sim.time * (1.0 + 0.5 / most))  # beyond a contact, where two have no gap
         except ZenoError as error:
-            raise _held(scene, final, density, contacts, len(smallest) - 1) from error
+            raise held() from error
         scene = scene.replace(position=sim.positions(), velocity=sim.velocities())
-
-
-def _held(scene: Scene, final: Floats, density: float, contacts: float, steps: int) -> BadOption:
-    reached = density * math.fsum(scene.radius**2) / math.fsum(final**2)
-    return BadOption(
-        f"density is {density}; after {steps} steps the discs held each other at {reached:.4f}; ask for "
-        f"less, for more contacts a step than {contacts}, or for equal discs as the recipe 'hexagonal' has "
-        "them"
-    )
 
 
 def _larger(scene: Scene, wanted: Floats) -> Floats:

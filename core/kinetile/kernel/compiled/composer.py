@@ -11,7 +11,7 @@ import re
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from copy import copy
 from functools import cache, partial
 from inspect import getattr_static
@@ -67,10 +67,8 @@ def _compose(
     digest, modules, called = fingerprint(function, state)
     function.__qualname__ = f"{source.__name__}_{label}_{digest}"
     if "__main__" not in modules:
-        try:
+        with suppress(RuntimeError):  # there is no folder that Numba could write its cache to
             return _njit(function, True, called)
-        except RuntimeError:  # there is no folder that Numba could write its cache to
-            pass
     return _njit(function, False, called)
 
 
@@ -89,8 +87,7 @@ def with_numpy(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, Any]) -> FunctionType:
     """Returns a function with parts in place of its global names, and of those of the templates it calls."""
-    names = dict(source.__globals__)
-    names.update(parts)
+    names = {**source.__globals__, **parts}
     function = FunctionType(source.__code__, names, source.__name__, source.__defaults__, source.__closure__)
     function.__module__ = source.__module__
     function.__qualname__ = source.__qualname__

@@ -12,13 +12,8 @@ from pathlib import Path
 def end_after(seconds: float) -> None:
     """Has the system end this process after ``seconds`` more CPU seconds, rounded up, where it can."""
     with suppress(ImportError, OSError, ValueError):
-        import resource
-
-        _, most = resource.getrlimit(resource.RLIMIT_CPU)
-        limit = math.ceil(time.process_time() + seconds) if math.isfinite(seconds) else most
-        if most != resource.RLIM_INFINITY:
-            limit = min(limit, most)
-        resource.setrlimit(resource.RLIMIT_CPU, (limit, most))
+        limit = time.process_time() + seconds
+        _limit("RLIMIT_CPU", math.ceil(limit) if math.isfinite(limit) else None)
 
 
 def limit_memory(more: int) -> None:
@@ -27,11 +22,18 @@ def limit_memory(more: int) -> None:
         import resource
 
         pages = int(Path("/proc/self/statm").read_text().split()[0])
-        limit = pages * resource.getpagesize() + more
-        _, most = resource.getrlimit(resource.RLIMIT_AS)
-        if most != resource.RLIM_INFINITY:
-            limit = min(limit, most)
-        resource.setrlimit(resource.RLIMIT_AS, (limit, most))
+        _limit("RLIMIT_AS", pages * resource.getpagesize() + more)
+
+
+def _limit(name: str, limit: int | None) -> None:
+    """Sets a soft limit of the system, to the hard one at most; None: to that."""
+    import resource
+
+    kind = getattr(resource, name)
+    _, most = resource.getrlimit(kind)
+    if limit is None or limit > most != resource.RLIM_INFINITY:
+        limit = most
+    resource.setrlimit(kind, (limit, most))
 
 
 def out_of_time(code: int | None) -> bool:

@@ -244,9 +244,8 @@ class Plans:
     def of(cls, scene: Scene, rows: npt.NDArray[Any]) -> Self:
         """Returns the plans at a scene's start, with room for all bodies of the scene and of rows."""
         comers = [each for each in scene.commands if isinstance(each, Insert)]
-        last = max([*(each.body for each in comers), int(rows["a"].max(initial=-1)), len(scene) - 1])
-        last = max(last, int(rows["b"].max(initial=-1)))
-        n = len(scene)
+        named = [int(rows[name].max(initial=-1)) for name in "ab"]
+        n, last = len(scene), max([*named, *(each.body for each in comers), len(scene) - 1])
         columns = {name: np.zeros(last + 1) for name in cls.__dataclass_fields__}
         columns["radius"][n:] = np.nan
         columns["mass"][n:] = 1.0
@@ -388,28 +387,26 @@ class StructureLog:
         if not spans:
             return None
         spans.sort(key=lambda span: (ORDER.index(span[2].role), span[0], span[1]))
-        labels = self.labels
-        points = [list(_coordinates(item)) for _, _, item in spans]
-        flat = [each for coordinates in points for each in coordinates]
-        fails = [(np.nan, np.nan) if item.fails is None else divmod(item.fails, TICKS) for *_, item in spans]
-        whole: dict[str, list[int]] = {
-            "first": [first for first, _, _ in spans],
-            "last": [last for _, last, _ in spans],
-            "shape": [SHAPES.index(type(item)) for *_, item in spans],
-            "role": [ORDER.index(item.role) for *_, item in spans],
-            "label": [labels.index(item.label) for *_, item in spans],
-            "size": [len(coordinates) for coordinates in points],
-            "body": [body for body, _, _ in flat],
-            "turns": [turns for _, _, turns in flat],
+        begin, end, items = zip(*spans, strict=True)
+        labels, points = self.labels, [[*_coordinates(item)] for item in items]
+        body, offset, turns = zip(*chain.from_iterable(points), strict=True)
+        fails = [(np.nan, np.nan) if item.fails is None else divmod(item.fails, TICKS) for item in items]
+        whole: dict[str, Sequence[int]] = {
+            "first": begin,
+            "last": end,
+            "shape": [SHAPES.index(type(item)) for item in items],
+            "role": [ORDER.index(item.role) for item in items],
+            "label": [labels.index(item.label) for item in items],
+            "size": [*map(len, points)],
+            "body": body,
+            "turns": turns,
         }
         columns: dict[str, npt.NDArray[Any]] = {
             name: np.array(values, np.int32) for name, values in whole.items()
         }
-        fresh = [(first, item) not in self._again for first, _, item in spans]
-        columns["fresh"] = np.array(fresh, np.uint8)
-        for at, name in enumerate(("epoch", "tick")):
-            columns[name] = np.array([each[at] for each in fails], np.float64)
-        return columns | {"offset": np.array([offset for _, offset, _ in flat], np.float64)}
+        columns["fresh"] = np.array([(first, item) not in self._again for first, _, item in spans], np.uint8)
+        columns["epoch"], columns["tick"] = np.array(fails, np.float64).T
+        return columns | {"offset": np.array(offset, np.float64)}
 
     @property
     def labels(self) -> list[str]:
