@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from kinetile.errors import BadOption
+from kinetile.errors import BadOption, KinetileError
 
 
 def writable_target(path: str | os.PathLike[str]) -> Path:
@@ -37,18 +37,29 @@ def writable_target(path: str | os.PathLike[str]) -> Path:
     return target
 
 
+def new_target(path: str | os.PathLike[str], overwrite: bool, refused: type[KinetileError]) -> Path:
+    """Returns what ``writable_target`` does; raises ``refused`` for what cannot be written, or is there
+    already (unless ``overwrite``)."""
+    try:
+        target = writable_target(path)
+    except OSError as error:
+        raise refused(f"{path} cannot be written: {error.strerror or error}") from error
+    if target.exists() and not overwrite:
+        raise refused(
+            f"{path} is there already: choose another name, or have it overwritten (overwrite=True, or "
+            "--overwrite)"
+        )
+    return target
+
+
 @contextmanager
 def writing_new(path: str | os.PathLike[str], overwrite: bool) -> Iterator[BinaryIO]:
     """Yields a file that is at ``path``, complete, when the context is left.
 
     Raises BadOption where something is there already (unless ``overwrite``), or where it cannot be written.
     """
+    new_target(path, overwrite, BadOption)
     try:
-        if writable_target(path).exists() and not overwrite:
-            raise BadOption(
-                f"{path} is there already: choose another name, or have it overwritten (overwrite=True, or "
-                "--overwrite)"
-            )
         with replacing(path) as file:
             yield file
     except OSError as error:

@@ -126,11 +126,8 @@ def meet_among_shapes(k: Kernel, a: int, b: int) -> int:
 @hook
 def touch_among_shapes(k: Kernel, early: int, late: int, plans: Plans) -> int:
     """As ``discs_touch``; two immovable bodies never do (rule 7s)."""
-    return (
-        NEVER
-        if math.isinf(k.mass[early]) and math.isinf(k.mass[late])
-        else discs_touch(k, early, late, plans)
-    )
+    immovable = math.isinf(k.mass[early]) and math.isinf(k.mass[late])
+    return NEVER if immovable else discs_touch(k, early, late, plans)
 
 
 first_image_among_shapes = first_image_of(touch_among_shapes, discs_overlap)

@@ -39,9 +39,10 @@ def cache(
 
     here = folder()
     root = here.parent
-    folders = sorted(root.iterdir()) if root.is_dir() else []
-    rows = [_row(each, each == here) for each in folders if _FOLDER.fullmatch(each.name) and each.is_dir()]
-    left = [sentence for each in folders for sentence in _cleared(each)] if clear else []
+    folders = [each for each in sorted(root.iterdir()) if each.is_dir()] if root.is_dir() else []
+    versions = {each: found for each in folders if (found := _FOLDER.fullmatch(each.name))}
+    rows = [_row(each, found) | {"used_here": each == here} for each, found in versions.items()]
+    left = [sentence for each in versions for sentence in _cleared(each)] if clear else []
     result = {
         "folder": str(root),
         "removed": clear,
@@ -72,9 +73,7 @@ def _files(folder: Path) -> dict[Path, re.Match[str]]:
     return {path: found for path, found in named.items() if found and not path.is_symlink()}
 
 
-def _row(folder: Path, used_here: bool) -> dict[str, Any]:
-    named = _FOLDER.fullmatch(folder.name)
-    assert named is not None
+def _row(folder: Path, named: re.Match[str]) -> dict[str, Any]:
     files, found = _files(folder), []
     hooks = {each["entry"] for each in files.values() if each["hook"]}
     loops = {each["entry"] for each in files.values() if not each["hook"]}
@@ -89,14 +88,11 @@ def _row(folder: Path, used_here: bool) -> dict[str, Any]:
         "files": len(files),
         "bytes": sum(each.st_size for each in found),
         "last_used": last and datetime.fromtimestamp(last, UTC).isoformat(timespec="seconds"),
-        "used_here": used_here,
     }
 
 
 def _cleared(folder: Path) -> list[str]:
     """Removes the files of the cache in a folder, and a folder that is then empty; returns what failed."""
-    if not (_FOLDER.fullmatch(folder.name) and folder.is_dir()):
-        return []
     failed = []
     for path in _files(folder):
         try:

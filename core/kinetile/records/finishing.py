@@ -26,7 +26,7 @@ from kinetile.kernel.log import LOG
 from kinetile.records.locks import open_left
 from kinetile.records.log import SIGNATURE, LogReader, Seal
 from kinetile.sources import open_regular
-from kinetile.targets import replacing, writable_target
+from kinetile.targets import new_target, replacing
 
 KEYS = ("kinetile", "kinetile.scene", "kinetile.digest")
 """The keys of a file's metadata: as JSON, the scene as TOML, and the digest."""
@@ -169,16 +169,7 @@ def event_target(name: Path, overwrite: bool) -> Path:
     """Returns the event file to write, links followed; RecordError if it must not be written."""
     if not name.name:
         raise RecordError(f"{str(name)!r} names no file: expected the path of an event file")
-    try:
-        target = writable_target(name)
-    except OSError as error:
-        raise RecordError(f"{name} cannot be written: {reason(error)}") from error
-    if target.exists() and not overwrite:
-        raise RecordError(
-            f"{name} is there already: choose another name, or have it overwritten (overwrite=True, or "
-            "--overwrite)"
-        )
-    return target
+    return new_target(name, overwrite, RecordError)
 
 
 def is_log(path: Path) -> bool:

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 
 from kinetile.kernel.plan import Plan, position_after
 from kinetile.plugin.drawing import Box, Item, Polygon, Segment
-from kinetile.show.picture import DARK, LIGHT, LOOKS, NEXT, Paper, Picture, PlacedDisc, corners_of, escape
+from kinetile.show.picture import DARK, LIGHT, LOOKS, NEXT, Paper, Picture, corners_of, escape
 
 SIZE = 640.0
 """The longer side of what is shown, in units of the file: points on a page, pixels on a screen."""
@@ -155,18 +155,16 @@ def _numbers(sheet: _Sheet) -> Iterator[str]:
 
 def _arrows(sheet: _Sheet) -> Iterator[str]:
     time = sheet.picture.arrow_time
-    yield '<g class="velocity">'
-    yield from (_arrow(sheet, disc, time) for disc in sheet.picture.discs if any(disc.velocity))
-    yield "</g>"
-
-
-def _arrow(sheet: _Sheet, disc: PlacedDisc, time: float) -> str:
-    (x, y), (vx, vy) = disc.at, disc.velocity
-    tip = position_after(Plan(x, y, vx, vy), time)
     back = 0.25 * time
-    barbs = [(tip[0] - back * (vx - s * vy), tip[1] - back * (vy + s * vx)) for s in (0.6, -0.6)]
-    (a, b), (c, d), (e, f), (g, h) = (sheet.at(*point) for point in (disc.at, tip, *barbs))
-    return f'<path d="M{a} {b}L{c} {d}M{e} {f}L{c} {d}L{g} {h}"/>'
+    yield '<g class="velocity">'
+    for disc in sheet.picture.discs:
+        if any(disc.velocity):
+            vx, vy = disc.velocity
+            tip = position_after(Plan(*disc.at, vx, vy), time)
+            barbs = [(tip[0] - back * (vx - s * vy), tip[1] - back * (vy + s * vx)) for s in (0.6, -0.6)]
+            (a, b), (c, d), (e, f), (g, h) = (sheet.at(*point) for point in (disc.at, tip, *barbs))
+            yield f'<path d="M{a} {b}L{c} {d}M{e} {f}L{c} {d}L{g} {h}"/>'
+    yield "</g>"
 
 
 def _legend(sheet: _Sheet, names: list[str]) -> tuple[list[str], int]:

@@ -54,7 +54,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -351,9 +351,6 @@ def least_side(reach: Any, skin: float) -> Any:
     return 2.0 * (reach + 2.0 * skin)
 
 
-Size: TypeAlias = Callable[[Scene, float], tuple[int, int]]
-
-
 def _farthest(scene: Scene) -> Any:
     """Returns how far each body reaches to its farthest side."""
     if not scene.shapes:
@@ -432,7 +429,7 @@ def table_size(scene: Scene, side: float) -> tuple[int, int]:
     return columns, columns + 2
 
 
-def empty(scene: Scene, sides: list[float], size: Size = table_size) -> State:
+def empty(scene: Scene, sides: list[float], size: Callable[..., tuple[int, int]] = table_size) -> State:
     """Returns the state for a scene and the sides of its levels; ``arrange`` fills it. ``size`` is of the
     table of a level."""
     n, coarser = scene.capacity, len(sides) - 1
