@@ -69,8 +69,7 @@ class Observed(dict[str, dict[str, Estimate]]):
             for quantity, (mean, error, blocks, axis, at) in quantities.items():
                 places = [None] if at is None else at.tolist()
                 values = (np.atleast_1d(each).tolist() for each in (mean, error, blocks))
-                for place, *numbers in zip(places, *values, strict=True):
-                    rows.append(ObservedRow(name, quantity, axis, place, *numbers))
+                rows += [ObservedRow(name, quantity, axis, *row) for row in zip(places, *values, strict=True)]
         return rows
 
 

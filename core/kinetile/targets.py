@@ -105,7 +105,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
 
 
 def mode_of(target: Path) -> int | None:
-    """Returns the mode of a file; None where there is none."""
+    """Returns the mode of a file; None where there is no file."""
     try:
         return stat.S_IMODE(target.stat().st_mode)
     except FileNotFoundError:

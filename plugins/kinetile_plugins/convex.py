@@ -87,7 +87,7 @@ from kinetile_plugins.disc import hooks_of
 from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, circles_meet, merged, two_least
 
 SLOWEST = 2.0**-900
-"""A speed that is none: in no time that counts anything flies anywhere."""
+"""Stands for no speed: in no time that counts anything flies anywhere."""
 
 
 @hook
@@ -409,7 +409,7 @@ def barred_nearby(k: Kernel, body: int, at: int) -> int:
 @hook
 def soonest_of_images(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
     """Returns what ``soonest`` does among images. Two that have just met touch, and would have a bound of
-    now: of the image through which they are barred there is none."""
+    now: the image through which they are barred is left out."""
     met = barred_nearby(k, body, at)
     soon, rest, who = _among_images(k, body, count, met, at)
     if met != NOBODY:

@@ -74,7 +74,7 @@ class Restitution:
         contact_time: a contact within so much time of the last one of either body loses nothing, in the
             scene's time, below 1,024 units of its clock; it may be left out only where e is 1.
 
-    Raises BadOption for an e that is none, and for e < 1 without a contact_time above 0.
+    Raises BadOption for an invalid e, and for e < 1 without a contact_time above 0.
     """
 
     def __init__(self, e: float, contact_time: float | None = None) -> None:

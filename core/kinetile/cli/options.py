@@ -71,7 +71,7 @@ class CommandGroup(TyperGroup):
     """Commands; a file in the place of one is answered with the command that takes it."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Returns a command with its arguments; fails where there is none of this name."""
+        """Returns a command with its arguments; fails for an unknown name."""
         if is_file_name(args[0]) and "run" in self.commands:
             ctx.fail(f"{args[0]!r} is no command; expected {ctx.command_path} run {args[0]}")
         return super().resolve_command(ctx, args)

@@ -45,7 +45,7 @@ def place_of(error: BaseException) -> str:
 
 def line_of_author(frames: Iterable[tuple[str, int]]) -> str:
     """Returns the first of these files and lines that is neither kinetile's nor a library's, as the end of
-    a message; an empty text if there is none."""
+    a message; an empty text if all are."""
     for frame in frames:
         path = Path(frame[0])
         if not any(map(path.is_relative_to, NOT_AUTHORS)) and not is_library(path):

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
+from itertools import starmap
 from typing import NamedTuple, TypeAlias
 
 Role: TypeAlias = str
@@ -159,12 +160,9 @@ def with_points(item: Item, points: Sequence[Point], fails: int | None) -> Segme
     return shape(item.role, points[0], points[1], fails, item.label)
 
 
+_pair = lru_cache(maxsize=1 << 16)(partial(Link, "pair"))
+
+
 def pair_links(pairs: Iterable[tuple[int, int]]) -> Iterator[Link]:
-    """Yields a link for each pair of bodies, sorted. Most are those of the event before, and are reused."""
-    for a, b in sorted(pairs):
-        yield _pair(a, b)
-
-
-@lru_cache(maxsize=1 << 16)
-def _pair(a: int, b: int) -> Link:
-    return Link("pair", a, b)
+    """Returns a link for each pair of bodies, sorted. Most are those of the event before, and are reused."""
+    return starmap(_pair, sorted(pairs))

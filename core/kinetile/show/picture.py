@@ -191,10 +191,9 @@ def picture_of_scene(scene: Scene) -> Picture:
     places = in_box(scene.position, scene.periods)
     forms = np.array([scene.shapes[each] if each >= 0 else None for each in scene.shape.tolist()])
     discs = _discs(np.arange(len(scene)), places, scene.velocity, scene.radius, forms)
-    low, high = _extent(scene, discs, ())
     caption = f"{counted(scene, len(scene))} at time {scene.start:.6g}"
     seen = (*discs, *_images(discs, scene))
-    return Picture(caption, low, high, scene.arena is not None, seen, (), None, {})
+    return Picture(caption, *_extent(scene, discs, ()), scene.arena is not None, seen, (), None, {})
 
 
 def _discs(
@@ -290,15 +289,12 @@ def _placed(
 def _extent(scene: Scene, discs: tuple[PlacedDisc, ...], shapes: tuple[Item, ...]) -> tuple[Place, Place]:
     """Returns the corners of the arena; without one, of all bodies."""
     if scene.arena is not None:
-        width, height = scene.arena
-        return (0.0, 0.0), (width, height)
+        return (0.0, 0.0), scene.arena
     points = [corner for shape in shapes for corner in corners_of(shape)]
     for disc in discs:
         (x, y), (left, right, below, above) = disc.at, disc.reaches
         points += [(x - left, y - below), (x + right, y + above)]
-    if not points:
-        return (0.0, 0.0), (1.0, 1.0)
-    across, up = zip(*points, strict=True)
+    across, up = zip(*points or [(0.0, 0.0)], strict=True)
     low, high = (min(across), min(up)), (max(across), max(up))
     return (low, high) if low != high else (low, (low[0] + 1.0, low[1] + 1.0))
 

@@ -83,7 +83,7 @@ class CheckedCache(FunctionCache):
         self._cache_file = cast(Any, _CheckedFiles)(self._cache_path, self._impl.filename_base, "")
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
-        """Returns the machine code for a signature, or None where there is none that is right."""
+        """Returns the machine code for a signature, or None where no file is right."""
         try:
             return cast(Any, super()).load_overload(signature, target_context)
         except Exception as error:  # of pickles that another version has written, anything may be raised

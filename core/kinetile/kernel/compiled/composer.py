@@ -327,7 +327,7 @@ def brief(message: str) -> str:
 
 
 def _code(lines: list[str]) -> str:
-    """Returns the line of code above the first caret, after a colon; "" where there is none."""
+    """Returns the line of code above the first caret, after a colon; "" without a caret."""
     for above, line in pairwise(lines):
         if line.strip() == "^":
             return f": {above.strip()}"

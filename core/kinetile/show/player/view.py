@@ -118,8 +118,7 @@ def view_scene(
     for choice in choices:
         first = simulation(choice)
         again = simulation(choice) if steps else None
-        label = write_phase(first.broad_phase, first.options)
-        beside = len(choices) > 1
+        label, beside = write_phase(first.broad_phase, first.options), len(choices) > 1
         recordings.append(record(scene, first, again, label, begin, until, max_contacts, pairs, beside))
     labels = [recording.label for recording in recordings]
     clock = Clock(scene.start, scene.time_unit)
