@@ -52,8 +52,7 @@ _UNITS = {
 
 def explanation(scene: Scene, run: Modelled) -> dict[str, Any]:
     """Returns {"modelled": sentences, "left out": sentences, "numbers": {name: value}}."""
-    parts = _of_motion, _of_contacts, _of_walls, _of_commands
-    sentences = [each for part in parts for each in part(scene, run)]
+    sentences = [*_sentences(scene, run)]
     return {
         "modelled": [sentence for modelled, sentence in sentences if modelled],
         "left out": [sentence for modelled, sentence in sentences if not modelled],
@@ -70,11 +69,8 @@ def explanation(scene: Scene, run: Modelled) -> dict[str, Any]:
     }
 
 
-Sentences = Iterator[tuple[bool, str]]
-"""Sentences, each with whether it says what is modelled, or what is left out."""
-
-
-def _of_motion(scene: Scene, run: Modelled) -> Sentences:
+def _sentences(scene: Scene, run: Modelled) -> Iterator[tuple[bool, str]]:
+    """Yields sentences, each with whether it says what is modelled, or what is left out."""
     motion, lasts = "flying straight", f"{scene.frame * (scene.time_unit * 2.0**-52):.6g}"
     if scene.falls:
         motion = f"falling by gravity {list(scene.gravity)!r}, straight in frames that fall for {lasts} each,"
@@ -85,9 +81,6 @@ def _of_motion(scene: Scene, run: Modelled) -> Sentences:
     if run.certified and len(scene):
         watched = "one structural certificate a body"
     yield True, f"candidate pairs by the broad phase {run.broad_phase}, with {watched}"
-
-
-def _of_contacts(scene: Scene, run: Modelled) -> Sentences:
     if not run.pairs:
         yield False, "contacts of two bodies: no narrow phase for pairs is named"
     else:
@@ -102,15 +95,9 @@ def _of_contacts(scene: Scene, run: Modelled) -> Sentences:
     else:
         kinds = f"{len(scene.kinds)} {'kind' if len(scene.kinds) == 1 else 'kinds'} of bodies"
         yield True, f"responses by kind: {', '.join(run.responses)}, for {kinds} and the walls"
-
-
-def _of_walls(scene: Scene, run: Modelled) -> Sentences:
     if scene.periodic:
-        periods = [f"{scene.periods['xy'.index(axis)]!r} along {axis}" for axis in scene.periodic]
-        yield (
-            True,
-            f"images: the scene is periodic, {' and '.join(periods)}; plans two units old are anchored again",
-        )
+        periods = " and ".join(f"{scene.periods['xy'.index(axis)]!r} along {axis}" for axis in scene.periodic)
+        yield True, f"images: the scene is periodic, {periods}; plans two units old are anchored again"
     if scene.arena is None:
         yield False, "walls: the scene has no arena"
     elif scene.periodic == "xy":
@@ -121,14 +108,11 @@ def _of_walls(scene: Scene, run: Modelled) -> Sentences:
         width, height = scene.arena
         walls = "two" if scene.periodic else "four"
         yield True, f"{walls} walls around {width!r} x {height!r}, one contact of each body awaited"
-
-
-def _of_commands(scene: Scene, run: Modelled) -> Sentences:
-    if not run.commands:
+    if run.commands:
+        yield True, f"commands: {counted(scene.commands)} in the scene, and those given by hand"
+    else:
         yield False, "commands (turns, insertions, removals): the scene has none"
-        return
-    yield True, f"commands: {counted(scene.commands)} in the scene, and those given by hand"
-    if run.rebuilds:
+    if run.commands and run.rebuilds:
         yield False, "inserting and removing bodies: for each the broad phase is built again"
 
 

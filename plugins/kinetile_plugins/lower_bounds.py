@@ -10,7 +10,7 @@ Why a numbered delay is a bound
 are taken away, and the place is added: a delay becomes less by 1 to 127 units, less than 2^-45 of it, and
 never more. So a bound stays a bound, and needs no other margin. Before that a delay is at least 2^-1000, from
 which 64 units can be taken and which is less than any tick, so its floor is the present tick; an infinite one
-becomes a number above 2^1023, and what is above 2^1023 means never, far beyond 2^62 ticks. Two delays that differ
+becomes a number above 2^1023, and above 2^1023 it means never, far beyond 2^62 ticks. Two delays that differ
 by less than 127 units may change places. Then the partner is the other one, and both bounds hold as before:
 the first is below the contact with the partner, and the second, the least of all others, below theirs. More
 than 64 partners are taken 64 at a time, and the two least delays of each 64 compared with those before.

@@ -159,9 +159,15 @@ def resume(
 
     What the run observes is observed further; --observe with other observables begins them now, instead.
     """
+    from kinetile.run.saving.files import note as note_of
+    from kinetile.run.saving.files import read_whole
+    from kinetile.run.simulation import resume as resumed
+
     with runner.only_writer(file):
+        name, options = (None, None) if broad_phase is None else read_phase(broad_phase)
         with file_errors():
-            simulation, note = _load(file, broad_phase)
+            simulation = resumed(file, name, options=options)
+            note = note_of(read_whole(file), str(file))
         if events is None and isinstance(note.get("events"), str):
             events = Path(note["events"])
         check_files({"--events": events, "the checkpoint": file}, overwrite=False)
@@ -260,14 +266,6 @@ def _resumed_recorder(simulation: Simulation, events: Path, requested: dict[str,
             f"{simulation.time:.10g} on, and say that {simulation.rows:,} are missing"
         )
     return recorder
-
-
-def _load(file: Path, broad_phase: str | None) -> tuple[Simulation, dict[str, Any]]:
-    from kinetile.run.saving.files import note, read_whole
-    from kinetile.run.simulation import resume
-
-    name, options = (None, None) if broad_phase is None else read_phase(broad_phase)
-    return resume(file, name, options=options), note(read_whole(file), str(file))
 
 
 def _requested_end(

@@ -31,8 +31,6 @@ FAULTS = (*FAULTS_OF_RUNS, RecordError)
 BAR_DELAY = 2.0
 """Seconds a run may take before its progress is shown."""
 
-_COMPILING = "about 10 s"
-
 
 def echo(text: str = "") -> None:
     """Prints a result to stdout, without the control characters that a text from elsewhere may have."""
@@ -99,7 +97,7 @@ def make_ready(simulation: Simulation, label: str = "") -> None:
     fresh = simulation.cached is False
     if fresh:
         what = label or ", ".join([simulation.broad_phase, *simulation.narrow_phases])
-        notice(f"compiling the loop for {what} (once for this choice of phases; {_COMPILING}) ...")
+        notice(f"compiling the loop for {what} (once for this choice of phases; about 10 s) ...")
     seconds = simulation.compile()
     if fresh:
         notice(f"compiled in {seconds:.1f} CPU s")
