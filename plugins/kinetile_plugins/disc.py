@@ -274,11 +274,12 @@ def overlap(one: Records, two: Records, distance: float) -> float:
 
 
 @hook
-def exchange(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
-    """Exchanges momentum along a normal of length 1, elastically (rule 9)."""
+def exchange(k: Kernel, a: int, b: int, nx: float, ny: float, share: float) -> None:
+    """Exchanges momentum along a normal of length 1, by a share of the closing speed; 1: elastically (rule
+    9)."""
     one = k.bodies[a]
     two = k.bodies[b]
-    speed = closing_speed(one, two, nx, ny)
+    speed = share * closing_speed(one, two, nx, ny)
     one_share = shared(k.mass[a], k.mass[b], speed)
     two_share = shared(k.mass[b], k.mass[a], speed)
     one.vx += one_share * nx
@@ -325,7 +326,7 @@ def hooks_of(
     def collide(k: Kernel, a: int, b: int) -> float:
         """Exchanges momentum along the normal, elastically; returns how deep the two overlap."""
         nx, ny, depth = touch(k, a, b)
-        exchange(k, a, b, nx, ny)
+        exchange(k, a, b, nx, ny, 1.0)
         return float(depth)
 
     @unchecked

@@ -14,8 +14,9 @@ import math
 from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
 from kinetile.scene.checks import is_finite
-from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, hook, shared, smaller, unchecked
+from kinetile.toolbox import Kernel, Records, ResponseParts, hook, smaller, unchecked
 from kinetile.toolbox.ticks import fallen
+from kinetile_plugins.disc import exchange
 
 
 class Elastic:
@@ -50,20 +51,13 @@ def give_back(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) ->
     """Turns the closing speed round, and leave a share of it: ``rule.first``; all of it within
     ``rule.second``."""
     back = rule.first if since_touched(k, a, b) > rule.second else 1.0
-    one = k.bodies[a]
     if b < 0:
+        one = k.bodies[a]
         speed = (1.0 + back) * (one.vx * nx + one.vy * ny)
         one.vx -= speed * nx
         one.vy -= speed * ny
     else:
-        two = k.bodies[b]
-        speed = 0.5 * (1.0 + back) * closing_speed(one, two, nx, ny)
-        one_share = shared(k.mass[a], k.mass[b], speed)
-        two_share = shared(k.mass[b], k.mass[a], speed)
-        one.vx += one_share * nx
-        one.vy += one_share * ny
-        two.vx -= two_share * nx
-        two.vy -= two_share * ny
+        exchange(k, a, b, nx, ny, 0.5 * (1.0 + back))
 
 
 class Restitution:
