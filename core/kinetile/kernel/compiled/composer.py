@@ -320,10 +320,8 @@ def brief(message: str) -> str:
     plain = PLAIN.search(text)
     if plain is not None:
         text = f"{plain['name']} is a plain function, and hooks call only hooks: mark it with toolbox.hook"
-    found = PLACE.match(lines[places[0]])
-    assert found is not None
-    number = int(found["line"])
-    return f"{RECORD.sub('records', text)} ({found['file']}, line {number}){_code(lines[places[0] + 1 :])}"
+    file, number = PLACE.findall(lines[places[0]])[0]
+    return f"{RECORD.sub('records', text)} ({file}, line {number}){_code(lines[places[0] + 1 :])}"
 
 
 def _code(lines: list[str]) -> str:
