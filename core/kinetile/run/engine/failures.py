@@ -24,9 +24,9 @@ from kinetile.errors import (
 from kinetile.kernel import tables
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
-from kinetile.kernel.falling import velocities_now
+from kinetile.kernel.falling import falls, shift_now, velocities_now
 from kinetile.kernel.log import WALLS
-from kinetile.kernel.plan import Plan, positions_after
+from kinetile.kernel.plan import Plan, positions_after, velocities_after
 from kinetile.kernel.tables import Kernel
 from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition
@@ -115,11 +115,13 @@ def _lets_close_in(k: Kernel, composition: Composition, slots: tuple[int, int], 
     kinds, at_wall = k.traits.view(np.ndarray)["kind"][bodies].tolist(), slots[1] < 0
     response = scene.meets[kinds[0]][-1 if at_wall else kinds[1]]
     met = " and ".join(repr(each) for each in [*(scene.kinds[kind] for kind in kinds), WALL][:2])
-    was, made = (velocities_now(k._replace(bodies=table), bodies).tolist() for table in (k.bodies, k.places))
+    made = velocities_after(Plan.of(k.places.view(np.ndarray)[bodies]), 0.0)
+    made = made + shift_now(k)[2:] if falls(k) else made
+    was = velocities_now(k, bodies)
     return (
         f"{described('response', response.name)}, for {met}, lets {named} go on towards each other: "
-        f"the velocities before it are {was}, and after it {made}; it has to turn them away from each other, "
-        "or to leave no speed along the normal"
+        f"the velocities before it are {was.tolist()}, and after it {made.tolist()}; it has to turn them away "
+        "from each other, or to leave no speed along the normal"
     )
 
 
