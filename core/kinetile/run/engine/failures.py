@@ -120,8 +120,8 @@ def _lets_close_in(k: Kernel, composition: Composition, slots: tuple[int, int], 
     was = velocities_now(k, bodies)
     return (
         f"{described('response', response.name)}, for {met}, lets {named} go on towards each other: "
-        f"the velocities before it are {was.tolist()}, and after it {made.tolist()}; it has to turn them away "
-        "from each other, or to leave no speed along the normal"
+        f"the velocities before it are {was.tolist()}, and after it {made.tolist()}; it has to turn them "
+        "away from each other, or to leave no speed along the normal"
     )
 
 
