@@ -42,8 +42,8 @@ if sys.dont_write_bytecode:
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
-IN_PLAIN_HOOKS = ("core/records/", "core/run/", "core/show/", "plugins/")
-"""Folders whose tests are small unless they are marked ``compiled`` or ``own_loop``."""
+IN_PLAIN_HOOKS = ("core/records/", "core/run/", "core/show/", "core/test_comparison.py", "plugins/")
+"""Folders, and a file, whose tests are small unless they are marked ``compiled`` or ``own_loop``."""
 
 OF_PAGES = ("core/show/player/",)
 """Folders whose tests open pages in a browser, or run their script under node: lane ``page``."""

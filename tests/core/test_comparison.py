@@ -12,8 +12,6 @@ from kinetile.errors import AuditError, Refused
 from kinetile.run.compose import accepting
 from registering import registered
 
-pytestmark = pytest.mark.small
-
 
 def three_in_a_row() -> kt.Scene:
     """Disc 2 meets disc 1 at 0.5; disc 0 meets disc 1 later."""
