@@ -131,6 +131,27 @@ def test_an_empty_scene_with_gravity_had_another_unit_than_with_its_first_body()
     assert runs[0].contacts.tolist() == runs[1].contacts.tolist() != []
 
 
+def test_what_stops_is_at_rest_in_the_room():
+    ball = {"radius": 0.25, "arena": (4.0, 8.0), "gravity": (0.0, -1.0), "responses": "stop"}
+    sim = kt.Simulation(kt.Scene([[1.0, 6.0], [3.0, 6.0]], [[1.0, 0.5], [-1.0, 0.5]], **ball), "naive")
+    sim.run(max_contacts=1)
+    assert sim.time == 0.75
+    assert sim.velocities().tolist() == [[0.0, 0.0], [0.0, 0.0]]
+    assert sim.readings.energy_drift < 1e-15
+
+
+def test_a_trajectory_is_made_of_parabolas(tmp_path):
+    pytest.importorskip("pyarrow")
+    sim = kt.Simulation(falling(3), "cells")
+    with kt.EventRecorder(tmp_path / "events.parquet", sim.scene) as recorder:
+        sim.run(until=1.125, recorder=recorder)
+        places, velocities = sim.positions(), sim.velocities()
+        sim.run(until=2.5, recorder=recorder)
+    path = kt.Trajectory.read(tmp_path / "events.parquet")
+    assert np.abs(path.positions(1.125) - places).max() < 1e-14
+    assert np.abs(path.velocities(1.125) - velocities).max() < 1e-14
+
+
 def test_what_comes_in_a_later_frame_is_foreseen():
     slow = BALL.replace(gravity=(0.0, -1.0 / 64.0))
     sim = kt.Simulation(slow, "cells")
