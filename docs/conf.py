@@ -63,6 +63,7 @@ nitpick_ignore_regex = [
     ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Engine|Entries|F|Held|History)"),
     ("py:.*", r"kinetile\.(run|kernel)\..*\.(RunState|SavedPhases)"),
     ("py:.*", "Numbers"),
+    ("py:.*", r"kinetile\.(errors\._\w+|show\.picture\.Look)"),
     ("py:.*", r"kinetile[\w.]*\.(Disagreement|Enclosure|FirstDifference|Observation|Spec|Strategy)"),
     ("py:.*", r"kinetile[\w.]*\.(Oracle|Page|Reference|RunOutcome|Section|StudyScene|Subject)"),
 ]
