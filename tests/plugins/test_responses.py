@@ -184,6 +184,10 @@ def test_a_contact_soon_after_another_of_either_body_loses_nothing(first):
         assert sorted(sim.velocities()[:, 0].tolist()) == speeds
 
 
+def test_restitution_of_1_needs_no_contact_time():
+    kt.make_scene("two-discs").replace(responses=kt.Response("restitution", e=1.0))
+
+
 def test_one_in_the_slot_of_another_has_had_no_contact():
     rule = kt.Response("restitution", e=0.5, contact_time=10.0)
     sim = played(
