@@ -30,6 +30,7 @@ from kinetile.kernel.tables import (
     Records,
     allocate,
     begun,
+    clear,
     column,
     copy_carried,
     declared,
@@ -240,6 +241,7 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition, many: int) ->
         contents = contents_of(k)
         composition = composition.prepared_for(present_scene(contents, scene, 0, commands))
         new = _renewed(k, contents, scene, composition)  # with empty slots
+        clear(new.k)  # a passing that begins files its bodies
         carry_out = composition.carrying_out()
         for _ in commands:
             carry_out(new.k, composition.broad.state)
