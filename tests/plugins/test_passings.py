@@ -6,6 +6,7 @@ import random
 import pytest
 
 import kinetile as kt
+from fresh_scenes import fresh
 from kinetile_accuracy.specification.course import Course
 from kinetile_accuracy.specification.shapes import Difference, room
 from lanes import first
@@ -67,3 +68,8 @@ def test_who_begins_is_one_rule_at_the_start_at_an_insertion_and_for_questions(s
             sim = kt.Simulation(scene, "naive", audit=1)
             sim.run(until=2.0**-30)
             assert bool(len(sim.contacts)) == begins, (scene, away)
+
+
+def test_an_insertion_into_bodies_that_it_passes_hung_under_a_phase_that_is_built_anew():
+    scene, *_ = fresh(32)
+    assert len(scene.commands) > 0
