@@ -10,6 +10,7 @@ import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from kinetile.lazy import lazy_names
 from kinetile.versions import __version__ as __version__
 
 if TYPE_CHECKING:
@@ -62,47 +63,14 @@ if TYPE_CHECKING:
     from kinetile.show.html import as_svg as as_svg
     from kinetile.show.player.view import view as view
 
-_HOME = {
-    name: f"kinetile.{module}"
-    for module, names in {
-        "kernel.log": "ANSWER CONTACT LOG",
-        "plugin.registry": "Registry registry",
-        "plugin.specs": "API_VERSION BroadPhaseSpec NarrowPhaseSpec ObservableSpec ResponseSpec SceneSpec "
-        "hookimpl",
-        "records.events": "EventRecorder",
-        "records.reading": "read_events",
-        "records.trajectory": "Trajectory",
-        "run.advance": "Event",
-        "run.arguments": "StopAt",
-        "comparison": "compare",
-        "run.questions.meetings": "CastHit NextContact",
-        "run.questions.places": "RayHit",
-        "run.saving.snapshot": "Snapshot",
-        "run.simulation": "Inserted Progress Simulation resume",
-        "scene": "Insert Remove Response Scene Settings Turn",
-        "scene.by_name": "make_scene",
-        "scene.files": "load_scene save_scene",
-        "scene.scene": "with_obstacles",
-        "scene.shapes": "Obstacle Shape box capsule disc polygon polyline segment",
-        "show.film": "film",
-        "show.html": "as_html as_svg",
-        "show.player.view": "view",
-    }.items()
-    for name in names.split()
-}
+_NAMES, _attribute = lazy_names(__name__)
 _MODULES = ("errors", "kernel", "plugin", "records", "run", "scene", "show", "toolbox")
 
-__all__ = [*sorted(_HOME), "__version__"]
+__all__ = [*_NAMES, "__version__"]
 
 
 def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
-    if name in _MODULES:
-        return import_module(f"kinetile.{name}")
-    from kinetile.errors import no_attribute
-
-    raise no_attribute(sys.modules[__name__], name)
+    return import_module(f"kinetile.{name}") if name in _MODULES else _attribute(name)
 
 
 def __dir__() -> list[str]:

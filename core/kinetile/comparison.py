@@ -1,11 +1,6 @@
-"""Where two runs differ: the one place that finds it, for ``kinetile compare``, pages and the conformance
-kit.
-
-A broad phase may change how long a run takes, never its answer. So nothing is compared with a tolerance: rows
-are the same bits, or they differ, and -0.0 is not 0.0. ``first_difference`` finds the row,
-``find_divergence`` the first place where the outcomes of two runs differ, and ``compare`` runs one scene
-under several broad phases.
-"""
+"""Where two runs differ, for ``kinetile compare``, pages and the conformance kit. A broad phase may never
+change an answer, so nothing is compared with a tolerance: rows are the same bits, or they differ, and -0.0 is
+not 0.0."""
 
 from __future__ import annotations
 
@@ -21,7 +16,7 @@ from kinetile.kernel.log import WALLS
 from kinetile.kernel.plan import Plan
 from kinetile.plugin.choices import write_phase
 from kinetile.plugin.registry import installed
-from kinetile.run.compose import accepting
+from kinetile.run.compose import Named, accepting
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 
@@ -34,10 +29,7 @@ returns a sentence, or "" where it cannot say."""
 
 
 def first_difference(one: NDArray[Any], other: NDArray[Any]) -> int | None:
-    """Returns the index of the first row in which two arrays are not the same bits; None: there is none.
-
-    Where one array goes on after the end of the other, that is its first further row.
-    """
+    """Returns the index of the first row that is not the same bits in two arrays, or in one alone, if any."""
     shared = min(len(one), len(other))
     unlike = np.flatnonzero((_bits(one[:shared]) != _bits(other[:shared])).any(axis=1))
     if len(unlike):
@@ -53,11 +45,8 @@ def _bits(rows: NDArray[Any]) -> NDArray[np.uint8]:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Everything in which two runs of a scene must agree.
-
-    ``ended`` is "ran", or the error that ended the run, with its message; ``bodies`` are the numbers of the
-    bodies that ``positions`` and ``velocities`` are of.
-    """
+    """Everything in which two runs of a scene must agree: ``ended`` is "ran", or the error that ended it,
+    with its message; ``bodies`` are the numbers of those in ``positions`` and ``velocities``."""
 
     contacts: NDArray[np.void]
     ended: str
@@ -75,12 +64,12 @@ def outcome_of(simulation: Simulation, ended: str = "ran") -> Outcome:
 
 @dataclass(frozen=True)
 class Divergence:
-    """The first place where a phase's answer differs from the reference's.
+    """The first place where a phase's answer differs from the reference's: ``what`` is "contact" (``index``
+    counts contacts from 0), "end" or "body" (``index`` is the body, at the end).
 
-    ``what`` is "contact" (``index`` counts contacts from 0), "end" or "body" (``index`` is the body, at the
-    end); ``expected`` and ``found`` are rows with exact ticks, or None where there is no such contact;
-    ``before`` is the last contact on which both agree; ``judged`` says which contact is right, where a plugin
-    can say that (``JUDGES_GROUP``).
+    ``expected`` and ``found`` are rows with exact ticks, or None where there is no such contact; ``before``
+    is the last contact on which both agree; ``judged`` says which contact is right, where a plugin can say
+    that (``JUDGES_GROUP``).
     """
 
     reference: str
@@ -109,10 +98,8 @@ class Divergence:
 
 
 def find_divergence(reference: str, phase: str, expected: Outcome, found: Outcome) -> Divergence | None:
-    """Returns the first place where an outcome differs from the reference's: contacts, end, final state.
-
-    A run that ended otherwise is reported before contacts that are missing for that reason.
-    """
+    """Returns the first place where an outcome differs from the reference's: contacts, end, final state;
+    another end before contacts that are missing for it."""
     ends = [{"time": each.time, "ended": each.ended.partition(":")[0]} for each in (expected, found)]
     end = Divergence(reference, phase, "end", len(expected.contacts), expected=ends[0], found=ends[1])
     at = first_difference(expected.contacts, found.contacts)
@@ -167,8 +154,7 @@ class PhaseOutcome:
 
 @dataclass(frozen=True)
 class Comparison:
-    """The result of ``compare``: an outcome for each phase, and a divergence for each that differs from the
-    first."""
+    """The result of ``compare``: an outcome a phase, a divergence for each that differs from the first."""
 
     outcomes: tuple[PhaseOutcome, ...]
     divergences: tuple[Divergence, ...] = field(default=())
@@ -208,7 +194,7 @@ def compare(
     until: float | None = None,
     *,
     max_contacts: int | None = None,
-    narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
+    narrow_phases: Sequence[str] | Named | None = None,
     start: Callable[[str, Simulation], Any] | None = None,
     finish: Callable[[PhaseOutcome], Any] | None = None,
     progress: Callable[[Any], None] | None = None,
@@ -218,8 +204,7 @@ def compare(
     Args:
         scene: the scene.
         broad_phases: names, or pairs (name, options); None: all that are installed and accept the scene.
-        until: the end; None: the scene's own, with ``max_contacts`` as well. Where there is none of the
-            three, one time unit.
+        until: the end; None: the scene's own, with ``max_contacts`` as well, or one time unit without both.
         max_contacts: the largest number of contacts.
         narrow_phases: as for ``Simulation``.
         start: called with a label and the simulation before each run.
@@ -227,8 +212,7 @@ def compare(
         progress: the argument of that name of ``Simulation.run``.
 
     A fault in a run (ZenoError, MissedContactError, PhaseError, AuditError) is part of its answer. Raises
-    BadOption for fewer than two phases, and what ``Simulation`` raises for names and options that there are
-    not.
+    BadOption for fewer than two phases, and as ``Simulation`` for names and options.
     """
     chosen = accepting(scene, narrow_phases) if broad_phases is None else broad_phases
     if len(chosen) < 2:
@@ -253,7 +237,10 @@ def compare(
         except FAULTS as error:
             ended = f"{type(error).__name__}: {error}"
         outcome = outcome_of(simulation, ended)
-        outcomes.append(_summary(label, simulation, outcome))
+        run = (len(outcome.contacts), simulation.fingerprint, simulation.readings.events)
+        fault, seconds = None if ended == "ran" else ended, simulation.readings.cpu_seconds
+        phase = (label, simulation.broad_phase, dict(simulation.options))
+        outcomes.append(PhaseOutcome(*phase, outcome.time, *run, seconds, fault))
         if finish is not None:
             finish(outcomes[-1])
         if reference is None:
@@ -267,17 +254,3 @@ def compare(
             divergence = replace(divergence, judged=next(filter(None, verdicts), ""))
         divergences += [divergence] if divergence else []
     return Comparison(tuple(outcomes), tuple(divergences))
-
-
-def _summary(label: str, simulation: Simulation, outcome: Outcome) -> PhaseOutcome:
-    return PhaseOutcome(
-        phase=label,
-        broad_phase=simulation.broad_phase,
-        options=dict(simulation.options),
-        time=outcome.time,
-        contacts=len(outcome.contacts),
-        fingerprint=simulation.fingerprint,
-        events=simulation.readings.events,
-        cpu_seconds=simulation.readings.cpu_seconds,
-        fault=None if outcome.ended == "ran" else outcome.ended,
-    )

@@ -11,21 +11,10 @@ from kinetile.scene.scene import in_words
 
 
 class Modelled(NamedTuple):
-    """What a run is composed of, as far as it is explained.
-
-    Attributes:
-        broad_phase: its name, with its options.
-        certified: whether it has certificates of its own.
-        narrow_phases: their names.
-        pairs: whether contacts of two bodies are computed.
-        walls: whether those with walls are.
-        responses: the names of those in use; None where all contacts are elastic.
-        commands: whether the loop runs commands.
-        rebuilds: whether an insertion or a removal builds the structure again.
-        speed: a speed that no body exceeds.
-        skin: the skin, as a length.
-        structural_error: the error of a place that it covers, as a length.
-    """
+    """What a run is composed of, as far as it is explained: whether the broad phase has certificates
+    (``certified``), whether contacts of ``pairs``, and with ``walls``, are computed, the names of
+    ``responses`` (None: all are elastic), whether a command ``rebuilds`` the structure, a ``speed`` that no
+    body exceeds, the ``skin``, and the error of a place that it covers, as lengths."""
 
     broad_phase: str
     certified: bool

@@ -1,16 +1,12 @@
-"""What instruments may use beside ``kinetile``, ``kinetile.errors`` and ``kinetile.toolbox``.
-
-An instrument checks, measures or shows kinetile: a conformance kit, a report, a benchmark. Those of this
-distribution import nothing else of the framework (an import contract), so a foreign one can do the same.
-Commands use four modules of ``kinetile.cli`` as well. A name is imported at its first use: the certifier runs
-without the compiler.
-"""
+"""What instruments, which check, measure or show kinetile, may use beside ``kinetile``, ``kinetile.errors``
+and ``kinetile.toolbox``. Those of this distribution import nothing else of the framework but four modules of
+``kinetile.cli`` (an import contract), so a foreign one can do the same."""
 
 from __future__ import annotations
 
-import sys
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from kinetile.lazy import lazy_names
 
 if TYPE_CHECKING:
     from kinetile.comparison import Outcome, describe_row, find_divergence, first_difference, outcome_of
@@ -74,53 +70,4 @@ if TYPE_CHECKING:
     from kinetile.targets import write_file
     from kinetile.versions import versions
 
-_HOME = {
-    name: f"kinetile.{module}"
-    for module, names in {
-        "comparison": "Outcome describe_row find_divergence first_difference outcome_of",
-        "kernel.clock": "SPAN TICKS",
-        "kernel.compiled": "INTERPRETED compiling_seconds compose disowned make_ready to_be_filled_in "
-        "while_compiling",
-        "kernel.compiled.limits": "end_after limit_memory out_of_time",
-        "kernel.flight": "note_all_places position_at",
-        "kernel.log": "BOTTOM LEFT RIGHT TOP INSERTED REANCHORED REMOVED TURNED WALLS Fingerprint digestible",
-        "kernel.passings": "FIRST rule_of",
-        "kernel.tables": "allocate column compared fields_in slots_taken",
-        "plugin.calling": "NOT_AUTHORS is_library place_of",
-        "plugin.choices": "read_phase write_phase",
-        "plugin.parameters": "Parameter",
-        "plugin.registry": "Provided",
-        "plugin.specs": "Kind",
-        "records.contacts": "read_contacts",
-        "records.log": "SIGNATURE",
-        "records.reading": "read_with_scene",
-        "run.audit": "OWN said_tick",
-        "run.compose": "Composition check_options compose_phases read_narrow_phases",
-        "run.interrupts": "Unbroken",
-        "run.observing": "check_observable",
-        "run.simulation": "composition_of",
-        "scene": "Command relabelled with_commands",
-        "scene.by_name": "complete_parameters holds_several parameter_mistakes recipe_parameters",
-        "scene.checks": "abridged shown",
-        "scene.files": "dumps_scene loads_scene",
-        "scene.schema": "read_bytes read_tables",
-        "scene.values": "VALUES Value",
-        "show.html": "facts figure grid paragraph",
-        "show.picture": "escape",
-        "show.player": "View view_scene",
-        "show.player.view": "Choice",
-        "show.printed": "figure_bytes",
-        "sources": "check_regular open_regular",
-        "targets": "write_file",
-        "versions": "versions",
-    }.items()
-    for name in names.split()
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
-    from kinetile.errors import no_attribute
-
-    raise no_attribute(sys.modules[__name__], name)
+_, __getattr__ = lazy_names(__name__)

@@ -20,11 +20,8 @@ _ROUNDING = 2.0**-40
 
 class Estimate(NamedTuple):
     """A quantity, averaged over a run: a mean, its standard error, the number of independent ``blocks`` that
-    the error is from, and for an array what it depends on: a name and values.
-
-    The error is NaN, and ``blocks`` is 0, where the run is too short for an error. Of an array these are
-    arrays as well.
-    """
+    the error is from, and for an array, as which these are then, what it depends on: a name and values. The
+    error is NaN, and ``blocks`` is 0, where the run is too short for an error."""
 
     mean: Any
     error: Any
@@ -39,8 +36,7 @@ class Estimate(NamedTuple):
 
 
 def _student(degrees: Any) -> Any:
-    """Returns the factor of a 95 % interval for degrees of freedom, right to a thousandth from 7 on (series
-    in 1/degrees: Abramowitz and Stegun 26.7.5)."""
+    """Returns the factor of a 95 % interval, to 1e-3 from 7 degrees on (Abramowitz and Stegun 26.7.5)."""
     z, d = 1.959963984540054, np.asarray(degrees, dtype=np.float64)
     first, second = (z**3 + z) / 4, (5 * z**5 + 16 * z**3 + 3 * z) / 96
     return z + first / d + second / d**2 + (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / (384 * d**3)
@@ -59,8 +55,7 @@ class ObservedRow(NamedTuple):
 
 
 class Observed(dict[str, dict[str, Estimate]]):
-    """The estimates of a run: by the observable's name (with its options, if it is there twice), then by
-    quantity."""
+    """The estimates of a run by observable (with options, if it is there twice), then by quantity."""
 
     def rows(self) -> list[ObservedRow]:
         """Returns all numbers as the rows of one table."""

@@ -1,8 +1,5 @@
-"""Files that are written: complete or absent.
-
-No other module of kinetile or of its instruments writes a file by its name, so no full disk, signal or kill
-takes an old file away (``tests/test_architecture.py``).
-"""
+"""Files that are written: complete or absent. No other module of kinetile or of its instruments writes a file
+by its name, so no full disk, signal or kill takes an old file away (``tests/test_architecture.py``)."""
 
 from __future__ import annotations
 
@@ -21,10 +18,8 @@ from kinetile.errors import BadOption, KinetileError
 
 
 def writable_target(path: str | os.PathLike[str]) -> Path:
-    """Returns the file that a path means, links followed, for writing or replacing it as a whole.
-
-    Raises OSError if there is something that is no regular file: a folder, a device, a pipe.
-    """
+    """Returns the file that a path means, links followed, for writing or replacing it as a whole. Raises
+    OSError if there is something that is no regular file: a folder, a device, a pipe."""
     target = Path(os.path.realpath(path))
     try:
         mode = target.stat().st_mode
@@ -38,8 +33,7 @@ def writable_target(path: str | os.PathLike[str]) -> Path:
 
 
 def new_target(path: str | os.PathLike[str], overwrite: bool, refused: type[KinetileError]) -> Path:
-    """Returns what ``writable_target`` does; raises ``refused`` for what cannot be written, or is there
-    already (unless ``overwrite``)."""
+    """Returns ``writable_target``; raises ``refused`` if impossible, or there (unless ``overwrite``)."""
     try:
         target = writable_target(path)
     except OSError as error:
@@ -54,10 +48,8 @@ def new_target(path: str | os.PathLike[str], overwrite: bool, refused: type[Kine
 
 @contextmanager
 def writing_new(path: str | os.PathLike[str], overwrite: bool) -> Iterator[BinaryIO]:
-    """Yields a file that is at ``path``, complete, when the context is left.
-
-    Raises BadOption where something is there already (unless ``overwrite``), or where it cannot be written.
-    """
+    """Yields a file that is at ``path``, complete, when the context is left; BadOption where something is
+    there already (unless ``overwrite``), or it cannot be written."""
     new_target(path, overwrite, BadOption)
     try:
         with replacing(path) as file:
@@ -75,11 +67,8 @@ def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     """Yields a new file beside ``path``, which it replaces when the context is left: at once, with all of its
-    content on the disk, and with the mode of the old file.
-
-    If a signal, a full disk or a kill interrupts it, the old file stays. Raises OSError if the file cannot be
-    made or written, or is there and no regular file.
-    """
+    content on the disk, and with the mode of the old file, which stays if a signal, a full disk or a kill
+    interrupts it. Raises OSError if it cannot be made or written, or is there and no regular file."""
     target = writable_target(path)
     mode = mode_of(target)
 

@@ -5,8 +5,9 @@ Each name below is imported when it is first used: the oracle needs python-flint
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from kinetile.lazy import lazy_names
 
 if TYPE_CHECKING:
     from kinetile_accuracy.oracle.agreement import Agreement as Agreement
@@ -24,18 +25,4 @@ if TYPE_CHECKING:
     from kinetile_accuracy.specification.certify import WrongLine as WrongLine
     from kinetile_accuracy.specification.certify import certify_log as certify_log
 
-_HOMES = {
-    "oracle.agreement": ("Agreement", "FirstDifference", "certify"),
-    "oracle.oracle": ("CertifiedContact", "CertifiedRun", "Undecidable", "oracle_contacts"),
-    "report": ("AccuracyReport", "measure_parts", "write_report"),
-    "specification.certify": ("CertifiedLog", "LogProgress", "WrongLine", "certify_log"),
-}
-_HOME = {name: home for home, names in _HOMES.items() for name in names}
-
-__all__ = sorted(_HOME)
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+__all__, __getattr__ = lazy_names(__name__)

@@ -1,8 +1,5 @@
-"""The commands ``oracle``, ``certify-log`` and ``accuracy``.
-
-Each imports its numerical modules only when it runs: the oracle needs python-flint, the figures matplotlib,
-and ``kinetile --help`` neither.
-"""
+"""The commands ``oracle``, ``certify-log`` and ``accuracy``. Each imports its numerical modules only when it
+runs: the oracle needs python-flint, the figures matplotlib, and ``kinetile --help`` neither."""
 
 from __future__ import annotations
 
@@ -23,7 +20,10 @@ from kinetile.cli.options import (
     Parameters,
     SceneName,
     Until,
+    argument,
     find_scene,
+    flag,
+    option,
     until_or_default,
 )
 from kinetile.cli.output import as_json, printed, rows_table, scene_summary, show
@@ -50,19 +50,13 @@ _LONGEST = 1 << 12  # characters of a line: of a contact some 60
 _PARQUET = b"PAR1"
 
 
-# kinetile oracle
-
-
 @_command
 def oracle(
     scene: SceneName,
     parameters: Parameters = None,
     until: Until = None,
     max_contacts: MaxContacts = None,
-    against: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Say how far a run under this broad phase agrees."),
-    ] = None,
+    against: Annotated[str | None, option("Say how far a run under this broad phase agrees.", "NAME")] = None,
     json: Json = False,
     csv: Csv = False,
 ) -> None:
@@ -170,25 +164,17 @@ def _contacts_table(contacts: Sequence[CertifiedContact]) -> Table:
     return rows_table(("> contact", "| time", "", "> disc", "with", "> head-on"), rows)
 
 
-# kinetile certify-log
-
-
 @_command
 def certify_log(
     scene: SceneName,
     log: Annotated[
         str,
-        typer.Argument(
-            metavar="LOG",
-            help="An event file, or lines 'epoch tick a b' in a text file; -: such lines on stdin.",
-        ),
+        argument("An event file, or lines 'epoch tick a b' in a text file; -: such lines on stdin.", "LOG"),
     ],
     parameters: Parameters = None,
     until: Annotated[
         float | None,
-        typer.Option(
-            help="Up to this time all contacts must be there; as in `run`, or what an event file says."
-        ),
+        option("Up to this time all contacts must be there; as in `run`, or what an event file says."),
     ] = None,
     max_contacts: MaxContacts = None,
     json: Json = False,
@@ -262,23 +248,16 @@ def _print_certified(scene: Scene, log: str, report: CertifiedLog, json: bool) -
         echo(f"answer {scene.answer}, fingerprint {report.fingerprint}")
 
 
-# kinetile accuracy
-
-
 @_command
 def accuracy(
-    quick: Annotated[bool, typer.Option("--quick", help="Measure for about a minute.")] = False,
-    full: Annotated[bool, typer.Option("--full", help="Measure for half an hour or so.")] = False,
+    quick: Annotated[bool, flag("Measure for about a minute.", "--quick")] = False,
+    full: Annotated[bool, flag("Measure for half an hour or so.", "--full")] = False,
     part: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME", help="Only this part: chart, queries, oracle, specification or drift."),
+        list[str] | None, option("Only this part: chart, queries, oracle, specification or drift.", "NAME")
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="The folder for the page, its figures and the data; a new accuracy-report.",
-        ),
+        option("The folder for the page, its figures and the data; a new accuracy-report.", "DIR"),
     ] = None,
     json: Json = False,
 ) -> None:

@@ -1,8 +1,5 @@
-"""The accuracy report: its parts are measured one after the other, then written as a page and as data.
-
-The page is what a notebook shows, with a head and a style sheet: it needs no script and no other file. The
-verdict comes first, as a table of what must hold; then each part with its findings, figures and tables.
-"""
+"""The accuracy report: its parts are measured one after the other, then written as a page and as data. The
+page needs no script and no other file: first the verdict, a table of what must hold; then each part."""
 
 from __future__ import annotations
 
@@ -53,14 +50,9 @@ def measure_parts(
     progress: ReportProgress | None = None,
     finish: Callable[[Section], object] | None = None,
 ) -> AccuracyReport:
-    """Measures parts of the report: names from ``PARTS``, None for all.
-
-    ``finish`` is called with each finished section; after Ctrl-C these sections are the report.
-
-    Raises:
-        BadOption: there is no such part.
-        MissingExtra: the part ``oracle`` needs python-flint.
-    """
+    """Measures parts of the report: names from ``PARTS``, None for all; ``finish`` is called with each
+    finished section. Raises BadOption where there is no such part, and MissingExtra where ``oracle`` lacks
+    python-flint."""
     check_parts(parts)
     sections = AccuracyReport()
     for name in PARTS if parts is None else parts:
@@ -94,14 +86,9 @@ def write_report(
     conditions: Mapping[str, Any],
 ) -> list[Path]:
     """Writes the page, its figures (SVG and PNG) and the rows of its tables (CSV) to a folder, which is made
-    if it is not there; returns the paths, the page ``accuracy.html`` first.
-
-    ``conditions`` are versions and machine (``kinetile_accuracy.environment``).
-
-    Raises:
-        MissingExtra: matplotlib is not installed; nothing is written.
-        OSError: it cannot be written.
-    """
+    if it is not there; returns the paths, the page ``accuracy.html`` first. ``conditions`` are versions and
+    machine (``kinetile_accuracy.environment``). Raises MissingExtra without matplotlib, before anything is
+    written, and OSError."""
     check_packages(())
     sections, folder = list(sections), Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -128,18 +115,11 @@ def write_report(
 
 def section_as_dict(section: Section) -> dict[str, Any]:
     """Returns a section for ``as_json``, its rows included."""
-    return {
-        "name": section.name,
-        "title": section.title,
-        "about": section.about,
-        "claims": [claim._asdict() for claim in section.claims],
-        "findings": list(section.findings),
-        "left_out": list(section.left_out),
-        "tables": {table.name: list(map(vars, table.rows)) for table in section.tables},
-    }
+    claims = [claim._asdict() for claim in section.claims]
+    tables = {table.name: list(map(vars, table.rows)) for table in section.tables}
+    plain = {name: value for name, value in vars(section).items() if name != "pictures"}
+    return plain | {"claims": claims, "tables": tables}
 
-
-# The page
 
 _STYLE = """\
 body { font: 16px/1.45 system-ui, sans-serif; color: #111; }

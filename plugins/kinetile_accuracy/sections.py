@@ -1,8 +1,7 @@
 """Sections of the accuracy report, the rows behind them, and how they write numbers and words.
 
 A part measures something and returns a ``Section``. Its claims are what must hold, with what was found; its
-findings are sentences made from the rows, so that they describe this measurement, whatever its result. The
-rows are the data behind the tables and the pictures, and are written beside the page. The heading and the
+findings are sentences made from the rows, the data behind the tables and the pictures. The heading and the
 meaning of a column are at the field of the row::
 
     @dataclass(frozen=True)
@@ -92,14 +91,8 @@ class Claim(NamedTuple):
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the report.
-
-    Attributes:
-        name: the part's name, as in ``--part``.
-        about: what was measured and how, in a paragraph.
-        findings: sentences made from the rows.
-        left_out: what could not be measured, each with its reason.
-    """
+    """A part of the report, by its name as in ``--part``: what was measured and how, sentences made from the
+    rows, and what could not be measured, each with its reason."""
 
     name: str
     title: str
@@ -131,8 +124,6 @@ def needed(purpose: str, package: str, extra: str, module: str = "") -> Any:
     except ImportError as error:
         raise MissingExtra(purpose, package, extra) from error
 
-
-# Numbers and words in tables and sentences
 
 LEAST, MOST = 1e-3, 1e6
 """Numbers from the one to below the other are written as decimals."""

@@ -1,9 +1,6 @@
-"""Speed of the broad phases: events a CPU second on the thesis's twelve scenes, or on larger ones.
-
-Each phase gets, on each scene, runs of about the same CPU time, always from the scene's start. The repeats of
-the phases take turns, forwards and backwards (A B B A), so that a machine that slows down slows all of them.
-Compilation and set-up are outside the timed loop.
-"""
+"""Speed of the broad phases: events a CPU second on the thesis's twelve scenes, or on larger ones. Each phase
+gets, on each scene, runs of about the same CPU time, always from the scene's start, compilation and set-up
+apart. The repeats of the phases take turns, forwards and backwards (A B B A)."""
 
 from __future__ import annotations
 
@@ -31,14 +28,12 @@ SHORTEST = 0.05
 
 @dataclass(frozen=True)
 class EventsRow:
-    """One phase on one scene; without numbers where it is refused.
+    """One phase on one scene; without numbers where it is ``refused``.
 
     Attributes:
-        phase: the broad phase, with its options.
-        refused: why the phase does not accept the scene.
         events_per_cpu_second, contacts_per_cpu_second, cpu_seconds_per_time: medians over the repeats.
-        best: contacts a CPU second of the fastest repeat.
-        of_fastest: contacts a CPU second, over those of the phase that had the most on this scene.
+        best, of_fastest: contacts a CPU second of the fastest repeat; and the median over that of the phase
+            that had the most on this scene.
         asked_per_contact, computed_per_contact: candidate checks, and exact solves, as the counts have them.
         exponent: with which the CPU time for a unit of simulated time has grown with the number of discs.
         contacts, cpu_seconds: how many a timed run has; of each repeat.
@@ -94,13 +89,10 @@ def bench_events(
     start: Callable[[Any], Any] = Simulation.compile,
     progress: Callable[[int, int], None] | None = None,
 ) -> Iterator[EventsBench]:
-    """Measures broad phases (all that are registered, if None) on scenes of the recipe ``grid``; yields what
-    there is after each scene.
-
-    ``bodies`` are raised to the next square numbers. ``seconds`` is the CPU time of one run, about. ``start``
-    is called with a simulation before a phase first runs, ``progress`` with the runs done and their total.
-    Raises what ``Simulation`` and ``make_scene`` raise, but for Refused, which is a row.
-    """
+    """Measures broad phases (None: all registered) on scenes of the recipe ``grid``; yields what there is
+    after each. ``bodies`` are raised to square numbers. ``seconds`` is the CPU time of one run, about.
+    ``start`` is called with a simulation before a phase first runs, ``progress`` with the runs done and their
+    total. Raises what ``Simulation`` and ``make_scene`` raise, but for Refused, which is a row."""
     chosen = phases_with_options(phases)
     sizes = sorted(set(map(square_at_least, bodies)))
     plan = [(density, n) for density in densities for n in sizes]

@@ -1,13 +1,10 @@
 """Benchmarks of a user's scene: every broad phase on it (``bench_scene``), and a choice (``choose``).
 
-The measured value is the CPU time of the whole run as a program would call it, from the scene's start to its
-end: the loop, the work between its chunks, and tables that grow at an insertion; compiling and the structure
-at the start are outside. The repeats of the phases take turns, so that a machine that slows down slows all of
-them; the median counts.
-
-``choose`` first runs each phase for a few hundred contacts, and the faster ones for some thousands: the
-beginning of a run only. The fastest is recommended, with those that differ from it by less than 5 %. After
-one repeat none is, unless it is the only one, nor where contacts differ.
+The measured value is the CPU time of the whole run from the scene's start to its end: the loop, the work
+between its chunks, and tables that grow at an insertion; compiling and the structure at the start are
+outside. ``choose`` first runs each phase for a few hundred contacts, and the faster ones for some thousands.
+The fastest is recommended, with those that differ from it by less than 5 %. After one repeat none is, unless
+it is the only one, nor where contacts differ.
 """
 
 from __future__ import annotations
@@ -37,12 +34,10 @@ class SceneRow:
     """One phase on the scene.
 
     Attributes:
-        phase: the broad phase, with its options.
         ended_by: the error that ended its run, or that refused the scene; None: it came to its end.
         cpu_seconds: of the run, median of the repeats; None where the phase refused the scene.
         slowest, fastest: of the repeats.
-        contacts_per_cpu_second: contacts over the median.
-        of_fastest: its rate, over that of the fastest phase.
+        contacts_per_cpu_second, of_fastest: contacts over the median, and that over the fastest phase's.
         asked_per_contact, computed_per_contact: candidate checks, and exact contact times, for each contact.
         structure_bytes: the phase's state and its pair set at the end.
     """
@@ -91,13 +86,10 @@ def bench_scene(
     start: Callable[[Any], Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> SceneBench:
-    """Measures broad phases (all registered ones, if None) on a scene, up to a time or for a number of
-    contacts, as in ``Simulation.run``. A run is repeated until the runs have taken this many CPU
-    ``seconds`` together; their median is one of this many ``repeats``.
-
-    ``start`` is called with a simulation before a phase first runs, ``progress`` with the runs
-    done and their total. Raises what ``Simulation`` raises, but for Refused, which is a row.
-    """
+    """Measures broad phases (None: all registered) on a scene, up to a time or a number of contacts, as in
+    ``Simulation.run``. One of this many ``repeats`` is the median of runs that take ``seconds`` of CPU time
+    together. ``start`` is called with a simulation before a phase first runs, ``progress`` with the runs done
+    and their total. Raises what ``Simulation`` raises, but for Refused, which is a row."""
     chosen = phases_with_options(phases)
     runs: list[list[tuple[float, Any]]] = [[] for _ in chosen]
     ended: list[str | None] = [None for _ in chosen]
@@ -196,14 +188,8 @@ class Candidate(SceneRow):
 
 @dataclass(frozen=True)
 class Chosen:
-    """The recommendation.
-
-    Attributes:
-        phase: the broad phase to take, with its options as ``NAME:KEY=VALUE``; None: none can do the scene,
-            or it is not known which one to take.
-        candidates: the fastest first.
-        identical: whether all gave the same contacts.
-    """
+    """The recommendation: the broad phase to take, as ``NAME:KEY=VALUE``, or None where none can do the scene
+    or it is not known which; the candidates, fastest first; and whether all gave the same contacts."""
 
     phase: str | None
     reason: str
@@ -231,12 +217,9 @@ def choose(
     start: Callable[[Any], Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Chosen:
-    """Tries broad phases (all that are registered, if None) on a scene, and recommends one.
-
-    No run goes beyond ``until``; None: the scene's own end, or, if it has neither that nor walls, when the
-    fastest body could have crossed it twice: by then they have flown apart. ``seconds`` is the CPU time of a
-    measured run of the fastest, about; the rest is as in ``bench_scene``.
-    """
+    """Tries broad phases (None: all registered) on a scene, and recommends one. No run goes beyond ``until``;
+    None: the scene's own end, or, without that and walls, when the fastest body could have crossed it twice.
+    ``seconds`` is the CPU time of a measured run of the fastest, about; the rest is as in ``bench_scene``."""
     choices = {write_phase(*choice): choice for choice in phases_with_options(phases)}
     until = _end_of(scene) if until is None else until
     pilot = bench_scene(scene, [*choices.values()], until, max_contacts=PILOT, repeats=1, start=start)

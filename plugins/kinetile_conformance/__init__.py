@@ -1,17 +1,16 @@
-"""The conformance kit: judges any broad phase, alone or with narrow phases.
+"""The conformance kit: judges any broad phase, alone or with narrow phases, in a child process with limits.
 
-It has three interfaces: ``check_broad_phase(name)`` returns a report; ``parametrize_with_checks(name)`` makes
-one pytest test of each check; ``kinetile conform NAME`` prints. All of them judge in a child process with
-limits. ``strategies.scenes()`` draws the kit's scenes for other tests. The kit needs the extra
-``conformance`` (Hypothesis, and pytest for the second interface), so a name is imported at its first use.
+``check_broad_phase(name)`` returns a report; ``parametrize_with_checks(name)`` makes one pytest test of each
+check; ``kinetile conform NAME`` prints. ``strategies.scenes()`` draws the kit's scenes for other tests. The
+kit needs the extra ``conformance`` (Hypothesis, and pytest for the second interface).
 """
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from kinetile.errors import MissingExtra
+from kinetile.lazy import lazy_names
 
 if TYPE_CHECKING:
     from kinetile_conformance.api import check_broad_phase as check_broad_phase
@@ -28,25 +27,12 @@ if TYPE_CHECKING:
     from kinetile_conformance.reporting import Result as Result
     from kinetile_conformance.runner import EXAMPLES as EXAMPLES
 
-_HOME = {
-    "api": ("check_broad_phase", "check_engine"),
-    "checks": ("CHECKS", "check_named"),
-    "checks.check": ("Check", "Disagreement"),
-    "pipe": ("EngineError", "EngineReport"),
-    "pytest_plugin": ("parametrize_with_checks",),
-    "reporting": ("KIT_VERSION", "Report", "Result"),
-    "runner": ("EXAMPLES",),
-}
-
-__all__ = [name for names in _HOME.values() for name in names]
+__all__, _attribute = lazy_names(__name__)
 
 
 def __getattr__(name: str) -> Any:
-    home = next((module for module, names in _HOME.items() if name in names), None)
-    if home is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     try:
-        return getattr(import_module(f"{__name__}.{home}"), name)
+        return _attribute(name)
     except ModuleNotFoundError as error:
         if error.name not in ("hypothesis", "pytest"):
             raise

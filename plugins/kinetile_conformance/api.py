@@ -27,12 +27,9 @@ def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
     survive has the status "died", with the cause and, as far as it can be seen, the place; after three deaths
     the other checks are not run.
 
-    Raises:
-        UnknownName, BadOption: there is no such phase, or it has no such option.
-        NotJudged: it does not load, or its hooks do not compile; the message says where.
-        Refused: it refuses every sample of a scene; or it cannot be sent to another process.
-        ValueError: a check is named that does not exist.
-        MissingExtra: Hypothesis is not installed.
+    Raises UnknownName and BadOption; NotJudged where it does not load, or its hooks do not compile (the
+    message says where); Refused where it refuses every sample of a scene, or cannot be sent to another
+    process; ValueError for a check that does not exist; and MissingExtra without Hypothesis.
     """
     plan = Plan.of_phase(name, options)
     with closing(IsolatedRunner(plan, options.get("on_scene", unheard))) as runner:
@@ -44,12 +41,9 @@ def check_engine(
     command: str, *, asked: str = "contacts", within: float | None = None, **options: Unpack[Options]
 ) -> EngineReport:
     """Judges an engine over a pipe; returns the report. Raises EngineError where it does not start, or does
-    not keep to the protocol.
-
-    ``asked`` is one of ``QUESTIONS``, ``within`` the distance of times, which casts need. Of the ``options``
-    (``Options``) those apply that are not of phases; ``seconds`` is the limit for a line, by the clock, and
-    ``checks`` are names of ``JUDGING``.
-    """
+    not keep to the protocol. ``asked`` is one of ``QUESTIONS``, ``within`` the distance of times, which casts
+    need; of the ``options`` (``Options``) those apply that are not of phases; ``seconds`` is for a line, by
+    the clock, and ``checks`` are names of ``JUDGING``."""
     plan, wanted = Plan.of(Subject(command, {}), options), options.get("checks") or JUDGING[asked]
     seconds, on_scene = options.get("seconds") or LINE_SECONDS, options.get("on_scene", unheard)
     report = EngineReport(plan.subject, "", asked=asked, within=within)
@@ -89,12 +83,9 @@ def replay(
     """Runs a check on the scene of a file; returns its result, with the verdict where it fails.
 
     A file that the kit has saved names the check that failed, the narrow phases that were under test, and the
-    options of this broad phase: these are the defaults; of any other the check is ``same-contacts``.
-
-    Raises:
-        UnknownName, BadOption: there is no such phase, option or check, or the check takes no scene.
-        OSError, SceneError: the file cannot be read, or holds no scene.
-        Refused: the phase cannot do this scene.
+    options of this broad phase: these are the defaults; of any other the check is ``same-contacts``. Raises
+    UnknownName and BadOption, also where the check takes no scene; OSError and SceneError where the file
+    cannot be read, or holds no scene; and Refused where the phase cannot do this scene.
     """
     path = Path(path)
     case = load_case(path)

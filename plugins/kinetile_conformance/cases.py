@@ -1,13 +1,10 @@
-"""A case: one scene under one phase, how far it is run, its outcome, and the file that keeps it.
+"""A case: one scene under one phase, how far it is run, its outcome, and the file that keeps it, a scene in
+TOML whose first line, a comment, names the check and the phases, in JSON.
 
 A phase that tampers with a count, or with a body's ``last``, can leave contacts and places as they should be,
-and do its harm in another scene. So an outcome also has all of the kernel's tables that is a function of the
-scene alone: not numbers of candidate checks and structural events, the calendar, the pair set. Without walls
-the skin is computed again whenever a phase's pair set grows; there it is compared with the bodies' reach
-alone.
-
-A saved case is a scene in TOML that replays exactly; its first line, a comment, names the check and the
-phases, in JSON.
+and do its harm in another scene. So an outcome also has all of the kernel's tables that are a function of the
+scene alone: not counts of candidate checks and structural events, the calendar, the pair set. Without walls
+the skin depends on when a pair set grows: there it is compared with the bodies' reach alone.
 """
 
 from __future__ import annotations
@@ -75,12 +72,9 @@ OF_THE_SKIN = ("limits.skin", "limits.theta", "limits.tolerance", "limits.span",
 
 @dataclass(frozen=True)
 class Subject:
-    """The phases under test: a broad phase with its options, alone or with narrow phases and a response.
-
-    ``response`` is the answer to all contacts for which a scene has no other. A narrow phase, with its
-    options, replaces the usual one of its role: ``disc`` for pairs, or ``convex`` where the scene has shapes,
-    and ``wall`` for walls.
-    """
+    """The phases under test: a broad phase with its options, alone or with narrow phases, each of which
+    replaces the usual one of its role (``disc``, ``convex`` for shapes, ``wall``), and a response for
+    contacts for which a scene has none."""
 
     name: str
     options: Mapping[str, Any]
@@ -106,11 +100,8 @@ class Subject:
         return scene.replace(responses={("*", "*"): self.response, **dict(scene.responses)})
 
     def simulation(self, scene: Scene, **more: Any) -> Simulation:
-        """Returns a simulation of a scene under these phases.
-
-        All scenes share one compiled loop, in which bodies can come and go, and those in which none does have
-        no slot to spare: a place too many would hide an index that is too large by one.
-        """
+        """Returns a simulation of a scene under these phases. All share one loop, in which bodies can come
+        and go; where none does there is no spare slot, which would hide an index too large by one."""
         begin_scene()  # a check may run several, and a slow phase has time for each
         room = None if is_living(scene) else len(scene)
         chosen = {"narrow_phases": self.narrow_phases(scene), "room": room} | more
@@ -282,9 +273,8 @@ def tables_after(sim: Simulation) -> Tables:
 
 
 def difference(found: RunOutcome, expected: RunOutcome, name: str) -> str | None:
-    """Returns where the outcome of phase ``name`` first differs from the expected one, in a sentence. Raises
-    Refused where the phase took the scene, and not a skin that bodies needed later, and no contact was wrong
-    before."""
+    """Returns where the outcome of phase ``name`` first differs from the expected one, in a sentence; Refused
+    for a skin that bodies needed later, if no contact was wrong before."""
     if found.ended.startswith(f"{TooThick.__name__}: "):
         met = len(found.contacts)
         missing = (expected.contacts["time"][met:] < found.time).any()

@@ -1,9 +1,6 @@
-"""Time limits of what is judged, in processor time, without that of the compiler.
-
-Wall time would judge the machine. So a check has a number of CPU seconds, and is *not judged* where it needs
-more. One scene has a limit of its own, far beyond what any needs: a phase that exceeds it is in an endless
-loop. The system enforces that limit, for no compiled loop can be interrupted: a signal ends the process.
-"""
+"""Time limits of what is judged, in processor time, without that of the compiler: wall time would judge the
+machine. A check that needs more is *not judged*. One scene has a limit of its own, far beyond what any needs:
+a phase that exceeds it is in an endless loop, which the system ends, with the process, by a signal."""
 
 from __future__ import annotations
 
@@ -41,8 +38,7 @@ _limit = 0.0
 
 
 def keep_limits(scene: float, memory: int = 0) -> None:
-    """Has this process ended where ``begin_scene`` was called longer ago than so many of its CPU seconds, or
-    where it takes so many bytes beyond what it has now; 0: no limit."""
+    """Has this process ended so many CPU seconds after ``begin_scene``, or bytes beyond now; 0: no limit."""
     global _limit
     _limit = scene
     while_compiling(uncounted)
@@ -58,8 +54,7 @@ def begin_scene() -> None:
 
 @contextlib.contextmanager
 def uncounted() -> Iterator[None]:
-    """Within this context no time is limited, for compiling, and for starting processes, which would inherit
-    the limit; after it, that of the scene begins again."""
+    """Within this no time is limited: for compiling, and starting processes, which would inherit it."""
     if _limit:
         end_after(math.inf)
     try:

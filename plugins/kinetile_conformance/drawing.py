@@ -2,16 +2,14 @@
 
 Hypothesis would minimise the numbers of which a scene is made, could not leave out one body of a swarm, and
 takes a hundred times as long for commands. ``reduced`` has four steps, each of which keeps only what still
-fails:
+fails (a scene that is not valid does not):
 
 1. The run becomes shorter, by halves: all that follows costs less for it.
 2. Bodies are left out by halves, quarters, eighths, ... one by one: delta debugging (Zeller and Hildebrandt,
    "Simplifying and isolating failure-inducing input", 2002). Halves by the order of x come after those by
    number: bodies that meet are neighbours.
-3. Commands are left out in the same way; a body that never came has no command either.
+3. Commands are left out in the same way.
 4. Numbers are rounded to ever fewer digits, all at once, then those of each body.
-
-A smaller scene that is not valid (after rounding, bodies overlap) counts as one that does not fail.
 """
 
 from __future__ import annotations

@@ -1,9 +1,6 @@
-"""The isolated runner: runs checks in a child process with limits, and starts another when it dies.
-
-A phase can crash the interpreter, run for ever or take all memory; the calling process goes on. When a child
-dies, the check that it ran gets the cause as its result, and a new child does the rest. A failure that was
-seen before is the result in any case. The child has a ``Runner``, and this one calls its functions there.
-"""
+"""The isolated runner: a ``Runner`` in a child process with limits, since a phase can crash the interpreter,
+run for ever or take all memory. When a child dies, the check that it ran gets the cause as its result, or a
+failure that was seen before, and a new child does the rest."""
 
 from __future__ import annotations
 
@@ -194,9 +191,6 @@ class IsolatedRunner:
         except Died as died:
             return ENDINGS[died.how][0] == "not judged"
         return True
-
-
-# In the child
 
 
 def _runner(plan: Plan, scene_seconds: float, subject: Subject, send: Hear) -> Runner:

@@ -1,8 +1,6 @@
-"""A judgement: what the author of a broad phase, or of a program, puts beside the project.
-
-It is made of what there is: the kit's checks, the benchmark of a scene, the reference's contacts, and the
-table of faults that the kit is known to find. What is done when it is interrupted is kept.
-"""
+"""A judgement: what the author of a broad phase, or of a program, puts beside the project: the kit's checks,
+the benchmark of a scene, the reference's contacts, and the table of faults that the kit is known to find.
+What is done when it is interrupted is kept."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
 """Engines in any language: a program that reads lines and answers each of them is judged over a pipe.
 
 One line of JSON goes each way, and the next one is sent when the last one is answered: so a full pipe stops
-neither side. What is asked is one of the ``QUESTIONS``; the scenes are those of the kit's checks that compare
-contacts, and a case on which an answer is wrong is minimised as there. An engine that does not keep to the
-protocol is not judged: ``EngineError`` says what it did, and on which line.
+neither side. What is asked is one of the ``QUESTIONS``. An engine that does not keep to the protocol is not
+judged: ``EngineError`` says what it did, and on which line.
 """
 
 from __future__ import annotations

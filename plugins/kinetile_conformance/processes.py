@@ -1,10 +1,7 @@
-"""Programs that surely end, and fresh interpreters that call functions of the kit.
-
-A program is sent bytes, and sends something back: an engine lines, an interpreter of the kit pickles. What
-that one prints, and the stack that ``faulthandler`` writes when it dies, go to a file. When the calling
-process ends, the pipes close, and it ends too. No limit of a child is one of time by the clock, which would
-judge the machine.
-"""
+"""Programs that surely end, and fresh interpreters that call functions of the kit. A program is sent bytes,
+and sends something back: an engine lines, an interpreter of the kit pickles; what that prints, and the stack
+that ``faulthandler`` writes when it dies, go to a file. When the calling process ends, the pipes close, and
+it ends too."""
 
 from __future__ import annotations
 
@@ -78,11 +75,8 @@ def _ending(code: int | None, words: str) -> str:
 
 
 class Program:
-    """A running program. ``read`` reads one thing from a stream, something false where no more comes.
-
-    It may write before it has read all, and what it has started may outlive it, and hold its ends of the
-    pipes: so threads read and write, and the caller waits for neither. Its process group ends with it.
-    """
+    """A running program; ``read`` reads one thing from a stream, false at its end. What it has started may
+    outlive it and hold the pipes, so threads read and write, and its process group ends with it."""
 
     def __init__(self, words: Sequence[str], read: Callable[[BinaryIO], Any], **how: Any) -> None:
         how |= {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "start_new_session": True}
@@ -139,12 +133,9 @@ class Program:
 
 
 class Child(Program):
-    """A running interpreter. ``make`` is called there with the phases under test, and with a function that
-    sends messages; what it returns is the first argument of all functions that are called there.
-
-    Raises Refused where something of a phase cannot be sent to another process, and MissingExtra where
-    cloudpickle is needed for that, and is not installed.
-    """
+    """A running interpreter, in which ``make`` is called with the phases under test and a function that sends
+    messages; what it returns is the first argument of all calls. Refused where something cannot be sent to
+    another process, MissingExtra where that needs cloudpickle."""
 
     def __init__(
         self,
@@ -166,13 +157,9 @@ class Child(Program):
         self.send(begin)
 
     def call(self, function: Callable[..., Any], *arguments: Any, hear: Hear = lambda _: None) -> Any:
-        """Returns what a function returns there, called with what was made at the beginning, and arguments;
-        ``hear`` is called with each message that it sends.
-
-        Raises:
-            Died: the process ends, or has ended, or sends nothing for too long; it is ended then.
-            BadOption, NotJudged, Refused: the function raises it.
-        """
+        """Returns what a function returns there, called with what was made, and arguments; ``hear`` gets each
+        message. Raises Died where the process ends, or is ended, since it sends nothing for too long, and
+        BadOption, NotJudged or Refused as the function does."""
         self.send(pickle.dumps((function, arguments)))
         trace = ""
         while (message := self.receive()) is not None:
@@ -213,11 +200,8 @@ class Child(Program):
 
 
 def pickled(subject: Subject, *more: object) -> bytes:
-    """Returns phases, and something more, as bytes for another process: those that were added in this one
-    with the names of their plugins, and what another process cannot import by value.
-
-    Raises Refused where something of a phase cannot be sent, and MissingExtra.
-    """
+    """Returns phases, and more, as bytes for another process: those added in this one with the names of their
+    plugins, and by value what cannot be imported there. Raises Refused where that fails, and MissingExtra."""
     added = [(each.plugin, each.spec) for each in provided(subject) if each.distribution is None]
     if not added:
         return pickle.dumps((subject, added, *more))
@@ -254,14 +238,9 @@ def in_a_child(
     environment: Mapping[str, str] | None = None,
     seconds: float = SCENE_SECONDS,
 ) -> Any:
-    """Returns what a function returns in a child, called with the phases under test, and arguments. There a
-    simulation has so many CPU ``seconds``.
-
-    Raises:
-        Died: the process ends.
-        TimeIsUp: one takes longer than that, or waits for something.
-        BadOption, NotJudged, Refused: the function raises it, or the phases cannot be sent.
-    """
+    """Returns what a function returns in a child, called with the phases under test, and arguments; a
+    simulation has so many CPU ``seconds``. Raises Died, TimeIsUp where one takes longer or waits for
+    something, and BadOption, NotJudged or Refused from the function, or where phases cannot be sent."""
     child = Child(subject, partial(_themselves, seconds), environment)
     try:
         return child.call(function, *arguments)
@@ -271,9 +250,6 @@ def in_a_child(
         raise
     finally:
         child.end()
-
-
-# In the child
 
 
 def _themselves(seconds: float, subject: Subject, _: Hear) -> Subject:

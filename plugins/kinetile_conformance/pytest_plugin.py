@@ -1,8 +1,5 @@
-"""One pytest test for each check, named after it, in an author's own tests.
-
-pytest imports this file in every run, wherever kinetile is installed, to end the children. So the kit itself
-is imported only when it is needed.
-"""
+"""One pytest test for each check, named after it, in an author's own tests. pytest imports this file in every
+run, to end the children, so the kit itself is imported only when it is needed."""
 
 from __future__ import annotations
 
@@ -23,13 +20,8 @@ def parametrize_with_checks(
     name: str, expected_failures: Mapping[str, str] | None = None, **options: Unpack[Options]
 ) -> Any:
     """Returns a pytest decorator for ``def test_conformance(check): check()``, one test a check, with
-    ``Options``.
-
-    The tests share a child process: an endless loop in a hook ends there. ``expected_failures`` are checks
-    that are known to fail, each with the reason: these are marked xfail (strict: a pass is an error).
-
-    Raises ValueError for a check that does not exist, UnknownName for a phase that does not.
-    """
+    ``Options``, in one child process. ``expected_failures``, checks with reasons, are marked xfail (strict: a
+    pass is an error). Raises ValueError for an unknown check, UnknownName for an unknown phase."""
     from kinetile import registry
     from kinetile.instruments import check_options
     from kinetile_conformance.checks import check_named

@@ -1,10 +1,7 @@
 """What an engine is asked over a pipe: the contacts of a whole run, the candidate pairs of a sequence of
-moments, or the time at which two bodies meet.
-
-A question makes cases of the kit's scenes. A case is one line or several; each has an answer, and a failing
-case is minimised. All verdicts follow from the numbers as they are sent: nothing is compared with a tolerance
-that the author did not choose.
-"""
+moments, or the time at which two bodies meet. A question makes cases of the kit's scenes, of one line or
+several, each with an answer. All verdicts follow from the numbers as they are sent: nothing is compared with
+a tolerance that the author did not choose."""
 
 from __future__ import annotations
 
@@ -128,11 +125,10 @@ class Question(ABC):
 class Contacts(Question):
     """All contacts of a run, as ticks, or, ``within`` a distance, as times.
 
-    The comparison within a distance ends where errors have grown too large: the reference's run is compared
-    with those of scenes that are disturbed by a thousandth of the distance, and ends before the first contact
-    that is not the same there, within half of it; and before two contacts of one body within it, whose order
-    decides what comes after them. Bodies are smaller by the distance than they were drawn: where they touch
-    at the start, or slide along each other, none could be disturbed.
+    The comparison within a distance ends where errors have grown too large: before the first contact that is
+    not within half of it where the scene is disturbed by a thousandth of the distance; and before two
+    contacts of one body within it, whose order decides the rest. Bodies are smaller by the distance than
+    drawn: where they touch at the start, or slide along each other, none could be disturbed.
     """
 
     told = "{:,} of {:,} contacts compared, before errors have grown"
@@ -222,9 +218,8 @@ def _near(scene: Scene, within: float, one: float, other: float) -> bool:
 def parting(
     found: Sequence[Row], right: Sequence[Row], near: Callable[[float, float], bool], end: float
 ) -> tuple[float, str] | None:
-    """Returns when contacts [time, a, b] first differ from the right ones before an ``end``, and how, in a
-    sentence; None: nowhere. Contacts near each other may be in either order: the k-th of two bodies is to be
-    near the k-th of the same two."""
+    """Returns when contacts [time, a, b] first differ from the right ones before an ``end``, and how, or
+    None; near each other in any order: the k-th of two bodies is near the k-th of the same two."""
     latest = -math.inf
     for at, row in enumerate(found):
         if row[0] < min(latest, end) and not near(row[0], latest):
@@ -308,9 +303,8 @@ class Pairs(Question):
     told = "{:,} candidate pairs for {:,} that touch"
 
     def cases(self, scene: Scene) -> Iterator[Moments]:
-        """Yields moments of the reference's run of a scene, with bodies as they are, and larger: at its
-        start, at times at equal distances, and at the first contact after each of these, as far as it
-        comes."""
+        """Yields moments of the reference's run of a scene, with bodies as they are, and larger: the start,
+        times at equal distances, and the first contact after each, as far as it comes."""
         for growth in GROWTH:
             sim = Subject(REFERENCE, {}).reference.simulation(scene)
             found: list[dict[int, tuple[float, ...]]] = []
@@ -385,11 +379,8 @@ def touching(bodies: Mapping[int, tuple[float, ...]]) -> list[tuple[int, int]]:
 
 
 class Casts(Question):
-    """The time at which two bodies meet that fly from time 0 on, up to an end, or None.
-
-    A time is right if it is within the distance of those at which the bodies meet when their radii are
-    smaller, or larger, by the distance: a graze is early, late or none.
-    """
+    """The time at which two bodies meet that fly from time 0 on, up to an end, or None: right within the
+    distance of those with radii smaller, or larger, by the distance: a graze is early, late or none."""
 
     told = "{:,} of {:,} meet"
 
@@ -445,8 +436,7 @@ def _when(time: float | None) -> str:
 
 
 def meeting(scene: Scene, by: float, before: float) -> float | None:
-    """Returns when the two bodies of a scene meet by the specification, if they are so many times as large,
-    and begin so long ``before`` time 0; None: never."""
+    """Returns when two bodies, so many times as large, that begin ``before`` time 0 meet; None: never."""
     bits = unit_bits(scene)
     frame = Frame(None, bits)
     places = positions_after(Plan.of_vectors(scene.position, scene.velocity), -before)

@@ -88,8 +88,7 @@ class Report:
 
     @property
     def exit_code(self) -> int:
-        """0 where the phase conforms, 1 where it does not, 3 where the reference itself is in doubt, 4 where
-        no fault was seen and not everything was judged."""
+        """0: it conforms, 1: it does not, 3: the reference is in doubt, 4: not everything was judged."""
         return {True: 0, False: 3 if self.in_doubt else 1, None: 4}[self.conforms]
 
     def as_dict(self) -> dict[str, Any]:
@@ -182,8 +181,7 @@ def likely(check: str, text: str) -> str:
 
 
 def diagnosed(check: str, text: str, subject: Subject) -> list[str]:
-    """Returns the line that ends such a failure, if there is one: a guess from experience, so it comes
-    last."""
+    """Returns the line that ends such a failure, if there is one: a guess from experience."""
     often = likely(check, text) if subject.pair is None else ""
     return [f"{OFTEN}{often}"] if often else []
 

@@ -1,8 +1,7 @@
 """The runner: runs checks on scenes, one check after the other, minimises what fails, and gives a verdict.
 
-``Runner`` works in this process; ``kinetile_conformance.isolated`` has one work in a child process with
-limits. ``Options`` are what a caller may choose, in Python, in pytest and on the command line. A ``Plan`` has
-them checked and completed, and is all that a runner needs.
+``Runner`` works in this process; ``kinetile_conformance.isolated`` has one work in a child process.
+``Options`` are what a caller may choose; a ``Plan`` has them checked and completed.
 """
 
 from __future__ import annotations
@@ -64,15 +63,14 @@ class Options(TypedDict, total=False):
         options: the phase's options.
         narrow_phases: narrow phases that are judged with it, by name, perhaps with options; each takes the
             place of the usual one of its role.
-        response: a response that is judged with it: it is the answer to all contacts for which a scene has
-            none.
+        response: a response that is judged with it: the answer to all contacts for which a scene has none.
         examples: scenes drawn for each check; ``EXAMPLES``.
         checks: names of the checks to run; None: all that apply.
         save_to: a folder for the scenes that fail, as TOML; None: they are not saved.
         shrink: whether to search for the smallest scene that fails; True.
         seed: the seed of the drawing; the same seed draws the same scenes; 0.
-        seconds: CPU seconds for a check of up to ``EXAMPLES`` scenes, without compiling; for more scenes in
-            proportion; ``SECONDS``.
+        seconds: CPU seconds, without compiling, for a check of up to ``EXAMPLES`` scenes, in proportion for
+            more; ``SECONDS``.
         in_process: judge in the calling process, for a debugger: then nothing ends an endless loop in a hook,
             and a crash is one of this process; False.
         memory: bytes that a child may take beyond what it begins with, where the system can tell; ``MEMORY``.
@@ -249,14 +247,9 @@ class Runner:
         self._observe = observe
 
     def smoke_test(self) -> None:
-        """Loads a phase, compiles it for the first sample that it does not refuse, and runs it on that; what
-        becomes of the run is a matter of the checks.
-
-        Raises:
-            NotJudged: it does not load, a part of it raises, or its hooks do not compile; with the place.
-            UnknownName, BadOption: there is no such phase, or it has no such option.
-            Refused: it refuses all samples.
-        """
+        """Loads a phase, compiles it for the first sample that it does not refuse, and runs it on that,
+        however that ends. Raises NotJudged where it does not load, a part of it raises, or its hooks do not
+        compile, with the place; UnknownName, BadOption; and Refused where it refuses all."""
         refusals = []
         for scene in SAMPLES:
             try:

@@ -1,13 +1,11 @@
 """A broad phase with watched hooks, interpreted: it prepares the phase under test, and calls its hooks.
 
-**Indices.** Compiled, an index too large is other memory; interpreted, NumPy raises. One below zero counts
-from the end, which in a phase's own state is the author's business, and in the kernel's tables a mistake:
-there hooks have views that raise.
-
-**Changes.** Before and after each hook, all that it may not change is compared, byte for byte. It may change
-its state, ``k.near``, and what the functions of the toolbox change for it. ``schedule`` sets a certificate:
-each time it counts it, and, but for the body whose hook is running, it leaves the body among the offers to be
-settled. So a certificate that differs without such an offer was written by something else.
+An index too large is other memory where it is compiled; interpreted, NumPy raises. One below zero, which
+counts from the end, is a mistake in the kernel's tables: there hooks have views that raise. Before and after
+each hook, all that it may not change is compared, byte for byte. It may change its state, ``k.near``, and
+what the functions of the toolbox change for it. ``schedule`` sets a certificate: each time it counts it, and,
+but for the body whose hook is running, it leaves the body among the offers to be settled. So a certificate
+that differs without such an offer was written by something else.
 """
 
 from __future__ import annotations
@@ -236,8 +234,7 @@ def watch_hooks(subject: Subject, scene: Scene) -> str | None:
 
 
 def _run(sim: Simulation, scene: Scene) -> None:
-    """Runs, turns a body to be fast, removes and inserts bodies, and runs the phase's audit after each
-    piece."""
+    """Runs, turns a body fast, removes and inserts bodies, and audits the phase after each piece."""
     for piece in range(3):
         there, places, radii = sim.bodies, sim.positions(), sim.radii()
         shapes = sim.shapes()

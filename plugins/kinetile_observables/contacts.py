@@ -2,18 +2,15 @@
 
 P A = N kT + (sum of d . J) / (2 t), with the area A, and for each contact in the time t the momentum J and
 the vector d from centre to centre, or from the centre to the wall. kT = 2 K / n follows from the kinetic
-energy K of n degrees of freedom (``Temperature``). The sum has two exact estimators.
-
-*Impulses* are added up as they are. That is right for any scene, with bodies of any shape, and needs the
-velocities before a contact.
-
-*Counts*: while all contacts are elastic, the velocities in equilibrium, in units of 1/sqrt(mass), are a point
-on a sphere of n dimensions. So the mean of J at a contact follows from the masses alone:
+energy K of n degrees of freedom (``Temperature``). The sum has two exact estimators. *Impulses* are added up
+as they are: right for any scene, and in need of velocities before a contact. *Counts*: while all contacts are
+elastic, the velocities in equilibrium, in units of 1/sqrt(mass), are a point on a sphere of n dimensions. So
+the mean of J at a contact follows from the masses alone:
 
     <J>/kT = 2 F sqrt(mu), F = sqrt(pi) Gamma((n + 1)/2) / Gamma(n/2) / sqrt(2 K)
 
-with the reduced mass mu, at a wall the body's mass. For equal discs these are the estimators of Li et al.,
-J. Chem. Phys. 157, 234111 (2022), for walls, and the same on a torus. Before equilibrium they are wrong.
+with the reduced mass mu, at a wall the body's mass. For equal discs these are the estimators of Li et al., J.
+Chem. Phys. 157, 234111 (2022), for walls, and the same on a torus. Before equilibrium they are wrong.
 """
 
 from __future__ import annotations
@@ -35,13 +32,9 @@ from kinetile_observables.geometry import axes_with_walls, displacement, inner_e
 
 class Pressure(Observable):
     """``P`` by the virial of all contacts, ``kT`` beside it, ``P/kT``, ``Z`` = P A / (N kT), and ``P_walls``
-    by contacts with walls.
-
-    With gravity ``P`` is the mean over the arena, and each wall has its own, such as ``P_bottom``.
-
-    ``by`` is "counts" or "impulses" (see the module); by default counts, where all bodies are discs
-    and all contacts are elastic.
-    """
+    by contacts with walls. With gravity ``P`` is the mean over the arena, and each wall has its own, such as
+    ``P_bottom``. ``by`` is "counts" (the default, where all are discs and all contacts elastic) or
+    "impulses"."""
 
     keeps = ("virial", "at_walls", "at_each", "energy", "bodies", "movable", "last")
 
@@ -159,10 +152,8 @@ def _added(total: float, terms: npt.NDArray[np.float64]) -> float:
 
 class Rates(Observable):
     """Contacts a unit of time: of ``pairs`` and with ``walls``, of pairs a body (``Gamma``, each contact
-    counts for both), and of each two kinds where there are several, such as ``big-small``, ``big-wall``.
-
-    The beginning of a passing is a contact, its end is not.
-    """
+    counts for both), and of each two kinds, such as ``big-small``, ``big-wall``; of passings the beginning
+    counts."""
 
     needs = "contacts"
     keeps = ("met", "last")

@@ -59,11 +59,8 @@ def movable(moment: Moment) -> tuple[Floats, Floats]:
 
 
 def neighbours(scene: Scene, positions: Floats, within: float) -> Iterator[tuple[Integers, Integers, Floats]]:
-    """Yields all pairs of places not further apart than ``within``, in pieces: the places of both, (m,), and
-    the way from the one to the other, (m, 2), to the nearest image.
-
-    Places are sorted along x, and compared with the next, the one after that, ... until all are too far.
-    """
+    """Yields all pairs of places not further apart than ``within``, in pieces: both places, (m,), and the way
+    between, (m, 2), to the nearest image. By x, each is compared with the next, ... until all are too far."""
     order = np.argsort(positions[:, 0], kind="stable")
     sorted_places, n = positions[order], len(positions)
     for step in range(1, n // 2 + 1):

@@ -28,8 +28,7 @@ def _whole(name: str, value: Any) -> int:
 
 
 class Energy(Observable):
-    """``E``: the kinetic energy of all movable bodies; with gravity ``U`` is that of their heights, -m
-    g.r."""
+    """``E``: the kinetic energy of all movable bodies; with gravity ``U`` is that of heights, -m g.r."""
 
     keeps = ()
 
@@ -55,12 +54,9 @@ class Momentum(Observable):
 
 
 class Temperature(Observable):
-    """``kT``: twice the kinetic energy a degree of freedom, of which there are 2 N, less one for each axis
-    along which momentum is conserved (then without the energy of the common motion): N movable bodies,
-    and periodic axes, unless there are immovable ones.
-
-    Where there are several kinds, or masses, the same of each: the mean of m v^2 / 2, as ``kT of big``.
-    """
+    """``kT``: twice the kinetic energy a degree of freedom: 2 N of movable bodies, less one, and the energy
+    of the common motion, for each axis along which momentum is conserved: periodic ones, unless some are
+    immovable. Of several kinds, or masses, the same of each: the mean of m v^2 / 2, as ``kT of big``."""
 
     keeps = ()
 
@@ -81,8 +77,7 @@ class Temperature(Observable):
 
 
 class _Lagged(Observable):
-    """Averages over movable bodies and pairs of moments, as a function of the time between them: 0 to
-    ``lags`` intervals."""
+    """Averages over movable bodies and pairs of moments, by the time between them: 0 to ``lags``."""
 
     name = ""
     keeps = ("kept", "times", "bodies")
@@ -121,8 +116,7 @@ class _Lagged(Observable):
 
 
 class MeanSquaredDisplacement(_Lagged):
-    """``msd``: the mean of |r(t) - r(0)|^2 over movable bodies and over moments 0, for t up to ``lags``
-    intervals."""
+    """``msd``: the mean of |r(t) - r(0)|^2 over movable bodies and moments 0, t up to ``lags`` intervals."""
 
     name = "msd"
 
@@ -137,8 +131,7 @@ class MeanSquaredDisplacement(_Lagged):
 
 
 class VelocityAutocorrelation(_Lagged):
-    """``vacf``: the mean of v(t) . v(0) over movable bodies and over moments 0, for t up to ``lags``
-    intervals."""
+    """``vacf``: the mean of v(t) . v(0) over movable bodies and moments 0, t up to ``lags`` intervals."""
 
     name = "vacf"
 
@@ -167,11 +160,8 @@ class _InArena(Observable):
 
 class PairCorrelation(_InArena):
     """``g``: pairs by the distance r of their centres, over those of as many points at random places that
-    centres can have.
-
-    ``bins`` of equal width from 0 to ``to``, by default half the shorter side of the arena, and at most
-    five of the largest diameters.
-    """
+    centres can have. ``bins`` of equal width reach from 0 to ``to``, by default half the shorter side of the
+    arena, and at most five of the largest diameters."""
 
     name = "g"
 
@@ -237,11 +227,9 @@ class StructureFactor(_InArena):
 
 
 class BondOrder(_InArena):
-    """Order of bonds, from psi = mean of exp(6 i angle) over a body's neighbours: ``psi6``, the size of its
-    mean over bodies, and ``psi6_local``, the mean of its size.
-
-    Neighbours are not further apart than ``cutoff`` sums of their radii; a body without any has psi = 0.
-    """
+    """Order of bonds, from psi = mean of exp(6 i angle) over neighbours, not further than ``cutoff`` sums of
+    radii (0 without any): ``psi6``, the size of its mean over bodies, ``psi6_local``, the mean of its
+    size."""
 
     name = "psi6"
 

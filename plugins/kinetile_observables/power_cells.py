@@ -35,11 +35,8 @@ class Cells(NamedTuple):
 
 
 def cells_of(scene: Scene, places: Floats, radii: Floats) -> Cells:
-    """Returns the power cells of discs that do not overlap, in the arena of a scene.
-
-    A cell is what walls, and a line before each other disc and its images, leave of the plane. The nearest
-    lines are enough: those that are no further away than the furthest corner of what they leave.
-    """
+    """Returns the power cells of discs that do not overlap: what walls, and a line before each other disc and
+    its images, leave of the plane; lines up to the furthest corner of what they leave are enough."""
     walls, sides = np.isin(["x", "y"], [*axes_with_walls(scene)]), np.array(scene.arena)
     images = np.array([*product(*((0.0,) if wall else (0.0, -1.0, 1.0) for wall in walls))]) * sides
     others, weights = (images[:, None] + places).reshape(-1, 2), np.tile(radii**2, len(images))

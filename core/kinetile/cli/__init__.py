@@ -4,11 +4,8 @@ Results go to stdout, as a table or (``--json``) as JSON; everything else goes t
 success; 1 for a divergence, a wrong list of contacts, a fault in the run or a phase that does not conform; 2
 for a command that cannot be carried out as given; 3 where the conformance kit's reference itself is in doubt;
 4 where the kit ran out of time; 130 after Ctrl-C (143 after SIGTERM, 129 after SIGHUP), after the partial
-result has been printed.
-
-The commands of the framework are imported here. Further commands come from plugins: an entry point of the
-group ``kinetile.commands`` names a ``typer.Typer``; its commands join these. Plugins are imported only for a
-name that the framework does not have and for ``--help``, because a run should spend its time running.
+result. Further commands come from plugins: an entry point of the group ``kinetile.commands`` names a
+``typer.Typer``, which is imported only for ``--help``, or a name that the framework does not have.
 """
 
 from __future__ import annotations
@@ -19,7 +16,7 @@ from typing import Annotated, Any
 import typer
 
 from kinetile.cli import cache, compare, export, plugins, run, show
-from kinetile.cli.options import CommandGroup
+from kinetile.cli.options import CommandGroup, flag
 from kinetile.cli.terminal import echo, exit_codes, notice, results_on_stdout
 from kinetile.versions import __version__
 
@@ -28,11 +25,8 @@ COMMANDS_GROUP = "kinetile.commands"
 
 
 class _WithPlugins(CommandGroup):
-    """The framework's commands, and those of plugins when a name is not among the framework's.
-
-    Errors and signals become a message and an exit code here, for all commands: Typer would end without
-    a word, and a signal without clearing up.
-    """
+    """The framework's commands, and those of plugins when a name is not among these; errors and signals
+    become a message and an exit code: Typer would end without a word, a signal without clearing up."""
 
     _complete = False
 
@@ -95,7 +89,7 @@ def _print_version(wanted: bool) -> None:
 @app.callback()
 def _kinetile(
     version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+        bool, flag("Print the version.", "--version", callback=_print_version, is_eager=True)
     ] = False,
 ) -> None:
     """Kinetic broad-phase collision detection in 2D."""

@@ -1,8 +1,6 @@
-"""The command ``kinetile cache``: where compiled loops and hooks are kept, how many for which versions; their
-removal.
+"""The command ``kinetile cache``: where compiled loops and hooks are kept, for which versions; their removal.
 
-The compile cache itself drops damaged files, and those that were not used for longest. Only its own files
-are touched here, because ``NUMBA_CACHE_DIR`` may name a folder that holds other things as well.
+Only files of the compile cache are touched: ``NUMBA_CACHE_DIR`` may name a folder with other things in it.
 """
 
 from __future__ import annotations
@@ -16,7 +14,7 @@ from typing import Annotated, Any
 
 import typer
 
-from kinetile.cli.options import Csv, Json
+from kinetile.cli.options import Csv, Json, flag
 from kinetile.cli.output import printed, show, table_of
 from kinetile.cli.terminal import FAULT, notice
 
@@ -28,13 +26,12 @@ _FILE = re.compile(
 
 def cache(
     clear: Annotated[
-        bool, typer.Option("--clear", help="Remove all of them: the next run of each phase compiles again.")
+        bool, flag("Remove all of them: the next run of each phase compiles again.", "--clear")
     ] = False,
     json: Json = False,
     csv: Csv = False,
 ) -> None:
-    """Show where compiled loops and hooks are kept, for which versions, their size and last use; or remove
-    them."""
+    """Show where compiled loops and hooks are kept, for which versions, size and last use; or remove them."""
     from kinetile.kernel.compiled.cache import folder
 
     here = folder()

@@ -17,6 +17,7 @@ from kinetile.cli.options import (
     Until,
     find_scene,
     narrow_choice,
+    option,
     phase_choices,
     until_or_default,
 )
@@ -33,10 +34,7 @@ def compare(
     parameters: Parameters = None,
     phases: Annotated[
         str | None,
-        typer.Option(
-            metavar="A,B,...",
-            help="Broad phases, the first being the reference; by default all that take the scene.",
-        ),
+        option("Broad phases, the first being the reference; by default all that take the scene.", "A,B,..."),
     ] = None,
     narrow_phase: NarrowPhases = None,
     until: Until = None,

@@ -5,10 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from kinetile.cli.files import check_ending, check_new, file_errors
-from kinetile.cli.options import BroadPhase, Options, Parameters, broad_choice, find_scene, until_or_default
+from kinetile.cli.options import (
+    BroadPhase,
+    Options,
+    Parameters,
+    argument,
+    broad_choice,
+    find_scene,
+    flag,
+    option,
+    until_or_default,
+)
 from kinetile.cli.terminal import echo, make_ready
 from kinetile.errors import BadOption
 
@@ -18,28 +26,18 @@ MOST_FRAMES = 10_000_000
 
 def export(
     source: Annotated[
-        str,
-        typer.Argument(
-            metavar="SOURCE", help="An event file (.parquet), a recipe's name or a scene's .toml file."
-        ),
+        str, argument("An event file (.parquet), a recipe's name or a scene's .toml file.", "SOURCE")
     ],
-    out: Annotated[
-        Path,
-        typer.Option("--to", metavar="FILE", help="A new file that ends in .xyz, .extxyz or .gsd."),
-    ],
+    out: Annotated[Path, option("A new file that ends in .xyz, .extxyz or .gsd.", "FILE", "--to")],
     parameters: Parameters = None,
     broad_phase: BroadPhase = None,
     option: Options = None,
-    every: Annotated[
-        float | None, typer.Option(metavar="TIME", help="Time between frames; a hundredth of the whole.")
-    ] = None,
+    every: Annotated[float | None, option("Time between frames; a hundredth of the whole.", "TIME")] = None,
     begin: Annotated[
-        float | None, typer.Option("--from", metavar="TIME", help="The first frame; without it, the start.")
+        float | None, option("The first frame; without it, the start.", "TIME", "--from")
     ] = None,
-    until: Annotated[
-        float | None, typer.Option(help="No frame after this time; by default the end of the run.")
-    ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --to.")] = False,
+    until: Annotated[float | None, option("No frame after this time; by default the end of the run.")] = None,
+    overwrite: Annotated[bool, flag("Replace the file of --to.", "--overwrite")] = False,
 ) -> None:
     """Write frames of a run for OVITO, ASE and others: extended XYZ, or GSD (needs the extra `export`)."""
     from kinetile.records.frames import FORMS, check_form, frames_of, write_frames

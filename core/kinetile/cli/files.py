@@ -1,8 +1,5 @@
-"""Files and folders that a command will write, checked before anything is computed.
-
-A run of an hour must not end with the message that its result cannot be written, and no file of the user's is
-replaced unless the user says so.
-"""
+"""Files and folders that a command will write, checked before anything is computed: no file of the user's is
+replaced unless the user says so."""
 
 from __future__ import annotations
 
@@ -34,9 +31,8 @@ def check_ending(option: str, path: Path, endings: Sequence[str] = ()) -> str:
 
 
 def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
-    """Raises BadOption unless the files of the command line, by their options, have names with the right
-    endings, are different and may be written. Those of ``--contacts`` and ``--save-scene`` may exist only to
-    be overwritten."""
+    """Raises BadOption unless the files of options have names with the right endings, are different and may
+    be written; those of ``--contacts`` and ``--save-scene`` may exist only to be overwritten."""
     given = [(what, path) for what, path in files.items() if path is not None]
     for what, path in given:
         if not path.name:
@@ -81,10 +77,8 @@ def _same_file(one: Path, other: Path) -> bool:
 
 
 def try_folder(option: str, folder: Path, *, keep: bool) -> None:
-    """Makes a folder and tries to write to it; unless it is to be kept, leaves nothing there.
-
-    Raises BadOption, with the option that names the folder, where it cannot be made or written to.
-    """
+    """Makes a folder and tries to write to it; unless it is to be kept, leaves nothing there. Raises
+    BadOption, with the option that names it, where that fails."""
     made: list[Path] = []
     try:
         with file_errors(f"{option} {folder}"):

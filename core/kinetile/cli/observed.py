@@ -6,9 +6,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from kinetile.cli.files import check_ending, check_new, file_errors
+from kinetile.cli.options import option
 from kinetile.cli.output import as_csv, table_of
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phases
@@ -19,16 +18,10 @@ if TYPE_CHECKING:
 
     from kinetile.statistics import Observed
 
-Observe = Annotated[
-    str | None,
-    typer.Option(metavar="NAME,...", help="Measure during the run: pressure, msd:every=0.1, ..."),
-]
+Observe = Annotated[str | None, option("Measure during the run: pressure, msd:every=0.1, ...", "NAME,...")]
 ObserveTo = Annotated[
     Path | None,
-    typer.Option(
-        metavar="FILE",
-        help="Write what --observe measures to a file: .csv, or a figure: .svg, .png, .pdf.",
-    ),
+    option("Write what --observe measures to a file: .csv, or a figure: .svg, .png, .pdf.", "FILE"),
 ]
 
 

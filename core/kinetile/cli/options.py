@@ -17,28 +17,33 @@ if TYPE_CHECKING:
     from kinetile.plugin.specs import Kind
     from kinetile.scene import Scene
 
-SceneName = Annotated[
-    str, typer.Argument(metavar="SCENE", help="A recipe's name (see `kinetile scenes`) or a .toml file.")
-]
-Parameters = Annotated[
-    list[str] | None, typer.Option("--set", "-s", metavar="KEY=VALUE", help="A parameter of the recipe.")
-]
-BroadPhase = Annotated[
-    str | None, typer.Option(metavar="NAME", help="The broad phase, with options if needed: sap-1d:axis=y.")
-]
-Options = Annotated[
-    list[str] | None,
-    typer.Option("--option", "-o", metavar="KEY=VALUE", help="An option of the broad phase."),
-]
+
+def option(help: str, metavar: str | None = None, *names: str, **more: Any) -> Any:
+    """Returns an option of a command: its help, what stands for its value there, and its names."""
+    return typer.Option(*names, metavar=metavar, help=help, **more)
+
+
+def flag(help: str, *names: str, **more: Any) -> Any:
+    """Returns an option of a command without a value: its help, and its names."""
+    return option(help, None, *names, **more)
+
+
+def argument(help: str, metavar: str | None = None) -> Any:
+    """Returns an argument of a command: its help, and what stands for it there."""
+    return typer.Argument(metavar=metavar, help=help)
+
+
+SceneName = Annotated[str, argument("A recipe's name (see `kinetile scenes`) or a .toml file.", "SCENE")]
+Parameters = Annotated[list[str] | None, option("A parameter of the recipe.", "KEY=VALUE", "--set", "-s")]
+BroadPhase = Annotated[str | None, option("The broad phase, with options if needed: sap-1d:axis=y.", "NAME")]
+Options = Annotated[list[str] | None, option("An option of the broad phase.", "KEY=VALUE", "--option", "-o")]
 NarrowPhases = Annotated[
-    list[str] | None,
-    typer.Option("--narrow-phase", metavar="NAME", help="A narrow phase, instead of those the scene needs."),
+    list[str] | None, option("A narrow phase, instead of those the scene needs.", "NAME", "--narrow-phase")
 ]
 Until = Annotated[
-    float | None,
-    typer.Option(help="Run until this time; by default the scene's own `until`, or one time unit."),
+    float | None, option("Run until this time; by default the scene's own `until`, or one time unit.")
 ]
-MaxContacts = Annotated[int | None, typer.Option(min=0, help="Stop after this number of contacts.")]
+MaxContacts = Annotated[int | None, option("Stop after this number of contacts.", min=0)]
 
 
 def _one_form(context: typer.Context, chosen: bool) -> bool:
@@ -48,18 +53,13 @@ def _one_form(context: typer.Context, chosen: bool) -> bool:
     return chosen
 
 
-Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.", callback=_one_form)]
-Csv = Annotated[
-    bool, typer.Option("--csv", help="Print the rows as CSV, with every digit.", callback=_one_form)
-]
+Json = Annotated[bool, flag("Print the result as JSON.", "--json", callback=_one_form)]
+Csv = Annotated[bool, flag("Print the rows as CSV, with every digit.", "--csv", callback=_one_form)]
 Phases = Annotated[
-    str | None,
-    typer.Option("--phases", metavar="A,B,...", help="Broad phases; by default all that are installed."),
+    str | None, option("Broad phases; by default all that are installed.", "A,B,...", "--phases")
 ]
-Seconds = Annotated[float, typer.Option(min=0.0, help="CPU seconds of one measured run, approximately.")]
-Repeats = Annotated[
-    int, typer.Option(min=1, metavar="N", help="How often each is measured, in turn; medians count.")
-]
+Seconds = Annotated[float, option("CPU seconds of one measured run, approximately.", min=0.0)]
+Repeats = Annotated[int, option("How often each is measured, in turn; medians count.", "N", min=1)]
 
 
 def is_file_name(name: str) -> bool:
@@ -97,10 +97,7 @@ def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:
 
 
 def until_or_default(scene: Scene, until: float | None, max_contacts: int | None) -> float | None:
-    """Returns the time to run to: the requested one, the scene's own, or one unit; None: for contacts alone.
-
-    With ``max_contacts`` the scene's own end applies as well: whichever is first.
-    """
+    """Returns the time to run to: this one, the scene's, or one unit; None: only to ``max_contacts``."""
     if until is not None:
         if not scene.start <= until < float("inf"):
             raise BadOption(

@@ -1,8 +1,5 @@
-"""Results on stdout, one set of rows in three forms: tables for people, JSON and CSV for programs.
-
-A table is rounded and as wide as the terminal; ``--json`` and ``--csv`` have every digit. Rich, which draws
-the tables, is imported when a table is drawn: a run that prints JSON should not wait for it.
-"""
+"""Results on stdout, one set of rows in three forms: tables for people, as wide as the terminal, JSON and
+CSV, with every digit, for programs. Rich is imported when a table is drawn."""
 
 from __future__ import annotations
 
@@ -45,11 +42,8 @@ def as_json(result: Any) -> str:
 
 
 def as_csv(rows: Iterable[Any]) -> str:
-    """Returns rows (mappings, dataclasses or named tuples) as CSV text, with every digit.
-
-    An entry that is a table itself has a column for each of its entries (``outer.inner``); a list becomes
-    JSON, and a value that is missing an empty field.
-    """
+    """Returns rows (mappings, dataclasses or named tuples) as CSV text, with every digit: a column for each
+    entry of a table (``outer.inner``), JSON of a list, an empty field for what is missing."""
     flat = [dict(_flat(_plain(_fields(row)))) for row in rows]
     names = dict.fromkeys(name for row in flat for name in row)
     kept = [name for name in names if not any(other.startswith(f"{name}.") for other in names)]
@@ -106,11 +100,8 @@ def scene_summary(scene: Scene) -> dict[str, Any]:
 
 
 def show(*parts: Any) -> None:
-    """Prints tables and lines to stdout: as wide as the terminal, and unbroken where there is none, because a
-    program would have to join the pieces again.
-
-    A table with columns of numbers is unbroken on any terminal: a number over three lines is unreadable.
-    """
+    """Prints tables and lines to stdout: as wide as the terminal, and unbroken elsewhere, for programs; a
+    table with columns of numbers is unbroken everywhere."""
     from rich.console import Console
     from rich.measure import Measurement
     from rich.table import Table
@@ -136,10 +127,8 @@ def table_of(rows: Iterable[Any], columns: Mapping[str, Callable[[Any], str]], s
 
 
 def rows_table(heads: Sequence[str], rows: Iterable[Sequence[str]], shared: int = 0) -> Table:
-    """Returns rows of texts as a table, with heads as in ``empty_table``.
-
-    Rows that have the same in their first ``shared`` columns show it once; a line divides them from others.
-    """
+    """Returns rows of texts as a table, with heads as in ``empty_table``; the same text in the first
+    ``shared`` columns is shown once, with a line before others."""
     table = empty_table(*heads)
     last: list[str] | None = None
     for row in rows:
@@ -170,8 +159,7 @@ def empty_table(*heads: str) -> Table:
 
 
 def show_labels(lines: Iterable[tuple[str, str]]) -> None:
-    """Prints lines of a label and a text as two columns, as ``show`` does, but without Rich: to import it
-    takes a twentieth of a short run."""
+    """Prints labels and texts as two columns, like ``show`` without Rich: a twentieth of a short run."""
     labels, texts = ([*map(legible, each)] for each in zip(*lines, strict=True))
     width = max(map(len, labels)) + 2
     wide = get_terminal_size().columns - width if sys.stdout.isatty() else _ENDLESS

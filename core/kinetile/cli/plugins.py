@@ -8,9 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
-from kinetile.cli.options import Csv, Json
+from kinetile.cli.options import Csv, Json, argument, option
 from kinetile.cli.output import printed, rows_table, show
 from kinetile.cli.terminal import echo
 from kinetile.errors import KinetileError
@@ -57,7 +55,7 @@ def options_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
 
 
 def scenes(
-    name: Annotated[str | None, typer.Argument(help="Show the parameters of this recipe.")] = None,
+    name: Annotated[str | None, argument("Show the parameters of this recipe.")] = None,
     json: Json = False,
     csv: Csv = False,
 ) -> None:
@@ -97,8 +95,7 @@ def _recipe(name: str) -> dict[str, Any]:
 
 
 def _options(kind: Kind, name: str, key: str) -> dict[str, Any]:
-    """Returns the options of what has a name, or the parameters of a recipe, under a key; none and an error
-    for what cannot be imported."""
+    """Returns the options, or a recipe's parameters, under a key; an error where it cannot be imported."""
     from kinetile.plugin.parameters import REQUIRED, parameters_of
     from kinetile.scene.by_name import accepted_parameters
 
@@ -119,8 +116,8 @@ def _default(parameter: Mapping[str, Any]) -> str:
 
 
 def new_plugin(
-    name: Annotated[str, typer.Argument(help="The name of the broad phase.")],
-    into: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write the package into.")] = Path(),
+    name: Annotated[str, argument("The name of the broad phase.")],
+    into: Annotated[Path, option("The folder to write the package into.", "DIR")] = Path(),
 ) -> None:
     """Write a package with a broad phase that works, to begin your own with."""
     from kinetile.plugin.new_plugin import new_plugin as write_package

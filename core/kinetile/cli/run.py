@@ -6,8 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from kinetile.cli import runner
 from kinetile.cli.files import PARQUET, check_ending, check_files, file_errors
 from kinetile.cli.observed import Observe, ObserveTo, read_observables
@@ -20,9 +18,12 @@ from kinetile.cli.options import (
     Parameters,
     SceneName,
     Until,
+    argument,
     broad_choice,
     find_scene,
+    flag,
     narrow_choice,
+    option,
     until_or_default,
 )
 from kinetile.cli.output import as_json
@@ -36,8 +37,7 @@ if TYPE_CHECKING:
     from kinetile.scene import Settings
 
 Every = Annotated[
-    float | None,
-    typer.Option(min=0.0, metavar="SECONDS", help=f"Save the checkpoint so often; {runner.EVERY:g} s."),
+    float | None, option(f"Save the checkpoint so often; {runner.EVERY:g} s.", "SECONDS", min=0.0)
 ]
 
 
@@ -49,34 +49,24 @@ def run(
     narrow_phase: NarrowPhases = None,
     until: Until = None,
     max_contacts: MaxContacts = None,
-    events: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write every event to a new file, .parquet.")
-    ] = None,
+    events: Annotated[Path | None, option("Write every event to a new file, .parquet.", "FILE")] = None,
     contacts: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write the contacts to a new text file: epoch tick a b a line."),
+        Path | None, option("Write the contacts to a new text file: epoch tick a b a line.", "FILE")
     ] = None,
     checkpoint: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Save the run regularly to a file, for `kinetile resume`."),
+        Path | None, option("Save the run regularly to a file, for `kinetile resume`.", "FILE")
     ] = None,
     every: Every = None,
     observe: Observe = None,
     observe_to: ObserveTo = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the files that the options name.")
-    ] = False,
+    overwrite: Annotated[bool, flag("Replace the files that the options name.", "--overwrite")] = False,
     save_scene: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Save the scene with these phases and this end as a TOML file."),
+        Path | None, option("Save the scene with these phases and this end as a TOML file.", "FILE")
     ] = None,
     explain: Annotated[
-        bool, typer.Option("--explain", help="Print what is modelled and what is left out; run nothing.")
+        bool, flag("Print what is modelled and what is left out; run nothing.", "--explain")
     ] = False,
-    audit: Annotated[
-        int | None,
-        typer.Option(metavar="N", min=1, help="Check all invariants every N contacts (slow)."),
-    ] = None,
+    audit: Annotated[int | None, option("Check all invariants every N contacts (slow).", "N", min=1)] = None,
     json: Json = False,
 ) -> None:
     """Run a scene and print what happened."""
@@ -134,21 +124,14 @@ def run(
 
 
 def resume(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The file of `run --checkpoint FILE`.")],
-    until: Annotated[
-        float | None, typer.Option(help="Run until this time, instead of the original end.")
-    ] = None,
+    file: Annotated[Path, argument("The file of `run --checkpoint FILE`.", "FILE")],
+    until: Annotated[float | None, option("Run until this time, instead of the original end.")] = None,
     max_contacts: Annotated[
-        int | None,
-        typer.Option(min=0, help="Stop after this number of further contacts, instead of the original end."),
+        int | None, option("Stop after this number of further contacts, instead of the original end.", min=0)
     ] = None,
-    broad_phase: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Go on under this broad phase."),
-    ] = None,
+    broad_phase: Annotated[str | None, option("Go on under this broad phase.", "NAME")] = None,
     events: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write every event to this file, instead of the one before."),
+        Path | None, option("Write every event to this file, instead of the one before.", "FILE")
     ] = None,
     every: Every = None,
     observe: Observe = None,
@@ -199,16 +182,11 @@ def resume(
 
 
 def recover(
-    partial: Annotated[
-        Path, typer.Argument(metavar="FILE.partial", help="What a run with --events FILE has left.")
-    ],
+    partial: Annotated[Path, argument("What a run with --events FILE has left.", "FILE.partial")],
     out: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="The event file to make; without it FILE, and FILE.partial goes."),
+        Path | None, option("The event file to make; without it FILE, and FILE.partial goes.", "FILE")
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an event file that exists.")
-    ] = False,
+    overwrite: Annotated[bool, flag("Replace an event file that exists.", "--overwrite")] = False,
     json: Json = False,
 ) -> None:
     """Make an event file from what a killed run has left."""
@@ -271,10 +249,8 @@ def _resumed_recorder(simulation: Simulation, events: Path, requested: dict[str,
 def _requested_end(
     simulation: Simulation, note: dict[str, Any], done: int, until: float | None, max_contacts: int | None
 ) -> dict[str, Any]:
-    """Returns the end of a resumed run: the new one, else the one before, else the scene's.
-
-    ``max_contacts`` is counted from the start of the run, with ``done`` contacts so far.
-    """
+    """Returns the end of a resumed run: the new one, the one before, or the scene's; ``max_contacts`` is
+    counted from the start, with ``done`` contacts so far."""
     if until is not None and until < simulation.time:
         raise BadOption(f"--until is {until!r}, and the checkpoint is of time {simulation.time!r}")
     if until is not None or max_contacts is not None:

@@ -1,8 +1,6 @@
-"""Runner of ``kinetile run`` and ``kinetile resume``: progress, signals, checkpoints, and the printed result.
-
-Whatever ends a run (its end, a fault, a signal, a full disk), the events file is closed, the checkpoint holds
-the present moment, and the results so far are printed.
-"""
+"""Runner of ``kinetile run`` and ``kinetile resume``. Whatever ends a run (its end, a fault, a signal, a full
+disk), the events file is closed, the checkpoint holds the present moment, and the results so far are
+printed."""
 
 from __future__ import annotations
 
@@ -53,12 +51,9 @@ def run_to_end(
     observe: Sequence[str] | Observed = (),
     observe_to: Path | None = None,
 ) -> None:
-    """Runs, writes the contacts and what is observed if requested, and prints the result; raises typer.Exit,
-    with the exit code, if it ended badly.
-
-    ``requested`` is the end, its contacts counted from the start of the run; ``max_contacts`` is the number
-    of further contacts in this process.
-    """
+    """Runs, writes the contacts and what is observed if requested, and prints the result; raises typer.Exit
+    if it ended badly. ``requested`` is the end, its contacts counted from the start of the run;
+    ``max_contacts`` is the number of further ones."""
     ending = _carry_out(simulation, recorder, requested["until"], max_contacts, checkpoint, observe)
     if contacts is not None:
         from kinetile.records.contacts import write_contacts
@@ -142,8 +137,7 @@ def only_writer(path: Path | None) -> Iterator[None]:
 
 
 def check_checkpoint(path: Path | None, every: float | None, overwrite: bool) -> None:
-    """Raises BadOption where a new checkpoint may not be written: it would replace an old one, or a file that
-    is no checkpoint."""
+    """Raises BadOption where a checkpoint would replace an old one, or a file that is none."""
     from kinetile.run.saving.files import check_target
 
     if path is None:
@@ -160,11 +154,8 @@ def check_checkpoint(path: Path | None, every: float | None, overwrite: bool) ->
 
 
 class Checkpoint:
-    """Saves a simulation to a file: when a run begins, at intervals of some seconds, and at its end.
-
-    ``note`` is further data for ``kinetile resume``. A checkpoint that cannot be written is reported and
-    does not end the run: the one before is still valid.
-    """
+    """Saves a simulation to a file, with a ``note``: when a run begins, at intervals of some seconds, and at
+    its end. One that cannot be written is reported, and the run goes on: the one before is still valid."""
 
     def __init__(
         self,
@@ -189,10 +180,7 @@ class Checkpoint:
             self._save()
 
     def save(self) -> None:
-        """Saves now. Raises RecordError.
-
-        The rows of the events file are on the disk before the checkpoint that counts them.
-        """
+        """Saves now, after the rows of the events file that it counts. Raises RecordError."""
         if self._recorder is not None:
             self._recorder.sync()
         self._save()

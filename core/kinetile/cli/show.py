@@ -15,8 +15,11 @@ from kinetile.cli.options import (
     Options,
     Parameters,
     SceneName,
+    argument,
     broad_choice,
     find_scene,
+    flag,
+    option,
     until_or_default,
 )
 from kinetile.cli.terminal import Bar, FirstSignal, echo, make_ready, notice
@@ -36,40 +39,34 @@ phase (or None) and ``until``, and returns a View, or None for a file that is no
 
 PairsOption = Annotated[
     bool | None,
-    typer.Option("--pairs/--no-pairs", help="Draw lines between pairs of bodies; by default, of up to 250."),
+    flag("Draw lines between pairs of bodies; by default, of up to 250.", "--pairs/--no-pairs"),
 ]
 
 
 def draw(
     scene: SceneName,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="A new file that ends in .svg, .png or .pdf.")],
+    out: Annotated[Path, option("A new file that ends in .svg, .png or .pdf.", "FILE")],
     parameters: Parameters = None,
-    at: Annotated[
-        float | None, typer.Option(metavar="TIME", help="The moment; without it, the start.")
-    ] = None,
+    at: Annotated[float | None, option("The moment; without it, the start.", "TIME")] = None,
     broad_phase: BroadPhase = None,
     option: Options = None,
     roles: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ROLE,...", help="Only these parts of the structure: bound, tile, cell, pair, ..."
-        ),
+        str | None, option("Only these parts of the structure: bound, tile, cell, pair, ...", "ROLE,...")
     ] = None,
     pairs: PairsOption = None,
-    velocities: Annotated[bool, typer.Option("--velocities", help="Draw velocities as arrows.")] = False,
+    velocities: Annotated[bool, flag("Draw velocities as arrows.", "--velocities")] = False,
     space_time: Annotated[
         str | None,
-        typer.Option(
+        option(
+            "Draw a run in place of a moment: x or y to the right, time upwards, from --at to --until.",
+            "AXIS",
             "--space-time",
-            metavar="AXIS",
-            help="Draw a run in place of a moment: x or y to the right, time upwards, from --at to --until.",
         ),
     ] = None,
     until: Annotated[
-        float | None,
-        typer.Option(help="The end of --space-time; without it, the scene's own, or one time unit."),
+        float | None, option("The end of --space-time; without it, the scene's own, or one time unit.")
     ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --out.")] = False,
+    overwrite: Annotated[bool, flag("Replace the file of --out.", "--overwrite")] = False,
 ) -> None:
     """Draw a moment of a scene with the structure of its broad phase: bounds, tiles, cells, pairs."""
     form = check_ending("--out", out, (".svg", ".png", ".pdf"))[1:]
@@ -132,44 +129,35 @@ def _drawn_in_space_time(simulation: Simulation, axis: str, until: float | None)
 def view(
     scene: Annotated[
         str,
-        typer.Argument(
-            metavar="SCENE",
-            help="A recipe's name, a .toml file (a scene, or a case that `kinetile conform` saved), or an "
-            "event file (.parquet).",
+        argument(
+            "A recipe's name, a .toml file (a scene, or a case that `kinetile conform` saved), or an event "
+            "file (.parquet).",
+            "SCENE",
         ),
     ] = "grid",
     parameters: Parameters = None,
     broad_phase: BroadPhase = None,
     beside: Annotated[
-        str | None,
-        typer.Option(metavar="NAME,...", help="More broad phases, beside the first, on the same clock."),
+        str | None, option("More broad phases, beside the first, on the same clock.", "NAME,...")
     ] = None,
     begin: Annotated[
-        float | None,
-        typer.Option("--from", metavar="TIME", help="Show from this time on; without it, the start."),
+        float | None, option("Show from this time on; without it, the start.", "TIME", "--from")
     ] = None,
     until: Annotated[
-        float | None, typer.Option(help="Show until this time; the scene's own `until`, or one time unit.")
+        float | None, option("Show until this time; the scene's own `until`, or one time unit.")
     ] = None,
-    at: Annotated[
-        float | None,
-        typer.Option(metavar="TIME", help="The time at which the page opens."),
-    ] = None,
+    at: Annotated[float | None, option("The time at which the page opens.", "TIME")] = None,
     steps: Annotated[
-        bool,
-        typer.Option("--steps/--no-steps", help="Include every step of the broad phase between contacts."),
+        bool, flag("Include every step of the broad phase between contacts.", "--steps/--no-steps")
     ] = True,
     pairs: PairsOption = None,
     out: Annotated[
-        Path,
-        typer.Option(metavar="FILE", help="A new file: .html, a page, or .gif, a film (extra `figures`)."),
+        Path, option("A new file: .html, a page, or .gif, a film (extra `figures`).", "FILE")
     ] = Path("view.html"),
-    seconds: Annotated[
-        float | None, typer.Option(help="Duration of the film in seconds; 8 by default.")
-    ] = None,
-    width: Annotated[int | None, typer.Option(help="Width of the film in pixels; 640.")] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a file that is there.")] = False,
-    show: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
+    seconds: Annotated[float | None, option("Duration of the film in seconds; 8 by default.")] = None,
+    width: Annotated[int | None, option("Width of the film in pixels; 640.")] = None,
+    overwrite: Annotated[bool, flag("Replace a file that is there.", "--overwrite")] = False,
+    show: Annotated[bool, flag("Open the page in the browser.", "--open")] = False,
 ) -> None:
     """Write an interactive page in which a run plays: one file, exact at any moment, event by event.
 

@@ -50,9 +50,7 @@ def notice(text: str) -> None:
 @contextmanager
 def results_on_stdout() -> Iterator[None]:
     """Within this context results are printed; where they cannot be, an error message and exit code 1 follow.
-
-    A closed stdout is reported before any work is done. A pipe whose reader has gone is no error.
-    """
+    A closed stdout is reported before any work is done. A pipe whose reader has gone is no error."""
     if sys.stdout is None:
         notice("kinetile: the result cannot be printed: stdout is closed")
         raise SystemExit(FAULT)
@@ -104,11 +102,8 @@ def make_ready(simulation: Simulation, label: str = "") -> None:
 
 
 class FirstSignal:
-    """A context in which the first Ctrl-C, SIGTERM or SIGHUP raises KeyboardInterrupt, with its number, and
-    later ones are ignored, so that they cannot interrupt the closing of a file.
-
-    ``number`` is that signal's, or None. Off the main thread nothing is done.
-    """
+    """A context in which the first Ctrl-C, SIGTERM or SIGHUP raises KeyboardInterrupt, with its ``number``,
+    and later ones, which could interrupt the closing of a file, are ignored; only on the main thread."""
 
     def __init__(self) -> None:
         self.number: int | None = None

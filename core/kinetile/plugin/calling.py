@@ -1,10 +1,6 @@
-"""Calls into a phase's own Python: each exception becomes a message with the phase, its distribution and the
-place.
-
-A phase is foreign code. An exception of its constructor, ``prepare`` or ``arrange`` means nothing to a user,
-and ``sys.exit`` in one of them would end an unrelated program. kinetile's own errors (a refusal, a bad
-option) and Ctrl-C pass unchanged; the original error stays the cause of the new one.
-"""
+"""Calls into a phase's own Python: each exception, ``sys.exit`` among them, becomes a message with the phase,
+its distribution and place. kinetile's own errors (a refusal, a bad option) and Ctrl-C pass unchanged; the
+original error stays the cause."""
 
 from __future__ import annotations
 
@@ -34,18 +30,15 @@ def described(kind: Kind, name: str) -> str:
 
 
 def place_of(error: BaseException) -> str:
-    """Returns where an error was raised: file and line, of the phase's own code if it is involved.
-
-    NumPy raises for a wrong use of an array in a hook, and kinetile for a wrong use of the toolbox.
-    """
+    """Returns file and line where an error was raised, of the phase's own code if it is involved: NumPy and
+    kinetile raise for a wrong use of an array or the toolbox in a hook."""
     trace = traceback.extract_tb(error.__traceback__)
     frames = [(frame.filename, frame.lineno or 0) for frame in reversed(trace)]
     return line_of_author(frames) or "".join(map(_behind_a_sentence, frames[:1]))
 
 
 def line_of_author(frames: Iterable[tuple[str, int]]) -> str:
-    """Returns the first of these files and lines that is neither kinetile's nor a library's, as the end of
-    a message; an empty text if all are."""
+    """Returns the first place not of kinetile or a library, as the end of a message; "" if there is none."""
     for frame in frames:
         path = Path(frame[0])
         if not any(map(path.is_relative_to, NOT_AUTHORS)) and not is_library(path):
@@ -66,8 +59,7 @@ def is_library(path: Path) -> bool:
 
 @contextmanager
 def calling(kind: Kind, name: str, what: str, *, may_refuse: bool = True) -> Iterator[None]:
-    """Within this context ``what`` of a phase runs; its exceptions become PhaseError, kinetile's own too
-    unless it ``may_refuse``."""
+    """Within this, ``what`` of a phase runs; exceptions become PhaseError, refusals unless ``may_refuse``."""
     try:
         yield
     except (Exception, SystemExit) as error:

@@ -30,10 +30,8 @@ def read_value(text: str) -> Any:
 
 
 def read_option(text: str) -> Any:
-    """Returns the value of a phase's option: as ``read_value`` has it, but ``none`` is that word.
-
-    Options often have ``"none"`` among their choices; Python's None is what ``write_phase`` writes, ``None``.
-    """
+    """Returns the value of a phase's option, by ``read_value``; but ``none``, a frequent choice, is that
+    word, and Python's None is ``None``, as ``write_phase`` has it."""
     return text if text == "none" else read_value(text)
 
 
@@ -54,10 +52,7 @@ def read_assignments(
 
 
 def read_phase(text: str, what: str = "phase") -> tuple[str, dict[str, Any]]:
-    """Returns the name and the options of a phase: ``sap-1d`` or ``sap-1d:axis=y,other=2``.
-
-    ``what`` is what messages call it.
-    """
+    """Returns name and options of a phase, ``sap-1d`` or ``sap-1d:axis=y,other=2``, ``what`` in messages."""
     name, _, options = text.strip().partition(":")
     if not name or "=" in name:
         raise BadOption(

@@ -1,12 +1,8 @@
 """Shapes of a broad phase's structure: the return values of the ``draw`` of its parts.
 
 There are four shapes and the entries of a matrix, each with a role. A coordinate is a number, or that of a
-body's centre and an offset (``At``), which moves with the body. So a drawing made after one event is valid
-until the next one, and a player of a moving run need not draw again. A picture of a moment inserts the
-present positions.
-
-A phase names bodies by their slots, as everywhere in hooks. ``Simulation.drawing`` has the same shapes with
-the numbers of the bodies.
+body's centre and an offset (``At``), which moves with the body. A phase names bodies by their slots, as
+everywhere in hooks; ``Simulation.drawing`` has the numbers of the bodies.
 """
 
 from __future__ import annotations
@@ -33,7 +29,6 @@ ROLES = {
 
 class At(NamedTuple):
     """A coordinate that moves with a body: x or y of its centre, by its place in a point, and an offset.
-
     ``body`` is a slot in a phase's ``draw``, and a body's number in the result of ``Simulation.drawing``.
 
     On a periodic axis it is ``turns`` periods further: from where the plan has the body in ``draw``, from
@@ -74,9 +69,9 @@ class Segment(_Shape):
     """A line from a to b.
 
     Like all shapes it may have the tick at which its certificate fails (``fails``; None or ``NEVER``: it does
-    not) and a name (``label``, a few words). ``fails`` is a tick of the kernel in a phase's ``draw``, and
-    ticks since the scene's start in the result of ``Simulation.drawing``: ``divmod(fails, 2**52)`` is
-    (epoch, tick), as for contacts.
+    not) and a name (``label``, a few words). The tick is one of the kernel in a phase's ``draw``, and counts
+    from the scene's start in the result of ``Simulation.drawing``, where ``divmod(fails, 2**52)`` is (epoch,
+    tick).
     """
 
     role: Role
@@ -125,10 +120,8 @@ class Link(_Shape):
 
 @dataclass(frozen=True, slots=True)
 class Entry(_Shape):
-    """An entry in row a, column b of a matrix of all bodies, and in row b, column a; else like ``Link``.
-
-    It has no position in the scene: a page shows the matrix beside it, a picture leaves it out.
-    """
+    """An entry in row a, column b of a matrix of all bodies, and in row b, column a; else like ``Link``. It
+    has no position in the scene: a page shows the matrix beside it, a picture leaves it out."""
 
     role: Role
     a: int

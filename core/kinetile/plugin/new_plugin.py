@@ -1,9 +1,5 @@
-"""New plugins: a complete package with a working broad phase, to be changed into one's own.
-
-The texts are in ``templates/``, with ``$name``, ``$package`` and ``$distribution`` in place of the plugin's
-names. ``phase.txt`` is a working broad phase; it is copied with the name of its class changed, and passes the
-same checks as kinetile's own code.
-"""
+"""New plugins: a complete package with a working broad phase, to be changed into one's own. The texts are in
+``templates/``, with ``$name``, ``$package`` and ``$distribution`` in place of the plugin's names."""
 
 from __future__ import annotations
 
@@ -24,17 +20,9 @@ from kinetile.targets import write_file
 
 
 def new_plugin(name: str, into: str | os.PathLike[str] = ".") -> Path:
-    """Writes the package kinetile-NAME into a folder, and returns the package's own folder.
-
-    Args:
-        name: the name of the broad phase: letters, digits and dashes; upper case and underscores are
-            folded.
-        into: an existing folder.
-
-    Raises:
-        BadOption: the name is invalid or taken; there is no such folder; the package's own folder exists
-            already.
-    """
+    """Writes the package kinetile-NAME into an existing folder, and returns the package's own folder.
+    ``name`` is that of the broad phase: letters, digits and dashes, others folded. Raises BadOption where it
+    is invalid or taken, there is no such folder, or its own is there already."""
     words, into = _words(name), Path(into)
     if not os.path.isdir(into):
         raise BadOption(f"there is no folder {str(into)!r} to write {words['distribution']} into")

@@ -17,8 +17,7 @@ REQUIRED = inspect.Parameter.empty
 
 
 class Parameter(NamedTuple):
-    """A parameter: its name, its type as it is written ("int", "tuple[float, ...]", "" where there is none),
-    and its default."""
+    """A parameter: its name, its type as written ("int", "tuple[float, ...]", "" for none), its default."""
 
     name: str
     type: str
@@ -26,11 +25,8 @@ class Parameter(NamedTuple):
 
 
 def parameters_of(kind: Kind, name: str) -> tuple[Parameter, ...]:
-    """Returns the options of a phase, response or observable, or the parameters of a recipe, in the order of
-    its signature.
-
-    Raises UnknownName, and PhaseError for what does not import, or a recipe whose signature hides some.
-    """
+    """Returns the options of a phase, response or observable, or a recipe's parameters, as in its signature.
+    Raises UnknownName, and PhaseError for what does not import, or a recipe whose signature hides some."""
     target = registry().target(kind, name)
     with calling(kind, name, "its signature"):
         signature = inspect.signature(target)

@@ -1,9 +1,8 @@
 """Protocols of phases and responses: what hooks receive, what they may change, what must hold afterwards.
 
-A phase is a class. It is created with its options as keyword arguments, and its ``prepare`` is called once
-and returns its parts: hooks (functions marked with ``kinetile.toolbox.hook``) and state. The hooks become
-part of the compiled loop; nothing else of the class is used during a run. Built-in phases use only this
-interface. Parts are checked before anything is allocated or compiled from them (``check_parts``).
+A phase is a class. It is made with its options as keyword arguments, and its ``prepare`` is called once and
+returns its parts: hooks (functions marked with ``kinetile.toolbox.hook``), which become part of the compiled
+loop, and state. Nothing else of the class is used during a run. Parts are checked first (``check_parts``).
 """
 
 from __future__ import annotations
@@ -27,8 +26,7 @@ if TYPE_CHECKING:
 Hook = Callable[..., Any]
 
 ContactDistance: TypeAlias = Literal["sum of radii", "outlines", "closer"]
-"""The distance of the centres of two bodies that touch: always the sum of their radii, or sometimes
-less."""
+"""The distance of the centres of two bodies that touch: always the sum of their radii, or sometimes less."""
 
 
 @dataclass(frozen=True)
@@ -37,36 +35,35 @@ class BroadPhaseParts:
 
     ``near(k, s, body) -> m``: write the numbers of all bodies that may touch a body before the structure
     changes to ``k.near[:m]``. It may name the body itself; it may name a body twice, which costs time. If a
-    is near b, then b is near a. Eight numbers may be written beyond m.
+    is near b, then b is near a. Eight numbers may be written beyond m. ``room`` is the largest count that it
+    may write; at least the number of bodies, which is the default.
 
     ``state`` is a NamedTuple of arrays, whose class is defined at a module's top level; every hook receives
-    it as ``s``.
+    it as ``s``. ``ticks`` are its arrays that hold ticks: when the clock's base moves on, all in them that
+    are not NEVER are shifted. ``arrange(k, s)`` (plain Python with NumPy, not compiled; may be None) computes
+    the state of the present moment, at the start and whenever the kernel rebuilds. It may read ``k.bodies``
+    and ``positions_now(k)``.
 
-    ``arrange(k, s)`` (plain Python with NumPy, not compiled; may be None) computes the state of the present
-    moment, at the start and whenever the kernel rebuilds. It may read ``k.bodies`` and
-    ``positions_now(k)``.
-
-    ``build(k, s)``: no certificate is scheduled. Complete the structure and schedule every certificate.
-
-    Each body has one structural certificate, with a meaning chosen by the phase: ``schedule(k, body, tick)``
-    sets when it fails; NEVER: it does not. A phase that watches several conditions for a body schedules
-    the first of them to fail. ``falls`` computes when a gap closes.
+    ``build(k, s)``: no certificate is scheduled. Complete the structure and schedule every certificate. Each
+    body has one structural certificate, with a meaning chosen by the phase: ``schedule(k, body, tick)`` sets
+    when it fails; NEVER: it does not. A phase that watches several conditions for a body schedules the first
+    of them to fail. ``falls`` computes when a gap closes.
 
     ``repair(k, s, body) -> m``: a body's certificate fails now, at ``k.clock[0].now``. Restore the structure
-    and reschedule changed certificates, that body's in any case. Write the bodies that have become near
-    it to ``k.near[:m]``; ``offer(k, a, b)`` reports two others. Bodies that are no longer near need not be
+    and reschedule changed certificates, that body's in any case. Write the bodies that have become near it to
+    ``k.near[:m]``; ``offer(k, a, b)`` reports two others. Bodies that are no longer near need not be
     reported. Never change a flight plan.
 
     ``replan(k, s, body)``: the flight plan of a body changed; its position did not. Reschedule the
     certificates that depend on it. The kernel itself calls the narrow phases again.
 
-    ``enter(k, s, body)``: a body was inserted now; its plan is in ``k.bodies[body]``. Add it to the
-    structure and schedule its certificate. The kernel calls ``near`` for it afterwards; report only two
-    others that have become near (``offer``).
+    ``enter(k, s, body)``: a body was inserted now; its plan is in ``k.bodies[body]``. Add it to the structure
+    and schedule its certificate. The kernel calls ``near`` for it afterwards; report only two others that
+    have become near (``offer``).
 
     ``leave(k, s, body)``: a body will be removed. Take it out of the structure, reschedule the certificates
-    of others that depended on it, and ``offer`` pairs of others that become near. From then on the phase
-    must not name it.
+    of others that depended on it, and ``offer`` pairs of others that become near. From then on the phase must
+    not name it.
 
     Both or neither. A phase without them is prepared and built again at each insertion or removal. One that
     has them allocates room for ``scene.capacity`` bodies in ``prepare``, whose scene has fewer: bodies are
@@ -86,49 +83,38 @@ class BroadPhaseParts:
     Without it such a scene is refused.
 
     ``audit(k, s)`` (plain Python; may be None) yields a sentence for each invariant of the state that does
-    not hold between two events; it may be slow.
-
-    ``draw(k, s)`` (plain Python; may be None) returns the present structure as shapes of
-    ``kinetile.plugin.drawing``: bounds, tiles, cells, pairs, certificates with their failure times. It may
-    read all, must change nothing, and may be slow. Shapes move with bodies, so they are valid until the next
-    event.
+    not hold between two events. ``draw(k, s)`` (plain Python; may be None) returns the present structure as
+    shapes of ``kinetile.plugin.drawing``: bounds, tiles, cells, pairs, certificates with their failure times;
+    shapes move with bodies, so they are valid until the next event. Both may read all, must change nothing,
+    and may be slow.
 
     ``drawn_as`` names a structure that follows from the positions of a moment alone, as a page can compute it
     where it has no recording of ``draw``: "tiling" (the lines of the discs and the vertical bounds at their
     ends), "bounds x" and "bounds y" (each body's bounds on an axis), "boxes" (upright boxes, and the pairs
     that overlap); "": none of these.
 
-    ``room`` is the largest count that ``near`` may write; at least the number of bodies, which is the
-    default.
+    ``pairs`` is the initial room of the pair set, in pairs (``add_pair``, ``remove_pair``, ``pairs_of``); it
+    grows when necessary. ``skin_limit`` is the thickest skin, a length, with which the phase is right; None:
+    any. A scene that needs a thicker one is refused.
 
-    ``pairs`` is the initial room of the pair set, in pairs (``add_pair``, ``remove_pair``, ``pairs_of``);
-    it grows when necessary.
-
-    ``ticks`` are the arrays of the state that hold ticks: when the clock's base moves on, all ticks in them
-    that are not NEVER are shifted.
-
-    ``skin_limit`` is the thickest skin, a length, with which the phase is right; None: any. A scene that
-    needs a thicker one is refused.
-
-    ``walled``: the phase is right only while walls keep all bodies in an arena.
-
-    ``solid``: the phase is right only while bodies cannot pass through each other, nor come closer than the
-    sum of their radii. With ``outlines`` it is right for the shapes that it accepts as well, if these touch
-    at their outlines: near need only be those that touch. Immovable bodies of a scene with shapes may
-    overlap, so there is one at most.
+    ``walled``: the phase is right only while walls keep all bodies in an arena. ``solid``: it is right only
+    while bodies cannot pass through each other, nor come closer than the sum of their radii. With
+    ``outlines`` it is right for the shapes that it accepts as well, if these touch at their outlines: near
+    need only be those that touch. Immovable bodies of a scene with shapes may overlap, so there is one at
+    most.
 
     ``faults`` are sentences for faults of the phase's own: ``blame(k, MY_FAULT, a, b)`` ends the run with the
     first of them, ``MY_FAULT + 1`` with the second. ``{a}`` and ``{b}`` in them are the two numbers.
 
-    A hook may also read ``k.places``, position and velocity of every body at the tick
-    ``k.clock[0].origin``, one row of four doubles each, written before ``replan``.
+    A hook may also read ``k.places``, position and velocity of every body at the tick ``k.clock[0].origin``,
+    one row of four doubles each, written before ``replan``.
 
-    Invariants: when all structural failures up to a tick have been repaired, every two bodies that
-    touch at that tick, each taken with its ``reach``, are near each other; and every pair that has become
-    near has been offered or named by ``repair``. In a scene with shapes ``reach`` is the radius of the circle
-    around a body, and the skin. A phase that measures along x or y may use the reaches to the four sides
-    instead (``reach_to``, ``reaches_of``), which are less: near need only be those whose circles and whose
-    upright boxes both touch.
+    Invariants: when all structural failures up to a tick have been repaired, every two bodies that touch at
+    that tick, each taken with its ``reach``, are near each other; and every pair that has become near has
+    been offered or named by ``repair``. In a scene with shapes ``reach`` is the radius of the circle around a
+    body, and the skin. A phase that measures along x or y may use the reaches to the four sides instead
+    (``reach_to``, ``reaches_of``), which are less: near need only be those whose circles and whose upright
+    boxes both touch.
     """
 
     near: Hook
@@ -166,17 +152,16 @@ class PairParts:
     the sum of their radii.
 
     ``collide(k, a, b)``: both bodies are anchored at the contact; give them new velocities and return how
-    deep they overlap (a length, zero or negative when they do not).
+    deep they overlap (a length, zero or negative when they do not). ``touch(k, a, b) -> (nx, ny, depth)``: of
+    the same bodies the normal from a to b, of length 1, and how deep they overlap. None: the phase does not
+    work with responses that need it.
 
-    ``soonest(k, body, count, barred, at) -> (first, second, who)``: bounds for many at once. Of the
-    bodies in ``k.near[:count]``, except ``body`` and ``barred``, no contact with ``body`` comes
-    earlier than ``first`` after tick ``at``, and none but that of ``who`` earlier than ``second``; delays in
-    the scene's time, infinite if there is no contact, ``who`` NOBODY if there is none at all. A bound
-    may be early and never late: ``meet`` of that pair is not before it, by more than 2^-50 of the delay.
-    None: every candidate is computed exactly.
-
-    ``touch(k, a, b) -> (nx, ny, depth)``: both bodies are anchored at the contact; the normal from a to b, of
-    length 1, and how deep they overlap. None: the phase does not work with responses that need it.
+    ``soonest(k, body, count, barred, at) -> (first, second, who)``: bounds for many at once. Of the bodies in
+    ``k.near[:count]``, except ``body`` and ``barred``, no contact with ``body`` comes earlier than ``first``
+    after tick ``at``, and none but that of ``who`` earlier than ``second``; delays in the scene's time,
+    infinite if there is no contact, ``who`` NOBODY if there is none at all. A bound may be early and never
+    late: ``meet`` of that pair is not before it, by more than 2^-50 of the delay. None: every candidate is
+    computed exactly.
 
     ``part(k, a, b)``: the tick at which two bodies part that pass through each other, or NEVER, from their
     plans alone, like ``meet``; the later anchor for two that are apart there already. None: with this phase
@@ -192,21 +177,19 @@ class PairParts:
     ``soonest`` bounds all images, ``barred`` is NOBODY; at a contact b is seen ``torus.right`` and
     ``torus.up`` of where it is; and ``part`` is of the image that is on the clock (``images.turns_between``).
 
-    ``contact_distance`` is "sum of radii" if two bodies touch when, and only when, their centres are as
-    far apart as the sum of their radii, "outlines" if they do when, and only when, the outlines of their
-    shapes touch, and "closer" if they can come closer: bodies that are deformed. A broad phase that is
-    ``solid`` is refused with "closer", and with "outlines" unless it has ``outlines``.
+    ``contact_distance`` is "sum of radii" if two bodies touch when, and only when, their centres are as far
+    apart as the sum of their radii, "outlines" if they do when, and only when, the outlines of their shapes
+    touch, and "closer" if they can come closer: bodies that are deformed. A broad phase that is ``solid`` is
+    refused with "closer", and with "outlines" unless it has ``outlines``.
 
     ``shapes``: these hooks are for a scene with shapes (``scene.shapes``): bodies do not rotate, and meet as
     rule 5s of the specification says. Without it such a scene is refused; a broad phase needs nothing, since
     the circle of a body's reach holds its shape.
 
     ``numbers``: (m,) float64 that hooks find in ``k.numbers``: what the phase keeps for a scene, and options.
-    Other numbers need no other machine code. None: it keeps none.
-
-    ``alike``: these are the parts for a scene whose bodies are alike (``kinetile.scene.are_alike``), others
-    than for the rest. The tables then keep one mass and one radius: ``k.mass`` and ``k.radii`` have as many
-    elements as ever, and are not contiguous.
+    Other numbers need no other machine code. None: it keeps none. ``alike``: these are the parts for a scene
+    whose bodies are alike (``kinetile.scene.are_alike``), others than for the rest. The tables then keep one
+    mass and one radius: ``k.mass`` and ``k.radii`` have as many elements as ever, and are not contiguous.
     """
 
     meet: Hook

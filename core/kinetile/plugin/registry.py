@@ -1,15 +1,10 @@
 """Registry of phases, responses, scenes and observables: installed plugins and their contents, by name.
 
-A plugin is registered as a whole or not at all: its names enter the table only when all of its contents
-are valid. One that fails, at any point, leaves nothing behind and affects no other; it is stored as a
-Failure, with its distribution, and named in the error about an unknown name.
-
-pluggy's own loader stops at the first plugin that does not import, and silently drops a second
-distribution with the same entry-point name. So entry points are read here one by one, and each plugin has a
-pluggy manager of its own: a failure needs no rollback, and its plugin is always known.
-
-kinetile's own distribution goes first, the rest follow in alphabetical order. So no plugin can take a
-built-in name, and which of two rivals gets a name does not depend on the order of ``sys.path``.
+A plugin is registered as a whole, when all of its contents are valid, or not at all. One that fails affects
+no other; it is a Failure, and named in the error about an unknown name. pluggy's own loader stops at the
+first plugin that does not import, and silently drops a second distribution with the same entry-point name. So
+entry points are read here one by one, and each plugin has a pluggy manager of its own. kinetile's own
+distribution goes first, the rest follow in alphabetical order, whatever the order of ``sys.path`` is.
 """
 
 from __future__ import annotations
@@ -20,7 +15,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from importlib import metadata
-from typing import Any, NamedTuple, TypeGuard
+from typing import Any, NamedTuple
 
 import pluggy
 
@@ -61,17 +56,10 @@ class Failure(NamedTuple):
         return f"{_source(self.plugin, self.distribution, self.version)}: {sentence(self.error)}"
 
 
-def _is_pair(spec: Spec) -> TypeGuard[NarrowPhaseSpec]:
-    return isinstance(spec, NarrowPhaseSpec) and spec.role == "pair"
-
-
 class Registry:
-    """The phases and scenes that can be chosen by name.
-
-    ``Registry()`` is empty; ``Registry([plugin, ...])`` holds the contents of these; ``kinetile.registry()``
-    is the one of this process, with everything that is installed. Iterating gives a Provided for each phase
-    and scene.
-    """
+    """The phases and scenes that can be chosen by name; iterating gives a Provided for each. ``Registry()``
+    is empty, ``Registry([plugin, ...])`` has the contents of these, and ``kinetile.registry()`` all that is
+    installed."""
 
     def __init__(self, plugins: Iterable[object] = ()) -> None:
         self.failures: tuple[Failure, ...] = ()
@@ -86,10 +74,8 @@ class Registry:
         return f"<Registry: {len(self._provided)} names, {len(self.failures)} failures>"
 
     def target(self, kind: Kind, name: str) -> Callable[..., Any]:
-        """Imports and returns the class of a phase, response or observable, or the recipe of a scene.
-
-        Raises UnknownName, and PhaseError where the target does not import, or is no class or function.
-        """
+        """Imports and returns the class of a phase, response or observable, or the recipe of a scene. Raises
+        UnknownName, and PhaseError where the target does not import, or is no class or function."""
         provided = self.provided(kind, name)
         spec = provided.spec
         if not isinstance(spec.target, str):
@@ -122,24 +108,18 @@ class Registry:
         raise UnknownName(kind, name, suggestion=meant, available=there, failures=self.failures, other=other)
 
     def names(self, kind: Kind) -> tuple[str, ...]:
-        """Returns the names of one kind: the built-in ones first, without aliases, and without those that
-        begin with ``_``, which a plugin has for its own use."""
+        """Returns names of a kind, the built-in first, without aliases and those with ``_``, for own use."""
         names = (each.spec.name for each in self._provided if each.kind == kind)
         return tuple(name for name in names if not name.startswith("_"))
 
     def add(self, plugin: object) -> None:
-        """Adds a plugin of this process: a module, or any object, with functions marked by ``hookimpl``.
-
-        All of its names are added, or none. Raises BadPlugin, PluginApiMismatch or DuplicateName.
-        """
+        """Adds a plugin of this process: a module, or any object, with functions marked by ``hookimpl``; all
+        of its names, or none. Raises BadPlugin, PluginApiMismatch or DuplicateName."""
         self._take_in(plugin, _label(plugin))
 
     def remove(self, plugin: object) -> None:
-        """Removes the names of a plugin of this process: the object, or its name as a listing shows it.
-
-        So a notebook cell that defines and adds a plugin can be run again. Raises UnknownName if there is
-        none.
-        """
+        """Removes the names of a plugin of this process: the object, or its name as a listing shows it: so a
+        notebook cell that adds one can run again. Raises UnknownName if there is none."""
         label = plugin if isinstance(plugin, str) else _label(plugin)
         kept = [p for p in self._provided if p.distribution is not None or p.plugin != label]
         if len(kept) == len(self._provided):
@@ -148,12 +128,10 @@ class Registry:
         self._provided = kept
 
     def as_dicts(self) -> dict[str, list[dict[str, Any]]]:
-        """Returns the listing in plain types, ready for JSON.
-
-        "provided" has a row for each name, with kind, name, summary, features, aliases, api, plugin,
-        distribution and version, and for narrow phases of two bodies shapes; "failures" has a row for each
-        plugin that failed, with plugin, distribution, version, error (its type) and message.
-        """
+        """Returns the listing in plain types, ready for JSON: under "provided" a row for each name, with
+        kind, name, summary, features, aliases, api, plugin, distribution and version, and for narrow phases
+        of two bodies shapes; under "failures" one for each plugin that failed, with plugin, distribution,
+        version, error (its type) and message."""
         provided = [
             {
                 "kind": kind,
@@ -166,7 +144,11 @@ class Registry:
                 "distribution": distribution,
                 "version": version,
             }
-            | ({"shapes": list(spec.shapes)} if _is_pair(spec) else {})
+            | (
+                {"shapes": list(spec.shapes)}
+                if isinstance(spec, NarrowPhaseSpec) and spec.role == "pair"
+                else {}
+            )
             for kind, spec, plugin, distribution, version in self._provided
         ]
         failures = [
@@ -213,11 +195,8 @@ _lock = threading.RLock()
 
 
 def registry() -> Registry:
-    """Returns this process's registry; installed plugins are searched once, at the first call.
-
-    No plugin can make this raise. One that calls this while it is itself being loaded sees the plugins loaded
-    before it.
-    """
+    """Returns this process's registry; installed plugins are searched once, at the first call. No plugin can
+    make this raise. One that calls this while it is loaded sees those loaded before it."""
     global _shared
     with _lock:
         if _shared is None:
@@ -257,10 +236,7 @@ _HOOKS: dict[str, tuple[Kind, type[Spec]]] = {
 
 
 class Installed(NamedTuple):
-    """A plugin that is installed but not loaded yet, and its distribution.
-
-    ``plugin`` is "<distribution>:<entry point>", for two distributions may choose the same entry-point name.
-    """
+    """A plugin, "<distribution>:<entry point>", that is installed but not loaded, and its distribution."""
 
     plugin: str
     distribution: str

@@ -1,14 +1,10 @@
 """Specs of phases, responses, scenes and observables, and the hooks by which plugins offer them.
 
-A spec is light on purpose: enough to list a phase and to find it once it is selected. Its target is
-usually a string, ``"package.module:attribute"``, which is imported only when the name is selected,
-so listing a hundred phases imports none of them. In notebooks and tests it may be the class or the function
-itself.
-
-A plugin is a module (or any object) with functions of the names of the hooks below, decorated with
-``hookimpl``. It is found by the entry-point group ``kinetile`` of its distribution, or added
-by ``kinetile.registry().add``. Hooks take no arguments and return lists of specs. They are called once, when
-the registry is made, and never during a run.
+The target of a spec is usually a string, ``"package.module:attribute"``, which is imported only when its name
+is selected; in notebooks and tests it may be the class or the function itself. A plugin is a module (or any
+object) with functions of the names of the hooks below, decorated with ``hookimpl``. It is found by the
+entry-point group ``kinetile`` of its distribution, or added by ``kinetile.registry().add``. Hooks take no
+arguments and return lists of specs; they are called once, when the registry is made.
 """
 
 from __future__ import annotations
@@ -68,26 +64,24 @@ class Spec:
 
 @dataclass(frozen=True)
 class BroadPhaseSpec(Spec):
-    """A broad phase: keeps a set of candidate pairs complete.
+    """A broad phase: keeps a set of candidate pairs complete. Raises BadPlugin if a field is invalid.
 
     ``name`` is the public name ("sap-1d"): no spaces, commas, ``=`` or ``:``; one that begins with ``_`` is
     found, but not listed. ``aliases`` are other names for it. ``target`` is the class, or
     "package.module:Class". ``summary`` is one line for a listing. ``features`` are words for abilities beyond
-    the protocol. ``api`` is the version of the plugin API that the phase was written for; the registry
-    accepts only API_VERSION.
-
-    Raises BadPlugin if a field is invalid.
+    the protocol. ``api`` is the version of the plugin API that the phase was written for: API_VERSION alone
+    is accepted.
     """
 
 
 @dataclass(frozen=True)
 class NarrowPhaseSpec(Spec):
-    """A narrow phase: predicts contacts of one kind, and runs them.
+    """A narrow phase: predicts contacts of one kind, and runs them; ``role`` is that kind: "pair" (two
+    bodies) or "wall" (a body and a wall).
 
-    ``role`` is its kind of contact: "pair" (two bodies) or "wall" (a body and a wall). ``shapes`` are the
-    kinds of shapes (``Shape.kind``: "disc", "box" and so on) of which it takes every two: of several phases
-    that are named the first that takes two shapes decides their contacts (``kinetile.run.pair_phases``). The
-    other fields, and the errors, are as in BroadPhaseSpec.
+    ``shapes`` are the kinds of shapes (``Shape.kind``: "disc", "box" and so on) of which it takes every two:
+    of several phases that are named the first that takes two shapes decides their contacts
+    (``kinetile.run.pair_phases``). The other fields, and the errors, are as in BroadPhaseSpec.
     """
 
     role: Literal["pair", "wall"] = field(kw_only=True)

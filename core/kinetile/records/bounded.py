@@ -1,8 +1,5 @@
-"""Rows of a run in memory, up to a number.
-
-A limit of contacts does not bound the rows of a run: the clock anchors plans again, and each is a row, so
-that a slow scene has any number of them without a contact.
-"""
+"""Rows of a run in memory, up to a number. A limit of contacts does not bound the rows of a run: the clock
+anchors plans again, and each is a row."""
 
 from __future__ import annotations
 
@@ -27,12 +24,8 @@ def ticks_of(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 
 def _whole_until(rows: npt.NDArray[Any], limit: int, clock: Clock) -> tuple[int, float]:
-    """Returns how many of the first ``limit`` rows, of more than those, are all rows up to some time, and
-    that time.
-
-    Events that happen at once are in it all or not at all, so that the rows after this time are the rest. If
-    the first ``limit`` rows are of one moment, these are the ones, and the time is that moment.
-    """
+    """Returns how many of the first ``limit`` rows, of more, are all rows up to some time, and that time.
+    Events at once are in it all or not at all, unless the first ``limit`` rows are of one moment."""
     ticks = ticks_of(rows[: limit + 1])
     over = ticks[-1]
     whole = int(np.searchsorted(ticks, over))

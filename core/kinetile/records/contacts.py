@@ -1,8 +1,6 @@
-"""Lists of contacts as plain text, from any program: one line each, "epoch tick a b".
-
-The numbers are those of rule 10 of docs/specification.md. The last line may be "fingerprint" and 64
-hexadecimal digits: the digest of the lines before it.
-"""
+"""Lists of contacts as plain text, from any program: one line each, "epoch tick a b" (rule 10 of
+docs/specification.md), and perhaps "fingerprint" at the end, with 64 hexadecimal digits: the digest of the
+lines before it."""
 
 from __future__ import annotations
 
@@ -33,10 +31,7 @@ class ContactLines(NamedTuple):
 
 
 def read_contacts(lines: Iterable[str], source: str) -> ContactLines:
-    """Reads a list of contacts; ``source`` is its name in messages.
-
-    Raises BadOption, which names the line, for an invalid list.
-    """
+    """Reads a list of contacts; BadOption, with ``source`` and the line, for an invalid one."""
     parts: list[NDArray[Any]] = []
     waiting: list[tuple[int, ...]] = []
     fingerprint: str | None = None
@@ -79,9 +74,7 @@ def _numbers(text: str, source: str, number: int) -> tuple[int, ...]:
 
 def write_contacts(path: str | os.PathLike[str], contacts: NDArray[Any], fingerprint: str) -> None:
     """Writes a list of contacts (rows with the fields epoch, tick, a, b), and their fingerprint behind them.
-
-    Raises OSError if it cannot be written; then an existing file stays.
-    """
+    Raises OSError if it cannot be written; then an existing file stays."""
     with replacing(path) as file:
         for first in range(0, len(contacts), _AT_ONCE):
             some = contacts[first : first + _AT_ONCE]

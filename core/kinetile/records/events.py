@@ -1,19 +1,15 @@
 """Recorder of a run: it writes every event that changes a flight plan into an event file.
 
-A row is one event that changed a flight plan, with position and velocity of its bodies right after it (the
-columns are those of ``kinetile.LOG``). Between two of its rows a body flies straight, so the rows and the
-scene, which is in the file's metadata, are the whole trajectory: ``kinetile.records.trajectory`` gives
-any body at any time, exactly.
+A row is one such event, with position and velocity of its bodies right after it (the columns are those of
+``kinetile.LOG``). Between two of its rows a body flies straight, so the rows and the scene in the metadata
+are the whole trajectory (``kinetile.records.trajectory``).
 
-During a run its rows are in ``FILE.partial``, a log (``kinetile.records.log``) that no other run
-can write meanwhile (``kinetile.records.locks``). Rows wait in memory for a quarter of a second at most,
-or until there are 65,536; then the system has them, and they survive the process. When the
-recorder closes, ``FILE`` is made from the log, in Parquet (``kinetile.records.finishing``), and the log is
-removed. It closes at every end of a run: done, Ctrl-C, a fault, a full disk. The metadata's "status" is
-"complete", "interrupted", "fault: ..." or "disk: ...". A process that is killed, or that
-has no room for ``FILE``, leaves the log, from which ``kinetile.records.recover`` makes ``FILE``.
-
-A link is followed; only regular files are replaced.
+During a run its rows are in ``FILE.partial``, a log (``kinetile.records.log``) that no other run can write
+meanwhile (``kinetile.records.locks``), at most a quarter of a second or 65,536 rows late. When the recorder
+closes, at every end of a run, ``FILE`` is made from the log, in Parquet (``kinetile.records.finishing``), and
+the log is removed. "status" in the metadata is "complete", "interrupted", "fault: ..." or "disk: ...". A
+process that is killed, or has no room for ``FILE``, leaves the log, from which ``kinetile.records.recover``
+makes it. A link is followed; only regular files are replaced.
 """
 
 from __future__ import annotations
@@ -63,16 +59,13 @@ class EventRecorder:
 
     ``behind`` is a resumed simulation (``kinetile.resume``): the rows before its checkpoint are the beginning
     of this file, if they are found (then ``goes_on``): in FILE.partial if the run was killed, in FILE if it
-    ended. Events after the checkpoint are recorded again. Without earlier rows the file begins at the
-    checkpoint.
+    ended. Later events are recorded again. Without earlier rows the file begins at the checkpoint.
 
-    An existing file is refused, unless ``overwrite``: then it is replaced when the recorder
-    closes, not before. The same applies to the rows of a killed run into the same file. A recorder writes
-    one file, inside one ``with`` and in one process: elsewhere, as in a forked child, it takes no rows.
-
-    Raises MissingExtra without pyarrow, and RecordError if the file exists, is being written by another
-    run or cannot be written; rows written before an error are kept, in FILE, or in FILE.partial
-    if the message says so.
+    An existing file, and the rows of a killed run into it, are refused, unless ``overwrite``: then the file
+    is replaced when the recorder closes. A recorder writes one file, inside one ``with`` and in one process:
+    elsewhere, as in a forked child, it takes no rows. Raises MissingExtra without pyarrow, and RecordError if
+    the file exists, is being written by another run or cannot be written; rows written before an error are
+    kept, in FILE, or in FILE.partial if the message says so.
     """
 
     def __init__(
@@ -141,11 +134,8 @@ class EventRecorder:
         return self
 
     def _begin(self, file: LogFile, left: bool) -> LogFile:
-        """Begins the log, in FILE.partial or in its replacement, with the rows that are recorded already.
-
-        A head or a copy of rows is first written under another name, which becomes FILE.partial when it is
-        complete: a kill meanwhile leaves the old file.
-        """
+        """Begins the log, in FILE.partial or in its replacement, with the rows that are recorded already:
+        first under another name, until it is complete, so that a kill leaves the old file."""
         at, rows = self._found(file) if left and self._behind is not None else (None, self._earlier())
         unfinished = self.partial.with_name(self.partial.name + ".unfinished")
         apart = (at is None or len(rows) > 0) and os.name != "nt"  # where an open file cannot be replaced
@@ -240,8 +230,7 @@ class EventRecorder:
             self._open_file().sync()
 
     def begin(self, moment: Moment, before: int) -> None:
-        """Begins a run. Rows that this recorder did not receive are counted as ``missing``: the others are
-        not the whole motion."""
+        """Begins a run. Rows not received are counted as ``missing``: the others are not the whole motion."""
         if self._kinds.several:
             self._kinds_of = moment.kinds_of
             self._kinds.add(np.arange(moment.numbers), moment.kinds_of)
@@ -252,11 +241,8 @@ class EventRecorder:
         self._reached = time
 
     def close(self, status: str = "complete") -> None:
-        """Writes what is pending, and makes the file of it.
-
-        Closing twice, or before the file was opened, does nothing. Raises RecordError if rows had to be left
-        out, or if the file could not be made.
-        """
+        """Writes what is pending, and makes the file of it; twice, or before it was opened, does nothing.
+        Raises RecordError if rows had to be left out, or if the file could not be made."""
         if self._file is None or self._file.closed:
             return
         self._open_file()

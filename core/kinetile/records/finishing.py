@@ -1,13 +1,9 @@
-"""Event files made from logs: at the end of a run, or after it was killed.
+"""Event files made from logs (``kinetile.records.log``): by the recorder when it closes, and by ``recover``
+after a kill, in one way, so every run tests it.
 
-There is one way from the log of a run (``kinetile.records.log``) to an event file, and every run uses
-it: the recorder when it closes, and ``recover`` after a kill. So the path after a kill is tested by every
-run. The alternative is to write Parquet beside the log during the run. It would need as much disk in the
-end, and a full disk would be reached after half the rows; this way the log has all of the disk, and if no
-room is left for the event file, the log stays, and can be made into one on another disk. The price is that a
-run ends a moment later: about a second for 700,000 rows.
-
-The log is removed when the event file is on the disk. An interruption leaves the log unchanged.
+Parquet beside the log during the run would need as much disk; a log without room for its event file can be
+made into one on another disk. The price is about a second for 700,000 rows at the end. The log is removed
+when the event file is on the disk. An interruption leaves the log unchanged.
 """
 
 from __future__ import annotations
@@ -44,12 +40,9 @@ _ROWS_A_GROUP = 1 << 17
 
 
 class Recovered(NamedTuple):
-    """An event file that was made of a log.
-
-    Its ``path``, ``rows``, ``status`` ("killed", or the status that the run could still write) and the
-    ``time`` up to which it goes; ``left_over``: bytes at the end of the log that are not a whole batch;
-    ``kept``: whether the log is still there.
-    """
+    """An event file that was made of a log: ``status`` is "killed", or what the run could still write,
+    ``time`` that up to which it goes, ``left_over`` the bytes at the end of the log that are no whole batch,
+    and ``kept`` whether the log is still there."""
 
     path: Path
     rows: int
@@ -62,12 +55,9 @@ class Recovered(NamedTuple):
 def recover(
     path: str | os.PathLike[str], out: str | os.PathLike[str] | None = None, *, overwrite: bool = False
 ) -> Recovered:
-    """Makes an event file from FILE.partial, the log of a killed run.
-
-    It holds the first rows of the run, and its status is "killed"; if the run had ended, and only its event
-    file could not be made, it has all rows and the status of that end. Without ``out`` it
-    becomes FILE, and FILE.partial is removed, unless it has bytes that could not be read. With ``out``,
-    FILE.partial stays.
+    """Makes an event file from FILE.partial, the log of a killed run, whose status is then "killed"; if only
+    the event file could not be made, it has all rows and the status of that end. Without ``out`` it becomes
+    FILE, and FILE.partial is removed, unless it has bytes that could not be read; with ``out`` it stays.
 
     Raises MissingExtra without pyarrow, and RecordError if the run is still active, if this is no such file
     or holds no batch of rows, and if the event file exists already (unless ``overwrite``) or cannot be
@@ -105,12 +95,8 @@ def recover(
 
 def finish(log: BinaryIO, its_name: str, target: Path, overwrite: bool, last: str = "") -> Recovered:
     """Makes an event file of an open log, and gives it its name; ``last`` is the metadata of its end, if
-    that is known.
-
-    Raises RecordError if there is no batch in the log or ``target`` has been made meanwhile; the error of
-    the system or of pyarrow if the file cannot be written. Then there is no new file, and an old one is
-    unchanged.
-    """
+    known. Raises RecordError if there is no batch in it or ``target`` has been made meanwhile, the error of
+    the system or of pyarrow if it cannot be written; then no file has changed."""
     reader = LogReader(log, its_name)
     with replacing(target) as file:
         metadata = _write(reader, its_name, file, last)

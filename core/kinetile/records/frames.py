@@ -117,10 +117,8 @@ def _described(shape: Shape) -> dict[str, Any]:
 
 
 def frames_of(source: Simulation | Trajectory, times: Iterable[float]) -> Iterator[Frame]:
-    """Yields the frames of a simulation, which runs on to each of these times, or of a trajectory.
-
-    Raises RecordError for a body of a trajectory whose radius is unknown: it was inserted by hand.
-    """
+    """Yields the frames of a simulation, which runs on to each of these times, or of a trajectory;
+    RecordError for a body inserted by hand, whose radius a trajectory does not have."""
     scene = source.scene
     kinds = {kind: number for number, kind in enumerate(scene.kinds)}
     if isinstance(source, Simulation):
@@ -152,10 +150,8 @@ def frames_of(source: Simulation | Trajectory, times: Iterable[float]) -> Iterat
 
 def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
     """Writes frames to a file that ends in .xyz, .extxyz or .gsd, complete or not at all; returns their
-    number. The shapes of a scene are in GSD itself, and beside XYZ in a file of its name and .shapes.json.
-
-    Raises MissingExtra without gsd for .gsd, and OSError if a file cannot be written.
-    """
+    number. Shapes are in GSD itself, and beside XYZ in NAME.shapes.json. Raises MissingExtra without gsd for
+    .gsd, and OSError."""
     form = check_form(path)
     many, species = 0, _Species(scene)
     of_bodies: dict[int, int] = {}

@@ -1,12 +1,9 @@
 """Locks: a file that is being written has one writer.
 
-The writer holds a lock (``flock``) on the file that it writes, from before the first byte until FILE has its
-name. The lock belongs to the open file, not to the disk: a killed process no longer holds it, and
-its rows can be read. If there are rows, they are overwritten only on request.
-
-Without ``flock`` (Windows, some network file systems) a file that is being written cannot be distinguished
-from an abandoned one, so an existing FILE.partial is refused until it is removed. It can be
-read, and stays then.
+The writer holds a lock (``flock``) on the open file from before the first byte until FILE has its name; a
+killed process no longer holds it. Without ``flock`` (Windows, some network file systems) a file that is being
+written cannot be distinguished from an abandoned one, so an existing FILE.partial is refused until it is
+removed; it can be read, and stays.
 """
 
 from __future__ import annotations
@@ -36,10 +33,7 @@ _FLAGS = os.O_RDWR | _BINARY | getattr(os, "O_NOFOLLOW", 0)
 
 def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False, mode: int | None = None) -> LogFile:
     """Opens FILE.partial, empty and exclusively; or ``as_it_is``. A new one has a mode, or the umask's.
-
-    Raises RecordError if another process is writing it, or if it holds events of a killed run,
-    or anything else (unless ``overwrite``); OSError if it cannot be opened.
-    """
+    RecordError if another process is writing it, or it holds anything (unless ``overwrite``)."""
     while True:
         descriptor, new = _open(partial, 0o666 if mode is None else mode | 0o600)
         file = LogFile(descriptor)
@@ -80,11 +74,8 @@ def _check_contents(file: LogFile, partial: Path) -> None:
 
 
 def open_left(partial: Path) -> tuple[BinaryIO, bool]:
-    """Opens FILE.partial to read it; returns it, and whether it certainly has no writer.
-
-    Raises RecordError if it has a writer; OSError if it cannot be opened. Others may read it meanwhile, and
-    no process begins to write it.
-    """
+    """Opens FILE.partial to read it; returns it, and whether it certainly has no writer: none begins
+    meanwhile. RecordError if it has one, OSError if it cannot be opened."""
     file = open_regular(partial)
     try:
         return file, _lock(file.fileno(), partial, shared=True)
@@ -95,12 +86,9 @@ def open_left(partial: Path) -> tuple[BinaryIO, bool]:
 
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
-    """Excludes other writers, within this context, of a file that is replaced as a whole repeatedly, and so
-    cannot be locked itself: FILE.lock is locked, and removed when the context is left.
-
-    Raises RecordError if there is another writer. Without locks, or if FILE.lock cannot be made,
-    other writers are not excluded.
-    """
+    """Excludes other writers, within this context, of a file that is replaced repeatedly, by a lock on
+    FILE.lock, which is then removed; RecordError if there is one. Without locks, or FILE.lock, it excludes
+    none."""
     target = Path(os.path.realpath(path))
     name = target.with_name(target.name + ".lock")
     held, process = None, os.getpid()

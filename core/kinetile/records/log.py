@@ -1,26 +1,20 @@
 """Log of an active run: its rows batch by batch, each of which is complete or absent.
 
-Parquet has its index at the end, so an unfinished file cannot be read. So rows go first to a file
-that is written from front to back and can be read at every length::
+Parquet has its index at the end, so rows go first to a file that can be read at every length::
 
     "kinetile rows 1\\n"                                    16 bytes
     head, batch, batch, ...                                 each: lengths, text, rows, checksum
 
 ``lengths`` are those of the text and of the rows in bytes (two unsigned integers of 8 bytes), ``text`` is
 JSON, ``rows`` are rows (dtype LOG) as they lie in memory, all little-endian. The text of the head has the
-columns, the scene, and a number of its own; the text of a batch is the metadata at its
-time, so the last one says how far the run is. ``checksum`` (4 bytes) is the CRC-32 of the whole file
-up to it, without the other checksums: a batch is valid only after all earlier ones, and
-old bytes of the disk cannot pass for one.
+columns, the scene, and a number of its own; that of a batch the metadata at its time. ``checksum`` (4 bytes)
+is the CRC-32 of the whole file up to it, without the other checksums, so old bytes of the disk cannot pass
+for a batch. A batch counts if its lengths fit into the file and its checksum is right, and nothing counts
+after one that does not. A write that is interrupted by a kill leaves a prefix of the rows; one that fails, on
+a full disk, is undone.
 
-One rule decides which batches count: a batch counts if its lengths fit into the file and its checksum is
-right, and nothing counts after one that does not. No byte is used before its checksum is verified.
-A write that is interrupted by a kill leaves a prefix of the rows; one that fails, on a full disk, is undone.
-
-An Arrow IPC stream would be the well-known format for this, and was tried. It is readable when truncated,
-like this one, but has no checksums: of 400 flipped bits, 298 gave other rows and no error, and a stream
-cut off with old bytes behind it gave wrong rows at 1,102 of 1,518 places. With checksums of our own in its
-metadata it would be two formats at once, and writing takes a third longer (317 ns a row, here 234).
+An Arrow IPC stream has no checksums: of 400 flipped bits, 298 gave other rows and no error; with checksums in
+its metadata writing takes a third longer (317 ns a row, here 234).
 """
 
 from __future__ import annotations
@@ -109,13 +103,10 @@ class LogWriter:
 
 
 class LogReader:
-    """Reader of a log: yields its rows batch by batch (dtype LOG), from front to back, once.
-
-    ``scene`` is the scene as TOML; ``text`` the metadata after the last yielded rows,
-    "" before the first batch; ``rest``, at the end, the number of bytes after the last batch that counts.
-    RecordError, in which the file is called ``name``, for a file that is no
-    log, has no head, or has other columns.
-    """
+    """Reader of a log: yields its rows batch by batch (dtype LOG), from front to back, once. ``scene`` is the
+    scene as TOML; ``text`` the metadata after the last yielded rows, "" before the first batch; ``rest``, at
+    the end, the number of bytes after the last batch that counts. RecordError, in which the file is called
+    ``name``, for a file that is no log, has no head, or has other columns."""
 
     def __init__(self, file: BinaryIO, name: str) -> None:
         self._file = file
@@ -151,10 +142,8 @@ class LogReader:
         return self._file.tell(), self._checksum
 
     def find(self, beginning: Beginning) -> tuple[tuple[int, int], NDArray[Any]]:
-        """Returns where the last batch ends that has only rows of a beginning, and its rows behind that.
-
-        RecordError where the log begins with others, or has fewer.
-        """
+        """Returns where the last batch of a beginning's rows ends, and its rows behind that; RecordError
+        where the log begins with others, or has fewer."""
         seal, have, at, cut = Seal(), 0, self.at, np.zeros(0, LOG)
         for rows in self:
             cut = rows[: beginning.rows - have]
@@ -203,10 +192,7 @@ def holds_nothing(file: BinaryIO) -> bool:
 
 
 class Seal:
-    """Digest of an event file's rows, scene and metadata, in the order in which they were written.
-
-    It shows damage and mistakes, not malice: a changed file can be sealed again.
-    """
+    """Digest of an event file's rows, scene and metadata, in their order: it shows damage, not malice."""
 
     def __init__(self) -> None:
         self._contacts = Fingerprint()
@@ -270,8 +256,7 @@ class LogFile:
         os.fsync(self._file.fileno())
 
     def reader(self) -> BinaryIO:
-        """Returns the file to be read, from its beginning; nothing can be written before that is closed, and
-        closing it leaves the file open."""
+        """Returns the file to be read from its beginning; until that is closed, nothing can be written."""
         reader = open(self._file.fileno(), "rb", closefd=False)  # noqa: SIM115 - the caller closes it
         reader.seek(0)
         return reader

@@ -1,11 +1,6 @@
-"""Reading of event files: the result is exactly what was written, or a RecordError with the reason.
-
-A digest over the rows, the metadata and the scene shows that they are what a recorder wrote.
-
-Rows name bodies by number. The kind of a body follows from the scene, unless it was inserted interactively;
-for those it is in the metadata, as runs: [first number, last number, kind] each, ascending. Bodies get their
-numbers one after the other and are mostly of one kind, so there are few runs even after a long game.
-"""
+"""Reading of event files: the result is exactly what was written, which a digest over the rows, the metadata
+and the scene shows, or a RecordError with the reason. The kinds of bodies that were inserted interactively
+are in the metadata, as runs: [first number, last number, kind] each, ascending."""
 
 from __future__ import annotations
 
@@ -40,24 +35,20 @@ class EventFile(NamedTuple):
     metadata: dict[str, Any]
 
     def kinds_of(self, bodies: npt.ArrayLike) -> NDArray[Any]:
-        """Returns the kinds of bodies by their numbers, such as a column of ``rows``, as an array of objects.
-
-        "wall" is for a number below 0, None for a number that no body of the file has.
-        """
+        """Returns the kinds of bodies by their numbers, such as a column of ``rows``, as an array of objects:
+        "wall" for a number below 0, None for one that no body of the file has."""
         return kinds_in(self.metadata["kinds"], bodies)
 
 
 def read_events(path: str | os.PathLike[str]) -> EventFile:
-    """Reads an event file.
+    """Reads an event file. Raises MissingExtra without pyarrow, and RecordError if there is no event file of
+    kinetile, if it is damaged or changed, or if it is FILE.partial of an active or killed run.
 
     The metadata are those the recorder was given, and "scene" (the scene as TOML text), "status", "rows",
     "missing" (rows of the run that are not in the file), "start", "time_unit", "time" (how far the rows go),
     "kinds" ([first, last, kind] for each run of bodies of one kind; ``EventFile.kinds_of`` looks them up),
     "fingerprint" (of the contacts in the file), "answer" (the number of the specification that they follow),
     "recipe", "parameters", "versions".
-
-    Raises MissingExtra without pyarrow, and RecordError if there is no event file of kinetile, if it is
-    damaged or changed, or if it is FILE.partial of an active or killed run.
     """
     return read_with_scene(path)[0]
 
@@ -152,12 +143,7 @@ _LARGEST = 2**31
 
 
 class KindsByHand:
-    """The kinds of interactively inserted bodies, for a recorder; none if there is only one kind.
-
-    Attributes:
-        runs: the kinds of the bodies inserted so far.
-        several: whether the scene has more than one kind.
-    """
+    """The kinds of bodies inserted by hand so far, as ``runs``, for a recorder, if there are ``several``."""
 
     def __init__(self, scene: Scene) -> None:
         self.several = len(scene.kinds) > 1

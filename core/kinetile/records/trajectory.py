@@ -1,10 +1,8 @@
 """Trajectories: where every body was, at any time, from the rows of an event file.
 
-A body flies straight from one row that names it to the next, so its place follows from the plan in its last
-row at or before a time (``kernel.plan``). Elapsed time is counted in whole ticks of 2**-52 time units, as the
-kernel counts it, and rounded once, so the positions are those of the run itself, to the last bit. With
-gravity a body falls from one row to the next, and the last bits may be others: rows have plans of the room,
-and the run those of a frame.
+The place of a body follows from the plan in its last row at or before a time (``kernel.plan``). Elapsed time
+is counted in whole ticks and rounded once, as in the kernel, so positions are those of the run, to the last
+bit. With gravity the last bits may be others: rows have plans of the room, and the run those of a frame.
 """
 
 from __future__ import annotations
@@ -53,11 +51,7 @@ class _Plans(NamedTuple):
 
 class Trajectory:
     """The whole motion of a scene: rows (dtype LOG, in the order of events) of a run that began with it, to
-    the time ``end``, by default that of the last row.
-
-    A row that was not recorded is not known: after the last event of a file that was cut short, bodies fly
-    on.
-    """
+    the time ``end``, by default that of the last row; after that bodies fly on."""
 
     def __init__(self, rows: NDArray[Any], scene: Scene, end: float | None = None) -> None:
         self.end = float(max(rows["time"], default=scene.start)) if end is None else end
@@ -73,11 +67,8 @@ class Trajectory:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Trajectory:
-        """Reads an event file with the scene in it.
-
-        Raises MissingExtra and RecordError as ``read_events``, and RecordError for a file that has not all
-        rows of its run up to its last one: without them the positions are unknown.
-        """
+        """Reads an event file with the scene in it. Raises MissingExtra and RecordError as ``read_events``,
+        and RecordError for a file in which a row before its last one is missing."""
         path = Path(path)
         found, scene = _whole(path)
         trajectory = cls(found.rows, scene, found.metadata["time"])
@@ -85,11 +76,9 @@ class Trajectory:
         return trajectory
 
     def positions(self, time: float) -> NDArray[np.float64]:
-        """Returns the positions (n, 2) of all bodies that there are at ``time``, finite and not before the
-        scene's start, in the order of ``bodies``; along a periodic axis from 0 to less than the period.
-
-        Raises ValueError for another time.
-        """
+        """Returns the positions (n, 2) of all bodies that there are at ``time``, in the order of ``bodies``;
+        along a periodic axis from 0 to less than the period. Raises ValueError unless it is finite and not
+        before the start."""
         return in_box(self._flight_plans(time).places, self.scene.periods)
 
     def unwrapped(self, time: float) -> NDArray[np.float64]:
@@ -201,10 +190,8 @@ class Trajectory:
 def positions_at(
     source: str | os.PathLike[str] | NDArray[Any], scene: Scene | None, time: float
 ) -> NDArray[np.float64]:
-    """Returns the positions (n, 2) of all bodies at ``time``, from an event file or from rows (dtype LOG).
-
-    ``scene`` may be None for a file, which has its own. For many times, make one Trajectory.
-    """
+    """Returns the positions (n, 2) of all bodies at ``time``, from rows (dtype LOG) of a scene, or an event
+    file, which has its own (None). For many times, make one Trajectory."""
     if isinstance(source, (str, os.PathLike)):
         if scene is None:
             return Trajectory.read(source).positions(time)

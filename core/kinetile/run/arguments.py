@@ -1,8 +1,6 @@
-"""Arguments of a simulation's methods, checked before anything is done.
-
-Each reader returns a value of the right type, or raises an error that names the value found and the values
-allowed. Lengths and speeds are limited like a scene's, so that their squares are finite.
-"""
+"""Arguments of a simulation's methods, checked before anything is done: each reader returns a value of the
+right type, or raises an error that names the value found and those allowed. Lengths and speeds are limited
+like a scene's."""
 
 from __future__ import annotations
 
@@ -103,11 +101,8 @@ def read_within(value: Any, scene: Scene, direction: Point) -> float | None:
 
 
 def read_cast(body: object, velocity: object, scene: Scene, horizon: float) -> tuple[Point, Outline, Point]:
-    """Returns the place, the core and radius, and the velocity of a body that is cast; ValueError for
-    anything else.
-
-    Where axes are periodic it flies for ``horizon``, in the scene's time.
-    """
+    """Returns place, core and radius, and velocity of a body that is cast, for ``horizon`` of the scene's
+    time where axes are periodic; ValueError for anything else."""
     (place, outline), (vx, vy) = read_cast_body(body), read_point(velocity, "a velocity")
     if any(period and 2.0 * circle_around(outline) >= period for period in scene.periods):
         raise ValueError(f"a body is narrower than the period, {scene.periods}; found {shown(body)}")
@@ -157,10 +152,7 @@ def read_end(
     max_contacts: int | None = None,
     max_events: int | None = None,
 ) -> End:
-    """Returns the requested end; ValueError for an invalid one, or one in the past.
-
-    The scene's own ``until`` is its exact end, if it has one.
-    """
+    """Returns the requested end, exact if it is the scene's own; ValueError for an invalid or past one."""
     if until is None:
         until = scene.settings.until
     if until is None and max_contacts is None and max_events is None:
@@ -204,10 +196,7 @@ def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
 
 
 def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
-    """Returns the turns of bodies, each to its velocity; velocities are (n, 2), or one for all.
-
-    IndexError for an unknown body, ValueError for an impossible velocity.
-    """
+    """Returns turns; velocities are (n, 2), or one for all. IndexError or ValueError for what is wrong."""
     try:
         numbers = np.array(bodies, ndmin=1)
     except ValueError:  # rows of different lengths
@@ -401,11 +390,9 @@ class StopAt:
     Attributes:
         bodies: numbers of bodies, at every contact of theirs, with others or walls.
         pairs: two numbers each, or a number and "wall".
-        kinds: one kind of bodies or several, at every contact of theirs, including bodies that the scene
-            inserts later.
-        before: stop before the contact happens, and not after: it is still to come, unless a command changes
-            that. A passing that begins at the start, or begins or ends together with a command, happens with
-            it: no run stops before that.
+        kinds: one kind of bodies or several, also of bodies that the scene inserts later.
+        before: stop before the contact, which is still to come unless a command changes that. No run stops
+            before a passing that begins at the start, or begins or ends together with a command.
     """
 
     bodies: Iterable[int] = ()
@@ -415,11 +402,8 @@ class StopAt:
 
 
 def read_stop(engine: Engine, scene: Scene, stop: Any) -> WatchedContacts | None:
-    """Returns the stopping contacts in the form of the loop; None if there are none before the end.
-
-    TypeError for a wrong type, IndexError for bodies that are neither present nor to be inserted,
-    ValueError for unknown kinds.
-    """
+    """Returns the stopping contacts in the form of the loop, if any. TypeError for a wrong type, IndexError
+    for bodies neither present nor to be inserted, ValueError for unknown kinds."""
     if stop is None:
         return None
     if not isinstance(stop, StopAt):

@@ -1,11 +1,9 @@
 """Audit of a run: a slow check, between two events, of everything that must hold.
 
-Every structure of the kernel is compared with its definition, every contact of two bodies that are near
-is computed again and compared with its entry in the queue, every two bodies that touch must be a candidate
-pair, and the broad phase checks its own invariants. The first violation ends the run with an ``AuditError``,
-close to the event that caused it; if a contact would be missed it is a ``MissedContactError`` as well.
-
-The cost is O(n^2) an audit; ``Simulation(..., audit=N)`` audits every N contacts.
+Every structure of the kernel is compared with its definition, every contact of two near bodies is computed
+again, every two bodies that touch must be a candidate pair, and the broad phase checks its own invariants.
+The first violation ends the run with an ``AuditError``, a ``MissedContactError`` as well if a contact would
+be missed. O(n^2).
 """
 
 from __future__ import annotations
@@ -159,10 +157,8 @@ def of_lookup(k: Kernel) -> Iterator[str]:
 
 
 def of_lists(table: Any, firsts: Any, what: str, counted: int, first_free: int) -> Iterator[str]:
-    """Every pair of a table is once in the list of each of its bodies; all other records are free.
-
-    The lists of all bodies are followed together, a step at a time: there may be millions of pairs.
-    """
+    """Every pair of a table is once in the list of each of its bodies; all other records are free. All lists
+    are followed together, a step at a time: there may be millions of pairs."""
     a, b = table.a, table.b
     live = np.flatnonzero(a >= 0)
     if len(live) != int(counted):
@@ -293,8 +289,7 @@ class Complaint(NamedTuple):
 
 
 def check_all(k: Kernel, composition: Composition, delta: float, time: float, events: int) -> None:
-    """Raises AuditError for the first violation now, at a time and after a number of events; an
-    UnawaitedContactError if a contact would be missed. ``delta`` is the skin."""
+    """Raises AuditError for the first violation, UnawaitedContactError if a contact would be missed."""
     when = f"at time {time!r}, after {events} events under broad phase {composition.broad_phase!r}"
     try:
         for text, bodies in complaints(k, composition, delta):
@@ -396,13 +391,9 @@ def _of_partners(k: Kernel, known: Integers, meetings: Integers) -> Iterator[Com
 
 
 def _of_near(k: Kernel, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
-    """Coverage: of every near pair one body has a bound below the time of their contact, and comes to the
-    head by then.
-
-    That is the body whose prediction included the other last. It covers its partner by ``tick``, as long as
-    the partner's plan is unchanged, and all others by ``guard``. At the very tick of the contact its entry
-    comes before the pair's turn: as something that precedes pairs, or as a pair that precedes this.
-    """
+    """Coverage: of every near pair the one whose prediction included the other last has a bound below the
+    time of their contact: ``tick`` for its partner, while that has its plan, and ``guard`` for all others. At
+    that very tick its entry precedes the pair's turn."""
     queue, number = k.queue, k.queue.number.astype(np.int64)
     stamp, n = k.stamps, int(number.max(initial=0)) + 1
     places = np.sort(number[near], axis=1)

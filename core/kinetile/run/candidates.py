@@ -1,9 +1,6 @@
 """The structure of a broad phase, read from outside: its candidate pairs, and the shapes that it draws.
-
-A phase's ``near`` and ``draw`` are foreign code. ``near`` writes into a table of its own here, so
-that a run in another thread is not disturbed. ``draw`` receives read-only tables, and every shape
-that it returns is checked, so that viewers can rely on it.
-"""
+``near`` and ``draw`` are foreign code: ``near`` writes into a table of its own here, ``draw`` receives
+read-only tables, and every shape that it returns is checked."""
 
 from __future__ import annotations
 
@@ -40,10 +37,7 @@ near = to_be_filled_in
 
 
 def list_near(k: Kernel, s: Any, found: npt.NDArray[np.int32]) -> int:
-    """Writes (body, other) for all bodies near each body, while there is room; returns how many there are.
-
-    A template, as ``kernel.loop.advance`` is.
-    """
+    """Template: writes (body, other) for all bodies near each body, while there is room; returns how many."""
     k = disowned(k)
     s = disowned(s)
     count = 0
@@ -58,10 +52,8 @@ def list_near(k: Kernel, s: Any, found: npt.NDArray[np.int32]) -> int:
 
 
 def named_near(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
-    """Returns (body, other) for all bodies that the broad phase names near each body, itself apart; (m, 2).
-
-    The answers are written aside: a run in another thread has its own in ``k.near``.
-    """
+    """Returns (body, other) for all bodies that the broad phase names near each body, itself apart, (m, 2);
+    written aside, since a run in another thread has its own in ``k.near``."""
     broad, k = composition.broad, k._replace(near=np.zeros_like(k.near))
     listing = compose(list_near, {"near": broad.near}, composition.label, type(broad.state))
     found = np.zeros((8 * len(k.bodies) + 64, 2), dtype=np.int32)
@@ -73,10 +65,8 @@ def named_near(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
 
 
 def pairs_of_named(named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-    """Returns the pairs (a, b), a < b, of which one is near the other, sorted; (m, 2).
-
-    One integer a pair: NumPy sorts integers twice as fast as rows.
-    """
+    """Returns the pairs (a, b), a < b, of which one is near the other, sorted; (m, 2). They are sorted as one
+    integer each, which takes NumPy half as long as rows."""
     low, high = named.min(axis=1).astype(np.int64), named.max(axis=1)
     pairs = np.unique(low << 32 | high)
     return np.column_stack([pairs >> 32, pairs & 0xFFFFFFFF]).astype(named.dtype)
@@ -93,10 +83,7 @@ def by_number(k: Kernel, named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
 
 
 def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]:
-    """Returns the present drawing; nothing if the phase draws nothing.
-
-    Raises PhaseError where ``draw`` raises, or returns what is no shape, or names a slot that is empty.
-    """
+    """Returns the present drawing, if any; PhaseError where ``draw`` raises, or returns what is no shape."""
     parts, name = composition.broad, composition.broad_phase
     if parts.draw is None:
         return ()
@@ -168,8 +155,7 @@ class _Reader:
 
 
 def _whole(column: tuple[Coordinate, ...]) -> list[Coordinate]:
-    """Returns the coordinates of a shape along an axis with turns that count from its first body; they are 0
-    where a coordinate is a fixed number."""
+    """Returns a shape's coordinates on an axis, with turns from its first body; 0 beside a fixed number."""
     first, *_ = turns = [each.turns for each in column if isinstance(each, At)] or [0]
     fixed = len(turns) < len(column)
     return [

@@ -1,6 +1,4 @@
-"""Composition of a run: phases found by name, the rules of its scene, and the loop that contains only
-these.
-"""
+"""Composition of a run: phases found by name, the rules of its scene, and the loop that holds only these."""
 
 from __future__ import annotations
 
@@ -46,20 +44,16 @@ from kinetile.toolbox.reach import skin_at_start
 BUILT_IN = (ELASTIC, PASS)
 
 P = TypeVar("P", bound=Parts)
+Options = Mapping[str, Any]
+Named = Mapping[str, Options]
+"""Narrow phases by name, with their options."""
 
 
 @dataclass(frozen=True)
 class Rules:
-    """The responses of a scene, composed.
-
-    Attributes:
-        table: the kernel's table of rules.
-        kinds: how many kinds of bodies there are.
-        hooks: the responses' hooks, in the order of their numbers in the table.
-        passing: whether some kinds pass through each other.
-        names: the names of the responses in use.
-        foreign: the hooks of those that do not come with kinetile.
-    """
+    """The responses of a scene, composed: the kernel's ``table`` of rules, the ``hooks`` in the order of
+    their numbers in it, whether some kinds pass through each other (``passing``), the ``names`` of the
+    responses, and the hooks of those that do not come with kinetile (``foreign``)."""
 
     table: Records
     kinds: int
@@ -83,10 +77,7 @@ class Rules:
 def read_rules(
     scene: Scene, broad: tuple[str, BroadPhaseParts], narrow: dict[str, PairParts | WallParts]
 ) -> Rules | None:
-    """Returns the rules of a scene, or None if all contacts are elastic and all bodies are movable.
-
-    Raises Refused if a phase does not support them.
-    """
+    """Returns the rules of a scene, None if all is elastic and movable; Refused if a phase lacks them."""
     if not scene._ruled:
         return None
     each_two, kinds = [response for row in scene.meets for response in row], len(scene.kinds)
@@ -185,22 +176,12 @@ class Commands(IntEnum):
 
 @dataclass(frozen=True)
 class Composition:
-    """The phases of a simulation by name, with options, and their parts.
-
-    Attributes:
-        broad_phase: name of the broad phase.
-        options: its options.
-        narrow_phases: names of the narrow phases and their options.
-        broad: the broad phase's parts.
-        pair: the parts of the narrow phase for two bodies; None: bodies pass through each other.
-        wall: the parts of the narrow phase for walls; None: there are no walls.
-        prepared: the scene for which all of them were prepared.
-        rules: the responses; None: all contacts are elastic.
-    """
+    """The phases of a simulation, with options, and their parts, ``prepared`` for a scene. Without ``pair``
+    bodies pass through each other, without ``wall`` there are no walls, without ``rules`` all is elastic."""
 
     broad_phase: str
-    options: Mapping[str, Any]
-    narrow_phases: Mapping[str, Mapping[str, Any]]
+    options: Options
+    narrow_phases: Named
     broad: BroadPhaseParts
     pair: PairParts | None
     wall: WallParts | None
@@ -224,8 +205,7 @@ class Composition:
 
     @property
     def of_shapes(self) -> dict[str, Any]:
-        """The values for templates that insert bodies, or let them pass, in a scene with shapes; none where
-        the narrow phases say nothing of gaps, and so no body is inserted."""
+        """The values for templates that insert bodies of shapes, or let them pass; none without gaps."""
         gap = self.pair.gap if self.prepared.shapes and self.pair is not None else None
         return {} if gap is None else {"SHAPED": True, "gap": gap}
 
@@ -244,8 +224,7 @@ class Composition:
         return compose(advance, self._parts(commands), self.label, type(self.broad.state))
 
     def carrying_out(self) -> Callable[..., Any]:
-        """Returns a function that runs one command by itself, for a broad phase that cannot insert or
-        remove a body."""
+        """Returns what runs one command by itself, for a broad phase that cannot insert or remove a body."""
         parts = self._parts(Commands.ALL) | {"LIVING": True, "enter": idle.enter, "leave": idle.leave}
         return compose(run_one_command, parts, f"command_{self.label}", type(self.broad.state))
 
@@ -309,20 +288,13 @@ class Composition:
 def compose_phases(
     scene: Scene,
     broad_phase: str | None,
-    narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None,
-    options: Mapping[str, Any] | None,
+    narrow_phases: Sequence[str] | Named | None,
+    options: Options | None,
 ) -> Composition:
-    """Finds the phases by name and prepares them for a scene.
-
-    An argument that is None follows the scene's settings, then the default:
-    ``DEFAULT_BROAD_PHASE``, ``disc`` (``convex`` where it has shapes), and ``wall`` where it has an arena.
-    Options given here go over those of the settings.
-
-    Raises:
-        UnknownName: no phase has this name.
-        BadOption: a phase has no such option, or does not accept its value.
-        Refused: a phase does not accept this scene.
-    """
+    """Finds the phases by name and prepares them for a scene. None follows the scene's settings, over whose
+    options those given here go, or: ``DEFAULT_BROAD_PHASE``, ``disc`` or ``convex``, and ``wall`` in an
+    arena. Raises UnknownName, BadOption for an option that a phase does not have or does not accept, and
+    Refused where one does not accept this scene."""
     if not isinstance(options, Mapping | None):
         raise BadOption(f"options are {shown(options)}; expected a table of them, such as {{'axis': 'y'}}")
     name = scene.settings.broad_phase if broad_phase is None else broad_phase
@@ -335,9 +307,7 @@ def _with_options(text: Any) -> tuple[Any, dict[str, Any]]:
     return read_phase(text) if isinstance(text, str) else (text, {})
 
 
-def _named(
-    scene: Scene, narrow: Sequence[str] | Mapping[str, Mapping[str, Any]] | None
-) -> Mapping[str, Mapping[str, Any]]:
+def _named(scene: Scene, narrow: Sequence[str] | Named | None) -> Named:
     """Returns the narrow phases of a scene with their options: those given, the settings', or the default."""
     narrow = scene.settings.narrow_phases if narrow is None else narrow
     if narrow is None:
@@ -346,9 +316,7 @@ def _named(
     return read_narrow_phases(narrow)
 
 
-def read_narrow_phases(
-    narrow: Sequence[str] | Mapping[str, Mapping[str, Any]],
-) -> Mapping[str, Mapping[str, Any]]:
+def read_narrow_phases(narrow: Sequence[str] | Named) -> Named:
     """Returns narrow phases with their options; raises BadOption for a string."""
     if isinstance(narrow, str):
         raise BadOption(f"narrow_phases is a sequence of names, such as [{narrow!r}], not a string")
@@ -361,9 +329,7 @@ class _BroadPhaseRefuses(Refused):
     """A broad phase does not accept a scene, and another one may."""
 
 
-def _compose(
-    scene: Scene, name: str, narrow: Mapping[str, Mapping[str, Any]], options: Mapping[str, Any] | None
-) -> Composition:
+def _compose(scene: Scene, name: str, narrow: Named, options: Options | None) -> Composition:
     """Prepares the phases of these names for a scene. Where they are refused, the error names the phases, of
     all that are installed, with which the scene is not."""
     try:
@@ -381,9 +347,7 @@ def _compose(
         raise Refused(f"{refused}: {others}") from refused
 
 
-def _accepts(
-    scene: Scene, name: str, narrow: Mapping[str, Mapping[str, Any]], options: Mapping[str, Any] | None
-) -> bool:
+def _accepts(scene: Scene, name: str, narrow: Named, options: Options | None) -> bool:
     """Whether phases accept a scene; broken ones do not."""
     with suppress(KinetileError):
         _prepared(scene, name, narrow, options)
@@ -393,13 +357,13 @@ def _accepts(
 
 def accepting(
     scene: Scene,
-    narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
-    refused: Mapping[str, Mapping[str, Any]] | None = None,
-) -> list[tuple[str, Mapping[str, Any]]]:
+    narrow_phases: Sequence[str] | Named | None = None,
+    refused: Named | None = None,
+) -> list[tuple[str, Options]]:
     """Returns the names of the installed broad phases that accept a scene with these narrow phases, with the
     options that they need for it. ``refused`` are options of phases beside those of the scene; where a phase
     does not accept the scene with its options, it is tried with their defaults."""
-    found: list[tuple[str, Mapping[str, Any]]] = []
+    found: list[tuple[str, Options]] = []
     narrow = _named(scene, narrow_phases)
     for name in registry().names("broad phase"):
         own = (refused or {}).get(name, {})
@@ -413,9 +377,7 @@ def accepting(
     return found
 
 
-def _prepared(
-    scene: Scene, name: str, narrow: Mapping[str, Mapping[str, Any]], options: Mapping[str, Any] | None
-) -> Composition:
+def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -> Composition:
     """Prepares the phases of these names for a scene, and refuses incompatible ones."""
     broad_options = {**scene.settings.options.get(name, {}), **(options or {})}
     broad = _prepare("broad phase", name, broad_options, scene, BroadPhaseParts)
@@ -463,11 +425,8 @@ def _demand_periodic(
         raise _BroadPhaseRefuses(f"broad phase {broad[0]!r} {message}")
 
 
-def _narrow_parts(
-    scene: Scene, options: Mapping[str, Mapping[str, Any]], decides: Mapping[str, Any]
-) -> dict[str, PairParts | WallParts]:
-    """Prepares the narrow phases, each with its options: of those for pairs the ones that decide contacts,
-    and one for walls at most."""
+def _narrow_parts(scene: Scene, options: Named, decides: Options) -> dict[str, PairParts | WallParts]:
+    """Prepares the narrow phases: those for pairs that decide contacts, and one for walls at most."""
     found: dict[str, PairParts | WallParts] = {}
     for each, own in options.items():
         role = spec_of(each).role
@@ -516,9 +475,7 @@ def _demand_solid(
         )
 
 
-def _prepare(
-    kind: Kind, name: str, options: Mapping[str, Any], scene: Scene, wanted: type[P], why: str = ""
-) -> P:
+def _prepare(kind: Kind, name: str, options: Options, scene: Scene, wanted: type[P], why: str = "") -> P:
     """Makes a phase with its options and returns its parts, which are ``wanted`` to be of a class."""
     phase = registry().target(kind, name)
     check_options(kind, name, phase, options)
@@ -538,7 +495,7 @@ def _prepare(
     return parts
 
 
-def check_options(kind: str, name: str, phase: Callable[..., Any], options: Mapping[str, Any]) -> None:
+def check_options(kind: str, name: str, phase: Callable[..., Any], options: Options) -> None:
     """Refuses an option that the phase's constructor does not have, with the nearest and all known ones."""
     if not options:
         return

@@ -19,14 +19,8 @@ SIDES = {name: (f"a{name}", f"b{name}") for name in Plan._fields}
 
 @dataclass(frozen=True, eq=False)
 class Flights:
-    """The flights that begin in rows (dtype LOG), in the order of rows, a before b; (m,) each.
-
-    Attributes:
-        rows: the rows.
-        row: the index of the row in which each begins.
-        is_b: whether it is that of the row's b.
-        body: the number of the body.
-    """
+    """The flights that begin in ``rows`` (dtype LOG), in their order, a before b; (m,) each: the index of the
+    ``row``, whether it is that of the row's b, and the number of the body."""
 
     rows: npt.NDArray[Any]
     row: Integers
@@ -43,8 +37,7 @@ class Flights:
         return cls(rows, at // 2, at % 2 == 1, bodies[at])
 
     def value(self, *names: str, which: Any = slice(None)) -> npt.NDArray[np.float64]:
-        """Returns values of all flights, or of some, at their begin, by the names of ``Plan``'s fields, (m,);
-        of several names (m, names)."""
+        """Returns values of flights, all or some, at their begin, by names of ``Plan``, (m,) each."""
         row, is_b = self.row[which], self.is_b[which]
         columns = [
             np.where(is_b, self.rows[b][row], self.rows[a][row]) for a, b in map(SIDES.__getitem__, names)

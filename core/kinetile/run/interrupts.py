@@ -1,17 +1,12 @@
 """Steps that no signal tears.
 
-Python runs a signal's handler between two of its own instructions, anywhere: after the compiled loop
-has moved the bodies and before its log has been read, or inside a write. The state is then
-inconsistent. So a step that must happen as a whole is done within ``Unbroken``:
-signals that come meanwhile wait for its end. A second Ctrl-C waits as well; a step is a fraction of a second.
-
-A step within a step is part of it: the outer one does the waiting for both. A public call that changes a
-simulation is a step as a whole, and a long one has places in it where signals come through
+Python runs a signal's handler between two of its own instructions, anywhere: after the compiled loop has
+moved the bodies and before its log has been read, say. So a step that must happen as a whole is done within
+``Unbroken``: signals that come meanwhile wait for its end. A step within a step is part of it. A public call
+that changes a simulation is a step as a whole, and a long one has places where signals come through
 (``Interruptible``): between two chunks of a run, in a user's ``progress``, in the compiler. Entering and
-leaving a step costs two
-microseconds, so that an interactive command, which takes some twenty, can be a step too. It would be ten with
-the functions of ``signal``, which convert to enums what those of ``_signal``, the same functions, take and
-return unchanged.
+leaving a step costs two microseconds; it would be ten with ``signal``, which converts to enums what the same
+functions of ``_signal`` take and return.
 
 Where a step does not end at all, in a hook that loops for ever, say, a signal without a handler in Python
 still ends the process: SIGQUIT (Ctrl-\\) or SIGKILL.
@@ -56,11 +51,8 @@ def _signal_main_thread(number: int) -> None:
 
 
 class Unbroken:
-    """A context whose end the handlers of signals wait for; each is then called once.
-
-    An error that ends the step goes before the KeyboardInterrupt of a Ctrl-C. Off the main thread, where no
-    handler runs, there is nothing to wait.
-    """
+    """A context whose end the handlers of signals wait for; each is then called once. An error that ends the
+    step precedes the KeyboardInterrupt of a Ctrl-C. Off the main thread nothing waits."""
 
     _before: dict[int, Any]
     _noted: dict[int, FrameType | None]
@@ -163,10 +155,8 @@ _outermost: Unbroken | None = None
 
 class Interruptible:
     """A context in a step in which signals do not wait: around work that may take long, and can be given up.
-
     Those that have waited come as it is entered. Outside of a step, in a step within a step, and off the main
-    thread it does nothing.
-    """
+    thread it does nothing."""
 
     _step: Unbroken | None = None
 

@@ -22,11 +22,7 @@ from kinetile.scene.values import body_numbers
 
 
 class Moment:
-    """The present moment of a run; what it returns follows the run.
-
-    Attributes:
-        scene: the scene.
-    """
+    """The present moment of a run of a ``scene``; what it returns follows the run."""
 
     def __init__(self, scene: Scene, engine: Engine) -> None:
         self.scene = scene
@@ -59,8 +55,7 @@ class Moment:
         return self._engine.numbers
 
     def positions(self) -> npt.NDArray[np.float64]:
-        """Returns the positions now, (n, 2), in the order of ``bodies``; along a periodic axis from 0 to less
-        than the period."""
+        """Returns the positions now, (n, 2), as in ``bodies``; on a periodic axis within a period."""
         return in_box(places_now(self._engine.k, self._engine.taken), self.scene.periods)
 
     def unwrapped(self) -> npt.NDArray[np.float64]:
@@ -86,8 +81,7 @@ class Moment:
         return np.asarray(self._engine.k.mass)[self._engine.taken]
 
     def shapes(self) -> npt.NDArray[Any]:
-        """Returns the shapes (``kinetile.Shape``), (n,) objects, in the order of ``bodies``; None for each in
-        a scene of discs."""
+        """Returns the shapes (``kinetile.Shape``), (n,) objects, as in ``bodies``; None each of discs."""
         engine = self._engine
         table = np.array([*engine.scene.shapes, None], dtype=object)
         if not engine.scene.shapes:
@@ -96,17 +90,13 @@ class Moment:
 
     @property
     def kinds(self) -> npt.NDArray[Any]:
-        """The kinds of the present bodies, (n,) names or whole numbers as objects, in the order of
-        ``bodies``."""
+        """The kinds of the present bodies, (n,) names or numbers as objects, in the order of ``bodies``."""
         return self.kinds_of(self.bodies)
 
     def kinds_of(self, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
-        """Returns the kinds of bodies by their numbers, as an array of objects of the same shape.
-
-        They may be present, removed, or still to be inserted by the scene. "wall" is the kind of a number
-        below 0, as in column ``b`` of ``contacts``. Raises IndexError for a number that no body has been
-        given.
-        """
+        """Returns the kinds of bodies by their numbers, as an array of objects of the same shape: present,
+        removed, or to be inserted by the scene; "wall" for a number below 0, as in column ``b`` of
+        ``contacts``. Raises IndexError for a number that no body has been given."""
         numbers = body_numbers(bodies)
         k, taken = self._engine.k, self._engine.taken
         bodies, kinds = self.bodies, np.array([*self.scene.kinds, WALL], dtype=object)
@@ -121,8 +111,7 @@ class Moment:
         return found
 
     def _kinds_by_number(self, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-        """Returns which of the scene's kinds bodies are of that need not be there now; IndexError for a
-        number that no body has been given."""
+        """Returns the kinds of bodies, present or not, as numbers; IndexError for a number not given."""
         scene, came = self.scene, self._engine.history.inserted
         coming = kinds_inserted(scene)
         which = np.full(max(len(self._engine.k.slots), self._engine.numbers), -1, dtype=np.int64)

@@ -1,12 +1,10 @@
 """Observables: what is measured during a run, by name; averages and errors are of ``kinetile.statistics``.
 
-An observable is a class. It is made with its options as keyword arguments; ``prepare(scene)`` is called once;
-then ``sample`` at equal intervals of time, and ``collect`` with the contacts between two samples, if it
-``needs`` them. A run is stopped at the times of its samples, which changes no contact. Without observables
-nothing of this runs; where none needs velocities, the loop writes no row that it would not write anyway.
-
-Two options belong to every observable and are read here: ``every``, the interval of samples, by default a
-hundredth of what is observed; and ``after``, the time from which on it is observed.
+An observable is a class, made with its options as keyword arguments; ``prepare(scene)`` is called once, then
+``sample`` at equal intervals of time, and ``collect`` with the contacts between two samples, if it ``needs``
+them. Stops at samples change no contact. Two options of every observable are read here: ``every``, the
+interval of samples, by default a hundredth of what is observed; and ``after``, the time from which on it is
+observed.
 """
 
 from __future__ import annotations
@@ -242,18 +240,14 @@ def _axis(axis: Any, quantity: str, shape: tuple[int, ...]) -> tuple[str, Floats
 
 
 def check_observable(text: str, saved: bool = False) -> None:
-    """Raises UnknownName, BadOption or PhaseError unless an observable of this name has these options, and
-    can be saved, if it is to be."""
+    """Raises UnknownName, BadOption or PhaseError for what is no observable, or cannot be ``saved``."""
     found = _Observation(text)
     if saved and found.unsaved:
         raise BadOption(f"{found.unsaved}: expected no checkpoint, or other observables")
 
 
 class Observers:
-    """The observables of one run.
-
-    Raises UnknownName, BadOption, Refused and PhaseError for what cannot be observed.
-    """
+    """The observables of one run; UnknownName, BadOption, Refused or PhaseError where there is no such."""
 
     def __init__(self, scene: Scene, observe: Sequence[str]) -> None:
         if isinstance(observe, str) or not isinstance(observe, Iterable):
@@ -363,8 +357,7 @@ class Observers:
         return observe if wanting else None
 
     def advance(self, end: End, run_to: Callable[[End], Event | None]) -> Event | None:
-        """Runs to an end by ``run_to``, with a stop at each time of a sample; returns what the last call
-        returns."""
+        """Runs to an end by ``run_to``, with a stop at each sample; returns what the last call returns."""
         moment, engine, observed = self._moment, self._engine, self._observations
         event = None
         if self._first is not None:

@@ -1,10 +1,6 @@
-"""Narrow phases for pairs: which of those that are named decides the contacts of which two shapes.
-
-A narrow phase is registered for some kinds of shapes (``NarrowPhaseSpec.shapes``) and takes every two of
-these. Of several that are named the first that takes two shapes decides their contacts, so a phase for some
-shapes is named before one for more. A phase that has nothing to decide in a scene is not composed, and where
-one decides all its parts are taken as they are.
-"""
+"""Narrow phases for pairs: of those that are named, the first that takes two shapes (it is registered for
+kinds of shapes, ``NarrowPhaseSpec.shapes``, and takes every two of these) decides their contacts. One that
+decides nothing is not composed; where one decides all its parts are taken as they are."""
 
 from __future__ import annotations
 
@@ -34,10 +30,7 @@ def spec_of(name: str) -> NarrowPhaseSpec:
 
 def who_takes(scene: Scene, names: Sequence[str]) -> dict[str, list[tuple[int, int]]]:
     """Returns of narrow phases for pairs those that decide contacts of a scene, and of which two shapes: the
-    first that takes both decides.
-
-    Raises NotTaken if none takes two shapes that there are, and BadOption if one could never decide.
-    """
+    first that takes both. NotTaken if none takes two that there are, BadOption if one could never decide."""
     taken = {each: {*spec_of(each).shapes} for each in names}
     for at, name in enumerate(names):
         if any(taken[name] <= taken[other] for other in names[:at]):

@@ -21,12 +21,8 @@ LEAST = 64
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Prepared(Scene):
-    """A scene as phases prepare for it: that of the start, or the present bodies in the middle of a run.
-
-    Attributes:
-        capacity: the number of bodies for which a phase makes room.
-        movable_shapes: those of the scene of the start, and those that were added to it.
-    """
+    """A scene as phases prepare for it: that of the start, or the present bodies in the middle of a run; with
+    room for ``capacity`` bodies. ``movable_shapes`` are those of the start, and added ones."""
 
     capacity: int = 0
     _ruled: bool = False  # that of the scene of the start
@@ -34,8 +30,7 @@ class Prepared(Scene):
 
     @classmethod
     def of(cls, scene: Scene, capacity: int | None = None) -> Prepared:
-        """Returns a scene in which phases make room for this many bodies; None: twice the present number, or
-        LEAST if that is more."""
+        """Returns a scene with room for so many bodies; None: twice those present, at least LEAST."""
         room = max(2 * len(scene), LEAST) if capacity is None else capacity
         copy = object.__new__(cls)
         of_the_start = {"_ruled": scene._ruled, "movable_shapes": scene.movable_shapes}
@@ -53,8 +48,7 @@ def with_shapes(scene: Scene, shapes: tuple[Shape, ...]) -> Scene:
 
 
 def _columns(rows: Any, elapsed: Any, form: Any) -> dict[str, Any]:
-    """Returns the attributes of a scene for plans, a time after their anchors, or for commands that insert
-    bodies."""
+    """Returns attributes of a scene, from plans a time after their anchors, or from insertions."""
     return {
         "position": positions_after(Plan.of(rows), elapsed),
         "velocity": velocities_after(Plan.of(rows), elapsed),

@@ -20,12 +20,11 @@ class Readings:
 
     After ``resume`` or ``restore`` the structure of the broad phase is built again: structural events, and
     other counts of its work, may then differ from those of a run that was not interrupted. Contacts do not.
-
     The measures of a kinetic data structure (thesis, section 2.1) are among them. Responsiveness: events a
-    CPU second. Efficiency: structural events for each contact. Compactness: the length of the queue, at
-    most one entry a body. Locality: the number of rescheduled certificates. Candidate checks and exact
-    times for each contact measure the quality of the broad phase; deepest overlap, energy drift and
-    lateness the accuracy of the run.
+    CPU second. Efficiency: structural events for each contact. Compactness: the length of the queue.
+    Locality: the number of rescheduled certificates. Candidate checks and exact times for each contact
+    measure the quality of the broad phase; deepest overlap, energy drift and lateness the accuracy of the
+    run.
 
     Attributes:
         contacts: number of contacts of all kinds, those of ``Simulation.contacts``.
@@ -115,8 +114,7 @@ def readings_of(engine: Engine, start_energy: float) -> Readings:
 
 
 def energy(k: Kernel) -> float:
-    """Returns the kinetic energy of all movable bodies, summed exactly, and with gravity that of their
-    heights, 0 in the corner (0, 0)."""
+    """Returns the kinetic energy of all movable bodies, summed exactly, with that of heights above (0, 0)."""
     found = 0.5 * squares_of_bodies(k)
     if falls(k):
         there = np.flatnonzero(k.queue.number >= 0)

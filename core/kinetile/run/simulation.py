@@ -1,9 +1,5 @@
-"""``Simulation``, the public class: a scene and its phases by name, to be run, changed, read and saved.
-
-The class is a facade for all that a run offers, and documents each method. The work is done below:
-by the engine, by ``advance``, by ``questions/`` and ``saving/``. It is one file, and long, so that a reader
-finds every public method in one place.
-"""
+"""``Simulation``, the public class: a scene and its phases by name, to be run, changed, read and saved. The
+work is done by the engine, ``advance``, ``questions/`` and ``saving/``."""
 
 from __future__ import annotations
 
@@ -31,7 +27,7 @@ from kinetile.run import arguments
 from kinetile.run.advance import End, Event, advance, advance_one, is_beyond_frame, next_event
 from kinetile.run.arguments import StopAt
 from kinetile.run.candidates import by_number, candidates, drawn, named_near
-from kinetile.run.compose import Commands, Composition, compose_phases
+from kinetile.run.compose import Commands, Composition, Named, compose_phases
 from kinetile.run.engine.contacts import Recorder, RowFunction
 from kinetile.run.engine.engine import Engine
 from kinetile.run.interrupts import Unbroken
@@ -53,16 +49,13 @@ from kinetile.scene.shapes import Shape
 from kinetile.statistics import Observed
 
 Integers = npt.NDArray[np.int64]
+OfKinds = Kind | Iterable[Kind] | None
 
 _RUNS = ("run", "step", "be built", "be built again")
 
 
 class Progress(NamedTuple):
-    """Progress of a run.
-
-    ``time`` of ``until`` (None: no end in time); contacts and events since the start; CPU seconds of this
-    run.
-    """
+    """Progress of a run: ``time`` of ``until`` (or None); all contacts and events; its CPU seconds."""
 
     time: float
     until: float | None
@@ -72,13 +65,8 @@ class Progress(NamedTuple):
 
 
 class Inserted(NamedTuple):
-    """What ``insert_many`` has done.
-
-    Attributes:
-        numbers: (n,) the numbers of the bodies; -1 of those that have no room.
-        refused: (n,) which have no room.
-        reasons: why, by the place in the call: errors, whose text is made when it is read.
-    """
+    """What ``insert_many`` has done: (n,) the ``numbers`` of the bodies, -1 without room; which are
+    ``refused``; and ``reasons``, by the place in the call: errors, whose text is made when it is read."""
 
     numbers: npt.NDArray[np.int64]
     refused: npt.NDArray[np.bool_]
@@ -99,15 +87,12 @@ class Simulation(Moment):
             (slow: O(n^2) an audit); None: never.
         turning: True to compile turns into the loop though the scene has none, so that ``set_velocity`` need
             not compile it again.
-        live: True for a program that gives all kinds of commands: they are compiled into the loop though the
-            scene has none, and slots are free for inserted bodies, so that the first need not do either.
+        live: True for a program that gives all kinds of commands: they are compiled into the loop, and slots
+            are free for inserted bodies, though the scene needs neither.
         room: with ``live`` or a scene whose bodies come and go, how many bodies can be present before slots
             are made for more: at least those of the scene; None: twice as many.
 
-    Raises:
-        UnknownName: no phase is registered under a name.
-        BadOption: a phase has no such option.
-        Refused: a phase does not accept this scene.
+    Raises UnknownName, BadOption for an option that a phase does not have, and Refused.
     """
 
     # What it is
@@ -118,7 +103,7 @@ class Simulation(Moment):
         scene: Scene,
         broad_phase: str | None = None,
         *,
-        narrow_phases: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
+        narrow_phases: Sequence[str] | Named | None = None,
         options: Mapping[str, Any] | None = None,
         keep_contacts: bool = True,
         audit: int | None = None,
@@ -214,10 +199,7 @@ class Simulation(Moment):
         return self._engine.compile_seconds
 
     def build(self) -> None:
-        """Builds the broad phase's structure, if necessary, and runs no event.
-
-        Raises as ``run`` does.
-        """
+        """Builds the broad phase's structure, if necessary, and runs no event. Raises as ``run`` does."""
         if not self._engine.built:
             with self._alone("be built"):
                 self._engine.build()
@@ -250,8 +232,7 @@ class Simulation(Moment):
                 one. Without ``until``, stop as well when nothing has happened for two million time units.
             max_events: stop after this many further events of all kinds, at the time of the last one.
             progress: called after each chunk (a fraction of a second); it may turn bodies.
-            recorder: a function that is called with the log rows of each chunk, before a fault is raised; or
-                a ``Recorder``.
+            recorder: called with the log rows of each chunk, before a fault is raised; or a ``Recorder``.
             stop_at: contacts to stop at, at their exact time (``StopAt``).
             observe: what to measure from here on, such as ``["pressure", "msd:every=0.1"]``; results are in
                 ``observed``. To go on with what the last run has measured, that: ``observe=sim.observed``.
@@ -262,8 +243,7 @@ class Simulation(Moment):
             PhaseError: a phase broke the protocol.
             AuditError: an audit found a violation.
             BusyError: this simulation is running already.
-            ValueError: ``until`` is not a finite time, or lies in the past; ``stop_at`` names an unknown
-                kind.
+            ValueError: ``until`` is not finite, or in the past; ``stop_at`` names an unknown kind.
             IndexError: ``stop_at`` names a body that is neither present nor to be inserted.
             TypeError: ``stop_at`` is no ``StopAt``, or ``recorder`` no function.
             UnknownName, BadOption, Refused: there is no such observable, or not with these options or in this
@@ -319,26 +299,20 @@ class Simulation(Moment):
 
     @answering
     def step(self) -> Event | None:
-        """Runs the next event, of any kind, and returns it; None, with nothing run, if there is none.
+        """Runs the next event, of any kind, and returns it; None, with nothing run, if there is none, and two
+        million time units later if none happens before that. Raises as ``run`` does.
 
-        Each row of ``contacts`` is one event. Passings that begin at the start, or begin or end together
-        with a command, happen with it and are returned one by one; ``run`` goes past those that wait.
-
-        None as well, two million time units later, if none happens before that. Raises as ``run`` does.
+        Each row of ``contacts`` is one event. Passings that begin at the start, or begin or end together with
+        a command, happen with it and are returned one by one; ``run`` goes past those that wait.
         """
         with self._alone("step"):
             return self._with_kinds(advance_one(self._engine, End()))
 
     @answering
     def steps(self, until: float | None = None) -> Iterator[Event]:
-        """Runs event by event, and yields each after it has happened, up to and at a time.
-
-        Between two events the caller may read, turn or run the simulation. None: the scene's own
-        ``until``; without one, for as long as there are events. Each row of ``contacts`` is one event, as
-        ``step`` has it.
-
-        Raises as ``run`` does.
-        """
+        """Runs event by event, as ``step`` does, and yields each after it has happened, up to and at a time;
+        None: the scene's own ``until``, or for as long as there are events. Between two events the caller may
+        read, turn or run the simulation. Raises as ``run`` does."""
         until = self.scene.settings.until if until is None else until
         end = End() if until is None else arguments.read_end(self._engine, self.scene, until)
         while True:
@@ -350,14 +324,10 @@ class Simulation(Moment):
 
     @property
     def next_event(self) -> Event | None:
-        """The event that ``step`` would run, as scheduled now; None if nothing is scheduled.
-
-        A body that flies for more than a thousand time units without an event is anchored again
-        meanwhile, which can move later events by its rounding; and where tables grow for an insertion, the
-        new structure may have an event before it.
-
-        Raises BusyError during a chunk of a run: to look ahead, the loop computes the first contact.
-        """
+        """The event that ``step`` would run, as scheduled now; None if nothing is scheduled. It can change: a
+        body that flies for more than a thousand time units without an event is anchored again meanwhile, with
+        rounding, and where tables grow for an insertion the new structure may have an event before it. Raises
+        BusyError during a chunk of a run: to look ahead, the loop computes the first contact."""
         with self._alone("look ahead"):
             event = next_event(self._engine)
             if self.scene.falls and is_beyond_frame(self._engine, event) and len(self.bodies):
@@ -369,11 +339,7 @@ class Simulation(Moment):
             return self._with_kinds(event)
 
     def audit(self) -> None:
-        """Checks now everything that must hold between two events; O(n^2).
-
-        Raises:
-            AuditError: the first violation.
-        """
+        """Checks now all that must hold between two events, in O(n^2); AuditError is the first violation."""
         with self._alone("be audited"):
             self._engine.audit()
 
@@ -384,9 +350,8 @@ class Simulation(Moment):
         self.set_velocities([body], cast("npt.ArrayLike", [velocity]))
 
     def set_velocities(self, bodies: npt.ArrayLike, velocities: npt.ArrayLike) -> None:
-        """Turns bodies now, in the order given: (n,) their numbers, and (n, 2) velocities or one for all.
-
-        Between two runs, between two steps, or from the ``progress`` of a run. A refused call leaves
+        """Turns bodies now, in the order given: (n,) their numbers, and (n, 2) velocities or one for all;
+        between two runs, between two steps, or from the ``progress`` of a run. A refused call leaves
         everything unchanged.
 
         Raises:
@@ -408,12 +373,12 @@ class Simulation(Moment):
         kind: Kind | None = None,
         shape: Shape | int | None = None,
     ) -> int:
-        """Inserts a disc now, or a body of a ``shape``, given as it is or by its number in the scene's table.
-        Returns its own number, which no other body of this run has or had.
+        """Inserts a disc now, or a body of a ``shape``, given as it is or by its number in the scene's table;
+        returns its own number, which no other body of this run has or had. A refused call changes nothing.
 
         A shape that the scene's table does not list is added to it: the tables are made again, which takes
-        longer. It may touch others and the walls, and overlap those that it passes through. ``kind`` is one
-        of the scene's, by default the first. A refused call leaves everything unchanged.
+        longer. It may touch others and the walls, and overlap those that it passes through. ``kind`` is by
+        default the scene's first.
 
         Raises:
             Refused: it would reach into a body or beyond a wall (the error names it, with the depth), or
@@ -446,16 +411,9 @@ class Simulation(Moment):
         """Inserts bodies now, one after the other, as ``insert`` does: those that have room.
 
         (n, 2) positions; velocities, (n, 2), or one for all; the others one for all, or a sequence of n. A
-        body without room is left out, and ``Inserted`` says why; it may have none because of a body of this
-        call. The structure of a broad phase is built again once at most. A call that raises leaves
-        everything unchanged.
-
-        Raises:
-            ValueError: a scene would refuse a number, or a speed is too fast for the clock; it names the
-                body by its place in the call.
-            Refused: the broad phase does not accept a scene with them.
-            TypeError: there is neither radius nor shape.
-            BusyError: as ``set_velocities``.
+        body without room, perhaps because of a body of this call, is left out, and ``Inserted`` says why. The
+        structure of a broad phase is built again once at most. A call that raises leaves everything
+        unchanged; it raises as ``insert``, and a ValueError names the body by its place in the call.
         """
         if radius is None and shape is None:
             raise TypeError("insert_many() needs the radius of the bodies that come, or their shapes")
@@ -479,10 +437,7 @@ class Simulation(Moment):
             return Inserted(numbers, refused, reasons)
 
     def remove(self, body: int) -> None:
-        """Removes a body now, with its scheduled events.
-
-        Raises IndexError if there is no such body, BusyError as ``set_velocities``.
-        """
+        """Removes a body now, with its events. Raises IndexError if there is none, and BusyError."""
         with self._alone("let a body go"):
             self._engine.carry_out(REMOVED, arguments.read_removal(self._engine, body))
 
@@ -498,17 +453,12 @@ class Simulation(Moment):
 
     @property
     def contacts(self) -> npt.NDArray[np.void]:
-        """All contacts so far, in canonical order (dtype ``kinetile.CONTACT``), read-only.
-
-        Reading copies the contacts since the last reading. Raises ValueError if none are kept.
-        """
+        """All contacts so far, in canonical order (dtype ``kinetile.CONTACT``), read-only. Reading copies
+        those since the last reading. Raises ValueError if none are kept."""
         return self._engine.ledger.contacts
 
     def contacts_since(self, count: int) -> npt.NDArray[np.void]:
-        """Returns the contacts after the first ``count``.
-
-        Raises ValueError if no contacts are kept, or for a negative number.
-        """
+        """Returns the contacts after the first ``count``; ValueError if none are kept, or below 0."""
         return self._engine.ledger.contacts_since(arguments.read_count(count, "count", "contacts"))
 
     @property
@@ -523,11 +473,9 @@ class Simulation(Moment):
 
     @property
     def observed(self) -> Observed:
-        """What the last run with ``observe`` has measured: estimates by observable and quantity.
-
-        Of a simulation that was restored or resumed, what had been measured by then. Raises as ``run`` where
-        an observable of a saved run is not installed here.
-        """
+        """What the last run with ``observe`` has measured, before a snapshot or a file that this goes on from
+        as well: estimates by observable and quantity. Raises as ``run`` where an observable of a saved run is
+        not installed here."""
         if self._observed is None:
             assert self._saved_observed is not None
             with no_simulation("what was observed in this saved run"):
@@ -570,13 +518,12 @@ class Simulation(Moment):
         return by_number(self._engine.k, named_near(self._engine.k, self._engine.composition))
 
     def drawing(self) -> tuple[Item, ...]:
-        """Returns the present structure of the broad phase as shapes of
-        ``kinetile.plugin.drawing``; nothing if the phase draws nothing.
+        """Returns the present structure of the broad phase as shapes of ``kinetile.plugin.drawing``; nothing
+        if the phase draws nothing. They move with their bodies, and are valid until the next event.
 
         Bodies have their numbers, and ``fails`` counts ticks since the start: ``divmod(fails, 2**52)`` is
-        (epoch, tick), as for ``contacts`` and ``exact_time``. It is valid until the next event: shapes
-        move with their bodies. Raises PhaseError if the phase's ``draw`` is wrong, and BusyError while
-        a chunk of a run is under way.
+        (epoch, tick), as for ``contacts`` and ``exact_time``. Raises PhaseError if the phase's ``draw`` is
+        wrong, and BusyError while a chunk of a run is under way.
         """
         with self._alone("be drawn"):
             self.build()
@@ -590,21 +537,14 @@ class Simulation(Moment):
     # of other kinds as if they were absent.
 
     def next_contact(self, a: int, b: int, *, scheduled: bool = False) -> NextContact | None:
-        """Returns when two bodies meet by their present flight plans; None if they do not.
+        """Returns when two bodies meet by their present flight plans, the future row of ``contacts``, to the
+        tick; None if they do not. Raises ValueError if they are one body.
 
-        Walls and third bodies are ignored: this is what happens without interference. The answer
-        is the future row of ``contacts``, to the tick. A pair that has just met does not meet
-        again until one of the two has a new plan. For two that are passing through each other
-        it is the row of the end, with a > b. With gravity plans end with a frame, ``Scene.frame`` ticks: an
-        answer beyond it may be some ticks off, here and of the next two questions.
-
-        Args:
-            a: a body.
-            b: another.
-            scheduled: only without interference: by the present plans it is the first contact of either
-                body, walls included, and no command changes one of them before.
-
-        Raises ValueError if a and b are one body.
+        Walls and third bodies are ignored. A pair that has just met does not meet again until one of the two
+        has a new plan. For two that are passing through each other it is the row of the end, with a > b. With
+        gravity plans end with a frame, ``Scene.frame`` ticks: an answer beyond it may be some ticks off, here
+        and of the next two questions. With ``scheduled`` there is an answer only without interference: if by
+        the present plans it is the first contact of either body, walls included, and no command is before it.
         """
         one, other = self._slot_of(a), self._slot_of(b)
         if one == other:
@@ -614,18 +554,14 @@ class Simulation(Moment):
         return meetings.next_contact_of(self._query(), one, planned, among, walls=False)
 
     def next_contact_of(
-        self, body: int, *, scheduled: bool = False, kinds: Kind | Iterable[Kind] | None = None
+        self, body: int, *, scheduled: bool = False, kinds: OfKinds = None
     ) -> NextContact | None:
-        """Returns the first contact of a body, with another one or a wall, by the present flight plans.
+        """Returns the first contact of a body, with another one or a wall, by the present flight plans; None
+        if there is none. The end of a passing is one too. Ties go as in the run.
 
-        Of contacts at one tick the first is the one that the run takes first. The end of a passing is one
-        too. None if there is none.
-
-        Args:
-            body: the body.
-            scheduled: None as well if something comes before: an earlier contact of either body, with a
-                body of any kind, or a command that changes the plan of one of them.
-            kinds: only with bodies of these kinds; "wall" is one of them here, for the walls.
+        With ``scheduled`` None as well if something comes before: an earlier contact of either body, with a
+        body of any kind, or a command that changes the plan of one of them. ``kinds``: only with these, and
+        "wall" for the walls.
         """
         slot = self._slot_of(body)
         planned = self._planned() if scheduled else None
@@ -641,17 +577,15 @@ class Simulation(Moment):
         body: Numbers | tuple[float, float, Shape],
         velocity: Numbers,
         *,
-        kinds: Kind | Iterable[Kind] | None = None,
+        kinds: OfKinds = None,
     ) -> CastHit | None:
-        """Returns the body that one which starts here and now would meet first, and when, by the present
-        plans.
+        """Returns the body that one which starts here and now would meet first, by the present plans.
 
         To the tick, as if it were a body that has not met others yet. None if it meets none; walls are
         ignored. A contact needs approach: a body that it touches or overlaps at the start is met at once if
-        they approach, and not at all if they part. Of several at one tick the first by number.
-
-        Along a periodic axis it meets a body through any image, within 8 units of the clock (``time_unit``)
-        from now: beyond that no contact of bodies is predicted there either.
+        they approach, and not at all if they part. Of several at one tick the first by number. Along a
+        periodic axis it meets a body through any image, within 8 units of the clock (``time_unit``) from now:
+        beyond that no contact of bodies is predicted there either.
 
         Args:
             body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through
@@ -666,20 +600,13 @@ class Simulation(Moment):
         hit = meetings.cast(self._among(kinds), *thrown)
         return None if hit is None else hit._replace(body=self._body_of(hit.body))
 
-    def bodies_in(
-        self, box: Numbers, *, whole: bool = False, kinds: Kind | Iterable[Kind] | None = None
-    ) -> Integers:
-        """Returns the bodies in a box now, (m,), ascending.
+    def bodies_in(self, box: Numbers, *, whole: bool = False, kinds: OfKinds = None) -> Integers:
+        """Returns the bodies in a box now, (m,), ascending: those with a point in common with it, or with
+        ``whole`` those in it as a whole, touching it from within at most; only of these ``kinds``.
 
-        A body has its outline, and is about its position in ``positions()``. All is computed in doubles.
-
-        Args:
-            box: (left, bottom, right, top), edges included; a box may be a line or a point.
-            whole: only bodies that are in the box as a whole, touching it from within at most. Otherwise a
-                point in common is enough.
-            kinds: only bodies of these kinds.
-
-        Raises ValueError for what is no box, or one that is upside down.
+        ``box`` is (left, bottom, right, top), edges included; it may be a line or a point. A body has its
+        outline, and is about its position in ``positions()``. All is computed in doubles. Raises ValueError
+        for what is no box, or upside down.
         """
         return self._bodies_of(places.bodies_in(self._among(kinds), arguments.read_box(box), whole))
 
@@ -689,21 +616,15 @@ class Simulation(Moment):
         *,
         radius: float | None = None,
         k: int | None = None,
-        kinds: Kind | Iterable[Kind] | None = None,
+        kinds: OfKinds = None,
     ) -> Integers:
-        """Returns the bodies near a point now, (m,), the nearest first and equally near ones by number.
+        """Returns the bodies near a point now, (m,), the nearest first and equally near ones by number: all
+        within a ``radius``, at most ``k``, or both; with ``kinds`` only bodies of these kinds.
 
         A body's distance is that of its outline, below 0 where the point is within. For a disc it is that to
         its place in ``positions()`` less its radius; for another shape that to its core, or within the core
-        that to the outline of the core, negated, less its radius. All is computed in doubles.
-
-        Args:
-            point: (x, y).
-            radius: all that are not further than this.
-            k: the largest number of bodies.
-            kinds: only bodies of these kinds.
-
-        Raises ValueError where neither is given, or for what is no point, no length or no number of bodies.
+        that to the outline of the core, negated, less its radius. All is computed in doubles. Raises
+        ValueError where neither is given, or for what is no point, no length or no number of bodies.
         """
         if radius is None and k is None:
             raise ValueError("bodies_near needs to know how far or how many: radius=, k= or both")
@@ -719,26 +640,23 @@ class Simulation(Moment):
         *,
         within: float | None = None,
         most: int | None = None,
-        kinds: Kind | Iterable[Kind] | None = None,
+        kinds: OfKinds = None,
     ) -> list[RayHit]:
         """Returns the bodies that a ray meets now, the nearest first and equally near ones by number.
 
-        A body has its outline, and is about its position in ``positions()``: a grazing ray meets it, and
-        one that begins in it or at its outline meets it at once. All is computed in doubles.
-
-        Along a periodic axis a body has an image at every whole number of periods from that position. It is
-        reported once, where the ray first enters one of them.
+        A body has its outline, and is about its position in ``positions()``: a grazing ray meets it, and one
+        that begins in it or at its outline meets it at once. All is computed in doubles. Along a periodic
+        axis a body has an image at every whole number of periods from that position; it is reported once,
+        where the ray first enters one of them.
 
         Args:
-            origin: (x, y), where the ray begins.
-            direction: (x, y), where it leads; its length does not matter.
+            origin, direction: (x, y), where the ray begins, and where it leads, whose length does not matter.
             within: only bodies that are met not further than this, a length above 0 in the scene's unit.
                 Needed where an axis is periodic, of which the ray may cross at most 4,096 periods.
             most: the largest number of hits; 1 is the fastest.
             kinds: only bodies of these kinds.
 
-        Raises ValueError for what is no point, no direction, no length or no number of bodies, and for no
-        ``within`` where it is needed.
+        Raises ValueError for values that are none of these, and for no ``within`` where it is needed.
         """
         start, towards = arguments.read_point(origin, "an origin"), arguments.read_direction(direction)
         length = arguments.read_within(within, self.scene, towards)
@@ -749,22 +667,15 @@ class Simulation(Moment):
     # Saving
 
     def snapshot(self) -> Snapshot:
-        """Returns the complete state of this simulation, for ``restore``.
-
-        Raises RecordError where a run has ended with a fault, BusyError while a chunk of a run is under way.
-        """
+        """Returns the complete state of this simulation, for ``restore``. Raises RecordError where a run has
+        ended with a fault, BusyError while a chunk of a run is under way."""
         with self._alone("be saved"):
             return take(self._engine, self.scene, self._audit, self._start_energy, self._observed_state)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Continues from a snapshot of this simulation, or of another one of the same scene.
-
-        The structure of the broad phase is built for that moment. Contacts are the same, to the last bit;
-        the number of structural events may differ from that of a run that was not restored.
-
-        Raises RecordError for a snapshot of another scene or of other narrow phases, Refused if the broad
-        phase does not accept it, BusyError while it runs; then nothing has changed.
-        """
+        """Continues from a snapshot of this simulation, or of another one of the same scene, as ``resume``
+        does. Raises RecordError for one of another scene or of other narrow phases, Refused if the broad
+        phase does not accept it, BusyError while it runs; then nothing has changed."""
         with self._alone("be restored"):
             if self._running:
                 raise BusyError("this simulation is running: it cannot be restored from its own progress")
@@ -776,14 +687,11 @@ class Simulation(Moment):
             self._go_on_from(snapshot)
 
     def save(self, path: str | os.PathLike[str], note: Mapping[str, Any] | None = None) -> None:
-        """Writes a file from which ``kinetile.resume`` makes this simulation again, in any process.
+        """Writes a file from which ``kinetile.resume`` makes this simulation again, in any process. It gets
+        its name when it is completely on the disk; until then an old file of this name stays.
 
-        The file gets its name when it is completely on the disk; until then an old file of this
-        name stays. ``note`` is any value for JSON; ``kinetile.run.saving.files.note`` reads
-        it back.
-
-        Raises RecordError if it cannot be written, if there is a file that is no saved simulation,
-        and as ``snapshot``.
+        ``note`` is any value for JSON; ``kinetile.run.saving.files.note`` reads it back. Raises RecordError
+        if it cannot be written, if there is a file that is no saved simulation, and as ``snapshot``.
         """
         write_whole(path, self.snapshot(), note)
 
@@ -859,7 +767,7 @@ class Simulation(Moment):
         tables = engine.k, engine.packed[0]
         return Query(*tables, slots, engine.clock, engine.composition, shapes, engine.overlapping)
 
-    def _among(self, kinds: Kind | Iterable[Kind] | None) -> Query:
+    def _among(self, kinds: OfKinds) -> Query:
         """Returns the present bodies, with the bodies of these kinds alone; ValueError for what is none."""
         query = self._query()
         if kinds is None:
@@ -869,7 +777,7 @@ class Simulation(Moment):
     def _slot_of(self, body: int) -> int:
         return int(self._engine.k.slots[arguments.read_body(self._engine, body)])
 
-    def _bodies_of(self, slots: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    def _bodies_of(self, slots: Integers) -> Integers:
         return np.asarray(self._engine.k.queue["number"][slots].astype(np.int64))
 
     def _body_of(self, slot: int) -> int:
@@ -903,15 +811,10 @@ def resume(
 ) -> Simulation:
     """Returns the simulation that ``Simulation.save`` has written to a file.
 
-    It continues from the plans, the clock, the commands still to come and the contacts so far, under the
-    same broad phase, or under ``broad_phase`` (with ``options`` for it). The structure is built for the
-    present moment: the contacts are the same, bit for bit, and the number of structural events may differ
-    from that of a run that was not interrupted.
-
-    Raises:
-        RecordError: the file cannot be read, is damaged, or is of another kinetile; the message says which.
-        UnknownName, BadOption: as ``Simulation``.
-        Refused: the broad phase does not accept this scene.
+    It continues from the plans, the clock, the commands still to come and the contacts so far, under the same
+    broad phase, or under ``broad_phase`` (with ``options`` for it), whose structure is built anew: contacts
+    are the same, bit for bit, but perhaps not the number of structural events. Raises RecordError, which says
+    what is wrong with the file, and UnknownName, BadOption and Refused as ``Simulation``.
     """
     if broad_phase is None and options is not None:
         raise BadOption(

@@ -2,13 +2,8 @@
 
 Overlaps are found in time proportional to the discs and the overlaps. Discs are sorted into levels by the
 power of two above their radius; a level's cells are twice that power wide, so a disc can only overlap discs
-of its own or a lower level that lie in its own cell or in one of the eight around it. Cells are kept as a
-sorted array of hashed cell numbers, and whole arrays of discs are looked up at once. Where discs do not
-overlap, a cell holds few of them and the search is linear; where they do, chunks of pairs have a bounded
-size, and the caller stops when it has enough.
-
-The cell width is a power of two, so the division that finds the cell is exact: no rounding can put two
-overlapping discs into cells that are not neighbours.
+of its own or a lower level in its own cell or one of the eight around it, and the division that finds the
+cell is exact. Cells are a sorted array of hashed numbers; chunks of pairs have a bounded size.
 """
 
 from __future__ import annotations
@@ -32,11 +27,8 @@ from kinetile.scene.checks import (
     Extent,
     shown,
 )
-from kinetile.scene.shapes import SEGMENTS, Table, overlapping_shapes
+from kinetile.scene.shapes import SEGMENTS, Bools, Floats, Ints, Table, overlapping_shapes
 from kinetile.scene.values import VALUES
-
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
 
 Numbers: TypeAlias = Sequence[float] | npt.NDArray[Any]
 """A point, a velocity, a disc or a box as it is given: a tuple, a list or an array."""
@@ -44,12 +36,9 @@ Numbers: TypeAlias = Sequence[float] | npt.NDArray[Any]
 
 @dataclass(frozen=True)
 class Bodies:
-    """Bodies as arrays of n rows: position and velocity are (n, 2), radius and mass (n,).
-
-    ``unknown`` maps each of these names to (n,) the bodies whose value has been reported already, because it
-    is missing or of the wrong type: checks that need it leave them out, and judge all the others. ``table``
-    are the shapes of the bodies, whose reach is their radius; None: they are discs.
-    """
+    """Bodies as arrays of n rows: position and velocity are (n, 2), radius and mass (n,). ``unknown`` maps
+    each name to (n,) the bodies whose value was reported as missing or wrong: checks that need it leave them
+    out. ``table`` are the shapes, whose reach is their radius; None: discs."""
 
     position: Floats
     velocity: Floats
@@ -256,8 +245,7 @@ def _check_apart(
     periods: tuple[float, float],
     movable: Bools,
 ) -> list[Mistake]:
-    """Reports the first LIMIT overlapping pairs among those ``placed``, and how many more there are. With
-    shapes immovable bodies may overlap each other."""
+    """Reports the first LIMIT pairs of those ``placed`` that may not overlap and do, and how many more."""
     (kind, passes), table = passing, bodies.table
     position, radius = bodies.position[placed], bodies.radius[placed]
     first: list[tuple[int, int]] = []
@@ -291,9 +279,6 @@ def _overlap(bodies: Bodies, periods: tuple[float, float], a: int, b: int) -> st
     apart = math.hypot(*nearest_image(between, periods)[0].tolist())
     together = bodies.radius[a].item() + bodies.radius[b].item()
     return f"an overlap of {together - apart:.6g} (distance {apart:.6g}, sum of the radii {together:.6g})"
-
-
-Ints = npt.NDArray[np.int64]
 
 
 CHUNK = 1 << 20
@@ -351,10 +336,7 @@ def in_box(places: Floats, periods: tuple[float, float]) -> Floats:
 def overlapping_images(
     position: Floats, radius: Floats, periods: tuple[float, float], tolerance: float = 0.0
 ) -> Iterator[Ints]:
-    """Yields what ``overlapping_pairs`` does, where axes are periodic, for the images of the discs as well.
-
-    Discs near a border are repeated beyond it. Each pair is yielded once, if only its nearest images overlap.
-    """
+    """Yields what ``overlapping_pairs`` does, once, for images too: bodies near a border are repeated."""
     if not any(periods) or not len(radius):
         yield from overlapping_pairs(position, radius, tolerance)
         return
@@ -377,11 +359,8 @@ def overlapping_images(
 
 def overlapping_pairs(position: Floats, radius: Floats, tolerance: float = 0.0) -> Iterator[Ints]:
     """Yields the pairs of discs whose distance is less than (1 - tolerance) times the sum of their radii.
-
-    ``position`` is (n, 2) and ``radius`` (n,), all finite, radii > 0. Each yield is a (k, 2) array with
-    a < b in each row, possibly empty, for at most about CHUNK + n compared pairs; each pair once, in no
-    particular order.
-    """
+    ``position`` is (n, 2) and ``radius`` (n,), all finite, radii > 0. Each yield is a (k, 2) array with a <
+    b, possibly empty, for at most about CHUNK + n compared pairs; each pair once, in no order."""
     exponent = np.maximum(np.frexp(radius)[1].astype(np.int64), _SMALLEST)
     if len(radius) and exponent.max() > _LARGEST:
         position, radius, exponent = position * 2.0**-30, radius * 2.0**-30, exponent - 30

@@ -1,9 +1,6 @@
-"""Scenes by name: recipes that plugins provide, and files that name recipes and phases.
-
-A recipe is a function that makes a scene, and its keyword arguments are the scene's parameters. Their types
-(``int``, ``float``, ``str``, ``bool``, ``tuple[int, ...]`` or ``tuple[float, ...]``) serve to check a user's
-values.
-"""
+"""Scenes by name: recipes that plugins provide, and files that name recipes and phases. A recipe is a
+function that makes a scene; the types of its keyword arguments (``int``, ``float``, ``str``, ``bool``,
+``tuple[int, ...]`` or ``tuple[float, ...]``) serve to check a user's values."""
 
 from __future__ import annotations
 
@@ -49,11 +46,8 @@ bodies."""
 def make_scene(name: str, /, **parameters: Any) -> Scene:
     """Returns the scene that a recipe makes from these parameters (its defaults for the rest); with
     ``periodic`` ("x", "y" or "xy") in a periodic arena, and with ``gravity``, (gx, gy), of bodies that fall.
-
-    The scene's ``origin`` is {"recipe": name, "parameters": {...}}, defaults included. Raises UnknownName for
-    an unknown recipe, BadOption for a parameter that it does not have or cannot use, SceneError for
-    a scene with mistakes, and PhaseError for a recipe that breaks.
-    """
+    Its ``origin`` is {"recipe": name, "parameters": {...}}, defaults included. Raises UnknownName, BadOption
+    for a parameter that the recipe cannot use, SceneError for mistakes, and PhaseError."""
     recipe = registry().target("scene", name)
     with calling("scene", name, "the recipe"):
         mistakes = parameter_mistakes(name, parameters)
@@ -72,12 +66,8 @@ def make_scene(name: str, /, **parameters: Any) -> Scene:
 
 
 def complete_parameters(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns all parameters of the recipe called ``name``: the given ones, converted to their types, and
-    defaults for the rest.
-
-    The given ones must be such as it has and can use (``parameter_mistakes``). Raises UnknownName, and
-    PhaseError for a recipe whose signature hides its parameters.
-    """
+    """Returns all parameters of the recipe called ``name``: those given, which it can use
+    (``parameter_mistakes``), by type, and defaults. UnknownName; PhaseError if its signature hides them."""
     return {
         each.name: _convert(each, given[each.name]) if each.name in given else each.default
         for each in accepted_parameters(name)
@@ -86,11 +76,8 @@ def complete_parameters(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def recipe_parameters(name: str) -> tuple[Parameter, ...]:
-    """Returns the parameters of the recipe called ``name``, in the order of its signature.
-
-    Raises UnknownName for a recipe that is not there, and PhaseError for one whose signature hides its
-    parameters.
-    """
+    """Returns the parameters of the recipe called ``name``, in the order of its signature; UnknownName, and
+    PhaseError for one whose signature hides its parameters."""
     return parameters_of("scene", name)
 
 
@@ -102,11 +89,8 @@ def accepted_parameters(name: str) -> tuple[Parameter, ...]:
 
 
 def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:
-    """Returns the parameters that ``texts``, each "name=value", give to the recipe called ``name``.
-
-    Values are read as their parameter's type says. Raises UnknownName for a recipe that is not there, and
-    BadOption, with a sentence for each mistake, for what cannot be read.
-    """
+    """Returns the parameters that ``texts``, each "name=value", give to the recipe called ``name``, read as
+    their types say; UnknownName, and BadOption with a sentence for each that cannot be read."""
     known = {each.name: each for each in accepted_parameters(name)}
     parameters: dict[str, Any] = {}
     sentences = []

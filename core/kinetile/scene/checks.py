@@ -1,8 +1,5 @@
-"""Checks of a scene: they find all mistakes at once.
-
-Each check looks at whole arrays and returns the mistakes it found, with their places written as in a scene
-file (``bodies[3].radius``). ``kinetile.scene.reader`` runs all of them, once for each scene.
-"""
+"""Checks of a scene: each looks at whole arrays and returns all mistakes, with their places written as in a
+scene file (``bodies[3].radius``). ``kinetile.scene.reader`` runs all of them, once for each scene."""
 
 from __future__ import annotations
 
@@ -100,10 +97,7 @@ def as_kind(value: Any) -> str | int:
 
 
 def plain(value: Any) -> Any:
-    """Returns an option's value as a scene file would give it back: no types of NumPy, lists for tuples.
-
-    So an option is the same before and after a file. What no file can hold is copied.
-    """
+    """Returns an option's value as a scene file would give it back; a copy of what no file can hold."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and math.isnan(value):
@@ -146,8 +140,7 @@ def shown(value: object, width: int = 60) -> str:
 
 
 class Extent(NamedTuple):
-    """An arena, (width, height), its periodic axes, "", "x", "y" or "xy", whether bodies have to be within
-    its walls, and gravity."""
+    """An arena, (width, height), its periodic axes as in a scene, whether walls hold bodies, and gravity."""
 
     sides: tuple[float, float]
     periodic: str
@@ -168,10 +161,7 @@ def name_alone(text: str, table: str) -> str:
 
 
 def check_name(where: str, name: str, *kinds: Kind) -> list[Mistake]:
-    """Returns the mistake of naming something that none of these kinds has, if it is one.
-
-    The registry is imported here: a scene of elastic bodies looks nothing up.
-    """
+    """Returns the mistake of naming what none of these kinds has. Imports the registry only then."""
     from kinetile.plugin.registry import registry
 
     names: list[str] = []

@@ -1,10 +1,9 @@
 """Commands: interventions in a running scene from outside, each at its time.
 
-They run in the order of their times, and at one tick of the clock in the given
-order. ``at`` is the exact time, as (epoch, tick, contacts): whole units of the scene's clock since its start,
-ticks of 2**-52 of one, and the number of contacts of that very tick that come before, mostly none; then
-``time`` is that, rounded. A body has a number: those of the start are numbered from 0, and each inserted
-body has a new one, which is never reused.
+They run in the order of their times, and at one tick of the clock in the given order. ``at`` is the exact
+time, as (epoch, tick, contacts): whole units of the scene's clock since its start, ticks of 2**-52 of one,
+and how many contacts of that very tick come before, mostly none; ``time`` is that, rounded. Bodies of the
+start are numbered from 0, and each inserted one has a new number, which is never reused.
 """
 
 from __future__ import annotations
@@ -73,8 +72,7 @@ _SHAPES = "a list of shapes to count in, shapes=[...] or [[shapes]]"
 
 
 def values_of(command: Command) -> dict[str, tuple[Value, Any]]:
-    """Returns by their names the fields of a command that are given, and what each has to be; without a
-    shape, which depends on the scene's table."""
+    """Returns the fields of a command that are given, without a shape, by names, and what each has to be."""
     new = isinstance(command, Insert)
     return {
         name: (VALUES["new body" if new and name == "body" else name], value)
@@ -85,8 +83,7 @@ def values_of(command: Command) -> dict[str, tuple[Value, Any]]:
 
 def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None) -> list[Command]:
     """Returns commands in their stored form, with plain numbers; an insertion without a number gets the next
-    one, in the given order, after those of the start and all given ones, and one without a kind gets this
-    one."""
+    after those of the start and all given ones, one without a kind this one."""
     kept: list[Command] = []
     taken = [command.body for command in commands if isinstance(command, Insert)]
     free = max([bodies - 1, *taken]) + 1
@@ -147,10 +144,7 @@ def with_shape(command: Any, shape: Shape | None, shaped: bool) -> Any:
 
 
 def check_command(command: Any, where: str, start: float | None, extent: Extent | None) -> list[Mistake]:
-    """Checks one command by itself; ``check_presence`` checks that its body is present.
-
-    ``start`` and ``extent``, of the arena, are None if they are not known, or there is none.
-    """
+    """Checks one command by itself; ``start`` and ``extent``, of the arena, are None if there are none."""
     if not isinstance(command, Command):
         expected = "kinetile.Insert(...), kinetile.Remove(...) or kinetile.Turn(...)"
         return [Mistake(where, shown(command), expected)]

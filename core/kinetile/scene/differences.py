@@ -1,9 +1,6 @@
-"""Differences of convex cores, in rationals: where two bodies touch that do not rotate.
-
-Where the reference point of the second body is d from that of the first, the two touch if d is as far from
-the *difference* of their cores, the hull of all corners of the first less all of the second, as the sum of
-their radii. So the question of two convex bodies is that of a point and one convex polygon.
-"""
+"""Differences of convex cores, in rationals: where the reference point of a second body is d from that of the
+first, the two touch if d is as far from the *difference* of their cores, the hull of all corners of the first
+less all of the second, as the sum of their radii. So the question is that of a point and one polygon."""
 
 from __future__ import annotations
 
@@ -20,11 +17,8 @@ Vector = tuple[Number, Number]
 
 @lru_cache(maxsize=4096)
 def core_difference(one: tuple[Place, ...], other: tuple[Place, ...]) -> tuple[Exact, ...]:
-    """Returns the corners of the difference of two cores, exactly.
-
-    They are anticlockwise from the one with the smallest x, of those the smallest y, and no three are in one
-    line: two are a line, one is a point.
-    """
+    """Returns the corners of the difference of two cores, exactly: anticlockwise from the one with the
+    smallest x, then y, no three in one line; two are a line, one is a point."""
     places = sorted({less(exact(a), exact(b)) for a in one for b in other})
     if len(places) == 1:
         return tuple(places)
@@ -40,8 +34,7 @@ def core_difference(one: tuple[Place, ...], other: tuple[Place, ...]) -> tuple[E
 
 
 def is_closer(corners: Sequence[Exact], place: Exact, distance: Fraction) -> bool:
-    """Whether a place is closer to a convex polygon than a distance; where that is negative, whether it is
-    deeper inside than that."""
+    """Whether a place is closer to a convex polygon than a distance; below 0: deeper inside than that."""
     within = distance * distance
     inside = len(corners) > 2
     for k, corner in enumerate(corners):

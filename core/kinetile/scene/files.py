@@ -1,14 +1,9 @@
 """Scenes as files: readable TOML that keeps every bit of a saved scene.
 
-A file either lists its bodies, with the turns of each under it, or names a recipe and its parameters; it
-may also have settings of the run. Reading has three steps, so that every mistake in a file is
-reported at once: the syntax, the keys and the types (``kinetile.scene.schema``), and the values,
-by the reader of every scene (``kinetile.scene.reader``). A part that fails one step is left out of the next;
-the rest continues.
-
-Floats are written by ``repr``, the shortest text that reads back as the same bits, -0.0 and the smallest
-denormal included. A file is replaced in one step: a reader sees the old scene or the new one, and a
-full disk loses neither.
+A file lists its bodies, each with its turns, or names a recipe and its parameters, and may have settings of
+the run. Reading has three steps: the syntax, the keys and the types (``kinetile.scene.schema``), and the
+values (``kinetile.scene.reader``); what fails one step is left out of the next, so every mistake is reported
+at once. Floats are written by ``repr``, which reads back as the same bits. A file is replaced in one step.
 """
 
 from __future__ import annotations
@@ -24,7 +19,6 @@ import numpy as np
 from kinetile.errors import BadOption, Mistake, SceneError, printable
 from kinetile.kernel.clock import Clock
 from kinetile.plugin.specs import Kind as PluginKind
-from kinetile.scene.bodies import Bools
 from kinetile.scene.by_name import accepted_parameters, known_options, make_scene, parameter_mistakes
 from kinetile.scene.checks import abridged, check_name, option_mistakes, shown
 from kinetile.scene.commands import Command, Insert, Remove, Turn
@@ -43,17 +37,15 @@ from kinetile.scene.schema import (
     written,
 )
 from kinetile.scene.settings import Settings, check_end
-from kinetile.scene.shapes import Ints, Obstacle, Shape, polyline, read_shape, shape_row
+from kinetile.scene.shapes import Bools, Ints, Obstacle, Shape, polyline, read_shape, shape_row
 from kinetile.targets import write_file
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def load_scene(path: str | os.PathLike[str], *, max_bytes: int = MOST_BYTES) -> Scene:
-    """Reads a scene from a TOML file, a regular one of at most ``max_bytes`` (64 MiB).
-
-    Raises OSError if the file cannot be read, and SceneError, with every mistake in it, if it is no scene.
-    """
+    """Reads a scene from a TOML file, a regular one of at most ``max_bytes`` (64 MiB). Raises OSError if it
+    cannot be read, and SceneError, with every mistake in it, if it is no scene."""
     data = read_bytes(path, max_bytes)
     source = os.fspath(path)
     try:
@@ -68,21 +60,16 @@ def load_scene(path: str | os.PathLike[str], *, max_bytes: int = MOST_BYTES) -> 
 
 
 def loads_scene(text: str, source: str | None = None, *, look_up: bool = True) -> Scene:
-    """Reads a scene from TOML text; ``source`` is what messages call it. Raises SceneError.
-
-    If not ``look_up``, phases and responses may have any name and any options, as where nothing is run, and
-    a recipe is refused.
-    """
+    """Reads a scene from TOML text; ``source`` is what messages call it. Raises SceneError. If not
+    ``look_up``, phases and responses may have any name and options, and a recipe is refused."""
     file = _File(text.removeprefix("\ufeff"), source, look_up)
     return file.scene_of_recipe() if "recipe" in file.tables else file.scene_of_bodies()
 
 
 def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
-    """Writes a scene to a TOML file, from which ``load_scene`` makes an equal one.
-
-    Raises OSError if it cannot be written (the old file stays), and BadOption for an option that TOML has no
-    form for. A link is followed; only regular files are replaced.
-    """
+    """Writes a scene to a TOML file, from which ``load_scene`` makes an equal one; a link is followed. Raises
+    OSError if it cannot be written (the old file stays) or is not regular, and BadOption for an option that
+    TOML has no form for."""
     write_file(path, dumps_scene(scene))
 
 
@@ -388,8 +375,7 @@ class _File:
         return found
 
     def _commands(self) -> list[tuple[str, Command]]:
-        """Returns the commands of the file, with their places; appends a mistake for each with no action or
-        several."""
+        """Returns the file's commands, with places; appends a mistake for each without just one action."""
         found: list[tuple[str, Command]] = []
         for k, row in self._rows("commands"):
             where = f"commands[{k}]"
@@ -460,12 +446,9 @@ def _command(row: Mapping[str, Any]) -> Command:
     name = next(each for each in _KINDS if each in row)
     own = {"velocity": (0.0, 0.0)} | row[name] if name == "insert" else {"body": row[name]}
     fields = {key: value for key, value in {**row, **own}.items() if key in _KINDS[name]._fields}
-    made: Command = _KINDS[name](**{key: _tupled(value) for key, value in fields.items()})
+    values = {key: tuple(value) if isinstance(value, list) else value for key, value in fields.items()}
+    made: Command = _KINDS[name](**values)
     return made
-
-
-def _tupled(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
 
 
 def _written_commands(scene: Scene) -> list[str]:

@@ -1,9 +1,5 @@
 """The reader of scenes: from arguments, or from what a file has in their places, to the fields of a scene.
-
-Each check runs here, once for each scene, and every mistake has the place of its value, in the arguments
-or in the file. A value that a file has in the wrong form has been reported before, and is not reported
-again at its place.
-"""
+Each check runs here, once for each scene. What a file has in the wrong form is not reported again."""
 
 from __future__ import annotations
 
@@ -16,7 +12,7 @@ import numpy as np
 
 from kinetile.errors import Mistake, SceneError
 from kinetile.kernel.clock import Clock, frame_of, time_unit
-from kinetile.scene.bodies import COLUMNS, Bodies, Bools, check_bodies, read_arrays
+from kinetile.scene.bodies import COLUMNS, Bodies, check_bodies, read_arrays
 from kinetile.scene.checks import WALL, Extent, abridged, shown
 from kinetile.scene.commands import (
     Command,
@@ -33,15 +29,12 @@ from kinetile.scene.commands import (
 from kinetile.scene.frame import check_frame, check_gravity, check_pace, check_periodic, check_support
 from kinetile.scene.responses import ELASTIC, SceneRules, read_rules
 from kinetile.scene.settings import Settings, check_end, check_settings
-from kinetile.scene.shapes import Obstacle, Shape, Table, are_given, beside, read_table
+from kinetile.scene.shapes import Bools, Obstacle, Shape, Table, are_given, beside, read_table
 from kinetile.scene.values import VALUES
 
 
 class Given(NamedTuple):
-    """What a scene is made from: the arguments of ``Scene``, in any form, and obstacles after its bodies.
-
-    ``until`` is the end as a file has it, where the settings have it as a float.
-    """
+    """What a scene is made from: arguments of ``Scene``, obstacles, and ``until`` as a file has it."""
 
     position: Any
     velocity: Any
@@ -66,16 +59,12 @@ class Given(NamedTuple):
 
 
 class FilePlaces(NamedTuple):
-    """Where values are in a file, and what has been found wrong there before they are read.
+    """Where values are in a file, ``source``, and what has been found wrong there before they are read.
 
-    Attributes:
-        source: the file, as messages name it.
-        mistakes: those that were found before.
-        faults: places of values that are missing or of a wrong type, and have been reported.
-        unread: for the name of a column, (n,) the bodies that have no such value in the right form.
-        complete: whether all bodies, commands and kinds could be read.
-        turns: the place of each turn.
-        commands: the place of each command.
+    ``mistakes`` were found before; ``faults`` are places of values that are missing or of a wrong type, and
+    have been reported; ``unread`` has for the name of a column, (n,), the bodies without such a value in the
+    right form; ``complete`` is whether all bodies, commands and kinds could be read; ``turns`` and
+    ``commands`` are the place of each.
     """
 
     source: str | None = None
@@ -263,8 +252,7 @@ def _read_rules(
 def _check_fall(
     bodies: Bodies, commands: Sequence[tuple[str, Any]], rules: SceneRules, extent: Extent
 ) -> list[Mistake]:
-    """Checks what a scene with gravity cannot have: other shapes than discs, immovable bodies, responses at
-    walls, and bodies that rest on a wall."""
+    """Checks what gravity excludes: shapes, immovable bodies, responses at walls, bodies at rest on walls."""
     mistakes = []
     if bodies.table is not None:
         mistakes.append(Mistake("shapes", "shapes beside gravity", "discs alone: gravity is for them"))

@@ -1,14 +1,10 @@
 """Responses: the outcome of a contact, by kinds of bodies.
 
-Each body is of a *kind*, a name or a small whole number; a body without one is of the first kind that
-the scene declares, or else of kind 0. A table gives a response by name for two kinds, and for a
-kind and a wall (``"wall"``); ``"*"`` means every kind. A rule for exactly the two kinds comes
-first, then a rule for one and ``"*"``, then ``("*", "*")``; contacts without a rule are elastic. A rule
-for walls has ``"wall"``: ``("*", "*")`` is about bodies.
-
-The kinds of a scene follow from its bodies and from insertions, or the scene declares them:
-then no body is of another. A rule for an unknown kind is a mistake, since it would never apply.
-Without bodies, insertions and declared kinds, kinds follow from the rules.
+Each body is of a *kind*, a name or a small whole number; one without is of the first kind that the scene
+declares, or else of kind 0. A table gives a response by name for two kinds, or a kind and a wall
+(``"wall"``); ``"*"`` means every kind. A rule for exactly the two comes first, then one with one ``"*"``,
+then ``("*", "*")``, which is not about walls; contacts without a rule are elastic. The kinds of a scene
+follow from its bodies and insertions, or it declares them. A rule for an unknown kind is a mistake.
 
 ``elastic`` and ``pass`` are the kernel's own. ``pass`` changes no plan: the contact is the beginning of a
 passing, which ends when the two part or one of them is removed; walls cannot be passed. All others are
@@ -37,11 +33,8 @@ _KIND = VALUES["kind"]
 
 
 class Response:
-    """A response by name, with its options: ``Response("restitution", e=0.9, contact_time=1e-6)``.
-
-    ``found`` is set once the name has been found among the registered ones, with these options; a file that
-    only names a response for a reader that runs nothing sets it as well.
-    """
+    """A response by name, with its options: ``Response("restitution", e=0.9, contact_time=1e-6)``. ``found``
+    is set once it is known that it is registered, with these options, or for a reader that runs nothing."""
 
     found = False
 
@@ -78,14 +71,8 @@ class Rule(NamedTuple):
 
 
 class SceneRules(NamedTuple):
-    """Rules of a scene about kinds.
-
-    Attributes:
-        kinds: the kinds.
-        kind: (n,) the kind of each body, as its place in ``kinds``.
-        responses: two kinds and a response each.
-        passing: (kinds, kinds + 1) which pass through each other; none through a wall.
-    """
+    """Rules of a scene about ``kinds``: (n,) the ``kind`` of each body as its place there, two kinds and a
+    response each, and (kinds, kinds + 1) which are ``passing`` through each other; none through a wall."""
 
     kinds: tuple[Kind, ...]
     kind: npt.NDArray[np.int64]
@@ -111,7 +98,7 @@ def read_rules(
         coming: the place in the input, and the kind, of each insertion; None is the first of the scene.
         mistakes: a list to append mistakes to.
         declared: all kinds; None if they follow from the bodies.
-        complete: whether these are all bodies; if some could not be read, no rule is reported as unused.
+        complete: whether these are all bodies; else no rule is reported as unused.
     """
     places: dict[Pair, str] = {}
     rules = _read_responses(responses, places, mistakes)
@@ -138,8 +125,7 @@ def read_rules(
 def kinds_that_follow(
     each: Iterable[Kind], coming: Iterable[Kind], rules: Iterable[tuple[Pair, Response]]
 ) -> tuple[Kind, ...]:
-    """Returns the kinds of a scene that declares none, in the order of their appearance: those of its
-    bodies and insertions, or without any, those that its rules name."""
+    """Returns the kinds of a scene that declares none, as they appear: in bodies, or else in rules."""
     there = tuple(dict.fromkeys([*each, *coming]))
     named = dict.fromkeys(name for pair, _ in rules for name in pair if is_kind(name))
     return there or tuple(named) or (0,)
@@ -157,11 +143,8 @@ def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
 
 
 def _unusable(where: str, response: Response) -> list[Mistake]:
-    """Returns the mistake of naming a response that no plugin provides, or else those of its options; without
-    any, marks it as found.
-
-    A response is looked up once: a scene can be read where its plugin is not installed.
-    """
+    """Returns the mistake of naming a response that no plugin provides, or those of its options; without any,
+    marks it as found: a scene can then be read where its plugin is not installed."""
     if response.found or (response.name in (ELASTIC, PASS) and not response.options):
         return []
     wrong = check_name(where, response.name, "response")
@@ -229,8 +212,7 @@ def _read_kinds(given: Any, bodies: int, first: Kind, mistakes: list[Mistake]) -
 def _read_responses(
     given: Any, places: dict[Pair, str], mistakes: list[Mistake]
 ) -> tuple[tuple[Pair, Response], ...]:
-    """Returns the rules of a table, each with its two kinds in one order, sorted; adds the place of each, and
-    appends their mistakes."""
+    """Returns the rules of a table, kinds in one order, sorted; adds places, and appends mistakes."""
     if given is None:
         return ()
     if isinstance(given, str | Response):
@@ -281,10 +263,7 @@ def _ordered(a: Kind, b: Kind) -> Pair:
 def table(
     kinds: Sequence[Kind], rules: Iterable[tuple[Pair, Response]], mistakes: list[Mistake] | None = None
 ) -> list[list[Response]]:
-    """Returns the response of each two kinds, and of a kind and a wall (the last column).
-
-    Two different rules for two kinds, each with "*", are appended as a mistake.
-    """
+    """Returns the response of each two kinds, and a kind and a wall (last); appends rules in conflict."""
     message = dict(rules)
     elastic = Response(ELASTIC)
     usual, walls = message.get((ANY, ANY), elastic), message.get((ANY, WALL), elastic)

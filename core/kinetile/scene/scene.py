@@ -1,9 +1,6 @@
-"""Scene: bodies with positions and velocities, the arena around them, and the commands of the run.
-
-A scene is a value. Its arrays are its own read-only copies, it is checked in full when it is made (all
-mistakes are reported at once), and two scenes are equal when they hold the same bits. A scene is made from
-arrays (here), from a recipe by name (``make_scene``) or from a file (``load_scene``).
-"""
+"""Scene: bodies with positions and velocities, the arena around them, and the commands of the run. A scene is
+a value: its arrays are its own read-only copies, it is checked in full when it is made, and two are equal
+when they hold the same bits. It is made from arrays (here), by ``make_scene`` or by ``load_scene``."""
 
 from __future__ import annotations
 
@@ -27,9 +24,8 @@ from kinetile.scene.frame import check_frame
 from kinetile.scene.reader import NO_FILE, FilePlaces, Given, read_scene
 from kinetile.scene.responses import Kind, Kinds, Pair, Response, Responses, kinds_that_follow, table
 from kinetile.scene.settings import Settings, check_end, check_settings
-from kinetile.scene.shapes import Obstacle, Shape
+from kinetile.scene.shapes import Floats, Obstacle, Shape
 
-Floats = npt.NDArray[np.float64]
 Radii: TypeAlias = "npt.ArrayLike | None"
 ShapeOfEach: TypeAlias = "npt.ArrayLike | Shape | None"
 
@@ -42,9 +38,8 @@ class Scene:
     kept as read-only arrays of float64. Bodies of other shapes, which do not rotate, have ``shapes``, a list,
     and ``shape`` in the place of ``radius``: (n,) the index of each body's shape, or one for all, or one
     ``Shape`` for all. Then ``radius`` is the circle around a body's position that holds it. The list has the
-    shapes of inserted bodies as well, and may stand beside ``radius``, where bodies of other shapes are
-    inserted among discs. If all are discs, the scene is the one that ``radius`` makes: ``shapes`` is empty,
-    and ``shape`` is -1.
+    shapes of inserted bodies as well, and may stand beside ``radius``, where they are inserted among discs.
+    If all are discs, the scene is the one that ``radius`` makes: ``shapes`` is empty, and ``shape`` is -1.
 
     ``arena`` is (width, height), for walls around [0, width] x [0, height], or None for no walls.
     ``periodic`` names the axes, "x", "y" or "xy", along which the arena has no walls but repeats itself: the
@@ -55,19 +50,19 @@ class Scene:
     ``time_unit`` is the one in which it does (``kinetile.kernel.clock``). ``gravity`` is (gx, gy), the
     acceleration of all bodies, in an arena with walls at the ends of the axes along which it pulls, and of
     discs of finite mass alone; (0, 0): there is none. ``frame`` is 0 then, and otherwise the number of ticks
-    after which bodies pass from one falling frame to the next (``kinetile.kernel.falling``).
-    ``start`` is the time of the given positions. ``kind`` is the kind of each body, or one for all, and
-    ``responses`` are the responses of pairs of kinds (``kinetile.scene.responses``). ``kinds`` are all kinds
-    of bodies, present or inserted later; by default they follow from the bodies and from the insertions.
-    ``kind_numbers`` is (n,) the place of each body's kind in ``kinds``. ``settings`` are defaults of a run;
-    ``origin`` is the source of the scene, and is not compared.
+    after which bodies pass from one falling frame to the next (``kinetile.kernel.falling``). ``start`` is the
+    time of the given positions. ``kind`` is the kind of each body, or one for all, and ``responses`` are the
+    responses of pairs of kinds (``kinetile.scene.responses``). ``kinds`` are all kinds of bodies, present or
+    inserted later; by default they follow from the bodies and from the insertions. ``kind_numbers`` is (n,)
+    the place of each body's kind in ``kinds``. ``settings`` are defaults of a run; ``origin`` is the source
+    of the scene, and is not compared.
 
     Raises SceneError, with every mistake, unless all numbers are finite, radii and masses greater than 0,
     each body is inside the arena and no two overlap, except those that pass through each other (touching is
     allowed; the tolerance is 1e-12 of the radius, or of the sum of the two radii). A body whose mass is
-    ``math.inf`` is *immovable*: walls reflect it, bodies of finite mass do not change its motion, and
-    two immovable ones bounce like two equal masses. Radii, other masses and the arena's sides are from
-    2**-200 to 2**200, coordinates and speeds at most 2**200, so that no product of them over- or underflows.
+    ``math.inf`` is *immovable*: walls reflect it, bodies of finite mass do not change its motion, and two
+    immovable ones bounce like two equal masses. Radii, other masses and the arena's sides are from 2**-200 to
+    2**200, coordinates and speeds at most 2**200, so that no product of them over- or underflows.
     """
 
     position: Floats
@@ -147,14 +142,13 @@ class Scene:
         return f"<Scene: {bodies}, {around}{turns}{recipe}>"
 
     def replace(self, **changes: Any) -> Scene:
-        """Returns a scene with other values for some arguments of the constructor, checked as any scene is.
+        """Returns a scene with other values for some arguments of the constructor, checked as any scene is,
+        and without ``origin``. Raises SceneError as the constructor does, and TypeError for an unknown
+        argument.
 
         ``turns`` take the place of the turns alone, ``commands`` that of all commands, and ``shape`` or
         ``shapes`` that of radii; radii take that of shapes only beside ``shape=None, shapes=()``. Kinds that
-        followed from bodies and commands follow again, those that were declared stay, unless ``kinds`` are
-        given. The new scene has no ``origin``, since no recipe and no file makes it.
-
-        Raises SceneError as the constructor does, and TypeError for an argument that it does not have.
+        followed from bodies and commands follow again, declared ones stay, unless ``kinds`` are given.
         """
         given = arguments_of(self)
         known = [each for each in given._fields if each not in ("obstacles", "until")]
@@ -192,8 +186,7 @@ class Scene:
 
     @property
     def shape_of(self) -> dict[int, int]:
-        """By the number of a body, those that are inserted too, the place of its shape in ``shapes``; empty
-        where all are discs."""
+        """By the number of a body, inserted ones too, the place of its shape in ``shapes``; {} for discs."""
         coming = (each for each in self.commands if isinstance(each, Insert) and self.shapes)
         own = dict(enumerate(self.shape.tolist())) if self.shapes else {}
         return own | {each.body: self.shapes.index(each.shape) for each in coming}
@@ -224,8 +217,7 @@ class Scene:
 
     @property
     def capacity(self) -> int:
-        """The number of bodies for which a phase makes room in ``prepare``: the present number, or more in
-        a run in which bodies are inserted."""
+        """The number of bodies for which a phase makes room in ``prepare``: those present, or more."""
         return len(self)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -253,8 +245,7 @@ class Scene:
 
 
 def are_alike(scene: Scene) -> bool:
-    """Returns whether there are two bodies or more, with one mass and one radius, whose contacts are all
-    elastic, and no phase is to make room for another."""
+    """Returns whether two bodies or more, of one mass and radius, meet elastically, and none comes."""
     single = all(bool((column == column[:1]).all()) for column in (scene.mass, scene.radius))
     return single and 1 < len(scene) == scene.capacity and not scene._ruled and not scene.shapes
 
@@ -266,8 +257,7 @@ def in_words(scene: Scene, count: int) -> str:
 
 
 def declared_kinds(scene: Scene) -> tuple[Kind, ...] | None:
-    """Returns the kinds of a scene if they are others, or in another order, than follow from its bodies,
-    commands and rules."""
+    """Returns the kinds of a scene if they do not follow, in this order, from bodies, commands and rules."""
     coming = (each.kind for each in scene.commands if isinstance(each, Insert))
     following = kinds_that_follow(scene.kind, (each for each in coming if each is not None), scene.responses)
     return None if scene.kinds == following else scene.kinds
@@ -291,10 +281,7 @@ def scene_of(given: Given, places: FilePlaces = NO_FILE) -> Scene:
 def relabelled(
     scene: Scene, *, settings: Settings | None = None, origin: Mapping[str, Any] | None = None
 ) -> Scene:
-    """Returns the same scene with other settings or another origin, without checking its bodies again.
-
-    Raises SceneError for settings that the scene cannot have.
-    """
+    """Returns the same scene with other settings or another origin; SceneError for impossible settings."""
     mistakes = []
     if settings is not None and not isinstance(settings, Settings):
         mistakes = [Mistake("settings", shown(settings), "kinetile.Settings(...), or None")]

@@ -1,12 +1,8 @@
 """Tables of a scene file: from bytes to TOML of bounded size and depth, with known keys and types.
 
-tomllib reads ordinary files well. It does not end in a sensible time on keys of many thousand parts, which
-it searches from the root for each, and its result may be nested as deeply as the stack is. So the size of a
-file is checked before it is read, its keys before they are parsed, and its tables before they are
-traversed.
-
-Then the tables are compared with those below: no text for a number, no true for 1, whole numbers where
-numbers are wanted, and no key that is not here.
+tomllib does not end in a sensible time on keys of many thousand parts, and its result may be nested as deeply
+as the stack is. So the size of a file is checked before it is read, its keys before they are parsed, and its
+tables before they are traversed. Then they are compared with those below.
 """
 
 from __future__ import annotations
@@ -100,10 +96,7 @@ _FILE = Table(
 
 
 def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
-    """Compares a file's tables with those of a scene.
-
-    Returns the mistakes, and the places of the values that are missing or of a wrong type, and so unusable.
-    """
+    """Returns the mistakes of a file's tables, and the places of missing values and those of a wrong type."""
     faults = _Faults(tables)
     faults.of_table((), _FILE, tables)
     if not {"recipe", "bodies"} & set(tables):
@@ -176,8 +169,7 @@ UNKNOWN = "a key that is not known here"
 
 
 def _belongs(place: Place) -> str:
-    """Returns what is expected of a key that another table has, one around that of ``place`` or one in it;
-    "" if none has it."""
+    """Returns what is expected of a key of another table, around ``place`` or in it; "" if none has it."""
     key = str(place[-1])
     for at in reversed(range(len(place) - 1)):
         if isinstance(place[at], str) and key in _keys((*place[:at], key)):
@@ -254,11 +246,7 @@ _WHERE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)",
 
 
 def read_bytes(path: str | os.PathLike[str], max_bytes: int = MOST_BYTES) -> bytes:
-    """Returns the content of a regular file.
-
-    Raises OSError if it is no regular file (a pipe or a device may never end) or cannot be read, and
-    SceneError if it is larger.
-    """
+    """Returns the content of a regular file; OSError for another (a pipe), SceneError for too large a one."""
     with open_regular(path) as file:
         data = file.read(max_bytes + 1)
     if len(data) > max_bytes:

@@ -1,11 +1,8 @@
 """Shapes of bodies, which do not rotate: a convex core of 1 to 8 corners, and a radius around it.
 
 A disc is a core of one corner with a radius, a capsule one of two; a box or another polygon has corners and,
-if it is not rounded, no radius. Whether a core is convex, and whether two bodies overlap, is decided in
-rationals (``kinetile.scene.differences``).
-
-Below them are their tables in files, obstacles, which are shapes that nothing moves, and the table of the
-shapes of a scene's bodies.
+if it is not rounded, no radius. Convexity and overlaps are decided in rationals. Below are their tables in
+files, obstacles, which nothing moves, and the table of shapes of a scene's bodies.
 """
 
 from __future__ import annotations
@@ -258,11 +255,10 @@ OBSTACLE = "obstacle"
 
 @dataclass(frozen=True)
 class Obstacle:
-    """A shape at a place, (x, y); with a velocity it moves on, whatever it meets, until a turn.
+    """A shape at a place, (x, y), of infinite mass; with a velocity it moves on until a turn.
 
-    An obstacle is a body of infinite mass, after all others: it has a number, a kind, a place in contacts and
-    event files. With shapes immovable bodies do not meet each other and may overlap, so a room of any outline
-    is a row of segments.
+    An obstacle is a body after all others: it has a number, a kind, a place in contacts and event files. With
+    shapes immovable bodies do not meet each other and may overlap: a room is a row of segments.
     """
 
     shape: Shape
@@ -275,11 +271,8 @@ def polyline(
     points: Iterable[Sequence[float]], *, closed: bool = False, kind: str | int = OBSTACLE
 ) -> list[Obstacle]:
     """Returns segments from each point, (x, y), to the next one; ``closed``: also from the last to the first.
-
-    Where two of them join their ends are the same up to a rounding, exactly if coordinates are small dyadic
-    numbers. Raises SceneError, with every mistake, for fewer than two points, and for two that are one place
-    or no two finite numbers.
-    """
+    Ends that join are the same up to a rounding, for small dyadic numbers exactly. Raises SceneError, with
+    every mistake, for fewer than two points, and for two that are one place or not finite."""
     corners = list(points)
     mistakes = []
     for k, point in enumerate(corners):
@@ -336,8 +329,7 @@ class Table:
 def read_table(
     shape: Any, shapes: Any, bodies: int, mistakes: list[Mistake], unread: npt.NDArray[np.bool_] | None = None
 ) -> Table:
-    """Returns the shapes of bodies as they are given to a scene, and appends their mistakes, except those of
-    (n,) bodies whose numbers were not read."""
+    """Returns the shapes of bodies as given, and appends mistakes, but of those without numbers, (n,)."""
     nothing, everything = np.zeros(bodies, dtype=np.int64), np.ones(bodies, dtype=np.bool_)
     if isinstance(shape, Shape):
         if shapes:
@@ -364,11 +356,8 @@ def read_table(
 def beside(
     table: Table | None, radius: Floats, unread: Bools, obstacles: Sequence[Obstacle], listed: Iterable[Shape]
 ) -> Table:
-    """Returns the shapes of bodies and of the obstacles after them: those that are listed come first, others
-    as they are met.
-
-    ``table`` is None for discs of (n,) these radii, of which those that are unread or no radii are unknown.
-    """
+    """Returns the shapes of bodies and of obstacles after them: those listed come first, others as they are
+    met; ``table`` is None for discs of (n,) these radii, some of them unread."""
     own: list[Shape | None]
     if table is None:
         fit = ~unread & SIZE.holds(radius)
@@ -402,12 +391,8 @@ def overlapping_shapes(
     pairs: Ints,
     periods: tuple[float, float] = (0.0, 0.0),
 ) -> Ints:
-    """Returns those of (k, 2) pairs whose shapes overlap, or their nearest images; the circles around them
-    do.
-
-    Most are apart along an axis by more than rounding explains, or touch there. The others are decided
-    exactly.
-    """
+    """Returns those of (k, 2) pairs whose shapes overlap, or nearest images, as circles around them do:
+    exactly, where they are not apart along an axis by more than rounding explains, or touch there."""
     reaches, shape = table.reaches[bodies], table.index[bodies]
     a, b = pairs.T
     apart = position[b] - position[a]
@@ -437,8 +422,7 @@ def _between(here: float, there: float, period: float) -> Fraction:
 
 
 def overlap(one: Shape, other: Shape, apart: Exact) -> bool:
-    """Whether two bodies whose reference points are so far apart overlap, by more than the tolerance: 1e-12
-    of the sum of their reaches."""
+    """Whether two bodies so far apart overlap, by more than 1e-12 of the sum of their reaches."""
     allowed = Fraction(TOLERANCE) * (Fraction(one.reach) + Fraction(other.reach))
     radii = Fraction(one.radius) + Fraction(other.radius)
     return is_closer(core_difference(one.core, other.core), apart, radii - allowed)

@@ -1,8 +1,6 @@
-"""What each value of a scene has to be, by its name: its type, its range, and the sentence that says so.
-
-Every entrance has the same table: arguments of ``Scene``, scene files, commands, calls of a simulation, and
-saved runs. A value is checked by itself here; what it needs of others is checked where they are known.
-"""
+"""What each value of a scene has to be, by its name: its type, its range, and the sentence that says so; for
+arguments of ``Scene``, scene files, commands, calls of a simulation, and saved runs. What a value needs of
+others is checked where they are known."""
 
 from __future__ import annotations
 
@@ -53,11 +51,8 @@ def is_pair(value: Any) -> bool:
 
 @dataclass(frozen=True)
 class Value:
-    """A value: ``what`` it is in words, in which form files have it, and whether one is ``fit``.
-
-    One that a file has in another form is a mistake of the file, and is read no further. Numbers may have a
-    range: from ``least`` to 2**200, or ``most``; in words they are ``within``.
-    """
+    """A value: ``what`` it is in words, its form in files, without which it is read no further, and whether
+    one is ``fit``; a number from ``least`` to ``most``, or 2**200, in words ``within``."""
 
     what: str
     form: type | Callable[[Any], bool] = is_float
@@ -119,16 +114,8 @@ def _are_names(names: Any) -> bool:
     return isinstance(names, list | tuple) and all(isinstance(name, str) for name in names)
 
 
-def _are_tables(tables: Any) -> bool:
-    return isinstance(tables, Mapping) and all(isinstance(each, Mapping) for each in tables.values())
-
-
 def _is_text(value: Any) -> bool:
     return isinstance(value, str)
-
-
-def _is_unit(unit: Any) -> bool:
-    return is_finite(unit) and 2.0**-900 <= unit <= 1.0 and math.frexp(unit)[0] == 0.5
 
 
 def _is_size(value: Any) -> bool:
@@ -188,9 +175,12 @@ VALUES: Mapping[str, Value] = {
     "options": Value(
         "a table of options for each phase, such as {'sap-1d': {'axis': 'y'}} or [options.sap-1d]",
         dict,
-        _are_tables,
+        lambda them: isinstance(them, Mapping) and all(isinstance(each, Mapping) for each in them.values()),
     ),
-    "unit": Value("a power of two from 2**-900 to 1, or none", fit=_is_unit),
+    "unit": Value(
+        "a power of two from 2**-900 to 1, or none",
+        fit=lambda unit: is_finite(unit) and 2.0**-900 <= unit <= 1.0 and math.frexp(unit)[0] == 0.5,
+    ),
     "periodic": Value(
         '"x", "y" or "xy", or nothing',
         str,

@@ -37,15 +37,9 @@ _FLATTEST = 1e-3  # the least height of a view in widths, and the least width in
 
 @dataclass(frozen=True)
 class Film:
-    """A film of a run.
-
-    Attributes:
-        simulation: the run at the scene's start; it does not change.
-        times: the times of the frames, in the scene's time.
-        width: of a frame, in pixels.
-        structure: whether the structure of the broad phase is drawn.
-        pairs: whether lines between pairs of bodies are drawn; None: as in a picture.
-    """
+    """A film of a run: ``simulation`` is at the scene's start and does not change, ``times`` are those of the
+    frames, in the scene's time, ``width`` is in pixels; whether the ``structure`` of the broad phase and
+    lines between ``pairs`` are drawn (None: as in a picture)."""
 
     simulation: Simulation
     times: tuple[float, ...]
@@ -54,8 +48,7 @@ class Film:
     pairs: bool | None = None
 
     def frames(self) -> Iterator[Image]:
-        """Yields the frames as RGB images of Pillow. Raises MissingExtra without matplotlib, and as
-        ``Simulation.run``."""
+        """Yields RGB images of Pillow. Raises MissingExtra without matplotlib, and as ``Simulation.run``."""
         check_printing("Drawing a film")
         from PIL.Image import fromarray
 
@@ -72,13 +65,10 @@ class Film:
         overwrite: bool = False,
         progress: Callable[[int, int], None] | None = None,
     ) -> Path:
-        """Writes the film to a file that ends in .gif, complete or not at all, and returns its path.
-
-        ``progress`` is called after each frame, with the number of frames so far and of all.
-
-        Raises MissingExtra without matplotlib, and BadOption for a file of another name, one that is there
-        already (unless ``overwrite``) or one that cannot be written.
-        """
+        """Writes the film to a file that ends in .gif, complete or not at all, and returns its path;
+        ``progress`` is called after each frame, with the number of frames so far and of all. Raises
+        MissingExtra without matplotlib, and BadOption for a file of another name, one that is there already
+        (unless ``overwrite``) or one that cannot be written."""
         target = Path(path)
         if target.suffix.lower() != ".gif":
             raise BadOption(f"the film is {str(target)!r}; expected a name that ends in .gif")
@@ -177,8 +167,7 @@ def film(
 
 
 def _palette() -> Iterator[int]:
-    """Yields the 242 colours of all frames: each colour of a look in 16 steps over the paper and over a disc.
-    A palette for each frame would make colours flicker."""
+    """Yields the 242 colours of all frames: those of a look in 16 steps, over the paper and over a disc."""
     from PIL.ImageColor import getrgb
 
     colours = {look.colour: None for look in (*LOOKS.values(), NEXT)} | {LIGHT.ink: None, LIGHT.edge: None}

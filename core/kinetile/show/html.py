@@ -1,12 +1,9 @@
 """HTML of a scene, a simulation and readings: a small table, and the picture of the moment beside it.
 
-The picture is that of ``kinetile draw``. Of more than ``MOST_STRUCTURE`` bodies the structure is left out, as
-is one of more than ``MOST_SHAPES`` shapes; of more than ``MOST_BODIES`` there is no picture. A display
-changes nothing and compiles nothing: a structure that is not built yet is left out, too. The HTML
-says what is left out and which errors happened; it raises nothing.
-
-All text is escaped, and there is no script and no style sheet. Styles are in the tags and name no colour,
-so a table is as readable on a dark page as on a light one.
+Of more than ``MOST_STRUCTURE`` bodies the structure is left out, as is one of more than ``MOST_SHAPES``
+shapes or one that is not built yet; of more than ``MOST_BODIES`` there is no picture. A display changes
+nothing, compiles nothing and raises nothing: it says what is left out, and which errors happened. All text is
+escaped; styles are in the tags and name no colour, for dark pages.
 """
 
 from __future__ import annotations
@@ -165,8 +162,7 @@ def facts(caption: str, rows: Iterable[tuple[str, str]]) -> str:
 
 
 def grid(caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[bool]) -> str:
-    """Returns a table with a head for each column; those of numbers are at the right. It scrolls sideways
-    where it is too wide, by keyboard too."""
+    """Returns a table with a head for each column, numbers at the right, which scrolls if it is too wide."""
     sides = ["right;white-space:nowrap" if number else "left" for number in numbers]
 
     def line(tag: str, texts: Sequence[str]) -> str:
@@ -190,10 +186,7 @@ def paragraph(text: str) -> str:
 
 
 def figure(svg: bytes, words: str, width: int = 480) -> str:
-    """Returns a picture, at most this many pixels wide, with a text for screen readers.
-
-    It is an image of its own: its style sheet and its names are no part of the page.
-    """
+    """Returns a picture as an image, at most so many pixels wide, with words for screen readers."""
     data = b64encode(svg).decode("ascii")
     return (
         f'<img alt="{escape(words)}" style="width:100%;max-width:{width}px;height:auto" '

@@ -1,9 +1,5 @@
-"""Displays of a notebook: IPython gets the names of the types that have one, and calls ``show.html``.
-
-IPython finds a type when an object of it is shown, so a scene, a simulation and readings do not depend on
-displays, and registering imports none of them. It is done when kinetile is imported in a running IPython;
-``%load_ext kinetile.show.notebook`` does it if IPython started later.
-"""
+"""Displays of a notebook: IPython gets the names of the types that have one, and calls ``show.html``. It is
+done when kinetile is imported in a running IPython, or by ``%load_ext kinetile.show.notebook``."""
 
 from __future__ import annotations
 

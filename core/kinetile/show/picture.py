@@ -1,9 +1,6 @@
-"""Picture of a moment of a run: discs and shapes with plain coordinates, and the look of each role.
-
-Colours are those that colour-blind people can distinguish (Okabe and Ito). A role has more marks than
-its colour: its layer, the width of its line, dashes. The same picture gives the same bytes, as SVG
-(``svg``) and as PNG or PDF (``printed``).
-"""
+"""Picture of a moment of a run: discs and shapes with plain coordinates, and the look of each role: colours
+that colour-blind people can distinguish (Okabe and Ito), layer, width and dashes. The same picture gives the
+same bytes, as SVG (``svg``) and as PNG or PDF (``printed``)."""
 
 from __future__ import annotations
 
@@ -52,8 +49,7 @@ Array = npt.NDArray[Any]
 
 
 def escape(text: str) -> str:
-    """Returns a text for HTML and SVG: a control character would make the file invalid, and a mark of
-    direction would reverse the sentence around the text."""
+    """Returns a text for HTML and SVG, without control characters and marks of direction, which do harm."""
     return html.escape(legible(text))
 
 
@@ -88,14 +84,12 @@ class Picture:
     """A moment of a run.
 
     Attributes:
-        caption: scene, broad phase and time, in words.
-        low, high: the corners of the view: the arena, or the bounds of the bodies; lengths of the scene.
-        arena: whether that is an arena.
+        caption, left_out: scene, broad phase and time, in words; its end, where pairs are left out.
+        low, high: the corners of the view: the ``arena``, or the bounds of the bodies; lengths of the scene.
         discs: the bodies, by number; then images of those that reach over a periodic border.
         shapes: what the broad phase draws, every coordinate a number.
         next: when the first certificate of a shape fails; ticks since the start, None: never.
         times: when certificates fail, in the scene's time, by their ticks.
-        left_out: the end of the caption, where pairs are left out.
     """
 
     caption: str
@@ -121,8 +115,7 @@ class Picture:
 
     @property
     def arrow_time(self) -> float:
-        """The time by which velocities are multiplied to be arrows: the fastest is as long as two median
-        radii; 0 where no body moves."""
+        """The time that makes arrows of velocities: the fastest is two median radii long; 0 if none moves."""
         fastest = max((math.hypot(*disc.velocity) for disc in self.discs), default=0.0)
         radii = sorted(disc.radius for disc in self.discs)
         return 2.0 * radii[len(radii) // 2] / fastest if fastest else 0.0
@@ -150,12 +143,10 @@ def take_picture(
     structure: bool = True,
     pairs: bool | None = None,
 ) -> Picture:
-    """Returns the picture of a simulation now; with ``roles``, only shapes of these roles.
-
-    Lines between ``pairs`` are drawn of up to 250 bodies, or where a role is ``pair``; of more the caption
-    says that they are left out. Without ``structure`` there is no shape, and the broad phase is neither
-    compiled nor built. Raises ValueError for an unknown role.
-    """
+    """Returns the picture of a simulation now; with ``roles``, only shapes of these roles. Lines between
+    ``pairs`` are drawn of up to 250 bodies, or where a role is ``pair``; of more the caption says that they
+    are left out. Without ``structure`` there is no shape, and the broad phase is neither compiled nor built.
+    Raises ValueError for an unknown role."""
     odd = sorted(set(roles or ()) - set(ROLES))
     if odd:
         raise ValueError(f"{odd[0]!r} is no role; expected some of {', '.join(ROLES)}")
@@ -207,8 +198,7 @@ def _discs(
 
 
 def outline_of(shape: Shape, at: Place) -> list[Place]:
-    """Returns the corners of a shape at a place as it is drawn, anticlockwise, arcs in steps of at most 5
-    degrees."""
+    """Returns the corners of a shape at a place, anticlockwise, arcs in steps of at most 5 degrees."""
     points = []
     for k, (x, y) in enumerate(shape.core):
         (from_x, from_y), (to_x, to_y) = shape.core[k - 1], shape.core[(k + 1) % len(shape.core)]
@@ -261,8 +251,7 @@ def _placed(
     turns: dict[int, list[float]],
     scene: Scene,
 ) -> Iterator[Item]:
-    """Yields a shape with present coordinates, and where axes are periodic all its images that are seen; a
-    link as a segment, to the second body's nearest image."""
+    """Yields a shape, with all its images that are seen; a link as a segment to the nearest image."""
     columns, moves = [], []
     for axis, (column, period) in enumerate(
         zip(zip(*points_of(item), strict=True), scene.periods, strict=True)

@@ -33,9 +33,7 @@ def check_printing(purpose: str = "Drawing a picture as PNG or PDF") -> None:
 
 def as_printed(picture: Picture, form: str, velocities: bool = False) -> bytes:
     """Returns a picture as a file of a form, "png" or "pdf", with an arrow for each velocity if wanted.
-
-    Raises MissingExtra without matplotlib.
-    """
+    Raises MissingExtra without matplotlib."""
     check_printing()
     (left, bottom), (right, top) = picture.low, picture.high
     scale = INCHES / max(right - left, top - bottom)
@@ -61,10 +59,8 @@ def figure_bytes(figure: Any, form: str, **options: Any) -> bytes:
 
 
 def as_pixels(picture: Picture, width: int, caption: str) -> npt.NDArray[np.uint8]:
-    """Returns a picture as an array of pixels, (height, width, 4), with a text below it.
-
-    A picture taller than twice its width is drawn smaller. Raises MissingExtra without matplotlib.
-    """
+    """Returns a picture as an array of pixels, (height, width, 4), with a text below it; one taller than
+    twice its width is drawn smaller. Raises MissingExtra without matplotlib."""
     check_printing("Drawing a film")
     (left, bottom), (right, top) = picture.low, picture.high
     inner = width - 2 * _MARGIN

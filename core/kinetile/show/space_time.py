@@ -1,9 +1,8 @@
 """A run in space and time: one coordinate of the bodies to the right, time upwards.
 
-The extent of a body along the axis is a band between two lines, its *bounds*, which are straight as long as
-it keeps its velocity. What sweep-and-prune does can be seen in them: where two bounds cross, two entries of
-its sorted list change places; where two bands overlap, the bodies are candidates along this axis. At a
-contact two bands have a kink. The picture is the same under every broad phase.
+The extent of a body along the axis is a band between two lines, its *bounds*. What sweep-and-prune does can
+be seen in them: where two bounds cross, two entries of its sorted list change places; where two bands
+overlap, the bodies are candidates along this axis. At a contact two bands have a kink.
 """
 
 from __future__ import annotations
@@ -54,17 +53,10 @@ class Mark(NamedTuple):
 
 @dataclass(frozen=True)
 class SpaceTime:
-    """A run along one axis.
-
-    Attributes:
-        caption: scene, axis and times, in words.
-        begin, end: the times that it shows, in the scene's time.
-        low, high: the places that it shows, in the scene's lengths: those of the arena, or of all bodies.
-        period: of the axis; 0: it is not periodic.
-        pieces: parts of the bands of bodies.
-        marks: contacts of two bodies that change velocities.
-        reaches: how far each body reaches below and above its position along the axis.
-    """
+    """A run along one axis, from time ``begin`` to ``end`` and place ``low`` to ``high`` (those of the arena,
+    or of all bodies), of the scene. ``period`` is that of the axis; 0: it is not periodic. ``pieces`` are
+    parts of the bands of bodies, ``marks`` the contacts of two bodies that change velocities, and ``reaches``
+    how far each body reaches below and above its position along the axis."""
 
     caption: str
     begin: float
@@ -78,10 +70,8 @@ class SpaceTime:
 
 
 def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime:
-    """Runs a simulation on from now to a time, and returns what it does along an axis, "x" or "y".
-
-    Raises BadOption for another axis, or where there are more than ``MOST_PIECES`` pieces.
-    """
+    """Runs a simulation on from now to a time, and returns what it does along an axis, "x" or "y". Raises
+    BadOption for another axis, or where there are more than ``MOST_PIECES`` pieces."""
     if axis not in ("x", "y"):
         raise BadOption(f"the axis of space and time is {axis!r}; expected x or y")
     which, begin, scene = "xy".index(axis), sim.time, sim.scene

@@ -1,8 +1,5 @@
-"""A picture as SVG, written directly: small, readable, the same bytes for the same picture.
-
-It has two colour schemes, light and dark, chosen by the reader's system. A shape with a label or a failing
-certificate shows it under the mouse. A legend names the roles.
-"""
+"""A picture as SVG, written directly: small, readable, the same bytes for the same picture, light or dark as
+the reader's system. A shape with a label or a failing certificate shows it under the mouse."""
 
 from __future__ import annotations
 

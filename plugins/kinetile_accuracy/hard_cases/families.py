@@ -1,9 +1,6 @@
-"""Hard families of queries: when do these two discs meet?
-
-A family draws a number of pairs from a random generator. Lengths are those of a unit box with radii of 1/200
-to 1/20, speeds about 1, and the unit of time is 1, unless a family has other values. All values are rounded
-to doubles, and those doubles are the query: whether the discs meet, and when, is computed in integers.
-"""
+"""Hard families of queries: when do these two discs meet? A family draws a number of pairs from a random
+generator. Lengths are those of a unit box with radii of 1/200 to 1/20, speeds about 1, and the unit of time
+is 1, unless a family has other values. All values are rounded to doubles, which are the query."""
 
 from __future__ import annotations
 
@@ -31,13 +28,8 @@ LATER = SPAN - 2 * UNIT_TICKS
 
 @dataclass(frozen=True, eq=False)
 class Queries:
-    """The flight plans of m pairs of discs.
-
-    Attributes:
-        position, velocity: (m, 2, 2), by query, disc and axis; the position is that at the disc's anchor.
-        radius: (m, 2).
-        anchor: (m, 2), in ticks of 2^-52.
-    """
+    """The flight plans of m pairs of discs: ``position``, at the disc's anchor, and ``velocity`` are (m, 2,
+    2), by query, disc and axis; ``radius`` and ``anchor``, in ticks of 2^-52, (m, 2)."""
 
     position: Floats
     velocity: Floats
@@ -94,12 +86,10 @@ def aimed(
     speed: Floats | None = None,
     spread: float | None = None,
 ) -> Queries:
-    """Returns pairs by their encounter, anchored at tick 0.
-
-    The second disc is nearest to the first after a way of ``run``, and would then pass at distance ``miss``:
-    (m,) multiples of R, the sum of the radii. ``radius`` is (m, 2); ``speed`` (m,) is the relative one;
-    ``spread`` is within how many R of the origin the first disc is; None: what is usual, and a unit box.
-    """
+    """Returns pairs by their encounter, anchored at tick 0: the second disc is nearest to the first after a
+    way of ``run``, and would then pass at distance ``miss``: (m,) multiples of R, the sum of the radii.
+    ``radius`` is (m, 2); ``speed`` (m,) is the relative one; ``spread`` is within how many R of the origin
+    the first disc is; None: what is usual, and a unit box."""
     count = len(run)
     radius = draws.uniform(0.005, 0.05, (count, 2)) if radius is None else radius
     reach = radius.sum(axis=1)[:, None]

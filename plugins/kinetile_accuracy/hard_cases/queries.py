@@ -133,8 +133,7 @@ def query_row(family: Family, form: str, queries: Queries, ticks: Ticks) -> Quer
 
 def depth_at(plans: tuple[FlightPlan, FlightPlan], tick: int) -> tuple[float, float]:
     """Returns how far two discs overlap once both are anchored at a tick, in R and in rho = 16 u X, X the
-    largest coordinate of the flight and u = 2^-53. What they overlap at the later of their anchors does not
-    count."""
+    largest coordinate of the flight, u = 2^-53; but for what they do at the later anchor."""
     pair = PairQuadratic(*plans)
     places = [plan.rounded_place(tick, 1.0 / UNIT_TICKS) for plan in plans]
     coordinates = [*places[0], *places[1], *(each for plan in plans for each in (plan.x, plan.y))]

@@ -1,10 +1,6 @@
-"""The part ``drift`` of the report: energy and overlaps in a long run, and contacts under late clocks.
-
-A trajectory of hard discs cannot be compared with an exact one for long (the part ``oracle`` says how long),
-but after any number of contacts conserved values and overlaps can be measured. So the readings are taken at
-10^3, 10^4, ... contacts of one run, which audits itself. Other runs of the same scene begin with the clock at
-2^20 and at 2^40: the contacts must be the same.
-"""
+"""The part ``drift`` of the report: energy and overlaps in a long run, and contacts under late clocks. They
+are measured at 10^3, 10^4, ... contacts of one run, which audits itself. Other runs of the same scene begin
+with the clock at 2^20 and at 2^40: the contacts must be the same."""
 
 from __future__ import annotations
 

@@ -1,15 +1,11 @@
 """The agreement of a run with the certified oracle, contact by contact, in order and in time.
 
 The order is that of docs/one-answer.md, ties at one exact time included. A contact multiplies the roundings
-before it, and after some ten contacts a disc a run in doubles and the oracle have nothing in common. Up to
-which contact they agree is the run's horizon.
+before it, so after some ten contacts a disc a run in doubles and the oracle have nothing in common. Up to
+which contact they agree is the run's horizon. The first contact of bodies on the plans that the scene gives
+them must be at its time rounded down to its tick; later times have errors that grow, which are measured.
 
-Times are compared where a tolerance is known: the first contact of bodies on the plans that the scene gives
-them is rounded down to its tick, and nothing else is rounded before it. Later times have errors that grow
-without a useful bound; they are measured.
-
-Contacts per disc count every contact for each disc that takes part: (2 x contacts of two discs + contacts
-with walls) / discs.
+Contacts per disc: (2 x contacts of two discs + contacts with walls) / discs.
 """
 
 from __future__ import annotations
@@ -39,11 +35,10 @@ Floats = npt.NDArray[np.float64]
 class FirstDifference:
     """The first contact in which a run and the oracle differ, after ``index`` that agree.
 
-    Attributes:
-        run: what the run has there, (time, a, b); None: nothing more up to its end.
-        oracle: the certified event; None: nothing more up to the end of the run.
-        ticks_apart: time of the run's contact, or of its end, less that of the oracle's, in ticks. A tick or
-            two: the two contacts are so near that rounding has exchanged them.
+    ``run`` is what the run has there, (time, a, b), None: nothing more up to its end; ``oracle`` is the
+    certified event, None: nothing more up to the end of the run. ``ticks_apart`` is the time of the run's
+    contact, or of its end, less that of the oracle's: a tick or two where rounding has exchanged two
+    contacts.
     """
 
     index: int
@@ -67,11 +62,9 @@ class FirstDifference:
 class Agreement:
     """The result of comparing a run of some bodies with the oracle.
 
-    Attributes:
-        contacts: how many contacts agree, from the first on, in order, of those that were ``compared``.
-        b: the second body of each contact that agrees, or the wall, (contacts,).
-        ticks: how much later than the oracle the run has each of them, in ticks, (contacts,).
-        disagreement: the first contact that differs; None: there is none as far as could be compared.
+    Of those ``compared`` this many ``contacts`` agree, from the first on, in order; of each, ``b`` is the
+    second body, or the wall, and ``ticks`` is how much later than the oracle the run has it. ``disagreement``
+    is the first contact that differs; None: there is none as far as could be compared.
     """
 
     bodies: int
@@ -157,12 +150,9 @@ def certify(
     beyond what it has run, it is continued, and a fault of the run is raised. ``progress`` is called with how
     many contacts are certified, and how many are compared.
 
-    Raises:
-        MissingExtra: python-flint is not installed.
-        Refused: the scene has anything but elastic discs, walls and turns, or too many bodies, or bodies were
-            turned, inserted or removed by hand.
-        ValueError: the simulation keeps no contacts, ``until`` is not a finite time from the scene's start
-            on, or ``max_contacts`` is negative.
+    Raises MissingExtra and Refused as ``Oracle``, Refused also where bodies were turned, inserted or removed
+    by hand, and ValueError where the simulation keeps no contacts, ``until`` is not a finite time from the
+    scene's start on, or ``max_contacts`` is negative.
     """
     scene = sim.scene
     if until is not None and not scene.start <= until < math.inf:
@@ -206,8 +196,7 @@ def agreement(
     time_unit: float,
     end: float,
 ) -> Agreement:
-    """Compares a list of contacts up to ``end``, as ``Simulation.contacts`` has them in ticks of 2^-52
-    ``time_unit``, with certified ones."""
+    """Compares contacts up to ``end``, in ticks of 2^-52 ``time_unit``, with certified ones."""
     rows = contacts[["epoch", "tick", "a", "b"]].tolist()
     tick = Fraction(time_unit) / UNIT_TICKS
     start = Fraction(scene.start)

@@ -3,11 +3,9 @@
 A ball is an interval that certainly holds the true number. Each comparison that decides an event or its order
 must have the same result for every choice of numbers from the balls. Otherwise ``Undecided`` is raised, and
 the oracle tries again with more bits. A doubt about an event that cannot be the next one is left open until
-it can.
-
-Two things keep the balls small. A plan is anchored at an exact number, the lower end of the ball of the time
-at which it was made, so that the doubt about a time enters only through the change of velocity; and a wall
-mirrors a plan without a new anchor.
+it can. Two things keep the balls small: a plan is anchored at the lower end of the ball of the time at which
+it was made, an exact number, so that the doubt about a time enters only through the change of velocity; and a
+wall mirrors a plan without a new anchor.
 
 Events of one moment come in the order of docs/one-answer.md. Nothing here comes from the kernel. All times
 count from the scene's start. Needs python-flint; the precision is the caller's (``flint.ctx``).
@@ -59,9 +57,8 @@ class Undecided(Exception):
 
 
 class PossibleEvent(NamedTuple):
-    """An event that is to come: ``root`` is the ball of -d.v of two discs when they touch, ``doubt`` what is
-    not known about an event that may come, not before its moment's ``low``, ``late`` whether the bodies
-    overlap already."""
+    """An event to come: ``root`` is the ball of -d.v of two discs when they touch, ``doubt`` what is not
+    known of one that may come, not before ``moment.low``, ``late`` whether the bodies overlap already."""
 
     moment: EventTime
     root: arb | None = None
@@ -70,9 +67,8 @@ class PossibleEvent(NamedTuple):
 
 
 class BallContact(NamedTuple):
-    """A contact: ball of the time since the start, the body and the other or -1 - wall, whether the contact
-    before was at the same time, and which part of the relative velocity is along the line of centres, or
-    across the wall."""
+    """A contact: ball of the time since the start, the body and the other or -1 - wall, whether it is at the
+    time of the one before, and which part of the relative velocity is head-on."""
 
     ball: arb
     a: int
@@ -318,9 +314,8 @@ class Attempt:
         return met
 
     def _collide(self, a: int, b: int, coming: PossibleEvent) -> BallContact:
-        """Exchanges momentum along the line of centres. Where the discs touch, the square of their distance
-        is that of the sum of their radii, and d.v is -root; where they overlapped before they approached,
-        both are as they are."""
+        """Exchanges momentum along the line of centres: where the discs touch, their squared distance is that
+        of the sum of their radii, and d.v is -root; where they overlapped before, both are as they are."""
         dx, dy, vx, vy = self._apart(a, b)
         dx, dy = dx + vx * self._delay, dy + vy * self._delay
         reach = self._radius[a] + self._radius[b]

@@ -1,11 +1,10 @@
 """The certified oracle: the list of contacts as it is in exact arithmetic, or as far as that can be proved.
 
 An event-driven simulator of its own, which shares nothing with the kernel but the scene as data. It computes
-with balls, intervals that certainly hold the true number: after each contact its bodies are compared with
-every other body and every wall, and each comparison that decides the order is certain. Where one is not, the
-run begins again with twice the bits. Exact ties are decided in rational arithmetic while the bodies fly on
-rational lines (walls, lanes, contacts in line, and each first flight). What neither decides is reported as
-undecidable, with the time and the bodies.
+with balls: after each contact its bodies are compared with every other body and every wall, and each
+comparison that decides the order is certain, or the run begins again with twice the bits. Exact ties are
+decided in rational arithmetic while the bodies fly on rational lines (walls, lanes, contacts in line, and
+each first flight). What neither decides is undecidable, with the time and the bodies.
 """
 
 from __future__ import annotations
@@ -58,11 +57,8 @@ class Enclosure(NamedTuple):
 
 class CertifiedContact(NamedTuple):
     """A contact of body ``a`` with body ``b`` > a, or with a wall (-1 left, -2 right, -3 bottom, -4 top), at
-    the scene's ``time``.
-
-    ``tied`` is whether the contact before it was at the very same time; ``head_on`` about which part of the
-    relative velocity is along the line of centres, or across the wall: near 0 it is a graze.
-    """
+    the scene's ``time``; ``tied``: at that of the contact before it; ``head_on``: about which part of the
+    relative velocity is along the line of centres, or across the wall: near 0 it is a graze."""
 
     time: Enclosure
     a: int
@@ -81,14 +77,9 @@ class Undecidable(NamedTuple):
 
 @dataclass(frozen=True)
 class CertifiedRun:
-    """The certified part of a run.
-
-    Attributes:
-        contacts: the contacts in order; none is missing before the last.
-        bits: the highest precision that was needed.
-        ended: why there are no more; ``undecidable`` says what could not be decided, where that is why.
-        until: the time at which it was to end.
-    """
+    """The certified part of a run, with the highest precision that was needed: none of the ``contacts`` is
+    missing before the last. ``ended`` is why there are no more; ``undecidable`` says what could not be
+    decided, where that is why; ``until`` is the time at which it was to end."""
 
     contacts: tuple[CertifiedContact, ...]
     bits: int
@@ -123,10 +114,8 @@ class Oracle:
     """The oracle of one scene: iterates over its contacts from the start on, certified, up to and at a time,
     or as long as there are any, with ``cap_bits`` at most; ``certified`` is the certified part so far.
 
-    Raises:
-        MissingExtra: python-flint is not installed.
-        Refused: the scene has anything but elastic discs, walls and turns, or too many bodies.
-        ValueError: ``until`` is before the scene's start, or not a number.
+    Raises MissingExtra without python-flint, Refused where the scene has anything but elastic discs, walls
+    and turns, or too many bodies, and ValueError where ``until`` is before its start, or not a number.
     """
 
     def __init__(self, scene: Scene, until: float | None = None, *, cap_bits: int = CAP_BITS) -> None:

@@ -1,11 +1,9 @@
 """Numbers and times of the oracle: rational where they can be, else balls that certainly hold them.
 
 The doubles of a scene are rational, and so is the flight of a disc until its first contact at an irrational
-time: walls, turns and contacts in line keep it rational. Sums and products of rational numbers and balls are
-balls, so one formula serves both, and what is rational is compared exactly. The contact of two discs on
-rational plans is at p - sqrt(q) with rational p and q; two such times are compared by squaring.
-
-All times count from the scene's start. Needs python-flint.
+time. Sums and products of rational numbers and balls are balls, so one formula serves both, and what is
+rational is compared exactly. The contact of two discs on rational plans is at p - sqrt(q) with rational p and
+q; two such times are compared by squaring. All times count from the scene's start. Needs python-flint.
 """
 
 from __future__ import annotations

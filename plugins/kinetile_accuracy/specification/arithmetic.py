@@ -106,15 +106,10 @@ class Frame:
 
 
 class FlightPlan:
-    """The flight plan (rule 4) of a disc, as doubles and as integers.
-
-    Attributes:
-        x, y, vx, vy: the doubles.
-        anchor: the tick at which the body is at (x, y).
-        turns: the periods that were taken off x and y (rule 4p).
-        bits: how fine the integers are: they count 2^-bits of the length.
-        place, step, radius: x and y, the way of a tick along each axis, and the radius, as integers.
-    """
+    """The flight plan (rule 4) of a disc, as doubles (``x``, ``y``, ``vx``, ``vy``) and as integers, which
+    count 2^-``bits`` of the length: ``place`` is x and y, ``step`` the way of a tick along each axis, and
+    ``radius``. At the tick ``anchor`` the body is at (x, y), less ``turns``, the periods that were taken off
+    (rule 4p)."""
 
     __slots__ = ("anchor", "bits", "place", "radius", "step", "turns", "vx", "vy", "x", "y")
 
@@ -216,12 +211,9 @@ def image_tick(
     earliest: int,
     tick_through: Callable[[Whole], int | None],
 ) -> tuple[int, Whole] | None:
-    """Returns the tick of contact of two bodies, the elder first, and through which image (rule 5p); None:
-    none while their plans are kept. Some images are left out, and those with an earlier tick than the
-    ``earliest``. ``tick_through`` returns when they meet through an image.
-
-    Computes the images that come within reach in some time, and if none is met those of twice that time.
-    """
+    """Returns the tick of contact of two bodies, the elder first, and the image (rule 5p); None: none on
+    these plans, or before the ``earliest``, or of some images. ``tick_through`` returns when they meet
+    through one. Computes images within reach in some time, and if none is met those of twice that time."""
     own = PairQuadratic(one, two, frame)
     sides = [number << (own.bits - fine) for number, fine in map(_ratio, frame.periods)]
     for power in range(49, 55):
@@ -310,9 +302,8 @@ def exchanged_along(
     masses: tuple[float, float] | None,
     times: float = 1.0,
 ) -> tuple[Vector, Vector]:
-    """Returns the velocities of two bodies after their contact (rule 9). ``normal`` is the unit vector from
-    the first to the second; ``masses`` is None where all bodies of the scene have one mass. The bodies
-    exchange so many ``times`` the speed at which they close (rule 11)."""
+    """Returns the velocities of two bodies after their contact (rule 9): ``normal`` is the unit vector to the
+    second; ``masses`` is None for one mass; ``times`` is the share of the closing speed (rule 11)."""
     (nx, ny), ((vxa, vya), (vxb, vyb)) = normal, velocities
     ux, uy = vxb - vxa, vyb - vya
     xx, yy = nx * nx, ny * ny

@@ -62,9 +62,8 @@ Floats = NDArray[np.float64]
 
 
 class ContactBounds:
-    """Rows of all bodies' plans: place, velocity, anchor. Bodies without one are not there. Anchors are
-    counted from ``origin``, so that 64 bits hold them: it is moved on in time (``rebase``), and all anchors
-    are within 2^62 ticks of the present one."""
+    """Rows of all present bodies' plans: place, velocity, anchor, counted from ``origin`` so that 64 bits
+    hold it: that is moved on in time (``rebase``); all are within 2^62 ticks of the present one."""
 
     def __init__(
         self, radius: Floats, fine: int, periods: tuple[float, float] = (0.0, 0.0), shapes: bool = False

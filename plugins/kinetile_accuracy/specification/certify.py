@@ -1,10 +1,6 @@
-"""A list of contacts checked against docs/specification.md, line by line, in exact arithmetic.
-
-The certifier runs the scene itself (``course.Course``: integers, no tolerance, nothing of the kernel's
-contact times) and compares each line with its next event. So a list is right to the end or wrong at one
-line; later lines are not judged. Chaos does not limit the length of the list: the specification fixes every
-rounding.
-"""
+"""A list of contacts checked against docs/specification.md, line by line, in exact arithmetic. The certifier
+runs the scene itself (``course.Course``: integers, no tolerance, nothing of the kernel's contact times) and
+compares each line with its next event: a list is right to the end or wrong at one line."""
 
 from __future__ import annotations
 
@@ -52,13 +48,8 @@ class LogProgress(NamedTuple):
 
 @dataclass(frozen=True)
 class WrongLine:
-    """The first line that is not as the specification has it, and why, in a sentence.
-
-    Attributes:
-        index: its place, counted from 0; the number of lines where one is missing at the end.
-        found: the line, as (epoch, tick, a, b); None if it is missing.
-        expected: the right line; None where there should be none.
-    """
+    """The first line that is not as the specification has it, and why, in a sentence: its place, from 0; the
+    line, (epoch, tick, a, b), None if missing; and the right one, None if there is none."""
 
     index: int
     found: Line | None
@@ -68,15 +59,10 @@ class WrongLine:
 
 @dataclass(frozen=True)
 class CertifiedLog:
-    """The result of a check.
-
-    Attributes:
-        lines: how many lines are right, of the ``total``, before ``wrong``, if there is one.
-        until: the time up to and at which there must be no further contact; None: the lines alone were
-            checked.
-        finished: False where the check was broken off.
-        fingerprint: the digest of the contacts (rule 10), where all lines are right.
-    """
+    """The result of a check: how many ``lines`` are right, of the ``total``, before ``wrong``, if there is
+    one. ``until`` is the time up to and at which there must be no further contact; None: nothing is said of
+    that. ``finished`` is False where the check was broken off. ``fingerprint`` is the digest of the contacts
+    (rule 10), where all lines are right."""
 
     lines: int
     total: int
@@ -240,9 +226,8 @@ def certify_log(
         fingerprint: the fingerprint that the list gives; None: it gives none.
         progress: called now and then with how far the check is.
 
-    Raises:
-        BadOption: the array has other fields, or ``until`` is before the start.
-        Refused: a response is not specified.
+    Raises BadOption where the array has other fields, or ``until`` is before the start, and Refused where a
+    response is not specified.
     """
     certifier = LogCertifier(scene, contacts, until, max_contacts=max_contacts, fingerprint=fingerprint)
     return certifier.run(progress)
@@ -251,9 +236,8 @@ def certify_log(
 def explain_difference(
     scene: Scene, lists: Mapping[str, NDArray[Any]], index: int, narrow_phases: Sequence[str] | None = None
 ) -> str:
-    """Returns which contacts are right where ``lists`` of them, as in ``sim.contacts``, by the name of their
-    source, first differ, at ``index``, in a sentence; an empty one where the specification does not say how
-    bodies meet in this scene, or where the difference is too far on."""
+    """Returns in a sentence which contacts are right where ``lists`` of them, by the name of their source,
+    first differ, at ``index``; "" where the specification does not say how bodies meet, or too far on."""
     names = scene.settings.narrow_phases if narrow_phases is None else narrow_phases
     known = {"convex" if scene.shapes else "disc", *(() if scene.arena is None else ("wall",))}
     if index > _FARTHEST or (names is not None and set(names) != known):
@@ -264,7 +248,10 @@ def explain_difference(
         return ""
     there = [contacts[index] for contacts in lists.values() if len(contacts) > index]
     latest = max(((int(each["epoch"]), int(each["tick"])) for each in there), default=None)
-    until = None if latest is None else _just_after(scene, *latest)
+    until = None
+    if latest is not None:  # hardly after this tick, and not before it
+        ticks = Fraction(latest[0] * UNIT_TICKS + latest[1], 1 << (UNIT_BITS + unit_bits(scene)))
+        until = math.nextafter(float(Fraction(scene.start) + ticks), math.inf)
 
     def verdict(contacts: NDArray[Any]) -> str:
         """Returns whether contacts are right; up to ``until``, where the list has ended before."""
@@ -275,12 +262,6 @@ def explain_difference(
 
     verdicts = (f"{name} {verdict(contacts)}" for name, contacts in lists.items())
     return f"by the specification {'; '.join(verdicts)}"
-
-
-def _just_after(scene: Scene, epoch: int, tick: int) -> float:
-    """Returns a time hardly after a tick, and not before it."""
-    ticks = Fraction((epoch << UNIT_BITS) + tick, 1 << (UNIT_BITS + unit_bits(scene)))
-    return math.nextafter(float(Fraction(scene.start) + ticks), math.inf)
 
 
 # Why a line is wrong: what its bodies do by the specification
@@ -306,11 +287,8 @@ def _named(event: CourseEvent) -> str:
 def _reason(
     course: Course, found: Line, due: CourseEvent | None, end: int | None
 ) -> tuple[str, CourseEvent | None]:
-    """Returns why a line is wrong, and the right one (None: not known, or there is none).
-
-    ``course`` is the scene after all lines before this one, and may be moved on; ``due`` is what comes next
-    up to the tick ``end``, or without an end up to the line's tick.
-    """
+    """Returns why a line is wrong, and the right one, if known; ``course`` is the scene after all lines
+    before it, and may be moved on; ``due`` is next up to the tick ``end``, or else the line's."""
     why = _malformed(course, found)
     if why is not None:
         return why, due

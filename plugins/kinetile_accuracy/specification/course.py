@@ -8,12 +8,11 @@ A heap holds what may come next, by tick, class and numbers, which is the order 
 - anchorings by the clock, walls and pairs, exact.
 
 The commands of the scene, class 2, are in a list of their own: each comes before the walls and pairs of its
-tick, or after so many of them as it says.
-
-When a body's plan has changed, ``bounds.ContactBounds`` bounds its contacts with all others: the few that may
-come first get an entry each, the rest one for all. So of each two bodies at least the one that changed last
-has an entry that covers the other, and an entry that is older than the plan of one of its bodies is dropped.
-That is O(n) a contact, and about one exact tick for each body in it.
+tick, or after so many of them as it says. When a body's plan has changed, ``bounds.ContactBounds`` bounds its
+contacts with all others: the few that may come first get an entry each, the rest one for all. So of each two
+bodies at least the one that changed last has an entry that covers the other, and an entry that is older than
+the plan of one of its bodies is dropped. That is O(n) a contact, and about one exact tick for each body in
+it.
 """
 
 from __future__ import annotations
@@ -84,16 +83,12 @@ class _Planned(NamedTuple):
 
 
 class Course:
-    """The events of a scene, one after the other.
+    """The events of a scene, one after the other; ``last`` is an exact end: a tick, and its contacts (rule
+    8).
 
-    ``last``: an exact end, a tick and how many contacts of it there are at most (rule 8).
-
-    Attributes:
-        plans: the present flight plans, by body; the last one of a body that is gone, and any of one that is
-            still to come.
-        present: whether each body is there.
-        now: the tick up to which all is known.
-        tick: how long a tick is.
+    ``plans`` are the present flight plans, by body: the last of one that is gone, any of one still to come.
+    ``present`` is whether each body is there, ``now`` the tick up to which all is known, ``tick`` how long
+    one is.
     """
 
     def __init__(self, scene: Scene, last: tuple[int, int] | None = None) -> None:
@@ -362,8 +357,7 @@ class Course:
         return self._met[a] == b and self._met[b] == a
 
     def meeting(self, a: int, b: int) -> tuple[int, Whole] | None:
-        """Returns the tick of contact of two bodies a < b by their plans, and the image; None: none. With
-        periodic axes the images through which they are barred or pass are left out."""
+        """Returns the tick of contact of bodies a < b, and the image; None: none that is not barred."""
         m, one, two = self._difference(a, b), self.plans[a], self.plans[b]
         if m is not None and self._both_immovable(a, b):
             return None  # rule 7s

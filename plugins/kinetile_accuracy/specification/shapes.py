@@ -57,15 +57,10 @@ class Contact(NamedTuple):
 
 
 class Difference:
-    """The difference M of the cores of two shapes, the first less the second, and the sum of their radii.
-
-    Attributes:
-        corners: anticlockwise, from the one with the smallest x, of those the smallest y; no three in one
-            line.
-        faces: in the order of their numbers; two for a line, none for a point.
-        radius: R.
-        flush: the width of the strip that counts for nothing.
-    """
+    """The difference M of the cores of two shapes, the first less the second, and the sum of their radii, R.
+    Its ``corners`` go anticlockwise from the one with the smallest x, then y, no three in one line; its
+    ``faces`` are in the order of their numbers, two for a line, none for a point. ``flush`` is the width of
+    the strip that counts for nothing."""
 
     def __init__(self, one: Shape, two: Shape) -> None:
         self.radius = Fraction(one.radius) + Fraction(two.radius)
@@ -148,8 +143,9 @@ def _entry(m: Difference, d: Exact, v: Exact, most: float = HORIZON) -> Contact 
     """Returns what ``entry`` does where nothing is flush, before some tick."""
     near = nearest(m, d)
     if near is not None:
-        falls = all(_approach(m, feature, d, v) < 0 for feature in near)
-        return Contact(0, near[0]) if falls else None
+        faces = (_dot(m.faces[each.number].normal, v) for each in near if each.kind == "face")
+        corners = (_dot(_less(d, m.corners[each.number]), v) for each in near if each.kind == "corner")
+        return Contact(0, near[0]) if all(w < 0 for w in (*faces, *corners)) else None
     found = _entries(m, d, v) if m.radius else _crossings(m, d, v)
     first = min(
         found, default=None, key=lambda met: (met.tick, met.feature.kind == "corner", met.feature.number)
@@ -158,9 +154,8 @@ def _entry(m: Difference, d: Exact, v: Exact, most: float = HORIZON) -> Contact 
 
 
 def nearest(m: Difference, d: Exact) -> list[Feature] | None:
-    """Returns the features of M to which d is nearest, None if it is farther from M than R. Outside M that is
-    a face or a corner; inside, and on its outline, the face with the largest signed distance g/|n|, or
-    several."""
+    """Returns the features of M to which d is nearest, None if it is farther than R: outside M a face or a
+    corner; else, its outline included, the faces with the largest signed distance g/|n|."""
     square, features = _nearest(m, d)
     return features if square <= m.radius**2 else None
 
@@ -180,13 +175,6 @@ def _nearest(m: Difference, d: Exact) -> tuple[Fraction, list[Feature]]:
     corners = [_dot(_less(d, corner), _less(d, corner)) for corner in m.corners]
     closest = min(corners)
     return closest, [Feature("corner", corners.index(closest))]
-
-
-def _approach(m: Difference, feature: Feature, d: Exact, v: Exact) -> Fraction:
-    """Returns w of a face, or B of a corner: below 0 where d comes nearer."""
-    if feature.kind == "face":
-        return _dot(m.faces[feature.number].normal, v)
-    return _dot(_less(d, m.corners[feature.number]), v)
 
 
 def _crossings(m: Difference, d: Exact, v: Exact) -> Iterator[Contact]:

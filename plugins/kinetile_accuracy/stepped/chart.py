@@ -1,10 +1,8 @@
 """The part ``chart`` of the report: the cost of a unit of simulated time, and the errors of a method in it.
 
-Kinetic methods have no step: each is a point. Methods in steps are curves: a shorter step costs more and has
-smaller errors. Two errors are shown, and chaos hides neither: *the deepest overlap* of two discs in the
-snapshots of the method in a unit of time, in radii, and *first encounters missed*: of the encounters between
-discs that have touched nothing before, the share that the method does not have as such (``methods``), pooled
-over many scenes.
+Kinetic methods have no step: each is a point. Methods in steps are curves. Two errors are shown: *the deepest
+overlap* of two discs in the snapshots of the method in a unit of time, in radii, and *first encounters
+missed*: the share of these (``methods``) that the method does not have, over many scenes.
 """
 
 from __future__ import annotations
@@ -153,9 +151,8 @@ def described(rows: Sequence[SpeedError]) -> dict[str, Any]:
 
 
 def crossing(curve: Sequence[SpeedError], cost: float) -> SpeedError | None:
-    """Returns a row for the step at which a method has this cost, between two of its rows; None: none. Step
-    and overlap are interpolated by the logarithm of the cost, the missed share linearly in that of the
-    step."""
+    """Returns a row for the step at which a method has this cost, between two of its rows, if any; step and
+    overlap go by the logarithm of the cost, the missed share linearly in that of the step."""
     for fine, coarse in pairwise(sorted(curve, key=_step)):
         if fine.cost >= cost >= coarse.cost and fine.cost > coarse.cost:
             part = math.log(fine.cost / cost) / math.log(fine.cost / coarse.cost)
@@ -199,8 +196,7 @@ def claims(rows: Sequence[SpeedError]) -> tuple[sections.Claim, ...]:
 
 
 def findings(rows: Sequence[SpeedError]) -> tuple[str, ...]:
-    """Compares each method in steps with the fastest kinetic one, at the same cost, and at its shortest
-    step."""
+    """Compares each method in steps with the fastest kinetic one, at its cost, and at the shortest step."""
     sentences = []
     for (bodies, density), scene in grouped(rows, *SCENE).items():
         best = fastest(scene).cost

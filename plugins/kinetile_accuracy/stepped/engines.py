@@ -1,11 +1,6 @@
 """Common engines on the same scenes: Chipmunk (through pymunk), and Box2D 2.3 with and without bullets, its
-name for bodies with contacts with each other that are detected continuously.
-
-Both are driven as fairly as their interfaces allow; ``engine_settings`` returns the settings in words. A
-timed run only calls the engine's step (from Python: about a microsecond a call). Results are taken from
-other, watched runs: the engine calls back at each impulse, and for the deepest overlap all positions are read
-after each step.
-"""
+name for bodies whose contacts with each other are detected continuously. A timed run only calls the engine's
+step (from Python: about a microsecond a call). Results are of other, watched runs."""
 
 from __future__ import annotations
 
@@ -77,14 +72,9 @@ OnContact = Callable[[int, int], None]
 def run_engine(
     name: EngineName, scene: Scene, dt: float, until: float, *, watched: Watched = "not"
 ) -> SteppedRun:
-    """Runs a scene in steps of ``dt`` to ``until``, or to the first step after it, in an engine.
-
-    What is not watched is missing from the result: contacts, or ``deepest``, which is then NaN. That is the
-    deepest overlap after a step, over all pairs and steps.
-
-    Raises MissingExtra where the engine is not installed, Refused for a scene with turns, without an arena or
-    without bodies, and what ``run_snapshots`` raises.
-    """
+    """Runs a scene in steps of ``dt`` to ``until``, or the first step after it. What is not watched is
+    missing: contacts, or ``deepest``, the deepest overlap after a step, then NaN. Raises MissingExtra without
+    the engine, Refused for turns, no arena or no bodies, and what ``run_snapshots`` raises."""
     if scene.commands or scene.arena is None or not len(scene):
         raise Refused("the engines are given scenes with bodies, an arena and no turns; this one is not such")
     steps = snapshots.steps_until(scene, dt, until)

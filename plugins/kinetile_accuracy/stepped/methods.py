@@ -1,15 +1,12 @@
 """Methods of the chart of speed against error, measured on scenes of one kind: their cost and their errors.
 
-After a few contacts a disc, two runs that differ by a rounding have different contacts, so counting contacts
-says little about a method: missed and invented contacts cancel. *First encounters* are contacts in which
-*neither of the two discs has touched anything before*, no disc and no wall: both have flown straight from the
-scene's start, where all methods agree. A method has such an encounter if it, too, has it as the first contact
-of both discs, with an impulse, at any time. Contacts found at the same snapshot have no order, and each of
-them may be the first.
+After a few contacts a disc, two runs that differ by a rounding have different contacts. *First encounters*
+are contacts in which *neither of the two discs has touched anything before*, no disc and no wall: all methods
+agree until then. A method has such an encounter if it, too, has it as the first contact of both discs, with
+an impulse, at any time; of contacts found at the same snapshot each may be the first.
 
 Times are processor time of the loop alone (static construction included, set-up and compilation apart), the
-median of at least five runs; the methods take turns, so that a machine that slows down slows all of them.
-Errors are taken from other runs than the times.
+median of at least five runs, in which the methods take turns. Errors are taken from other runs.
 """
 
 from __future__ import annotations
@@ -141,8 +138,7 @@ def measure_rows(
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[SpeedError]:
     """Returns a row for each method, on scenes of the recipe ``grid``: ``seeds`` scenes are timed; about this
-    many first ``encounters`` are searched, in as many scenes as that takes. ``progress`` is called with how
-    many steps are done, and how many there are."""
+    many first ``encounters`` are searched. ``progress`` gets the steps done, and their total."""
     scenes = [kt.make_scene("grid", bodies=bodies, density=density, seed=seed + 1) for seed in range(seeds)]
     total = seeds + len(methods)
     progress(0, total)

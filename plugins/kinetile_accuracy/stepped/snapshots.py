@@ -2,17 +2,12 @@
 
 A step moves all discs by ``dt`` in straight lines, puts those that went through a wall back to where the
 reflection has them, finds the pairs that overlap, and gives those that approach each other the elastic
-impulse. Two ways to find the pairs:
+impulse. The pairs are found by ``sweep``, static sweep-and-prune along x with discs (the rows themselves)
+that are kept sorted by insertion, or by ``cells`` as wide as the largest disc, filled again at each snapshot.
 
-- ``sweep``: static sweep-and-prune along x, the discs kept sorted by insertion from one snapshot to the next
-  (the rows themselves are moved, so that the sweep reads the memory in order);
-- ``cells``: a grid of cells as wide as the largest disc, filled again at each snapshot.
-
-An overlap is seen up to dt late, or not at all if it begins and ends between two snapshots; and if the only
-snapshot that sees it falls into its second half, in which the discs part, it gets no impulse. With S = v dt /
-(sum of radii), and all impact parameters alike, S^2/6 of encounters pass without an impulse, as long as S is
-small. Walls are exact. The loop is compiled by the same means as the kinetic ones, and its processor time is
-taken in the same way.
+An overlap is seen up to dt late, or not at all between two snapshots; if the only snapshot that sees it falls
+into its second half, in which the discs part, it gets no impulse. With S = v dt / (sum of radii), and all
+impact parameters alike, S^2/6 of encounters pass without an impulse, as long as S is small. Walls are exact.
 """
 
 from __future__ import annotations
@@ -198,15 +193,9 @@ def snapshot_loop(finder: Finder, walled: bool) -> Callable[..., None]:
 
 @dataclass(frozen=True)
 class SteppedRun:
-    """A run in steps of ``dt``.
-
-    Attributes:
-        position, velocity: (n, 2), after the last step, in the scene's units and order.
-        contacts: dtype STEPPED, in the order of steps.
-        deepest: the deepest overlap of two discs at any snapshot, in radii of the smaller.
-        energy_drift: relative change of the kinetic energy.
-        cpu_seconds: processor time of the steps, set-up and compilation apart.
-    """
+    """A run in steps of ``dt``: ``position`` and ``velocity``, (n, 2), at the end, in the scene's units and
+    order; ``contacts``, dtype STEPPED; the ``deepest`` overlap of two discs at any snapshot, in radii of the
+    smaller; and the processor time of the steps alone."""
 
     dt: float
     steps: int
@@ -219,12 +208,9 @@ class SteppedRun:
 
 
 def run_snapshots(scene: Scene, dt: float, until: float, *, finder: Finder = "sweep") -> SteppedRun:
-    """Runs a scene in steps of ``dt`` to ``until``, or to the first step after it; all contacts are elastic.
-
-    Raises:
-        Refused: the scene has turns; or it has no arena, and ``finder`` is "cells".
-        ValueError: ``dt`` is not a number greater than 0, or ``until`` lies before the scene's start.
-    """
+    """Runs a scene in steps of ``dt`` to ``until``, or the first step after it; all contacts are elastic.
+    Raises Refused for turns, or "cells" without an arena, ValueError unless ``dt`` > 0 and ``until`` is not
+    before the start."""
     if scene.commands:
         raise Refused("snapshots are taken of bodies without turns; run this scene with a Simulation")
     if finder == "cells" and scene.arena is None:
@@ -276,11 +262,8 @@ def energy_drift(scene: Scene, velocity: Floats) -> float:
 
 
 def deepest_overlap(position: Floats, radius: Floats) -> float:
-    """Returns how deep any two discs overlap, in radii of the smaller; 0 where none do.
-
-    ``position`` is (n, 2), ``radius`` (n,). Discs are compared, in the order of their left ends, with the
-    next, the one after that, ... until none reaches so far.
-    """
+    """Returns how deep any two discs overlap, in radii of the smaller; 0 where none do; ``position`` is (n,
+    2), ``radius`` (n,). By left ends, each is compared with the next, the one after it, ... within reach."""
     order = np.argsort(position[:, 0] - radius)
     (x, y), r = position[order].T, radius[order]
     deepest = 0.0

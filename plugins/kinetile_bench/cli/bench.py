@@ -25,6 +25,7 @@ from kinetile.cli.options import (
     Until,
     find_scene,
     narrow_choice,
+    option,
     phase_choices,
     read_numbers,
     some_phases,
@@ -38,9 +39,9 @@ from kinetile.errors import BadOption
 def events(
     phases: Phases = None,
     bodies: Annotated[
-        str, typer.Option(metavar="N,...", help="Numbers of discs; the next square numbers are taken.")
+        str, option("Numbers of discs; the next square numbers are taken.", "N,...")
     ] = "25,100,400",
-    densities: Annotated[str, typer.Option(metavar="D,...", help="Area fractions.")] = "0.5,0.25,0.125,0.01",
+    densities: Annotated[str, option("Area fractions.", "D,...")] = "0.5,0.25,0.125,0.01",
     seconds: Seconds = 0.5,
     repeats: Repeats = 6,
     json: Json = False,
@@ -62,15 +63,14 @@ def events(
 
 def thesis(
     phases: Annotated[
-        str, typer.Option(metavar="A,B,...", help="Broad phases.")
+        str, option("Broad phases.", "A,B,...")
     ] = "naive,sap-1d,sap-2d,sweep-tiling,cells,power",
-    seeds: Annotated[int, typer.Option(min=1, metavar="K", help="Run each scene with the seeds 1 to K.")] = 6,
-    until: Annotated[float, typer.Option(metavar="T", help="How much time is simulated.")] = 1.0,
+    seeds: Annotated[int, option("Run each scene with the seeds 1 to K.", "K", min=1)] = 6,
+    until: Annotated[float, option("How much time is simulated.", "T")] = 1.0,
     seconds: Seconds = 0.01,
     repeats: Repeats = 5,
     out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Draw figures 23 and 24, and events a contact, into this folder."),
+        Path | None, option("Draw figures 23 and 24, and events a contact, into this folder.", "DIR")
     ] = None,
     json: Json = False,
     csv: Csv = False,

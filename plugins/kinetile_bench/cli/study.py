@@ -8,28 +8,23 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from kinetile.cli.files import check_ending, file_errors
-from kinetile.cli.options import Csv, Json
+from kinetile.cli.options import Csv, Json, argument, option
 from kinetile.cli.output import as_csv, as_json, printed, show
 from kinetile.cli.terminal import FAULT, Bar, echo, notice
 
 if TYPE_CHECKING:
     from kinetile_bench.study import Study, StudyStatus
 
-StudyName = Annotated[str, typer.Argument(metavar="STUDY", help="A study's .toml file.")]
-Results = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="The SQLite file of the rows, instead of the study's own.")
-]
+StudyName = Annotated[str, argument("A study's .toml file.", "STUDY")]
+Results = Annotated[Path | None, option("The SQLite file of the rows, instead of the study's own.", "FILE")]
 
 
 def run_study(
     study: StudyName,
     results: Results = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Worker processes; as many as processors.")
-    ] = None,
+    workers: Annotated[int | None, option("Worker processes; as many as processors.", "N", min=1)] = None,
     again: Annotated[
-        list[str] | None,
-        typer.Option(metavar="STATUS", help="Forget rows of this status, and do them again."),
+        list[str] | None, option("Forget rows of this status, and do them again.", "STATUS")
     ] = None,
     json: Json = False,
 ) -> None:
@@ -60,9 +55,7 @@ def run_study(
 def study_table(
     study: StudyName,
     results: Results = None,
-    y: Annotated[
-        str | None, typer.Option("--y", metavar="COLUMN", help="What is looked at; CPU seconds.")
-    ] = None,
+    y: Annotated[str | None, option("What is looked at; CPU seconds.", "COLUMN", "--y")] = None,
     json: Json = False,
     csv: Csv = False,
 ) -> None:

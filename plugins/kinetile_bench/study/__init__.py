@@ -19,15 +19,10 @@ from kinetile_bench.study.workers import rows_of
 
 
 class StudyStatus(NamedTuple):
-    """The progress of a study.
-
-    Attributes:
-        statuses: how many rows there are of each status.
-        open: how many tasks have no row yet.
-        ran: how many rows came in this run.
-        others: rows in the file that are of no task: of other versions, or of what the study had before.
-        disagreements: in a sentence each, rows that should have one list of contacts and have two.
-    """
+    """The progress of a study: how many rows there are of each status, how many tasks have no row yet
+    (``open``), how many rows came in this run (``ran``), and how many in the file are of no task: ``others``,
+    of other versions, or of what the study had before. ``disagreements`` are, in a sentence each, rows that
+    should have one list of contacts and have two."""
 
     total: int
     statuses: Mapping[str, int]
@@ -44,13 +39,8 @@ class StudyStatus(NamedTuple):
 
 class Study:
     """A study, from a TOML file or from tables as in one; ``results`` is the SQLite file of the rows, by
-    default the study's own, or its file's name with ``.sqlite``.
-
-    Raises:
-        OSError: the file cannot be read.
-        StudyError: it is no study; all mistakes are listed.
-        BadOption: it is given by its tables, and neither they nor ``results`` name a file.
-    """
+    default the study's own, or its file's name with ``.sqlite``. Raises OSError where the file cannot be
+    read, StudyError with all mistakes, and BadOption where neither its tables nor ``results`` name a file."""
 
     def __init__(
         self,
@@ -88,11 +78,9 @@ class Study:
                 it raises ends the run, and all rows that have come are in the file.
             disagreed: called at once with a sentence where a row has other contacts than one of its scene.
 
-        Raises:
-            StudyStopped: another process runs this study; or the workers cannot go on, or have other
-                versions: a later run can.
-            RecordError: rows cannot be written.
-            BadOption: a status that does not exist, or no workers.
+        Raises StudyStopped where another process runs this study, or the workers cannot go on, or have other
+        versions: a later run can; RecordError where rows cannot be written; and BadOption for a status that
+        does not exist, or no workers.
         """
         if workers is not None and workers < 1:
             raise BadOption(f"workers is {workers}; expected a number, at least 1")

@@ -1,10 +1,8 @@
 """Plan of a study: the content of its file, checked in full before anything runs.
 
 A value of a parameter is that value in every scene; a list is each of its values in scenes of their own. So a
-parameter that takes several numbers itself, such as ``radii``, has lists in a list.
-
-All mistakes of a file are reported at once, each with its path. What cannot be used is left out of the
-checks that follow, so that one mistake is not reported twice.
+parameter that takes several numbers itself, such as ``radii``, has lists in a list. All mistakes of a file
+are reported at once, each with its path, and none twice: what cannot be used is left out of later checks.
 """
 
 from __future__ import annotations
@@ -45,13 +43,8 @@ Named = tuple[Kind, str]
 
 class StudyScene(NamedTuple):
     """A scene of a study, and the end of its runs: a time, a number of contacts, or whichever comes first.
-
-    Attributes:
-        name: the recipe, or the file as the study names it.
-        parameters: all parameters of the recipe, defaults among them; of a file, none.
-        named: the recipe; of a file, all that it names beside a broad phase.
-        content: the text of the file; None for a recipe.
-    """
+    ``name`` is the recipe, or the file with ``content`` then; ``parameters`` are all those of the recipe.
+    ``named`` is the recipe, or all that a file names beside a broad phase."""
 
     name: str
     parameters: Mapping[str, Any]
@@ -98,10 +91,6 @@ def _is_list(value: Any, check: Callable[[Any], bool] = _is_text) -> bool:
     return isinstance(value, list | tuple | range) and len(value) > 0 and all(map(check, value))
 
 
-def _are_seeds(value: Any) -> bool:
-    return _is_count(value, MOST_TASKS) or (_is_list(value, _is_whole) and len({*value}) == len(value))
-
-
 _END: Keys = {
     "until": VALUES["until"],
     "contacts": Value("a whole number, at least 1", fit=_is_count),
@@ -109,7 +98,12 @@ _END: Keys = {
 STUDY_KEYS: Keys = {
     "phases": Value('a list of broad phases, such as ["naive", "sap-1d:axis=y"]', fit=_is_list),
     "scenes": Value("[[scenes]] tables", fit=lambda value: _is_list(value, lambda _: True)),
-    "seeds": Value("how many seeds from 1 on, or a list of whole numbers, each once", fit=_are_seeds),
+    "seeds": Value(
+        "how many seeds from 1 on, or a list of whole numbers, each once",
+        fit=lambda value: (
+            _is_count(value, MOST_TASKS) or (_is_list(value, _is_whole) and len({*value}) == len(value))
+        ),
+    ),
     "repeats": Value("a whole number, at least 1", fit=_is_count),
     "observe": Value('a list of observables, such as ["pressure", "msd:every=0.1"]', fit=_is_list),
     "results": Value("the name of a file, from the study's folder on, or an absolute path", fit=_is_text),
@@ -255,7 +249,10 @@ class _Reader:
             return []
         rows = (dict(zip(values, row, strict=True)) for row in product(*values.values()))
         complete = (complete_parameters(name, row) for row in rows)
-        cells = ({key: _cell(value) for key, value in row.items()} for row in complete)
+        cells = (  # several numbers of a parameter are the text that means them
+            {key: ", ".join(map(repr, v)) if isinstance(v, tuple) else v for key, v in row.items()}
+            for row in complete
+        )
         return [StudyScene(name, row, *end, (("scene", name),)) for row in cells]
 
     def values(self, recipe: str, key: str, given: Any, own: Parameter | None, where: str) -> list[Any]:
@@ -318,8 +315,3 @@ def _check_phase(text: str) -> None:
 
 def _reason(error: Exception) -> str:
     return " ".join(str(error).splitlines())
-
-
-def _cell(value: Any) -> Any:
-    """Returns a parameter's value as a row has it: several numbers are the text that means them."""
-    return ", ".join(map(repr, value)) if isinstance(value, tuple) else value

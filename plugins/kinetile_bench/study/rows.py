@@ -1,12 +1,9 @@
 """Rows of a study: one SQLite file, one transaction a row, so that a kill loses no row that is there.
 
 Its table ``rows`` has a row's key, its course, its columns as JSON, and a digest of these three: SQLite finds
-damage to its tree of pages, but none to a value. The same scene to the same end has one list of contacts,
-under any phase, so a study is a test as well. Two rows with two fingerprints do not show which of them is
-wrong: all rows of such a course have the status "disagrees", and each names one of the others.
-
-While a study runs it holds a lock, an open transaction on an empty file beside the rows, which the system
-ends with the process.
+damage to its tree of pages, but none to a value. Where a course, which has one list of contacts under any
+phase, has two fingerprints, all its rows have the status "disagrees", and each names one of the others. While
+a study runs it holds a lock, an open transaction on an empty file, which ends with the process.
 """
 
 from __future__ import annotations

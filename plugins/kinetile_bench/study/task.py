@@ -1,9 +1,6 @@
-"""Tasks: one run each, with a key that is a hash of all that determines the result.
-
-Two tasks have one *course* where they must have one list of contacts: the same scene to the same end, by the
-same code, whatever the broad phase and the observables. A package under development keeps its version while
-its code changes, so plugins go by their version and by a digest of their sources.
-"""
+"""Tasks: one run each, with a key that is a hash of all that determines the result. Two tasks have one
+*course* where they must have one list of contacts: the same scene to the same end, by the same code. Code
+changes under one version, so foreign plugins go by a digest of their sources as well."""
 
 from __future__ import annotations
 
@@ -40,15 +37,9 @@ class StudyStopped(KinetileError, RuntimeError):
 
 
 class Task(NamedTuple):
-    """One run.
-
-    Attributes:
-        key: the hash of all that determines the result.
-        course: the hash of what determines the contacts.
-        phase: the broad phase with its options, as the study has it.
-        repeat: which of several equal runs this is, from 1.
-        sources: where kinetile and all plugins that the run names come from; a worker must have the same.
-    """
+    """One run, of a phase with options as the study has it: ``key`` is the hash of all that determines the
+    result, ``course`` of what determines the contacts; ``repeat`` counts equal runs from 1; ``sources`` say
+    where kinetile and all named plugins come from: a worker must have the same."""
 
     key: str
     course: str

@@ -1,10 +1,9 @@
 """The thesis's benchmark (section 5.3), restated so that it can be done again.
 
-Twelve scenes of the recipe ``grid``: 25, 100 and 400 discs at four densities. Each broad phase runs each of
-them for the same stretch of simulated time, with several seeds, which the thesis does not mention. Counts
-(contacts, bound events, candidate pairs, the queue) are the same on every machine. Times are processor time
-inside the loop, the static construction included and compilation apart: a short run is repeated until there
-is enough to measure, and the phases take turns, several times on each scene with each seed.
+Twelve scenes of the recipe ``grid``: 25, 100 and 400 discs at four densities, run by each broad phase for the
+same stretch of simulated time, with several seeds, which the thesis does not mention. Counts (contacts, bound
+events, candidate pairs, the queue) are the same on every machine. Times are processor time inside the loop,
+static construction included, compilation apart: a short run is repeated, and the phases take turns.
 """
 
 from __future__ import annotations
@@ -42,12 +41,9 @@ COUNTED = (
 
 @dataclass(frozen=True)
 class Cell:
-    """One broad phase on one scene, up to the time ``until``.
-
-    ``cpu_seconds`` is the median of the runs of each round. ``counts`` are ``COUNTED``, without the static
-    construction; ``contacts``, the most bodies in the queue, ``candidate_pairs`` (the mean of some moments of
-    the run), and the ``fingerprint``.
-    """
+    """One broad phase on one scene, up to ``until``: ``cpu_seconds``, the median run of each round, and
+    ``counts``: ``COUNTED``, without the static construction, ``contacts``, ``queue_max``, ``candidate_pairs``
+    (the mean of some moments), and the ``fingerprint``."""
 
     density: float
     bodies: int
@@ -74,8 +70,7 @@ class Cell:
 
     @property
     def unrest(self) -> float:
-        """The time of the slowest round over that of the fastest: a measure of other load; infinite for
-        one."""
+        """The slowest round's time over the fastest's: a measure of other load; infinite for one."""
         return max(self.cpu_seconds) / min(self.cpu_seconds) if len(self.cpu_seconds) > 1 else math.inf
 
 
@@ -132,12 +127,9 @@ def bench_thesis(
     start: Callable[[Any], Any] = Simulation.compile,
     progress: Callable[[int, int], None] | None = None,
 ) -> Iterator[ThesisBench]:
-    """Runs every phase on every scene with the seeds 1 to ``seeds``; yields what there is after each scene
-    with each seed.
-
-    ``repeats`` is the number of rounds. ``seconds`` is the CPU time that the runs of a phase on a scene with
-    one seed have together in a round, at least, unless that would be more than ``MOST_RUNS``.
-    """
+    """Runs every phase on every scene with the seeds 1 to ``seeds``; yields what there is after each of
+    these. ``repeats`` is the number of rounds, ``seconds`` the CPU time in each, at least, that the runs of a
+    phase on a scene with one seed have together, unless that takes more than ``MOST_RUNS``."""
     chosen = phases_with_options(phases)
     conditions = {"seeds": seeds, "until": until, "seconds": seconds, "repeats": repeats}
     plan = [(density, n, seed) for density in densities for n in bodies for seed in range(1, seeds + 1)]

@@ -3,8 +3,7 @@
 Where the thesis gives no number ("almost negligible", "many times over") one is chosen here. A comparison of
 times consists of pairs, one for each seed and round, in which both phases ran one after the other. It is
 decided where nine of ten pairs agree by more than 5 %, on a machine on which the same run took the same time
-in every round, to 5 %; with one round it is not known whether it was such a machine. A statement holds if all
-its parts do, and does not if one does not.
+in every round, to 5 %: with one round that is not known. A statement holds if all its parts do.
 """
 
 from __future__ import annotations

@@ -1,8 +1,5 @@
-"""The checks: all that a broad phase must do, in the order in which they are run and reported.
-
-``table.toml`` has them: for each strategy the observations that are made on its scenes, and on how many of
-them.
-"""
+"""The checks: all that a broad phase must do, in the order in which they are run and reported. ``table.toml``
+has for each strategy the observations that are made on its scenes, and on how many of them."""
 
 from __future__ import annotations
 

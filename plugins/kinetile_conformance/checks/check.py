@@ -1,8 +1,6 @@
-"""A check: a cell of the table of strategies and observations.
-
-An observation looks at one scene under a phase, and raises ``Disagreement`` where something is not as it must
-be; which scenes, a strategy says. Nothing is compared with a tolerance.
-"""
+"""A check: a cell of the table of strategies and observations. An observation looks at one scene, which a
+strategy draws, under a phase, and raises ``Disagreement`` where something is not as it must be, to the last
+bit."""
 
 from __future__ import annotations
 
@@ -60,8 +58,7 @@ class Observation:
         look: called with a case; raises ``Disagreement``.
         feature: it applies only to phases that declare this feature; None: to all.
         compares: whether a failure is compared with kinetile's other phases; some concern this phase alone.
-        judges: the part that it judges alone, "broad" where nothing else is named, the others where one is
-            named; None: it judges all together.
+        judges: the part that it judges alone, "broad" where none is named, else one that is; None: all.
         replayed_by: the check that replays a scene on which this one has failed; "": this one itself.
     """
 
@@ -87,11 +84,8 @@ def observation(**how: Any) -> Callable[[Callable[[Case], None]], Observation]:
 @dataclass(frozen=True)
 class Check:
     """A cell of the table: one observation on the scenes of one strategy, None where it has scenes of its
-    own, and is made once.
-
-    ``share`` is the number of its scenes for each of ``--examples``; at least one is drawn. The check of an
-    observation ``at_home`` has its name; any other has that of its strategy as well.
-    """
+    own. ``share`` is their number for each of ``--examples``, at least one. The check of an observation
+    ``at_home`` has its name; any other has that of its strategy as well."""
 
     observation: Observation
     strategy: Strategy | None = None

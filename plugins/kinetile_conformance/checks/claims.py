@@ -1,9 +1,6 @@
-"""Observations of claims: what a phase declares of itself, and what it must not depend on.
-
-That is what runs before or beside it, its process or its thread, what else a scene says, and the view of a
-scene: one that is enlarged, moved, slowed, or begun later. All factors are powers of two and all shifts
-dyadic, so rounding does not make a transformed scene another scene.
-"""
+"""Observations of claims: what a phase declares of itself, and what it must not depend on: what runs before
+or beside it, its process or its thread, what else a scene says, and the view of a scene: one that is
+enlarged, moved, slowed, or begun later, by powers of two and dyadic shifts, so that nothing is rounded."""
 
 from __future__ import annotations
 

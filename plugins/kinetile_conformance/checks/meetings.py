@@ -1,9 +1,8 @@
 """Observations of narrow phases and responses: what their hooks answer for the meetings of a moment.
 
-All broad phases run a wrong narrow phase or response alike: the bodies of a pair, for example, always come in
-the same order. So no comparison of contacts shows what is wrong. A hook is called again on copies of the
-kernel's tables that differ in what it may not depend on, and its answers are compared with those of another
-one, or with what it may answer.
+All broad phases run a wrong narrow phase or response alike, so no comparison of contacts shows it. A hook is
+called again on copies of the kernel's tables that differ in what it may not depend on, and its answers are
+compared with those of another one, or with what it may answer.
 """
 
 from __future__ import annotations
@@ -63,11 +62,8 @@ CLOCK = (
 
 
 class Met(NamedTuple):
-    """Meetings, and what is answered for them; what is None is not compared.
-
-    ``who`` meets whom, (m, 2), a wall below 0; ``normal`` is from the first to the second, (m, 2). They meet
-    at ``ticks``, (m,), and have velocities ``after`` it, (m, 4).
-    """
+    """Meetings, and what is answered for them; None is not compared: ``who`` meets whom, (m, 2), a wall below
+    0, the ``normal`` to the second, (m, 2), when in ``ticks``, (m,), and velocities ``after``, (m, 4)."""
 
     who: Integers
     normal: Floats | None = None

@@ -1,9 +1,5 @@
-"""Observations of a run: its contacts and its end, and what holds while it is stopped on the way.
-
-Each run is compared at its end with the reference's, whatever was done at its stops: to look at a simulation,
-draw it, build it anew, or save it and go on from the file, changes nothing. What must hold between events is
-often broken long before a contact is missed, and names the fault.
-"""
+"""Observations of a run: its contacts and its end, compared with the reference's whatever was done at its
+stops, and what holds at these: that is often broken long before a contact is missed, and names the fault."""
 
 from __future__ import annotations
 

@@ -1,12 +1,6 @@
-"""Observations of what a phase changes that is not its own: in its process, and in the kernel's tables.
-
-What it prints breaks ``--json``, a seed that it sets makes a study repeat itself, and what each simulation
-leaves behind ends a long one. What it reads, and a cache that is full some day, are its own business.
-
-What hooks write, and where they read, is watched on fixed scenes, interpreted (``watched_hooks``). A breach
-is named with hook, field and line, and often has no effect on any contact: on another machine, or in a larger
-scene, it would have.
-"""
+"""Observations of what a phase changes that is not its own: in its process, and in the kernel's tables. What
+hooks write, and where they read, is watched on fixed scenes, interpreted (``watched_hooks``): a breach, named
+with hook, field and line, often has no effect on any contact there."""
 
 from __future__ import annotations
 
@@ -201,11 +195,7 @@ SECONDS = 60.0
 
 def first_breach(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | None:
     """Runs a phase interpreted on scenes with all hooks watched; returns the first breach and its scene, or
-    None.
-
-    Raises Refused where it refuses all the scenes, or cannot be sent to another interpreter; TimeIsUp where
-    it is not through with them in time.
-    """
+    None. Refused where it refuses all, or cannot be sent to an interpreter; TimeIsUp after SECONDS."""
     if INTERPRETED:
         return _watched(subject, scenes)
     try:

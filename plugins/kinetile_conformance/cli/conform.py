@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kinetile.cli.files import file_errors, try_folder
-from kinetile.cli.options import Json, NarrowPhases, registered_phase
+from kinetile.cli.options import Json, NarrowPhases, argument, flag, option, registered_phase
 from kinetile.cli.output import as_json
 from kinetile.cli.terminal import DIFFERENT, INTERRUPTED, Bar, FirstSignal, echo, notice
 from kinetile.errors import BadOption
@@ -27,24 +27,16 @@ EXAMPLES = 100
 
 Ask = Annotated[
     str | None,
-    typer.Option(
-        metavar="WHAT",
-        help="Of programs: contacts of a run, pairs that may touch, or casts of two bodies. "
-        "[default: contacts]",
+    option(
+        ("Of programs: contacts of a run, pairs that may touch, or casts of two bodies. [default: contacts]"),
+        "WHAT",
     ),
 ]
-Within = Annotated[
-    float | None,
-    typer.Option(metavar="D", help="Of programs: times to a relative distance, in place of ticks."),
-]
-Examples = Annotated[int, typer.Option(min=1, metavar="N", help="Scenes drawn for each check.")]
-Checks = Annotated[
-    list[str] | None, typer.Option("--check", metavar="CHECK", help="Run this check, not all.")
-]
-Seed = Annotated[int, typer.Option(metavar="N", help="What the drawing of scenes begins with.")]
-Answer = Annotated[
-    str | None, typer.Option(metavar="NAME", help="A response to judge with it; with options if need be.")
-]
+Within = Annotated[float | None, option("Of programs: times to a relative distance, in place of ticks.", "D")]
+Examples = Annotated[int, option("Scenes drawn for each check.", "N", min=1)]
+Checks = Annotated[list[str] | None, option("Run this check, not all.", "CHECK", "--check")]
+Seed = Annotated[int, option("What the drawing of scenes begins with.", "N")]
+Answer = Annotated[str | None, option("A response to judge with it; with options if need be.", "NAME")]
 
 
 def _list(wanted: bool) -> None:
@@ -65,53 +57,47 @@ def _list(wanted: bool) -> None:
 
 def conform(
     phase: Annotated[
-        str | None,
-        typer.Argument(metavar="[NAME]", help="The broad phase, with options if need be: sap-1d:axis=y."),
+        str | None, argument("The broad phase, with options if need be: sap-1d:axis=y.", "[NAME]")
     ] = None,
     command: Annotated[
-        str | None,
-        typer.Option(metavar="CMD", help="Judge this program instead, which is sent scenes over a pipe."),
+        str | None, option("Judge this program instead, which is sent scenes over a pipe.", "CMD")
     ] = None,
     ask: Ask = None,
     within: Within = None,
     scene_seconds: Annotated[
-        float | None,
-        typer.Option(metavar="S", help="Seconds that the program has for a line. [default: 10]"),
+        float | None, option("Seconds that the program has for a line. [default: 10]", "S")
     ] = None,
     narrow_phase: NarrowPhases = None,
     response: Answer = None,
     examples: Examples = EXAMPLES,
     check: Checks = None,
-    save_to: Annotated[
-        Path, typer.Option(metavar="DIR", help="Where scenes that fail are saved, if there are any.")
-    ] = Path("conformance-failures"),
-    shrink: Annotated[bool, typer.Option(help="Look for the smallest scene that fails.")] = True,
+    save_to: Annotated[Path, option("Where scenes that fail are saved, if there are any.", "DIR")] = Path(
+        "conformance-failures"
+    ),
+    shrink: Annotated[bool, option("Look for the smallest scene that fails.")] = True,
     seed: Seed = 0,
     seconds: Annotated[
         float | None,
-        typer.Option(
-            metavar="S",
-            help="CPU seconds for 100 scenes of a check, compiling apart. [default: 60; interpreted 600]",
-        ),
+        option("CPU seconds for 100 scenes of a check, compiling apart. [default: 60; interpreted 600]", "S"),
     ] = None,
     isolated: Annotated[
         bool,
-        typer.Option(
+        flag(
+            "Judge in a process with limits, or in this one: for a debugger; endless loops go on.",
             "--isolated/--in-process",
-            help="Judge in a process with limits, or in this one: for a debugger; endless loops go on.",
         ),
     ] = True,
     list_: Annotated[
         bool,
-        typer.Option(
+        flag(
+            "Print what draws scenes, how many by default, and the check that looks at them.",
             "--list",
             callback=_list,
             is_eager=True,
-            help="Print what draws scenes, how many by default, and the check that looks at them.",
         ),
     ] = False,
     json: Annotated[
-        bool, typer.Option("--json", help="Print each result as a line of JSON, and the report as the last.")
+        bool, flag("Print each result as a line of JSON, and the report as the last.", "--json")
     ] = False,
 ) -> None:
     """Judge a broad phase, alone or with a narrow phase, or a program over a pipe; exit code 1 if it does not
@@ -153,11 +139,11 @@ def to_judge(
         (of_phases, bool(commands), "broad phases alone"),
         (of_programs, not commands, "--command"),
     ):
-        for option, value in options.items():
+        for name, value in options.items():
             if strange and value is not None:
-                raise BadOption(f"{option} is for {whose}")
+                raise BadOption(f"{name} is for {whose}")
             if isinstance(value, float) and not 0.0 < value < math.inf:
-                raise BadOption(f"{option} {value:g}: expected a number above 0")
+                raise BadOption(f"{name} {value:g}: expected a number above 0")
     from kinetile import Response
     from kinetile.errors import one_of
     from kinetile_conformance import CHECKS, check_broad_phase, check_engine
@@ -252,11 +238,10 @@ def _line(row: dict[str, Any]) -> None:
 
 
 def replay(
-    phase: Annotated[str, typer.Argument(metavar="NAME", help="The broad phase.")],
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A scene file, such as `conform` saves.")],
+    phase: Annotated[str, argument("The broad phase.", "NAME")],
+    file: Annotated[Path, argument("A scene file, such as `conform` saves.", "FILE")],
     check: Annotated[
-        str | None,
-        typer.Option(metavar="CHECK", help="The check; the one that the file names, or same-contacts."),
+        str | None, option("The check; the one that the file names, or same-contacts.", "CHECK")
     ] = None,
     json: Json = False,
 ) -> None:

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from kinetile.cli.files import check_new, file_errors, try_folder
-from kinetile.cli.options import Json, NarrowPhases, Repeats
+from kinetile.cli.options import Json, NarrowPhases, Repeats, argument, flag, option
 from kinetile.cli.output import as_json
 from kinetile.cli.terminal import INTERRUPTED, Bar, FirstSignal, echo, notice
 from kinetile.errors import BadOption
@@ -29,13 +29,13 @@ from kinetile_conformance.cli.conform import (
 
 def judge(
     phases: Annotated[
-        list[str] | None, typer.Argument(metavar="[NAME]...", help="Broad phases, as `conform` takes them.")
+        list[str] | None, argument("Broad phases, as `conform` takes them.", "[NAME]...")
     ] = None,
     command: Annotated[
-        list[str] | None, typer.Option("--command", metavar="CMD", help="A program, as `conform` takes it.")
+        list[str] | None, option("A program, as `conform` takes it.", "CMD", "--command")
     ] = None,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="For judge.html and judge.json.")] = Path("judged"),
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace these files.")] = False,
+    out: Annotated[Path, option("For judge.html and judge.json.", "DIR")] = Path("judged"),
+    overwrite: Annotated[bool, flag("Replace these files.", "--overwrite")] = False,
     narrow_phase: NarrowPhases = None,
     response: Answer = None,
     ask: Ask = None,

@@ -1,12 +1,9 @@
 """Many exact ties in one scene, many contacts in one run, many bodies in one box.
 
-A simulation costs a few milliseconds before anything has happened. So a hundred lattices of two to nine
-bodies are in one scene, so far apart that no body comes from one to the other. Places, radii, velocities and
-shifts are small dyadic numbers: a lattice is the same to the last bit wherever it is.
-
-A marathon has few bodies and a hundred thousand contacts, so slow that the base of the clock moves often: a
-counter of 16 bits overflows, a tick that is not named in ``ticks`` is out of date, and what is rounded a
-little wrong at each event has become visible at the end.
+A simulation costs a few milliseconds before anything has happened, so a hundred lattices of two to nine
+bodies are in one scene, too far apart to meet, and all numbers are small and dyadic. A marathon has few
+bodies and a hundred thousand contacts, so slow that the base of the clock moves often: a counter of 16 bits
+overflows, a tick that is not named in ``ticks`` is out of date, and small errors add up.
 """
 
 from __future__ import annotations

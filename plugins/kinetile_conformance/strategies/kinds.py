@@ -1,9 +1,6 @@
-"""Kinds of bodies, and rules for what happens where two of them meet.
-
-Every such scene also names the same responses for kinds that it declares and that no body has, so that one
-loop serves all of them. A phase that does not accept bodies that pass is shown the scenes without that rule
-(``acceptable``).
-"""
+"""Kinds of bodies, and rules for what happens where two of them meet. Every such scene also names the same
+responses for kinds that no body has, so that one loop serves all of them. A phase that does not accept bodies
+that pass is shown the scenes without that rule (``acceptable``)."""
 
 from __future__ import annotations
 
@@ -65,9 +62,8 @@ BUILT = 80
 
 
 def acceptable(subject: Subject, scene: Scene, known: dict[Any, tuple[int, bool]] | None = None) -> Scene:
-    """Returns a scene as phases accept it, if they do: with the response under test, without what no body
-    does; where axes are periodic also without responses; and only its beginning, where each command is
-    dear. ``known`` has what they accept of scenes that have as much."""
+    """Returns a scene as phases accept it: with the response under test, without what no body does, on
+    periodic axes without responses, only its beginning where commands are dear; ``known`` remembers."""
     scene, living, known = subject.dressed(scene), is_living(scene), {} if known is None else known
     choices: list[Rules] = [dict(scene.responses)]
     if NOBODY_PASSES.keys() & choices[0].keys():

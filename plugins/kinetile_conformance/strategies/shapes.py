@@ -1,8 +1,5 @@
-"""Scenes of convex bodies: the small scenes, with other shapes in the place of discs, among obstacles or not.
-
-A shape is as wide as the disc in its place, so boxes stand in the cells of a lattice and touch, slide along
-each other with a gap of 0, and capsules lie end to end; and bodies come closer than the sum of their radii.
-"""
+"""Scenes of convex bodies: the small scenes, with other shapes, as wide as the discs, in their places, among
+obstacles or not: boxes touch, or slide along each other with a gap of 0, and capsules lie end to end."""
 
 from __future__ import annotations
 
@@ -118,8 +115,7 @@ LISTED, FIRST = 34, 6
 
 @cache
 def _listed() -> tuple[Shape, ...]:
-    """Returns ``FIRST`` capsules, and shapes of many sizes and proportions, most of them off their
-    positions."""
+    """Returns ``FIRST`` capsules, and shapes of many sizes and proportions, most off their positions."""
     random = np.random.default_rng(0)
     table = [CAPSULE, UPRIGHT] * (FIRST // 2)
     while len(table) < LISTED:

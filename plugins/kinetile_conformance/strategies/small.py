@@ -2,11 +2,8 @@
 
 With small dyadic numbers contacts, crossings and turns happen at the same moment exactly, bodies touch at the
 start, graze, or move together. Wide floats, great ratios of size and places far from the origin are for
-realism. A body is drawn as a whole, with its place and its turns, so that a failing scene shrinks by leaving
-out bodies.
-
-Every scene has two bodies or more. Masses are equal but for great ratios of size: a loop is compiled for each
-case, and equal ones keep small dyadic numbers what they are.
+realism. A body, of two or more, is drawn as a whole. Masses are equal but for great ratios of size, for few
+loops.
 """
 
 from __future__ import annotations

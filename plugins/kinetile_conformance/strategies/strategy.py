@@ -1,8 +1,5 @@
-"""A strategy: what is drawn, and nothing else. What is looked at is an observation's.
-
-Scenes are drawn in three ways: by Hypothesis, from one number each, or they are fixed. Whichever it is, the
-same seed has the same scenes.
-"""
+"""A strategy: what is drawn, and nothing else: by Hypothesis, from one number each, or fixed; the same seed
+has the same scenes."""
 
 from __future__ import annotations
 
@@ -25,14 +22,9 @@ Draw = Callable[[int, int], Iterable[Scene]]
 
 @dataclass(frozen=True)
 class Strategy:
-    """A row of the table: scenes of one kind.
-
-    Attributes:
-        suffix, where: what the name and the sentence of a check on them end with.
-        contacts: the limit of contacts of a run.
-        broad: whether only a broad phase is judged on them, and no narrow phase that is named.
-        fixed: how many there are, where these are always the same; 0: they are drawn.
-    """
+    """A row of the table: scenes of one kind. ``suffix`` and ``where`` end the name and the sentence of a
+    check on them; ``contacts`` is the limit of a run; ``broad`` ones judge only broad phases; of ``fixed``
+    ones there are so many, always the same, if not 0."""
 
     name: str
     draw: Draw

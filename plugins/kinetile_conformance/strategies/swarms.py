@@ -1,11 +1,9 @@
 """Swarms: scenes of many bodies, each of a kind that fills places, lists and counters of a phase.
 
 What a phase keeps in a list overflows in a crowd, what it keeps in a table collides when there are many, a
-number of 8 bits ends at 256 bodies, and truncation is not floor left of the origin. A swarm is made from its
-kind, its number of bodies, a seed, and a variation of its kind; one drawn number gives all four.
-
-Every body begins in a slot of its own, so that none overlap. All masses are equal, since each case of the
-loop is compiled; kinds without an arena keep together by turns.
+number of 8 bits ends at 256 bodies, and truncation is not floor left of the origin. One drawn number gives a
+swarm's kind, its number of bodies, a seed, and a variation. Every body begins in a slot of its own, so that
+none overlap. All masses are equal, for few loops.
 """
 
 from __future__ import annotations

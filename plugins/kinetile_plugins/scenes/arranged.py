@@ -1,9 +1,6 @@
-"""Hand-made scenes: the worst cases of the thesis, and small scenes with known answers.
-
-The thesis draws its worst cases (figures 10, 11 and 16), arrangements in which a broad phase excludes little
-or nothing, without coordinates; these are discs that show what its captions say. All three are rare: nothing
-keeps discs in such a place, and figures 11 and 16 come apart as they move.
-"""
+"""Hand-made scenes: the worst cases of the thesis, and small scenes with known answers. The thesis draws its
+worst cases (figures 10, 11 and 16), in which a broad phase excludes little or nothing, without coordinates;
+these are discs that show what its captions say. Figures 11 and 16 come apart as they move."""
 
 from __future__ import annotations
 
@@ -20,9 +17,8 @@ from kinetile_plugins.scenes.numerics import Draws, Floats, demand, demand_numbe
 def cradle(*, bodies: int = 5, moving: int = 1) -> Scene:
     """A row of touching discs, struck at one end: as many leave at the other end as came.
 
-    Newton's cradle, lying down: what leaves comes back from the wall and strikes again. All coordinates are
-    multiples of a power of two, so every contact time is exact. The ``moving`` discs come from the left at
-    speed 1.
+    Newton's cradle, lying down: what leaves comes back from the wall and strikes again. All contact times are
+    exact. The ``moving`` discs come from the left at speed 1.
     """
     demand_number("bodies", bodies, 2, "a cradle has 2 bodies or more")
     demand(0 < moving < bodies, f"moving is {moving}; it is from 1 to {bodies - 1}, less than the bodies")
@@ -39,10 +35,9 @@ def cradle(*, bodies: int = 5, moving: int = 1) -> Scene:
 def billiard_break(*, speed: float = 8.0, aim: float = 0.0) -> Scene:
     """A billiard break: the cue ball runs into fifteen balls racked in a touching triangle.
 
-    Metres, seconds and kilograms: the cushions are 2.54 by 1.27, a ball has a diameter of 57.15 mm.
-    ``speed`` is the cue ball's, ``aim`` its angle to the table's long axis in radians, at most a whole turn.
-    There is no friction: the balls do not stop. With no angle everything is symmetric, and contacts that
-    share a ball fall on one instant.
+    Metres, seconds and kilograms: the cushions are 2.54 by 1.27, a ball has a diameter of 57.15 mm. ``speed``
+    is the cue ball's, ``aim`` its angle to the table's long axis in radians, at most a whole turn. There is
+    no friction. With no angle all is symmetric, and contacts that share a ball fall on one instant.
     """
     demand(abs(aim) <= 2.0 * math.pi, f"aim is {aim}; it is at most a whole turn, 2 pi = 6.283, in size")
     width, height, radius = 2.54, 1.27, 0.028575
@@ -58,9 +53,9 @@ def billiard_break(*, speed: float = 8.0, aim: float = 0.0) -> Scene:
 def two_discs(*, radius: float = 0.15, seed: int = 1) -> Scene:
     """Two discs in the unit square, at a random point of their energy surface: mean rates are known exactly.
 
-    The places are drawn evenly from all that do not overlap, the velocities from all whose squares add up
-    to 2. For such a start the mean times between contacts, and between contacts with a wall, are those of
-    the microcanonical ensemble (Zapfe, Sanders and Rodríguez-Mota, arXiv:1908.04749).
+    The places are drawn evenly from all that do not overlap, the velocities from all whose squares add up to
+    2. The mean times between contacts, and between contacts with a wall, are those of the microcanonical
+    ensemble (Zapfe, Sanders and Rodríguez-Mota, arXiv:1908.04749).
     """
     roomy = 0.0 < radius <= 0.25
     demand(roomy, f"radius is {radius}; it is above 0 and at most 0.25, beyond which two hardly have room")
@@ -110,14 +105,12 @@ def figure_10(*, bodies: int = 16, speed: float = 1.0, seed: int = 1) -> Scene:
 def figure_11(*, bodies: int = 20, speed: float = 1.0, seed: int = 1) -> Scene:
     """Figure 11: axis-aligned bounding boxes exclude no pair, though no discs touch.
 
-    Every box holds the origin. The k-th disc of a quadrant has the radius r = 0.16**k and its centre at
-    (0.98 r, 0.98 r), a little nearer to the axes than its edge; discs that shrink at least as fast as
-    (sqrt(2) - 1) / (sqrt(2) + 1) = 0.17 do not overlap. Two opposite quadrants are filled (of discs in
-    neighbouring ones, two of similar size would overlap). There are no walls; velocities are proportional
-    to the radii, so that all sizes part in the same time.
-
-    Radii stay above 2**-200, the smallest that a scene may have, for 152 bodies. A run needs bodies that are
-    large against the rounding of its largest coordinates, which about 20 are.
+    Every box holds the origin. The k-th disc of a quadrant has the radius r = 0.16**k and its centre at (0.98
+    r, 0.98 r), a little nearer to the axes than its edge; discs that shrink at least as fast as (sqrt(2) - 1)
+    / (sqrt(2) + 1) = 0.17 do not overlap. Two opposite quadrants are filled (in neighbouring ones two of
+    similar size would overlap). There are no walls; velocities are proportional to the radii, so that all
+    sizes part in the same time. Radii stay above 2**-200, the smallest that a scene may have, for 152 bodies.
+    A run needs bodies that are large against the rounding of its largest coordinates, which about 20 are.
     """
     demand(1 <= bodies <= 152, f"bodies is {bodies}; figure 11 has from 1 to 152, as far as radii may shrink")
     (random,) = draws(seed, 1)

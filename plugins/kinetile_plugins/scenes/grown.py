@@ -2,12 +2,8 @@
 
 Random placement ends near a density of .5. Lubachevsky and Stillinger (1990, "Geometric properties of random
 disk packings") go beyond it with discs whose radii grow at a constant rate between their collisions. Here
-radii grow in steps between runs of constant radii: before a step each disc has a gap to its neighbours, and
-two that would meet take half of it each.
-
-A step allows every disc the size of the smallest, relative to its final radius, and ``RATE`` more. So a disc
-that is held by its neighbours holds all others up, and none stays small in a hole of a full packing. The
-number of steps therefore depends on the density and hardly on the number of discs.
+radii grow in steps between runs: two that would meet take half of the gap between them each. A step allows
+every disc the size of the smallest, relative to its final radius, and ``RATE`` more, so none stays small.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Discs on a lattice: exact ties, touching starts, and cases a rounding away from them.
 
-Errors of broad phases show most often here. Bounds coincide, many events fall on one
-instant, discs touch each other or a wall at the start, and several discs reach one place together. Each
-seed draws a lattice, a few sizes and velocities, and the discs that are moved along their line until they
-touch the one before them. Four classes come from three parameters:
+Errors of broad phases show most often where bounds coincide, many events fall on one instant, discs touch
+each other or a wall at the start, and several discs reach one place together. Each seed draws a lattice, a
+few sizes and velocities, and the discs that are moved along their line until they touch the one before them:
 
 - ``kind="dyadic"``: all lengths are multiples of 1/64 and all velocities of 1/4, so that positions,
   contacts in line with an axis and ties are exact in floating point;

@@ -1,9 +1,8 @@
 """Starts of simulations of hard discs as matter: mixtures of sizes, and crystals with vacancies.
 
-Radii are lengths as they are given, so that a diameter can be the unit, and the arena follows from the
-density. Velocities are drawn from Maxwell's distribution at a temperature, which is the mean kinetic
-energy of a body: the unit of temperature is that of energy, and the total momentum is 0. Between walls that
-is kT; on a torus kT is N/(N - 1) of it (docs/observables.md).
+Radii are lengths as they are given, and the arena follows from the density. Velocities are drawn from
+Maxwell's distribution at a temperature, which is the mean kinetic energy of a body; the total momentum is 0.
+Between walls that is kT; on a torus kT is N/(N - 1) of it (docs/observables.md).
 """
 
 from __future__ import annotations
@@ -32,17 +31,16 @@ def mixture(
 ) -> Scene:
     """Discs of two and more sizes at random places in a square, nowhere overlapping, at a temperature.
 
-    There are ``bodies`` discs. Of each radius in ``radii`` there is the part in ``fractions``, which are in
-    proportion (3, 1 is the same as 0.75, 0.25) and equal if left out; numbers are rounded by largest
-    remainders. So numbers that add up to ``bodies`` are exact. Discs are numbered by size, in the order of
-    ``radii``.
+    There are ``bodies`` discs, of each radius in ``radii`` the part in ``fractions``, which are in proportion
+    and equal if left out, rounded by largest remainders: numbers that add up to ``bodies`` are exact. Discs
+    are numbered by size, in the order of ``radii``.
 
     ``mass`` is "equal", 1 for each disc, or "area", proportional to the square of the radius and 1 for the
     first; or ``masses`` has the mass of each radius. The side of the square follows from ``density``, the
-    part of it that the discs cover. ``temperature`` is the mean kinetic energy of a disc: kT between
-    walls, and on a torus kT is N/(N - 1) of it. What is too dense for random places, from 0.48 (equal radii)
-    to 0.56, starts from a lattice, if it has room for the largest radius at each site: for equal numbers of
-    radii 0.5 and 0.7 up to 0.59 (100 discs) or 0.67 (4,000).
+    part that the discs cover. ``temperature`` is the mean kinetic energy of a disc: kT between walls, on a
+    torus kT is N/(N - 1) of it. What is too dense for random places, from 0.48 (equal radii) to 0.56, starts
+    from a lattice, if it has room for the largest radius at each site: for equal numbers of radii 0.5 and 0.7
+    up to 0.59 (100 discs) or 0.67 (4,000).
     """
     numerics.demand_density(density)
     radius, every_mass = sizes_and_masses(bodies, radii, fractions, mass, masses)
@@ -91,8 +89,7 @@ def _numbers_of(bodies: int, sizes: int, fractions: tuple[float, ...]) -> Ints:
 
 
 def _numbers(name: str, numbers: tuple[float, ...], sizes: int) -> Floats:
-    """Returns the numbers as an array; raises BadOption unless there is a possible one for each size of
-    disc."""
+    """Returns the numbers as an array; BadOption unless there is a possible one for each size."""
     many = len(numbers)
     demand(many == sizes, f"{name} has {many} numbers, and radii has {sizes}; expected one for each radius")
     for k, number in enumerate(numbers):

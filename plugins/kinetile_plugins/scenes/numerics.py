@@ -1,20 +1,15 @@
-"""Numbers of the recipes, with the same bits on every machine: draws from a seed, and velocities from
-them; sine, cosine, logarithm and powers.
+"""Numbers of the recipes, with the same bits on every machine: draws from a seed, and velocities from them;
+sine, cosine, logarithm and powers.
 
 NumPy guarantees the bits of its bit generators and of its seed sequences for ever, but not those of its
-Generator, so these are computed here: a uniform number is the upper 53 bits of a draw, a choice among n is
-one half of a draw times n, its integer part. (The choice favours some by up to n / 2**32, which no scene
-shows.)
-
-C libraries round sines, logarithms and powers differently: one that may use fused multiply-adds gives other
-bits than one that may not, and NumPy chooses again by processor. The functions below are made of sums,
-differences, products and quotients of doubles alone, one at a time, which are rounded in one way everywhere,
-and of decimal arithmetic, which is defined to the last digit.
+Generator: a uniform number is the upper 53 bits of a draw, a choice among n is the integer part of one half
+of a draw times n (which favours some by up to n / 2**32). C libraries round sines, logarithms and powers
+differently, and NumPy chooses again by processor. The functions below are made of sums, differences, products
+and quotients of doubles alone, one at a time, and of decimal arithmetic.
 
 Sine and cosine come from tables (Gal, 1986): an angle is k / 128 and a rest below 1 / 256, for which short
 series do. The largest term is multiplied exactly (Dekker, 1971). Of 200,000 angles the worst was wrong by
-0.521 units in the last place; where the nearest double is missed, the GNU C library with fused multiply-adds
-nearly always misses it in the same way.
+0.521 units in the last place.
 """
 
 from __future__ import annotations
@@ -113,7 +108,9 @@ def _within_an_eighth(angle: Floats, tail: Floats) -> tuple[Floats, Floats]:
     k = np.rint(size * _STEPS).astype(np.int64)
     cos, cos_tail, sin, sin_tail = _TABLE[k].T
     x = size - k / _STEPS
-    sin_x, less = _sine(x, tail), _less_than_one(x, tail)
+    square = x * x
+    sin_x = _sine(x, tail)
+    less = x * tail + square * _series(square, 1 / 2, -1 / 24, 1 / 720)  # 1 - cos(x + tail)
     cosine = cos + _product_and_sum(-sin, sin_x, (cos_tail - sin_x * sin_tail) - cos * less)
     sine = sin + _product_and_sum(cos, sin_x, (sin_tail + sin_x * cos_tail) - sin * less)
     return cosine, sign * np.where(size < _SMALL, _sine(size, tail), sine)
@@ -123,12 +120,6 @@ def _sine(x: Floats, tail: Floats) -> Floats:
     """Returns the sine of ``x + tail``, where x is small."""
     square = x * x
     return x + (tail + x * square * _series(square, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800))
-
-
-def _less_than_one(x: Floats, tail: Floats) -> Floats:
-    """Returns by how much the cosine of ``x + tail`` is less than 1, where x is below 1 / 256."""
-    square = x * x
-    return x * tail + square * _series(square, 1 / 2, -1 / 24, 1 / 720)
 
 
 def _series(square: Floats, *coefficients: float) -> Floats:
@@ -226,14 +217,10 @@ def in_random_directions(speed: float, bodies: int, random: Draws) -> Floats:
 
 
 def maxwell(temperature: float, mass: Floats, random: Draws) -> Floats:
-    """Returns (n, 2) velocities from Maxwell's distribution, without momentum and of a given temperature.
-
-    Each component is drawn from a normal distribution with the variance ``temperature`` / mass (Box and
-    Muller, 1958). Then the velocity of the centre of mass is subtracted, and all are scaled to a kinetic
-    energy of n times the temperature: a temperature is an energy, the mean kinetic energy of a body.
-    ``mass`` is (n,), and finite. Raises BadOption for fewer than 2 bodies, and for a temperature that is no
-    number from 2**-200 to 2**200.
-    """
+    """Returns (n, 2) velocities from Maxwell's distribution, without momentum and of a given temperature, the
+    mean kinetic energy of a body: normal with the variance ``temperature`` / mass (Box and Muller, 1958),
+    less that of the centre of mass, scaled. ``mass`` is (n,), and finite. Raises BadOption for fewer than 2
+    bodies, and for a temperature that is no number from 2**-200 to 2**200."""
     bodies = len(mass)
     demand(bodies >= 2, f"bodies is {bodies}; at a temperature and without momentum there are 2 or more")
     demand_in_range("temperature", temperature)

@@ -59,10 +59,8 @@ def random_discs(
 
 
 def places(radius: Floats, density: float, side: float, random: Draws) -> Floats:
-    """Returns (n, 2) places in [0, side]^2 where no two discs overlap; raises BadOption if none are found.
-
-    ``radius`` is (n,); ``density``, the part of the square that the discs cover, is what the error names.
-    """
+    """Returns (n, 2) places in [0, side]^2 where no two discs, (n,) radii, overlap; raises BadOption, which
+    names the ``density``, if none are found."""
     order = np.argsort(-radius, kind="stable")
     tries = _TRIES + _TRIES_PER_BODY * len(radius)
     most = 0
@@ -87,18 +85,16 @@ def places(radius: Floats, density: float, side: float, random: Draws) -> Floats
 
 
 def _at_random(radius: list[float], tries: int, side: float, random: Draws) -> Iterator[tuple[float, float]]:
-    """Yields places for discs in descending order of radius, until all have one or the tries run out.
-
-    Placed discs are kept by size, a power of two each, in cells of that width: a disc that is not larger than
-    they are can overlap only those in the nine cells around it.
-    """
+    """Yields places for discs in descending order of radius, until all have one or the tries run out. Placed
+    discs are in cells by size, a power of two: smaller ones overlap only those in nine cells."""
     levels: _Levels = []
     blocks = (random.uniform(1024, 2).tolist() for _ in count())
     points = islice(chain.from_iterable(blocks), tries)
     for r in radius:
         if r > 0.5 * side:
             return
-        width = _power_of_two_above(2.0 * r)
+        part, exponent = math.frexp(2.0 * r)
+        width = math.ldexp(1.0, exponent if part > 0.5 else exponent - 1)  # the next power of two
         if not levels or levels[-1][0] != width:
             levels.append((width, {}))
         for point in points:
@@ -110,11 +106,6 @@ def _at_random(radius: list[float], tries: int, side: float, random: Draws) -> I
         cells = levels[-1][1]
         cells.setdefault((int(x / width), int(y / width)), []).append((x, y, r))
         yield x, y
-
-
-def _power_of_two_above(length: float) -> float:
-    part, exponent = math.frexp(length)
-    return math.ldexp(1.0, exponent if part > 0.5 else exponent - 1)
 
 
 def _has_room(x: float, y: float, r: float, levels: _Levels) -> bool:

@@ -1,10 +1,8 @@
-"""Bounds that hold for every body of a run, as one value: from masses and energy to a speed, to the skin.
+"""Bounds that hold for every body of a run: from masses and energy to a speed, to the skin.
 
-A broad phase compares bodies that are enlarged by a skin. The skin has to cover rounding, which
-grows with the greatest speed and with the distance from the origin. No body can exceed the speed that
-the lightest one would have with all the energy of the scene. If that bound would be exceeded (a command adds
-energy, a response makes a body faster, bodies without walls fly far), the engine lays its tables out again
-for a larger one.
+The skin, by which a broad phase sees bodies enlarged, has to cover rounding, which grows with the greatest
+speed and the distance from the origin. No body exceeds the speed that the lightest one would have with all
+the energy. Where that would be exceeded, the engine lays its tables out again.
 """
 
 from __future__ import annotations
@@ -30,13 +28,10 @@ class Bounds(NamedTuple):
     """Bounds over all bodies of a run, those still to come included.
 
     Attributes:
-        lightest: the smallest mass.
-        smallest: the smallest radius.
-        squares: at least the sum of mass * speed^2 over all bodies and all commands to come: twice the
-            largest possible energy. Energy that a command adds is added, energy that it removes is not
-            subtracted; infinite until it is needed.
-        speed: a speed that no body exceeds.
-        extent: how far from the origin a body can be.
+        lightest, smallest: the smallest mass, and the smallest radius.
+        squares: at least the sum of mass * speed^2 over all bodies and commands to come, twice the largest
+            possible energy: what a command removes stays; infinite until it is needed.
+        speed, extent: a speed that no body exceeds, and how far from the origin a body can be.
         skin: the skin that follows from speed and extent.
     """
 
@@ -63,11 +58,7 @@ def fastest(squares: float, lightest: float) -> float:
 
 
 def squares_of_bodies(k: Kernel) -> float:
-    """Returns the sum of mass * speed^2 of all bodies, in the room, rounded once.
-
-    The order of slots, and the number of empty ones, depends on the broad phase. A sum that is rounded once
-    does not.
-    """
+    """Returns the sum of mass * speed^2 of all bodies, in the room, rounded once: in any order of slots."""
     there = np.flatnonzero(k.queue.number >= 0)
     vx, vy = velocities_now(k, there).T
     mass = np.where(np.isinf(k.mass), 0.0, k.mass)[there]

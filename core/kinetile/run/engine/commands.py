@@ -1,15 +1,10 @@
 """Commands of a run: the agenda of those to come, and the history of interactive ones.
 
-Commands of the present span of the clock are in the kernel: the rows of ``k.commands`` from ``command`` to
-``commands`` of ``k.clock[0].lists``. Those of later spans wait in the agenda, in ticks since the start, and
-are moved to the kernel when their span begins.
-
-An interactive command is the next one to run, so its row goes in front of the waiting ones: into rows of
-commands that have already run, or into rows that are left free for it. The cost does not depend on the number
-of waiting commands.
-
-The history is kept as bytes, row after row. An hour of a game has some ten million commands: as objects they
-would take four times the memory, and Python's collector would scan all of them now and then.
+Commands of the present span of the clock are the rows of ``k.commands`` from ``command`` to ``commands`` of
+``k.clock[0].lists``; those of later spans wait in the agenda, in ticks since the start. An interactive
+command runs next: its row goes in front of the waiting ones, into rows that are free, so its cost does not
+depend on their number. The history is kept as bytes: as objects, the ten million commands of an hour of a
+game would take four times the memory, and Python's collector would scan them.
 """
 
 from __future__ import annotations
@@ -98,8 +93,7 @@ _COLUMNS = {"position": ("x", "y"), "velocity": ("vx", "vy"), "shape": ("form",)
 
 
 class Planned(NamedTuple):
-    """Commands in the order in which they run, with their ticks since the start: those of the rows are of
-    one span of the clock, and not used."""
+    """Commands as they run, with their ticks since the start; those of the rows are not used."""
 
     ticks: tuple[int, ...]
     rows: Rows
@@ -136,8 +130,7 @@ def row_of(command: Turn | Insert | Remove, scene: Scene, **values: Any) -> tupl
 
 
 def number_of(shape: Shape, mass: float, scene: Scene) -> int:
-    """Returns the number of a shape in the table of a scene, as bodies of this mass may have it; if there is
-    none, the number of shapes."""
+    """Returns the number of a shape in a scene's table, for bodies of this mass; if none, that of shapes."""
     for number, each in enumerate(scene.shapes):
         if each == shape and (mass == math.inf or number in scene.movable_shapes):
             return number
@@ -161,11 +154,7 @@ def _masses_and_squares(rows: Rows, drop: float) -> tuple[npt.NDArray[Any], npt.
 
 
 class Agenda:
-    """Commands in the order in which they run: by tick, re-anchorings first, then as given.
-
-    Attributes:
-        later: the commands of later spans; those of the present one are in the kernel's tables.
-    """
+    """Commands as they run: by tick, re-anchorings first, then as given; ``later`` those of later spans."""
 
     def __init__(self, later: Planned) -> None:
         self.later = later
@@ -255,12 +244,9 @@ def to_the_front(k: Kernel, fields: Fields, rows: Rows) -> Kernel:
 
 
 class History:
-    """Commands in the order in which they were given, all of them already run.
-
-    It never changes, so a snapshot shares it. The last commands wait until it is read, or they are
-    ``LAST``; blocks of rows of about one size are joined: so there are few, and a command costs much the same
-    however many came before it.
-    """
+    """Commands that have been run, in the order in which they were given. It never changes, so a snapshot
+    shares it. The last ``LAST`` wait until it is read; blocks of about one size are joined, so each costs
+    about the same."""
 
     def __init__(
         self, rows: tuple[bytes, ...] = (), inserted: tuple[bytes, ...] = (), bases: Bases = ()
@@ -307,12 +293,9 @@ class History:
         return np.frombuffer(b"".join(self._inserted), np.int64).reshape(-1, 2)
 
     def in_scene(self, scene: Scene, clock: Clock) -> Scene:
-        """Returns a scene with these commands, at their exact times, and without its own commands for bodies
-        that had been removed by then.
-
-        A planned command comes before those by hand of its tick, unless it waited then for an insertion
-        without room: such commands are given the number of contacts of what overtook them.
-        """
+        """Returns a scene with these commands, at their exact times, without its own for bodies removed by
+        then. A planned one comes before those by hand of its tick, unless it waited for an insertion without
+        room: then it gets the number of contacts of what overtook it."""
         played: list[Turn | Insert | Remove] = []
         planned, gone = deque(scene.commands), set()
         for command, overtaken in self._commands():

@@ -1,9 +1,6 @@
-"""Ledger of a run: its contacts, their fingerprint, and the rows for a recorder.
-
-The loop writes contacts in the form in which they are hashed. Those that are kept are hashed when the
-fingerprint is read or saved, and their times as floats are computed when they are read, so that a chunk costs
-a copy; where none are kept they are hashed at once.
-"""
+"""Ledger of a run: its contacts, their fingerprint, and the rows for a recorder. Contacts that are kept are
+hashed, and their times as floats computed, when they are read, so that a chunk costs a copy; where none are
+kept they are hashed at once."""
 
 from __future__ import annotations
 
@@ -37,8 +34,7 @@ RowFunction = Callable[[npt.NDArray[np.void]], None]
 
 @runtime_checkable
 class Recorder(Protocol):
-    """Takes the rows of runs, chunk by chunk. A function of rows alone is enough where a run is recorded; a
-    recorder learns as well when a run begins and ends."""
+    """Takes the rows of runs, chunk by chunk, and learns when one begins and ends; or a function of rows."""
 
     def begin(self, moment: Moment, before: int) -> None:
         """Called when a run begins, with its present moment, which follows the run, and the number of rows
@@ -48,8 +44,7 @@ class Recorder(Protocol):
         """Takes the next rows (dtype LOG)."""
 
     def end(self, time: float) -> None:
-        """Called when a run has ended, in whichever way, with the present time: all rows up to it are
-        there."""
+        """Called when a run has ended, in whichever way, at the present time: all rows up to it are there."""
 
 
 ContactRow = tuple[int, int, int, int]
@@ -70,12 +65,11 @@ class Entries(NamedTuple):
 class Ledger:
     """Takes over the loop's log chunk by chunk.
 
-    A recorder, if there is one (``recording``), is given every row. The rows of commands between two runs
-    wait for the next one (``holds_rows``). ``rows`` is their total number; ``keeps`` says whether
-    contacts are kept at all. ``pending_events`` are the contacts that no step has returned yet: passings that
-    begin at the start, or begin or end together with a command; None while a run goes past all events.
-    ``latest`` is the number of contacts that were taken over last: still the first rows of ``k.met``.
-    ``complete`` is False if an error has kept rows from a recorder or an observer.
+    A recorder (``recording``) is given every row; rows of commands between two runs wait for the next one
+    (``holds_rows``). ``rows`` is their total number, ``keeps`` whether contacts are kept at all.
+    ``pending_events`` are contacts that no step has returned yet (passings that begin at the start, or begin
+    or end together with a command), None while a run goes past all events. ``latest`` of the first rows of
+    ``k.met`` were taken over last. ``complete`` is False if an error has kept rows from a reader.
     """
 
     def __init__(self, clock: Clock, entries: Entries, scene: Scene) -> None:
@@ -123,11 +117,8 @@ class Ledger:
         return contacts
 
     def contacts_since(self, count: int) -> npt.NDArray[np.void]:
-        """The contacts after the first ``count``.
-
-        The cost depends on the number of new ones only: older contacts stay as they are, and are not
-        moved to one array, whose growth would be noticeable in a frame.
-        """
+        """The contacts after the first ``count``; the cost depends on the number of new ones only: older ones
+        are not moved to one array, whose growth would be noticeable in a frame."""
         self._demand_kept()
         if count < self._count or 2 * count < self._total:
             return self.contacts[count:]
@@ -182,9 +173,8 @@ class Ledger:
         counter: RowFunction | None = None,
         observer: RowFunction | None = None,
     ) -> Iterator[None]:
-        """Within this context a recorder is given all rows, first those that have waited: of commands between
-        two runs; ``observer`` the others, and ``counter`` the short rows of contacts (``kernel.tables.MET``),
-        valid during the call."""
+        """Within this context a recorder is given all rows, first those that have waited, ``observer`` the
+        others, and ``counter`` the short rows of contacts (``kernel.tables.MET``), valid during the call."""
         waiting = [] if recorder is None else self._that_wait()
         self._unrecorded, self._held = [], []
         self._recorder, self._counter, self._observer = recorder, counter, observer

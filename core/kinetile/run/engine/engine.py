@@ -1,16 +1,10 @@
-"""The engine: the Python side of the kernel, which works between two chunks of the compiled loop.
+"""The engine: the Python side of the kernel, which works between two chunks of the compiled loop. It alone
+assigns its attributes: ``layout``, ``bounds`` and ``spans`` return tables and bounds.
 
-It lays the tables out and enlarges the bodies by the skin, makes room for more pairs and bodies, passes the
-loop its commands a span at a time, runs interactive commands, moves the clock's base, and takes over the log.
-Inside a chunk none of that costs anything.
-
-It alone assigns its attributes. Modules that compute tables or bounds for it return them (``layout``,
-``bounds``, ``spans``).
-
-There is one way to make a structure: build it at the present moment (``lay_out``). A run may begin or go on
-from a saved state (``RunState``), pairs may outgrow their table, a command may add more energy than the skin
-allows for, bodies without walls may fly far, a body may be inserted without a slot: in each case the static
-construction of the start is repeated. That cannot change an answer, only take time (docs/one-answer.md).
+There is one way to make a structure: build it at the present moment (``lay_out``), as at the start. So it is
+made where a run goes on from a saved state (``RunState``), pairs outgrow their table, a command adds more
+energy than the skin allows for, bodies without walls fly far, or a body is inserted without a slot. That
+cannot change an answer, only take time (docs/one-answer.md).
 """
 
 from __future__ import annotations
@@ -90,8 +84,7 @@ FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
 
 
 class WatchedContacts(NamedTuple):
-    """Contacts at which the loop stops: ``flags`` for each number of a body, ``pairs`` of numbers, and
-    whether it stops ``before`` the contact happens."""
+    """Contacts to stop at, or ``before`` them: ``flags`` by numbers of bodies, and ``pairs`` of numbers."""
 
     flags: npt.NDArray[np.uint8]
     pairs: Any
@@ -99,21 +92,14 @@ class WatchedContacts(NamedTuple):
 
 
 class Engine(Tables):
-    """Tables, clock, agenda and loop of one simulation. Only the engine assigns its attributes.
+    """Tables, clock, agenda and loop of one simulation.
 
     Attributes:
         scene: the scene, with the shapes that were added by hand.
-        state: the broad phase's state.
-        clock: conversions between time and ticks.
-        ledger: contacts and log rows.
         bounds: limits that no body exceeds, and the skin that follows from them.
-        commands: which commands the loop is composed with.
-        agenda: the commands that are still to come.
-        history: the interactive commands so far.
+        commands, history: which commands the loop is composed with, and the interactive ones so far.
         numbers: how many body numbers have been given, or will be by the scene.
-        loop: the composed loop.
-        cpu_seconds: processor time spent in the loop.
-        compile_seconds: processor time spent compiling or loading it.
+        cpu_seconds, compile_seconds: processor time in the loop, and for compiling or loading it.
         audits: number of audits without a violation.
         busy: a chunk is under way, including the transfer of its log.
         broken: the error after which this engine cannot continue, or None.
@@ -128,8 +114,7 @@ class Engine(Tables):
         commands: Commands = Commands.NONE,
         state: RunState | None = None,
     ) -> None:
-        """An engine of a scene, at its start or in a ``state`` of its run; the phases of the composition are
-        prepared for the bodies of that moment."""
+        """An engine of a scene, at its start or in a ``state``, for which the composition is prepared."""
         self.scene = scene if state is None else with_shapes(scene, state.shapes)
         self._listed = len(scene.shapes)
         self.composition = composition
@@ -183,8 +168,7 @@ class Engine(Tables):
     # Running
 
     def compile(self) -> None:
-        """Compiles the loop, or loads it from the disk cache, if necessary; with it the search for room where
-        bodies are inserted by hand."""
+        """Compiles the loop, or loads it from the disk cache, and the search for room if it may be needed."""
         if not self._ready:
             began = time.thread_time()
             try:
@@ -203,11 +187,8 @@ class Engine(Tables):
         """Runs one chunk of the loop, takes over its log, acts on its reason, and returns the reason.
 
         ``contacts`` is the largest total number of contacts, ``most`` the largest number of events now,
-        ``quota`` the largest number of contacts at tick ``until``; a chunk takes a fraction of a second for
-        any of them. No signal comes between the loop and its log: a public call is one step (``Unbroken``).
-
-        Raises:
-            ZenoError, MissedContactError, PhaseError: the loop returned with a fault.
+        ``quota`` that of contacts at tick ``until``. No signal comes between the loop and its log
+        (``Unbroken``). Raises ZenoError, MissedContactError or PhaseError for a fault.
         """
         self.compile()
         self._demand_whole()
@@ -225,8 +206,7 @@ class Engine(Tables):
             self.busy = False
 
     def _run_loop(self, until: int, contacts: int, most: int, quota: int) -> int:
-        """Runs the loop for a budget of events, and returns its reason. The budget is doubled or halved so
-        that a chunk takes about ``CHUNK_SECONDS``."""
+        """Runs the loop for a budget, adapted to ``CHUNK_SECONDS``, of events; returns its reason."""
         began = time.thread_time()
         budget, before, heads = min(self._budget, most), self.now, layout.steps(self.count)
         try:
@@ -249,12 +229,8 @@ class Engine(Tables):
         return reason
 
     def _respond(self, reason: int) -> int:
-        """Acts on the reason for which the loop has stopped, if Python has to; returns the reason for a
-        caller.
-
-        For a caller a chunk that only made room has spent its budget (BUDGET_SPENT), or has made room for a
-        command that has not run yet (COMMAND_DUE).
-        """
+        """Acts on the reason for which the loop has stopped; returns the reason for a caller: BUDGET_SPENT
+        after a chunk that only made room, COMMAND_DUE if it did for a command that has not run yet."""
         if reason == FAULT:
             raise failure(self.k, self.composition, self.clock.time(self.now))
         if reason == BLOCKED:
@@ -307,12 +283,7 @@ class Engine(Tables):
             self.k.clock[0].stops.before = stop.before
 
     def audit(self) -> None:
-        """Checks everything that must hold between two events.
-
-        Raises:
-            AuditError: the first violation; an UnawaitedContactError if a contact would be
-                missed.
-        """
+        """Checks all between two events; AuditError for the first violation, or UnawaitedContactError."""
         self.build()
         skin = self.bounds.skin.delta
         with Interruptible():
@@ -335,9 +306,7 @@ class Engine(Tables):
 
     def lay_out(self, speed: float) -> None:
         """Enlarges the bodies for this speed and arranges the present structure; the loop builds it next.
-
-        Raises Refused, with nothing changed, if the broad phase does not accept the skin.
-        """
+        Raises Refused, with nothing changed, if the broad phase does not accept the skin."""
         if self.k.clock[0].present != self.k.clock[0].bodies:  # some slots are empty
             self.bounds = self.bounds._replace(speed=speed)
             self.renew()
@@ -362,8 +331,7 @@ class Engine(Tables):
                 raise
 
     def bounds_for(self, speed: float) -> Bounds:
-        """Returns the bounds with this speed, and the extent and skin that follow; Refused if the broad
-        phase does not accept the skin."""
+        """Returns the bounds with this speed; Refused if the broad phase does not accept their skin."""
         extent = self._reach_of_flight(speed, SPANS if len(self.k.bodies) else 0)
         if not self.bounded:
             extent = max(self.bounds.extent, extent)
@@ -387,11 +355,8 @@ class Engine(Tables):
         self.lay_out(self.speed)
 
     def _widen_skin(self) -> None:
-        """Lays the tables out for bodies that a response has made faster than the bound.
-
-        Raises PhaseError if the response left an impossible velocity, Refused if the broad
-        phase does not accept the skin.
-        """
+        """Lays the tables out for bodies that a response has made faster than the bound. PhaseError for an
+        impossible velocity, Refused if the broad phase does not accept the skin."""
         k = self.k
         there = np.flatnonzero(k.queue.number >= 0)
         speed = np.hypot(k.bodies.vx[there], k.bodies.vy[there])
@@ -480,12 +445,9 @@ class Engine(Tables):
         return rows
 
     def carry_out(self, code: int, rows: Rows, shapes: tuple[Shape, ...] = ()) -> None:
-        """Runs commands of one code, of the present tick, now. No contact happens meanwhile. ``shapes`` are
-        those of inserted bodies that are not in the table yet; it is made again with them.
-
-        Raises Refused, with nothing changed, if the broad phase does not accept the skin that they need, or
-        if there is no room for an inserted body.
-        """
+        """Runs commands of one code, of the present tick, now, before any contact; ``shapes`` of inserted
+        bodies are added to the table. Raises Refused, with nothing changed, for a skin that the broad phase
+        does not accept, or a body without room."""
         self._demand_whole()
         if self.fields.fault.code[0] not in (0, JAMMED):  # a command may end a jam
             raise failure(self.k, self.composition, self.clock.time(self.now))
@@ -539,10 +501,8 @@ class Engine(Tables):
             self.history = self.history.with_rows(rows, self.clock.base)
 
     def insert_those_with_room(self, rows: Rows) -> dict[int, Refused]:
-        """Inserts bodies now, one after the other, and numbers them; returns which have no room, and why.
-
-        Raises Refused, with nothing changed, as ``carry_out`` does. Before: no command of the scene is due.
-        """
+        """Inserts bodies now, one by one, and numbers them; returns which have no room, and why. Raises
+        Refused, with nothing changed, as ``carry_out`` does. Before: no command of the scene is due."""
         if not len(rows):
             return {}
         found = blockers_of(self.packed[0], self.composition, rows)
@@ -582,8 +542,7 @@ class Engine(Tables):
         return int(self.fields.lists.commands[0] - self.fields.lists.command[0])
 
     def _run_commands(self) -> None:
-        """Runs everything before the next contact at the present tick. Raises Refused at an insertion
-        without room, which then waits."""
+        """Runs what precedes the next contact now; Refused at an insertion without room, which then waits."""
         quota = self.met_now
         while True:
             try:
@@ -594,9 +553,8 @@ class Engine(Tables):
                     return  # all commands have run; the next run reports the jam
 
     def _has_place_for(self, code: int, rows: Rows, wanted: Commands) -> bool:
-        """Whether commands can run without preparing the phases again: they are compiled into the loop, the
-        phase inserts and removes bodies, and an inserted body has a slot. The last is
-        ``has_vacancy`` of the kernel, read without a call into compiled code."""
+        """Whether commands run without preparing the phases again: they are in the loop, the phase inserts
+        and removes, and a body has a slot (``has_vacancy`` of the kernel, without a compiled call)."""
         if self.commands < wanted or (code != TURNED and not self.composition.living):
             return False
         if code != INSERTED:
@@ -612,9 +570,7 @@ class Engine(Tables):
 
     def move_base(self, end: int | None) -> None:
         """Moves the clock's base by a span, and anchors plans that are two spans old, under every phase.
-
-        Without bodies it moves at once to the span of ``end``, in ticks since the start.
-        """
+        Without bodies it moves at once to the span of ``end``, in ticks since the start."""
         if not len(self.k.bodies) and end is not None and self.next_command is None:
             self.clock.base += max(self.clock.relative(end) // SPAN, 1) * (SPAN // TICKS)
             self.k.clock[0].now = -1  # its epoch, which may be beyond 64 bits, is not needed by a contact
@@ -640,8 +596,7 @@ class Engine(Tables):
 
     @property
     def horizon(self) -> int:
-        """The kernel's tick before which nothing but the loop happens: where the span of the clock ends, or
-        the frame."""
+        """The kernel's tick at which the span of the clock, or the frame, ends."""
         return min(SPAN, self.fields.fall.end[0]) if self.scene.falls else SPAN
 
     def change_frame(self, end: int | None) -> None:
@@ -667,12 +622,8 @@ class Engine(Tables):
         self._take_over(before)
 
     def skip(self, end: int | None, most: int) -> int:
-        """Skips spans in one step, ``most`` at most, in which nothing happens up to ``end`` (in
-        ticks since the start); returns their number. The simulation is at the end of a span before and after
-        it.
-
-        A run with a recorder skips nothing: anchors are rows.
-        """
+        """Skips spans in one step, ``most`` at most, in which nothing happens up to ``end`` (in ticks since
+        the start); returns their number. None with a recorder: anchors are rows."""
         clock, scene, wall = self.k.clock[0], self.scene, self.composition.wall
         elsewhere = wall is not None and wall.inside is not inside_arena  # its walls may be anywhere
         awaited = any((ticks != NEVER).any() for ticks in spans.ticks_of([self.k.clock], Quantity.DUE))

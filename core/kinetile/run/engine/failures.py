@@ -1,8 +1,5 @@
-"""Errors for faults of the compiled loop: each with a type, a time, bodies, and the responsible phase.
-
-The loop leaves a number and two slots. A user needs the name of the plugin, the numbers of the bodies, and
-the correct behaviour.
-"""
+"""Errors for faults of the compiled loop, of which it leaves a number and two slots: each with a type, a
+time, the numbers of the bodies, the responsible phase, and the correct behaviour."""
 
 from __future__ import annotations
 
@@ -99,8 +96,7 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
 
 
 def _missed(composition: Composition, fault: int, other: int, named: str) -> str:
-    """Returns the error of a contact that was late or missing, and the responsible phase:
-    the broad phase for missing pairs, the narrow ones for walls and times."""
+    """Returns the error of a late or missing contact: the broad phase's for pairs, else the narrow ones'."""
     phase, narrow = described("broad phase", composition.broad_phase), _narrow_phases(composition)
     if fault == tables.LATE_CONTACT:
         late = f"{phase} reported the pair too late" if other >= 0 else f"{narrow} foresaw it too late"
@@ -168,9 +164,8 @@ def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
 
 
 def blockers_of(packed: Any, composition: Composition, rows: Rows) -> npt.NDArray[np.int64]:
-    """Returns for each body that commands insert, one after the other, the slot or the wall that it would
-    reach into, FREE, or FREE - 1 - i for the i-th of these commands. The loop would find the same, but only
-    after a copy of all tables."""
+    """Returns for each body that commands insert, one by one, the slot or the wall that it would reach into,
+    FREE, or FREE - 1 - i for the i-th command; the loop would find the same, after a copy of all tables."""
     found = np.empty(len(rows), dtype=np.int64)
     composition.find_room(packed, rows, found)
     return found

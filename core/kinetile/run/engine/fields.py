@@ -1,9 +1,6 @@
 """Fast access to fields of the clock and the counts between two chunks, and the occupied slots.
-
-``k.clock[0].now`` makes two objects of NumPy's before it gives a number, for two microseconds; between two
-frames of a game there are some hundred of these. A view of a field's eight bytes that is made once costs a
-twentieth of that. Occupied slots are computed after an insertion or removal, not for each read.
-"""
+``k.clock[0].now`` makes two objects of NumPy's, for two microseconds, some hundred times between two frames
+of a game; a view of a field's eight bytes that is made once costs a twentieth of that."""
 
 from __future__ import annotations
 
@@ -31,12 +28,7 @@ def fields_of(table: Records) -> Fields:
 
 
 class Tables:
-    """The kernel's tables, and values read from them.
-
-    Attributes:
-        fields: the fields of the clock.
-        count: the fields of the counts.
-    """
+    """The kernel's tables, and values of them: ``fields`` of the clock, and ``count`` of the counts."""
 
     fields: Fields
     count: Fields
@@ -96,8 +88,7 @@ class Tables:
 
     @property
     def due(self) -> int:
-        """How many commands run now, before the next contact: of the scene, one that is given now comes after
-        them. For the next command alone the kernel has ``may_come``."""
+        """How many commands run now, before the next contact (``may_come`` says it of the next one alone)."""
         place = first = self.fields.lists.command[0]
         end = self.fields.lists.commands[0]
         if first < end:

@@ -1,10 +1,6 @@
-"""The state of a run at one moment, without what is built from it: the structure of the broad phase and the
-queue.
-
-Tables of the kernel are made from such contents alone: at the start, when phases are prepared again during a
-run, and where a saved run goes on. Building cannot change a contact (docs/one-answer.md), so a snapshot needs
-no more. Bodies go by their numbers: a slot is a place in the tables of one engine.
-"""
+"""The state of a run at one moment, without what is built from it: the broad phase's structure and the queue.
+Tables of the kernel are made from it alone. Bodies go by their numbers: a slot is a place in the tables of
+one engine."""
 
 from __future__ import annotations
 
@@ -78,18 +74,11 @@ def contents_at_start(scene: Scene) -> Contents:
 class RunState:
     """What an engine begins with, and what is saved of it between two chunks.
 
-    Attributes:
-        contents: the contents of the tables.
-        base: that of the clock.
-        bounds: those in force, without the extent and the skin, which follow from where bodies are.
-        commands: which commands the loop is composed with.
-        later: the commands of later spans of the clock.
-        history: the interactive commands so far.
-        entries: the contents of the ledger.
-        requested: the requested time, if the run has ended at it.
-        overlapping: (m, 2) pairs near each other at the start, before it is decided which begin to pass.
-        shapes: the shapes that were added by hand, after those of the scene.
-        audits: the number of audits; ``cpu_seconds`` and ``compile_seconds`` as of the engine.
+    ``base`` is that of the clock; ``bounds`` are those in force, without extent and skin, which follow from
+    where bodies are. ``commands`` are those that the loop is composed with, ``later`` those of later spans of
+    the clock, ``history`` the interactive ones so far. ``entries`` are the contents of the ledger,
+    ``requested`` is the requested time if the run has ended at it. ``overlapping``, (m, 2), are pairs near
+    each other at the start, before it is decided which begin to pass; ``shapes`` those added by hand.
     """
 
     contents: Contents

@@ -1,14 +1,9 @@
 """Contacts to come, by the present flight plans.
 
-The narrow phase computes them as in the loop, one pair after the other in compiled code: most pairs part or
-miss, which its first step sees for less than a filter over whole arrays would cost. So each tick is the one
-that the contact has in the log, if it happens.
-
-It happens if no plan of the two changes before. Interference by other bodies is another question; its
-answer is a function of the plans as well: a contact is *scheduled* if it is the first of either of
-its bodies with any body or wall, and none of them is to change its plan by then.
-
-Two bodies that are passing through each other do not meet: the end of the passing is their next row.
+The narrow phase computes them as in the loop, one pair after the other in compiled code: so each tick is the
+one that the contact has in the log, if no plan of the two changes before. A contact is *scheduled* if it is
+the first of either of its bodies with any body or wall, and none of them is to change its plan by then. Of
+two bodies that are passing through each other the end of the passing is the next row.
 """
 
 from __future__ import annotations
@@ -30,10 +25,9 @@ from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.loop.responses import overlap_now
 from kinetile.kernel.passings import is_passing
 from kinetile.kernel.tables import BODY, IMAGE, NEVER, NOBODY, SHAPED, Kernel, Records, elder, record_table
-from kinetile.run.questions.places import Point, Query
+from kinetile.run.questions.places import Integers, Point, Query
 from kinetile.toolbox.differences import DISC, Outline, circle_around, difference_row
 
-Integers = npt.NDArray[np.int64]
 Planned = Mapping[int, int]
 """The kernel's tick at which the body in a slot is to change its plan, by slots."""
 
@@ -43,11 +37,9 @@ class NextContact(NamedTuple):
 
     Attributes:
         time: when, in the scene's time; (epoch, tick) is the same exactly (``kinetile.kernel.log``).
-        epoch: whole time units since the scene's start.
-        tick: ticks of 2**-52 of a time unit after that.
-        a: a body.
-        b: another one, b > a, or b < a where they end to pass through each other; or a wall: -1 left,
-            -2 right, -3 bottom, -4 top.
+        epoch, tick: whole time units since the scene's start, and ticks of 2**-52 of one after that.
+        a, b: a body, and another one, b > a, or b < a where they end to pass through each other; or a wall:
+            -1 left, -2 right, -3 bottom, -4 top.
     """
 
     time: float
@@ -58,14 +50,7 @@ class NextContact(NamedTuple):
 
 
 class CastHit(NamedTuple):
-    """The body that a cast disc meets first.
-
-    Attributes:
-        time: when, in the scene's time; (epoch, tick) is the same exactly, as in ``NextContact``.
-        epoch: whole time units since the scene's start.
-        tick: ticks of 2**-52 of a time unit after that.
-        body: which.
-    """
+    """The ``body`` that a cast disc meets first; ``time``, ``epoch`` and ``tick`` as in ``NextContact``."""
 
     time: float
     epoch: int
@@ -107,12 +92,9 @@ def next_contact_of(
 
 
 def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> CastHit | None:
-    """Returns the body that one which starts here and now would meet first; None if it meets none.
-
-    The body of the hit is a slot. As for two bodies, a contact needs approach: a body that it touches or
-    overlaps is met at once if they approach, and never if they part. Where axes are periodic it is met
-    through any image, before ``kernel.images.FORESEEN`` ticks from now.
-    """
+    """Returns the body, as a slot, that one which starts here and now would meet first, None: none. One that
+    it touches or overlaps is met at once if they approach, else never. Where axes are periodic it is met
+    through any image, before ``kernel.images.FORESEEN`` ticks."""
     if falls(query.k):
         x, y, vx, vy = (np.array([*centre, *velocity]) - shift_now(query.k)).tolist()
         centre, velocity = (x, y), (vx, vy)
@@ -154,8 +136,7 @@ def _ticks_with_shape(
 
 def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point) -> Kernel:
     """Returns what ``meet`` reads of the tables, with a body in a last row: anchored now, younger than all,
-    without a contact so far, and of no kind, so that there are no rules. The clock is a copy, because an
-    overlap is reported to it as a fault."""
+    without a contact so far, and of no kind; with a copy of the clock, which gets faults of overlaps."""
     k, n, periods = query.k, len(query.k.bodies), query.periods
     shaped = bool(query.shapes) or outline[0] != DISC
     bodies = record_table(SHAPED if shaped else BODY, n + 1)
@@ -176,8 +157,7 @@ def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point) -
 
 
 def _with_differences(query: Query, k: Kernel, outline: Outline) -> Kernel:
-    """Returns tables with a body of some outline in the last row, with the differences of this and all
-    others, as ``difference_table`` has them."""
+    """Returns tables with a body of an outline in the last row, and its ``difference_table`` with all."""
     theirs, k.bodies["form"][query.slots] = _theirs(query)
     own = len(theirs)
     k.bodies["form"][-1] = own
@@ -275,8 +255,7 @@ def ticks_of_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -
 
 
 def beginnings(k: Kernel, body: int, others: Integers, near: Integers, ticks: Integers) -> None:
-    """Writes down now where a body begins to pass another one at once, of those that may overlap it at the
-    start; a template."""
+    """Template: writes down now where a body begins to pass others at once that overlap it at the start."""
     k = disowned(k)
     now = k.clock[0].now
     for i in range(len(near)):
@@ -329,8 +308,7 @@ def ticks_for_shape(
     vy: float,
     ticks: Integers,
 ) -> None:
-    """Writes down when a body that is anchored now meets each of others, by the rows of their differences in
-    a table; a template."""
+    """Writes down when a body anchored now meets others, by rows of differences; a template."""
     k = disowned(k)
     clock = k.clock[0]
     for i in range(len(others)):

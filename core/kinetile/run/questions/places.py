@@ -2,8 +2,7 @@
 
 A body is all that is within its radius of its core (``kinetile.scene.shapes``); that of a disc is its centre.
 So each question is one of a place and a convex polygon: for a point or a ray that is the core, for a box the
-difference of box and core. The circle around each body comes first. All is computed in doubles: what touches
-to the last digit is decided by their rounding, which is the same under every broad phase.
+difference of box and core. The circle around each body comes first. All is computed in doubles.
 """
 
 from __future__ import annotations
@@ -40,17 +39,11 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Query:
-    """The present moment of a run, and the bodies in question. It is out of date as soon as the run goes on.
+    """The present moment of a run, and the bodies in question; out of date as soon as the run goes on.
 
-    Attributes:
-        k: the kernel's tables.
-        packed: the same, as compiled code takes them.
-        slots: (n,) int64, the slots of the bodies in question, in the order of the bodies' numbers:
-            ties go by their place here.
-        clock: what a tick is in the scene's time.
-        composition: the phases; of them only the narrow ones are used.
-        shapes: the shapes of a scene that has some.
-        overlapping: (m, 2) slots, pairs near each other at the start, until it is decided which pass.
+    ``packed`` are the kernel's tables as compiled code takes them; ``slots``, (n,) int64, those of the bodies
+    in question in the order of their numbers, as ties go. Of the ``composition`` only the narrow phases are
+    used. ``overlapping``, (m, 2) slots, are pairs of the start that may pass: undecided yet.
     """
 
     k: Kernel
@@ -113,8 +106,7 @@ class Query:
 
 
 def bodies_in(query: Query, box: Box, inside: bool = False) -> Integers:
-    """Returns the slots of the bodies that have a point in common with a box, including edges, or, with
-    ``inside``, that lie in it completely. In the order of ``query.slots``."""
+    """Returns the slots of bodies with a point in a box, or its edges, or all ``inside``; in order."""
     held = np.zeros(len(query.slots), dtype=np.bool_)
     for shift in _shifts(box, query.periods, float(query.radii.max(initial=0.0))):
         held |= _in_box(query, query.places + shift, box, inside)
@@ -170,13 +162,9 @@ def _cross(one: Floats, other: Floats) -> Floats:
 def bodies_near(
     query: Query, point: Point, radius: float | None = None, count: int | None = None
 ) -> Integers:
-    """Returns the slots of the bodies that are near a point, the nearest first, ties in the order of
-    ``query.slots``.
-
-    How far a body is from a point is the distance to its outline, below 0 where the point is within (see
-    ``_gaps``). Where axes are periodic it is that of the nearest image: of a shape that is not around its
-    position, perhaps another one than that whose position is nearest.
-    """
+    """Returns the slots of the bodies that are near a point, the nearest first, ties as in ``query.slots``,
+    by the distance to their outlines (``_gaps``); where axes are periodic to the nearest image's: of a shape
+    that is not around its position, perhaps another image than that whose position is nearest."""
     apart = nearest_image(np.array(point) - query.places, query.periods)
     turns = [(0.0, -period, period) if period and query.shapes else (0.0,) for period in query.periods]
     limit = math.inf if radius is None else radius
@@ -194,13 +182,7 @@ def bodies_near(
 
 
 class RayHit(NamedTuple):
-    """A body that a ray meets.
-
-    Attributes:
-        body: which.
-        distance: how far from the ray's origin it is met, in the scene's unit; 0.0 where the ray begins in
-            the body.
-    """
+    """A body that a ray meets, and how far from the ray's origin: 0.0 where that is in the body."""
 
     body: int
     distance: float
@@ -209,10 +191,9 @@ class RayHit(NamedTuple):
 def ray(
     query: Query, origin: Point, direction: Point, most: int | None = None, within: float | None = None
 ) -> list[RayHit]:
-    """Returns the bodies that a ray meets, the nearest first, ties in the order of ``query.slots``; not more
-    than ``most``, and none further than ``within``. The bodies of the hits are slots; the direction's length
-    does not matter, and is not 0. Where axes are periodic ``within`` is needed, and a body is met where the
-    ray first enters one of its images."""
+    """Returns the bodies that a ray meets, as slots, the nearest first, ties as in ``query.slots``; not more
+    than ``most``, and none further than ``within``. The direction is not 0; its length does not matter. Where
+    axes are periodic ``within`` is needed, and a body is met where the ray first enters an image."""
     images: Iterable[tuple[int, int]] = [(0, 0)]
     down = -math.frexp(max(map(abs, direction)))[1]
     u = np.array([math.ldexp(part, down) for part in direction])  # so that no square of it underflows
@@ -240,11 +221,8 @@ def ray(
 
 
 def _entries(corners: Floats, radii: Floats, start: Floats, u: Floats) -> Floats:
-    """Returns after which length a ray enters bodies, (m,), seen from whose places it begins at ``start``;
-    infinite where it does not.
-
-    It enters over a side of the core, or in the disc around a corner: the first of those that it meets.
-    """
+    """Returns after which length a ray enters bodies, (m,), from whose places it begins at ``start``, or inf:
+    over a side of the core, or in the disc around a corner, whichever is first."""
     sides, at = np.roll(corners, -1, axis=1) - corners, start[:, None] - corners
     n, squares, r = float(u @ u), (sides * sides).sum(axis=2), radii[:, None]
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
@@ -264,11 +242,8 @@ def _entries(corners: Floats, radii: Floats, start: Floats, u: Floats) -> Floats
 def _images_near(
     origin: Point, flight: Point, periods: tuple[float, float], radius: float
 ) -> Iterator[tuple[int, int]]:
-    """Yields the images, (m, n), of the box from 0 to a period of which a ray comes as near as ``radius``.
-
-    Column by column, and in each the rows beside that part of the ray which is near it. Along each axis they
-    are near each other within more than all rounding.
-    """
+    """Yields the images, (m, n), of the box from 0 to a period of which a ray comes as near as ``radius``:
+    column by column, the rows beside its part near it, within more than all rounding."""
     near = [
         radius + 2.0**-40 * (abs(at) + abs(way) + period + radius)
         for at, way, period in zip(origin, flight, periods, strict=True)

@@ -7,10 +7,9 @@
     contacts.npy, ...         contacts so far, interactive commands, waiting rows, arrays of the head
     the archive's comment     SHA-256 of the file with 64 zero bytes in the place of this, in hexadecimal
 
-``numpy.load`` reads such a file from any writer. The CRC of each member does not cover names, lengths and
-the directory, so the checksum is over all bytes, and nothing in a file is used before it is verified.
-A file contains no code: it holds numbers, text, and the names of phases, which are those
-that are installed here.
+``numpy.load`` reads such a file from any writer. The CRC of each member does not cover names, lengths and the
+directory, so the checksum is over all bytes, and nothing is used before it is verified. A file contains
+numbers, text and names of phases, and no code.
 """
 
 from __future__ import annotations
@@ -60,15 +59,9 @@ _NOT_SO = (
 Arrays = dict[str, npt.NDArray[Any]]
 
 
-# A snapshot as an archive
-
-
 def pack(snapshot: Snapshot, file: BinaryIO, note: Mapping[str, Any] | None = None) -> None:
-    """Writes a snapshot to a binary file that can be sought in.
-
-    Raises RecordError for values that cannot be written: for example an option of a phase that is no number,
-    text or list.
-    """
+    """Writes a snapshot to a binary file that can be sought in. Raises RecordError for what cannot be
+    written, such as an option of a phase that is no number, text or list."""
     arrays: Arrays = {}
     head = {
         "answer": snapshot.scene.answer,
@@ -198,9 +191,6 @@ def _check_begin(content: bytes, name: str) -> None:
         raise RecordError(f"{name} is no saved simulation: expected a file that Simulation.save has written")
 
 
-# The head
-
-
 _OF_STATE: dict[str, Any] = {
     **dict.fromkeys(("base", "audits"), int),
     **dict.fromkeys(("cpu_seconds", "compile_seconds"), int | float),
@@ -305,17 +295,13 @@ def _check_kinds(content: Mapping[str, Any], arrays: Arrays) -> None:
 
 def _scene(scene: Scene) -> list[Any]:
     """Returns the inputs of a scene. Of its origin it keeps the values that JSON can hold."""
-    arguments = list(scene.__reduce__()[1])
-    return [_sayable(each) if isinstance(each, dict) and each == scene.origin else each for each in arguments]
-
-
-def _sayable(origin: Mapping[str, Any]) -> dict[str, Any]:
-    found = {}
-    for name, value in origin.items():
+    origin: dict[str, Any] = {}
+    for name, value in scene.origin.items():
         with suppress(RecordError):
             to_plain(value, {}, "")
-            found[name] = value
-    return found
+            origin[name] = value
+    inputs = scene.__reduce__()[1]
+    return [origin if isinstance(each, dict) and each == scene.origin else each for each in inputs]
 
 
 def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:
@@ -420,12 +406,8 @@ def from_plain(content: Any, arrays: Arrays) -> Any:
     return _NAMED[kind](*parts)
 
 
-# A file that is complete or absent
-
-
 def check_target(path: str | os.PathLike[str]) -> Path:
-    """Returns the file that a path means, links followed; RecordError if a saved simulation must not be
-    written there, because there is something else."""
+    """Returns the file that a path means, links followed; RecordError where there is something else."""
     name = os.fspath(path)
     if not Path(name).name:
         raise RecordError(f"{name!r} names no file: expected the path of a file")
@@ -450,10 +432,7 @@ def write_whole(
     path: str | os.PathLike[str], snapshot: Snapshot, note: Mapping[str, Any] | None = None
 ) -> None:
     """Writes a snapshot to a file, and replaces a saved simulation. If a signal, a full disk or a kill
-    interrupts it, the old file stays.
-
-    Raises RecordError where it cannot be written.
-    """
+    interrupts it, the old file stays. Raises RecordError where it cannot be written."""
     target = check_target(path)
     try:
         with replacing(target) as file:

@@ -1,9 +1,5 @@
-"""A snapshot: a simulation at one moment, and how a run goes on from it.
-
-It holds the state of the run (``RunState``) and what the simulation adds. To go on, the phases are prepared
-for the bodies of that moment, and their structure is built: in the same program, in another process and under
-another broad phase alike. That cannot change an answer, only take time.
-"""
+"""A snapshot: a simulation at one moment, its state (``RunState``) and what the simulation adds. To go on,
+the phases are prepared for the bodies of that moment, in any process and under any broad phase."""
 
 from __future__ import annotations
 
@@ -90,11 +86,7 @@ def take(
     energy: float,
     observed: Callable[[], Mapping[str, Any] | None],
 ) -> Snapshot:
-    """Returns a snapshot of an engine, between two chunks, and of the further state of its
-    simulation.
-
-    Raises RecordError if it has ended with a fault, so that no run can continue from it.
-    """
+    """Returns a snapshot of an engine between two chunks, and of the rest; RecordError if it has a fault."""
     if engine.broken is not None or engine.fields.fault.code[0] not in (0, JAMMED):
         raise RecordError(
             "this simulation has ended with a fault and cannot go on, so it is not saved: what was saved "
@@ -105,10 +97,7 @@ def take(
 
 def resumed(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engine:
     """Returns an engine that goes on from a snapshot of a scene, under the phases of a composition.
-
-    Raises RecordError for a snapshot of another scene or of other narrow phases, Refused if the broad phase
-    does not accept the bodies.
-    """
+    RecordError for another scene or other narrow phases, Refused if the broad phase refuses the bodies."""
     if scene is not snapshot.scene and scene != snapshot.scene:
         raise RecordError(
             "this snapshot is of another scene: only a simulation of that one can go on from it"
@@ -126,12 +115,9 @@ def resumed(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engin
 
 
 def check_state(state: RunState, scene: Scene) -> None:
-    """Raises ValueError for a state that no run of a scene has.
-
-    The compiled loop reads indices without looking at them, and a checksum detects damage only: so of a state
-    from a file each value is compared with the range of its quantity, and what becomes an index with its
-    table. What is left describes some run. O(n).
-    """
+    """Raises ValueError for a state that no run of a scene has, in O(n). The compiled loop reads indices
+    without looking at them, and a checksum detects damage only: so each value is compared with the range of
+    its quantity, or its table."""
     with np.errstate(all="ignore"):
         for text in chain(_of_ranges(state, scene), _of_plans(state, scene), _of_commands(state, scene)):
             raise ValueError(text)  # the first: what is wrong is no index for the next check

@@ -1,8 +1,6 @@
-"""The player: a run as one page that plays it exactly, moment by moment and event by event.
-
-``recording`` runs and steps a scene and predicts its rows, ``page`` writes the differences as text, with the
-style and the script (``script/``), and ``view`` is the public interface.
-"""
+"""The player: a run as one page that plays it exactly. ``recording`` runs and steps a scene and predicts its
+rows, ``page`` writes the differences as text, with the style and the script (``script/``), and ``view`` is
+the public interface."""
 
 from __future__ import annotations
 

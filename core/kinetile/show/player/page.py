@@ -1,12 +1,9 @@
 """Page that is complete: style, script and recordings; it loads nothing from a network.
 
-The script's files are modules, for readers and tests. In the page they are one module: their
-imports and the word ``export`` are removed, and each follows those that it imports, so no two of
-them may use one name for two things.
-
-Columns are text in a page: the bytes of a column by significance, deflated, in base64. The first bytes of all
-numbers come first, then all second bytes, and so on: neighbours are alike then, and compress. The page
-decodes this with the browser's own ``DecompressionStream`` (``script/run/columns.mjs``).
+The script's files are modules. In the page they are one: imports and the word ``export`` are removed, and
+each follows those that it imports, so no two of them may use one name for two things. Columns are the bytes
+of numbers by significance, deflated, in base64: all first bytes, then all second bytes, and so on compress
+well. The browser's own ``DecompressionStream`` decodes them (``script/run/columns.mjs``).
 """
 
 from __future__ import annotations
@@ -53,11 +50,8 @@ _SECONDS = 30.0
 
 @dataclass(frozen=True)
 class Page:
-    """Contents of a page: recordings of one window of one scene, side by side on one clock.
-
-    ``notes`` are sentences at its head; ``open_at`` is the tick at which it opens, None: its beginning, and
-    ``select`` a body that is selected then, or None.
-    """
+    """Contents of a page: recordings of one window of one scene, side by side, with ``notes`` at the head; it
+    opens at the tick ``open_at`` (None: its beginning), with a body in ``select`` or None."""
 
     scene: Scene
     recordings: Sequence[Recording]
@@ -149,8 +143,7 @@ class Page:
 
 
 def script() -> str:
-    """Returns the page's script: all modules as one, without comments, which are a sixth of it. So no text in
-    it may have two slashes between blanks."""
+    """Returns the script, modules as one, without comments: no text has two slashes between blanks."""
     lines = []
     for name in MODULES:
         for line in filter(None, _asset(f"script/{name}.mjs").splitlines()):
@@ -185,8 +178,7 @@ def _box(scene: Scene, plans: Plans) -> Sequence[float]:
 
 
 def _drawn(shape: Shape) -> dict[str, Any]:
-    """Returns a shape for the page: in words, its outline from the body's position (null of a disc), and the
-    radius that is left for its number there."""
+    """Returns a shape in words, its outline (null of a disc), and the radius left for its number."""
     left, right, down, up = shape.reaches
     words = f"{shape.kind} {left + right!r} x {down + up!r}"
     outline = None if shape.is_disc else outline_of(shape, (0.0, 0.0))

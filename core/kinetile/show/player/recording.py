@@ -1,17 +1,14 @@
 """Recording of a run for a page: all rows of a window of time, and structural events where it was stepped.
 
-A run is made twice. The first time it runs freely, and its rows are recorded: they are the same under every
-broad phase. The second time it is stepped event by event, which costs a hundred times as much, to record
-the structure between the rows; so this is done only for ``MOST_STEPS`` events.
+A run is made twice. The first time it runs freely, and its rows are recorded. The second time it is stepped
+event by event, which costs a hundred times as much, to record the structure between the rows; so only for
+``MOST_STEPS`` events. A page continues from the flight plans at the start of its window from row to row, as a
+run does, and holds only the differences from these, as bits (exclusive or): it is half as large. The same
+prediction is in ``script/rows.mjs``, operation by operation.
 
-A page begins with the flight plans at the start of its window and continues from row to row, as a run does.
-Most of a row follows from the plans before it: a body is at the position of its plan, mostly to the last
-bit. So a page holds only the differences, as bits (exclusive or), and most are zero: the page
-is half as large. The same prediction is in ``script/rows.mjs``, operation by operation.
-
-A shape of the structure moves with its bodies, so it is recorded once for its whole life.
-A new certificate, with another failure time, makes it a new shape. With gravity none is recorded: what is
-fixed in a shape falls with its frame, and between two events a frame may end.
+A shape of the structure moves with its bodies, so it is recorded once for its whole life; another failure
+time makes it a new shape. With gravity none is recorded: what is fixed in a shape falls with its frame, and
+between two events a frame may end.
 """
 
 from __future__ import annotations
@@ -71,13 +68,13 @@ class Steps:
 
 @dataclass(frozen=True)
 class Recording:
-    """A window of a run: plans at its beginning, rows (dtype LOG) in it, and its beginning and end, in
-    ticks since the scene's start.
+    """A window of a run: plans at its beginning, rows (dtype LOG) in it, and its beginning and end, in ticks
+    since the scene's start.
 
-    ``notes`` are sentences for the reader: how it ended, and what is left out; ``drawn_as`` is that of the
-    broad phase's parts, ``skin`` by how much it saw bodies enlarged at the end; ``pairs`` says whether lines
-    between bodies are drawn; ``whole`` is False if the rows after its end were left out; ``passing`` are the
-    passings that last at its beginning: bodies a < b, and the image (m, n) of b.
+    ``notes`` say how it ended, and what is left out; ``drawn_as`` is that of the broad phase's parts,
+    ``skin`` by how much it saw bodies enlarged at the end; ``pairs`` says whether lines between bodies are
+    drawn; ``whole`` is False if the rows after its end were left out; ``passing`` are the passings that last
+    at its beginning: bodies a < b, and the image (m, n) of b.
     """
 
     label: str
@@ -106,12 +103,9 @@ def record(
     beside: bool = False,
 ) -> Recording:
     """Runs a simulation that has not begun, and returns its window from ``begin`` to ``until``, or to a
-    number of contacts; None: as many as fit.
-
-    ``again`` is a second one, to be stepped; None: no stepping. A fault ends the recording with a note.
-    ``pairs``: whether lines between bodies are drawn; None: of up to ``MOST_PAIRED``. ``beside``: whether
-    other phases are shown beside it: steps of what falls are not shown, and only then counted.
-    """
+    number of contacts; None: as many as fit. ``again`` is a second one, to be stepped; None: no stepping. A
+    fault becomes a note. ``pairs``: whether lines between bodies are drawn; None: of up to ``MOST_PAIRED``.
+    ``beside``: whether other phases are shown beside it: steps of what falls are then only counted."""
     clock = Clock(scene.start, scene.time_unit)
     rows = BoundedRows(MOST_ROWS, clock)
     notes: list[str] = []
@@ -294,11 +288,8 @@ def kinds_of(rows: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
 
 
 def residuals(plans: Plans, rows: npt.NDArray[Any], scene: Scene) -> dict[str, npt.NDArray[np.uint64]]:
-    """Returns columns ax .. bvy, (rows,) each: the bits in which a row differs from its prediction.
-
-    A body is at the position of its plan, and has its velocity then; but if two bodies of one mass meet, b
-    gets the momentum that a has lost. Columns without a plan (b of a wall, for example) are 0.
-    """
+    """Returns columns ax .. bvy, (rows,) each: the bits in which a row differs from its prediction: the place
+    and velocity of a body's plan; if two of one mass meet, b gets what a has lost. 0 without a plan."""
     flights = Flights.of(rows)
 
     def before(of_plan: Floats, of_flight: Floats) -> Floats:
@@ -340,11 +331,8 @@ MOST_LOOKS = 4_000_000
 
 
 class StructureLog:
-    """Log of the present shapes after each number of events.
-
-    ``full``: the limit of checked shapes is reached, after ``seen`` events. ``unpaired``: links are left
-    out.
-    """
+    """Log of the present shapes after each number of events: ``full`` where the limit of checked shapes is
+    reached, after ``seen`` events, and ``unpaired`` where links are left out."""
 
     def __init__(self, pairs: bool = True) -> None:
         """Makes a log, without links between bodies unless there are ``pairs``."""

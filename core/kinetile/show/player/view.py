@@ -57,10 +57,7 @@ class View:
         return self.page.html()
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Writes the page to a file, and returns its path.
-
-        Raises BadOption where the file is there already (unless ``overwrite``) or cannot be written.
-        """
+        """Writes the page, returns its path; BadOption where one is (unless ``overwrite``)."""
         content = str(self).encode()
         with writing_new(path, overwrite) as file:
             file.write(content)
@@ -123,7 +120,8 @@ def view_scene(
     labels = [recording.label for recording in recordings]
     clock = Clock(scene.start, scene.time_unit)
     end = min(until, clock.moment(max(recording.end for recording in recordings))[0])
-    title = title or _title(scene, labels, begin, end)
+    phases = " and ".join(labels) if len(labels) < 3 else f"{len(labels)} broad phases"
+    title = title or f"{_name(scene)} under {phases}, time {begin:.6g} to {end:.6g}"
     tick, body, sentences = _parting(recordings)
     if at is not None:
         tick, body = clock.ticks(at), None
@@ -175,8 +173,7 @@ def window(scene: Scene, begin: float | None, until: float | None) -> tuple[floa
 
 
 def view_file(path: str | os.PathLike[str]) -> View:
-    """Returns a view of an event file, up to as many events as a page takes. Raises RecordError as
-    ``Trajectory.read``."""
+    """Returns a view of an event file, as far as a page takes it. RecordError as ``Trajectory.read``."""
     trajectory = Trajectory.read(path)
     scene, end, notes = trajectory.scene, trajectory.end, [_NO_STRUCTURE]
     clock = Clock(scene.start, scene.time_unit)
@@ -208,12 +205,6 @@ def view(
     choice = (simulation.broad_phase, simulation.options)
     narrow_phases = composition_of(simulation).narrow_phases
     return view_scene(scene, [choice], begin=begin, until=until, narrow_phases=narrow_phases, pairs=pairs)
-
-
-def _title(scene: Scene, labels: Sequence[str], begin: float, until: float) -> str:
-    """Returns what a page shows: "grid: 16 discs under sweep-tiling, time 0 to 0.5"."""
-    phases = " and ".join(labels) if len(labels) < 3 else f"{len(labels)} broad phases"
-    return f"{_name(scene)} under {phases}, time {begin:.6g} to {until:.6g}"
 
 
 def _name(scene: Scene) -> str:
