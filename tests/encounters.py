@@ -111,11 +111,6 @@ def true_answer(
     return [touch, touch, part, touch]
 
 
-def true_touch(*row) -> int:
-    """Return what ``first_touch`` must of a row."""
-    return true_answer(*row)[0]
-
-
 def true_reach(far: float, near: float, radius: float, speed: float, tick: float) -> int:
     """Return what ``reaches`` must: rule 6 of the specification."""
     frame = Frame((far, far), 1 - math.frexp(tick)[1] - UNIT_BITS)

@@ -18,11 +18,6 @@ def _some(kind: str) -> tuple[kt.Scene, ...]:
         return thread.submit(lambda: tuple(islice(played(kind), 4 if INTERPRETED else 40))).result()
 
 
-def living_scenes() -> st.SearchStrategy[kt.Scene]:
-    """Return a strategy of bodies of one kind, 2 to 300, in a box or in the open."""
-    return st.deferred(lambda: st.sampled_from(_some("living")))
-
-
 def ruled_scenes() -> st.SearchStrategy[kt.Scene]:
     """Return a strategy of up to seven bodies of three kinds in a box at the start; in half of the scenes
     some pass through all others."""

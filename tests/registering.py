@@ -15,6 +15,7 @@ HOOKS = {
     kt.NarrowPhaseSpec: "kinetile_narrow_phases",
     kt.ResponseSpec: "kinetile_responses",
     kt.ObservableSpec: "kinetile_observables",
+    kt.SceneSpec: "kinetile_scenes",
 }
 
 

@@ -1,7 +1,5 @@
 """Calls and keys that people try first, and names that cannot be used: the rows of ``messages.toml``."""
 
-from __future__ import annotations
-
 import sys
 
 import pytest
@@ -21,7 +19,6 @@ def sim():
 
 
 def without(module, call):
-    """Call what needs a module, where it is not installed."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(sys.modules, module, None)
         call()

@@ -1,8 +1,6 @@
 """Words of other programs, in the place of a key or an argument: each is answered with what is written here,
 or with the reason why it is not modelled."""
 
-from __future__ import annotations
-
 import pytest
 
 import kinetile as kt

@@ -1,7 +1,5 @@
 """``kinetile cache``: what it shows and removes, and what it leaves alone."""
 
-from __future__ import annotations
-
 import os
 import time
 

@@ -1,7 +1,5 @@
 """Commands that cannot be done: one message, exit code 2, and all files as they were."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path
@@ -25,13 +23,11 @@ FILES = {
 
 @pytest.fixture
 def saved():
-    """The checkpoint of a run that has come to time .2."""
     printed("run grid -s bodies=16 -s seed=2 --broad-phase sap-1d --until 0.2 --checkpoint c.kt")
 
 
 @pytest.fixture
 def pipes():
-    """Two pipes with the names of results."""
     if not hasattr(os, "mkfifo"):
         pytest.skip("needs pipes with names")
     os.mkfifo("pipe.parquet")
@@ -49,7 +45,6 @@ def refused_here(line, *_):
 
 
 def without(line):
-    """Run a command where a module is not installed, its first word."""
     module, _, rest = line.partition(" ")
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(sys.modules, module, None)

@@ -1,7 +1,5 @@
 """Results on stdout: tables on terminals of any width, and rows as CSV and JSON."""
 
-from __future__ import annotations
-
 import dataclasses
 import io
 import json

@@ -1,22 +1,22 @@
-"""``kinetile view`` as people meet it: scenes, event files, saved cases; what it refuses."""
-
-from __future__ import annotations
+"""``kinetile view`` and ``kinetile draw``: scenes, event files, saved cases, pictures; what they refuse."""
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 
 import kinetile as kt
 from command_line import kinetile, refused
+from kinetile.show.picture import take_picture
 from kinetile.show.player import view, view_scene
+from kinetile.show.svg import as_svg
 from kinetile_conformance.cases import Subject, save_case
 
 SCENE = "view grid -s bodies=9"
 
 
 def held(path) -> dict:
-    """What a page holds."""
     text = path.read_text(encoding="utf-8")
     return json.loads(re.search(r'<script type="application/json" id="recording">(.*?)</script>', text)[1])
 
@@ -61,10 +61,15 @@ def test_overwrite_replaces_a_page(tmp_path):
     assert held(tmp_path / "there.html")["end"][0] == 0
 
 
-@pytest.mark.small
-def test_a_saved_case_opens_where_the_phase_is_wrong(blind, tmp_path):
+@pytest.fixture
+def scene(blind):
     scene = kt.Scene([[0.3, 0.5], [0.7, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.1, arena=(1.0, 1.0))
-    save_case(scene, tmp_path / "case.toml", "contact 0 is missing", Subject(blind, {}), "same-contacts")
+    save_case(scene, Path("case.toml"), "contact 0 is missing", Subject(blind, {}), "same-contacts")
+    return scene
+
+
+@pytest.mark.small
+def test_a_saved_case_opens_where_the_phase_is_wrong(scene, tmp_path):
     result = kinetile("view case.toml --until 0.15", code=0)
     found = held(tmp_path / "view.html")
     assert [run["label"] for run in found["runs"]] == ["naive", "blind"]
@@ -79,9 +84,7 @@ def test_a_saved_case_opens_where_the_phase_is_wrong(blind, tmp_path):
 
 
 @pytest.mark.small
-def test_a_case_under_a_phase_that_is_right(blind, tmp_path):
-    scene = kt.Scene([[0.3, 0.5], [0.7, 0.5]], [[1.0, 0.0], [-1.0, 0.0]], 0.1, arena=(1.0, 1.0))
-    save_case(scene, tmp_path / "case.toml", "contact 0 is missing", Subject(blind, {}), "same-contacts")
+def test_a_case_under_a_phase_that_is_right(scene, tmp_path):
     result = kinetile("view case.toml --broad-phase sap-1d --until 0.15")
     assert "All 1 events are the same under naive and sap-1d." in result.stderr
     assert held(tmp_path / "view.html")["open"] is None
@@ -98,3 +101,28 @@ def test_a_title_kept_a_raw_escape_and_a_kind_reversed_its_sentence():
     assert r"<title>a\x1b[31m&lt;b&gt;</title>" in page.html()
     assert page.held["kinds"] == [r"one\u202e", r"two\x1b"]
     assert not re.search("[\x1b\u202e]", page.html())
+
+
+DRAWN = "draw random -s bodies=6 -s seed=2"
+
+
+def test_it_writes_the_picture_of_the_moment(tmp_path):
+    out = tmp_path / "a.svg"
+    kinetile(f"{DRAWN} --at 0.3 --broad-phase sap-1d:axis=y --roles bound,axis --out", out, code=0)
+    sim = kt.Simulation(kt.make_scene("random", bodies=6, seed=2), "sap-1d", options={"axis": "y"})
+    sim.run(until=0.3)
+    assert out.read_bytes() == as_svg(take_picture(sim, ["axis", "bound"]))
+
+
+def test_without_a_time_it_is_the_start(tmp_path):
+    out = tmp_path / "a.svg"
+    kinetile(f"{DRAWN} --out", out, code=0)
+    assert "under cells at time 0<" in out.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("option", "lines"), [("", 512), ("--pairs", 1070), ("--no-pairs", 512)])
+def test_the_command_says_that_pairs_are_left_out_and_how_to_draw_them(tmp_path, option, lines):
+    out = tmp_path / "a.svg"
+    result = kinetile(f"draw grid -s bodies=256 --broad-phase sweep-tiling {option} --out", out)
+    assert ("--pairs draws them" in result.stderr) == (option == "")
+    assert out.read_text(encoding="utf-8").count("<line") == lines

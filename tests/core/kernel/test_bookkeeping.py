@@ -1,7 +1,5 @@
 """Rows of events and contacts, room for them, and what follows from each contact: stops, jams, faults."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

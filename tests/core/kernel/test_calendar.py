@@ -67,21 +67,13 @@ def tables(shift: int = 0, bodies: int = BODIES) -> Kernel:
 
 
 def order(entry: tuple[int, int, int]) -> tuple[int, ...]:
-    """Where an entry (body, key, kind) stands in the total order."""
     body, key, kind = entry
     first, second = sorted((body, PARTNERS[body])) if kind == PAIR else (0, 0)
     return (key, kind, first, second, body)
 
 
-def popped(k: Kernel) -> list[int]:
-    found = []
-    while (body := int(pop(k))) >= 0:
-        found.append(body)
-    return found
-
-
 @given(changes, st.integers(0, 55))
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=30)
 def test_entries_leave_in_the_one_total_order(changes, shift):
     k = tables(shift)
     model: dict[int, tuple[int, int, int]] = {}
@@ -97,23 +89,12 @@ def test_entries_leave_in_the_one_total_order(changes, shift):
             if key != NEVER:
                 model[body] = (body, key, kind)
         assert int(k.counts[0].queued) == len(model)
-    assert popped(k) == [body for body, _, _ in sorted(model.values(), key=order)]
+    found = [int(pop(k)) for _ in range(len(model) + 1)]
+    assert found == [*(body for body, _, _ in sorted(model.values(), key=order)), NOBODY]
     assert not k.marks.any()
     rings = np.arange(len(k.links))[BODIES:]
     assert (k.links.next[BODIES:] == rings).all()
     assert (k.links.prev[BODIES:] == rings).all()
-
-
-@given(st.lists(st.tuples(ticks.filter(lambda tick: tick != NEVER), kinds), min_size=2, max_size=2))
-@settings(deadline=None)
-def test_precedence_is_total(entries):
-    k = tables()
-    for body, (key, kind) in enumerate(entries):
-        file(k, body, np.int64(key), kind)
-    assert not calendar.precedes(k, 0, 0)
-    assert bool(calendar.precedes(k, 0, 1)) != bool(calendar.precedes(k, 1, 0))
-    both = [(body, *entry) for body, entry in enumerate(entries)]
-    assert bool(calendar.precedes(k, 0, 1)) == (order(both[0]) < order(both[1]))
 
 
 @given(
@@ -139,20 +120,6 @@ def test_the_longest_queue_is_counted():
     pop(k)
     file(k, 5, np.int64(1), GUESS)
     assert (int(k.counts[0].queued), int(k.counts[0].queue_max)) == (3, 3)
-
-
-def test_every_slice_has_a_mark_of_its_own():
-    """Interpreted, the bits of the upper half of a word once stayed set: 32-bit numbers have none there."""
-    k = tables()
-    for day in (*range(128), 2**40 + 63):
-        file(k, 4, np.int64(day), GUESS)
-        ring = int(calendar.ring_of(k, day))
-        assert int(k.links[ring].next) == int(k.links[ring].prev) == 4
-        marks = [int(word) >> (ring & 63) & 1 for word in k.marks]
-        assert marks == [int(ring >> 6 == word) for word in range(len(k.marks))]
-        assert int(calendar.head(k)) == 4
-        file(k, 4, np.int64(NEVER), GUESS)
-        assert not k.marks.any()
 
 
 def bodies_of(k: Kernel, day: int) -> list[int]:

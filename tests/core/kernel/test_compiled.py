@@ -7,10 +7,12 @@ import enum
 import errno
 import os
 import pickle
+import re
 import shutil
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
@@ -23,7 +25,7 @@ from llvmlite import binding
 import kinetile
 import kinetile_plugins
 from kinetile.kernel import compiled
-from kinetile.kernel.compiled import composer
+from kinetile.kernel.compiled import backend, composer
 from kinetile.kernel.compiled.fingerprint import fingerprint
 
 if not compiled.INTERPRETED:
@@ -231,34 +233,6 @@ def test_each_new_environment_compiled_everything_anew(compiled_once, tmp_path):
     assert written(cache) == files
 
 
-SHAPES = """
-from kinetile import Scene, box
-sim = kt.Simulation(Scene([(1, 1), (4, 1)], [(1, 0), (0, 0)], shape=box(1, 1)), "naive")
-sim.run(4.0)
-assert len(sim.contacts) == 1
-"""
-
-
-@pytest.mark.slow
-@needs_compiler
-def test_a_loop_of_shapes_after_one_of_discs_is_compiled_without_a_warning(tmp_path):
-    """Numba warned that a body of a scene with shapes was taken for one of a scene without."""
-    quiet = "\nimport warnings\nwarnings.simplefilter('error')\n" + SHAPES
-    run_loaded(tmp_path, False, [str(package.parent) for package in PACKAGES], quiet)
-
-
-@pytest.mark.slow
-@needs_compiler
-def test_a_loop_from_the_disk_cache_has_lost_what_it_calls(compiled_once):
-    """It is compiled again, and the loop is not."""
-    cache, printed = compiled_once
-    lost = [path for path in written(cache) if "look_closer" in path.name]
-    assert lost
-    for path in lost:
-        path.unlink()
-    assert run_loaded(cache, True, [str(package.parent) for package in PACKAGES]) == printed
-
-
 def one_more(x: float) -> int:
     return int(x) + 1
 
@@ -438,3 +412,21 @@ def test_a_cache_that_cannot_be_written_is_done_without(folder, monkeypatch):
     assert composed_again()(41.5) == 42
     monkeypatch.setattr(Path, "mkdir", full)
     assert composed_again()(41.5) == 42
+
+
+def test_the_versions_of_numba_are_those_of_the_package():
+    project = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text())["project"]
+    assert f"numba{backend.VERSIONS}" in project["dependencies"]
+    low, below = (tuple(map(int, each)) for each in re.findall(r"(\d+)\.(\d+)", backend.VERSIONS))
+    assert low <= tuple(map(int, backend.numba.__version__.split(".")[:2])) < below
+
+
+@pytest.mark.parametrize("part", backend.MEMBERS)
+def test_a_member_that_a_later_numba_has_not_is_named_in_one_sentence(monkeypatch, part):
+    """Each part: a class, of which some attributes are set in its methods alone, or a module."""
+    backend.check()
+    monkeypatch.setitem(backend.MEMBERS, part, f"{backend.MEMBERS[part]} _of_another_version")
+    with pytest.raises(ImportError, match=r"_of_another_version; install numba>=[\d.]+,<[\d.]+$") as error:
+        backend.check()
+    assert "\n" not in str(error.value)
+    assert f"{part.__name__} has no " in str(error.value)

@@ -12,7 +12,6 @@ from kinetile.kernel.images import remainder, turns_of
 
 @compiled
 def wrap_all(table, found):
-    """Write the remainder of each row, a place and a period, and how many periods are taken off."""
     for i in range(len(table)):
         times = turns_of(table[i, 0], table[i, 1])
         found[i, 0] = remainder(table[i, 0], table[i, 1], times)
@@ -23,7 +22,8 @@ def test_wrapping_is_the_remainder_of_ieee_754():
     rng = random.Random(1)
     drawn = []
     for _ in range(4000):
-        period = rng.choice((1.0, 3.0, rng.uniform(1e-3, 1e3), 2.0 ** rng.randrange(-40, 40)))
+        size = rng.choice((rng.uniform(1e-3, 1e3), 2.0 ** rng.randrange(-40, 40)))
+        period = rng.choice((1.0, 3.0, 0.1, 1e200, 2.0**-190, size, size))
         near = rng.randrange(-9, 10) / 2 * period
         place = rng.choice(
             (near, math.nextafter(near, math.inf), near + rng.uniform(-1, 1) * period, near * 1e6)

@@ -22,10 +22,6 @@ def tables(capacity=CAPACITY):
     return k
 
 
-def listed(k, body):
-    return k.near[: pairs_of(k, body)].tolist()
-
-
 @given(steps)
 @settings(deadline=None, max_examples=25)
 def test_pairs_are_a_multiset(steps):
@@ -50,7 +46,7 @@ def test_pairs_are_a_multiset(steps):
     assert int(k.clock[0].lists.pairs) == len(live)
     for body in range(BODIES):
         partners = [b if a == body else a for a, b in live if body in (a, b)]
-        assert sorted(listed(k, body)) == sorted(partners)
+        assert sorted(k.near[: pairs_of(k, body)].tolist()) == sorted(partners)
     assert k.clock[0].fault.code == 0
     free, at = 0, int(k.clock[0].lists.free)
     while at >= 0:

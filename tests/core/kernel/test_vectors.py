@@ -79,7 +79,7 @@ def of_doubles(one: Any, two: Any, numbers: Any, floats: Any, truths: Any) -> tu
 
 
 @given(eight, eight, arrays.arrays(np.int32, LANES, elements=st.integers(0, LANES - 1)))
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=30)
 def test_eight_doubles(one, two, picked):
     """Comparisons with what is not a number are false."""
     floats, truths = np.zeros((10, LANES)), np.zeros((6, LANES), dtype=np.bool_)
@@ -111,7 +111,7 @@ def of_wholes(one: Any, two: Any, out: Any) -> None:
 
 
 @given(wholes, wholes)
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=40)
 def test_eight_whole_numbers(one, two):
     out = np.zeros((8, LANES), dtype=np.int32)
     of_wholes(one, two, out)
@@ -151,7 +151,7 @@ def blocks(table: Any, first: int, end: int, filler: int, out: Any) -> None:
 
 
 @given(st.integers(0, 20), st.integers(0, 20), st.integers(-2, 2**31 - 1))
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=40)
 def test_eight_numbers_are_written_and_read(first, end, filler):
     table = np.arange(100, 100 + 20 + LANES, dtype=np.int32)
     expected = table.copy()
@@ -193,7 +193,7 @@ delays = arrays.arrays(
 
 
 @given(delays, st.integers(0, 7).map(lambda block: LANES * block))
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=60)
 def test_a_number_in_the_last_bits_makes_a_delay_less_and_by_next_to_nothing(values, first):
     """The order of delays that differ by more stays, and an infinite one is the largest."""
     out, places = np.zeros(LANES), np.zeros(LANES, dtype=np.int64)
@@ -235,7 +235,7 @@ def write(table: Any, which: int, x: float, y: float, vx: float, vy: float) -> N
     arrays.arrays(np.int64, 12, elements=tick),
     arrays.arrays(np.int32, LANES, elements=st.integers(0, 11)),
 )
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=40)
 def test_places_and_flight_plans_are_those_of_the_tables(values, ticks, which):
     places, bodies = record_table(PLACE, 12), record_table(BODY, 12)
     for at, row in enumerate(values[:, :4].tolist()):
@@ -273,7 +273,7 @@ factors = arrays.arrays(np.float64, LANES, elements=finite | ordinary)
 
 
 @given(factors, factors)
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=60)
 def test_the_error_of_a_product_is_the_exact_one_rounded(one, two):
     """Also where it is below the smallest double, or a product of halves would be beyond the largest."""
     out = np.zeros(LANES)

@@ -1,7 +1,5 @@
 """The registry of names: what plugins of this process bring, and what they can do wrong."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -25,41 +23,17 @@ def recipe() -> Any:
     """Stand for a recipe."""
 
 
-def bringing(*specs: Any, returned: Any = None) -> SimpleNamespace:
-    """Return a plugin whose hook for broad phases returns these specs, or exactly ``returned``."""
-
-    @hookimpl
-    def kinetile_broad_phases() -> Any:
-        return list(specs) if returned is None else returned
-
-    return SimpleNamespace(kinetile_broad_phases=kinetile_broad_phases)
-
-
-# Names
-
-
-def test_an_empty_registry_holds_nothing() -> None:
-    registry = Registry(plugins=())
-    assert list(registry) == []
-    assert registry.failures == ()
-    assert registry.as_dicts() == {"provided": [], "failures": []}
+def bringing(*specs: Any, returned: Any = None, **more: list[Any]) -> SimpleNamespace:
+    given = {"broad_phases": list(specs) if returned is None else returned, **more}
+    hooks = {f"kinetile_{what}": hookimpl(lambda each=each: each) for what, each in given.items()}
+    return SimpleNamespace(**hooks)
 
 
 def test_a_class_a_function_or_a_string_may_be_the_target() -> None:
-    class Plugin:
-        @hookimpl
-        def kinetile_broad_phases(self) -> list[BroadPhaseSpec]:
-            return [BroadPhaseSpec("stripes", Stripes, aliases=("bands",))]
-
-        @hookimpl
-        def kinetile_narrow_phases(self) -> list[NarrowPhaseSpec]:
-            return [NarrowPhaseSpec("capsule", "collections:OrderedDict", role="pair")]
-
-        @hookimpl
-        def kinetile_scenes(self) -> list[SceneSpec]:
-            return [SceneSpec("empty", recipe), SceneSpec("nested", "pathlib:Path.cwd")]
-
-    registry = Registry([Plugin()])
+    scenes = [SceneSpec("empty", recipe), SceneSpec("nested", "pathlib:Path.cwd")]
+    narrow = [NarrowPhaseSpec("capsule", "collections:OrderedDict", role="pair")]
+    broad = BroadPhaseSpec("stripes", Stripes, aliases=("bands",))
+    registry = Registry([bringing(broad, narrow_phases=narrow, scenes=scenes)])
     assert registry.target("broad phase", "stripes") is Stripes
     assert registry.target("broad phase", "bands") is Stripes
     assert registry.target("narrow phase", "capsule").__name__ == "OrderedDict"
@@ -68,14 +42,12 @@ def test_a_class_a_function_or_a_string_may_be_the_target() -> None:
     assert registry.names("scene") == ("empty", "nested")
     assert registry.spec("broad phase", "bands").name == "stripes"
     assert {(p.kind, p.plugin, p.distribution, p.version) for p in registry} == {
-        (kind, "Plugin", None, None) for kind in ("broad phase", "narrow phase", "scene")
+        (kind, "SimpleNamespace", None, None) for kind in ("broad phase", "narrow phase", "scene")
     }
 
 
 def test_one_name_may_stand_for_a_phase_and_for_a_scene() -> None:
-    plugin = bringing(BroadPhaseSpec("grid", Stripes))
-    plugin.kinetile_scenes = hookimpl(specname="kinetile_scenes")(lambda: [SceneSpec("grid", recipe)])
-    registry = Registry([plugin])
+    registry = Registry([bringing(BroadPhaseSpec("grid", Stripes), scenes=[SceneSpec("grid", recipe)])])
     assert registry.target("broad phase", "grid") is Stripes
     assert registry.target("scene", "grid") is recipe
 
@@ -124,9 +96,6 @@ def test_the_kits_own_reference_was_among_the_names_that_an_error_lists() -> Non
     assert (caught.value.suggestion, caught.value.available) == ("stripes", ("stripes",))
 
 
-# What a plugin of this process can do wrong
-
-
 def test_a_plugin_brings_everything_or_nothing() -> None:
     registry = Registry([bringing(BroadPhaseSpec("stripes", Stripes))])
     rival = bringing(BroadPhaseSpec("fresh", Stripes), BroadPhaseSpec("stripes", Stripes))
@@ -138,12 +107,10 @@ def test_a_plugin_brings_everything_or_nothing() -> None:
 
 
 def hook(function: Callable[..., Any], name: str = "kinetile_broad_phases") -> object:
-    """Return a plugin with this hook."""
     return SimpleNamespace(**{name: function})
 
 
 def unadded(plugin: object) -> None:
-    """Add a plugin that cannot be added, beside one that can."""
     registry = Registry()
     try:
         registry.add(plugin)
@@ -152,10 +119,8 @@ def unadded(plugin: object) -> None:
 
 
 def selected(kind: Any, target: str) -> None:
-    """Select a phase or a scene of a plugin that has this target for both."""
-    plugin = bringing(BroadPhaseSpec("stripes", target))
-    plugin.kinetile_scenes = hookimpl(specname="kinetile_scenes")(lambda: [SceneSpec("stripes", target)])
-    registry = Registry([plugin])
+    scenes = [SceneSpec("stripes", target)]
+    registry = Registry([bringing(BroadPhaseSpec("stripes", target), scenes=scenes)])
     assert registry.names(kind) == ("stripes",)
     registry.target(kind, "stripes")
 
@@ -185,9 +150,6 @@ def test_what_was_added_can_be_removed() -> None:
     assert list(registry) == []
 
 
-# Installed plugins
-
-
 def interrupted() -> object:
     raise KeyboardInterrupt
 
@@ -206,7 +168,6 @@ def test_an_interrupt_is_no_failure(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def discovered(load: Callable[[], object], monkeypatch: pytest.MonkeyPatch) -> Registry:
-    """Return a registry in a world where one plugin is installed."""
     one = registry_module.Installed("broken:plugin", "broken", "1.0", load)
     monkeypatch.setattr(registry_module, "installed", lambda: [one])
     registry = Registry()

@@ -37,7 +37,6 @@ class Log:
         self.content = path.read_bytes()
 
     def up_to(self, place: int) -> bytes:
-        """The rows of the batches that end at or before a place."""
         return self.rows[sum(end <= place for end in self.ends) - 1]
 
 
@@ -48,8 +47,6 @@ def log(tmp_path_factory):
 
 @pytest.fixture
 def read(tmp_path):
-    """Read bytes as a log; return its rows, and what is left over."""
-
     def read(content: bytes) -> tuple[bytes, int]:
         path = tmp_path / "read"
         path.write_bytes(content)
@@ -68,12 +65,6 @@ def test_what_was_written_is_read(log, read, tmp_path):
         assert (found.scene, found.text) == ("the scene", "")
         for number, (size, batch) in enumerate(zip(SIZES, found, strict=True)):
             assert (json.loads(found.text), len(batch), batch.dtype) == ({"number": number}, size, kt.LOG)
-
-
-def test_a_log_torn_at_each_byte_of_its_last_batch(log, read):
-    before, end = log.ends[-2:]
-    for cut in range(before, end):
-        assert read(log.content[:cut]) == (log.rows[-2], cut - before)
 
 
 @MANY

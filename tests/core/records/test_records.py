@@ -9,7 +9,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import RecordError
-from kinetile.records import EventRecorder, read_events, recover
+from kinetile.records import EventRecorder, read_events
 from kinetile.records import events as records
 from kinetile.scene.files import loads_scene
 
@@ -31,7 +31,6 @@ def full(self, *parts):
 
 
 def rows(count: int, seed: int = 0) -> np.ndarray:
-    """Return made-up log rows: increasing times, NaN where there is no second body, and a negative zero."""
     random = np.random.default_rng(seed)
     made = np.zeros(count, kt.LOG)
     made["tick"] = np.sort(random.integers(0, 2**52, count)) + seed
@@ -48,7 +47,7 @@ def rows(count: int, seed: int = 0) -> np.ndarray:
 
 def test_every_bit_comes_back(tmp_path):
     path = tmp_path / "events.parquet"
-    parts = [rows(10, 0), rows(0), rows(300_000, 1), rows(7, 2)]
+    parts = [rows(10, 0), rows(0), rows(150_000, 1), rows(7, 2)]
     with EventRecorder(path, scene(), {"broad_phase": "naive", "seed": 3}) as recorder:
         for part in parts:
             recorder(part)
@@ -58,19 +57,9 @@ def test_every_bit_comes_back(tmp_path):
     assert found.tobytes() == np.concatenate(parts).tobytes()
     assert loads_scene(metadata["scene"]) == scene()
     assert metadata["status"] == "complete"
-    assert (metadata["rows"], metadata["start"], metadata["time_unit"]) == (300_017, 2.5, 1.0)
+    assert (metadata["rows"], metadata["start"], metadata["time_unit"]) == (150_017, 2.5, 1.0)
     assert (metadata["broad_phase"], metadata["seed"], metadata["note"]) == ("naive", 3, "abc")
     assert set(metadata["versions"]) == {"python", "kinetile", "numpy", "numba"}
-
-
-def test_the_recipe_and_its_parameters_are_in_the_metadata(tmp_path):
-    made = kt.make_scene("grid", bodies=4, seed=11)
-    with EventRecorder(tmp_path / "e.parquet", made):
-        pass
-    found = read_events(tmp_path / "e.parquet")
-    assert len(found.rows) == 0
-    assert found.metadata["recipe"] == "grid"
-    assert found.metadata["parameters"]["seed"] == 11
 
 
 def test_any_parquet_reader_finds_plain_columns(tmp_path):
@@ -130,20 +119,6 @@ def test_ctrl_c_within_a_write_waits_until_the_write_is_done(tmp_path, monkeypat
     assert (len(found), metadata["status"]) == (50, "interrupted")
 
 
-def test_after_the_disk_was_full_nothing_more_is_taken(tmp_path, monkeypatch):
-    monkeypatch.setattr(records, "_ROWS_A_BATCH", 1000)
-    path = tmp_path / "e.parquet"
-
-    with EventRecorder(path, scene()) as recorder:
-        recorder(rows(1000))
-        monkeypatch.setattr(recorder._log, "write", full)
-        with pytest.raises(RecordError, match="No space left on device; it holds the first 1000 events"):
-            recorder(rows(1000, 1))
-        with pytest.raises(RecordError, match="first 1000 events"):
-            recorder(rows(1000, 2))
-    assert len(read_events(path).rows) == 1000
-
-
 def test_a_disk_that_fills_at_the_very_end_is_told_by_close(tmp_path, monkeypatch):
     with EventRecorder(tmp_path / "e.parquet", scene()) as recorder:
         recorder(rows(10))
@@ -154,7 +129,6 @@ def test_a_disk_that_fills_at_the_very_end_is_told_by_close(tmp_path, monkeypatc
 
 
 def refused(said: str, path) -> None:
-    """Open a recorder that cannot be opened."""
     with pytest.raises(RecordError, match=said), EventRecorder(path, scene()):
         pass
 
@@ -162,18 +136,6 @@ def refused(said: str, path) -> None:
 @pytest.mark.parametrize(("name", "said"), [("missing/e.parquet", "No such file"), (".", "Is a directory")])
 def test_a_path_that_cannot_be_written_is_told_before_anything_runs(tmp_path, name, said):
     refused(said, tmp_path / name)
-
-
-def test_a_name_that_is_taken_meanwhile_loses_nothing(tmp_path):
-    path = tmp_path / "e.parquet"
-    with EventRecorder(path, scene()) as recorder:
-        recorder(rows(5))
-        path.mkdir()
-        with pytest.raises(RecordError, match="the events are in"):
-            recorder.close()
-    assert recorder.status.startswith("unfinished: ")
-    recover(recorder.partial, tmp_path / "another.parquet")
-    assert read_events(tmp_path / "another.parquet").metadata["status"] == "complete"
 
 
 def test_no_room_for_even_an_empty_file_leaves_nothing(tmp_path, monkeypatch):

@@ -13,12 +13,12 @@ from player_pages import SCENES, record
 pytest.importorskip("pyarrow")
 
 
-@pytest.mark.parametrize("name", first(2, [name for name, scene in SCENES.items() if not scene.falls]))
+@pytest.mark.parametrize("name", first(1, [name for name, scene in SCENES.items() if not scene.falls]))
 def test_positions_and_velocities_are_those_of_the_run(name):
     scene = SCENES[name]
-    trajectory = Trajectory(record(kt.Simulation(scene, "naive"), scene.start + 3.0), scene)
+    trajectory = Trajectory(record(kt.Simulation(scene, "naive"), scene.start + 1.5), scene)
     again = kt.Simulation(scene, "naive")
-    for time in np.array([0.0, 2.0**-10, 0.3, 0.5, 1.0, 2.718, 3.0]) + scene.start:
+    for time in np.array([0.0, 2.0**-10, 0.3, 0.5, 1.0, 1.359, 1.5]) + scene.start:
         again.run(time)
         assert trajectory.positions(time).tobytes() == again.positions().tobytes()
         assert trajectory.velocities(time).tobytes() == again.velocities().tobytes()
@@ -31,9 +31,9 @@ def test_places_without_periods_are_those_of_the_run(axes):
     place = made.position + away * (np.arange(9) % 3 == 0)[:, None]
     back = kt.Insert(0.25, tuple(place[3] - 3.0 * away), (-9.0, 2.0), 1e-4)
     scene = made.replace(position=place, commands=[kt.Remove(3, 0.2), back])
-    trajectory = Trajectory(record(kt.Simulation(scene, "naive"), 3.0), scene)
+    trajectory = Trajectory(record(kt.Simulation(scene, "naive"), 1.0), scene)
     again = kt.Simulation(scene, "naive")
-    for time in (0.0, 0.1, 0.25, 0.5, 3.0):
+    for time in (0.0, 0.1, 0.25, 0.5, 1.0):
         again.run(time)
         assert trajectory.unwrapped(time).tobytes() == again.unwrapped().tobytes()
 
@@ -62,28 +62,6 @@ def test_a_scene_without_events_or_bodies():
     assert positions_at(np.zeros(0, kt.LOG), alone, 3.0).tolist() == [[2.5, 2.0]]
 
 
-def test_a_file_is_enough(tmp_path):
-    scene = SCENES["late start and turns"]
-    sim = kt.Simulation(scene, "naive")
-    path = tmp_path / "e.parquet"
-    with kt.EventRecorder(path, scene) as recorder:
-        sim.run(scene.start + 2.0, recorder=recorder)
-    assert positions_at(path, None, sim.time).tobytes() == sim.positions().tobytes()
-    assert positions_at(str(path), scene, sim.time).tobytes() == sim.positions().tobytes()
-
-
-def test_a_file_of_the_second_run_alone_is_no_trajectory(tmp_path):
-    scene = SCENES["grid"]
-    sim = kt.Simulation(scene, "naive")
-    sim.run(0.5)
-    assert len(sim.contacts)
-    path = tmp_path / "e.parquet"
-    with kt.EventRecorder(path, scene) as recorder:
-        sim.run(1.0, recorder=recorder)
-    with pytest.raises(RecordError, match="is no whole trajectory: "):
-        Trajectory.read(path)
-
-
 def test_a_file_that_says_what_it_misses_is_no_trajectory(tmp_path):
     scene = SCENES["grid"]
     path = tmp_path / "e.parquet"
@@ -93,14 +71,6 @@ def test_a_file_that_says_what_it_misses_is_no_trajectory(tmp_path):
     for read in (Trajectory.read, lambda path: positions_at(path, scene, 1.0)):
         with pytest.raises(RecordError, match="12 events of the run were not given to its recorder"):
             read(path)
-
-
-def test_rows_of_another_scene_are_no_trajectory(tmp_path):
-    path = tmp_path / "e.parquet"
-    with kt.EventRecorder(path, kt.make_scene("grid", bodies=25, density=0.5, seed=4)) as recorder:
-        recorder(record(kt.Simulation(SCENES["grid"], "naive"), 1.0))
-    with pytest.raises(RecordError, match="in row 0, body"):
-        Trajectory.read(path)
 
 
 NO_ROWS, PLANE = np.zeros(0, kt.LOG), SCENES["no walls"]

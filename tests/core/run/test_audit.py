@@ -73,7 +73,7 @@ def first(found: Engine) -> int:
     return int(np.argmin(found.k.queue.key))
 
 
-@pytest.mark.parametrize("phase", lanes.BUILT_IN)
+@pytest.mark.parametrize("phase", lanes.first(3, lanes.BUILT_IN))
 @pytest.mark.parametrize("seed", lanes.first(1, range(4)))
 def test_between_any_two_events_everything_holds(seed, phase):
     """Structural failures of the very tick included, and guesses that ran ahead of the clock."""
@@ -102,20 +102,7 @@ def test_an_audit_after_the_calendar_was_given_other_slices_found_it_unfiled():
     assert engine.k.clock[0].calendar.filed
 
 
-@pytest.mark.parametrize("phase", lanes.BUILT_IN)
-def test_after_shifts_of_the_clock_everything_holds(phase):
-    scene = kt.Scene(
-        [[0.5, 0.5], [0.25, 0.125]], [[1e-4, 0.0], [0.0, 2e-4]], [0.0625, 0.05], arena=(1.0, 1.0)
-    )
-    sim = kt.Simulation(scene, phase)
-    for until in (500.0, 1100.0, 1700.0, 2500.0, 9000.0):
-        sim.run(until=until)
-        sim.audit()
-    assert sim.readings.contacts_wall > 1
-
-
 def filed(k: Kernel) -> int:
-    """Return a slice of the calendar in which bodies stand."""
     return int(np.flatnonzero(k.links.next[len(k.bodies) :] < len(k.bodies))[0])
 
 
@@ -174,9 +161,6 @@ def test_a_ring_out_of_order():
         found.audit()
 
 
-# The pair set
-
-
 @pytest.mark.interpreted
 def test_two_bodies_that_touch_and_are_no_candidates():
     position = [[0.25, 0.5], [0.5, 0.5]]
@@ -208,7 +192,6 @@ def forget_a_wall(found: Engine) -> None:
 
 
 def forget(found: Engine, body: int) -> None:
-    """Let a body know nothing of contacts."""
     entry = found.k.queue[body]
     entry.tick = entry.guard = NEVER
     entry.partner = NOBODY

@@ -17,7 +17,6 @@ SCENE = kt.Scene([(0.2, 0.2), (0.5, 0.5), (0.8, 0.8)], [(0.0, 0.0)] * 3, 0.05, a
 
 @pytest.fixture
 def drawing_of():
-    """Make a simulation under a phase that draws so."""
     with ExitStack() as stack:
 
         def simulation(draw):

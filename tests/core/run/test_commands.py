@@ -2,29 +2,24 @@
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 
 import kinetile as kt
 from agreement import lattice_scene
 from kinetile.errors import Refused
-from kinetile.run.compose import accepting
-from lanes import BUILT_IN, examples, first
-from played_scenes import living_scenes
+from lanes import BUILT_IN, first
 
 LIVING = BUILT_IN[1:]
 SCENES = Path(__file__).parents[2] / "scenes"
 
 
 def box(**more) -> kt.Scene:
-    """Return two discs in a box, far apart and at rest."""
     return kt.Scene([[1.0, 1.0], [3.0, 3.0]], [[0.0, 0.0], [0.0, 0.0]], 0.25, 1.0, (4.0, 4.0), **more)
 
 
-@pytest.mark.parametrize("phase", BUILT_IN)
+@pytest.mark.parametrize("phase", first(3, BUILT_IN))
 def test_a_body_comes_meets_and_goes(phase):
     sim = kt.Simulation(box(), phase)
     sim.run(until=0.5)
@@ -56,7 +51,7 @@ def test_what_commands_add_to_the_energy_is_no_drift():
         assert sim.readings.energy_drift == 0.0
 
 
-@pytest.mark.parametrize("seed", [0, 1, 4])
+@pytest.mark.parametrize("seed", first(1, [1, 0, 4]))
 def test_what_awaits_a_removed_body_is_filed_anew(seed):
     """In lattices, where contacts of one tick are filed in the order of the bodies' numbers."""
     sim = kt.Simulation(lattice_scene(seed), "cells", live=True)
@@ -66,33 +61,20 @@ def test_what_awaits_a_removed_body_is_filed_anew(seed):
         sim.audit()
 
 
-@pytest.mark.parametrize("phase", BUILT_IN)
+@pytest.mark.parametrize("phase", first(2, BUILT_IN))
 def test_a_number_is_never_used_twice_and_a_slot_is(phase):
     sim = kt.Simulation(box(), phase, live=True)
     numbers = []
-    for _ in range(200):
+    for _ in range(70):
         numbers.append(sim.insert((2.0, 2.0), (0.0, 0.0), 0.25))
         sim.remove(numbers[-1])
-    assert numbers == list(range(2, 202))
+    assert numbers == list(range(2, 72))
     assert len(sim.tables.bodies) <= 64
-    for number in (2, 201):
+    for number in (2, 71):
         with pytest.raises(IndexError, match=f"no body {number} now: it has gone"):
             sim.set_velocity(number, (1.0, 0.0))
         with pytest.raises(IndexError, match="it has gone"):
             sim.remove(number)
-
-
-@pytest.mark.parametrize("phase", first(1, (*LIVING, "naive")))
-def test_more_come_than_there_was_room_for(phase):
-    sim = kt.Simulation(box(), phase)
-    for at in range(80):
-        sim.insert((0.04 * (at + 1), 0.1), (0.0, 0.0), 0.01)
-    assert len(sim.bodies) == 82
-    sim.audit()
-    sim.set_velocities(sim.bodies[2:], (1.0, 0.5))
-    sim.run(until=1.0)
-    sim.audit()
-    assert len(sim.contacts) > 0
 
 
 def test_who_touches_has_room():
@@ -104,23 +86,7 @@ def test_who_touches_has_room():
     assert len(sim.contacts) == 0
 
 
-def test_many_turn_at_once():
-    scene = kt.make_scene("grid", bodies=16, density=0.2, seed=4)
-    one, other = kt.Simulation(scene, "cells"), kt.Simulation(scene, "sweep-tiling")
-    flies = np.random.default_rng(1).normal(size=(5, 2))
-    for sim in (one, other):
-        sim.run(until=0.5)
-    one.set_velocities([3, 1, 4, 15, 9], flies)
-    for body, velocity in zip([3, 1, 4, 15, 9], flies.tolist(), strict=True):
-        other.set_velocity(body, velocity)
-    for sim in (one, other):
-        sim.run(until=1.5)
-    assert one.fingerprint == other.fingerprint
-    assert (one.positions() == other.positions()).all()
-    one.set_velocities([], (1.0, 0.0))
-
-
-@pytest.mark.parametrize("phase", BUILT_IN)
+@pytest.mark.parametrize("phase", first(2, BUILT_IN))
 def test_commands_of_a_scene_are_carried_out_at_their_times(phase):
     commands = [
         kt.Insert(0.5, (2.0, 1.0), (-1.0, 0.0), 0.25),
@@ -142,7 +108,7 @@ def test_commands_of_a_scene_are_carried_out_at_their_times(phase):
     assert sim.bodies.tolist() == [0, 2, 3]
 
 
-@pytest.mark.parametrize("phase", BUILT_IN)
+@pytest.mark.parametrize("phase", first(2, BUILT_IN))
 def test_a_scheduled_body_without_room_ends_the_run_until_there_is_room(phase):
     scene = box(commands=[kt.Insert(0.5, (1.25, 1.0), (0.0, 0.0), 0.25)])
     sim = kt.Simulation(scene, phase)
@@ -165,7 +131,7 @@ def test_a_scheduled_body_without_room_ends_the_run_until_there_is_room(phase):
     assert again.fingerprint == sim.fingerprint
 
 
-@pytest.mark.parametrize("phase", BUILT_IN)
+@pytest.mark.parametrize("phase", first(2, BUILT_IN))
 def test_an_insertion_without_room_stopped_at_the_last_event_before_it(phase):
     sim = kt.Simulation(kt.load_scene(SCENES / "insertion-without-room.toml"), phase)
     with pytest.raises(Refused, match=r"at time 6\.625 there is no room for body 18"):
@@ -182,11 +148,11 @@ def test_who_goes_takes_its_schedule_along():
     assert (sim.readings.turns, sim.readings.removed) == (1, 1)
 
 
-@pytest.mark.parametrize("phase", BUILT_IN)
+@pytest.mark.parametrize("phase", first(2, BUILT_IN))
 def test_what_was_done_by_hand_is_a_scene_with_the_same_contacts(phase):
     sim = kt.Simulation(kt.make_scene("grid", bodies=9, density=0.3, seed=2), phase)
     random = np.random.default_rng(3)
-    for _ in range(12):
+    for _ in range(8):
         sim.run(until=sim.time + 0.3, max_contacts=3)  # stops among contacts of one tick as well
         try:
             sim.insert(random.uniform(0.1, 0.9, 2), random.normal(size=2), 0.03, mass=2.0)
@@ -202,53 +168,6 @@ def test_what_was_done_by_hand_is_a_scene_with_the_same_contacts(phase):
         assert (again.positions() == sim.positions()).all()
 
 
-def test_a_command_between_two_contacts_of_one_tick_comes_there_again():
-    """Five discs meet four others at one tick; after two of the contacts a body goes."""
-    x = np.arange(8.0)
-    place = np.column_stack([np.repeat(x, 2) + 0.5, np.tile([0.5, 2.5], 8)])
-    flies = np.column_stack([np.zeros(16), np.tile([1.0, -1.0], 8)])
-    sim = kt.Simulation(kt.Scene(place, flies, 0.25, 1.0, (8.0, 3.0)), "cells")
-    sim.run(max_contacts=2)
-    assert sim.contacts["b"].tolist() == [1, 3]
-    sim.remove(9)
-    sim.run(until=1.0)
-    assert sim.contacts["b"].tolist() == [1, 3, 5, 7, 11, 13, 15]
-    (command,) = sim.recorded().commands
-    assert command.at is not None
-    assert command.at[2] == 2
-    again = kt.Simulation(sim.recorded(), "sweep-tiling")
-    again.run(until=1.0)
-    assert again.fingerprint == sim.fingerprint
-
-
-@pytest.mark.parametrize("phase", LIVING)
-def test_a_body_of_another_mass_in_a_slot_that_was_left(phase):
-    """All had one mass, and the loop was one for equal masses."""
-    ends = []
-    for name in (phase, "naive"):
-        sim = kt.Simulation(box(), name)
-        sim.remove(1)
-        sim.insert((2.0, 1.0), (-1.0, 0.0), 0.25, mass=3.0)
-        sim.run(until=0.75)
-        ends.append(sim.velocities().tolist())
-    assert ends[0] == ends[1]
-    assert ends[0] == [[-1.5, 0.0], [-0.5, 0.0]]
-
-
-@pytest.mark.slow
-@settings(max_examples=examples(15), deadline=None)
-@given(living_scenes())
-def test_all_phases_agree_while_bodies_come_and_go(scene):
-    expected = None
-    for phase in BUILT_IN if scene.arena is not None else BUILT_IN[:-1]:  # power, the last, needs an arena
-        sim = kt.Simulation(scene, phase, audit=5)
-        sim.run(until=scene.start + 4.0, max_contacts=60)
-        places = sim.positions().tobytes(), sim.velocities().tobytes()
-        found = (sim.fingerprint, sim.exact_time, sim.bodies.tolist(), *places)
-        assert expected is None or found == expected, phase
-        expected = found
-
-
 @pytest.mark.parametrize(("room", "slots"), [(None, 64), (0, 2), (2, 2), (3, 3)])
 def test_there_is_room_for_as_many_as_are_asked_for_and_then_for_more(room, slots):
     sim, usual = (kt.Simulation(box(), "sap-1d", live=True, room=each) for each in (room, None))
@@ -261,7 +180,7 @@ def test_there_is_room_for_as_many_as_are_asked_for_and_then_for_more(room, slot
     assert sim.fingerprint == usual.fingerprint
 
 
-@pytest.mark.parametrize("phase", LIVING)
+@pytest.mark.parametrize("phase", first(2, LIVING))
 def test_where_a_run_stopped_before_an_insertion_that_needs_room_leaves_no_trace(phase):
     """Cells were those of places at the last stop."""
     row = [[0.25 + each / 2, 3.0] for each in range(5)]
@@ -274,7 +193,7 @@ def test_where_a_run_stopped_before_an_insertion_that_needs_room_leaves_no_trace
     assert stopped.drawing() == unstopped.drawing()
 
 
-@pytest.mark.parametrize("phase", LIVING)
+@pytest.mark.parametrize("phase", first(2, LIVING))
 def test_when_bodies_are_jammed_does_not_depend_on_the_phase(phase):
     """Nor does the speed for which all is laid out: a phase without ``enter`` is built anew for each."""
     limits = []
@@ -310,38 +229,3 @@ def test_where_nobody_was_for_long_clocks_were_wrong():
         sim.audit()
     assert len(sims[0].contacts) > 0
     assert sims[0].fingerprint == sims[1].fingerprint
-
-
-ROOMS: tuple[dict[str, Any], ...] = (
-    {"gravity": (0.0, -50.0)},
-    {"shape": np.zeros(0, dtype=np.int64), "shapes": [kt.box(0.5, 0.25)]},
-    {"periodic": "xy", "kinds": ["a", "b"], "responses": {("a", "b"): "pass"}},
-    {"arena": None},
-    {"periodic": "x", "gravity": (0.0, -2.0), "responses": "stop"},
-    {"periodic": "xy", "shape": np.zeros(0, dtype=np.int64), "shapes": [kt.box(0.5, 0.25)]},
-)
-
-
-@pytest.mark.parametrize("room", first(3, ROOMS))
-@pytest.mark.parametrize("phase", first(2, BUILT_IN))
-def test_bodies_come_into_an_empty_scene_as_planned_or_by_hand(room, phase):
-    """Without bodies an empty scene with gravity had another unit, and shapes an IndexError."""
-    empty = kt.Scene(
-        [], [], **{"arena": (4.0, 4.0), "unit": 2.0**-4, "radius": None if "shape" in room else []} | room
-    )
-    size = {"shape": kt.box(0.5, 0.25)} if "shape" in room else {"radius": 0.25}
-    kinds = [{"kind": each} if "kinds" in room else {} for each in "ab"]
-    come = [((1.0, 1.0), (1.0, 0.5), kinds[0]), ((3.0, 2.0), (-1.5, -0.5), kinds[1])]
-    planned = empty.replace(
-        commands=[kt.Insert(0.5 * k, *rest, **size, **kind) for k, (*rest, kind) in enumerate(come)]
-    )
-    if phase in ("sap-k", "sweep-tiling", "power") and phase not in dict(accepting(planned)):
-        pytest.skip("it refuses the scene")
-    runs = [kt.Simulation(each, phase, live=True) for each in (empty, planned)]
-    runs[0].audit()
-    for k, (*rest, kind) in enumerate(come):
-        runs[0].run(until=0.5 * k)
-        runs[0].insert(*rest, **size, **kind)
-    for sim in runs:
-        sim.run(until=3.0)
-    assert runs[0].contacts.tolist() == runs[1].contacts.tolist() != []

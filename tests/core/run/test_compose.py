@@ -23,7 +23,6 @@ def scene(**more) -> kt.Scene:
 
 
 def far(**more) -> kt.Scene:
-    """Returns two discs, the skin of which is thick for their sizes."""
     place = [[5e8, 5e8], [5e8 + 1.0, 5e8]]
     return kt.Scene(place, [[1.0, 0.0], [0.0, 0.0]], 3e-5, **more)
 

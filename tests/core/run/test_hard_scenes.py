@@ -4,8 +4,6 @@ The scenes are files, ``tests/scenes/H*.toml``, and say there what is hard about
 that the times and velocities below are exact. A few numbers (H10, H22, H24, H26, H31) have no scene.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -143,14 +141,6 @@ def test_a_long_run_has_one_answer_and_keeps_its_energy(
     assert sim.readings.energy_drift < drift
 
 
-def test_scenes_have_the_extremes_that_they_say() -> None:
-    speeds = np.hypot(*scene_of("H20").velocity.T)
-    assert speeds.max() / speeds.min() == pytest.approx(1e10)
-    scene = scene_of("H21")
-    assert scene.radius.max() / scene.radius.min() == pytest.approx(3e4)
-    assert scene.mass.max() / scene.mass.min() == 1e9
-
-
 @pytest.mark.compiled
 def test_h18_is_the_same_jam_in_every_phase() -> None:
     assert_one_answer(scene_of("H18"), ends="ZenoError")
@@ -195,8 +185,8 @@ def test_h28_other_units_give_the_same_bits(lengths: int, times: int) -> None:
 def test_h29_axes_exchanged() -> None:
     scene = scene_of("H29")
     other = replace(scene, position=scene.position[:, ::-1], velocity=scene.velocity[:, ::-1])
-    one = assert_one_answer(scene, max_contacts=20)
-    two = assert_one_answer(other, max_contacts=20)
+    one = assert_one_answer(scene, max_contacts=12)
+    two = assert_one_answer(other, max_contacts=12)
     wall = {LEFT: BOTTOM, RIGHT: TOP, BOTTOM: LEFT, TOP: RIGHT}
     assert [(time, a, wall.get(b, b)) for time, a, b in listed(one)] == listed(two)
 
@@ -211,8 +201,8 @@ def test_h30_bodies_renumbered() -> None:
         radius=scene.radius[order],
         mass=scene.mass[order],
     )
-    one = assert_one_answer(scene, max_contacts=20)
-    two = assert_one_answer(other, max_contacts=20)
+    one = assert_one_answer(scene, max_contacts=12)
+    two = assert_one_answer(other, max_contacts=12)
     renumbered = []
     for time, a, b in listed(two):
         a, b = int(order[a]), int(order[b]) if b >= 0 else b

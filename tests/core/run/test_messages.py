@@ -1,11 +1,10 @@
 """Calls to simulations that cannot be done: a sentence, and nothing has changed."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 import kinetile as kt
+import sensors
 from messages import table
 
 ROOM = {"position": [[0.5, 0.5]], "velocity": [[0.0, 1.0]], "radius": 0.25, "arena": (1.0, 1.0)}
@@ -32,34 +31,23 @@ def sim(grid):
 
 @pytest.fixture
 def lattice():
-    """A body at rest in a unit box that is periodic along x."""
     return kt.Simulation(kt.Scene([(0.125, 0.125)], [(0, 0)], 0.125, arena=(1.0, 1.0), periodic="x"), "naive")
 
 
 @pytest.fixture
 def world():
-    """Two balls and a sensor, one that comes, and kinds of which none is there."""
-    scene = kt.Scene(
-        [[1.0, 5.0], [5.0, 5.0], [5.0, 2.0]],
-        [[2.0, 0.0], [0.0, 0.0], [0.0, 1.0]],
-        [0.1, 0.5, 0.25],
-        arena=(10.0, 10.0),
-        kind=["ball", "sensor", "ball"],
-        kinds=["ball", "sensor", "late", 7],
-        commands=[kt.Insert(1.0, (8.0, 8.0), (0.0, 2.0), 0.5, kind="late")],
-    )
+    """With kinds of which none is there."""
+    scene = sensors.world(kinds=["ball", "sensor", "late", 7], commands=[sensors.LATE])
     return kt.Simulation(scene, "naive", live=True)
 
 
 @pytest.fixture
 def falls():
-    """A ball that falls."""
     scene = kt.Scene([[0.5, 0.75]], [[0.0, 0.0]], 0.25, arena=(2.0, 2.0), gravity=(0.0, -1.0))
     return kt.Simulation(scene, "cells", live=True)
 
 
 def unchanged(sim, call):
-    """Call what is refused; all is as it was, and goes on."""
     before = sim.snapshot()
     try:
         call(sim)
@@ -68,7 +56,6 @@ def unchanged(sim, call):
 
 
 def unbuilt(call):
-    """Call what is refused before anything is built."""
     sim = kt.Simulation(kt.make_scene("grid", bodies=9), "cells")
     try:
         call(sim)

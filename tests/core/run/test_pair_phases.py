@@ -29,8 +29,6 @@ def collide_and_stop(k: Kernel, a: int, b: int) -> float:
 
 
 class Boxes(convex.Convex):
-    """Convex for boxes alone, of which the hooks are checked."""
-
     def prepare(self, scene: kt.Scene) -> PairParts:
         assert any(each.kind == "box" for each in scene.shapes)
         return replace(super().prepare(scene), meet=checked_meet, soonest=None)
@@ -62,20 +60,20 @@ MIXED = room((kt.disc(0.25), kt.box(0.5, 0.75), kt.capsule((-0.25, 0), (0.25, 0)
 
 def run(scene: kt.Scene, *narrow: str, broad: str = "cells") -> kt.Simulation:
     sim = kt.Simulation(scene, broad, narrow_phases=narrow)
-    sim.run(until=20.0, max_contacts=30)
+    sim.run(until=20.0, max_contacts=20)
     return sim
 
 
-@pytest.mark.parametrize("broad", ["cells", "naive"])
+@pytest.mark.parametrize("broad", first(1, ["cells", "naive"]))
 @pytest.mark.parametrize(
     "narrow",
-    first(1, [("disc", "boxes", "convex", "wall"), ("disc", "convex", "wall"), ("boxes", "wall", "convex")]),
+    first(1, [["disc", "boxes", "convex", "wall"], ["disc", "convex", "wall"], ["boxes", "wall", "convex"]]),
     ids=",".join,
 )
 def test_phases_for_some_shapes_and_one_for_all_give_what_the_one_gives(narrow, broad):
     with registered(*PLUGINS):
         alone, together = run(MIXED, "convex", "wall"), run(MIXED, *narrow, broad=broad)
-    assert len(alone.contacts) == 30
+    assert len(alone.contacts) == 20
     assert together.fingerprint == alone.fingerprint
     together.audit()
 
@@ -93,7 +91,7 @@ def test_discs_and_other_shapes_meet_through_images(periodic):
     walls = ("wall",) if periodic == "x" else ()
     scene = MIXED.replace(periodic=periodic, mass=[np.inf, *[1.0] * 23, np.inf])
     alone, together = run(scene, "convex", *walls), run(scene, "disc", "convex", *walls)
-    assert len(alone.contacts) == 30
+    assert len(alone.contacts) == 20
     assert together.fingerprint == alone.fingerprint
     together.audit()
 

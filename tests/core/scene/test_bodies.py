@@ -1,7 +1,5 @@
 """Arrays that would lose something on the way into a scene are refused: masks, parts, digits."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,10 +1,5 @@
 """Scenes as files: every bit comes back, and every mistake is sentence at once."""
 
-from __future__ import annotations
-
-import errno
-import os
-import stat
 from collections import Counter
 from functools import partial
 from pathlib import Path
@@ -62,18 +57,6 @@ def test_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:
     assert load_scene(path) == loads_scene(BODY) == loads_scene("\ufeff" + BODY)
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
-def test_saving_replaces_no_special_file(tmp_path: Path) -> None:
-    pipe, link = tmp_path / "pipe", tmp_path / "link"
-    os.mkfifo(pipe)
-    link.symlink_to(pipe)
-    for path in (pipe, link):
-        with pytest.raises(OSError, match="no regular file"):
-            save_scene(make_scene("two-discs"), path)
-    assert stat.S_ISFIFO(pipe.stat().st_mode)
-    assert sorted(tmp_path.iterdir()) == [link, pipe]
-
-
 def test_a_recipe_may_have_parameters_settings_and_an_end() -> None:
     scene = loads_scene(
         "recipe = 'grid'\nuntil = 2\nbroad-phase = 'naive'\n[parameters]\nbodies = 16\ndensity = 0.25"
@@ -92,23 +75,6 @@ def test_recipes_come_back_from_a_file(name: str, tmp_path: Path) -> None:
     again = load_scene(tmp_path / "scene.toml")
     assert again == scene
     assert again.origin == {"file": str(tmp_path / "scene.toml")}
-
-
-def test_a_failed_save_leaves_the_old_file_and_nothing_else(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "scene.toml"
-    save_scene(make_scene("two-discs"), path)
-    before = path.read_bytes()
-
-    def full(descriptor: int) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(OSError, match="No space left"):
-        save_scene(make_scene("grid"), path)
-    assert path.read_bytes() == before
-    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_saving_keeps_the_mode_and_follows_a_link(tmp_path: Path) -> None:

@@ -1,10 +1,6 @@
 """A scene file may be anything: it becomes a scene or a sentence, soon, and nothing raw for a terminal."""
 
-from __future__ import annotations
-
 import os
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,9 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from command_line import refused
 from kinetile import load_scene
 from kinetile.errors import SceneError
 from kinetile.scene.files import loads_scene
+from lanes import first
 
 BODY = "[[bodies]]\nposition = [0.25, 0.5]\nradius = 0.125\n"
 
@@ -48,12 +46,7 @@ def check_message(error: Exception) -> None:
 )
 def test_whole_numbers_of_5000_digits_gave_a_traceback(text: str, number: str) -> None:
     sentence = message(text.format(number))
-    assert (
-        "a whole number of" in sentence
-        or "not known" in sentence
-        or "Expected '='" in sentence
-        or "TOML" in sentence
-    )
+    assert any(part in sentence for part in ("a whole number of", "not known", "Expected '='", "TOML"))
 
 
 @pytest.mark.parametrize("number", [2**63, -(2**63) - 1, 2**62 + 1])
@@ -69,7 +62,7 @@ def test_whole_numbers_beyond_64_bits_gave_a_traceback(line: str, number: int) -
     message(shapes + ("" if shapes else BODY) + line.format(number))
 
 
-@pytest.mark.parametrize("parts", [33, 3000, 20_000, 200_000])
+@pytest.mark.parametrize("parts", first(2, [33, 20_000, 3000, 200_000]))
 @pytest.mark.parametrize(
     "text",
     ["{} = 1", "[{}]\nb = 1", "[[{}]]", "[options.naive]\n{} = 1", "x = [{{ {} = 1 }}]", " {} = 1"],
@@ -87,7 +80,7 @@ def test_keys_of_a_scene_and_dots_elsewhere_are_no_deep_keys() -> None:
     assert "'a.a.a" in message(f'broad-phase = "a{dots}"\n{BODY}')
 
 
-@pytest.mark.parametrize("depth", [40, 200, 5000, 100_000])
+@pytest.mark.parametrize("depth", [40, 5000])
 @pytest.mark.parametrize(("begin", "end"), [("[", "]"), ("{a = ", "}")])
 def test_tables_and_lists_in_each_other_gave_a_traceback(begin: str, end: str, depth: int) -> None:
     sentence = message(f"bodies = []\n[options.naive]\na = {begin * depth}1{end * depth}")
@@ -105,22 +98,9 @@ def test_a_density_of_next_to_nothing_gave_a_traceback(recipe: str, density: flo
 def test_a_pipe_was_waited_for_without_end(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.toml"
     os.mkfifo(pipe)
-    words = [sys.executable, "-m", "kinetile", "run", str(pipe)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=600)
-    assert done.returncode == 2
-    assert done.stderr == (
-        f"kinetile: the scene file {str(pipe)!r} cannot be read: it is no regular file, so it is not read\n"
-    )
+    assert f"the scene file {str(pipe)!r} cannot be read: it is no regular file" in refused("run", pipe)
     with pytest.raises(OSError, match="no regular file, so it is not read"):
         load_scene(pipe)
-
-
-def test_devices_and_folders_are_not_read(tmp_path: Path) -> None:
-    with pytest.raises(IsADirectoryError):
-        load_scene(tmp_path)
-    if Path("/dev/zero").is_char_device():
-        with pytest.raises(OSError, match="no regular file"):
-            load_scene("/dev/zero")
 
 
 def test_a_file_of_any_size_was_read(tmp_path: Path) -> None:
@@ -137,30 +117,6 @@ def test_a_file_of_any_size_was_read(tmp_path: Path) -> None:
     assert len(load_scene(path, max_bytes=len(BODY))) == 1
 
 
-@pytest.mark.slow
-def test_twenty_thousand_mistakes_were_all_reported() -> None:
-    keys = "\n".join(f"k{i} = 1" for i in range(20_000))
-    body_keys = "".join(f"{BODY.replace('0.25', str(i))}k{i} = 1\n" for i in range(2000))
-    names = ", ".join(f"'p{i}'" for i in range(20_000))
-    tables = "\n".join(f"[options.p{i}]" for i in range(20_000))
-    for text, sentence in (
-        (f"{keys}\n{BODY}", "the file: found 19,980 more keys that are not known here"),
-        (f"{BODY}{keys}\n", "bodies: found 19,980 more keys that are not known here"),
-        (body_keys, "bodies: found 1,980 more keys that are not known here"),
-        (f"narrow-phases = [{names}]\n{BODY}", "narrow-phases: found 20,000 entries; expected at most 100"),
-        (f"{BODY}{tables}", "options: found 20,000 entries; expected at most 100"),
-        (
-            f"bodies = []\n[options.naive]\n{keys}",
-            "options.naive: found 20,000 entries; expected at most 100",
-        ),
-        (f"recipe = 'grid'\n[parameters]\n{keys}", "parameters: found 20,000 entries; expected at most 100"),
-    ):
-        with within(6.0), pytest.raises(SceneError) as caught:
-            loads_scene(text)
-        assert sentence in str(caught.value)
-        check_message(caught.value)
-
-
 def test_mistakes_of_many_kinds_are_reported_up_to_a_hundred() -> None:
     tables = "\n".join(f"[options.p{i}]" for i in range(90))
     names = ", ".join(f"'q{i}'" for i in range(90))
@@ -169,7 +125,7 @@ def test_mistakes_of_many_kinds_are_reported_up_to_a_hundred() -> None:
 
 
 def test_names_without_end_are_neither_reported_nor_compared_in_full() -> None:
-    name = "sap" * 300_000
+    name = "sap" * 100_000
     for text in (f"broad-phase = '{name}'\n{BODY}", f"{name} = 1\n{BODY}", f"{BODY}[options.{name}]",
                  f"recipe = '{name}'", f"recipe = 'grid'\n[parameters]\n{name} = 1", f"x = {name}",
                  f"{BODY}[options.sap-1d]\naxis = '{name}'", f"[{name}]\n[{name}]"):  # fmt: skip

@@ -1,7 +1,5 @@
 """What is no scene, and how its mistakes are reported: the rows of ``messages.toml``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -84,7 +82,6 @@ radius = 1.0
 
 
 def shaped(**more) -> kt.Scene:
-    """Return a box, a capsule, a triangle and a disc in an arena."""
     places = [(1.0, 1.0), (3.0, 1.0), (5.0, 3.0), (2.0, 4.0)]
     shapes = (
         kt.box(1.0, 2.0),
@@ -99,7 +96,6 @@ def shaped(**more) -> kt.Scene:
 
 
 def balls(**more) -> kt.Scene:
-    """Return three discs in an arena."""
     places = [[1.0, 1.0], [3.0, 1.0], [1.0, 3.0]]
     return kt.Scene(
         **{"position": places, "velocity": np.zeros((3, 2)), "radius": 0.5, "arena": (4.0, 4.0), **more}
@@ -107,7 +103,6 @@ def balls(**more) -> kt.Scene:
 
 
 def written(content: bytes) -> Path:
-    """Write a scene file; return its path."""
     Path("scene.toml").write_bytes(content)
     return Path("scene.toml")
 

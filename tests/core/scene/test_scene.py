@@ -1,12 +1,7 @@
 """Scenes made from arrays: what they keep, what they refuse, and how two compare."""
 
-from __future__ import annotations
-
-import copy
 import itertools
-import pickle
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +10,7 @@ from hypothesis import strategies as st
 
 from kinetile import Insert, Scene, Settings, Turn, box, make_scene
 from kinetile.errors import SceneError
-from kinetile.scene import bodies, relabelled
+from kinetile.scene import bodies
 from kinetile.scene.bodies import overlapping_images, overlapping_pairs
 
 STILL = {"velocity": [[0.0, 0.0]], "radius": 0.1}
@@ -51,13 +46,6 @@ def test_keeps_its_own_read_only_copies() -> None:
     assert repr(scene) == "<Scene: 2 bodies, in 1.0 x 1.0>"
 
 
-def test_may_be_empty() -> None:
-    scene = Scene([], [], 1.0)
-    assert len(scene) == 0
-    assert scene.position.shape == (0, 2)
-    assert scene == Scene(np.empty((0, 2)), np.empty((0, 2)), [])
-
-
 def test_turns_are_sorted_by_time_and_body_and_keep_their_order_in_ties() -> None:
     turns = [(1, 2.0, (1.0, 0.0)), (0, 2.0, (2.0, 0.0)), (1, 1.0, (3.0, 0.0)), (0, 2.0, (4.0, 0.0))]
     scene = Scene([[0, 0], [1, 0]], np.zeros((2, 2)), 0.1, turns=turns)
@@ -77,19 +65,6 @@ def test_equal_means_the_same_bits() -> None:
     assert scene != "a scene"
 
 
-@pytest.mark.parametrize("again", [copy.deepcopy, lambda s: pickle.loads(pickle.dumps(s)), replace])
-def test_copies_are_equal_and_read_only(again: object) -> None:
-    settings = Settings("naive", ("disc",), {"sap-1d": {"axis": "y"}}, 2.0)
-    turns = [(0, 1.5, (0.0, -0.0))]
-    scene = Scene(
-        [[0.5, 0.5]], **STILL, arena=(1, 1), turns=turns, start=1.0, settings=settings, origin={"a": 1}
-    )
-    twin = again(scene)  # type: ignore[operator]
-    assert twin == scene
-    assert twin.origin == {"a": 1}
-    assert not twin.position.flags.writeable
-
-
 def test_settings_are_a_value() -> None:
     options = {"sap-1d": {"axis": "y"}}
     settings = Settings(narrow_phases=["disc"], options=options, until=2)  # type: ignore[arg-type]
@@ -97,13 +72,6 @@ def test_settings_are_a_value() -> None:
     assert settings.options == {"sap-1d": {"axis": "y"}}
     assert settings.narrow_phases == ("disc",)
     assert isinstance(settings.until, float)
-
-
-def test_relabelled_shares_the_bodies_and_checks_the_settings() -> None:
-    scene = Scene([[0.0, 0.0]], **STILL, start=1.0)
-    other = relabelled(scene, settings=Settings(until=3.0), origin={"recipe": "x"})
-    assert other.position is scene.position
-    assert scene.settings.until is None
 
 
 def test_touching_is_allowed() -> None:

@@ -1,7 +1,5 @@
 """Shapes in scenes: which are shapes, which scenes they make, and that nothing of them is lost."""
 
-from __future__ import annotations
-
 import copy
 import math
 import pickle
@@ -38,7 +36,6 @@ REST = np.zeros((4, 2))
 
 
 def scene(**more: Any) -> kt.Scene:
-    """Return a box, a capsule, a triangle and a disc in an arena."""
     values: dict[str, Any] = {"shape": [0, 1, 2, 3], "shapes": SHAPES, "arena": (8.0, 8.0)}
     return kt.Scene(PLACES, REST, **(values | more))
 
@@ -49,7 +46,6 @@ short = st.integers(-8, 8).map(lambda n: n / 4)
 
 @st.composite
 def shapes(draw: st.DrawFn, coordinates: st.SearchStrategy[float] = numbers) -> kt.Shape:
-    """Draw a shape: the hull of a few places, and often a radius."""
     places = draw(st.lists(st.tuples(coordinates, coordinates), min_size=1, max_size=7, unique=True))
     hull = core_difference(tuple(places), ((0.0, 0.0),))
     radius = draw(st.sampled_from([0.0, 0.25, 0.1, 3.0]))
@@ -166,7 +162,6 @@ def test_each_side_has_its_own_reach_to_the_walls() -> None:
 
 
 def apart(one: kt.Shape, other: kt.Shape, at: tuple[float, float]) -> bool:
-    """Whether a scene has room for two bodies."""
     mistakes: tuple[Mistake, ...] = ()
     try:
         kt.Scene([(0.0, 0.0), at], [(0, 0), (0, 0)], shape=[0, 1], shapes=[one, other])

@@ -14,7 +14,6 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 
 def two_discs(**more):
-    """Two discs that meet at time 1, where they exchange velocities, and walls at times 3."""
     return kt.Scene([(1.5, 1.0), (4.5, 1.0)], [(1.0, 0.0), (-1.0, 0.0)], 0.5, arena=(6.0, 2.0), **more)
 
 

@@ -1,7 +1,5 @@
 """What ``prepare`` can know of reaches is what they are at the start, with walls and without."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +15,6 @@ from kinetile_conformance.strategies import scenes
 
 
 def engine_of(scene: kt.Scene, **more) -> Engine:
-    """Return an engine that has laid a scene out; nothing is compiled."""
     return Engine(scene, compose_phases(scene, "naive", more.get("narrow_phases"), {}), keep_contacts=False)
 
 
@@ -52,11 +49,6 @@ def test_it_is_that_of_the_tables_for_every_recipe(name):
 def test_it_is_that_of_the_tables_for_drawn_scenes(scene):
     assert_known(scene)
     assert_known(without_walls(scene))
-
-
-def test_it_is_so_without_bodies_and_late():
-    assert_known(kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 1.0))
-    assert_known(kt.Scene([[1.0, 1.0]], [[2.0, 0.0]], 0.5, arena=(4.0, 4.0), start=1e12))
 
 
 def test_where_walls_are_left_out_bodies_reach_further_and_arrange_sees_it():

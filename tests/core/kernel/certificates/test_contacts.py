@@ -29,7 +29,7 @@ from encounters import (
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.tables import NEVER
 
-SOME = 60 if INTERPRETED else 3_000
+SOME = 60 if INTERPRETED else 1_500
 
 
 def drawn(family: str, seed: int, count: int) -> np.ndarray:
@@ -141,7 +141,7 @@ sizes = numbers.map(abs)
 ticks = st.one_of(st.integers(0, FAR), st.integers(0, 62).map(lambda power: 1 << power))
 
 
-@settings(deadline=None, max_examples=30 if INTERPRETED else 300)
+@settings(deadline=None, max_examples=30 if INTERPRETED else 100)
 @given(
     st.lists(numbers, min_size=8, max_size=8),
     st.lists(sizes, min_size=2, max_size=2),
@@ -157,7 +157,7 @@ def test_of_any_numbers(places, radii, elapsed, tick):
     assert_true(table)
 
 
-@settings(deadline=None, max_examples=30 if INTERPRETED else 200)
+@settings(deadline=None, max_examples=30 if INTERPRETED else 100)
 @given(numbers, numbers, sizes.filter(bool), sizes.filter(bool), st.sampled_from([TICK, 2.0**-60, 2.0**-952]))
 def test_of_any_wall(far, near, radius, speed, tick):
     assert reached(np.array([[far, near, radius, speed, tick]]))[0] == true_reach(

@@ -55,7 +55,6 @@ NUMBERS = np.arange(8, dtype=np.int32)
 
 @hook
 def fall_together(k, since, gap, rate, ticks):
-    """Lay down what ``falls_eight`` says of eight quantities; ticks come as doubles."""
     found = falls_eight(k, floor(pick(since, NUMBERS, 0)), pick(gap, NUMBERS, 0), pick(rate, NUMBERS, 0))
     for i in range(8):
         ticks[i] = lane(found, i)
@@ -88,7 +87,6 @@ def test_eight_at_a_time_fell_otherwise_than_one_at_a_time(quantities, now):
 
 @hook
 def rise_together(k, g0, g1, g2, g3, g4, scale, ticks):
-    """Lay down what ``first_rise`` says of eight polynomials; ticks come as doubles."""
     found = first_rise(
         k,
         pick(g0, NUMBERS, 0),

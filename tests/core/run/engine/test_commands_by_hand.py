@@ -20,7 +20,7 @@ from kinetile.run.engine import engine as engines
 from kinetile.run.engine.commands import LAST, History, to_the_front
 from kinetile.run.engine.fields import fields_of
 from kinetile.scene.files import dumps_scene, loads_scene
-from lanes import BUILT_IN, examples
+from lanes import BUILT_IN, examples, first
 
 
 def numbered(first: int, ticks: list[int]) -> np.ndarray:
@@ -98,7 +98,7 @@ def test_rows_of_commands_wait_for_the_next_recorder_with_their_own_times():
 
 
 def test_energy_is_not_summed_up_for_each_command(monkeypatch):
-    sim = kt.Simulation(kt.make_scene("grid", bodies=64, density=0.2, seed=1), "cells", live=True)
+    sim = kt.Simulation(kt.make_scene("grid", bodies=25, density=0.2, seed=1), "cells", live=True)
     calls = Counter()
     summed = engines.squares_of_bodies
 
@@ -108,7 +108,7 @@ def test_energy_is_not_summed_up_for_each_command(monkeypatch):
 
     monkeypatch.setattr(engines, "squares_of_bodies", counted)
     random = np.random.default_rng(1)
-    for frame in range(40):
+    for frame in range(20):
         sim.set_velocities(np.arange(8), random.normal(0.0, 0.5, (8, 2)))
         body = sim.bodies[-1]
         place = sim.positions()[-1]
@@ -118,19 +118,7 @@ def test_energy_is_not_summed_up_for_each_command(monkeypatch):
         assert engine.bounds.squares >= summed(engine.k)
         assert np.hypot(*sim.velocities().T).max() <= engine.speed
         sim.run(until=(frame + 1) / 60)
-    assert calls["squares"] < 12
-
-
-@settings(max_examples=10)
-@given(st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=12))
-def test_no_body_is_faster_than_the_bound(speeds):
-    sim = kt.Simulation(kt.make_scene("grid", bodies=4, density=0.1, seed=1), "naive", live=True)
-    for at, speed in enumerate(speeds):
-        sim.set_velocity(at % 4, (speed, 0.0))
-        energy = float((sim.velocities() ** 2).sum())
-        assert energy <= sim._engine.bounds.squares * (1.0 + 1e-12)
-        assert energy**0.5 <= sim._engine.speed
-        sim.run(max_contacts=2)
+    assert calls["squares"] < 8
 
 
 def test_who_is_there_is_looked_up_when_somebody_comes_or_goes():
@@ -181,7 +169,6 @@ def through_a_file(scene: kt.Scene) -> kt.Scene:
 
 
 def replayed(recording: kt.Scene, phase: str) -> kt.Simulation:
-    """Run a recording to its end, on from every jam that it has."""
     sim = kt.Simulation(recording, phase)
     for _ in range(20):
         try:
@@ -200,7 +187,7 @@ def same(one: kt.Simulation, other: kt.Simulation) -> None:
     assert (other.velocities() == one.velocities()).all()
 
 
-@pytest.mark.parametrize("phase", BUILT_IN)
+@pytest.mark.parametrize("phase", first(2, BUILT_IN))
 def test_a_command_for_a_third_body_ran_the_contact_that_it_was_to_avert(phase):
     scene = kt.Scene([[1, 1], [2, 1], [3, 3]], [[0.5, 0], [-0.5, 0], [0, 0]], 0.25, 1.0, (4, 4))
     sim = kt.Simulation(scene, phase, live=True)
@@ -215,16 +202,6 @@ def test_a_command_for_a_third_body_ran_the_contact_that_it_was_to_avert(phase):
     assert len(sim.contacts) == 0
     for other in BUILT_IN:
         same(sim, replayed(sim.recorded(), other))
-
-
-@pytest.mark.parametrize("phase", BUILT_IN)
-def test_a_removal_at_the_very_start_ran_the_contacts_of_touching_bodies(phase):
-    sim = kt.Simulation(row_of_touching_bodies(), phase, live=True)
-    sim.remove(1)
-    assert len(sim.contacts) == 0
-    same(sim, replayed(sim.recorded(), phase))
-    sim.run(0.0)
-    assert sim.contacts[["a", "b"]].tolist() == [(2, 3), (4, 5)]
 
 
 @pytest.mark.parametrize("phase", ["cells", "naive"])
@@ -245,7 +222,7 @@ def test_an_immovable_body_that_came_made_numpy_warn():
         sim.set_velocities([0, body], [(0.5, 0.5), (0.0, 0.0)])
 
 
-@pytest.mark.parametrize("phase", BUILT_IN)
+@pytest.mark.parametrize("phase", first(2, BUILT_IN))
 def test_one_command_after_two_contacts_gave_four(phase):
     sim = kt.Simulation(row_of_touching_bodies(), phase, live=True)
     sim.run(1.0, max_contacts=2)
@@ -257,7 +234,7 @@ def test_one_command_after_two_contacts_gave_four(phase):
     assert len(sim.contacts) == 2
 
 
-@pytest.mark.parametrize("phase", BUILT_IN)
+@pytest.mark.parametrize("phase", first(2, BUILT_IN))
 def test_a_recording_between_two_contacts_of_a_tick_had_all_contacts_of_the_tick(phase):
     """And one that ends beside a double, at a start that is not zero, or at the very start."""
     for start, contacts in ((0.0, 0), (0.0, 1), (0.0, 2), (1e9 + 0.3, 1), (1e9 + 0.3, 7)):
@@ -295,7 +272,6 @@ commands = st.lists(
 
 
 def play(sim: kt.Simulation, what: list[tuple[str, int, float]]) -> list[int]:
-    """Give commands; return how many contacts there were after each."""
     found = []
     for name, number, value in what:
         contacts = len(sim.contacts)
@@ -317,7 +293,7 @@ def play(sim: kt.Simulation, what: list[tuple[str, int, float]]) -> list[int]:
     return found
 
 
-@settings(max_examples=examples(40), deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(commands, st.booleans(), st.sampled_from(BUILT_IN))
 def test_commands_at_a_stop_leave_pending_contacts_pending(what, turns_of_its_own, phase):
     own = [kt.Turn(0, 0.0, (0.5, 0.0)), kt.Insert(0.0, (2.0, 1.0), (0.0, 1.0), 0.5)]
@@ -343,7 +319,6 @@ def squeezed() -> kt.Scene:
 
 
 def jammed(sim: kt.Simulation) -> tuple[tuple[int, int], int]:
-    """Run on into a jam; return when it was, and after how many contacts."""
     with pytest.raises(ZenoError, match="between body"):
         sim.run(10.0)
     return sim.exact_time, len(sim.contacts)
@@ -351,8 +326,8 @@ def jammed(sim: kt.Simulation) -> tuple[tuple[int, int], int]:
 
 @pytest.mark.slow
 @pytest.mark.compiled
-@pytest.mark.parametrize("phase", BUILT_IN)
-def test_a_jam_ended_the_game(phase):
+@pytest.mark.parametrize("phase", first(2, BUILT_IN))
+def test_a_jam_ended_the_game(phase, tmp_path):
     """The commands that end it are in the recording, whose replay is jammed at the same contact."""
     sim = kt.Simulation(squeezed(), phase, live=True)
     there = jammed(sim)
@@ -363,16 +338,23 @@ def test_a_jam_ended_the_game(phase):
     with pytest.raises(Refused):
         sim.insert((3.5, 1.0), (0.0, 0.0), 0.25)
     assert sim.snapshot() == before
-    sim.set_velocity(2, (0.0, 0.25))
-    assert len(sim.contacts) == there[1]
-    jammed(sim)  # that has not helped
-    sim.remove(1)
-    sim.run(3.0)
+    sim.save(tmp_path / "jam.kt")
+    again = kt.resume(tmp_path / "jam.kt")
+    for each in (again, sim):
+        each.set_velocity(2, (0.0, 0.25))
+        assert len(each.contacts) == there[1]
+        jammed(each)  # that has not helped
+        each.remove(1)
+        each.run(3.0)
+    same(sim, again)
     assert sim.fault is None
     assert sim.time == 3.0
     assert jammed(kt.Simulation(sim.recorded(), "naive")) == there
     for other in ("naive", "cells"):
         same(sim, replayed(sim.recorded(), other))
+    sim.set_velocity(2, (0.0, 500.0))  # the bounds of a scene know its commands beforehand
+    sim.insert((3.5, 3.0), (0.0, 0.0), 2.0**-10)
+    assert jammed(kt.Simulation(sim.recorded(), "cells")) == there
 
 
 @pytest.mark.slow
@@ -388,33 +370,6 @@ def test_a_command_in_a_jam_was_carried_out_and_lost(phase):
     assert sim.recorded().commands[-1].body == 2
     jammed(sim)
     assert sim.bodies.tolist() == [0, 1]
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_a_jam_is_saved_and_gone_on_from(tmp_path):
-    sim = kt.Simulation(squeezed(), "cells", live=True)
-    there = jammed(sim)
-    sim.save(tmp_path / "jam.kt")
-    again = kt.resume(tmp_path / "jam.kt")
-    assert jammed(again) == there
-    for each in (sim, again):
-        each.remove(1)
-        each.run(4.0)
-    same(sim, again)
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_where_a_jam_is_does_not_depend_on_commands_that_come_later():
-    """The bound on the speed, and the smallest radius, of a scene know its commands beforehand; of a run with
-    commands by hand they do not."""
-    sim = kt.Simulation(squeezed(), "cells", live=True)
-    there = jammed(sim)
-    sim.remove(1)
-    sim.set_velocity(2, (0.0, 500.0))
-    sim.insert((3.5, 3.0), (0.0, 0.0), 2.0**-10)
-    assert jammed(kt.Simulation(sim.recorded(), "cells")) == there
 
 
 @pytest.mark.slow

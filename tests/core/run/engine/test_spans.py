@@ -18,12 +18,7 @@ def slow(speed: float, **more: object) -> kt.Scene:
     )
 
 
-def in_small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(engine.Engine, "skip", lambda *_: 0)
-
-
 def steps_of(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Return a list to which every move of the clock's base adds a span."""
     moved: list[int] = []
     one = engine.Engine.move_base
 
@@ -35,7 +30,7 @@ def steps_of(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return moved
 
 
-@pytest.mark.parametrize("phase", BUILT_IN)
+@pytest.mark.parametrize("phase", first(2, BUILT_IN))
 def test_each_empty_span_cost_a_step_of_python(phase, monkeypatch):
     """Two million spans for ten contacts, which would have taken minutes; now some hundred steps."""
     moved = steps_of(monkeypatch)
@@ -46,52 +41,37 @@ def test_each_empty_span_cost_a_step_of_python(phase, monkeypatch):
     assert len(moved) < 5000
 
 
-@pytest.mark.parametrize("until", first(1, [None, 3e5 + 0.125]))
+@pytest.mark.parametrize("until", first(1, [None, 3e4 + 0.125]))
 def test_skipped_time_leaves_the_same_bits(until, monkeypatch):
-    commands = [kt.Turn(0, 100_000.5, (2.0**-16, 0.0)), kt.Remove(2, 200_000.25)]
-    scene = slow(2.0**-17, commands=commands)
+    commands = [kt.Turn(0, 10_000.5, (2.0**-16, 0.0)), kt.Remove(2, 20_000.25)]
+    scene = slow(2.0**-14, commands=commands)
     quick = kt.Simulation(scene, "cells")
     quick.run(until, max_contacts=6 if until is None else None)
-    in_small_steps(monkeypatch)
-    for phase in ("naive",):
-        slowly = kt.Simulation(scene, phase)
-        slowly.run(until, max_contacts=6 if until is None else None)
-        assert slowly.fingerprint == quick.fingerprint
-        assert slowly.exact_time == quick.exact_time
-        assert (slowly.positions() == quick.positions()).all()
-        assert (slowly.velocities() == quick.velocities()).all()
-        assert slowly.next_event == quick.next_event
-
-
-@pytest.mark.slow
-def test_a_run_without_an_end_gives_up_where_it_did(monkeypatch):
-    still = kt.Scene([[0.5, 0.5]], [[2.0**-60, 0.0]], 0.1, 1.0, (1.0, 1.0))
-    times = []
-    for _ in range(2):
-        sim = kt.Simulation(still, "cells")
-        assert sim.step() is None
-        first = sim.time
-        sim.run(max_contacts=1)
-        times.append((first, sim.time))
-        in_small_steps(monkeypatch)
-    assert times[0] == times[1]
+    monkeypatch.setattr(engine.Engine, "skip", lambda *_: 0)
+    slowly = kt.Simulation(scene, "naive")
+    slowly.run(until, max_contacts=6 if until is None else None)
+    assert slowly.fingerprint == quick.fingerprint
+    assert slowly.exact_time == quick.exact_time
+    assert (slowly.positions() == quick.positions()).all()
+    assert (slowly.velocities() == quick.velocities()).all()
+    assert slowly.next_event == quick.next_event
 
 
 def test_anchors_are_rows_so_nothing_is_skipped_where_rows_are_recorded(monkeypatch):
     moved = steps_of(monkeypatch)
     sim = kt.Simulation(slow(2.0**-20), "cells")
     rows = []
-    sim.run(100_000.0, recorder=lambda part: rows.extend(part.tolist()))
-    assert len(moved) == 195
-    assert len(rows) > 2 * 90
+    sim.run(20_000.0, recorder=lambda part: rows.extend(part.tolist()))
+    assert len(moved) == 39
+    assert len(rows) > 2 * 18
 
 
-@pytest.mark.parametrize("seed", first(2, range(8)))
+@pytest.mark.parametrize("seed", first(1, range(8)))
 def test_many_sums_in_a_few_operations_are_those_one_by_one(seed):
     """Ties, places at 0 and at powers of two, subnormal numbers, steps that are lost; with and without
     periods."""
     rng = random.Random(seed)
-    for _ in range(60):
+    for _ in range(40):
         period = rng.choice([0.0, 0.0, 1.0, 0.7, 1e5])
         place = rng.choice(
             [rng.uniform(-0.35, 0.35), 0.0, 0.25, rng.uniform(-0.5, 0.5) * 2.0 ** -rng.randint(0, 1070)]
@@ -111,34 +91,3 @@ def test_many_sums_in_a_few_operations_are_those_one_by_one(seed):
             turns = turns_of(place, period)
             place, turned = remainder(place, period, turns), turned + int(turns)
         assert found == (place, turned)
-
-
-PLACES = [[0.2, 0.5], [0.7, 0.55], [0.5, 0.9]]
-VELOCITIES = [[1.0, 0.3], [-0.5, 0.1], [0.0, -0.2]]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("periodic", first(2, ["", "xy", "x"]))
-@pytest.mark.parametrize("power", [*first(1, [-30, -40]), pytest.param(-58, marks=pytest.mark.long)])
-def test_a_small_unit_cost_a_step_of_python_for_each_512_of_it(periodic, power, monkeypatch):
-    """Up to 2**49 spans a unit of time, for a scene as slow as any other."""
-    moved, found = steps_of(monkeypatch), set()
-    for phase in ("naive", "cells"):
-        scene = kt.Scene(PLACES, VELOCITIES, 0.05, 1.0, (1.0, 1.0), unit=2.0**power, periodic=periodic)
-        sim = kt.Simulation(scene, phase)
-        sim.run(0.5)
-        sim.audit()
-        found.add((sim.fingerprint, sim.exact_time, sim.positions().tobytes()))
-    assert len(found) == 1
-    assert len(moved) < 10_000
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("speed", first(1, [1e11, 1e15]))
-def test_empty_time_cost_in_proportion_to_a_speed_that_was_only_planned(speed, monkeypatch):
-    moved = steps_of(monkeypatch)
-    scene = kt.Scene(PLACES, VELOCITIES, 0.05, 1.0, (1.0, 1.0), commands=[kt.Turn(0, 5.0, (speed, 0.0))])
-    sim = kt.Simulation(scene, "cells")
-    sim.run(4.9)
-    assert len(sim.contacts) > 5
-    assert len(moved) < 200 * len(sim.contacts)

@@ -14,7 +14,6 @@ import box_scenes
 import convex_scenes
 import kinetile as kt
 import torus_scenes
-from kinetile.errors import KinetileError
 from kinetile.run.questions.meetings import CastHit
 from lanes import examples, first
 
@@ -83,7 +82,7 @@ def check(sim: kt.Simulation, origin, direction, within: float) -> list[kt.RayHi
     return hits
 
 
-@pytest.mark.parametrize("seed", first(5, range(80)))
+@pytest.mark.parametrize("seed", first(3, range(80)))
 def test_a_ray_meets_what_exact_arithmetic_says(seed):
     """Along a lattice, where places tie, and along whatever line."""
     rng = random.Random(seed)
@@ -99,7 +98,6 @@ def test_a_ray_meets_what_exact_arithmetic_says(seed):
 
 
 def lattice(periodic: str, places: list[tuple[float, float]], radius: float = 0.125, **more) -> kt.Simulation:
-    """Return a simulation of resting bodies in a unit box, at multiples of 1/8."""
     at = [(x / 8, y / 8) for x, y in places]
     scene = kt.Scene(at, np.zeros((len(at), 2)), radius, arena=(1.0, 1.0), periodic=periodic, **more)
     return kt.Simulation(scene, "naive")
@@ -142,21 +140,6 @@ def test_a_ray_may_drift_from_row_to_row(slope, within):
         check(sim, (y, 0.5), (-slope, 1.0), within)
 
 
-@given(
-    x=st.floats(-4.0, 4.0),
-    y=st.floats(-4.0, 4.0),
-    direction=st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)).filter(any),
-    within=st.floats(0.01, 20.0),
-)
-def test_with_walls_or_without_within_takes_those_that_are_near(x, y, direction, within):
-    sim = lattice("", [(1, 1), (3, 1), (5, 5), (7, 3)])
-    hits = check(sim, (x, y), direction, within)
-    everybody = sim.ray((x, y), direction)
-    assert everybody[: len(hits)] == hits
-    for hit in everybody:  # to the next double, at most
-        assert (hit in hits) == (hit.distance <= within) or abs(hit.distance / within - 1.0) < 1e-15
-
-
 def test_kinds_are_left_out_in_images_too():
     sim = lattice("xy", [(1, 1), (5, 1)], kind=["ball", "sensor"], responses={("*", "*"): "elastic"})
     assert sim.ray((0.375, 0.125), (1, 0), within=2.0, kinds="ball") == [(0, 0.625)]
@@ -176,47 +159,7 @@ def test_only_periods_that_are_crossed_count():
     assert turned.cast((2.0**200, 0.125, 0.125), (-1.0, 1.0)) is None
 
 
-def inserted_and_cast(seed: int, until: float) -> int:
-    """Cast discs into a drawn scene at a moment of its run, and insert them; return how many met a body.
-
-    A ray is followed there as well, among places that are on no lattice.
-    """
-    rng = random.Random(seed)
-    scene, met = torus_scenes.drawn(seed, (1, 2, 3, 5, 8)), 0
-    sim = kt.Simulation(scene, "naive", live=True)
-    width, height = scene.arena
-    fastest = float(np.abs(scene.velocity).max()) or 1.0
-    most = 4000 * min(period for period in scene.periods if period) / (8 * sim.time_unit)
-    sim.run(until=until * sim.time_unit, max_contacts=20)
-    check(sim, sim.positions()[0] + 0.25, (rng.gauss(0, 1), rng.gauss(0, 1)), min(width, height))
-    for _ in range(4):
-        radius = rng.choice((0.001, 1 / 32, 0.1, 0.49)) * min(width, height)
-        place = [rng.uniform(-2 * width, 3 * width), rng.uniform(-2 * height, 3 * height)]
-        if rng.random() < 0.4:
-            place = [rng.randrange(-32, 65) / 32 * width, rng.randrange(-32, 65) / 32 * height]
-        pace = min(rng.choice((0.0, 0.5, 1.0, 1.0, 30.0, math.inf)) * fastest, most)
-        velocity = [pace * rng.choice((-1.0, 0.0, 1.0, rng.uniform(-1.0, 1.0))) for _ in range(2)]
-        saved = sim.snapshot()
-        hit = sim.cast((*place, radius), velocity)
-        try:
-            number = sim.insert(place, velocity, radius)
-        except (KinetileError, ValueError):  # no room
-            continue
-        coming = sim.next_contact_of(number, kinds=scene.kinds)
-        assert hit == (None if coming is None else CastHit(*coming[:4]))
-        met += hit is not None
-        sim.restore(saved)
-    return met
-
-
-@pytest.mark.parametrize("seeds", first(1, [range(at, at + 5) for at in range(0, 50, 5)]))
-def test_a_cast_disc_meets_whom_an_inserted_one_would(seeds):
-    """To the tick, through any image, from the start and while bodies fly."""
-    met = [inserted_and_cast(seed, until) for seed in seeds for until in (0.0, 3.7)]
-    assert sum(met)
-
-
-@pytest.mark.parametrize("seed", first(8, range(60)))
+@pytest.mark.parametrize("seed", first(5, range(60)))
 def test_a_cast_shape_meets_whom_the_body_meets_whose_shape_it_is(seed):
     """A body that moves is taken out of its scene and cast into it instead."""
     scene = (convex_scenes if seed % 4 else box_scenes).drawn(seed, (4, 6, 8), ("x", "y", "xy"))

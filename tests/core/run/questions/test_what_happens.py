@@ -24,7 +24,6 @@ FRAME = {
 
 
 def begun(rng: random.Random, periodic: str) -> kt.Simulation:
-    """Return a simulation of some bodies, on dyadic places; some overlap if they may."""
     bodies: dict[str, list] = {"position": [], "velocity": [], "radius": [], "kind": []}
     made = None
     for _ in range(rng.randrange(2, 6)):
@@ -83,7 +82,6 @@ def rows_to_come(sim: kt.Simulation) -> tuple[list[tuple], float]:
 
 
 def compare(found: tuple | None, rows: list[tuple], end: float, what: str) -> None:
-    """A question names the first of these rows; if there is none, what is not before the end."""
     if rows:
         assert found == rows[0], what
     else:
@@ -91,7 +89,6 @@ def compare(found: tuple | None, rows: list[tuple], end: float, what: str) -> No
 
 
 def assert_true(sim: kt.Simulation) -> None:
-    """Every answer is what then happens."""
     rows, end = rows_to_come(sim)
     bodies = sim.bodies.tolist()
     kinds = dict(zip(bodies, sim.kinds.tolist(), strict=True))
@@ -103,8 +100,9 @@ def assert_true(sim: kt.Simulation) -> None:
         assert soon in (None, first)
         if of_body and first == next(row for row in rows if {*row[3:]} & {*first[3:]} & {*bodies}):
             assert soon == first, f"next_contact_of({body}, scheduled=True)"
+        others = [kinds.get(row[4] if row[3] == body else row[3], "wall") for row in of_body]
         for kind in ("ball", "wisp", "wall"):
-            of_kind = [row for row in of_body if is_with(row, body, kind, kinds)]
+            of_kind = [row for row, other in zip(of_body, others, strict=True) if other == kind]
             compare(sim.next_contact_of(body, kinds=kind), of_kind, end, f"next_contact_of({body}, {kind})")
         for other in bodies:
             if other != body:
@@ -122,11 +120,6 @@ def assert_true(sim: kt.Simulation) -> None:
     if rows and not sim._engine.ledger.pending_events:  # a passing that waits for a step
         assert (event.time, event.epoch, event.tick) == rows[0][:3]
         assert event.bodies == tuple(sorted(body for body in rows[0][3:] if body >= 0))
-
-
-def is_with(row: tuple, body: int, kind: str, kinds: dict[int, str]) -> bool:
-    other = row[4] if row[3] == body else row[3]
-    return kind == ("wall" if other < 0 else kinds[other])
 
 
 def next_event(sim: kt.Simulation) -> kt.Event | None:
@@ -158,13 +151,12 @@ def test_answers_are_what_then_happens(seed, periodic):
     rng = random.Random(seed)
     sim = begun(rng, periodic)
     assert_true(sim)
-    for _ in range(8):
+    for _ in range(5):
         changed(rng, sim)
         assert_true(sim)
 
 
 def passing(**more: object) -> kt.Scene:
-    """A ball flies into a sensor that rests."""
     rules = {"kind": ["a", "b"], "responses": {("a", "b"): "pass"}}
     return kt.Scene(
         [[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], 0.25, arena=(8.0, 4.0), **rules, **more

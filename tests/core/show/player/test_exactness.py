@@ -10,8 +10,7 @@ from kinetile.kernel.clock import TICKS, Clock
 from kinetile.records import Trajectory
 from kinetile.run.readings import energy
 from kinetile.show.player import view_scene
-from lanes import first
-from player_pages import HARD, SCENES, ask_node, case_of, moments, needs_node, record
+from player_pages import SCENES, ask_node, case_of, moments, needs_node, record
 
 PLACES = """
     return given.times.map((time) => {
@@ -19,15 +18,6 @@ PLACES = """
         return placesOf(play.runs[0].motion, play.moment).flat();
     });
 """
-
-
-@needs_node
-@pytest.mark.parametrize("name", [*SCENES, *first(3, HARD)])
-def test_places_are_those_of_the_trajectory(name, tmp_path):
-    _, trajectory, page, times = case_of(name)
-    found = ask_node(tmp_path, page, PLACES, times=times)
-    for time, places in zip(times, found, strict=True):
-        assert places == trajectory.positions(time).ravel().tolist(), time
 
 
 @needs_node

@@ -43,19 +43,8 @@ SHOWN = """
 """
 
 
-def phase_of(scene: kt.Scene, seed: int) -> str:
-    """Each phase that takes the scene in turn."""
-    phases = [name for name, _ in accepting(scene)]
-    return phases[seed // 2 % len(phases)]
-
-
 def state(sim: kt.Simulation) -> list[Any]:
     return [sim.bodies.tolist(), sim.positions().tolist(), in_order([plain(item) for item in sim.drawing()])]
-
-
-def ordered(shown: list[Any]) -> list[Any]:
-    """What a page shows, with its shapes in the order of ``state``."""
-    return [*shown[:-1], in_order(shown[-1])]
 
 
 def between_events(shapes: list[dict[str, Any]], anchored: bool) -> list[dict[str, Any]]:
@@ -72,7 +61,8 @@ def between_events(shapes: list[dict[str, Any]], anchored: bool) -> list[dict[st
 @pytest.mark.parametrize("seed", range(SEED, SEED + SCENES))
 def test_the_page_has_the_places_and_the_structure_of_the_library(seed, tmp_path):
     scene, until = fresh(seed)
-    phase = phase_of(scene, seed)
+    phases = [name for name, _ in accepting(scene)]
+    phase = phases[seed // 2 % len(phases)]  # each in turn
     view = view_scene(scene, [(phase, {})], until=until)
     assert not view.notes
     (recording,) = view.page.recordings
@@ -81,7 +71,7 @@ def test_the_page_has_the_places_and_the_structure_of_the_library(seed, tmp_path
     times = sorted(time for time in drawn if 0 < clock.ticks(time) <= clock.ticks(until))
     told, moments = ask_node(tmp_path, view.page, SHOWN, times=times)
 
-    now, *events = (ordered(each) for each in told)
+    now, *events = ([*each[:-1], in_order(each[-1])] for each in told)
     stepped = kt.Simulation(scene, phase)
     assert now == state(stepped)
     for done, (event, shown) in enumerate(zip(stepped.steps(until), events, strict=True), 1):

@@ -54,7 +54,6 @@ COMPARED = """(() => {
 
 @pytest.fixture(scope="module")
 def large(tmp_path_factory):
-    """The page of 1,024 discs with a computed structure, and its number of contacts."""
     scene = kt.make_scene("grid", bodies=1024, density=0.5)
     view = view_scene(scene, [("sweep-tiling", {})], until=0.03, steps=False, pairs=True)
     return view.save(tmp_path_factory.mktemp("large") / "page.html"), len(view.page.recordings[0].rows)

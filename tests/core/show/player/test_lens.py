@@ -64,21 +64,6 @@ def test_the_gap_of_a_pair_is_0_at_its_contact(name, tmp_path):
         assert abs(at_root) < 1e-9
 
 
-FORMULAS = """
-const { events } = play.runs[0];
-play.jump(0, events.kind.findIndex((kind) => kind === 6));
-return proof.proofOfPair(play.runs[0], [1, 2], play.moment, held);
-"""
-
-
-@needs_node
-def test_a_pair_that_passes_is_no_gap(tmp_path):
-    page = view_scene(SCENES["sensors"], [("naive", {})], until=1.5).page
-    passing = ask_node(tmp_path, page, FORMULAS)
-    assert passing["formula"] == "they are passing through each other"
-    assert passing["gap"] is passing["fails"] is None
-
-
 THROUGH = """
 const [run] = play.runs;
 return [...Array(run.events.count).keys()].map((event) => {
@@ -122,20 +107,6 @@ def test_the_page_forgot_all_images_of_a_pair_but_one_when_one_passing_ended(beg
         assert moment == (0, 0) or abs(apart - 0.85) < 1e-9  # what begins or ends touches through its image
     assert max(map(len, lasting.values())) == 4
     assert any(at_root is not None for *_, at_root, _ in seen.values())
-
-
-@needs_node
-def test_a_contact_through_the_far_image_has_its_root(tmp_path):
-    apart = kt.Scene([(1.0, 2.0), (2.0, 2.0)], [(-0.5, 0.0), (0.5, 0.0)], 0.2, arena=(4, 4), periodic="x")
-    page = view_scene(apart, [("naive", {})], until=3.0).page
-    body = """
-        const { gap, fails } = proof.proofOfPair(play.runs[0], [0, 1], play.moment, held);
-        return [fails, gap(2.6), gap(2.5)];
-    """
-    fails, at_root, before = ask_node(tmp_path, page, body)
-    assert fails[0] + fails[1] / 2**52 == pytest.approx(2.6)
-    assert at_root == pytest.approx(0.0, abs=1e-12)
-    assert before == pytest.approx(0.1)
 
 
 @needs_node

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import pytest
 
 import kinetile as kt
-from chromium import Browser, needs_chromium
+from chromium import needs_chromium
 from kinetile.show.player import view_scene
 from lanes import first
 from player_pages import SCENES
@@ -33,17 +33,6 @@ def test_a_link_opens_the_moment_and_the_body(browser, saved):
     assert browser.value(STATE)[:2] == [0, 2**50]
     assert browser.value("kinetilePlayer.selected") is None
     assert browser.said() == []
-
-
-def test_a_link_opens_its_moment_on_a_phone(saved):
-    with Browser(390, 844) as phone:
-        phone.open(saved, f"#t=0:{2**50}&body=3")
-        assert phone.value(STATE)[:2] == [0, 2**50]
-        assert phone.value("kinetilePlayer.selected") == 3
-        phone.press("v")
-        assert phone.value(SAID) == f"this moment is saved as moment-0-{2**50}.svg"
-        assert phone.value("document.documentElement.scrollWidth <= innerWidth")
-        assert phone.said() == []
 
 
 def test_a_link_copied_while_time_runs_leads_nowhere(browser, saved):

@@ -23,7 +23,6 @@ DOM = Path(__file__).parents[3] / "player_dom.mjs"
 
 
 def run_page(path: Path) -> dict[str, object]:
-    """Press all keys and buttons of a page under node; what came of it."""
     done = subprocess.run(
         [program("node"), str(DOM), str(path)], capture_output=True, text=True, timeout=600, check=False
     )
@@ -85,35 +84,6 @@ def test_every_module_comes_after_those_it_imports():
     for at, path in enumerate(paths):
         imports = re.findall(r'from "(.+)"', path.read_text())
         assert {(path.parent / name).resolve() for name in imports} <= {*paths[:at]}, path
-
-
-MOMENTS = ("opened", "end", "evenly", "played", "half", "gone")
-
-
-@pytest.mark.slow
-@needs_node
-@pytest.mark.parametrize(
-    ("name", "phases"),
-    [("come and go", ("sap-1d",)), ("grid", ("sweep-tiling", "cells")), ("falling", ("sweep-tiling",))],
-)
-def test_all_keys_and_buttons_work(name, phases, tmp_path):
-    view = view_scene(SCENES[name], [(phase, {}) for phase in phases], until=1.0)
-    found = run_page(view.save(tmp_path / "page.html"))
-    unit = view.page.scene.time_unit
-    time = {name: unit * (found[name][0] + found[name][1] / 2**52) for name in MOMENTS}
-    assert (time["opened"], time["end"]) == (0.0, 1.0)
-    assert found["helped"]
-    assert 0.0 < time["evenly"] < time["played"] < 1.0
-    assert abs(time["half"] - 0.5) < 1e-9
-    assert abs(time["gone"] - 0.1) < 1e-9
-    assert found["refused"] == "tomorrow is no time"
-    assert found["readings"][0] == ["", *phases]
-    shown = {row[0] for row in found["readings"]}
-    assert shown >= {"events", "bodies", "now"}
-    assert ("queue" in shown) == (not view.page.scene.falls)
-    assert ("energy" if view.page.scene.falls else "kinetic energy") in shown
-    assert found["drawn"]["arc"] > 100
-    assert found["legend"] >= (3 if view.page.scene.falls else 4)
 
 
 @needs_node

@@ -96,7 +96,6 @@ FLIGHT = """(() => {
 
 
 def seen_length(line: list[float]) -> float:
-    """The length of what of a line is in the box from 0 to 1."""
     (x, y, to_x, to_y), (first, last) = line, (0.0, 1.0)
     for at, way in ((x, to_x - x), (y, to_y - y)):
         ends = sorted((-at / way, (1.0 - at) / way)) if way else [0.0, 1.0]

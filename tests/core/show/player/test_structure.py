@@ -58,8 +58,5 @@ def test_what_is_only_scheduled_again_is_not_fresh():
     assert columns is not None
     come = columns["first"] == 1
     shapes = [recording.SHAPES[number].__name__ for number in columns["shape"][come]]
-    assert dict(zip(shapes, columns["fresh"][come].tolist(), strict=True)) == {
-        "Box": 0,
-        "Link": 1,
-        "Entry": 1,
-    }
+    found = dict(zip(shapes, columns["fresh"][come].tolist(), strict=True))
+    assert found == {"Box": 0, "Link": 1, "Entry": 1}

@@ -68,7 +68,6 @@ def desk(page):
 
 
 def drag(browser, start, by, *, finger=False):
-    """Drag from a place of the window, with the mouse or with a finger."""
     (x, y), (right, down) = start, by
     for part, kind in ((0, "Pressed"), (0.5, "Moved"), (1, "Moved"), (1, "Released")):
         at = {"x": x + part * right, "y": y + part * down}
@@ -124,26 +123,15 @@ def test_a_disc_is_thrown_in_where_there_is_room(desk):
         "(({ left, top, width, height }) => [left + width / 2, top + height / 2])"
         "(kinetilePlayer.panes[0].getBoundingClientRect())"
     )
-    free = desk.value(
-        """(() => {
-        const { trial, camera, held: { arena } } = kinetilePlayer;
-        const radius = kinetilePlayer.bodies.radius[0];
-        for (let at = 0; at < 10000; at += 1) {
-            const place = [arena[0] * ((at % 100) / 100), arena[1] * (Math.floor(at / 100) / 100)];
-            const walls = [place[0], arena[0] - place[0], place[1], arena[1] - place[1]];
-            const { motion } = kinetilePlayer.playback.runs[0];
-            const others = (PLACES_OF)(motion, kinetilePlayer.playback.moment);
-            const gaps = others.map(([x, y]) => Math.hypot(x - place[0], y - place[1]) - radius);
-            if (Math.min(...walls, ...gaps) > 1.2 * radius) return camera.see(...place);
-        }
-        return null;
-    })()""".replace("PLACES_OF", PLACES_OF)
-    )
+    sim, radius = kt.Simulation(scene(), "cells"), float(scene().radius[0])
+    sim.run(until=0.125)
+    places = np.random.default_rng(1).uniform(1.2 * radius, 1.0 - 1.2 * radius, (500, 2)) * scene().arena
+    x, y = next(each for each in places if np.hypot(*(sim.positions() - each).T).min() > 2.4 * radius)
+    free = desk.value(f"kinetilePlayer.camera.see({x}, {y})")
     drag(desk, (left + free[0], top - free[1]), (25, -10))
     desk.value(COMPUTED)
     body, x, y, *velocity = desk.value(COMMAND)
     assert body == 12
-    radius = float(scene().radius[0])
     assert contacts(desk) == wanted(lambda sim: sim.insert((x, y), velocity, radius=radius))
     desk.value("kinetilePlayer.goTo('0.4')")
     desk.value("kinetilePlayer.select(12)")
@@ -164,23 +152,6 @@ def test_a_body_is_turned_back(desk):
     _, _, _, *velocity = desk.value(COMMAND)
     assert contacts(desk) == wanted(lambda sim: sim.set_velocity(0, velocity))
     assert desk.value("document.querySelector('#legend').textContent").count("commands") == 1
-
-
-def test_throws_at_the_beginning_are_shown_and_kept(desk):
-    desk.press("Home", "n", "b")
-    desk.value(COMPUTED)
-    desk.press("n", "b")
-    desk.value(COMPUTED)
-    turned = [[-each for each in scene().velocity[body]] for body in (0, 1)]
-    shown = "(({ vx, vy }) => [[vx[0], vy[0]], [vx[1], vy[1]]])(kinetilePlayer.playback.runs[0].motion.plans)"
-    assert desk.value(shown) == turned
-    sim = kt.Simulation(scene(), "cells")
-    for body in (0, 1):
-        sim.set_velocity(body, turned[body])
-    sim.run(until=UNTIL)
-    assert contacts(desk) == [
-        [int(each[name]) for name in ("epoch", "tick", "a", "b")] for each in sim.contacts
-    ]
 
 
 def test_a_second_finger_and_a_cancelled_one_throw_nothing(page):
@@ -254,15 +225,11 @@ def test_engines_are_compared_with_the_recorded_run(desk):
     ("made", "window", "reason"),
     [
         (kt.make_scene("grid", bodies=61, density=0.2), {}, "the scene has 61 bodies, and the page computes"),
-        (kt.make_scene("grid", bodies=4, density=0.2, periodic="xy"), {}, "an axis is periodic"),
         (scene(), {"begin": 0.1}, "the page does not begin at the start of its scene"),
-        (SCENES["sensors"], {}, "contacts are not all elastic"),
-        (SCENES["no walls"], {}, "the scene has no walls"),
         (kt.Scene(np.zeros((0, 2)), np.zeros((0, 2)), 0.1, arena=(1, 1)), {}, "the scene has 0 bodies"),
-        (SCENES["come and go"], {"until": 1.5}, "the scene has commands"),
         (SCENES["slow"], {"until": 600.0}, "the page ends 600 units of the clock after the start"),
     ],
-    ids=["many", "torus", "window", "responses", "no walls", "nobody", "commands", "long"],
+    ids=["many", "window", "nobody", "long"],
 )
 def test_it_is_offered_only_where_the_page_can_compute_the_run_and_says_why_not(
     made, window, reason, tmp_path
