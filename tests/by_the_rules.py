@@ -29,6 +29,5 @@ def answer(scene: kt.Scene, contacts: int, until: int) -> Answer:
 
 
 def rows(sim: kt.Simulation) -> list[Row]:
-    """Return the contacts of a run in the same form."""
     found = sim.contacts[["epoch", "tick", "a", "b"]].tolist()
     return [((epoch << 52) + tick, a, b) for epoch, tick, a, b in found]

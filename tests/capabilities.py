@@ -68,7 +68,6 @@ class Draft:
     narrow: str | None = None
 
     def framed(self, **more: Any) -> Draft:
-        """Returns this draft with further arguments of the scene."""
         return replace(self, frame={**self.frame, **more})
 
     def ruled(self, rules: dict[Any, Any]) -> Draft:
@@ -127,12 +126,10 @@ class Capability:
     shows: Callable[[Game, int, int], bool] = lambda game, a, b: True
 
     def seen(self, game: Game, rows: Rows) -> bool:
-        """Returns whether contacts of bodies show this capability."""
         return any(self.shows(game, a, b) for _, _, a, b in rows if b >= 0)
 
 
 def _of(game: Game, kinds: str, *bodies: int) -> bool:
-    """Returns whether bodies are of these kinds."""
     start = len(game.scene)
     return all(body < start for body in bodies) and sorted(kinds) == sorted(
         game.kinds[body] for body in bodies
@@ -248,7 +245,6 @@ class Game:
         self.kinds = ["ab"[body % 2] if body < len(PLACES) else "-" for body in range(len(self.scene))]
 
     def simulation(self, phase: str = "naive", **more: Any) -> kt.Simulation:
-        """Returns a simulation of the scene."""
         return kt.Simulation(self.scene, phase, live=self.draft.by_hand, **more)
 
     def play(self, sim: kt.Simulation, until: float = LASTS, **more: Any) -> kt.Simulation:
@@ -266,12 +262,10 @@ class Game:
         return sim
 
     def played(self, phase: str = "naive", **more: Any) -> kt.Simulation:
-        """Returns a simulation that was played to its end."""
         return self.play(self.simulation(phase, **more))
 
 
 def rows_of(sim: kt.Simulation) -> Rows:
-    """Returns the contacts of a run."""
     return [tuple(row) for row in sim.contacts[["epoch", "tick", "a", "b"]].tolist()]
 
 

@@ -84,7 +84,6 @@ def _is_below(path: Path, folders: tuple[str, ...]) -> bool:
 
 
 def _is_small(item: pytest.Item) -> bool:
-    """Return whether a test is small: by its mark, or by its folder."""
     here = _is_below(item.path, IN_PLAIN_HOOKS) and not _is_below(item.path, OF_INSTRUMENTS)
     other = any(item.get_closest_marker(name) for name in ("compiled", "own_loop", "interpreted"))
     return item.get_closest_marker("small") is not None or (here and not other)
@@ -174,7 +173,6 @@ def pytest_pycollect_makeitem(
 
 
 def _is_slow(collector: pytest.Collector, test: object) -> bool:
-    """Return whether all cases of a test are slow."""
     marks = [getattr(each, "pytestmark", ()) for each in (test, getattr(collector, "module", None))]
     names = [mark.name for each in marks for mark in (each if isinstance(each, (list, tuple)) else [each])]
     return "slow" in names or "long" in names

@@ -9,6 +9,7 @@ import numpy as np
 import kinetile as kt
 from kinetile.errors import SceneError
 from kinetile.kernel.certificates.convex import enters, leaves
+from kinetile.kernel.certificates.convex_integers import enters_exactly, leaves_exactly
 from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import pointer
 from kinetile.kernel.tables import NEVER
@@ -18,11 +19,12 @@ from kinetile_accuracy.specification.shapes import Difference, entry, exit_
 
 
 @hook
-def ask(parting, numbers, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, tick, per_time, right, up, width, height):
-    across, up = Axis(x, vx, x2, vx2, right, width), Axis(y, vy, y2, vy2, up, height)
-    if parting:
-        return leaves(pointer(numbers), 0, Plans(across, up, elapsed, tick, per_time))
-    return enters(pointer(numbers), 0, Plans(across, up, elapsed, tick, per_time))
+def ask(alone, numbers, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, tick, per_time, right, up, width, height):
+    f, across, up = pointer(numbers), Axis(x, vx, x2, vx2, right, width), Axis(y, vy, y2, vy2, up, height)
+    plans = Plans(across, up, elapsed, tick, per_time)
+    if alone:
+        return enters_exactly(f, 0, plans, 0), leaves_exactly(f, 0, plans, 0)
+    return enters(f, 0, plans), leaves(f, 0, plans)
 
 
 def drawn_shape(rng: random.Random, lattice: int, sharp: bool = False) -> kt.Shape:
@@ -116,22 +118,19 @@ class Question:
             away = zip(self.two, self.turns, self.periods, strict=True)
             self.two = tuple(place - turns * period for place, turns, period in away)
 
-    def tick_of_kernel(self, parting: bool = False) -> int:
-        """Return the answer of the kernel: when they touch, or part."""
+    def ticks_of_kernel(self, alone: bool = False) -> list[int]:
+        """Return when they touch and part, by the kernel, or by its last stage alone, in whole numbers."""
         numbers = np.array(difference_row(*((shape.core, shape.radius) for shape in self.shapes)))
         path = (*self.one, *self.v, self.elapsed, *self.two, *self.v2, self.tick, 1.0 / self.tick)
         path += (*self.turns, *self.periods)
-        return int(ask(parting, numbers, *map(float, path[:4]), path[4], *map(float, path[5:])))
+        return [*map(int, ask(alone, numbers, *map(float, path[:4]), path[4], *map(float, path[5:])))]
 
-    def tick_by_rationals(self, parting: bool = False) -> int:
-        """Return the answer of rule 5s, or 11s."""
+    def ticks_by_rationals(self) -> list[int]:
+        """Return the answers of rules 5s and 11s."""
         q = Fraction(self.tick)
         there = [Fraction(x) + Fraction(v) * self.elapsed * q for x, v in zip(self.one, self.v, strict=True)]
         away = [Fraction(n) * Fraction(period) for n, period in zip(self.turns, self.periods, strict=True)]
         d = tuple(Fraction(at) - place + far for at, place, far in zip(self.two, there, away, strict=True))
         v = tuple((Fraction(w) - Fraction(v)) * q for v, w in zip(self.v, self.v2, strict=True))
-        if parting:
-            wait = exit_(Difference(*self.shapes), d, v)
-            return NEVER if wait is None else wait
-        found = entry(Difference(*self.shapes), d, v)
-        return NEVER if found is None else found.tick
+        found, wait = (rule(Difference(*self.shapes), d, v) for rule in (entry, exit_))
+        return [NEVER if found is None else found.tick, NEVER if wait is None else wait]

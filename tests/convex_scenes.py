@@ -50,7 +50,6 @@ def drawn(seed: int, bodies: tuple[int, ...] = (2, 3, 4, 6, 8), axes: tuple[str,
 
 
 def made(rows, shapes, arena, velocity, periodic="") -> kt.Scene:
-    """Return the scene of rows of a place, the number of a shape and a mass."""
     return kt.Scene(
         [row[0] for row in rows],
         velocity,
@@ -63,5 +62,4 @@ def made(rows, shapes, arena, velocity, periodic="") -> kt.Scene:
 
 
 def scaled(shape: kt.Shape, by: float) -> kt.Shape:
-    """Return a shape, smaller by a power of two."""
     return kt.Shape(tuple((x * by, y * by) for x, y in shape.core), shape.radius * by)

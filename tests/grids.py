@@ -8,13 +8,11 @@ import kinetile as kt
 
 
 def state_of(sim: kt.Simulation) -> Any:
-    """Return the state of a simulation's cells, built."""
     sim._engine.build()
     return sim._engine.state
 
 
 def in_the_open(scene: kt.Scene, shift: tuple[float, float] = (0.0, 0.0)) -> kt.Scene:
-    """Return a scene without its arena, moved."""
     return kt.Scene(scene.position + np.array(shift), scene.velocity, scene.radius, scene.mass)
 
 

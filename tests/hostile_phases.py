@@ -48,11 +48,6 @@ def leave_plans(k: Kernel, s: State, body: int) -> None:
 
 
 @hook
-def no_such_field(k: Kernel, s: State) -> None:
-    s.memory[0] = k.clock[0].weather
-
-
-@hook
 def for_ever(k: Kernel, s: State, body: int) -> int:
     while s.memory[0] < 1.0:
         s.memory[0] *= 0.5
@@ -69,14 +64,6 @@ def one_too_many(k: Kernel, s: State, body: int) -> int:
 @hook
 def nobody_and_nobody(k: Kernel, s: State) -> None:
     offer(k, -3, 1 << 30)
-
-
-@hook
-def offer_without_end(k: Kernel, s: State, body: int) -> int:
-    schedule(k, 0, NEVER)
-    for i in range(1 << 17):
-        offer(k, i % len(k.bodies), (i + 1) % len(k.bodies))
-    return 0
 
 
 @hook
@@ -233,12 +220,10 @@ HOSTILE = {
     "takes-all-memory": phase(arrange=takes_all),
     "touches-bodies-in-arrange": phase(arrange=touches),
     "audits-badly": phase(audit=audits_badly),
-    "has-no-such-field": phase(build=no_such_field),
     "dawdles-in-arrange": phase(arrange=dawdles),
     "hangs-in-a-hook": phase(repair=for_ever),
     "schedules-one-too-many": phase(repair=one_too_many),
     "offers-nobody": phase(build=nobody_and_nobody),
-    "offers-without-end": phase(repair=offer_without_end),
     "names-without-room": phase(off_the_answer),
     "names-fewer-than-none": phase(fewer_than_none),
     "names-a-stranger": phase(a_stranger),
@@ -254,11 +239,6 @@ for _name, _phase in HOSTILE.items():
 def waits_for_one_that_computes(subject: object) -> None:
     """Wait for another process, which computes for ever."""
     subprocess.run([sys.executable, "-c", "while True: pass"], check=False)
-
-
-def waits(subject: object) -> None:
-    """Wait, and send nothing."""
-    time.sleep(600.0)
 
 
 def cpu_limit(subject: object) -> tuple[float, int]:

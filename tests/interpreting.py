@@ -81,7 +81,6 @@ def _print_beside_capture(config: pytest.Config) -> None:
 
 
 def of_this_process(items: list[pytest.Item]) -> list[pytest.Item]:
-    """Return the tests that a child is to run; elsewhere all."""
     if _folder is None:
         return items
     wanted = {*json.loads((_folder / "tests").read_text(encoding="utf-8"))}
@@ -89,12 +88,10 @@ def of_this_process(items: list[pytest.Item]) -> list[pytest.Item]:
 
 
 def _is_marked(item: pytest.Item) -> bool:
-    """Return whether a test is to run with plain hooks."""
     return any(item.get_closest_marker(name) is not None for name in ("small", "interpreted"))
 
 
 def _run(items: list[pytest.Item]) -> None:
-    """Run tests as pytest does."""
     for item, following in pairwise([*items, None]):
         assert item is not None
         item.ihook.pytest_runtest_protocol(item=item, nextitem=following)

@@ -18,7 +18,6 @@ Cell = tuple[str, str]
 
 
 def _of(column: str, rows: Mapping[str, str]) -> dict[Cell, str]:
-    """Returns one sentence or reason for each of some rows of a column."""
     return {(row, column): said for names, said in rows.items() for row in names.split(" | ")}
 
 

@@ -43,7 +43,6 @@ MIDDLE = 2.0
 
 @cache
 def truth(names: tuple[str, ...]) -> kt.Simulation:
-    """Returns the game of these capabilities, played under ``naive``."""
     return Game(*names).played()
 
 

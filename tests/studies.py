@@ -32,7 +32,6 @@ RUN_TO_RUN = ("seconds", "environment", "compiled", "compile_seconds")
 
 
 def write(folder: Path, text: str = STUDY) -> Path:
-    """Write a study into a folder; return its file."""
     path = folder / "study.toml"
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
@@ -40,19 +39,8 @@ def write(folder: Path, text: str = STUDY) -> Path:
 
 
 def run_here(study: Study, **how: Any) -> StudyStatus:
-    """Run a study in this process, where registered phases are known; return how it stands."""
     with ThreadPoolExecutor(1) as threads:
         return study.run(threads, workers=1, **how)
-
-
-def stop_after(rows: int) -> Any:
-    """Return a ``progress`` that ends a run when there are so many rows."""
-
-    def progress(done: int, total: int) -> None:
-        if done >= rows:
-            raise KeyboardInterrupt
-
-    return progress
 
 
 def begin(*words: object, folder: Path, paths: Sequence[str] = ()) -> subprocess.Popen[str]:
@@ -70,7 +58,6 @@ def begin(*words: object, folder: Path, paths: Sequence[str] = ()) -> subprocess
 
 
 def ended(process: subprocess.Popen[str], code: int = 0) -> tuple[str, str]:
-    """Return the output of a study that ends with an exit code."""
     out, error = process.communicate(timeout=1200)
     assert process.returncode == code, (out, error)
     return out, error
@@ -115,7 +102,6 @@ def kill(pid: int) -> None:
 
 
 def by_key(study: Study) -> dict[str, dict[str, Any]]:
-    """Return the rows of a study by their keys, with all columns."""
     return {row["key"]: row for row in study.rows()}
 
 

@@ -2,6 +2,7 @@
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,11 @@ NAMED_TUPLE = {"_replace", "_fields", "_asdict", "_make"}
 """Public names, whatever they look like."""
 
 
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def private(name: str) -> bool:
     return name.startswith("_") and not name.startswith("__")
 
@@ -28,7 +34,7 @@ def private(name: str) -> bool:
 def test_what_judges_and_shows_uses_nothing_private(package):
     found = []
     for path in sorted(package.rglob("*.py")):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
+        tree = parsed(path)
         own = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)} | NAMED_TUPLE
         for node in ast.walk(tree):
             if isinstance(node, ast.Attribute) and private(node.attr) and node.attr not in own:
@@ -44,7 +50,7 @@ INSTRUMENTS = tuple(PLUGINS / f"kinetile_{name}" for name in ("accuracy", "bench
 
 
 def imported(path: Path, module: str) -> set[str]:
-    tree = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    tree = ast.walk(parsed(path))
     found = [node for node in tree if isinstance(node, ast.ImportFrom) and node.module is not None]
     return {alias.name for node in found if node.module.startswith(module) for alias in node.names}
 
@@ -63,7 +69,7 @@ def test_a_name_for_instruments_is_on_their_page_and_of_use():
 def test_nobody_imports_the_root_package():
     """Through it a lower package would reach all that is above. Instruments are users: they may."""
     for path in sorted(CORE.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(parsed(path)):
             if isinstance(node, ast.Import):
                 assert all(alias.name != "kinetile" for alias in node.names), path
             if isinstance(node, ast.ImportFrom):
@@ -76,7 +82,7 @@ def test_no_test_judges_how_long_it_takes():
     assert settings.default.deadline is None
     assert HealthCheck.too_slow in settings.default.suppress_health_check
     for path in sorted(Path(__file__).parent.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(parsed(path)):
             if isinstance(node, ast.keyword) and node.arg in ("suppress_health_check", "deadline"):
                 said = ast.unparse(node.value)
                 assert said in ("None", "list(HealthCheck)") or path.name == "conftest.py", path
@@ -135,7 +141,7 @@ def test_a_file_was_truncated_before_its_new_content_could_be_written():
     """On a full disk, --overwrite left nothing of the old file: all go through ``kinetile.targets``."""
     found = set()
     for path in sorted(file for root in (CORE, PLUGINS) for file in root.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(parsed(path)):
             if isinstance(node, ast.Call) and writes(node):
                 found.add((path.relative_to(ROOT).as_posix(), ast.unparse(node)))
     assert found == set(OPENED)
@@ -164,8 +170,8 @@ EVALUATION = re.compile(rf"{PLACE} [+-]=? (?:{SPEED} \*|[\w.\[\]]+ \* {SPEED}(?!
 
 def test_a_flight_plan_is_evaluated_in_one_place():
     for file in sorted(file for root in (CORE, PLUGINS) for file in root.rglob("*.*")):
-        source = file.read_text(encoding="utf-8") if file.suffix in (".py", ".mjs", ".txt") else ""
-        source = ast.unparse(ast.parse(source)) if file.suffix == ".py" else source
+        source = ast.unparse(parsed(file)) if file.suffix == ".py" else ""
+        source = file.read_text(encoding="utf-8") if file.suffix in (".mjs", ".txt") else source
         path, found = file.relative_to(ROOT).as_posix(), EVALUATION.findall(source)
         assert len(found) == EVALUATES.get(path, 0), (
             f"{path} has {found}, a place + velocity * time: call position_after of kernel/plan.py "

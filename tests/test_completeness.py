@@ -106,6 +106,5 @@ def test_each_law_has_a_guard_in_the_default_lane() -> None:
 
 
 def _is_slow(path: str, test: str) -> bool:
-    """Return whether all cases of a test are slow, by a mark above it."""
     above = (ROOT / path).read_text(encoding="utf-8").partition(f"\ndef {test}(")[0].rpartition("\n\n")[2]
     return re.search(r"^@pytest\.mark\.(slow|long)$", above, re.MULTILINE) is not None

@@ -9,7 +9,6 @@ ROOT = Path(__file__).parents[1]
 
 
 def play(words: str, capsys) -> str:
-    """Returns what the game prints."""
     main = runpy.run_path(str(ROOT / "docs/examples/game.py"))["main"]
     assert main(words.split()) == 0
     return str(capsys.readouterr().out)

@@ -1,12 +1,11 @@
 """Malformed files, streams and words of many kinds: a sentence, or a result; no traceback, no hang, 2 GB.
 
-``KINETILE_MALFORMED`` is the number of cases, 300 by default.
+``KINETILE_MALFORMED`` is the number of cases, 100 by default.
 """
 
 import hashlib
 import io
 import json
-import math
 import os
 import random
 import resource
@@ -28,14 +27,10 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-import lanes
 from command_line import kinetile
 from kinetile.errors import KinetileError, SceneError
-from kinetile.kernel.compiled import INTERPRETED
-from kinetile.kernel.log import LOG
 from kinetile.records import Trajectory
-from kinetile.records.finishing import KEYS
-from kinetile.records.log import SIGNATURE, Seal
+from kinetile.records.log import SIGNATURE
 from kinetile.run.saving import files
 from kinetile_bench import Study
 from kinetile_bench.study.plan import read_plan_file
@@ -45,8 +40,7 @@ from kinetile_conformance.cases import load_case
 from kinetile_conformance.questions import Contacts
 from studies import run_here
 
-pa = pytest.importorskip("pyarrow")
-pq = pytest.importorskip("pyarrow.parquet")
+pytest.importorskip("pyarrow")
 
 SCENE = """
 arena = [8.0, 8.0]
@@ -106,21 +100,6 @@ JSON = [
     *([], {}, [[]], {"array": "x"}, {"tuple": []}, {"Shape": [1]}, {"Bounds": []}, [1] * 50),
     {"table": [[1]]},
 ]
-ALONE = """
-until = 0.5
-bodies = []
-[[shapes]]
-kind = "box"
-width = 1.0
-height = 0.5
-[[shapes]]
-kind = "polygon"
-corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
-[[commands]]
-time = 0.25
-insert = { position = [4.0, 4.0], velocity = [1.0, 0.5], shape = 0 }
-"""
-"""A scene with shapes and no bodies."""
 ROWS = {
     "phases": ["cells"],
     "seeds": 3,
@@ -264,27 +243,6 @@ def change_rows(rng: random.Random, path: Path, row: int, seals: bool) -> None:
         file.commit()
 
 
-def change_events(rng: random.Random, path: Path, good: Any, seals: bool) -> None:
-    """Writes an event file with another value, metadata or scene, the digest right again if it ``seals``."""
-    rows, texts = good.rows.copy(), list(good.texts)
-    way = rng.randrange(3)
-    if way == 0:
-        odd = [2**31 - 1, 2**62, -(2**62), math.nan, math.inf, 1e308, *range(-9, 6)]
-        at, name = rng.randrange(len(rows)), rng.choice(["a", "b", *LOG.names])
-        with suppress(ValueError, OverflowError):
-            rows[name][at : rng.choice([None, at + 1])] = rng.choice(odd)
-    elif way == 1:
-        texts[0] = json.dumps(changed_json(rng, json.loads(texts[0])))
-    else:
-        texts[1] = changed_text(rng, texts[1]).decode(errors="replace")
-    if seals:
-        seal = Seal()
-        seal.add(rows)
-        texts[2] = seal.digest(*texts[:2])
-    table = pa.table({name: rows[name] for name in LOG.names})
-    pq.write_table(table.replace_schema_metadata(dict(zip(KEYS, texts, strict=True))), path)
-
-
 def changed_frames(rng: random.Random, text: str) -> bytes:
     lines = text.strip().split("\n")
     at = rng.randrange(len(lines))
@@ -343,9 +301,7 @@ class Malformed:
             sim.run(0.5, recorder=recorder)
         self.events = (folder / "good.parquet").read_bytes()
         self.written_events = kt.read_events(folder / "good.parquet")
-        found = pq.read_metadata(folder / "good.parquet").metadata
-        texts = [found[key.encode()].decode() for key in KEYS]
-        self.good_events = SimpleNamespace(rows=self.written_events.rows, texts=texts)
+
         self.study = Study(ROWS, folder / "good.sqlite")
         self.plan = folder / "good.toml"
         self.plan.write_text(
@@ -393,15 +349,10 @@ class Malformed:
         said("recover --overwrite", self.written("e.parquet.partial", changed_log(rng, self.log)))
 
     def of_event_files(self, rng: random.Random) -> None:
-        way, path = rng.randrange(4), self.folder / "e.parquet"
-        if way < 2:
-            self.written("e.parquet", (flipped, changed_bytes)[way](rng, self.events))
-        else:
-            change_events(rng, path, self.good_events, way == 3)
+        path = self.written("e.parquet", rng.choice([flipped, changed_bytes])(rng, self.events))
         found = kt.read_events(path)
-        same = found.rows.tobytes() == self.written_events.rows.tobytes()
-        assert way == 3 or (same and found.metadata == self.written_events.metadata)
-        found.kinds_of([-1, 0, 3, 2**31])
+        assert found.rows.tobytes() == self.written_events.rows.tobytes()
+        assert found.metadata == self.written_events.metadata
         if rng.random() < 0.1:
             export = "export --until 0.1 --every 0.1 --overwrite --to w.xyz"
             said(rng.choice(["certify-log grid -s bodies=4", "view --out v.html", export]), path)
@@ -422,24 +373,6 @@ class Malformed:
         assert way == 3 or rows == self.written_rows
         self.study.status()
         self.study.table(y)
-
-    def of_shapes_alone(self, rng: random.Random) -> None:
-        around = [
-            "",
-            "arena = [8.0, 8.0]\n",
-            'arena = [8.0, 8.0]\nperiodic = "xy"\n',
-            "gravity = [0.0, -1.0]\n",
-        ]
-        text = rng.choice(around) + (ALONE if rng.random() < 0.9 else ALONE.replace("bodies = []\n", ""))
-        text = text.partition("[[commands]]")[0] if rng.random() < 0.5 else text
-        path = self.written("s.toml", changed_text(rng, text) if rng.random() < 0.6 else text.encode())
-        if rng.random() < 0.1:
-            said("run --explain --phase", rng.choice(lanes.GENERAL), path)
-        scene = kt.load_scene(path)
-        kt.save_scene(scene, path)
-        assert kt.load_scene(path) == scene
-        if INTERPRETED:  # else each choice of shapes and commands would be compiled
-            kt.Simulation(scene, rng.choice(lanes.GENERAL)).run(scene.start + 0.5)
 
     def of_frames(self, rng: random.Random) -> None:
         kt.make_scene("frame", file=str(self.written("f.xyz", changed_frames(rng, self.frames))))
@@ -507,5 +440,5 @@ def test_what_is_malformed_is_refused_in_a_sentence(tmp_path, monkeypatch):
     file: each ended in a traceback, or did not end."""
     monkeypatch.chdir(tmp_path)
     malformed = Malformed(tmp_path)
-    tried(malformed, sorted(malformed.ways), int(os.environ.get("KINETILE_MALFORMED", "150")))
+    tried(malformed, sorted(malformed.ways), int(os.environ.get("KINETILE_MALFORMED", "100")))
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 2_000_000

@@ -5,13 +5,12 @@ counts.
 """
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import kinetile as kt
+from command_line import kinetile
 from kinetile.errors import Refused
 from kinetile_bench.events import DENSITIES
 from lanes import BUILT_IN
@@ -28,12 +27,10 @@ pytestmark = pytest.mark.compiled
 
 
 def by_label(lines: list[str]) -> dict[str, str]:
-    """Return what a run prints, by the label in front of it."""
     return dict(re.split(r" {2,}", line, maxsplit=1) for line in lines)
 
 
 def cells(text: str, head: str) -> list[list[str]]:
-    """Return the rows of the table that begins with this head."""
     (place,) = re.finditer(re.escape(head), text)
     lines = text[place.end() :].splitlines()[2:]
     rows = lines[: next((k for k, line in enumerate(lines) if not line.startswith("|")), len(lines))]
@@ -43,9 +40,7 @@ def cells(text: str, head: str) -> list[list[str]]:
 def test_the_sample_run_is_what_the_command_prints():
     (sample,) = re.findall(r"```text\n(scene .*?)```", COMMANDS, flags=re.DOTALL)
     shown = by_label(sample.splitlines())
-    command = [sys.executable, "-m", "kinetile", "run"]
-    ended = subprocess.run(command, capture_output=True, text=True, check=True)
-    printed = by_label(ended.stdout.splitlines())
+    printed = by_label(kinetile("run", code=0).stdout.splitlines())
     assert len(shown) == 9
     assert [label for label in printed if label in shown] == list(shown)
     for label in set(shown) - MEASURED:

@@ -62,26 +62,3 @@ def test_a_disc_meets_the_stadium_as_often_as_it_must():
     rate = sim.observed["rates"]["pairs"]
     assert abs(rate.mean - exact) < 4 * rate.error
     assert rate.error < 0.005 * exact
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_no_disc_is_ever_in_a_wall_of_the_maze():
-    maze = kt.load_scene(SCENES / "maze.toml")
-    wall = maze.mass == math.inf
-    begin, r = maze.position[wall], maze.radius[~wall]
-    along = np.array([maze.shapes[each].core[1] for each in maze.shape[wall]])
-    lists = []
-    for phase in ("cells", "naive", "sap-1d", "sap-2d"):
-        sim = kt.Simulation(maze, phase)
-        while sim.time < 40.0:
-            sim.run(max_contacts=20)
-            away = sim.positions()[~wall][:, None] - begin  # (discs, walls, 2)
-            part = np.clip((away * along).sum(axis=2) / (along**2).sum(axis=1), 0, 1)
-            gap = np.linalg.norm(away - part[..., None] * along, axis=2) - r[:, None]
-            assert gap.min() > -1e-12
-        middles = sim.positions()[~wall]
-        assert (middles > 0).all()  # none has left
-        assert (middles < (10, 8)).all()
-        lists.append(sim.contacts)
-    assert all(np.array_equal(lists[0], each) for each in lists)

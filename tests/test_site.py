@@ -47,7 +47,6 @@ ITEM = re.compile(r"^- \[[^\]]+\]\(([\w./-]+)\)", re.MULTILINE)
 
 
 def sentence() -> str:
-    """Return the one sentence that says what kinetile is for."""
     return (DOCS / "index.md").read_text(encoding="utf-8").split("\n\n")[1]
 
 
@@ -307,7 +306,6 @@ class Places(HTMLParser):
 
 
 def places(page: Path) -> Places:
-    """Return what a page has."""
     found = Places()
     found.feed(page.read_text(encoding="utf-8"))
     return found

@@ -19,18 +19,6 @@ import kinetile as kt
 from kinetile.cli import app
 from kinetile.errors import AuditError
 from kinetile.plugin.choices import read_phase
-from kinetile.plugin.drawing import At, Box, Entry, Link, Polygon, Segment
-
-
-def points(item: Segment | Box | Polygon | Link) -> list[Any]:
-    """Return a shape's points: each coordinate a number, or [body, offset]."""
-    if isinstance(item, Link):
-        return [item.a, item.b]
-    if isinstance(item, Polygon):
-        found = item.corners
-    else:
-        found = (item.a, item.b) if isinstance(item, Segment) else (item.low, item.high)
-    return [[list(each) if isinstance(each, At) else each for each in point] for point in found]
 
 
 def moment(sim: kt.Simulation, event: kt.Event | None) -> dict[str, Any]:
@@ -40,20 +28,11 @@ def moment(sim: kt.Simulation, event: kt.Event | None) -> dict[str, Any]:
         complaint = ""
     except AuditError as error:
         complaint = str(error)
-    shapes = [
-        {"role": item.role, "label": item.label, "fails": item.fails, "points": points(item)}
-        for item in sim.drawing()
-        if not isinstance(item, Entry)  # of a matrix beside the picture
-    ]
+
     return {
         "kind": "start" if event is None else event.kind,
         "time": sim.time,
         "tick": sim.exact_time,
-        "bodies": () if event is None else event.bodies,
-        "pairs": sim.candidate_pairs().tolist(),
-        "places": sim.positions().tolist(),
-        "velocities": sim.velocities().tolist(),
-        "shapes": shapes,
         "complaint": complaint,
     }
 
@@ -62,10 +41,9 @@ def happened(scene: kt.Scene, phase: str | None) -> dict[str, Any]:
     """Run a scene event by event, and return all moments, and what it gave."""
     name, options = (None, {}) if phase is None else read_phase(phase)
     sim = kt.Simulation(scene, name, options=options or None)
-    two = len(scene) > 1 and bool(sim.narrow_phases)
-    coming = sim.next_contact(0, 1) if two else None
+
     moments = [moment(sim, None), *(moment(sim, event) for event in sim.steps())]
-    return {"coming": coming and coming.time, "moments": moments, "fingerprint": sim.fingerprint}
+    return {"moments": moments, "fingerprint": sim.fingerprint}
 
 
 def main(what: str, *words: str) -> None:

@@ -5,7 +5,6 @@ body b's bound L begins at 16 b, its R at 16 b + 8; n as an end is TOP, n + 1 BO
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,12 +12,11 @@ import numpy as np
 
 import agreement
 import kinetile as kt
-from kinetile.errors import SceneError, ZenoError
+from kinetile.errors import ZenoError
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop import BUDGET_SPENT
 from kinetile.kernel.tables import NEVER, STRUCTURAL
 from kinetile.run.engine.engine import UNLIMITED
-from kinetile_plugins.sweep_tiling import SweepTiling
 
 OUTER, UPPER, LOWER = 0, 1, 2
 SCENES = Path(__file__).parent / "scenes"
@@ -147,7 +145,6 @@ class Steps:
 
     @property
     def next_tile(self) -> int:
-        """The left port of the tile that fails next."""
         body = self._head()[0]
         slot = int(np.argmin(self.state.due[4 * body : 4 * body + 3]))
         return 16 * body + (slot or 8 + OUTER)
@@ -162,7 +159,6 @@ class Steps:
         self.engine.audit()
 
     def by_force(self) -> Tiling:
-        """The tiling of the bodies where they are now."""
         return tiling_by_force(positions_now(self.engine.k), np.asarray(self.engine.k.bodies.reach))
 
     def to_the_middle(self) -> bool:
@@ -221,34 +217,6 @@ def columns(seed: int) -> kt.Scene:
     if seed % 3 == 0:  # edges in line instead of centres
         place[:, 0] += (radius - size) * rng.choice([-1, 1], len(size))
     return kt.Scene(place, np.array(velocity), size - (gap if gap > 1e-13 else 0.0), arena=(1.0, 1.0))
-
-
-def crevice(seed: int, small: float) -> kt.Scene:
-    """A wide disc, a small one at its side, and another that meets the wide one just over that: the bounds
-    there are about small^2 / 0.2 apart."""
-    rng = np.random.default_rng(seed)
-    while True:
-        other = small * float(rng.choice([0.5, 1.0, 2.0]))
-        low = rng.uniform(-0.5, 3.0) * small / 0.2 * rng.choice([0.0, 0.1, 1.0])
-        high = low + (small + other) / (0.2 + small) * (1.0 + 10.0 ** rng.uniform(-6.0, 0.5))
-        along = high + rng.uniform(-1.4, 1.4)
-        outward = [np.array([np.cos(angle), np.sin(angle)]) for angle in (low, high, along)]
-        side = 0.5 + (0.2 + other + 10.0 ** rng.uniform(-16.0, -1.0) * small) * outward[0]
-        start = 0.5 + (0.2 + small) * outward[1] + 10.0 ** rng.uniform(-1.0, 3.0) * small * outward[2]
-        drift = rng.integers(2) * rng.uniform(-1e-3, 1e-3, 2)
-        velocity = [[0.0, 0.0], -outward[2] * rng.choice([0.1, 1.0]), drift]
-        try:
-            return kt.Scene([[0.5, 0.5], start, side], velocity, [0.2, small, other], arena=(1.0, 1.0))
-        except SceneError:
-            continue  # the two small ones overlap
-
-
-def take_the_limit_away(monkeypatch: Any) -> None:
-    """Let sweep-tiling accept any skin, which it does not claim to bear."""
-    prepare = SweepTiling.prepare
-    monkeypatch.setattr(
-        SweepTiling, "prepare", lambda phase, scene: replace(prepare(phase, scene), skin_limit=None)
-    )
 
 
 def random_scene(seed: int, bodies: int | None = None) -> kt.Scene:

@@ -70,18 +70,6 @@ def uncount(k: Kernel, s: State, body: int) -> int:
 
 
 @hook
-def tolerate(k: Kernel, s: State, body: int) -> int:
-    k.clock[0].limits.tolerance = 1.0
-    return wait_on(k, s, body)
-
-
-@hook
-def brake(k: Kernel, s: State, body: int) -> int:
-    k.bodies[3].vx = 0.0625
-    return everyone(k, s, body)
-
-
-@hook
 def brake_the_fourth(k: Kernel, s: State, body: int) -> int:
     if len(k.bodies) > 3:
         k.bodies[3].vx = 0.0625
@@ -135,12 +123,6 @@ def audit_and_mend(k: Kernel, s: State) -> Iterator[str]:
 @hook
 def stray(k: Kernel, s: State, body: int) -> int:
     s.failed[len(s.failed)] = 1
-    return everyone(k, s, body)
-
-
-@hook
-def stray_before(k: Kernel, s: State, body: int) -> int:
-    s.failed[-len(s.failed) - 1] = 1
     return everyone(k, s, body)
 
 
@@ -259,8 +241,6 @@ class Trespasser:
 
 ALL: dict[str, dict[str, Any]] = {
     "uncounts": {"repair": uncount},
-    "tolerates": {"repair": tolerate},
-    "brakes-another": {"near": brake},
     "brakes-the-fourth": {"near": brake_the_fourth},
     "sets-its-own": {"repair": set_own},
     "sets-anothers": {"repair": set_anothers},
@@ -271,7 +251,6 @@ ALL: dict[str, dict[str, Any]] = {
     "moves-who-comes-soon": {"soon": move_ahead},
     "mends-in-audit": {"audit": audit_and_mend},
     "strays": {"near": stray},
-    "strays-before": {"near": stray_before},
     "asks-the-last": {"near": ask_the_last},
     "asks-one-too-many": {"repair": schedule_too_far},
     "misspells": {"replan": misspell},

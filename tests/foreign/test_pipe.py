@@ -71,15 +71,6 @@ def test_the_engine_in_c_conforms(tmp_path):
     assert report.results[1].reason.startswith("it refuses ")
 
 
-@needs_cc
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_the_engine_in_c_conforms_where_there_are_many(tmp_path):
-    checks = ["same-contacts-on-lattices", "same-contacts-in-a-scaled-swarm"]
-    report = check_engine(compiled(tmp_path), examples=16, checks=checks)  # it refuses scenes with turns
-    assert [result.status for result in report.results] == ["passed", "passed"]
-
-
 @pytest.mark.small
 @pytest.mark.needs("node")
 def test_the_second_implementation_conforms():
@@ -125,7 +116,6 @@ def test_a_fault_is_found(fault, tmp_path):
 
 
 def asked(scene, within=None, most=50):
-    """Return the exchange of a scene."""
     (exchange,) = Contacts(within, most).exchanges(scene)
     return exchange
 
@@ -286,7 +276,6 @@ def test_lines_longer_than_a_pipe(capfd, tmp_path):
 
 
 def is_running(pid):
-    """Return whether a process is there, and is no zombie."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except (FileNotFoundError, ProcessLookupError):
@@ -315,7 +304,6 @@ def test_nothing_is_left_running(tmp_path):
 
 
 def in_python_as(name, *fault):
-    """Return the command of an engine in Python."""
     return shlex.join([sys.executable, str(HERE / "engines" / f"{name}.py"), *fault])
 
 
@@ -410,14 +398,14 @@ def test_two_discs_or_boxes_touch_exactly(one, other):
 
 
 def in_doubles(language, fault, folder):
-    """Return the command of an engine in floating point."""
     if language == "c":
         return compiled(folder, f"-DFAULT={fault or 0}", source="engines/doubles.c")
     return shlex.join([program("node"), str(HERE / "engines" / "doubles.js"), *([fault] if fault else [])])
 
 
 in_both = pytest.mark.parametrize(
-    "language", [pytest.param("c", marks=needs_cc), pytest.param("js", marks=pytest.mark.needs("node"))]
+    "language",
+    first(1, [pytest.param("c", marks=needs_cc), pytest.param("js", marks=pytest.mark.needs("node"))]),
 )
 
 
@@ -452,7 +440,7 @@ FAULTS_IN_DOUBLES = [
 
 
 @pytest.mark.small
-@pytest.mark.parametrize(("language", "fault", "asked"), first(3, FAULTS_IN_DOUBLES))
+@pytest.mark.parametrize(("language", "fault", "asked"), first(1, FAULTS_IN_DOUBLES))
 def test_a_fault_in_floating_point_is_found(language, fault, asked, tmp_path):
     command = in_doubles(language, fault, tmp_path)
     within, check = (None if asked == "pairs" else 1e-9), ("same-contacts" if asked == "contacts" else asked)
@@ -524,6 +512,7 @@ def test_what_times_of_a_cast_are_right(ahead, aside):
     assert [time for time in [*right, *wrong] if exchange.judge(time) is None] == right
 
 
+@pytest.mark.slow
 @pytest.mark.small
 def test_casts_of_shapes_are_those_of_the_kernel():
     drawn = [scene for scene in DRAWS["shapes"](12, 0) if not scene.periodic]

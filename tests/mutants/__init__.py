@@ -23,8 +23,7 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,8 +36,6 @@ from kinetile_conformance import Result, check_broad_phase, judging
 from registering import registered
 
 HERE = Path(__file__).parent
-MATRIX = HERE / "matrix.jsonl"
-"""What all checks say of each mutant, a line each: ``--all-checks --examples 20 --json`` has written it."""
 
 TABLES = HERE / "mutants.toml", HERE / "families.toml"
 FOUND = Path(str(kinetile_conformance.__file__)).with_name("faults.json")
@@ -83,7 +80,6 @@ class Change:
     new: str
 
     def made(self, source: str) -> str:
-        """Return a source with this change."""
         if source.count(self.old) != 1:
             raise LookupError(f"{self.file} has {source.count(self.old)} times, not once: {self.old!r}")
         return source.replace(self.old, self.new)
@@ -229,28 +225,6 @@ def as_expected(name: str, found: Result | None) -> bool:
     return found.check == ALL[name].killed_by
 
 
-def matrix_row(name: str, folder: Path, **options: Any) -> dict[str, Any]:
-    """Return which checks fail on a mutant, and which come to no end, of all that are run."""
-    results: list[Result] = []
-    run_checks(name, folder, results.append, shrink=False, explains=False, **options)
-    failed = [result.check for result in results if not result.ok and result.status != "not judged"]
-    return {
-        "name": name,
-        "family": ALL[name].family,
-        "failed": failed,
-        "not judged": [result.check for result in results if result.status == "not judged"],
-        "not run": [] if options.get("checks") else _not_run(results),
-        "examples": options.get("examples"),
-        "seconds": round(sum(result.seconds for result in results)),
-    }
-
-
-def _not_run(results: Sequence[Result]) -> list[str]:
-    """Return the checks without a result: the kit gives up after some deaths."""
-    done = {result.check for result in results}
-    return [check.name for check in kinetile_conformance.CHECKS if check.name not in done]
-
-
 def note(name: str, check: str | None, by_all: bool) -> None:
     """Write the outcome of a mutant down, and of a variation whether all checks have judged it."""
     found = outcomes()
@@ -309,49 +283,7 @@ def table() -> str:
         f"| {name} | {'yes' if name in full else 'no'} | {_shown(row['condemned_by'], 'none')} |"
         for name, row in variations
     ]
-    return "\n".join([*lines, "", *matrix_table()]) + "\n"
-
-
-def matrix_table() -> list[str]:
-    """Return the part of the page on the checks: what each finds, and which other one finds all of that."""
-    rows = [row for name, row in _lines_of(MATRIX).items() if name in ALL and not ALL[name].right]
-    faults = sum(not mutant.right for mutant in ALL.values())
-    found = {
-        check.name: {row["name"] for row in rows if check.name in row["failed"]}
-        for check in kinetile_conformance.CHECKS
-    }
-    alone = {row["name"] for row in rows if len(row["failed"]) == 1}
-    dead = set().union(*found.values())
-    few: list[str] = []
-    while missing := dead.difference(*(found[name] for name in few)):
-        few.append(max(found, key=lambda name: len(found[name] & missing)))
-    unjudged = Counter(name for row in rows for name in row["not judged"] + row["not run"])
-    open_ones = [f"`{name}` on {count}" for name, count in unjudged.items()]
-    later = sum(bool(ALL[row["name"]].killed_by) for row in rows if row["name"] not in dead)
-    lines = [
-        "## All checks, all faults",
-        "",
-        f"Of {faults} faults {len(rows)} were judged by all checks, with",
-        f"{_listed({str(row['examples']) for row in rows})} scenes for each check: {len(dead)} die,",
-        f"{len(alone)} of them by one check alone; {later} of the rest die with the default budget.",
-        "`python tests/mutants --all-checks --examples 20 --json FILE`",
-        "goes on with `matrix.jsonl` beside this page, which has a line for each of them.",
-        f"{len(few)} checks would find these {len(dead)}:",
-        f"{_listed(f'`{name}`' for name in few)}.",
-        f"Came to no end, or were not run after some deaths: {_listed(open_ones) or 'none'}.",
-        "",
-        "| check | finds | alone | all of these are found by |",
-        "|---|---|---|---|",
-    ]
-    for name, its in found.items():
-        wider = [other for other in found if other != name and its and its <= found[other]]
-        most = _shown(max(wider, key=lambda other: len(found[other]), default=None), "no other")
-        lines.append(f"| `{name}` | {len(its)} | {len(its & alone)} | {most if its else ''} |")
-    return lines
-
-
-def _listed(words: Iterable[str]) -> str:
-    return ", ".join(sorted(words))
+    return "\n".join(lines) + "\n"
 
 
 def _shown(check: str | None, none: str) -> str:
@@ -365,7 +297,7 @@ def main(*words: str) -> int:
     parser.add_argument("--family", action="append", help="those of this family; may be repeated")
     parser.add_argument("--check", action="append", help="by this check; may be repeated; else by its own")
     parser.add_argument("--anew", action="store_true", help="by all checks until one fails")
-    parser.add_argument("--all-checks", action="store_true", help="the matrix: by all checks, to the end")
+
     parser.add_argument("--examples", type=int, help="scenes for each check")
     parser.add_argument("--json", type=Path, help="append a line for each; those that it has are not run")
     parser.add_argument("--write", action="store_true", help="write outcomes into faults.json of the kit")
@@ -389,14 +321,10 @@ def main(*words: str) -> int:
         )
         options = {key: value for key in ("examples",) if (value := getattr(chosen, key)) is not None}
         with tempfile.TemporaryDirectory() as folder:
-            if chosen.all_checks:
-                row = matrix_row(name, Path(folder), checks=checks, **options)
-                print(f"{name}: {', '.join(row['failed']) or 'none'}", flush=True)
-            else:
-                row, fine = _line(name, Path(folder), checks, options)
-                wrong += not fine
-                if chosen.write:
-                    note(name, row["killed_by"], chosen.anew)
+            row, fine = _line(name, Path(folder), checks, options)
+            wrong += not fine
+            if chosen.write:
+                note(name, row["killed_by"], chosen.anew)
         if chosen.json is not None:
             with chosen.json.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(row) + "\n")
@@ -420,7 +348,6 @@ def _line(
 
 
 def _lines_of(path: Path | None) -> dict[str, dict[str, Any]]:
-    """Return the lines of a file by the names of their mutants."""
     if path is None or not path.is_file():
         return {}
     lines = map(json.loads, path.read_text(encoding="utf-8").splitlines())

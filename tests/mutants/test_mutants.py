@@ -54,13 +54,6 @@ CASES = [
     *(REST if lanes.slow_ones else []),
 ]
 
-THREE = (
-    "sap-1d-does-not-watch-the-middle-at-the-start",
-    "naive-loses-a-pair-that-has-collided",
-    "sap-1d-an-exchange-that-is-none",
-    "sap-2d-starts-without-its-pairs",
-)
-
 
 def test_every_mutant_can_be_made_of_the_present_source() -> None:
     for mutant in mutants.ALL.values():
@@ -113,13 +106,3 @@ def test_the_table_beside_them_is_printed_from_it() -> None:
 def test_a_mutant_is_killed_by_its_check_or_spared(name: str, tmp_path: Path) -> None:
     found = mutants.judge(name, tmp_path, shrink=False, explains=False)
     assert mutants.as_expected(name, found), found
-
-
-@pytest.mark.interpreted
-@pytest.mark.slow
-@pytest.mark.parametrize("name", THREE)
-def test_a_failing_scene_has_three_bodies_at_most(name: str, tmp_path: Path) -> None:
-    found = mutants.judge(name, tmp_path)
-    assert found is not None
-    assert found.bodies is not None
-    assert found.bodies <= 3

@@ -12,7 +12,6 @@ import pytest
 import box_scenes
 import by_the_rules
 import convex_scenes
-import convex_stages
 import kinetile as kt
 from by_the_rules import rows
 from convex_questions import Question, drawn_shape
@@ -27,19 +26,28 @@ from lanes import GENERAL, first
 @pytest.mark.parametrize("block", first(1, range(100)))
 def test_ticks_are_those_of_rationals(block):
     rng, hits, partings = random.Random(block), 0, 0
-    for _ in range(60):
+    for _ in range(40 if block == 0 else 60):
         question = Question(rng, hard=block % 2 == 1)
-        parting = question.tick_by_rationals(parting=True)
-        assert question.tick_of_kernel(parting=True) == parting, vars(question)
-        partings += 0 < parting < NEVER
-        expected = question.tick_by_rationals()
-        assert question.tick_of_kernel() == expected, vars(question)
-        hits += expected != NEVER
-    assert hits > 12
-    assert partings > 12
+        met, parted = question.ticks_by_rationals()
+        assert question.ticks_of_kernel() == [met, parted], vars(question)
+        partings += 0 < parted < NEVER
+        hits += met != NEVER
+    assert min(hits, partings) > 6
 
 
-@pytest.mark.parametrize("seed", first(3, range(80)))
+@pytest.mark.compiled
+@pytest.mark.parametrize("block", first(1, range(200)))
+def test_all_stages_and_whole_numbers_alone_give_one_tick(block):
+    rng, hits = random.Random(-1 - block), 0
+    for _ in range(500):
+        question = Question(rng, hard=block % 2 == 1)
+        by_whole_numbers = question.ticks_of_kernel(alone=True)
+        assert question.ticks_of_kernel() == by_whole_numbers, vars(question)
+        hits += by_whole_numbers[0] != NEVER
+    assert hits > 80
+
+
+@pytest.mark.parametrize("seed", first(2, range(80)))
 def test_the_answer_is_that_of_rationals(seed):
     scene = (convex_scenes if seed % 3 else box_scenes).drawn(seed)
     expected = by_the_rules.answer(scene, 40, 20 << 52).contacts
@@ -59,7 +67,7 @@ def shifted(scene: kt.Scene, by: float) -> kt.Scene:
     return scene.replace(position=place, shapes=moved)
 
 
-@pytest.mark.parametrize("seed", first(2, range(30)))
+@pytest.mark.parametrize("seed", first(1, range(30)))
 def test_shapes_need_not_be_around_their_places(seed):
     """The skin covers the rounding of places that are far outside the arena."""
     scene = shifted((convex_scenes if seed % 3 else box_scenes).drawn(seed), 2.0**30)
@@ -72,7 +80,7 @@ def test_shapes_need_not_be_around_their_places(seed):
     assert found == [found[0]] * len(GENERAL)
 
 
-@pytest.mark.parametrize("seed", first(2, range(30)))
+@pytest.mark.parametrize("seed", first(1, range(30)))
 def test_candidate_pairs_of_sap_2d_are_the_boxes_that_overlap(seed):
     """The boxes around two shapes, each with its skin, and not the circles."""
     scene = (convex_scenes if seed % 2 else box_scenes).drawn(seed, (8,))
@@ -92,7 +100,7 @@ def test_candidate_pairs_of_sap_2d_are_the_boxes_that_overlap(seed):
         assert not np.tril(held).any()
 
 
-@pytest.mark.parametrize("seed", first(6, range(60)))
+@pytest.mark.parametrize("seed", first(3, range(60)))
 def test_bounds_are_never_late(seed):
     scene = convex_scenes.drawn(seed)
     sim, n, bounds = kt.Simulation(scene, "naive"), len(scene), []
@@ -115,7 +123,7 @@ def test_bounds_are_never_late(seed):
 def test_of_two_sides_in_one_line_the_corner_between_them_was_awaited():
     """The difference of parallel capsules has such sides, and the bound was late."""
     random = np.random.default_rng(5)
-    for _ in range(80):
+    for _ in range(30):
         core = random.integers(-4, 5, (2, 2)) / 7.0
         if (core[0] == core[1]).all():
             continue
@@ -134,30 +142,7 @@ def not_before_tick(ticks: float) -> float:
     return int(max(ticks - MARGIN, 0.0)) if ticks < FAR else NEVER
 
 
-def wall_of_bricks(**more) -> kt.Scene:
-    """Return bricks that touch each other, none of which can move, and a disc in front of them."""
-    places = [(0.5 + (row % 2) * 0.5 + column, 0.25 + 0.5 * row) for row in range(4) for column in range(5)]
-    return kt.Scene(
-        [*places, (2.75, 4.0)],
-        [*[(0, 0)] * len(places), (0.25, -1.0)],
-        mass=[*[math.inf] * len(places), 1.0],
-        shape=[*[0] * len(places), 1],
-        shapes=[kt.box(1.0, 0.5), kt.disc(0.25)],
-        arena=(6.0, 5.0),
-        **more,
-    )
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize("count", [500, pytest.param(100_000, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("kinds", convex_stages.PAIRS, ids=" ".join)
-def test_all_stages_and_whole_numbers_alone_give_one_tick(kinds, count):
-    contacts, wrong = convex_stages.disagreements(kinds, count, 1)
-    assert contacts > count // 20
-    assert wrong == 0
-
-
-@pytest.mark.parametrize("seed", first(4, range(40)))
+@pytest.mark.parametrize("seed", first(2, range(40)))
 def test_a_cast_shape_meets_what_rationals_say(seed):
     rng = random.Random(seed)
     shaped = rng.random() < 0.7
@@ -189,15 +174,36 @@ def test_a_cast_shape_meets_what_rationals_say(seed):
         assert (hit and ((hit.epoch << 52) + hit.tick, hit.body)) == min(expected, default=None)
 
 
+SCENES = Path(__file__).parents[1] / "scenes"
+IMPACTS = {
+    "ball-above-a-wide-box": [(Fraction(7.25) - Fraction(0.5166), 0, 1)],
+    "ball-and-an-upright-segment": [(0.5, 0, 1)],
+    "ball-slides-along-a-floor": 1,
+    "boxes-of-other-heights": [(4, 2, 3), (8, 0, 1)],
+    "boxes-pass-corner-to-corner": 0,
+    "corner-meets-a-ball": 1,
+    "impacts-without-an-overlap": 3,
+    "touching-at-the-start": [(0, 0, 1), (0, 8, 9), (0, 16, 17)],
+}
+"""Times of impact that other engines had wrong, and contacts, or how many there are."""
+
+
 @pytest.mark.parametrize(
-    "path", sorted(Path(__file__).parents[1].glob("scenes/convex/*.toml")), ids=lambda p: p.stem
+    "path", [*SCENES.glob("convex/*.toml"), *SCENES.glob("impacts/*.toml")], ids=lambda p: p.stem
 )
-def test_what_broke(path):
-    """A quotient too large for a whole number, for boxes that hardly move apart; and, after a contact, the
-    face that was met and comes nearer by less than a rounding of its rate."""
+def test_what_broke_here_and_what_other_engines_had_wrong(path):
+    """A quotient too large for a whole number, for boxes that hardly move apart; after a contact, the face
+    that was met and comes nearer by less than a rounding of its rate; and ``IMPACTS``."""
     scene = kt.load_scene(path)
-    expected = by_the_rules.answer(scene, 40, 30 << 52).contacts
+    q = Fraction(scene.time_unit) / 2**52
+    until = scene.settings.until or 30.0 * scene.time_unit
+    expected = by_the_rules.answer(scene, 40, int(Fraction(until) / q)).contacts
+    wanted = IMPACTS.get(path.stem, len(expected))
+    if isinstance(wanted, list):
+        assert expected == [(math.floor(Fraction(time) / q), a, b) for time, a, b in wanted]
+    else:
+        assert len(expected) == wanted
     for phase in GENERAL:
         sim = kt.Simulation(scene, phase)
-        sim.run(max_contacts=40)
+        sim.run(until=until, max_contacts=40)
         assert rows(sim) == expected

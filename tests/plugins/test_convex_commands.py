@@ -2,67 +2,15 @@
 
 import math
 import pickle
-import random
 from dataclasses import replace
 
 import pytest
 
-import box_scenes
-import convex_scenes
 import kinetile as kt
-from kinetile.errors import Refused, ZenoError
+from kinetile.errors import Refused
 from kinetile_accuracy import certify_log
 from kinetile_plugins.convex import Convex
-from lanes import GENERAL, first
 from registering import registered
-
-RULES = {
-    ("brick", "brick"): kt.Response("restitution", e=0.75, contact_time=1e-3),
-    ("brick", "clay"): "stop",
-    ("clay", "wall"): kt.Response("restitution", e=0.5, contact_time=1e-3),
-}
-
-
-def commanded(seed: int) -> kt.Scene:
-    """Returns a drawn scene with kinds, responses, bodies that nothing moves, turns and removals."""
-    rng, scene = random.Random(-seed - 1), (convex_scenes if seed % 2 else box_scenes).drawn(seed)
-    bodies = list(range(len(scene)))
-    mass = [math.inf if rng.random() < 0.2 else each for each in scene.mass.tolist()]
-    rest = rng.random() < 0.5  # obstacles, or immovable bodies that fly
-    velocity = [
-        (0.0, 0.0) if rest and one == math.inf else v
-        for one, v in zip(mass, scene.velocity.tolist(), strict=True)
-    ]
-    gone = rng.sample(bodies, rng.randrange(0, len(bodies)))
-    commands: list[kt.Turn | kt.Remove] = [kt.Remove(each, rng.choice((1.0, 3.0))) for each in gone[:2]]
-    for _ in range(rng.randrange(1, 6)):
-        body = rng.choice([each for each in bodies if each not in gone])
-        turned = rng.choice((-1.0, 0.0, 0.5)), rng.choice((-0.5, 0.0, 1.0))
-        commands.append(kt.Turn(body, rng.choice((0.5, 1.0, rng.uniform(0, 4))), turned))
-    return scene.replace(
-        velocity=velocity,
-        mass=mass,
-        commands=sorted(commands, key=lambda each: each.time),
-        kind=[rng.choice(("brick", "brick", "clay", "glass")) for _ in bodies],
-        kinds=("brick", "clay", "glass"),
-        responses=RULES,
-    )
-
-
-def ran(sim: kt.Simulation) -> str:
-    try:
-        sim.run(until=10.0, max_contacts=60)
-    except ZenoError as error:
-        return f"{type(error).__name__}: {sim.contacts.tobytes().hex()}"
-    return sim.fingerprint
-
-
-@pytest.mark.parametrize("seed", first(2, range(40)))
-def test_one_answer_under_commands_and_responses(seed):
-    scene = commanded(seed)
-    audit = 1 if seed % 5 == 0 else None
-    answers = {phase: ran(kt.Simulation(scene, phase, audit=audit)) for phase in GENERAL}
-    assert len(set(answers.values())) == 1, answers
 
 
 def test_circles_that_overlap_are_no_passing():
@@ -103,7 +51,7 @@ def test_what_is_no_shape_of_the_scene_is_added_and_replays():
     scene = kt.with_obstacles(
         scene.replace(shapes=[kt.box(1.0, 0.5)]), [kt.Obstacle(kt.box(2.0, 0.5), (4.0, 6.0))]
     )
-    sims = [kt.Simulation(scene, phase, live=True, audit=1) for phase in GENERAL]
+    sims = [kt.Simulation(scene, phase, live=True, audit=1) for phase in ("cells", "sap-2d")]
     for sim in sims:
         sim.run(until=0.5)
         before = sim.snapshot()

@@ -41,20 +41,6 @@ def test_the_virial_of_boxes_is_the_pressure_on_the_walls():
     assert pressure["Z"].mean > 1.0
 
 
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_pairs_are_compared_with_places_that_middles_of_boxes_can_have():
-    """Three flat boxes fly almost freely: their middles have 2 of 4 along x, and all but 0.02 along y."""
-    scene = kt.Scene(
-        [(1.1, 1.0), (2.5, 2.0), (1.9, 3.0)],
-        [(0.83, 0.41), (-0.37, 0.71), (0.53, -0.97)],
-        shape=kt.box(2.0, 0.02),
-        arena=(4.0, 4.0),
-    )
-    g = observed(scene, 20_000.0, "g:bins=1,to=1.9,every=2.7")["g"]["g"]
-    assert abs(g.mean[0] - 1.0) < 0.05
-
-
 def test_observables_of_shapes():
     found = observed(bodies(), 1.0, "rates", "temperature", "energy", "momentum", "msd", "vacf", "S")
     assert len(found) == 7

@@ -65,18 +65,6 @@ def test_unequal_masses_keep_their_energy(heavy):
     assert sim.readings.energy_drift < 2e-14
 
 
-def test_a_faint_graze_is_met():
-    """They would pass 1.0028 times 2^-47 (R + |d|) too near."""
-    scene = kt.Scene(
-        position=[(0.2848050369565157, -0.29172969186977815), (1.71339360429653, 0.762967346096712)],
-        velocity=[(0.16598887591251466, -0.1548124440374693), (-0.17119181494140784, -0.41332635853392286)],
-        radius=[0.013296146674501377, 0.018916833870018638],
-    )
-    sim = kt.Simulation(scene, "naive")
-    sim.run(until=100.0)
-    assert len(sim.contacts) == 1
-
-
 def test_the_general_parts_give_the_contacts_of_those_for_bodies_that_are_alike():
     scene = kt.make_scene("grid", bodies=16, density=0.5)
     sims = [kt.Simulation(scene, "naive", narrow_phases=each) for each in (None, ALL_SCENES)]

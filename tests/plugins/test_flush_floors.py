@@ -51,42 +51,11 @@ def met(scene: kt.Scene, phase: str = "naive") -> str:
 
 
 @pytest.mark.parametrize("kind", FLOORS)
-@pytest.mark.parametrize("block", first(1, range(25)))
+@pytest.mark.parametrize("block", first(1, range(50)))
 def test_what_slides_along_a_flush_floor_meets_nothing(kind: str, block: int) -> None:
     """Before there was a strip, 62, 100 and 67 of 200 of each kind met something."""
-    seeds = range(8 * block, 8 * (block + 1))
-    assert [met(drawn(seed, kind), GENERAL[seed % 4]) for seed in seeds] == [""] * 8
-
-
-@pytest.mark.parametrize("kind", FLOORS)
-def test_a_floor_may_go_round(kind: str) -> None:
-    """The last tile is flush with the image of the first, and what slides comes round some times."""
-    scenes = [drawn(seed, kind) for seed in range(4)]
-    periods = [round(200 * TILES * float(scene.position[1, 0])) / 100 for scene in scenes]
-    rings = [
-        scene.replace(arena=(period, 9.0), periodic="xy")
-        for scene, period in zip(scenes, periods, strict=True)
-        if 4.0 * scene.radius.max() < period
-    ]
-    assert [met(ring) for ring in rings] == [""] * len(rings)
-    assert len(rings) > 1
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_what_lands_on_a_floor_slides_on(seed: int) -> None:
-    """It falls, and where it lands is rounded; there it is given a velocity along the floor."""
-    resting = drawn(seed, FLOORS[seed % 3])
-    place, velocity = resting.position.copy(), resting.velocity.copy()
-    place[0, 1] += 0.3
-    velocity[0] = 0.0, -0.7
-    sim = kt.Simulation(resting.replace(position=place, velocity=velocity), "naive")
-    sim.run(until=12.0, max_contacts=1)
-    landed = len(sim.contacts)
-    assert landed
-    sim.set_velocity(0, resting.velocity[0])
-    sim.run(until=12.0, max_contacts=50)
-    assert len(sim.contacts) == landed
-    assert sim.velocities()[0].tolist() == resting.velocity[0].tolist()
+    seeds = range(4 * block, 4 * (block + 1))
+    assert [met(drawn(seed, kind), GENERAL[seed % 4]) for seed in seeds] == [""] * 4
 
 
 @pytest.mark.parametrize(("step", "turns"), [(1e-13, False), (1e-9, True)])
@@ -96,15 +65,3 @@ def test_a_step_that_is_higher_is_met(shape: kt.Shape, step: float, turns: bool)
     floor = [kt.Obstacle(tile, (0.15, 0.35)), kt.Obstacle(tile, (0.45, 0.35 + step))]
     scene = kt.with_obstacles(kt.Scene([(0.15, 0.7 + 0.1)], [(0.5, 0.0)], shape=shape), floor)
     assert met(scene) == ("" if not turns else "snags" if shape.kind == "box" else "met")
-
-
-@pytest.mark.parametrize("slope", [1e-9, 0.5])
-def test_who_comes_down_on_a_floor_meets_it(slope: float) -> None:
-    floor = kt.polyline([(0.1 * i, 0.7) for i in range(10)])
-    scene = kt.with_obstacles(
-        kt.Scene([(0.15, 0.7 + 0.1)], [(0.5, -0.5 * slope)], shape=kt.box(0.1, 0.2)), floor
-    )
-    sim = kt.Simulation(scene, "naive")
-    sim.run(until=0.5, max_contacts=10)
-    assert sim.contacts["tick"][0] == 0
-    assert sim.velocities()[0].tolist() == [0.5, 0.5 * slope]

@@ -28,7 +28,6 @@ IMMOVABLE_ON_A_TORUS = kt.Scene(
 
 
 def capsules(*ends, mass=1.0) -> kt.Scene:
-    """Return two equal capsules in an arena."""
     places = [(2.0, 2.0), (6.0, 2.0)]
     return kt.Scene(places, np.zeros((2, 2)), mass=mass, shape=kt.capsule(*ends), arena=(8.0, 4.0))
 

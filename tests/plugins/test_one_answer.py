@@ -13,8 +13,6 @@ from kinetile.kernel.compiled import INTERPRETED
 from kinetile_conformance import check_broad_phase
 from lanes import BUILT_IN, first
 
-THESIS = [(n, density) for n in (25, 100, 400) for density in (0.5, 0.25, 0.125, 0.01)]
-
 
 @pytest.mark.quick
 @pytest.mark.compiled
@@ -23,16 +21,6 @@ def test_two_phases_compile_and_have_one_answer():
     for sim in sims:
         sim.run(until=1.0)
     assert sims[0].fingerprint == sims[1].fingerprint
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-@pytest.mark.parametrize(("bodies", "density"), THESIS)
-def test_the_thesis_scenes_to_fifty_contacts_a_disc(bodies, density):
-    scene = kt.make_scene("grid", bodies=bodies, density=density, seed=bodies)
-    sim = assert_one_answer(scene, max_contacts=50 * bodies)
-    assert len(sim.contacts) == 50 * bodies
-    assert sim.readings.lateness == 0.0
 
 
 def random_scene(seed: int) -> kt.Scene:

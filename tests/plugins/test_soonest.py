@@ -113,7 +113,7 @@ def test_no_bound_is_later_than_the_contact(scene, ahead, part):
         assert_bounds(k, at)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=examples(100))
 @given(
     st.floats(0.0, 2.0 * math.pi),
     st.floats(0.99, 1.0),
@@ -144,7 +144,7 @@ def test_the_one_that_is_barred_is_left_out():
     assert asked(k, 0, [], 0) == (math.inf, math.inf, NOBODY)
 
 
-@pytest.mark.parametrize("count", [*range(1, 21), 63, 64, 65, 72, 130, 200])
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 9, 20, 64, 65, 130, 200])
 def test_the_first_and_the_second_of_any_number(count):
     """Wherever in the list they stand, and where six bits of a bound cannot number all."""
     close = 1e-9 if count <= 20 else 1e-7  # far away discs are fattened by more
@@ -190,7 +190,7 @@ def test_bodies_of_one_radius_and_mass_that_stay_so_have_hooks_without_them(diff
     assert kt.Simulation(scene, live=True)._engine.composition.pair.soonest is soonest
 
 
-@pytest.mark.parametrize("density", [0.5, 0.25, 0.01])
+@pytest.mark.parametrize("density", [0.5, 0.01])
 def test_ordinary_bounds_are_close_to_the_contact(density):
     """Else every contact would be asked for twice."""
     sim = kt.Simulation(kt.make_scene("grid", bodies=100, density=density, seed=2), "naive")

@@ -15,7 +15,6 @@ PHASES = ("sap-1d", "sap-2d")
 
 
 def on_a_line(phase: str) -> kt.Simulation:
-    """Return a simulation between two events."""
     sim = kt.Simulation(kt.make_scene("grid", bodies=25, density=0.3, seed=3), phase, audit=1)
     sim.run(max_contacts=20)
     return sim

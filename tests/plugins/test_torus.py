@@ -21,12 +21,6 @@ def every(scene: kt.Scene, **more) -> Iterator[kt.Simulation]:
         yield kt.Simulation(scene, phase, options=options, **more)
 
 
-def contacts_of(scene: kt.Scene, phase: str, units: int = 10, most: int = 40) -> list[tuple[int, int, int]]:
-    sim = kt.Simulation(scene, phase)
-    sim.run(until=units * scene.time_unit, max_contacts=most)
-    return rows(sim)
-
-
 def assert_rules(scene: kt.Scene, most: int, units: int, plans=lambda contacts: False) -> int:
     """Assert that every phase has the contacts of the rules, and their plans at the end where ``plans`` of
     their number; return that number. Shapes may jam."""
@@ -75,33 +69,14 @@ def test_hard_scenes_have_the_answer_of_the_rules(name):
 
 
 def with_shapes(seed: int, bodies: tuple[int, ...] = (6, 8, 10)) -> kt.Scene:
-    """Return a scene of boxes, capsules, polygons and discs, of which some are obstacles."""
     return (convex_scenes if seed % 2 else box_scenes).drawn(seed, bodies, ("x", "y", "xy", "xy"))
 
 
-@pytest.mark.parametrize("seed", first(2, range(60)))
+@pytest.mark.parametrize("seed", first(1, range(60)))
 def test_shapes_have_the_answer_of_the_rules(seed):
     """Among them contacts at one tick, and wrapped places at the end."""
     units = (3, 10, 30)[seed % 3]
     assert_rules(with_shapes(seed), 40, units, lambda contacts: contacts < 40 and units == 3)
-
-
-@pytest.mark.parametrize("seed", first(1, range(20)))
-def test_where_a_border_is_shows_in_no_contact_of_boxes(seed):
-    """Boxes exchange single components: what is dyadic stays so, and no place is rounded."""
-    rng = np.random.default_rng(seed)
-    shapes = [kt.box(0.5, 0.25), kt.box(0.25, 0.75), kt.box(1.0, 0.5)]
-    at = np.array([(x, y) for x in range(4) for y in range(4)])[rng.permutation(16)[:9]]
-    place = at * (1.125, 1.0) + 0.125 * rng.integers(0, 2, (9, 2))
-    velocity = rng.integers(-1, 2, (9, 2))
-    frame = {"shape": np.arange(9) % 3, "shapes": shapes, "arena": (5.0, 4.75), "periodic": "xy", "unit": 1.0}
-    found = []
-    for away in ((0.0, 0.0), (2.375, 1.0625), (-17.5, 9.5)):
-        sim = kt.Simulation(kt.Scene(place + away, velocity, **frame), "sap-2d")
-        sim.run(until=30.0, max_contacts=200)
-        found.append(rows(sim))
-    assert len(found[0]) > 20
-    assert found == [found[0]] * 3
 
 
 def test_shapes_along_an_axis_that_is_not_periodic_may_be_wider_than_half_of_it():
@@ -128,7 +103,7 @@ def test_shapes_overlap_at_the_start_through_images(apart, overlap):
         assert len(kt.Scene(place, np.zeros((2, 2)), **frame)) == 2
 
 
-@pytest.mark.parametrize("seed", first(2, range(150)))
+@pytest.mark.parametrize("seed", first(1, range(150)))
 def test_passings_are_those_of_the_rules(seed):
     """A pair passes through an image, through several at a time, and meets through others meanwhile."""
     assert_rules(torus_scenes.with_passing(torus_scenes.drawn(seed, (2, 3, 4)), seed), 30, 20)
@@ -140,7 +115,7 @@ def test_two_that_pass_through_two_images_at_once():
         kinds = {"kind": ["wisp"] * 2, "responses": {("wisp", "wisp"): "pass"}, "unit": 1.0}
         places = [(0.0, 0.0), (0.5 + away, 0.0)]
         scene = kt.Scene(places, [(0, 1), (0, -1)], 0.3, arena=(1, 4), periodic="xy", **kinds)
-        assert assert_rules(scene, 12, 8) == 12
+        assert assert_rules(scene, 6, 8) == 6
 
 
 @pytest.mark.parametrize("seed", first(1, range(30)))
@@ -179,62 +154,17 @@ def test_bodies_that_pass_come_and_go(seed):
     assert len(found) - any(isinstance(each, str) for each in found) == 1
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(60))
-def test_phases_agree_on_larger_scenes(seed):
-    """The first are periodic along both axes, and share a loop with other tests."""
-    axes = ("xy",) if seed < 4 else ("x", "x", "y", "xy", "xy")
-    scene = torus_scenes.drawn(seed, (8, 13, 21, 34), axes)
-    found = set()
-    for sim in every(scene, audit=25 if seed % 4 == 0 else None):
-        sim.run(until=20 * scene.time_unit, max_contacts=400 if seed > 3 else 50)
-        found.add((sim.fingerprint, sim.positions().tobytes(), sim.velocities().tobytes()))
-    assert len(found) == 1
-
-
-def mirrored(scene: kt.Scene) -> kt.Scene:
-    return scene.replace(position=scene.position * (-1, 1), velocity=scene.velocity * (-1, 1))
-
-
-def exchanged(scene: kt.Scene) -> kt.Scene:
-    return scene.replace(position=scene.position[:, ::-1], velocity=scene.velocity[:, ::-1])
-
-
-def halved(scene: kt.Scene) -> kt.Scene:
-    half = {name: getattr(scene, name) / 2 for name in ("position", "velocity", "radius")}
-    return scene.replace(**half, arena=(0.5, 0.5))
-
-
-LATTICE = [(i / 4 + 1 / 8, j / 4 + 1 / 8) for i in range(4) for j in range(4)]
-
-
-@pytest.mark.parametrize("change", [exchanged, halved, mirrored])
-@pytest.mark.parametrize("seed", first(1, range(40)))
-def test_symmetries_keep_every_tick(change, seed):
-    """A mirrored box keeps them where no two images are met at one tick; its places must be exact doubles."""
-    rng = np.random.default_rng(seed)
-    scene = kt.Scene(LATTICE, rng.normal(size=(16, 2)), 1 / 16, arena=(1, 1), periodic="xy")
-    assert contacts_of(change(scene), "cells") == contacts_of(scene, "cells")
-
-
 def test_a_body_written_some_periods_away_is_the_same_body():
     rng = np.random.default_rng(1)
-    scene = kt.Scene(LATTICE, rng.normal(size=(16, 2)), 1 / 16, arena=(1, 1), periodic="xy")
+    places = [(i / 4 + 1 / 8, j / 4 + 1 / 8) for i in range(4) for j in range(4)]
+    scene = kt.Scene(places, rng.normal(size=(16, 2)), 1 / 16, arena=(1, 1), periodic="xy")
     far = scene.replace(position=scene.position + [(i % 3, -2.0 * (i % 2)) for i in range(16)])
-    assert contacts_of(far, "cells") == contacts_of(scene, "cells")
     one, two = kt.Simulation(scene, "cells"), kt.Simulation(far, "cells")
     one.run(until=1.0)
     two.run(until=1.0)
+    assert rows(one) == rows(two)
     assert (one.positions() == two.positions()).all()
     assert np.allclose(two.unwrapped() - one.unwrapped(), far.position - scene.position, atol=1e-12)
-
-
-def test_two_discs_alone_meet_through_one_image_after_the_other():
-    """The bar is on an image: with nothing between two contacts, they never fly through each other."""
-    scene = kt.Scene([(0.25, 0.5), (0.75, 0.5)], [(0.5, 0), (-0.5, 0)], 0.125, arena=(1, 1), periodic="xy")
-    assert contacts_of(scene, "cells", 4) == contacts_of(scene, "naive", 4)
-    ticks = [tick / 2**52 for tick, *_ in contacts_of(scene, "naive", 4)]
-    assert ticks == [0.25, 0.75, 1.25, 1.75, 2.25, 2.75, 3.25, 3.75]
 
 
 @pytest.mark.slow

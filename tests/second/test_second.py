@@ -28,7 +28,7 @@ VECTORS = HERE.parent / "vectors"
 pytestmark = pytest.mark.needs("node")
 
 MANY = 50
-"""Rows of a family of vectors, of which the default lane asks one in five."""
+"""Rows of a family of vectors, of which the default lane asks one in ten."""
 
 FEW = 100
 """Contacts of a falling game: plain Python hooks take a while for its frames."""
@@ -36,160 +36,8 @@ FEW = 100
 Tables = dict[str, Any]
 
 
-def draw(seed: int, count: int, *, arena: bool, masses: bool) -> Tables:
-    """Discs in the cells of a square grid, with every third body turning once."""
-    some = random.Random(seed)
-    side = 1
-    while side * side < count:
-        side += 1
-    bodies = []
-    for i in range(count):
-        body: Tables = {
-            "position": [i % side + some.uniform(0.3, 0.7), i // side + some.uniform(0.3, 0.7)],
-            "velocity": [some.uniform(-1, 1), some.uniform(-1, 1)],
-            "radius": some.uniform(0.1, 0.3),
-        }
-        if masses:
-            body["mass"] = some.uniform(0.5, 4.0)
-        if i % 3 == 0:
-            velocity = [some.uniform(-2, 2), some.uniform(-2, 2)]
-            body["turns"] = [{"time": some.uniform(1.0, 3.0), "velocity": velocity}]
-        bodies.append(body)
-    return {"bodies": bodies, "start": 0.7, **({"arena": [float(side), float(side)]} if arena else {})}
-
-
-def lattice() -> Tables:
-    """Discs at dyadic places with dyadic velocities, some touching: many contacts are at one tick."""
-    some = random.Random(4)
-    bodies = [
-        {
-            "position": [1.0 + 2.0 * (i % 4), 1.0 + 2.0 * (i // 4)],
-            "velocity": [some.choice([-1.0, -0.5, 0.0, 0.5, 1.0]) for _ in range(2)],
-            "radius": 1.0 if i in (0, 1, 4, 6, 10) else 0.75,
-        }
-        for i in range(16)
-    ]
-    return {"arena": [8.0, 8.0], "bodies": bodies}
-
-
-def long_flight() -> Tables:
-    """One body crosses the arena in each unit; the others fly on one plan until the clock anchors it."""
-    slow = [
-        {"position": [0.1, 0.2], "velocity": [1.1e-4, 3e-5], "radius": 0.01},
-        {"position": [0.5, 0.21], "velocity": [-1.3e-4, 1e-5], "radius": 0.01},
-        {"position": [0.9, 0.9], "velocity": [-0.0, 0.0], "radius": 0.01},
-    ]
-    return {
-        "arena": [1.0, 1.0],
-        "bodies": [{"position": [0.5, 0.7], "velocity": [0.9, 0.0], "radius": 0.01}, *slow],
-    }
-
-
-def turns_of_one_tick() -> Tables:
-    """Turns of one body at one tick, not written in the order of their times."""
-    velocities = [(2.0**-54, [0.125, 0.0]), (2.0**-54, [0.25, 0.0]), (0.0, [0.5, 0.125])]
-    late = [{"time": 0.25 + after, "velocity": velocity} for after, velocity in velocities]
-    return {
-        "arena": [4.0, 4.0],
-        "bodies": [{"position": [2.0, 2.0], "velocity": [1.0, 0.0], "radius": 0.5, "turns": late}],
-    }
-
-
-def bar_ends() -> Tables:
-    """Two discs meet, all but at rest to each other, and still approach; then a third, too light to change
-    a bit of them, meets one. That ends their bar."""
-    return {
-        "bodies": [
-            {
-                "position": [3.789880330142915, 3.613261008097922],
-                "velocity": [-0.1773749291932662, -0.19959827970747418],
-                "radius": 0.5,
-            },
-            {
-                "position": [3.0, 3.0],
-                "velocity": [0.21007171273589925, -0.6986296503614956],
-                "radius": 0.5,
-            },
-            {
-                "position": [2.210119669857085, 2.386738991902078],
-                "velocity": [3.1595213205717236, 2.4530440323917366],
-                "radius": 0.5,
-                "mass": 2.0**-99,
-            },
-        ]
-    }
-
-
-def ends_at_a_contact() -> Tables:
-    """A disc that meets the walls at times 2.5, 5.5, 8.5 and so on."""
-    return {
-        "arena": [4.0, 4.0],
-        "bodies": [{"position": [1.0, 1.0], "velocity": [1.0, 0.0], "radius": 0.5}],
-    }
-
-
-def periodic(seed: int) -> Tables:
-    """Discs in a box of which one axis or both are periodic: dense or with hardly any room, some on a dyadic
-    lattice, and some turning; a period may be little more than a disc, and places are any number of periods
-    away."""
-    some = random.Random(f"periodic {seed}")
-    axes = some.choice(["x", "y", "xy", "xy"])
-    columns, rows = some.randint(1, 3), some.randint(2, 3)
-    dyadic, masses = seed % 3 == 0, seed % 3 == 1
-    bodies = []
-    for i in range(columns * rows):
-        place = [i % columns + 0.5, i // columns + 0.5]
-        if not dyadic:
-            place = [each + some.uniform(-0.04, 0.04) for each in place]
-        speeds = [some.choice([-1.0, -0.5, 0.0, 0.5, 1.0]) if dyadic else some.gauss(0, 1) for _ in range(2)]
-        for axis, side in enumerate((columns, rows)):
-            if "xy"[axis] in axes:
-                place[axis] += side * some.choice([0, 0, -1, 7])
-        body: Tables = {"position": place, "velocity": speeds}
-        body["radius"] = some.choice([0.4375, 0.25, 0.375]) if dyadic else some.uniform(0.2, 0.46)
-        if masses:
-            body["mass"] = some.uniform(0.5, 4.0)
-        if i % 3 == 2:
-            velocity = [some.uniform(-2, 2), some.uniform(-2, 2)]
-            body["turns"] = [{"time": some.uniform(1.0, 3.0), "velocity": velocity}]
-        bodies.append(body)
-    return {"arena": [float(columns), float(rows)], "periodic": axes, "bodies": bodies}
-
-
-SCENES: dict[str, tuple[Tables, float]] = {
-    "arena": (draw(1, 16, arena=True, masses=False), 12.0),
-    "masses": (draw(2, 16, arena=True, masses=True), 12.0),
-    "no-walls": (draw(3, 36, arena=False, masses=True), 8.0),
-    "many": (draw(4, 100, arena=True, masses=False), 4.0),
-    "lattice": (lattice(), 16.0),
-    "long-flight": (long_flight(), 2200.0),
-    "bar-ends": (bar_ends(), 0.5),
-    "ends-at-a-contact": (ends_at_a_contact(), 11.5),
-    "turns-of-one-tick": (turns_of_one_tick(), 300.0),
-}
-
-
-def kinetile_scene(tables: Tables) -> kt.Scene:
-    bodies = tables["bodies"]
-    turns = [kt.Turn(body=i, **turn) for i, body in enumerate(bodies) for turn in body.get("turns", [])]
-    return kt.Scene(
-        position=[body["position"] for body in bodies],
-        velocity=[body["velocity"] for body in bodies],
-        radius=[body["radius"] for body in bodies],
-        mass=[body.get("mass", 1.0) for body in bodies],
-        arena=tables.get("arena"),
-        start=tables.get("start", 0.0),
-        turns=turns,
-        periodic=tables.get("periodic", ""),
-    )
-
-
-def rows(sim: kt.Simulation) -> list[str]:
-    return [f"{c['epoch']} {c['tick']} {c['a']} {c['b']}" for c in sim.contacts]
-
-
 @pytest.mark.skipif(not VECTORS.is_dir(), reason="there are no vectors beside this folder")
-@pytest.mark.parametrize("one_in", first(1, [5, 1]))
+@pytest.mark.parametrize("one_in", first(1, [10, 1]))
 def test_the_vectors_hold(one_in: int, tmp_path: Path) -> None:
     folder = shutil.copytree(VECTORS, tmp_path / "vectors")
     for file in folder.rglob("*.json"):
@@ -222,34 +70,6 @@ def test_what_computes_runs_in_a_browser_too() -> None:
         assert thin or (all(name.startswith("./") for name in ours) and "process." not in file.read_text())
 
 
-@pytest.mark.small
-@pytest.mark.parametrize("name", first(2, [*SCENES]))
-def test_it_prints_the_list_that_kinetile_finds(name: str, tmp_path: Path) -> None:
-    tables, until = SCENES[name]
-    assert_prints_the_list(tables, until, tmp_path)
-
-
-@pytest.mark.small
-@pytest.mark.parametrize("seed", first(2, range(16)))
-def test_it_prints_the_list_of_a_periodic_scene(seed: int, tmp_path: Path) -> None:
-    assert_prints_the_list(periodic(seed), 9.0, tmp_path, least=1)
-
-
-def assert_prints_the_list(tables: Tables, until: float, tmp_path: Path, least: int = 3) -> None:
-    """Assert that both find the same contacts of a scene, and so many at least."""
-    file = tmp_path / "scene.json"
-    file.write_text(json.dumps(tables))
-    done = node("run.js", str(file), "--until", repr(until))
-    assert done.returncode == 0, done.stderr
-
-    sim = kt.Simulation(kinetile_scene(tables), "naive")
-    sim.run(until=until)
-    assert len(sim.contacts) >= least
-    *printed, last = done.stdout.splitlines()
-    assert printed == rows(sim)
-    assert last == f"fingerprint {sim.fingerprint}"
-
-
 def shaped(seed: int, axes: tuple[str, ...] = ("",)) -> kt.Scene:
     """Boxes and discs, with periodic axes or without; every third scene has bodies of infinite mass."""
     scene = (convex_scenes if seed % 2 else box_scenes).drawn(seed, axes=axes)
@@ -279,7 +99,15 @@ def test_of_faces_without_a_margin_one_that_approaches_counts(tmp_path: Path) ->
     assert_prints_the_list_of_shapes(scene, tmp_path)
 
 
-@pytest.mark.small
+def test_it_prints_the_list_up_to_a_time(tmp_path: Path) -> None:
+    """Whose contacts belong to it."""
+    ball = {"position": [1.0, 1.0], "velocity": [1.0, 0.0], "radius": 0.5}
+    (tmp_path / "scene.json").write_text(json.dumps({"arena": [4.0, 4.0], "unit": 1.0, "bodies": [ball]}))
+    *lines, last = node("run.js", str(tmp_path / "scene.json"), "--until", "5.5").stdout.splitlines()
+    assert lines == [f"2 {2**51} 0 -2", f"5 {2**51} 0 -1"]
+    assert last.startswith("fingerprint ")
+
+
 def test_the_fingerprint_goes_on_over_blocks(tmp_path: Path) -> None:
     ball = kt.Scene(position=[(0.5, 0.5)], velocity=[(0.5, 0.0)], radius=0.25, arena=(1.0, 1.0))
     assert second_agrees(ball.replace(settings=kt.Settings(until=20_000.0)), tmp_path, 8_200)
@@ -292,13 +120,13 @@ def assert_prints_the_list_of_shapes(scene: kt.Scene, tmp_path: Path, most: int 
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("seed", first(2, range(40)))
+@pytest.mark.parametrize("seed", first(1, range(40)))
 def test_it_plays_a_game_as_kinetile_does(seed: int, tmp_path: Path) -> None:
     assert second_agrees(games.draw_game(seed), tmp_path)
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("seed", first(2, range(200)))
+@pytest.mark.parametrize("seed", first(1, range(200)))
 def test_a_falling_game_is_one_in_both_and_under_another_phase_and_is_certified(
     seed: int, tmp_path: Path
 ) -> None:
@@ -424,100 +252,6 @@ def test_who_comes_without_a_kind_where_nobody_was_is_of_one_kind_in_both(
     found = second_list(tables, tmp_path)[0]
     assert found == games.play(scene).contacts
     assert found
-
-
-@pytest.mark.slow
-@pytest.mark.small
-def test_events_without_end_end_the_list(tmp_path: Path) -> None:
-    """A paddle of infinite mass presses a ball against a wall: they meet twice a tick, from then on."""
-    scene = kt.Scene(
-        [(1.0, 1.0), (3.5, 1.0)],
-        [(1.0, 0.0), (-0.25, 0.125)],
-        [0.5, 0.25],
-        [math.inf, 1.0],
-        arena=(4.0, 4.0),
-        responses={("*", "*"): "stop", ("*", "wall"): "stop"},
-        settings=kt.Settings(until=4.0),
-    )
-    rows, end, _ = second_list(game_tables(scene, tmp_path), tmp_path)
-    assert end == "jam"
-    assert rows == games.play(scene, most=len(rows)).contacts
-    assert rows[-1][1] - rows[-2400][1] < 2**20
-
-
-HALF = 2**51
-LATER = math.isqrt(3 * 2**102)  # of 2^52 ticks, the root of 3/4
-
-
-@pytest.mark.parametrize(
-    ("shapes", "places", "velocity", "rows"),
-    [
-        # enters at a side, and leaves at the top
-        (
-            [{"kind": "box", "width": 2.0, "height": 2.0}, {"kind": "box", "width": 1.0, "height": 1.0}],
-            [[0.0, 0.0], [-5.0, 0.0]],
-            [1.0, 0.25],
-            [(3, HALF, 0, 1), (6, 0, 1, 0)],
-        ),
-        # slides out along a side, to its corner
-        (
-            [{"kind": "box", "width": 2.0, "height": 2.0}, {"kind": "box", "width": 1.0, "height": 1.0}],
-            [[0.0, 0.0], [0.0, 1.25]],
-            [0.5, 0.0],
-            [(0, 0, 0, 1), (3, 0, 1, 0)],
-        ),
-        # through the whole length, end to end
-        (
-            [
-                {"kind": "capsule", "from": [-1.0, 0.0], "to": [1.0, 0.0], "radius": 0.5},
-                {"kind": "disc", "radius": 0.5},
-            ],
-            [[0.0, 0.0], [-4.0, 0.0]],
-            [1.0, 0.0],
-            [(2, 0, 0, 1), (6, 0, 1, 0)],
-        ),
-        # overlaps at the start, and leaves at the round end
-        (
-            [
-                {"kind": "capsule", "from": [-1.0, 0.0], "to": [1.0, 0.0], "radius": 0.5},
-                {"kind": "disc", "radius": 0.5},
-            ],
-            [[0.0, 0.0], [0.0, 0.5]],
-            [1.0, 0.0],
-            [(0, 0, 0, 1), (1, LATER, 1, 0)],
-        ),
-        # leaves through a flat side
-        (
-            [
-                {"kind": "capsule", "from": [-1.0, 0.0], "to": [1.0, 0.0], "radius": 0.5},
-                {"kind": "disc", "radius": 0.5},
-            ],
-            [[0.0, 0.0], [0.0, 0.0]],
-            [0.25, 0.5],
-            [(0, 0, 0, 1), (2, 0, 1, 0)],
-        ),
-        # touches at the start, which is no beginning
-        (
-            [{"kind": "box", "width": 2.0, "height": 2.0}, {"kind": "box", "width": 1.0, "height": 1.0}],
-            [[0.0, 0.0], [1.5, 0.0]],
-            [0.5, 0.0],
-            [],
-        ),
-    ],
-)
-def test_shapes_pass_through_each_other(
-    shapes: list[Tables],
-    places: list[list[float]],
-    velocity: list[float],
-    rows: list[tuple[int, int, int, int]],
-    tmp_path: Path,
-) -> None:
-    """The answers are worked out by hand."""
-    still, moving = places
-    bodies = [{"position": still, "shape": 0}, {"position": moving, "velocity": velocity, "shape": 1}]
-    rules = [{"between": ["*", "*"], "response": "pass"}]
-    tables = {"shapes": shapes, "bodies": bodies, "responses": rules, "unit": 1.0, "until": 8.0}
-    assert second_list(tables, tmp_path)[:2] == (rows, "end")
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,6 @@ def numbers(*values: float) -> Words:
 
 
 def doubles(words: Iterable[str]) -> Any:
-    """Return the doubles that strings write, as a tuple."""
     return tuple(map(float.fromhex, words))
 
 
@@ -253,7 +252,6 @@ def _json(value: object) -> str:
 
 
 def names() -> list[str]:
-    """Return the paths of all files that are made."""
     found = sorted(path.relative_to(HERE).as_posix() for path in HERE.rglob("*.json"))
     return [name for name in (*found, "discs.txt") if name not in KEPT]
 

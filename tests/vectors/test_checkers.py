@@ -119,9 +119,8 @@ def test_the_version_is_said_alike() -> None:
     assert f"It is version {version} " in (VECTORS / "README.md").read_text()
 
 
-@pytest.mark.parametrize("by", [-1, 1])
-def test_one_changed_tick_is_found(check: Check, by: int, tmp_path: Path) -> None:
-    file = changed(tmp_path, "exact", hit=True, answer=lambda tick: str(tick + by))
+def test_one_changed_tick_is_found(check: Check, tmp_path: Path) -> None:
+    file = changed(tmp_path, "exact", hit=True, answer=lambda tick: str(tick - 1))
     code, told = check(file)
     assert code == 1
     assert "exact: 264 right, 0 hits missed, 0 misses hit, 1 ticks wrong" in told
@@ -143,7 +142,7 @@ def test_what_is_close_counts_when_all_has_to_be_exact(check: Check, tmp_path: P
 
 
 @OF_ALL_FILES
-@pytest.mark.parametrize("name", ["contacts/gas", "contacts/extreme", "shapes"])
+@pytest.mark.parametrize("name", ["contacts/gas", "shapes"])
 def test_one_changed_tick_of_any_file_is_found(check: Check, name: str, tmp_path: Path) -> None:
     told = json.loads((VECTORS / f"{name}.json").read_text())
     rows = [row for rows in told["families"].values() for row in rows if row[-1] is not None]

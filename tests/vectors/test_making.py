@@ -4,8 +4,8 @@ import pytest
 
 from vectors.make import HERE, KEPT, made, names
 
-NAMES = [pytest.param(name, marks=pytest.mark.slow) if name == "shapes.json" else name for name in names()]
-"""Its 2,000 answers take some seconds."""
+LARGE = ("shapes.json", "runs/gases.json", "runs/lattices.json", "runs/turns.json", "shape_walls.json")
+NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in LARGE else name for name in names()]
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -42,14 +42,6 @@ def test_a_run_writes_its_contacts_and_they_are_certified(tmp_path, cradle):
     assert f"answer 1, fingerprint {cradle.fingerprint}" in found.stdout
 
 
-def test_contacts_are_written_over_what_is_there_where_that_is_asked_for(tmp_path):
-    path = tmp_path / "contacts.txt"
-    path.write_text("mine")
-    kinetile("run", *CRADLE, "--broad-phase", "naive", "--contacts", path, "--overwrite", code=0)
-    assert path.read_text().startswith("0 2251799813685248 0 1\n")
-    assert list(tmp_path.iterdir()) == [path]
-
-
 def test_a_list_of_fewer_contacts_than_the_run_had_is_wrong(tmp_path, cradle):
     path = tmp_path / "short.txt"
     path.write_text(

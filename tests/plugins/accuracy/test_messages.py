@@ -41,7 +41,6 @@ def written(text: str) -> str:
 
 
 def there(line: str) -> str:
-    """Return a command, for which there is a file."""
     Path("there").write_text("mine", encoding="utf-8")
     return line
 

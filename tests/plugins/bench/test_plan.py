@@ -1,40 +1,17 @@
 """What a study file may say, what its tasks are, and what its mistakes are."""
 
-import re
 from pathlib import Path
 
-import hypothesis.strategies as hypothesis
-from hypothesis import given, settings
-
 from kinetile import make_scene
-from kinetile.errors import KinetileError
 from kinetile.plugin.parameters import Parameter
 from kinetile.scene.by_name import holds_several
 from kinetile_bench import Study
-from kinetile_bench.study.plan import SCENE_KEYS, STUDY_KEYS, read_plan
+from kinetile_bench.study.plan import read_plan
 from kinetile_bench.study.task import tasks_of
 from messages import table
 
 GRID = {"recipe": "grid", "parameters": {"bodies": [9, 25]}}
 WIDE = {"recipe": "grid", "parameters": {"bodies": range(1, 1001), "seed": range(1000)}}
-
-SCALAR = hypothesis.one_of(
-    hypothesis.none(),
-    hypothesis.booleans(),
-    hypothesis.integers(),
-    hypothesis.floats(),
-    hypothesis.text(max_size=5),
-    hypothesis.sampled_from(["naive", "grid", "bodies", "a\0b", 10**400, 1e-320, 1e308]),
-)
-TABLE = hypothesis.recursive(
-    SCALAR,
-    lambda each: hypothesis.one_of(
-        hypothesis.lists(each, max_size=3),
-        hypothesis.dictionaries(hypothesis.text(max_size=3), each, max_size=4),
-    ),
-    max_leaves=6,
-)
-"""Whatever may stand behind a key of a TOML file."""
 
 
 def tables(**more):
@@ -42,7 +19,6 @@ def tables(**more):
 
 
 def planned(**more):
-    """Read a study of these tables, in a folder with two scene files."""
     Path("bad.toml").write_text("arena = 3\nbodies = []\n")
     Path("fit.toml").write_text("bodies = []\n")
     return read_plan({key: value for key, value in tables(**more).items() if value is not None})
@@ -122,18 +98,3 @@ def test_a_file_is_read_and_its_results_lie_beside_it(tmp_path):
     assert Study(path, tmp_path / "else").results == tmp_path / "else"
     path.write_text('results = "there/rows"\n' + path.read_text())
     assert Study(str(path)).results == tmp_path / "there" / "rows"
-
-
-@settings(max_examples=40, deadline=None)
-@given(
-    hypothesis.dictionaries(hypothesis.sampled_from([*STUDY_KEYS, "recipe", "a\0b"]), TABLE, max_size=4),
-    hypothesis.dictionaries(hypothesis.sampled_from([*SCENE_KEYS, "a\x1b[2J"]), TABLE, max_size=3),
-)
-def test_whatever_stands_in_a_file_its_mistakes_are_sentences_without_control_characters(file, scene):
-    given = tables(scenes=[GRID | scene]) | file
-    said = ""
-    try:
-        list(zip(range(100), tasks_of(read_plan(given)), strict=False))
-    except KinetileError as error:
-        said = str(error)
-    assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f]", said)

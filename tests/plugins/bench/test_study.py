@@ -5,7 +5,6 @@ import io
 import json
 import math
 import os
-import re
 import sqlite3
 import sys
 from contextlib import closing
@@ -178,14 +177,6 @@ def test_a_phase_of_this_process_goes_by_its_source(blind):
     assert mine[2].rpartition(" ")[2] != "unknown"
 
 
-def test_progress_may_stop_it_and_what_was_done_is_there(tmp_path):
-    with pytest.raises(KeyboardInterrupt):
-        run(TABLES, tmp_path, progress=studies.stop_after(3))
-    outcome = Study(TABLES, tmp_path / "rows.sqlite").status()
-    assert 3 <= outcome.statuses["done"] < 8
-    assert run(TABLES, tmp_path)[1].ran == outcome.open
-
-
 def test_a_second_run_at_the_same_time_did_all_tasks_again(tmp_path):
     refused = []
 
@@ -265,20 +256,6 @@ def test_damaged_rows_were_believed_or_tracebacks(done, tmp_path, damage, said):
         assert str(found.value).isprintable()
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_one_flipped_bit_gave_other_means_or_fewer_rows(done, tmp_path):
-    """A bit of each row, and of the number of rows in the head of each page."""
-    content, path, wrong = done.results.read_bytes(), tmp_path / "rows.sqlite", []
-    places = [each.end() for each in re.finditer(rb'"cpu_seconds": ....', content)]
-    places += range(4096 + 4, len(content), 4096)
-    for place in places:
-        path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
-        try:
-            wrong += [place] * (Study(TABLES, path).rows() != done.rows())
-        except RecordError:
-            continue
-    assert wrong == []
 
 
 def test_values_that_are_no_numbers_or_too_large_ended_a_table_in_a_traceback():

@@ -32,7 +32,6 @@ def put(record, **values) -> None:
 
 
 def broken(sim, change) -> str:
-    """Return what the audit says after a change."""
     change(state_of(sim))
     return said(sim)
 

@@ -68,8 +68,7 @@ def test_any_sizes_get_cells_that_are_wide_enough_and_not_too_many(radius, sprea
     assert (state.levels.cells >= 3 * state.levels.columns).all()
 
 
-@pytest.mark.parametrize("density", [0.5, 0.01])
-@pytest.mark.parametrize("open_plane", [False, True])
+@pytest.mark.parametrize(("density", "open_plane"), [(0.5, False), (0.01, True)])
 def test_the_state_takes_no_more_than_100_bytes_a_body(density, open_plane):
     random = np.random.default_rng(1)
     n = 100_000

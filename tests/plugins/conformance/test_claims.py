@@ -110,7 +110,7 @@ def test_a_claim_that_does_not_hold_is_found_out(name, check, words):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("right", ""),
+        pytest.param("right", "", marks=pytest.mark.slow),
         pytest.param("looks-at-the-end", "with another origin and a later end, the ", marks=pytest.mark.slow),
         pytest.param("looks-at-the-thread", "in another thread, the ", marks=pytest.mark.slow),
         ("looks-at-a-hash", "in another process, the "),
@@ -122,18 +122,6 @@ def test_who_asks_is_found_out(name, words, monkeypatch):
     result = judged(name, "does-not-see-who-asks", **options)
     assert result.ok is not bool(words)
     assert result.said.startswith(words)
-
-
-@pytest.mark.parametrize(
-    ("check", "status"),
-    [
-        ("its-features-are-known", "passed"),
-        pytest.param("skin-limit-holds-at-its-edge", "passed", marks=pytest.mark.slow),
-        pytest.param("state-is-not-kept", "passed", marks=pytest.mark.slow),
-    ],
-)
-def test_what_is_right_passes(check, status):
-    assert judged("naive", check).status == status
 
 
 def test_a_phase_that_asks_for_solid_bodies_refuses_to_do_without_them():

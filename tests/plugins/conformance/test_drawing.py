@@ -35,14 +35,8 @@ def test_of_four_hundred_bodies_the_two_that_matter_are_left():
 
 
 def test_what_needs_many_keeps_as_many_as_it_needs():
-    scene = swarm("gas", 200, seed=3)
-    assert len(reduced(scene, lambda scene: len(scene) >= 65, PLENTY)) == 65
-
-
-def test_the_run_ends_soon_after_what_fails():
-    scene = swarm("gas", 8, seed=3)
-    small = reduced(scene, lambda scene: scene.settings.until >= 3.3, PLENTY)
-    assert small.settings.until == 5.0  # of 40: half of it, a quarter, an eighth
+    scene = swarm("gas", 60, seed=3)
+    assert len(reduced(scene, lambda scene: len(scene) >= 25, PLENTY)) == 25
 
 
 def test_turns_are_left_out_with_their_bodies_and_apart_from_them():
@@ -76,8 +70,8 @@ def test_the_time_that_there_is_is_kept_to():
         return len(scene) >= 100
 
     began = time.process_time()
-    small = reduced(swarm("gas", 400, seed=3), slowly, 0.5)
-    assert time.process_time() - began < 1.0
+    small = reduced(swarm("gas", 400, seed=3), slowly, 0.25)
+    assert time.process_time() - began < 0.75
     assert 100 <= len(small) < 400
 
 
@@ -89,7 +83,7 @@ def test_what_a_check_raises_is_not_hidden():
         reduced(swarm("gas", 12, seed=3), broken, PLENTY)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(scenes(), st.integers(2, 6))
 def test_what_is_left_fails_and_is_no_larger(scene, bodies):
     def fails(other: Scene) -> bool:

@@ -12,7 +12,7 @@ from kinetile_conformance.checks import CHECKS, check_named, table
 from kinetile_conformance.drawing import Drawing, reduced
 from kinetile_conformance.strategies.kinds import BUILT, acceptable
 from kinetile_conformance.strategies.living import STARTS, played
-from kinetile_conformance.strategies.swarms import BURSTS, CORRIDORS, scaled, swarm_numbered
+from kinetile_conformance.strategies.swarms import scaled
 
 
 @pytest.mark.parametrize(
@@ -68,16 +68,11 @@ def test_of_hundreds_of_commands_those_that_matter_are_left():
 
 
 def test_scaled_swarms_are_far_away_fast_and_small():
-    scenes = [scaled(number) for number in range(60)]
+    scenes = [scaled(number) for number in range(30)]
     assert not any(map(is_living, scenes))
     assert max(float(abs(scene.velocity).max()) for scene in scenes) > 2.0**30
     sizes = [float(abs(scene.position).max() / scene.radius.max()) for scene in scenes]
     assert max(sizes) > 2.0**40
-
-
-def test_bursts_and_corridors_can_be_drawn():
-    for kinds in (BURSTS, CORRIDORS):
-        assert all(len(swarm_numbered(kinds, number)) >= 8 for number in range(20))
 
 
 def test_the_table_has_every_check_once():

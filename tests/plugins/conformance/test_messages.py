@@ -10,20 +10,17 @@ SCENE = (Path(__file__).parents[2] / "scenes" / "H05.toml").read_text(encoding="
 
 
 def touched(line: str) -> str:
-    """Return a command, for which there is a file."""
     Path("a-file").touch()
     return line
 
 
 def judged_before(line: str) -> str:
-    """Return a command, for which there is what one before it has found."""
     Path("old").mkdir()
     Path("old/judge.json").touch()
     return line
 
 
 def case(head: str) -> str:
-    """Return the name of a case with this head."""
     Path("case.toml").write_text(head + SCENE, encoding="utf-8")
     return "case.toml"
 

@@ -34,7 +34,7 @@ class Slow:
     """Right, and takes its time."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        until = time.process_time() + 0.2
+        until = time.process_time() + 0.05
         while time.process_time() < until:
             pass
         return BroadPhaseParts(everybody)
@@ -76,18 +76,18 @@ _registered = fixture(*PHASES, hostile_phases)
 
 
 def test_out_of_time_is_not_judged() -> None:
-    runner = Runner(Plan(Subject("slow", {}), examples=40, seconds=0.5))
+    runner = Runner(Plan(Subject("slow", {}), examples=40, seconds=0.25))
     list(runner._drawing.scenes(check_named("its-structure-is-true")))  # drawing takes time, too
     result = runner.run("its-structure-is-true")
     assert result.status == "not judged"
     assert (result.verdict, result.case, result.bodies) == ("", None, None)
     assert 0 < result.scenes < 40
-    assert result.reason == "0.5 CPU s were not enough; no fault in the scenes seen until then"
+    assert result.reason == "0.25 CPU s were not enough; no fault in the scenes seen until then"
 
 
 def test_a_report_that_is_not_judged_is_neither_right_nor_wrong() -> None:
     checks = ["its-structure-is-true", "its-features-are-known"]
-    report = check_broad_phase("slow", in_process=True, checks=checks, seconds=0.5)
+    report = check_broad_phase("slow", in_process=True, checks=checks, seconds=0.25)
     assert (report.exit_code, report.conforms, report.ok) == (4, None, False)
     assert str(report).endswith("slow is not judged: no fault was seen, and its-structure-is-true not ended")
 
@@ -99,21 +99,17 @@ def test_compiling_is_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_failure_that_does_not_always_come_back_says_how_often() -> None:
-    result = Runner(Plan(Subject("moody", {}), examples=30, shrink=False)).run("same-contacts")
+    result = Runner(Plan(Subject("moody", {}), examples=10, shrink=False)).run("same-contacts")
     assert result.status == "failed"
     times = int(result.said.rpartition("it failed ")[2].partition(")")[0])
     assert "(not every time: of 5 times more on this scene it failed" in result.said
     assert 1 <= times <= 2
 
 
-def test_a_failure_that_comes_back_says_nothing_of_it() -> None:
-    result = Runner(Plan(Subject("wrong-if", {"wrong": 1}), examples=30, shrink=False)).run("same-contacts")
-    assert "not every time" not in result.said
-
-
 def test_a_saved_case_has_the_options_with_which_it_failed(tmp_path: Path) -> None:
-    runner = Runner(Plan(Subject("wrong-if", {"wrong": 1}), examples=30, shrink=False, save_to=tmp_path))
+    runner = Runner(Plan(Subject("wrong-if", {"wrong": 1}), examples=10, shrink=False, save_to=tmp_path))
     result = runner.run("same-contacts")
+    assert "not every time" not in result.said
     assert result.case is not None
     case = load_case(result.case)
     assert (case.name, case.options, case.check) == ("wrong-if", {"wrong": 1}, "same-contacts")
@@ -150,10 +146,8 @@ def test_no_scene_is_drawn_after_one_that_fails() -> None:
         seen.append(scene)
         return len(seen) < 3
 
-    for check in ("same-contacts", "same-contacts-with-turns"):
-        seen.clear()
-        assert not all(map(holds, Drawing(60, seed=1).scenes(check_named(check))))
-        assert len(seen) == 3
+    assert not all(map(holds, Drawing(20, seed=1).scenes(check_named("same-contacts-with-turns"))))
+    assert len(seen) == 3
 
 
 def test_a_small_scene_that_fails_is_minimised() -> None:

@@ -6,9 +6,7 @@ import kinetile as kt
 from kinetile.errors import Refused
 from kinetile.toolbox import Kernel, PairParts, hook
 from kinetile_conformance import check_broad_phase
-from kinetile_conformance.cases import Subject, outcome
 from kinetile_conformance.strategies.shapes import DRAWS
-from kinetile_plugins.cells import Cells
 from kinetile_plugins.convex import Convex, meet, soonest, touch
 from kinetile_plugins.disc import exchange
 from registering import fixture, registered
@@ -16,22 +14,6 @@ from registering import fixture, registered
 OF_SHAPES = "same-contacts-of-shapes"
 PLANS_ALONE = "a-contact-depends-on-two-plans-alone-of-shapes"
 AS_CONVEX = "same-contacts-as-convex"
-
-
-def smaller(scene: kt.Scene, by: float) -> kt.Scene:
-    shapes = [
-        kt.Shape(tuple((x * by, y * by) for x, y in each.core), each.radius * by) for each in scene.shapes
-    ]
-    return scene.replace(shapes=shapes)
-
-
-class NarrowCells:
-    """Wrong where there are shapes: cells a quarter as wide, so the reach of bodies is too small for them."""
-
-    def prepare(self, scene: kt.Scene):
-        if not scene.shapes:
-            return Cells().prepare(scene)
-        return Cells(side=0.5 * float(scene.radius.max())).prepare(smaller(scene, 0.25))
 
 
 @hook
@@ -79,14 +61,13 @@ KINDS = ("disc", "capsule", "box", "polygon", "segment")
 
 
 _added = fixture(
-    kt.BroadPhaseSpec("narrow-cells", NarrowCells),
     kt.NarrowPhaseSpec("wrong-convex", WrongConvex, role="pair", shapes=KINDS),
 )
 
 
 def drawn(squares: bool) -> list[kt.Scene]:
     draw = DRAWS["shapes, and squares alone" if squares else "shapes"]
-    return [scene for seed in range(2) for scene in draw(60, seed)]
+    return [scene for seed in range(1 if squares else 2) for scene in draw(60, seed)]
 
 
 def test_what_is_drawn():
@@ -101,17 +82,6 @@ def test_what_is_drawn():
     assert {scene.arena is None for scene in scenes} == {True, False}
     squares = [each for each in drawn(True) if {shape.kind for shape in each.shapes} == {"box"}]
     assert len(squares) > 5
-
-
-@pytest.mark.slow
-@pytest.mark.interpreted
-@pytest.mark.parametrize("shrink", [False, True])
-def test_a_reach_that_is_too_small_for_shapes_is_found(shrink):
-    """And by scenes of discs it is not."""
-    chosen = {"checks": ["same-contacts", OF_SHAPES], "examples": 60, "in_process": True, "shrink": shrink}
-    discs, shapes = check_broad_phase("narrow-cells", **chosen).results
-    assert (discs.status, shapes.status) == ("passed", "failed")
-    assert shapes.bodies <= (3 if shrink else 6)
 
 
 @pytest.mark.interpreted
@@ -172,13 +142,3 @@ def test_a_narrow_phase_that_refuses_all_cannot_be_judged():
         pytest.raises(Refused, match="no scene"),
     ):
         check_broad_phase("naive", narrow_phases=["nothing"], in_process=True)
-
-
-@pytest.mark.slow
-@pytest.mark.small
-def test_scenes_of_shapes_are_those_of_any_simulation():
-    """The kit's narrow phases give what those of a user do."""
-    for scene in drawn(False)[:8]:
-        sim = kt.Simulation(scene, "naive")
-        sim.run(until=scene.settings.until, max_contacts=40)
-        assert sim.contacts.tobytes() == outcome(Subject("naive", {}), scene, 40).contacts.tobytes()

@@ -2,11 +2,9 @@
 
 import math
 
-import numpy as np
 import pytest
 
 import kinetile as kt
-from registering import registered
 
 PAIRS, WALLS = 1.35906852, 2.12674818
 """Contacts a unit of time of two discs of radius 0.15 in the unit box, at a mean square of speeds of 1: of
@@ -53,18 +51,6 @@ def test_two_discs_in_a_box_have_the_exact_rates_and_pressure():
             assert agree(found[name][quantity], None, exact_pressure())
             assert found[name][quantity].error < 0.005 * exact_pressure()
         assert found[name]["Z"].mean == pytest.approx(found[name]["P"].mean)  # N kT = A = 1
-
-
-@pytest.mark.compiled
-def test_the_estimators_of_pressure_agree_in_a_mixture():
-    scene = kt.make_scene("mixture", bodies=32, radii=(0.5, 0.7), masses=(1.0, 4.0), density=0.4, seed=2)
-    found = ran(scene, 400.0, "pressure:after=10", "pressure:by=impulses,after=10")
-    counts, impulses = found.values()
-    for quantity in ("P", "P_walls", "Z"):
-        assert agree(counts[quantity], impulses[quantity])
-        assert counts[quantity].error < 0.01 * counts[quantity].mean
-    assert agree(counts["P"], counts["P_walls"])
-    assert agree(impulses["P"], impulses["P_walls"])
 
 
 @pytest.mark.parametrize(("periodic", "heat"), [("", 1.0), ("x", 12 / 11), ("xy", 12 / 10)])
@@ -115,54 +101,9 @@ def test_rates_by_kind_are_the_contacts_of_the_log():
     assert expected["big-big"] > 0
 
 
-class Jumps:
-    """An observable of what contacts do to velocities: half the sum of the squares of their changes."""
-
-    needs, axes = "velocities", {}
-
-    def prepare(self, scene):
-        self.sum, self.count = 0.0, 0
-
-    def collect(self, collisions):
-        self.sum += float(np.nansum((collisions.after - collisions.before) ** 2)) / 2.0
-        self.count += len(collisions.a)
-
-    def sample(self, moment):
-        found = {"jump": self.sum / self.count} if self.count else {}
-        self.sum, self.count = 0.0, 0
-        return found
-
-
-@pytest.mark.compiled
-def test_velocities_lose_their_memory_by_the_rate_of_contacts():
-    """C'(0) = -(half the squares of all changes a unit of time); a contact's is 4 R^2/(n + 1) on the mean, so
-    that C'(0)/C(0) = -Gamma n/(n + 1) from pairs, n = 2 N."""
-    with registered(kt.ObservableSpec("jumps", Jumps)):
-        found = ran(two_discs(), 20_000.0, "jumps")["jumps"]["jump"]
-    assert agree(found, None, 4.0 * 2.0 / (4 + 1))
-    assert found.error < 0.005
-
-
 def test_pressure_where_there_is_none() -> None:
     """On a torus it needs two bodies."""
     alone = kt.Scene([(0.5, 0.5)], [(1, 0.7)], 0.2, arena=(1, 1), periodic="xy")
     sim = kt.Simulation(alone)
     sim.run(1.0, observe=["pressure"])
     assert sim.observed["pressure"] == {}
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-@pytest.mark.parametrize(
-    ("height", "radius", "rate"), [(1.0, 0.15, 0.836521), (1.5, 0.1, 0.291050), (1.0, 0.05, 0.206487)]
-)
-def test_two_discs_on_a_torus_meet_at_the_exact_rate(height, radius, rate):
-    """2 s u/(W H - pi s^2), at the relative speed u = 1."""
-    half = (0.5 * math.cos(0.7123), 0.5 * math.sin(0.7123))
-    velocity = [half, (-half[0], -half[1])]
-    scene = kt.Scene([(0.2, 0.2), (0.7, 0.6)], velocity, radius, arena=(1.0, height), periodic="xy")
-    sim = kt.Simulation(scene, "naive", keep_contacts=False)
-    sim.run(200_000.0, observe=["rates"])
-    pairs = sim.observed["rates"]["pairs"]
-    assert abs(pairs.mean - rate) < 3.0 * pairs.error
-    assert pairs.error < 0.01 * rate

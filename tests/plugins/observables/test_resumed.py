@@ -9,6 +9,7 @@ import pytest
 import kinetile as kt
 from command_line import kinetile, printed, refused
 from kinetile.errors import BadOption, PhaseError, RecordError
+from kinetile.kernel.compiled import INTERPRETED
 from kinetile.plugin.registry import registry
 from kinetile.run.observing import Observable
 from lanes import first
@@ -101,7 +102,7 @@ def whole(name: str) -> tuple[str, str]:
 @pytest.mark.parametrize("name", first(1, [*SCENES]))
 def test_a_run_that_was_stopped_lost_its_averages(name, tmp_path):
     expected, make, observe = whole(name), *SCENES[name]
-    for stops in STOPS.values():
+    for stops in [*STOPS.values()][:: 2 if INTERPRETED else 1]:
         sim, goes_on = kt.Simulation(make(), "naive"), observe
         for number, stop in enumerate(stops):
             stop(sim, goes_on)
@@ -112,13 +113,14 @@ def test_a_run_that_was_stopped_lost_its_averages(name, tmp_path):
         assert (sim.fingerprint, repr(sim.observed.rows())) == expected
 
 
+@pytest.mark.slow
 def test_it_goes_on_in_the_same_simulation_and_from_a_snapshot():
     expected, observe = whole("discs"), ALL
     sim = kt.Simulation(discs(), "naive")
     saved = []
     sim.run(END, observe=observe, progress=lambda _: saved.append(sim.snapshot()))
     assert repr(sim.observed.rows()) == expected[1]
-    for there in saved[:: max(len(saved) // 3, 1)]:
+    for there in saved[:: max(len(saved) // 2, 1)]:
         sim.restore(pickle.loads(pickle.dumps(there)))
         sim.run(END, max_contacts=2, observe=sim.observed)
         sim.run(END, observe=sim.observed)
@@ -128,14 +130,13 @@ def test_it_goes_on_in_the_same_simulation_and_from_a_snapshot():
 def test_an_interval_by_contacts_is_found_by_a_run_that_goes_on():
     observe = ["pressure", "msd:lags=3,every=0.1", "g:bins=5"]
     one, parts = (kt.Simulation(discs(), "naive") for _ in range(2))
-    one.run(max_contacts=60, observe=observe)
+    one.run(max_contacts=30, observe=observe)
     there = []
-    parts.run(max_contacts=60, observe=observe, progress=lambda _: there.append(parts.snapshot()))
-    for start in there[:1]:
-        parts.restore(start)
-        done = parts.readings.contacts_disc + parts.readings.contacts_wall
-        parts.run(max_contacts=60 - done, observe=parts.observed)
-        assert repr(parts.observed.rows()) == repr(one.observed.rows())
+    parts.run(max_contacts=30, observe=observe, progress=lambda _: there.append(parts.snapshot()))
+    parts.restore(there[0])
+    done = parts.readings.contacts_disc + parts.readings.contacts_wall
+    parts.run(max_contacts=30 - done, observe=parts.observed)
+    assert repr(parts.observed.rows()) == repr(one.observed.rows())
 
 
 def test_names_begin_anew_and_an_unobserved_time_is_refused():
@@ -179,14 +180,10 @@ class Odd(Jumps):
     odd = object()
 
 
-class Missing(Jumps):
-    keeps = ("nothing",)
-
-
 class Plugin:
     @kt.hookimpl
     def kinetile_observables(self):
-        made = {"jumps": Jumps, "saved": Saved, "odd": Odd, "missing": Missing}
+        made = {"jumps": Jumps, "saved": Saved, "odd": Odd}
         return [kt.ObservableSpec(name, each) for name, each in made.items()]
 
 
@@ -234,13 +231,12 @@ def test_what_is_observed_of_nobody_is_left_out():
             commands=goes,
             periodic=periodic,
         )
-        for each in registry().names("observable"):
-            if each == "flips" and periodic:
-                continue  # power, whose structure it is of, takes no periodic axes
-            sim = kt.Simulation(scene, "power" if each == "flips" else "naive")
-            sim.run(1.0, observe=[f"{each}:every=0.05"])
-            values = [row.mean for row in sim.observed.rows() if row.quantity in ("kT", "psi6", "E")]
-            assert np.isfinite(values).all()
+        names = [f"{each}:every=0.05" for each in registry().names("observable") if each != "flips"]
+        sim = kt.Simulation(scene, "naive")
+        sim.run(1.0, observe=names)
+        values = [row.mean for row in sim.observed.rows() if row.quantity in ("kT", "psi6", "E")]
+        assert len(values) > 2
+        assert np.isfinite(values).all()
 
 
 def test_pressure_by_counts_of_a_body_inserted_by_hand_was_an_index_error():

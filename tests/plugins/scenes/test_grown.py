@@ -32,11 +32,6 @@ def test_discs_grow_to_their_radii_without_overlap(
     assert other.position.tolist() != scene.position.tolist()
 
 
-def test_two_discs_that_may_never_meet_grow_too() -> None:
-    scene = make_scene("grown", bodies=2, density=0.5, radii=[0.5], periodic="xy")
-    assert scene.radius.tolist() == [0.5, 0.5]
-
-
 def test_what_no_growth_reaches_is_refused_with_the_density_that_was_reached() -> None:
     with pytest.raises(
         BadOption, match=r"density is 0\.95; after \d+ steps the discs held each other at 0\."

@@ -1,6 +1,5 @@
-"""The built-in recipes: that each makes what it says, and refuses what it cannot make."""
+"""The built-in recipes: scenes by name, and what they refuse; ``test_same_bits.py`` holds what they make."""
 
-import math
 from types import ModuleType
 
 import numpy as np
@@ -52,86 +51,14 @@ def test_defaults_give_a_scene_that_is_the_same_each_time(name: str) -> None:
     assert scene.origin["parameters"] == {each.name: each.default for each in recipe_parameters(name)}
 
 
-@pytest.mark.parametrize(
-    "name", ["grid", "random", "lattice", "figure-10", "figure-11", "figure-16", "two-discs"]
-)
-def test_another_seed_gives_another_scene(name: str) -> None:
-    assert make_scene(name, seed=1) != make_scene(name, seed=2)
-
-
-@pytest.mark.parametrize("bodies", [1, 2, 3, 12, 13, 25, 400, 401])
-def test_grid_is_the_benchmark_of_the_thesis_for_any_number_of_bodies(bodies: int) -> None:
-    scene = make_scene("grid", bodies=bodies, density=0.3)
-    assert len(scene) == bodies
-    assert scene.arena == (1.0, 1.0)
-    assert math.isclose(math.pi * float(np.sum(scene.radius**2)), 0.3)
-    assert np.allclose(np.hypot(*scene.velocity.T), 1.0)
-    columns = math.ceil(math.sqrt(bodies))
-    row, column = np.divmod(np.arange(bodies), columns)
-    rows = math.ceil(bodies / columns)
-    assert np.allclose(scene.position, np.stack([(column + 0.5) / columns, (row + 0.5) / rows], axis=1))
-
-
-def test_random_has_the_density_and_the_ratios_that_are_given() -> None:
-    scene = make_scene(
-        "random", bodies=300, density=0.3, radius_ratio=50.0, mass_ratio=1e6, speed=2.0, seed=3
-    )
-    assert math.isclose(math.pi * float(np.sum(scene.radius**2)), 0.3)
-    assert 30.0 < scene.radius.max() / scene.radius.min() <= 50.0
-    assert 1e5 < scene.mass.max() / scene.mass.min() <= 1e6
-    assert np.allclose(np.hypot(*scene.velocity.T), 2.0)
-    dense = make_scene("random", bodies=100, density=0.75)  # too dense for random places: from a lattice
-    assert math.isclose(math.pi * float(np.sum(dense.radius**2)), 0.75)
-    assert len(np.unique(np.round(dense.position[:, 1], 9))) <= 12
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_dyadic_lattices_are_exact_and_touch(seed: int) -> None:
-    scene = make_scene("lattice", bodies=1 + 3 * seed, turns=seed, seed=seed)
-    for numbers, unit in ((scene.position, 128.0), (scene.radius, 64.0), (scene.velocity, 4.0)):
-        assert np.array_equal(numbers * unit, np.round(numbers * unit))
-    assert len(scene.turns) == seed
-    assert all((turn.time * 16.0).is_integer() and 0.0 <= turn.time <= 4.0 for turn in scene.turns)
-    assert gaps(scene).min() >= 0.0
-    assert (gaps(make_scene("lattice", bodies=40, touching=1.0, seed=seed)) == 0.0).any()
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_non_dyadic_and_jittered_lattices_touch_within_the_tolerance(seed: int) -> None:
-    jitter = 10.0 ** -(9 + seed % 8)
-    for kind in ("dyadic", "non-dyadic"):
-        still = make_scene("lattice", bodies=1 + 3 * seed, kind=kind, seed=seed)
-        moved = make_scene("lattice", bodies=1 + 3 * seed, kind=kind, jitter=jitter, seed=seed)
-        assert moved.arena is not None
-        assert moved.arena[0] != moved.arena[1]
-        assert np.abs(moved.position - still.position).max() <= jitter + 2.0**-52
-        assert (moved.radius <= still.radius).all()
-        assert (moved.radius >= still.radius - 4.0 * jitter).all()
-
-
-def test_cradle_is_exact_and_touches() -> None:
-    scene = make_scene("cradle", bodies=5, moving=2)
-    assert np.array_equal(scene.position * 8.0, np.round(scene.position * 8.0))
-    between = np.diff(scene.position[:, 0]) - 0.25
-    assert between.tolist() == [0.0, 0.5, 0.0, 0.0]
-    assert scene.velocity[:, 0].tolist() == [1.0, 1.0, 0.0, 0.0, 0.0]
-
-
-def test_break_is_a_touching_rack_of_fifteen() -> None:
-    scene = make_scene("break", aim=0.1)
-    rack = gaps(scene)[1:, 1:]
-    assert len(scene) == 16
-    assert (np.abs(rack) < 1e-15).sum() == 2 * 30
-    assert math.isclose(math.hypot(*scene.velocity[0]), 8.0)
-    assert not scene.velocity[1:].any()
-
-
-def test_two_discs_start_on_their_energy_surface() -> None:
-    for seed in range(100):
-        scene = make_scene("two-discs", seed=seed)
-        assert len(scene) == 2
-        assert math.isclose(float(np.sum(scene.velocity**2)), 2.0)
+def test_dyadic_lattices_are_exact_and_touch() -> None:
+    for seed in range(6):
+        scene = make_scene("lattice", bodies=1 + 3 * seed, turns=seed, seed=seed)
+        for numbers, unit in ((scene.position, 128.0), (scene.radius, 64.0), (scene.velocity, 4.0)):
+            assert np.array_equal(numbers * unit, np.round(numbers * unit))
+        assert len(scene.turns) == seed
         assert gaps(scene).min() >= 0.0
+        assert (gaps(make_scene("lattice", bodies=40, touching=1.0, seed=seed)) == 0.0).any()
 
 
 def test_a_recipe_that_breaks_is_named() -> None:

@@ -94,7 +94,6 @@ def let_time_pass(steps: Steps) -> None:
 
 
 def broken(steps: Steps, change) -> str:
-    """Return what the audit says after a change, for which it fails."""
     change(steps)
     with pytest.raises(AuditError, match=r", after 0 events under broad phase 'sweep-tiling': "):
         steps.audit()

@@ -17,9 +17,9 @@ def built(scene: kt.Scene) -> Steps:
     return steps
 
 
-@pytest.mark.parametrize("block", first(1, range(4)))
+@pytest.mark.parametrize("block", first(1, range(10)))
 def test_random_scenes_are_tiled_as_by_brute_force(block):
-    for seed in range(25 * block, 25 * block + 25):
+    for seed in range(10 * block, 10 * block + 10):
         steps = built(random_scene(seed))
         assert tiling_of(steps.state) == steps.by_force(), f"seed {seed}"
 
@@ -52,8 +52,8 @@ def test_no_body_is_one_tile_and_one_body_four():
 
 
 @pytest.mark.parametrize("seed", first(1, range(3)))
-@pytest.mark.parametrize("density", [0.5, 0.25, 0.125, 0.01])
-@pytest.mark.parametrize("bodies", [25, 100, 400])
+@pytest.mark.parametrize("density", first(2, [0.5, 0.01, 0.25, 0.125]))
+@pytest.mark.parametrize("bodies", first(2, [25, 100, 400]))
 def test_a_grid_whose_columns_tie_starts_without_an_event(bodies, density, seed):
     steps = Steps(kt.make_scene("grid", bodies=bodies, density=density, seed=seed))
     assert not steps.step(until=0)
@@ -64,45 +64,12 @@ def test_a_grid_whose_columns_tie_starts_without_an_event(bodies, density, seed)
             assert tiling_of(steps.state) == steps.by_force()
 
 
-@pytest.mark.parametrize("seed", first(5, range(20)))
-def test_lattices_whose_bounds_tie_start_without_an_event(seed):
-    """Where no discs touch: the velocities in the order of bounds leave nothing to be put right."""
-    rng = np.random.default_rng(seed)
-    cell = np.stack(np.meshgrid(np.arange(6), np.arange(5)), axis=-1).reshape(-1, 2)
-    velocity = rng.integers(-2, 3, cell.shape) / 2.0
-    steps = Steps(
-        kt.Scene((cell + 0.5) / 8.0, velocity, rng.choice([1, 2, 3], 30) / 64.0, arena=(0.75, 0.625))
-    )
-    steps.audit()
-    assert not steps.step(until=0) or steps.engine.k.counts[0].structural == 0
-
-
 def pairs(scene: kt.Scene, phase: str, **options: object) -> set[tuple[int, int]]:
     found = kt.Simulation(scene, phase, options=options).candidate_pairs()
     return {(int(a), int(b)) for a, b in found}
 
 
-@pytest.mark.parametrize("bodies", [2, 5, 16, 60])
-def test_figure_10_where_sap_excludes_nothing(bodies):
-    """A column: sweep-and-prune along x pairs all, a tiling those that are next to each other."""
-    scene = kt.make_scene("figure-10", bodies=bodies)
-    built(scene)
-    assert len(pairs(scene, "sap-1d", axis="x")) == bodies * (bodies - 1) // 2
-    assert pairs(scene, "sweep-tiling") == {(body, body + 1) for body in range(bodies - 1)}
-
-
-@pytest.mark.parametrize("bodies", [4, 8, 12])
-def test_figure_11_where_boxes_exclude_nothing(bodies):
-    """All bounding boxes hold one point; the tiling sees that the discs hide each other. (In an arena.)"""
-    open_scene = kt.make_scene("figure-11", bodies=bodies)
-    scene = kt.Scene(open_scene.position + 2.5, open_scene.velocity, open_scene.radius, arena=(5.0, 5.0))
-    steps = built(scene)
-    assert tiling_of(steps.state) == steps.by_force()
-    assert len(pairs(scene, "sap-2d")) == bodies * (bodies - 1) // 2
-    assert len(pairs(scene, "sweep-tiling")) <= 3 * bodies - 6
-
-
-@pytest.mark.parametrize("bodies", [3, 6, 21, 100])
+@pytest.mark.parametrize("bodies", [3, 21])
 def test_figure_16_one_body_over_all_others(bodies):
     """Locality n for one body, and yet O(n) pairs, where sweep-and-prune has O(n^2)."""
     scene = kt.make_scene("figure-16", bodies=bodies)

@@ -16,7 +16,6 @@ from tilings import (
     hard_scenes,
     lattice,
     random_scene,
-    take_the_limit_away,
     tiling_of,
 )
 
@@ -44,8 +43,8 @@ MAKERS: dict[str, tuple[Callable[[int], kt.Scene], int, int]] = {
 @pytest.mark.parametrize("seed", first(1, range(3)))
 def test_few_bodies_are_right_after_every_event(seed):
     """Small enough to be run interpreted."""
-    assert audited_events(random_scene(seed, bodies=6), 60) == 60
-    assert audited_events(columns(seed), 40) > 0
+    assert audited_events(random_scene(seed, bodies=6), 30) == 30
+    assert audited_events(columns(seed), 30) > 0
     assert audited_events(lattice(seed, jitter=False), 30) > 0
 
 
@@ -56,50 +55,26 @@ WITH_TURNS = ("lattices", "jittered lattices")  # some of them, which would be a
 @pytest.mark.parametrize(
     "kind", [pytest.param(kind, marks=pytest.mark.slow) if kind in WITH_TURNS else kind for kind in MAKERS]
 )
-@pytest.mark.parametrize("part", first(1, range(12)))
+@pytest.mark.parametrize("part", first(1, range(40)))
 def test_the_tiling_is_right_after_every_event(kind, part):
     make, count, most = MAKERS[kind]
-    for seed in range(count)[part::12]:
+    for seed in range(count)[part::40]:
         events = audited_events(make(seed), most)
         assert events == most or kind not in ("grids", "random")
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("block", first(1, range(10)))
+@pytest.mark.parametrize("block", first(1, range(20)))
 def test_between_events_the_tiling_is_that_of_brute_force(block):
     compared = 0
-    for seed in range(4 * block, 4 * block + 4):
+    for seed in range(2 * block, 2 * block + 2):
         steps = Steps(random_scene(seed))
         for _ in range(40):
             assert steps.step()
             if steps.to_the_middle():
                 compared += 1
                 assert tiling_of(steps.state) == steps.by_force(), f"seed {seed}, event {steps.events}"
-    assert compared > 100
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize(("ratio", "mass_ratio"), [(1e6, 1.0), (1e6, 1e6), (3e6, 1.0)])
-def test_a_skin_wider_than_the_proof_allows(ratio, mass_ratio, monkeypatch):
-    """But no wider than an eighth of the smallest radius."""
-    take_the_limit_away(monkeypatch)
-    factors = []
-    for seed in range(20):
-        scene = kt.make_scene(
-            "random",
-            bodies=5 + seed % 35,
-            density=(0.1, 0.3)[seed % 2],
-            radius_ratio=ratio,
-            mass_ratio=mass_ratio,
-            seed=seed,
-        )
-        tiling = kt.Simulation(scene, "sweep-tiling")
-        skin = tiling.explain()["numbers"]["skin"]
-        if skin > 0.125 * scene.radius.min():
-            continue
-        agree(scene, "naive", "sweep-tiling", until=50.0, contacts=100, audit=10)
-        factors.append(skin / (scene.radius.min() ** 2 / (8.0 * scene.radius.max())))
-    assert max(factors) > 5.0
+    assert compared > 50
 
 
 def together_and_apart(seed: int) -> kt.Scene:
@@ -118,7 +93,7 @@ def together_and_apart(seed: int) -> kt.Scene:
     return kt.Scene(place, velocity, radius)
 
 
-@pytest.mark.parametrize("seed", first(2, range(40)))
+@pytest.mark.parametrize("seed", first(1, range(40)))
 def test_a_swarm_that_flies_together_and_apart_meets_as_under_naive(seed):
     agree(together_and_apart(seed), "naive", "sweep-tiling", until=200.0, contacts=2000, audit=20)
 

@@ -7,15 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-import square_pairs
-from agreement import outcome
+import trial_pairs
 from kinetile.errors import PhaseError, Refused
 from kinetile.plugin.protocols import check_parts
 from kinetile_plugins.sweep_tiling import SweepTiling
 from lanes import GENERAL
 from messages import table
 from registering import fixture
-from tilings import crevice, take_the_limit_away
 
 POSITION = [[0.25, 0.5], [0.75, 0.5]]
 VELOCITY = [[1.0, 0.0], [-1.0, 0.0]]
@@ -36,37 +34,29 @@ def others_named(scene: kt.Scene, narrow: tuple[str, ...] | None = None) -> None
 test_message = table(globals())
 
 
-_squares = fixture(square_pairs, autouse=False)
+_trial = fixture(trial_pairs, autouse=False)
 
 
-def as_squares(name: str, **options: str) -> kt.Simulation:
-    scene = kt.make_scene("random", bodies=12, density=0.3, seed=20)
-    return kt.Simulation(scene, name, narrow_phases={"squares": options, "wall": {}})
+@pytest.mark.usefixtures("_trial")
+def test_bodies_that_come_closer_lost_a_contact_without_a_word():
+    """Of squares in circles: there were 55 of 56 contacts, and no fault. Each is taken at its word."""
 
+    def with_trial(name: str, **options: str) -> kt.Simulation:
+        return kt.Simulation(WALLED, name, narrow_phases={"trial": options, "wall": {}})
 
-@pytest.mark.usefixtures("_squares")
-def test_squares_lost_a_contact_without_a_word():
-    """Squares come closer than the sum of their radii: of 56 contacts there were 55, and no fault."""
     with pytest.raises(Refused) as caught:
-        as_squares("sweep-tiling")
+        with_trial("sweep-tiling")
     sentence = str(caught.value)
     assert sentence.startswith("sweep-tiling is right only while bodies touch at the sum of their radii, and")
-    assert "narrow phase 'squares' of square_pairs" in sentence
+    assert "narrow phase 'trial' of trial_pairs" in sentence
     assert "contact_distance='closer'" in sentence
-    runs = [as_squares(name) for name in GENERAL if name in sentence]
-    for sim in runs:
-        sim.run(until=1.0)
-    assert [len(sim.contacts) for sim in runs] == [56] * 4
-    assert len({sim.fingerprint for sim in runs}) == 1
-
-
-@pytest.mark.usefixtures("_squares")
-def test_a_pair_phase_is_taken_at_its_word():
-    as_squares("sweep-tiling", says="sum of radii")
-    with pytest.raises(
-        PhaseError, match="contact_distance is 'far'; expected 'sum of radii' or 'outlines' or 'closer'"
-    ):
-        as_squares("naive", says="far")
+    for name in GENERAL:
+        assert name in sentence
+        with_trial(name)
+    with_trial("sweep-tiling", says="sum of radii")
+    said = "contact_distance is 'far'; expected 'sum of radii' or 'outlines' or 'closer'"
+    with pytest.raises(PhaseError, match=said):
+        with_trial("naive", says="far")
 
 
 def condition_of_the_proof(scene: kt.Scene) -> float:
@@ -114,26 +104,6 @@ def test_a_run_refused_on_its_way_had_gone_on_half():
     other.run(until=sim.time)
     assert other.positions().tobytes() == sim.positions().tobytes()
     other.run(until=1e5)
-
-
-def crevices_that_differ(small: float, scenes: int = 200) -> int:
-    differ = 0
-    for seed in range(scenes):
-        scene = crevice(seed, small)
-        ends = [outcome(scene, name, {}, 5.0, 30)[1] for name in ("naive", "sweep-tiling")]
-        differ += ends[0] != ends[1]
-    return differ
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_up_to_the_limit_contacts_agree_and_far_beyond_they_would_not(monkeypatch):
-    assert crevices_that_differ(8e-7) == 0
-    with pytest.raises(Refused):
-        crevices_that_differ(1e-7)
-    take_the_limit_away(monkeypatch)
-    assert crevices_that_differ(1e-8) == 0
-    assert crevices_that_differ(1e-10) > 5
 
 
 def test_a_structure_that_no_page_can_compute_is_refused_by_name():

@@ -29,7 +29,9 @@ def scene_of(name: str) -> kt.Scene:
 
 
 @pytest.mark.parametrize("seed", first(1, [0, 1, 2]))
-@pytest.mark.parametrize(("density", "bodies", "pace"), [(0.5, 16, 40.0), (0.1, 16, 13.0), (0.01, 25, 4.5)])
+@pytest.mark.parametrize(
+    ("density", "bodies", "pace"), first(1, [(0.01, 25, 4.5), (0.1, 16, 13.0), (0.5, 16, 40.0)])
+)
 @pytest.mark.compiled
 def test_runs_agree_for_as_long_as_is_asked(density: float, bodies: int, pace: float, seed: int) -> None:
     sim = kt.Simulation(kt.make_scene("grid", bodies=bodies, density=density, seed=seed), "naive")
@@ -42,22 +44,6 @@ def test_runs_agree_for_as_long_as_is_asked(density: float, bodies: int, pace: f
     assert np.abs(found.ticks[early]).max() < 32.0, "it begins with roundings"
     half = len(found.ticks) // 2
     assert np.median(np.abs(found.ticks[half:])) > 100.0 * np.median(np.abs(found.ticks[:half]))
-
-
-@pytest.mark.small
-def test_several_masses_radii_turns_and_a_late_clock() -> None:
-    drawn = kt.make_scene("lattice", bodies=7, kind="non-dyadic", touching=0.0, jitter=1e-3, turns=6, seed=5)
-    turns = [(turn.body, 2.0**20 + turn.time, turn.velocity) for turn in drawn.turns]
-    scene = kt.Scene(
-        drawn.position, drawn.velocity, drawn.radius, drawn.mass, drawn.arena, turns, start=2.0**20
-    )
-    assert len(set(scene.mass.tolist())) > 1
-    assert len(set(scene.radius.tolist())) > 1
-    sim = kt.Simulation(scene, "naive")
-    found = certify(sim, until=2.0**20 + 2.0, max_contacts=40)
-    assert found.complete
-    assert found.contacts > 20
-    assert found.worst_ticks < 1e6
 
 
 def test_scenes_with_another_unit_of_time() -> None:
@@ -102,43 +88,39 @@ def compared(run: tuple[kt.Simulation, Any], contacts: Any, end: float = 0.5) ->
     return agreement(contacts, truth, scene=sim.scene, time_unit=sim.time_unit, end=end)
 
 
-@pytest.mark.parametrize("at", [0, 7, -2])
-def test_an_exchange_is_noticed(run: tuple[kt.Simulation, Any], at: int) -> None:
-    contacts = run[0].contacts.copy()
-    at %= len(contacts)
-    contacts[[at, at + 1]] = contacts[[at + 1, at]]
-    found = compared(run, contacts)
-    assert not found.complete
-    assert found.disagreement is not None
-    assert found.contacts == found.disagreement.index == at
-    assert found.disagreement.run is not None
-    assert found.disagreement.run[1:] == tuple(contacts[["a", "b"]][at].tolist())
-    assert found.disagreement.oracle is not None
-    assert found.disagreement.oracle[1:3] == tuple(run[0].contacts[["a", "b"]][at].tolist())
-    assert f"contact {at}: the run has" in str(found)
-
-
-@pytest.mark.parametrize("ticks", [3, -3, 10**6])
-def test_a_nudged_time_is_noticed(run: tuple[kt.Simulation, Any], ticks: int) -> None:
-    contacts = run[0].contacts.copy()
-    contacts["tick"][4] += ticks  # of two discs that have met nothing before: the time is rounded to a tick
-    found = compared(run, contacts)
-    assert compared(run, run[0].contacts).complete
-    assert not found.complete
-    assert found.contacts == 4
-    assert found.disagreement is not None
-    apart = found.disagreement.ticks_apart
-    assert apart == pytest.approx(compared(run, run[0].contacts).ticks[4] + ticks)
-    assert "ticks apart" in str(found)
-    assert found.as_dict()["first_disagreement"]["ticks_apart"] == apart
-
-
-def shifted(contacts: Any, ticks: int) -> Any:
+def later(contacts: Any, ticks: int) -> Any:
     """Return contacts that all come so many ticks later."""
-    later = contacts.copy()
-    carry, later["tick"] = np.divmod(later["tick"] + ticks, 2**52)
-    later["epoch"] += carry
-    return later
+    moved = contacts.copy()
+    carry, moved["tick"] = np.divmod(moved["tick"] + ticks, 2**52)
+    moved["epoch"] += carry
+    return moved
+
+
+CHANGED: dict[str, tuple[int, Any, str]] = {
+    "exchanged": (7, lambda log: log[[*range(7), 8, 7, *range(9, len(log))]], "contact 7: the run has"),
+    "later": (4, lambda log: np.concatenate([log[:4], later(log[4:], 3)]), "ticks apart"),
+    "earlier": (4, lambda log: np.concatenate([log[:4], later(log[4:], -3)]), "ticks apart"),
+    "missing": (5, lambda log: np.delete(log, 5), "contact 5: the run has"),
+    "the last missing": (-1, lambda log: log[:-1], "the run has nothing more"),
+    "one made up": (0, lambda log: np.concatenate([log, later(log[-1:], 2**30)]), "the oracle nothing more"),
+}
+
+
+@pytest.mark.parametrize("name", CHANGED)
+def test_a_change_is_noticed(run: tuple[kt.Simulation, Any], name: str) -> None:
+    at, change, said = CHANGED[name]
+    contacts = run[0].contacts
+    assert compared(run, contacts).complete
+    found = compared(run, change(contacts))
+    assert not found.complete
+    assert found.disagreement is not None
+    at = len(contacts) if name == "one made up" else at % len(contacts)
+    assert found.contacts == found.disagreement.index == at
+    assert said in str(found)
+    if said == "ticks apart":
+        assert found.as_dict()["first_disagreement"]["ticks_apart"] == found.disagreement.ticks_apart
+    if name == "the last missing":
+        assert compared(run, contacts[:-1], end=float(contacts["time"][-2])).disagreement is None
 
 
 @pytest.mark.interpreted
@@ -146,7 +128,7 @@ def test_a_shift_of_every_contact_by_a_million_ticks_passed() -> None:
     """It passed in 153 of 159 drawn scenes. The first contact is of bodies on the plans of their scene."""
     moved = 0
 
-    @settings(max_examples=20, derandomize=True, database=None)
+    @settings(max_examples=16, derandomize=True, database=None)
     @given(scenes())
     def draw(drawn: kt.Scene) -> None:
         nonlocal moved
@@ -159,32 +141,12 @@ def test_a_shift_of_every_contact_by_a_million_ticks_passed() -> None:
         except (Refused, ZenoError):
             return
         moved += len(truth.contacts) > 0
-        late = shifted(sim.contacts, 10**6)
+        late = later(sim.contacts, 10**6)
         found = agreement(late, truth, scene=scene, time_unit=sim.time_unit, end=sim.time)
         assert not len(truth.contacts) or (found.contacts, found.complete) == (0, False), str(found)
 
     draw()
-    assert moved > 8, moved
-
-
-def test_a_missing_and_a_made_up_contact_are_noticed(run: tuple[kt.Simulation, Any]) -> None:
-    contacts = run[0].contacts
-    for at in (0, 5):
-        found = compared(run, np.delete(contacts, at)).disagreement
-        assert found is not None
-        assert found.index == at
-    last = compared(run, contacts[:-1]).disagreement
-    assert last is not None
-    assert last.run is None
-    assert last.oracle is not None
-    assert "nothing more" in str(last)
-    assert compared(run, contacts[:-1], end=float(contacts["time"][-2])).disagreement is None
-    made_up = contacts[[*range(len(contacts)), -1]]
-    made_up["tick"][-1] += 2**30
-    extra = compared(run, made_up).disagreement
-    assert extra is not None
-    assert extra.oracle is None
-    assert "the oracle nothing more" in str(extra)
+    assert moved > 5, moved
 
 
 def test_walls_are_named() -> None:
@@ -259,7 +221,7 @@ def test_a_jam_ends_the_oracle() -> None:
     assert "contacts follow each other without end" in str(run)
 
 
-@pytest.mark.parametrize("seeds", [3, pytest.param(25, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [2, pytest.param(25, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("turns", [0, 12])
 @pytest.mark.parametrize("kind", ["dyadic", "non-dyadic"])
 @pytest.mark.small

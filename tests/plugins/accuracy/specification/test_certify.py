@@ -22,7 +22,6 @@ UNTIL = 1.0
 
 
 def whole_rows(scene, until):
-    """Return what an event file of a scene would hold, by the certifier's own course."""
     course, rows = Course(scene), []
     end = tick_of(until, scene.start, unit_bits(scene))
     while (event := course.next(end)) is not None:
@@ -62,6 +61,9 @@ def test_all_lines_are_right(gas):
     assert found.lines == found.total == len(log) > 500
     assert str(found) == f"all lines are right: {len(log)}, to time 1.0"
     assert json.loads(json.dumps(found.as_dict()))["right"] is True
+    pair = int(np.flatnonzero(log["b"] >= 0)[20])
+    index, why = wrong(scene, np.insert(log, pair, log[pair]))
+    assert (index, "these two are barred: they met at" in why) == (pair + 1, True)
 
 
 def test_a_list_may_be_a_beginning(gas):
@@ -88,26 +90,6 @@ def test_a_contact_through_an_image_that_is_another():
     assert (index, f"its tick should be epoch 0, tick {3 * 2**50}" in why) == (1, True)
 
 
-def test_a_contact_that_is_there_twice(gas):
-    scene, log = gas
-    pair, wall = (int(np.flatnonzero(which)[20]) for which in (log["b"] >= 0, log["b"] < 0))
-    index, why = wrong(scene, np.insert(log, pair, log[pair]))
-    assert index == pair + 1
-    assert "these two are barred: they met at" in why
-    assert wrong(scene, np.insert(log, wall, log[wall]))[0] == wall + 1
-
-
-def test_a_wall_other_than_the_one_met(gas):
-    scene, log = gas
-    at = int(np.flatnonzero(log["b"] == -1)[3])
-    log = log.copy()
-    log["b"][at] = -4
-    index, why = wrong(scene, log)
-    assert index == at
-    assert "with the top wall" in why
-    assert "the wall that it meets first is the left one" in why
-
-
 def test_the_end(gas):
     scene, log = gas
     index, why = wrong(scene, log[:-1])
@@ -117,20 +99,15 @@ def test_the_end(gas):
     assert "is after the end" in why
     assert log["tick"][index - 1] <= 2**51 < log["tick"][index]
     assert "there are to be 7 contacts" in str(certify_log(scene, log, max_contacts=7))
-
-
-def test_fewer_contacts_than_requested(gas):
-    scene, log = gas
     assert certify_log(scene, log[:80], max_contacts=80).right
     found = certify_log(scene, log[:79], max_contacts=80)
     assert (found.right, found.wrong.index, found.wrong.found) == (False, 79, None)
-    assert found.wrong.expected == tuple(log[79].tolist())
     assert "there are to be 80 contacts: body" in str(found)
-    alone = kt.Scene([(0.25, 0.5), (0.75, 0.5)], [(1.0, 0.0), (0.0, 0.0)], 0.125)
-    one = contacts_among(whole_rows(alone, 1.0))
-    assert len(one) == 1
+    alone = kt.Scene([[0.0, 0.0], [3.0, 0.0]], [[1.0, 0.0], [0.0, 0.0]], 1.0)
+    one = np.array([(1, 0, 0, 1)], CONTACT_LINE)
     assert certify_log(alone, one, max_contacts=80).right, "nothing comes after it"
     assert not certify_log(alone, one[:0], max_contacts=80).right
+    assert "no walls" in wrong(alone, np.array([(1, 0, 0, -1)], CONTACT_LINE), 5.0)[1]
 
 
 FORGED = {
@@ -143,6 +120,8 @@ FORGED = {
     "another body": (lambda log: with_field(log, "a", 0, "b", 24), "these two do not meet; what comes next"),
     "a false time": (lambda log: with_field(log, "time", np.nextafter(log["time"][40], 9.0)), "of its tick"),
     "no time": (lambda log: with_field(log, "time", np.nan), "is nan, and not that of its tick"),
+    "twice": (lambda log: np.insert(log, 40, log[39]), "these two are barred: they met at|the wall that"),
+    "another wall": (lambda log: with_field(log, "b", -4 if log["b"][40] != -4 else -1), "the wall that it"),
 }
 
 
@@ -167,7 +146,7 @@ def certified(unit):
     return scene, sim.contacts
 
 
-@pytest.mark.parametrize("unit", [None, 1.0, 2.0**-7])
+@pytest.mark.parametrize("unit", [None, 2.0**-7])
 @pytest.mark.parametrize("forged", FORGED)
 def test_runs_on_a_clock_of_their_own_and_forged_ones(unit, forged):
     scene, contacts = certified(unit)
@@ -201,12 +180,6 @@ def test_what_no_line_can_be(gas, line, why):
     index, said = wrong(scene, log, None)
     assert index == 1
     assert why in said
-
-
-def test_walls_where_there_are_none():
-    scene = kt.Scene([[0.0, 0.0], [3.0, 0.0]], [[1.0, 0.0], [0.0, 0.0]], 1.0)
-    assert certify_log(scene, np.array([(1, 0, 0, 1)], CONTACT_LINE), 5.0).right
-    assert "no walls" in wrong(scene, np.array([(1, 0, 0, -1)], CONTACT_LINE), 5.0)[1]
 
 
 def test_a_fingerprint_is_that_of_the_lines(gas):
@@ -275,7 +248,7 @@ def test_a_check_that_is_broken_off_says_how_far_it_is(gas):
 
 
 @pytest.mark.parametrize(
-    ("bodies", "contacts"), [(25, 1_000), pytest.param(100, 100_000, marks=pytest.mark.long)]
+    ("bodies", "contacts"), [(25, 300), pytest.param(100, 100_000, marks=pytest.mark.long)]
 )
 def test_a_run_of_kinetile_is_right_to_its_end(bodies, contacts):
     scene = kt.make_scene("grid", bodies=bodies, density=0.5, seed=4)

@@ -12,13 +12,12 @@ from judged_games import forged_and_found, with_end
 from kinetile.errors import Refused, ZenoError
 from kinetile.kernel.log import LOG
 from kinetile_accuracy import certify_log
-from kinetile_accuracy.specification import answers
 from lanes import first
 
 
 @pytest.mark.small
 @pytest.mark.parametrize("draw", [draw_game, draw_game_of_shapes, draw_falling_game])
-@pytest.mark.parametrize("seed", first(2, range(60)))
+@pytest.mark.parametrize("seed", first(1, range(60)))
 def test_a_game_is_certified_to_its_end(draw, seed):
     game = draw(seed)
     sim, end = with_end(game)
@@ -28,7 +27,7 @@ def test_a_game_is_certified_to_its_end(draw, seed):
 
 @pytest.mark.small
 @pytest.mark.parametrize("draw", [draw_game, draw_falling_game])
-@pytest.mark.parametrize("seed", first(2, range(100)))
+@pytest.mark.parametrize("seed", first(1, range(100)))
 def test_the_plans_of_a_recorded_game_are_certified(seed, draw):
     """With commands and changes of frames among the rows, and the plan of each body after each event."""
     game, rows = draw(seed), [np.zeros(0, LOG)]
@@ -46,13 +45,6 @@ def test_forged_lists_of_games_are_found_at_the_first_wrong_line(seeds):
             assert is_found, (seed, name)
             found[name] += 1
     assert len(found) == 10
-
-
-def test_a_response_that_is_not_specified_is_refused(monkeypatch):
-    monkeypatch.setattr(answers, "_KNOWN", ("elastic", "pass"))
-    scene = kt.Scene([(0.0, 0.0)], [(1.0, 0.0)], 0.5, responses={("*", "*"): kt.Response("stop")})
-    with pytest.raises(Refused, match="the specification has elastic, pass, and this scene has stop"):
-        certify_log(scene, kt.Simulation(scene).contacts)
 
 
 def test_at_an_exact_end_so_many_contacts_of_its_tick_are_there():

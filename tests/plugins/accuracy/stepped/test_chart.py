@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-import broken_phases
 import kinetile as kt
 from kinetile_accuracy.report import write_report
 from kinetile_accuracy.stepped import chart as speed_error
@@ -35,7 +34,6 @@ from kinetile_accuracy.stepped.methods import (
 )
 from kinetile_accuracy.stepped.snapshots import STEPPED
 from lanes import first
-from registering import registered
 
 
 def broad_phases() -> tuple[str, ...]:
@@ -223,12 +221,6 @@ def test_the_chart_is_drawn_and_names_every_method() -> None:
     assert {"slower", "faster", "dt = 1e-4"} <= said
     assert [axes.get_yscale() for axes in figure.axes] == ["log"] * 4
     assert figure.axes[2].get_xticklabels()[0].get_text() == "none"
-
-
-def test_every_phase_is_measured_those_of_plugins_too() -> None:
-    with registered(kt.BroadPhaseSpec("of-a-plugin", broken_phases.phase())):
-        assert {*broad_phases()} >= {*BUILT_IN, "of-a-plugin"}
-    assert "of-a-plugin" not in broad_phases()
 
 
 def committed() -> dict[str, Any]:

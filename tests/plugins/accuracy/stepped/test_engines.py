@@ -81,16 +81,6 @@ def test_many_discs_keep_their_energy_and_stay_inside(peer: EngineName) -> None:
     assert run.deepest < (0.01 if peer == "box2d-bullets" else 0.3)
 
 
-@pytest.mark.compiled
-def test_bullets_are_an_engine_of_their_own_and_overlap_less() -> None:
-    pytest.importorskip("Box2D")
-    scene = kt.make_scene("grid", bodies=100, density=0.25, seed=1)
-    plain, bullets = (
-        run_engine(name, scene, 1e-3, 0.3, watched="depths").deepest for name in ("box2d", "box2d-bullets")
-    )
-    assert bullets < 0.01 < 0.05 < plain
-
-
 def test_what_is_not_watched_is_missing(peer: EngineName) -> None:
     scene = kt.make_scene("grid", bodies=9, density=0.25, seed=1)
     timed = run_engine(peer, scene, 0.01, 1.0)

@@ -73,6 +73,7 @@ def test_the_sorted_sweep_finds_the_pairs_that_all_pairs_find() -> None:
     # Walls are written body by body in the order of rows, which the sweep moves.
     assert sorted(listed(run)) == sorted(expected)
     assert [c for c in listed(run) if c[2] >= 0] == [c for c in expected if c[2] >= 0]
+    assert run.energy_drift < 1e-13
 
 
 def test_cells_find_the_pairs_that_the_sweep_finds() -> None:
@@ -83,55 +84,6 @@ def test_cells_find_the_pairs_that_the_sweep_finds() -> None:
     np.testing.assert_array_equal(sweep.position, cells.position)
 
 
-@pytest.mark.parametrize("finder", FINDERS)
-def test_energy_is_kept_at_any_step(finder: Finder) -> None:
-    scene = mixed(seed=2)
-    for dt in (0.1, 0.01):
-        run = run_snapshots(scene, dt, 2.0, finder=finder)
-        before, after = (
-            0.5 * (scene.mass * (v**2).sum(axis=1)).sum() for v in (scene.velocity, run.velocity)
-        )
-        assert run.energy_drift < 1e-13
-        assert after == pytest.approx(before, rel=1e-13)
-        assert not np.allclose(run.velocity, scene.velocity)
-
-
-@pytest.mark.small
-def test_a_contact_is_seen_at_the_next_snapshot() -> None:
-    # The gap of 1 closes at speed 2, so at 0.5; the next snapshots is at 0.6, where they overlap by 0.2.
-    scene = kt.Scene([(1.0, 1.0), (4.0, 1.0)], [(1.0, 0.0), (-1.0, 0.0)], 1.0)
-    run = run_snapshots(scene, 0.2, 1.0)
-    assert listed(run) == [(3, 0, 1)]
-    assert run.deepest == pytest.approx(0.2)
-    np.testing.assert_allclose(run.velocity, [(-1.0, 0.0), (1.0, 0.0)], atol=1e-15)
-    np.testing.assert_allclose(run.position, [(1.2, 1.0), (3.8, 1.0)], atol=1e-15)
-
-
-@pytest.mark.small
-def test_walls_are_exact() -> None:
-    scene = kt.Scene([(0.3, 0.6)], [(1.3, -0.7)], 0.1, arena=(1.0, 2.0))
-    simulation = kt.Simulation(scene)
-    simulation.run(20.0)
-    run = run_snapshots(scene, 0.01, 20.0)
-    np.testing.assert_allclose(run.position, simulation.positions(), atol=1e-11)
-    assert [int(row["b"]) for row in run.contacts] == [int(row["b"]) for row in simulation.contacts]
-
-
-def test_it_converges_to_the_kinetic_result() -> None:
-    scene = kt.make_scene("grid", bodies=16, density=0.25, seed=4)
-    simulation = kt.Simulation(scene)
-    simulation.run(0.3)
-    contacts = sorted((int(row["a"]), int(row["b"])) for row in simulation.contacts)
-    errors = []
-    for dt in (1e-3, 1e-4, 1e-5):
-        run = run_snapshots(scene, dt, 0.3)
-        errors.append(float(np.abs(run.position - simulation.positions()).max()))
-    assert sorted((int(row["a"]), int(row["b"])) for row in run.contacts) == contacts
-    assert len(contacts) > 20
-    assert errors[2] < 1e-3
-    assert errors[2] < errors[1] / 5 < errors[0] / 25
-
-
 @pytest.mark.compiled
 @pytest.mark.parametrize(("step", "published"), [(0.15, 3.75e-3), (0.5, 0.0435), (1.0, 0.215), (2.0, 0.607)])
 def test_single_encounters_have_no_impulse_as_often_as_theory_says(step: float, published: float) -> None:
@@ -139,20 +91,14 @@ def test_single_encounters_have_no_impulse_as_often_as_theory_says(step: float, 
     assert single_encounters(step) == pytest.approx(published, rel=0.02)
 
 
-@pytest.mark.compiled
-@pytest.mark.parametrize("step", [0.05, 0.1])
-def test_with_short_steps_the_share_is_the_step_s_square_over_6(step: float) -> None:
-    assert single_encounters(step, least=0.99) == pytest.approx(step**2 / 6, rel=0.02)
-
-
-def single_encounters(step: float, least: float = 0.0, pairs: int = 20_000) -> float:
+def single_encounters(step: float, pairs: int = 20_000) -> float:
     """Return the share of encounters without an impulse, with v dt = ``step`` sigma.
 
-    Pairs stand far apart, one disc at rest and one that flies past it, with impact parameters from ``least``
-    to 1 (below which all are seen and acted on, if step < sqrt(1 - least^2)) and phases spread evenly.
+    Pairs stand far apart, one disc at rest and one that flies past it, with impact parameters from 0 to 1 and
+    phases spread evenly.
     """
     k = np.arange(pairs)
-    u = least + (1.0 - least) * (k + 0.5) / pairs
+    u = (k + 0.5) / pairs
     phase = (k * (math.sqrt(5.0) - 1.0) / 2.0) % 1.0
     target = np.stack([k * (8.0 + 2.0 * step), np.zeros(pairs)], axis=1)
     flying = target + np.stack([u, -1.0 - (phase + 1.0) * step], axis=1)
@@ -161,7 +107,7 @@ def single_encounters(step: float, least: float = 0.0, pairs: int = 20_000) -> f
     scene = kt.Scene(position, velocity, 0.5)
     steps = math.ceil(2.0 / step + 3.0)
     run = run_snapshots(scene, 1.0, float(steps))
-    return (1.0 - len({*run.contacts["a"].tolist()}) / pairs) * (1.0 - least)
+    return 1.0 - len({*run.contacts["a"].tolist()}) / pairs
 
 
 def test_a_log_that_is_too_short_is_made_longer(monkeypatch: pytest.MonkeyPatch) -> None:
