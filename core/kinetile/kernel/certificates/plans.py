@@ -39,6 +39,32 @@ class Plans(NamedTuple):
     per_time: float
 
 
+class BentAxis(NamedTuple):
+    """The plans of two bodies along an axis: place, velocity and acceleration of the first at its own anchor,
+    and of the second at the later one, its own; and how many periods further on the second is seen, as in
+    ``Axis``."""
+
+    x: float
+    v: float
+    a: float
+    x2: float
+    v2: float
+    a2: float
+    turns: float
+    period: float
+
+
+class BentPlans(NamedTuple):
+    """The plans of two bodies: along both axes, how many ticks before the second one's anchor that of the
+    first is (0 to 2^62), the length of a tick, a power of two, and its inverse."""
+
+    x: BentAxis
+    y: BentAxis
+    elapsed: int
+    tick: float
+    per_time: float
+
+
 @hook
 def plans_of(k: Kernel, one: Records, two: Records) -> Plans:
     """Return the plans of two bodies, by their records; that of the first is anchored earlier, or as late."""
@@ -53,6 +79,19 @@ def plans_of(k: Kernel, one: Records, two: Records) -> Plans:
 
 
 @hook
+def bent_plans_of(k: Kernel, one: Records, two: Records) -> BentPlans:
+    """Return the same of bodies with accelerations."""
+    clock = k.clock[0]
+    return BentPlans(
+        BentAxis(one.x, one.vx, one.ax, two.x, two.vx, two.ax, 0.0, 0.0),
+        BentAxis(one.y, one.vy, one.ay, two.y, two.vy, two.ay, 0.0, 0.0),
+        two.anchor - one.anchor,
+        clock.tick,
+        clock.per_time,
+    )
+
+
+@hook
 def plans_through(k: Kernel, one: Records, two: Records, right: float, up: float) -> Plans:
     """Return the plans of two bodies, the second as its image ``right`` and ``up`` periods away."""
     plans = plans_of(k, one, two)
@@ -60,6 +99,20 @@ def plans_through(k: Kernel, one: Records, two: Records, right: float, up: float
     return Plans(
         Axis(one.x, one.vx, two.x, two.vx, right, torus.x),
         Axis(one.y, one.vy, two.y, two.vy, up, torus.y),
+        plans.elapsed,
+        plans.tick,
+        plans.per_time,
+    )
+
+
+@hook
+def bent_plans_through(k: Kernel, one: Records, two: Records, right: float, up: float) -> BentPlans:
+    """Return the same of bodies with accelerations."""
+    plans = bent_plans_of(k, one, two)
+    torus = k.clock[0].torus
+    return BentPlans(
+        BentAxis(one.x, one.vx, one.ax, two.x, two.vx, two.ax, right, torus.x),
+        BentAxis(one.y, one.vy, one.ay, two.y, two.vy, two.ay, up, torus.y),
         plans.elapsed,
         plans.tick,
         plans.per_time,
