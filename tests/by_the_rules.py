@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import kinetile as kt
 from kinetile.kernel.log import WALLS
-from kinetile_accuracy.specification.arithmetic import FlightPlan
+from kinetile_accuracy.specification.arithmetic import FlightPlan, tick_of, unit_bits
 from kinetile_accuracy.specification.course import Course
 
 Row = tuple[int, int, int]
@@ -18,14 +18,24 @@ class Answer(NamedTuple):
     plans: list[FlightPlan]
 
 
-def answer(scene: kt.Scene, contacts: int, until: int) -> Answer:
-    """Return so many contacts at most, up to and at a tick."""
-    course, rows = Course(scene), []
+def answer(scene: kt.Scene, contacts: int, until: int, last: tuple[int, int] | None = None) -> Answer:
+    """Return so many contacts at most, up to and at a tick, or up to an exact end."""
+    course, rows = Course(scene, last), []
     while len(rows) < contacts and (event := course.next(until)) is not None:
         if event.b >= 0 or event.b in WALLS:
             rows.append(tuple(event))
         course.carry_out()
     return Answer(rows, course.plans)
+
+
+def answer_of_game(game: kt.Scene, contacts: int) -> list[Row]:
+    """Return so many contacts at most of a scene that says when it ends."""
+    end, until = game.settings.end, game.settings.until
+    if end is not None:
+        tick = (end[0] << 52) + end[1]
+        return answer(game, contacts, tick, (tick, end[2])).contacts
+    assert until is not None
+    return answer(game, contacts, tick_of(until, game.start, unit_bits(game))).contacts
 
 
 def rows(sim: kt.Simulation) -> list[Row]:

@@ -6,7 +6,7 @@ Most have kinds with responses (elastic, restitution, stop, pass, for pairs and 
 of them are on a lattice, with dyadic numbers and times, so that many things happen at one tick. Some are
 dense: touching bodies that stop or lose energy between walls and moving bodies of infinite mass; most of
 these jam. Some insertions have no room. ``draw_game_of_shapes`` gives boxes and discs the same rules and
-commands, ``draw_falling_game`` a gravity to games that may have one."""
+commands, ``draw_bent_game`` accelerations to games that may have some."""
 
 import math
 import random
@@ -22,11 +22,11 @@ KINDS = ("ball", "wisp", 7)
 PACES = (-2.0, -1.0, -0.5, 0.0, 0.0, 0.5, 1.0, 2.0)
 LASTS = 8.0
 PULLS = (0.25, 0.5, 1.0, 1.0, 2.0, 8.0, 32.0)
-"""Strengths of gravity: with the last ones a frame is over often."""
+"""Strengths of gravity."""
 
 SOLID = ("elastic", "restitution", "restitution", "stop")
 
-Command = kt.Turn | kt.Insert | kt.Remove
+Command = kt.Turn | kt.Accelerate | kt.Insert | kt.Remove
 
 
 def draw_game(seed: int) -> kt.Scene:
@@ -55,24 +55,30 @@ def draw_game_of_shapes(seed: int) -> kt.Scene:
     return _with_end(rng, _with_commands(rng, base, lattice=True))
 
 
-def draw_falling_game(seed: int) -> kt.Scene:
-    """Returns a game with gravity along the walled axes, or one of them, always the same for a seed."""
-    rng = random.Random(f"falling game {seed}")
+def draw_bent_game(seed: int) -> kt.Scene:
+    """Returns a game with gravity along the walled axes, or accelerations of some bodies, or both, always the
+    same for a seed. Bodies of infinite mass are pegs, or paddles."""
+    rng = random.Random(f"bent game {seed}")
     while True:
         lattice = rng.random() < 0.6
         base = _discs(rng, lattice)
         axes = rng.choice(base.periodic or ("",))
-        walled = [axis for axis in "xy" if axis not in axes]
-        bent = walled if rng.random() < 0.2 else [walled[-1]] if rng.random() < 0.7 else [walled[0]]
-        pull = rng.choice(PULLS) if lattice else rng.uniform(0.1, 4.0)
-        gravity = [rng.choice((-1.0, 1.0)) * pull * (axis in bent) for axis in "xy"]
+        bent = [axis not in axes and rng.random() < 0.7 for axis in "xy"]
+        more = {} if rng.random() < 0.4 else {"acceleration": [_pull(rng, lattice, bent) for _ in base.mass]}
         rules = {pair: response for pair, response in base.responses if "wall" not in pair}
-        with suppress(
-            SceneError
-        ):  # no arena; a body stands on a wall, or is outside of an axis without periods
-            mass = [1.0 if math.isinf(each) else each for each in base.mass.tolist()]
-            falling = base.replace(periodic=axes, mass=mass, responses=rules, gravity=gravity)
-            return _with_end(rng, _with_commands(rng, falling, lattice))
+        with suppress(SceneError):  # no arena; a body is outside of an axis without periods, or on a wall
+            gravity = _pull(rng, lattice, bent) if rng.random() < 0.8 or not more else (0.0, 0.0)
+            for body in range(len(base)) if more else ():
+                if rng.random() < 0.4 or math.isinf(base.mass[body]):
+                    more["acceleration"][body] = (math.nan, math.nan)
+            falling = base.replace(periodic=axes, responses=rules, gravity=gravity, **more)
+            if falling.bent:
+                return _with_end(rng, _with_commands(rng, falling, lattice))
+
+
+def _pull(rng: random.Random, lattice: bool, along: list[bool]) -> tuple[float, float]:
+    x, y = (rng.choice((-1.0, 1.0)) * (rng.choice(PULLS) if lattice else rng.uniform(0.1, 4.0)) for _ in "xy")
+    return (x if along[0] else 0.0, y if along[1] else 0.0)
 
 
 @dataclass(frozen=True)
@@ -205,11 +211,17 @@ def _with_commands(rng: random.Random, base: kt.Scene, lattice: bool) -> kt.Scen
                 rod = kt.capsule((0.0, -0.25), (0.0, 0.25), 0.125)
                 shape = rng.choice((*base.shapes, kt.box(0.25, 0.25), rod))
                 radius, mass = 0.0, mass if shape.is_solid and rng.random() < 0.8 else math.inf
-            command = kt.Insert(time, place, pace, radius, mass, number, at, kind, shape)
+            pull = None
+            if base.bent and not base.uniform and rng.random() < 0.5:
+                pull = _pull(rng, lattice, [axis not in base.periodic for axis in "xy"])
+            command = kt.Insert(time, place, pace, radius, mass, number, at, kind, shape, pull)
         elif what == "turn":
             command = kt.Turn(rng.choice(present), time, _pace(rng, lattice), at)
         else:
             command = kt.Remove(rng.choice(present), time, at)
+        if base.bent and what == "turn" and rng.random() < 0.4:
+            pull = _pull(rng, lattice, [axis not in base.periodic for axis in "xy"])
+            command = kt.Accelerate(command.body, time, pull, at)
         if _accepts(base, [*commands, command]):
             commands.append(command)
             if what == "insert":

@@ -1,8 +1,8 @@
 """Games of ``games.py`` judged by all that follows docs/specification.md: ``certify-log`` to the end and the
 second implementation; and forged lists of their contacts, to be found.
 
-``python tests/judged_games.py 500 [FIRST [falling]]`` prints how many of so many games agree, or
-of games with gravity."""
+``python tests/judged_games.py 500 [FIRST [bent]]`` prints how many of so many games agree, or
+of games with accelerations."""
 
 import json
 import math
@@ -156,7 +156,7 @@ def main(many: int, first: int = 0, kind: str = "") -> int:
     ends, caught, failed = Counter[str](), Counter[str](), Counter[str]()
     contacts, wrong = 0, set()
     for seed in range(first, first + many):
-        game = games.draw_falling_game(seed) if kind == "falling" else games.draw_game(seed)
+        game = games.draw_bent_game(seed) if kind == "bent" else games.draw_game(seed)
         sim, end = with_end(game, most=JAMMED)
         contacts += len(sim.contacts)
         ends[next(iter(end), "jam")] += 1

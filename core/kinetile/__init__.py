@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from kinetile.run.simulation import Progress as Progress
     from kinetile.run.simulation import Simulation as Simulation
     from kinetile.run.simulation import resume as resume
+    from kinetile.scene import Accelerate as Accelerate
     from kinetile.scene import Insert as Insert
     from kinetile.scene import Remove as Remove
     from kinetile.scene import Response as Response

@@ -60,11 +60,13 @@ def explanation(scene: Scene, run: Modelled) -> dict[str, Any]:
 
 def _sentences(scene: Scene, run: Modelled) -> Iterator[tuple[bool, str]]:
     """Yields sentences, each with whether it says what is modelled, or what is left out."""
-    motion, lasts = "flying straight", f"{scene.frame * (scene.time_unit * 2.0**-52):.6g}"
-    if scene.falls:
-        motion = f"falling by gravity {list(scene.gravity)!r}, straight in frames that fall for {lasts} each,"
+    motion = "flying straight"
+    if scene.bent:
+        pulls = set(map(tuple, scene.acceleration.tolist()))
+        several = f"{len(pulls)} accelerations" if len(pulls) > 1 else f"the acceleration {[*pulls.pop()]!r}"
+        motion = f"flying with {several}, on chords for the broad phase,"
     yield True, f"{in_words(scene, len(scene))}, {motion} between contacts"
-    left_out = ("" if scene.falls else "gravity, ") + "friction, rotation, growth"
+    left_out = ("" if scene.bent else "gravity, ") + "friction, rotation, growth"
     yield False, left_out + ("" if run.responses is not None else " and any loss of energy")
     watched = "no structural certificate"
     if run.certified and len(scene):

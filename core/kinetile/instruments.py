@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from kinetile.kernel.compiled.limits import end_after, limit_memory, out_of_time
     from kinetile.kernel.flight import note_all_places, position_at
     from kinetile.kernel.log import (
+        ACCELERATED,
         BOTTOM,
         INSERTED,
         LEFT,

@@ -32,9 +32,13 @@ from kinetile_observables.geometry import axes_with_walls, displacement, inner_e
 
 class Pressure(Observable):
     """``P`` by the virial of all contacts, ``kT`` beside it, ``P/kT``, ``Z`` = P A / (N kT), and ``P_walls``
-    by contacts with walls. With gravity ``P`` is the mean over the arena, and each wall has its own, such as
-    ``P_bottom``. ``by`` is "counts" (the default, where all are discs and all contacts elastic) or
-    "impulses"."""
+    by contacts with walls.
+
+    With accelerations ``P`` is the mean over the arena, and each wall has its own, such as ``P_bottom``.
+
+    ``by`` is "counts" or "impulses" (see the module); by default counts, where all bodies are discs
+    and all contacts are elastic.
+    """
 
     keeps = ("virial", "at_walls", "at_each", "energy", "bodies", "movable", "last")
 
@@ -47,12 +51,12 @@ class Pressure(Observable):
         """Chooses the estimator. Raises Refused in the open plane."""
         if scene.arena is None:
             raise Refused("observable 'pressure' needs an arena: in the open plane there is no area")
-        equilibrium = not any([scene.responses, scene.commands, scene.falls, np.isinf(scene.mass).any()])
+        equilibrium = not any([scene.responses, scene.commands, scene.bent, np.isinf(scene.mass).any()])
         equilibrium = equilibrium and not scene.shapes  # d . J of discs alone is the sum of radii times J
         if self.by == "counts" and not equilibrium:
             raise Refused(
                 "observable 'pressure:by=counts' needs a scene of discs with elastic contacts alone, and "
-                "without commands and gravity: choose by=impulses"
+                "without commands and accelerations: choose by=impulses"
             )
         self.by = self.by or ("counts" if equilibrium else "impulses")
         self.needs = "contacts" if self.by == "counts" else "velocities"
@@ -129,7 +133,7 @@ class Pressure(Observable):
                 found |= {"kT": heat, "P/kT": found["P"] / heat, "Z": virial / (self.bodies * heat)}
             if self.perimeter:
                 found["P_walls"] = unit * at_walls / (time * self.perimeter)
-            if self.scene.falls:
+            if self.scene.bent:
                 found |= self._of_each_wall(time)
             self.at_each = np.zeros(len(WALLS))
         return found

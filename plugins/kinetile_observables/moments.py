@@ -28,7 +28,8 @@ def _whole(name: str, value: Any) -> int:
 
 
 class Energy(Observable):
-    """``E``: the kinetic energy of all movable bodies; with gravity ``U`` is that of heights, -m g.r."""
+    """``E``: the kinetic energy of all movable bodies; with accelerations ``U`` is that of their
+    heights, the sum of -m a.r, each with its own acceleration a."""
 
     keeps = ()
 
@@ -36,8 +37,9 @@ class Energy(Observable):
         """Returns the energies."""
         mass, velocity = movable(moment)
         found = {"E": float((mass * velocity**2).sum()) / 2}
-        if moment.scene.falls:  # all bodies are movable
-            found["U"] = -float((mass * moment.positions()).sum(axis=0) @ np.array(moment.scene.gravity))
+        if moment.scene.bent:
+            heights = (moment.positions() * moment.accelerations()).sum(axis=1)
+            found["U"] = -float(mass[:, 0] @ heights[np.isfinite(moment.masses())])
         return found
 
 

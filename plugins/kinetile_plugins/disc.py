@@ -73,14 +73,21 @@ from kinetile.toolbox.lanes import (
     numbers,
     pick,
     places,
+    root,
     spread,
     spread_whole,
 )
 from kinetile.toolbox.ticks import (
     HALVES,
     Plans,
+    bent_parting,
+    bent_plans_of,
+    bent_plans_through,
+    bent_touch,
+    counts_from,
     discs_overlap,
     discs_touch,
+    first_bent_image,
     first_image,
     first_image_of,
     last_touch,
@@ -90,7 +97,18 @@ from kinetile.toolbox.ticks import (
     touch_about,
     turns_between,
 )
-from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, alone, circles_meet, two_least
+from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, alone, circles_meet, merged, two_least
+
+
+@hook
+def blame_depth(k: Kernel, a: int, b: int, one: Records, two: Records) -> None:
+    """Reports two discs, the second anchored later, that overlap there by more than rounding explains."""
+    x, y = position_at(k, one, two.anchor)
+    dx = two.x - x
+    dy = two.y - y
+    reach = one.radius + two.radius
+    if reach - math.sqrt(dx * dx + dy * dy) > k.clock[0].limits.tolerance + 1e-9 * reach:
+        blame(k, TOO_DEEP, a, b)
 
 
 @unchecked
@@ -107,13 +125,47 @@ def meet(k: Kernel, a: int, b: int) -> int:
     if delay == NEVER:
         return NEVER
     if delay == 0:
-        x, y = position_at(k, one, since)
-        dx = two.x - x
-        dy = two.y - y
-        reach = one.radius + two.radius
-        if reach - math.sqrt(dx * dx + dy * dy) > k.clock[0].limits.tolerance + 1e-9 * reach:
-            blame(k, TOO_DEEP, a, b)
+        blame_depth(k, a, b, one, two)
     return int(since + delay)
+
+
+@unchecked
+@hook
+def meet_bent(k: Kernel, a: int, b: int) -> int:
+    """As ``meet``, of bodies with accelerations (rules 5a and 7a)."""
+    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+    one = k.bodies[early]
+    two = k.bodies[a + b - early]
+    since = two.anchor
+    about = k.clock[0].about
+    guess = about - since if since <= about and about != NEVER else -1
+    met = k.bodies[a].last == b and k.bodies[b].last == a
+    delay = bent_touch(
+        bent_plans_of(k, one, two), one.radius, two.radius, met, guess, counts_from(k, a, b, since)
+    )
+    if delay == NEVER:
+        return NEVER
+    if delay == 0 and not met:
+        blame_depth(k, a, b, one, two)
+    return int(two.anchor + delay)
+
+
+@unchecked
+@hook
+def part_bent(k: Kernel, a: int, b: int) -> int:
+    """As ``part``, of bodies with accelerations, also through images (rule 11a)."""
+    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+    late = a + b - early
+    one = k.bodies[early]
+    two = k.bodies[late]
+    since = two.anchor
+    right = 0.0
+    up = 0.0
+    if len(k.images) > 0:
+        right, up = turns_between(k, early, late, a)
+    plans = bent_plans_through(k, one, two, right, up)
+    delay = bent_parting(plans, one.radius, two.radius, counts_from(k, a, b, since))
+    return int(since + delay) if delay != NEVER else NEVER
 
 
 @unchecked
@@ -266,6 +318,105 @@ soonest, soonest_of_equals = _bounds(False, False), _bounds(True, False)
 soonest_of_images = _bounds(False, True)
 
 
+@unchecked
+@hook
+def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
+    """As ``soonest``, of bodies with accelerations of their own, up to the end of the chord of either: then
+    one of the two is looked at again, so of what is later nothing is said.
+
+    Of two that are d apart, with a relative velocity v and acceleration b, both of these are before the
+    contact, and the later one counts. With h the time until that end, the relative path is at most |b| h^2 /
+    8 away from its own chord: discs that are fattened by that touch on it. And n . (d + v t + b t^2 / 2) is
+    less than the distance, with n = d / |d|: it comes down to the sum of the radii before. That one knows
+    that two that have just met part, and when they come back.
+    """
+    limits = k.clock[0].limits
+    fill(k.near, count, body)
+    elapsed = spread(since_origin(k, at))
+    place = k.places[body]
+    pull = k.pulls[body]
+    x = spread(place.x)
+    y = spread(place.y)
+    vx = spread(place.vx)
+    vy = spread(place.vy)
+    ax = spread(pull.x)
+    ay = spread(pull.y)
+    end = spread(pull.vx)
+    fat = spread(limits.fat)
+    own = spread(k.radii[body] + limits.fat)
+    zero = spread(0.0)
+    half = spread(0.5)
+    least = spread(LEAST)
+    never = spread(math.inf)
+    far = spread(2.0**200)
+    eighth = spread(0.125)
+    less = spread(1.0 - 2.0**-40)
+    more = spread(1.0 + 2.0**-40)
+    room = spread(2.0**14 * k.clock[0].tick)
+    myself = spread_whole(body)
+    soon = math.inf
+    rest = math.inf
+    who = NOBODY
+    second_of = NOBODY
+    start = 0
+    while True:
+        begin = start
+        stop = smaller(begin + PLACES, count)
+        first = never
+        second = never
+        while True:
+            other_x, other_y, other_vx, other_vy = places(k.places, k.near, start)
+            other_ax, other_ay, other_end, _ = places(k.pulls, k.near, start)
+            reach = pick(k.radii, k.near, start) + own
+            bx = other_ax - ax
+            by = other_ay - ay
+            dvx = other_vx - vx
+            dvy = other_vy - vy
+            dx = (other_x - x) + (dvx + half * bx * elapsed) * elapsed
+            dy = (other_y - y) + (dvy + half * by * elapsed) * elapsed
+            dvx = dvx + bx * elapsed
+            dvy = dvy + by * elapsed
+            span = choose(other_end < end, other_end, end) - elapsed
+            span = choose(span > zero, span, zero)
+            h = choose(span < far, span, zero)  # without an end neither is accelerated
+            pulls = choose(bx < zero, zero - bx, bx) + choose(by < zero, zero - by, by)
+            wide = reach + pulls * h * h * eighth
+            cx = dvx + half * bx * h
+            cy = dvy + half * by * h
+            d2 = dx * dx + dy * dy
+            approach = dx * cx + dy * cy
+            gap = d2 * spread(1.0 - 2.0**-46) - wide * wide
+            inside = approach * approach - (cx * cx + cy * cy) * gap
+            delay = gap / (root(inside) - approach)
+            delay = choose(delay > least, delay, least)
+            delay = choose(((approach > zero) & (gap > zero)) | (inside < zero), never, delay)
+            distance = root(d2)
+            above = distance * less - reach
+            speed = root(dvx * dvx + dvy * dvy)
+            rate = ((dx * dvx + dy * dvy) - fat * speed) / distance
+            bend = ((dx * bx + dy * by) - fat * pulls) / distance
+            inside = rate * rate - (bend + bend) * above
+            parts = rate > zero
+            later = (rate + root(inside)) / (zero - bend)
+            later = choose(parts, later, (above + above) / (root(inside) - rate)) * less
+            later = choose(later > least, later, least)
+            away = (parts & (bend >= zero)) | ((inside < zero) & (above > zero))
+            later = choose(away, never, later)
+            delay = choose(later > delay, later, delay)
+            left_out = (delay > span * more + room) | (numbers(k.near, start) == myself)
+            delay = choose(left_out, never, numbered(delay, start - begin))
+            first, second = two_least(first, second, delay)
+            start += LANES
+            if start >= stop:
+                break
+        soon, rest, who, second_of = merged(k, begin, first, second, soon, rest, who, second_of)
+        if start >= count:
+            break
+    if not soon < NONE:
+        return math.inf, math.inf, NOBODY
+    return soon, rest if rest < NONE else math.inf, who
+
+
 @hook
 def overlap(one: Records, two: Records, distance: float) -> float:
     """Returns the overlap of two discs; not a number where their centres are one place, so that there is no
@@ -390,6 +541,17 @@ class Disc:
 
         For equal masses both forms give the same velocities, to the bit: the share of each is exactly 1.
         """
+        if scene.periodic and scene.bent:
+            return PairParts(
+                meet=first_bent_image,
+                collide=collide_images,
+                soonest=soonest_of_images if scene.uniform else None,
+                touch=touch_images,
+                part=part_bent,
+                periodic=True,
+                contact_distance="sum of radii",
+                bent=True,
+            )
         if scene.periodic:
             return PairParts(
                 meet=first_image_among_shapes if scene.shapes else first_image,
@@ -406,7 +568,19 @@ class Disc:
             return PairParts(
                 meet=meet_among_shapes, collide=collide, touch=touch, part=part, gap=gap, shapes=True
             )
-        alike = are_alike(scene) and not self.general
+        alike = are_alike(scene) and scene.uniform and not self.general
+        if scene.bent:
+            bounds = soonest_of_equals if alike else soonest
+            return PairParts(
+                meet=meet_bent,
+                collide=collide_equals if alike else collide,
+                soonest=bounds if scene.uniform else soonest_bent,
+                touch=touch,
+                part=part_bent,
+                contact_distance="sum of radii",
+                alike=alike,
+                bent=True,
+            )
         return PairParts(
             meet=meet,
             collide=collide_equals if alike else collide,

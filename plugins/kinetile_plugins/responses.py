@@ -15,7 +15,6 @@ from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
 from kinetile.scene.checks import is_finite
 from kinetile.toolbox import Kernel, Records, ResponseParts, hook, smaller, unchecked
-from kinetile.toolbox.ticks import fallen
 from kinetile_plugins.disc import exchange
 
 
@@ -24,7 +23,7 @@ class Elastic:
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns no hook: the kernel has it."""
-        return ResponseParts(beside=FAMILY, falling=True)
+        return ResponseParts(beside=FAMILY)
 
 
 class Pass:
@@ -32,7 +31,7 @@ class Pass:
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns no hook: the kernel has it."""
-        return ResponseParts(beside=FAMILY, falling=True)
+        return ResponseParts(beside=FAMILY)
 
 
 @hook
@@ -93,7 +92,7 @@ class Restitution:
                 f"restitution: contact_time is {self.numbers[1]!r}; expected less than {longest!r}, "
                 f"{REMEMBERED:,} units of the clock, which is {scene.time_unit!r} in this scene"
             )
-        return ResponseParts(give_back, self.numbers, beside=FAMILY, falling=True)
+        return ResponseParts(give_back, self.numbers, beside=FAMILY)
 
 
 REMEMBERED = 1024
@@ -117,21 +116,12 @@ def halt(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None
         k.bodies[b].vy = vy
 
 
-@unchecked
-@hook
-def halt_in_room(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
-    """Brings two bodies to rest in the room, where the frame falls: with gravity all have finite mass."""
-    _, _, vx, vy = fallen(k, k.bodies[a].anchor)
-    k.bodies[a].vx = k.bodies[b].vx = -vx
-    k.bodies[a].vy = k.bodies[b].vy = -vy
-
-
 class Stop:
     """Both come to rest."""
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns the parts."""
-        return ResponseParts(halt_in_room if scene.falls else halt, beside=FAMILY, falling=True)
+        return ResponseParts(halt, beside=FAMILY)
 
 
 FAMILY = (give_back, halt)

@@ -34,7 +34,6 @@ from kinetile.toolbox import (
     Polygon,
     Records,
     Segment,
-    arena_now,
     falls_many,
     held_pairs,
     hook,
@@ -209,7 +208,7 @@ def _line(k: Kernel, lists: Lists) -> Iterator[Item]:
     order, axis = lists.order[0], int(lists.names[0] == "y")
     there = np.sort(order[order & 1 == 0] >> 1)
     now, away = positions_now(k)[there], offsets(k)[there]
-    corners = arena_now(k)
+    corners = np.array([[0.0, 0.0], [k.clock[0].limits.width, k.clock[0].limits.height]])
     low, high = (now + away[:, ::2]).min(axis=0), (now + away[:, 1::2]).max(axis=0)
     if corners[0, axis] < corners[1, axis]:  # a body at a wall reaches a skin beyond it, for a moment
         low, high = corners
@@ -228,7 +227,7 @@ def _slanted_line(k: Kernel, lists: Lists) -> Iterator[Item]:
     """Yields the line, through the middle of the arena or of the bodies, and each bound as a piece of a
     tangent."""
     share, order = lists.shares[0] / (lists.shares[0] @ lists.shares[0]), lists.order[0]
-    corners = arena_now(k)
+    corners = np.array([[0.0, 0.0], [k.clock[0].limits.width, k.clock[0].limits.height]])
     size = corners[1] - corners[0]
     if size.all():
         middle, half = 0.5 * corners.sum(axis=0), 0.5 * float(np.abs(lists.shares[0]) @ size)

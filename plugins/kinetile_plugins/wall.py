@@ -7,8 +7,7 @@ As with discs, contact means approach: a body that touches a wall and moves alon
 contact. Ties, a body in a corner, go to the wall that comes first: left, right, bottom, top; the other wall
 follows at the same tick.
 
-With gravity bodies are in a frame that falls with them, and the walls at the ends of an axis along which it
-pulls are bent there: ``FALLING`` has the hooks for these.
+A body that is accelerated along an axis may reach either wall at its ends: ``BENT`` has the hooks for these.
 """
 
 from __future__ import annotations
@@ -29,10 +28,10 @@ from kinetile.toolbox import (
     hook,
     inside_arena,
     position_at,
-    smaller,
     unchecked,
+    velocity_at,
 )
-from kinetile.toolbox.ticks import Fall, fallen, falls_at, reaches, with_shapes
+from kinetile.toolbox.ticks import bent_wall, reaches, with_shapes
 
 
 @hook
@@ -138,59 +137,32 @@ def bounce(k: Kernel, body: Records, wall: int) -> float:
 
 @hook
 def after_fall(k: Kernel, body: Records, far: float, near: float, slope: float, pull: float) -> int:
-    """Returns the tick at which a body is at a bent wall: ``Fall`` has what is given; or ``NEVER``."""
+    """Returns the tick at which a gap closes whose rate is ``slope`` at the anchor, and grows by ``pull``; or
+    ``NEVER``."""
     clock = k.clock[0]
-    fall = clock.fall
-    since = body.anchor - fall.origin
-    end = fall.end - body.anchor
-    delay = falls_at(Fall(far, near, body.radius, slope, pull, since, end, clock.tick))
+    delay = bent_wall(far, near, body.radius, slope, pull, clock.tick, clock.per_time)
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 
 @unchecked
 @hook
-def touch_falling(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
-    """Returns what ``touch`` does with gravity."""
-    x, y, _, _ = fallen(k, body.anchor)
-    return depth_at(k, body, wall, body.x + x, body.y + y)
-
-
-@unchecked
-@hook
-def bounce_falling(k: Kernel, body: Records, wall: int) -> float:
-    """Turns the velocity round as the wall has it, which moves in the frame (rule 9g); returns how deep the
-    body is in it."""
-    _, _, depth = touch_falling(k, body, wall)
-    _, _, vx, vy = fallen(k, body.anchor)
-    if wall == LEFT or wall == RIGHT:  # noqa: SIM109 - no tuple in a hook
-        body.vx = 2.0 * -vx - body.vx
-    else:
-        body.vy = 2.0 * -vy - body.vy
-    return float(depth)
-
-
-@unchecked
-@hook
-def reach_falling(k: Kernel, body: Records) -> tuple[int, int]:
+def reach_bent(k: Kernel, body: Records) -> tuple[int, int]:
     """Returns (tick, wall) of the first contact of a body with a wall; of several at one tick the first of
     left, right, bottom and top."""
     clock = k.clock[0]
     limits = clock.limits
-    fall = clock.fall
-    straight_x = clock.torus.x == 0.0 and fall.x == 0.0
-    straight_y = clock.torus.y == 0.0 and fall.y == 0.0
+    straight_x = clock.torus.x == 0.0 and body.ax == 0.0
+    straight_y = clock.torus.y == 0.0 and body.ay == 0.0
     tick, wall = first_wall(k, body, straight_x, straight_y)
-    if tick >= fall.end:  # as at bent walls: it has another plan then
-        tick = NEVER
-    if fall.x != 0.0:
-        left = after_fall(k, body, body.x, 0.0, body.vx, fall.x)
-        right = after_fall(k, body, limits.width, body.x, -body.vx, -fall.x)
+    if body.ax != 0.0:
+        left = after_fall(k, body, body.x, 0.0, body.vx, body.ax)
+        right = after_fall(k, body, limits.width, body.x, -body.vx, -body.ax)
         if left <= tick or right <= tick:  # before the walls of the other axis
             tick = left if left <= right else right
             wall = LEFT if left <= right else RIGHT
-    if fall.y != 0.0:
-        bottom = after_fall(k, body, body.y, 0.0, body.vy, fall.y)
-        top = after_fall(k, body, limits.height, body.y, -body.vy, -fall.y)
+    if body.ay != 0.0:
+        bottom = after_fall(k, body, body.y, 0.0, body.vy, body.ay)
+        top = after_fall(k, body, limits.height, body.y, -body.vy, -body.ay)
         if bottom < tick:
             tick = bottom
             wall = BOTTOM
@@ -202,8 +174,8 @@ def reach_falling(k: Kernel, body: Records) -> tuple[int, int]:
 
 @hook
 def away_from_walls(place: float, speed: float, pull: float, side: float, edge: float) -> bool:
-    """Returns whether a body has reached neither wall at the ends of an axis, if it has a place and a
-    velocity in the room. It falls to one of them, and so has not been there if it is not now; it has not been
+    """Returns whether a body has reached neither wall at the ends of an axis, by its place and velocity. It
+    falls to one of them, and so has not been there if it is not now; it has not been
     at the other if it still rises, or if the vertex of its parabola is before that."""
     below = place - edge if pull < 0.0 else side - edge - place
     above = side - edge - place if pull < 0.0 else place - edge
@@ -215,27 +187,20 @@ def away_from_walls(place: float, speed: float, pull: float, side: float, edge: 
 
 @unchecked
 @hook
-def inside_falling(k: Kernel, body: Records, tick: int) -> bool:
-    """Returns whether a body surely reaches no wall up to a tick, or the end of its frame if that is sooner:
-    then it has another plan. Within a frame its place is rounded by less than ``fat``."""
+def inside_bent(k: Kernel, body: Records, tick: int) -> bool:
+    """Returns whether a body surely reaches no wall up to a tick."""
     clock = k.clock[0]
-    fall = clock.fall
     limits = clock.limits
-    until = smaller(tick, fall.end)
-    x, y = position_at(k, body, until)
-    more_x, more_y, vx, vy = fallen(k, until)
+    x, y = position_at(k, body, tick)
+    vx, vy = velocity_at(k, body, tick)
     edge = body.radius + limits.fat
-    x += more_x
-    y += more_y
-    if clock.torus.x == 0.0 and not away_from_walls(x, body.vx + vx, fall.x, limits.width, edge):
+    if clock.torus.x == 0.0 and not away_from_walls(x, vx, body.ax, limits.width, edge):
         return False
-    return clock.torus.y != 0.0 or away_from_walls(y, body.vy + vy, fall.y, limits.height, edge)
+    return clock.torus.y != 0.0 or away_from_walls(y, vy, body.ay, limits.height, edge)
 
 
-FALLING = WallParts(
-    reach_falling, bounce_falling, touch_falling, periodic=True, inside=inside_falling, falling=True
-)
-"""The parts for a scene with gravity."""
+BENT = WallParts(reach_bent, bounce, touch, periodic=True, inside=inside_bent, bent=True)
+"""The parts for a scene with accelerations."""
 
 
 class Wall:
@@ -250,8 +215,8 @@ class Wall:
 
     def prepare(self, scene: Scene) -> WallParts:
         """Returns the parts; refuses a scene without walls, unless they are general."""
-        if scene.falls:
-            return FALLING
+        if scene.bent:
+            return BENT
         if self.general:
             return _parts(reach_any_wall)
         if scene.arena is None:

@@ -9,7 +9,6 @@ from kinetile.scene.by_name import parse_parameters
 from kinetile.scene.files import loads_scene
 
 SENTENCES = {
-    "acceleration": "write gravity = [gx, gy]",
     "force": "is not modelled: bodies are moved by gravity, contacts and commands alone",
     "angle rotation angular_velocity torque": "is not modelled: bodies do not rotate",
     "friction": "is not modelled: contacts act along their normal alone",

@@ -14,14 +14,14 @@ from lanes import BUILT_IN, examples
 
 PHASES = (*BUILT_IN, "sap-1d:y", "sap-1d:3:4")
 WITH_PAIRS = tuple(phase for phase in BUILT_IN if phase != "sap-1d")
-STILL, FALLING = ((0.0, 0.0),), ((0.0, 0.0), (2.0, -6.0))
+STILL, PULLS = ((0.0, 0.0),), ((0.0, 0.0), (2.0, -6.0))
 EXAMPLES = settings(max_examples=examples(25))
 
 
 @st.composite
-def moments(draw, phases=PHASES, gravities=FALLING):
+def moments(draw, phases=PHASES, gravities=PULLS):
     """A simulation of a few discs, of one size or of several, somewhere in its run, perhaps after bodies have
-    come and gone, perhaps in a frame that has fallen for up to a tenth of the arena."""
+    come and gone, perhaps with accelerations."""
     bodies = draw(st.integers(1, 9))
     ratio = draw(st.sampled_from([1.0, 3.0, 40.0]))
     seed = draw(st.integers(0, 10**6))
@@ -47,6 +47,11 @@ def pairs_drawn(sim):
     pairs = [(min(link.a, link.b), max(link.a, link.b)) for link in links]
     assert len(set(pairs)) == len(pairs)
     return sorted(pairs)
+
+
+def off(sim):
+    """By how much at most drawn shapes are off the bodies: both are within the skin, with chords' margin."""
+    return 1e-9 + 2.0 * float(sim.tables.clock[0].limits.skin)
 
 
 def next_to_fail(sim):
@@ -81,7 +86,7 @@ def test_it_holds_until_the_next_event(sim):
         assert sim.drawing() == before
 
 
-@pytest.mark.parametrize("gravity", FALLING)
+@pytest.mark.parametrize("gravity", PULLS)
 @pytest.mark.parametrize("axis", ["x", "y", "3:4"])
 def test_the_axis_of_sap_1d_goes_through_the_arena_of_the_room(axis, gravity):
     scene = kt.make_scene("random", bodies=5, density=0.2, gravity=gravity)
@@ -106,7 +111,7 @@ def test_slanted_bounds_touch_their_discs(sim):
         corners = np.array([[at.offset for at in point] for point in points])
         sides = np.roll(corners, -1, axis=0) - corners
         away = np.abs(corners[:, 0] * sides[:, 1] - corners[:, 1] * sides[:, 0]) / np.hypot(*sides.T)
-        assert away == pytest.approx(radius[body], abs=1e-9)
+        assert away == pytest.approx(radius[body], abs=off(sim))
 
 
 @EXAMPLES
@@ -125,11 +130,9 @@ def test_the_certificate_is_between_two_bounds_of_which_one_fails_then(sim):
 
 
 @EXAMPLES
-@given(st.integers(1, 30), st.sampled_from([1.0, 3.0, 40.0]), st.integers(0, 10**6), st.sampled_from(FALLING))
-def test_sides_of_power_cells_have_equal_and_least_power_over_two_discs(bodies, ratio, seed, gravity):
-    scene = kt.make_scene(
-        "random", bodies=bodies, density=0.2, radius_ratio=ratio, seed=seed, gravity=gravity
-    )
+@given(st.integers(1, 30), st.sampled_from([1.0, 3.0, 40.0]), st.integers(0, 10**6))
+def test_sides_of_power_cells_have_equal_and_least_power_over_two_discs(bodies, ratio, seed):
+    scene = kt.make_scene("random", bodies=bodies, density=0.2, radius_ratio=ratio, seed=seed)
     sim = kt.Simulation(scene, "power", options={"cells": True})
     sim.run(until=0.05)
     sides = [item for item in sim.drawing() if item.role == "cell"]

@@ -12,7 +12,7 @@ import pytest
 import kinetile as kt
 from agreement import ALL, choices
 from kinetile.errors import Refused, SceneError
-from kinetile.kernel.clock import TICKS, Clock, frame_of
+from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import INTERPRETED, compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import anchor_at
 from kinetile.kernel.tables import NEVER, Kernel, allocate
@@ -38,6 +38,7 @@ CLAUSES = {
 }
 OF_PAIRS = Disc().prepare(kt.Scene([(0.0, 0.0), (3.0, 0.0)], [(0.0, 0.0)] * 2, 1.0, mass=[1.0, 2.0]))
 OF_EQUALS = Disc().prepare(kt.Scene([(0.0, 0.0), (3.0, 0.0)], [(0.0, 0.0)] * 2, 1.0))
+BENT = kt.Scene([(0.5, 0.5)], [(0.0, 0.0)], 0.1, arena=(1.0, 1.0), gravity=(0.0, -1.0))
 OF_ONE = kt.Scene([(0.5, 0.5)], [(0.0, 0.0)], 0.1, arena=(1.0, 1.0))
 
 
@@ -47,12 +48,17 @@ def rows(name: str) -> list[Any]:
     return [[family, *row] for family, questions in families.items() for row in questions]
 
 
-def tables(plans: list[list[str]]) -> Kernel:
-    k = allocate(len(plans), near=0, log_rows=0)
-    for body, (*numbers, anchor) in zip(k.bodies, plans, strict=True):
+def tables(plans: list[list[str]], bent: bool = False) -> Kernel:
+    k = allocate(len(plans), near=0, log_rows=0, bent=bent)
+    for body, (*numbers, anchor), pull in zip(
+        k.bodies, (plan[:6] for plan in plans), (plan[6:] for plan in plans), strict=True
+    ):
         body.x, body.y, body.vx, body.vy, body.radius = doubles(numbers)
         body.anchor = int(anchor)
+        if bent:
+            body.ax, body.ay = doubles(pull)
     k.bodies.last = -1
+    k.clock[0].about = NEVER
     k.clock[0].limits.tolerance = np.inf
     return k
 
@@ -74,18 +80,14 @@ def meet_all(k: Kernel, tick: Any, answers: Any) -> None:
         answers[2 * i + 1] = meet(k, 2 * i + 1, 2 * i)
 
 
-def reach_all(k: Kernel, tick: Any, sides: Any, gravity: Any, frames: Any, answers: Any) -> None:
-    """Ask ``reach_wall`` for every body, in an arena and a frame of its own, (n, 2) ticks."""
+def reach_all(k: Kernel, tick: Any, sides: Any, answers: Any) -> None:
+    """Ask ``reach_wall`` for every body, in an arena of its own."""
     k = disowned(k)
     for i in range(len(tick)):
         k.clock[0].tick = tick[i]
         k.clock[0].per_time = 1.0 / tick[i]
         k.clock[0].limits.width = sides[i, 0]
         k.clock[0].limits.height = sides[i, 1]
-        k.clock[0].fall.x = gravity[i, 0]
-        k.clock[0].fall.y = gravity[i, 1]
-        k.clock[0].fall.origin = frames[i, 0]
-        k.clock[0].fall.end = frames[i, 1]
         answers[i, 0], answers[i, 1] = reach_wall(k, k.bodies[i])
 
 
@@ -124,50 +126,57 @@ def test_bodies_meet_at_the_tick_of_the_rule_in_either_order(name: str) -> None:
     assert not wrong, differing(wrong, len(found))
 
 
-@pytest.mark.parametrize("bent", [(), (0,), (1,), (0, 1)], ids=["straight", "x", "y", "xy"])
-def test_bodies_reach_the_wall_of_the_rule_at_its_tick(bent: tuple[int, ...]) -> None:
-    """With gravity along some axes: up to the end of the frame."""
-    straight = [(family, e, (0.0, 0.0), *more) for family, e, *more in rows("walls")]
-    curved = [(family, e, doubles(pull), *more) for family, e, pull, *more in rows("bent_walls")]
-    questions = [q for q in [*straight, *curved] if bent == tuple(np.flatnonzero(q[2]))]
-    questions = questions[:: 4 if INTERPRETED else 1]
-    k = tables([plan for *_, plan, _ in questions])
-    gravity = np.array([q[2] for q in questions])
-    sides = np.array([doubles(q[3]) for q in questions])
-    frames = np.array([(0, NEVER)] * len(questions))
-    for frame, (_, e, pull, arena, plan, _) in zip(frames, questions if bent else (), strict=False):
-        length = frame_of(pull, doubles(arena), 2.0**-e)
-        frame[:] = int(plan[5]) // length * length
-        frame[1] += length
-    found = np.zeros((len(questions), 2), dtype=np.int64)
-    hook = Wall().prepare(OF_ONE.replace(gravity=[float(axis in bent) for axis in range(2)])).reach_wall
+def test_accelerated_bodies_meet_at_the_tick_of_the_rule_in_either_order() -> None:
+    questions = rows("bent_contacts")[:: 5 if INTERPRETED else 1]
+    k = tables([plan for row in questions for plan in row[3:5]], bent=True)
+    for i, (_, _, met, *_) in enumerate(questions):
+        if met:
+            k.bodies[2 * i].last, k.bodies[2 * i + 1].last = 2 * i + 1, 2 * i
+    found = np.zeros(2 * len(questions), dtype=np.int64)
+    asking = compose(meet_all, {"meet": Disc().prepare(BENT).meet}, "vectors", Kernel)
     with np.errstate(all="ignore"):
-        asking = compose(reach_all, {"reach_wall": hook}, "vectors", Kernel)
-        asking(k, ticks([q[1] for q in questions]), sides, gravity, frames, found)
+        asking(k, ticks([q[1] for q in questions]), found)
     wrong = [
-        f"{family}, {i}: {tick, wall} and not {answer}"
-        for i, ((tick, wall), (family, *_, answer)) in enumerate(zip(found.tolist(), questions, strict=True))
-        if (
-            tick < frames[i, 1]
-            if answer is None or int(answer[0]) >= frames[i, 1]
-            else (tick, wall) != (int(answer[0]), answer[1])
-        )
+        f"{family}, {i // 2}: {tick} and not {answer}"
+        for i, tick in enumerate(found.tolist())
+        for family, *_, answer in [questions[i // 2]]
+        if tick != (NEVER if answer is None else int(answer))
     ]
     assert not wrong, differing(wrong, len(found))
 
 
-def test_an_anchored_plan_is_where_the_rule_has_it() -> None:
-    questions = rows("places")
-    k = tables([[*plan, "0x0p+0", anchor] for _, _, plan, anchor, _, _ in questions])
+@pytest.mark.parametrize("bent", [False, True])
+def test_bodies_reach_the_wall_of_the_rule_at_its_tick(bent: bool) -> None:
+    questions = rows("bent_walls" if bent else "walls")[:: 4 if INTERPRETED else 1]
+    k = tables([plan for *_, plan, _ in questions], bent)
+    sides = np.array([doubles(q[2]) for q in questions])
+    found = np.zeros((len(questions), 2), dtype=np.int64)
+    hook = Wall().prepare(BENT if bent else OF_ONE).reach_wall
+    with np.errstate(all="ignore"):
+        asking = compose(reach_all, {"reach_wall": hook}, "vectors", Kernel)
+        asking(k, ticks([q[1] for q in questions]), sides, found)
+    wrong = [
+        f"{family}, {i}: {tick, wall} and not {answer}"
+        for i, ((tick, wall), (family, *_, answer)) in enumerate(zip(found.tolist(), questions, strict=True))
+        if (tick != NEVER and answer is None) or (answer and (tick, wall) != (int(answer[0]), answer[1]))
+    ]
+    assert not wrong, differing(wrong, len(found))
+
+
+@pytest.mark.parametrize("bent", [False, True])
+def test_an_anchored_plan_is_where_the_rule_has_it(bent: bool) -> None:
+    questions = rows("bent_places" if bent else "places")
+    plans = [plan if bent else [*plan, "0x0p+0", anchor[0]] for _, _, plan, *anchor, _, _ in questions]
+    k = tables(plans, bent)
     at = np.array([int(tick) for *_, tick, _ in questions])
     compose(anchor_all, {}, "vectors", Kernel)(k, ticks([q[1] for q in questions]), at)
     assert np.array_equal(k.bodies.anchor, at)
     wrong = [
         f"{family}, {i}: {place} and not {answer}"
-        for i, (place, (family, *_, answer)) in enumerate(
-            zip(zip(k.bodies.x.tolist(), k.bodies.y.tolist(), strict=True), questions, strict=True)
+        for i, (*place, (family, *_, answer)) in enumerate(
+            zip(*(k.bodies[name].tolist() for name in ("x", "y", "vx", "vy")), questions, strict=True)
         )
-        if place != doubles(answer)
+        if tuple(place)[: len(answer)] != doubles(answer)
     ]
     assert not wrong, differing(wrong, len(questions))
 
@@ -224,7 +233,7 @@ def assert_follows(run: dict[str, Any], phase: str, options: dict[str, Any]) -> 
     assert readings.contacts_wall == happened["wall"]
     assert readings.contacts_disc == happened["pair"] + happened["begin"] + happened["end"]
     assert (readings.turns, readings.inserted, readings.removed) == (
-        happened["turn"],
+        happened["turn"] + happened["acceleration"],
         happened["insertion"],
         happened["removal"],
     )
@@ -239,7 +248,11 @@ def test_a_clause_is_followed(name: str) -> None:
 def test_a_scene_has_commands_for_bodies_that_are_there_and_new_numbers(
     family: str, name: str, said: dict[str, Any], right: bool
 ) -> None:
-    why = r"gravity|at rest on the" if family == "gravity" else r"commands\[\d\]\.body: found \d"
+    why = (
+        r"gravity|acceler|at rest on the|\.body: found"
+        if family == "accelerations"
+        else r"commands\[\d\]\.body: found \d"
+    )
     with nullcontext() if right else pytest.raises(SceneError, match=why):
         scene_of(said)
 

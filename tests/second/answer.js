@@ -1,14 +1,14 @@
 // Rules 7 to 11, and 7s: what happens in a scene, event by event.
 //
-// A scene is {bodies, commands, responses, shaped, arena, periods, gravity, start, unit, until, end}: bodies {x, y, vx, vy, r, m, shape, kind}, r being that of
+// A scene is {bodies, commands, responses, shaped, arena, periods, gravity, start, unit, until, end}: bodies {x, y, vx, vy, ax, ay, r, m, shape, kind}, r being that of
 // rules 3 and 3s and m perhaps Infinity, commands and responses as commands.js and responses.js have them, `shaped` whether not all is discs, an arena [W, H] or null, the periods
-// of x and y, null for an axis that is not periodic, a gravity [gx, gy] or null, a start time, and a unit, a time and an exact end, or null for each; all numbers doubles.
+// of x and y, null for an axis that is not periodic, a gravity, a start time, and a unit, a time and an exact end, or null for each; all numbers doubles.
 
+import { bentPart, bentTouch, largest } from "./bent.js";
 import { anchor, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
 import { inOrder } from "./commands.js";
 import { BOTTOM, FAR, firstTouch, imageTick, lastTouch, throughImage, wallTick } from "./contact.js";
 import { along, exchange } from "./exchange.js";
-import { frameTicks, nextFrame, offBentWall, placeInFrame, sinceFrame, velocityInFrame } from "./gravity.js";
 import { hasRoom, overlaps } from "./overlaps.js";
 import { offWall, pairResponse, returned, stopped, wallResponse } from "./responses.js";
 import { sha256 } from "./sha256.js";
@@ -33,7 +33,7 @@ export class Run {
     this.shaped = scene.shaped;
     this.e = unit(scene);
     this.q = tickLength(this.e);
-    this.F = scene.gravity && frameTicks(scene.gravity, scene.arena, this.q); // rule 3g
+    this.bent = largest([...bodies, ...commands], scene.gravity).some((most) => most > 0);
     const masses = [...bodies, ...commands.filter(({ what }) => what === "insertion")].map(({ m }) => m);
     this.alike = masses.every((m) => m === masses[0]);
     this.commands = inOrder(commands, start, this.q, bodies.length);
@@ -44,7 +44,7 @@ export class Run {
     this.ended = null;
     this.bodies = new Map(); // by number: a body with its plan, its pairs, its wall {tick, wall} or null, and `last`, the C of rule 11
     this.pairs = new Set();
-    bodies.forEach((body, number) => this.enter(number, body, makePlan(body.x, body.y, body.vx, body.vy, 0n)));
+    bodies.forEach((body, number) => this.enter(number, body, makePlan(body.x, body.y, body.vx, body.vy, 0n, 0n, 0n, body.ax, body.ay)));
   }
 
   /** The tick of a time. */
@@ -73,7 +73,6 @@ export class Run {
       const later = tick > first.tick || (tick === first.tick && (kind - first.class || a - first.a || b - first.b) >= 0);
       if (!later) first = { tick, class: kind, a, b, ...about };
     };
-    if (this.F) consider((this.now / this.F + 1n) * this.F, CLOCK, -1, 0, { body: null });
     for (const body of this.bodies.values()) {
       // A tick j 2^61 with A < (j - 1) 2^61: the first such j is floor(A / 2^61) + 2.
       consider((body.plan.A / this.span + 2n) * this.span, CLOCK, body.number, 0, { body });
@@ -103,9 +102,7 @@ export class Run {
 
   *happen({ tick, class: kind, body, command, pair, passing }) {
     if (tick !== this.now) [this.now, this.contacts] = [tick, 0];
-    if (kind === CLOCK && body === null) {
-      yield* this.changeFrames();
-    } else if (kind === CLOCK) {
+    if (kind === CLOCK) {
       this.write(body, this.present(body));
       yield this.told("clock", body.number, null);
     } else if (kind === COMMAND) {
@@ -113,8 +110,7 @@ export class Run {
     } else if (kind === WALL) {
       const { wall } = body.met;
       const [plan, response] = [this.present(body), wallResponse(this.scene.responses, body.kind)];
-      const { gravity } = this.scene;
-      const [vx, vy] = gravity ? offBentWall(plan, wall, gravity, this.tau()) : offWall(plan, wall, response, returned(response, tick, body.last, this.q));
+      const [vx, vy] = offWall(plan, wall, response, returned(response, tick, body.last, this.q));
       body.last = tick;
       this.write(body, { ...plan, vx, vy });
       yield this.told("wall", body.number, wall);
@@ -128,16 +124,16 @@ export class Run {
   }
 
   *obey(command) {
-    const { what, body: number } = command;
-    const { vx, vy } = this.inFrame(command);
+    const { what, body: number, x, y, vx, vy, ax, ay } = command;
     const body = this.bodies.get(number);
     this.commanded += 1;
     if (what === "turn") {
       this.write(body, { ...this.present(body), vx, vy });
+    } else if (what === "acceleration") {
+      this.write(body, { ...this.present(body), ax, ay });
     } else if (what === "insertion") {
-      const { arena, periods, gravity, responses } = this.scene;
-      const { x, y } = gravity ? placeInFrame(command, gravity, this.tau()) : command;
-      const plan = wrap(makePlan(x, y, vx, vy, this.now), periods);
+      const { arena, periods, responses } = this.scene;
+      const plan = wrap(makePlan(x, y, vx, vy, this.now, 0n, 0n, ax, ay), periods);
       const others = [...this.bodies.values()].filter(({ kind }) => pairResponse(responses, kind, command.kind).name !== "pass");
       const there = others.map((other) => ({ ...other, plan: this.present(other) }));
       if (!hasRoom(command, plan, there, arena, periods, this.shaped)) {
@@ -160,27 +156,6 @@ export class Run {
     yield this.told(what, number, null);
   }
 
-  /** All bodies pass to the frame that begins now: rule 8g. */
-  *changeFrames() {
-    const { gravity, periods } = this.scene;
-    const all = [...this.bodies.values()].sort((one, other) => one.number - other.number);
-    for (const body of all) body.plan = nextFrame(body.plan, this.now, gravity, this.F, this.q, periods);
-    for (const body of all) {
-      this.write(body, body.plan);
-      yield this.told("clock", body.number, null);
-    }
-  }
-
-  /** The time since the present frame began. */
-  tau() {
-    return sinceFrame(this.now, this.F, this.q);
-  }
-
-  /** A velocity in the room as the present frame has it. */
-  inFrame({ vx, vy }) {
-    return this.scene.gravity ? velocityInFrame({ vx, vy }, this.scene.gravity, this.tau()) : { vx, vy };
-  }
-
   /** Two bodies meet, and get new plans. */
   collide(pair) {
     const { a, b, response, met } = pair;
@@ -190,7 +165,7 @@ export class Run {
     const C = a.last > b.last ? a.last : b.last;
     const k = returned(response, this.now, C, this.q);
     const [vxa, vya, vxb, vyb] =
-      response.name === "stop" ? stopped(planA, planB, a.m, b.m, this.inFrame({ vx: 0, vy: 0 })) : exchange(planA, planB, a.m, b.m, this.alike, normal, k);
+      response.name === "stop" ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, k);
     [a.last, b.last] = [this.now, this.now];
     this.write(a, { ...planA, vx: vxa, vy: vya });
     this.write(b, { ...planB, vx: vxb, vy: vyb });
@@ -256,17 +231,16 @@ export class Run {
   }
 
   /** Gives a body a new plan, which ends its bars. */
-  write(body, { x, y, vx, vy, A, kx, ky }) {
-    body.plan = makePlan(x, y, vx, vy, A, kx, ky);
+  write(body, { x, y, vx, vy, A, kx, ky, ax, ay }) {
+    body.plan = makePlan(x, y, vx, vy, A, kx, ky, ax, ay);
     for (const pair of body.pairs) pair.barred = null;
     this.predict(body);
   }
 
   /** Asks rules 5, 6 and 11 about a body anew. */
   predict(body) {
-    const { arena, periods, gravity } = this.scene;
-    const fall = gravity && { gravity, T0: body.plan.A - (body.plan.A % this.F) };
-    body.met = arena && wallTick(body.plan, body.shape.sides, arena, this.q, periods, fall);
+    const { arena, periods } = this.scene;
+    body.met = arena && wallTick(body.plan, body.shape.sides, arena, this.q, periods);
     for (const pair of body.pairs) this.predictPair(pair);
   }
 
@@ -280,19 +254,23 @@ export class Run {
 
   /** The contact of two bodies, {tick, m, n} or null. */
   meeting({ a, b, M, response, barred, passings }) {
-    const touch = this.shaped ? (course, q) => shapeTouch(course, M, q)?.tick ?? null : firstTouch;
+    const isBarred = ({ m, n }) => barred !== null && barred.m === m && barred.n === n;
+    const bentOne = (course, q, image) => bentTouch(course, q, isBarred(image), from);
+    const touch = this.shaped ? (course, q) => shapeTouch(course, M, q)?.tick ?? null : this.bent ? bentOne : firstTouch;
     const from = response.name === "pass" ? this.now : -FAR;
     if (this.shaped && a.m === Infinity && b.m === Infinity) return null; // rule 7s
     if (this.periodic) {
-      return imageTick(a.plan, a.r, b.plan, b.r, this.q, this.scene.periods, barred ? [barred, ...passings] : passings, from, touch);
+      return imageTick(a.plan, a.r, b.plan, b.r, this.q, this.scene.periods, barred && !this.bent ? [barred, ...passings] : passings, from, touch);
     }
-    if (barred || passings.length) return null;
-    const tick = touch(this.seen({ a, b }, { m: 0n, n: 0n }), this.q);
-    return tick === null || tick < from ? null : { tick, m: 0n, n: 0n };
+    const image = { m: 0n, n: 0n };
+    if ((barred && !this.bent) || passings.length) return null; // a bent plan may come back (rule 7a)
+    const tick = touch(this.seen({ a, b }, image), this.q, image);
+    return tick === null || tick < from ? null : { tick, ...image };
   }
 
   /** The tick at which two bodies part that pass through an image. */
   parting(pair, image) {
+    if (this.bent) return bentPart(this.seen(pair, image), this.q, image.begun);
     return this.shaped ? shapePart(this.seen(pair, image), pair.M, this.q) : lastTouch(this.seen(pair, image), this.q);
   }
 

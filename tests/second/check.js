@@ -4,21 +4,22 @@ import { existsSync, readdirSync, readFileSync } from "node:fs";
 import { basename, join } from "node:path";
 
 import { entry, fingerprint, isContact, Run } from "./answer.js";
+import { bentTouch } from "./bent.js";
 import { anchor, makePlan, tickLength, tickOf, unit } from "./clock.js";
 import { pairTick, relative, wallTick } from "./contact.js";
 import { nearest } from "./exact.js";
 import { along, exchange } from "./exchange.js";
-import { frameTicks } from "./gravity.js";
 import { readScene } from "./scene.js";
 import { difference, makeShape, shapeNormal, shapeTouch } from "./shapes.js";
 
 const SHOWN = 5; // how many wrong answers are printed
 const RUNS = ["runs", "rules"]; // the folders of whole runs
-const HAPPENING = ["clock", "turn", "wall", "pair", "insertion", "removal", "begin", "end"];
+const HAPPENING = ["clock", "turn", "acceleration", "wall", "pair", "insertion", "removal", "begin", "end"];
 
 const velocity = ([vx, vy]) => ({ vx, vy });
 const moving = ([x, y, vx, vy]) => ({ x, y, vx, vy });
 const shapeOf = ([core, r]) => makeShape(core.map((corner) => corner.map(double)), double(r));
+const bentPlanOf = ([x, y, vx, vy, , anchor, ax, ay]) => makePlan(...[x, y, vx, vy].map(double), BigInt(anchor), 0n, 0n, double(ax), double(ay));
 const planOf = ([x, y, vx, vy], tick) => makePlan(double(x), double(y), double(vx), double(vy), BigInt(tick));
 
 /** What is answered to a row, in the form of its last field; a list of answers where it is asked in several ways. */
@@ -31,11 +32,18 @@ const ASK = {
     const met = wallTick(planOf(body, body[5]), new Array(4).fill(double(body[4])), sides.map(double), tickLength(e));
     return [met && [met.tick.toString(), met.wall]];
   },
-  bent_walls(e, gravity, sides, body) {
-    const [q, arena, plan, pull] = [tickLength(e), sides.map(double), planOf(body, body[5]), gravity.map(double)];
-    const fall = { gravity: pull, T0: plan.A - (plan.A % frameTicks(pull, arena, q)) };
-    const met = wallTick(plan, new Array(4).fill(double(body[4])), arena, q, [null, null], fall);
+  bent_contacts(e, met, one, two) {
+    const [q, plan1, plan2, r1, r2] = [tickLength(e), bentPlanOf(one), bentPlanOf(two), double(one[4]), double(two[4])];
+    const asked = [relative(plan1, r1, plan2, r2, q), relative(plan2, r2, plan1, r1, q)];
+    return asked.map((course) => bentTouch(course, q, met, course.s)?.toString() ?? null);
+  },
+  bent_walls(e, sides, body) {
+    const met = wallTick(bentPlanOf(body), new Array(4).fill(double(body[4])), sides.map(double), tickLength(e));
     return [met && [met.tick.toString(), met.wall]];
+  },
+  bent_places(e, plan, to) {
+    const { x, y, vx, vy } = anchor(bentPlanOf(plan), BigInt(to), tickLength(e));
+    return [[x, y, vx, vy]];
   },
   exchanges(masses, a, b) {
     const [ma, mb] = masses ? masses.map(double) : [1, 1];

@@ -1,9 +1,10 @@
-// Rules 3 and 4: ticks, and plans that are written down at them.
+// Rules 3, 3a, 4 and 4a: ticks, and plans that are written down at them.
 
+import { largest } from "./bent.js";
 import { add, exact, floorQuotient, multiply, nearest, nearestQuotient, subtract, whole } from "./exact.js";
 
 /** The e of a scene, whose unit of time is U = 2^-e. */
-export function unit({ bodies, commands, arena, unit: told = null, gravity = null }) {
+export function unit({ bodies, commands, arena, unit: told = null, gravity = [0, 0] }) {
   let e = 0;
   if (told !== null) {
     while (e < 900 && powerOfTwo(-e) !== told) e += 1;
@@ -11,9 +12,10 @@ export function unit({ bodies, commands, arena, unit: told = null, gravity = nul
     return e;
   }
   if (bodies.length === 0 && !arena) return 0;
-  const fast = [...bodies, ...commands.filter(({ what }) => what !== "removal")];
+  const fast = [...bodies, ...commands].filter(({ vx }) => vx !== undefined);
   let S = Math.max(0, ...fast.map(({ vx, vy }) => vx * vx + vy * vy));
-  if (gravity) S += 2 * (Math.abs(gravity[0]) * arena[0] + Math.abs(gravity[1]) * arena[1]); // rule 3g
+  const [Ax, Ay] = largest([...bodies, ...commands], gravity);
+  if (Ax || Ay) S += 2 * (Ax * arena[0] + Ay * arena[1]); // rule 3a
   const L = arena
     ? Math.max(...arena)
     : Math.max(...bodies.map(({ x, y }) => Math.max(Math.abs(x), Math.abs(y)))) + Math.max(...bodies.map(({ r }) => r));
@@ -32,15 +34,18 @@ export function tickOf(time, start, q) {
   return floorQuotient(subtract(exact(time), exact(start)), exact(q));
 }
 
-/** A flight plan: doubles x, y, vx, vy and the tick A at which its body is at (x, y); and how many periods were taken off (rule 4p). */
-export function makePlan(x, y, vx, vy, A, kx = 0n, ky = 0n) {
-  return { x, y, vx, vy, A, kx, ky, exact: { x: exact(x), y: exact(y), vx: exact(vx), vy: exact(vy) } };
+/**
+ * A flight plan: doubles x, y, vx, vy and the tick A at which its body is at (x, y); how many periods were taken off (rule 4p); and its
+ * acceleration (rule 4a).
+ */
+export function makePlan(x, y, vx, vy, A, kx = 0n, ky = 0n, ax = 0, ay = 0) {
+  return { x, y, vx, vy, A, kx, ky, ax, ay, exact: { x: exact(x), y: exact(y), vx: exact(vx), vy: exact(vy), ax: exact(ax), ay: exact(ay) } };
 }
 
 /** The plan with its periods taken off (rule 4p); the period of a walled axis is null. */
-export function wrap({ x, y, vx, vy, A, kx, ky }, [width, height]) {
+export function wrap({ x, y, vx, vy, A, kx, ky, ax, ay }, [width, height]) {
   const [right, up] = [turns(x, width), turns(y, height)];
-  return makePlan(moved(x, right, width), moved(y, up, height), vx, vy, A, kx + right, ky + up);
+  return makePlan(moved(x, right, width), moved(y, up, height), vx, vy, A, kx + right, ky + up, ax, ay);
 }
 
 /** rem(z, P) of rule 2p; z itself along a walled axis. */
@@ -59,15 +64,24 @@ function moved(z, N, P) {
 
 /** Where the body of a plan is at tick T, exactly. */
 export function place(plan, T, q) {
-  const { x, y, vx, vy } = plan.exact;
+  const { x, y, vx, vy, ax, ay } = plan.exact;
   const time = multiply(whole(T - plan.A), exact(q));
-  return [add(x, multiply(vx, time)), add(y, multiply(vy, time))];
+  const after = (place, speed, pull) => add(place, multiply(time, add(speed, multiply({ n: 1n, e: -1 }, multiply(pull, time)))));
+  return [after(x, vx, ax), after(y, vy, ay)];
+}
+
+/** The velocity of the body of a plan at tick T, exactly. */
+export function velocityAt(plan, T, q) {
+  const { vx, vy, ax, ay } = plan.exact;
+  const time = multiply(whole(T - plan.A), exact(q));
+  return [add(vx, multiply(ax, time)), add(vy, multiply(ay, time))];
 }
 
 /** The plan anchored at tick T. */
-export function anchor({ x, y, vx, vy, A, kx, ky }, T, q, periods = [null, null]) {
+export function anchor({ x, y, vx, vy, A, kx, ky, ax, ay }, T, q, periods = [null, null]) {
   const d = nearest(whole(T - A)) * q;
-  return wrap(makePlan(x + vx * d, y + vy * d, vx, vy, T, kx, ky), periods);
+  const [there, up] = [x + (vx * d + 0.5 * ax * (d * d)), y + (vy * d + 0.5 * ay * (d * d))];
+  return wrap(makePlan(there, up, vx + ax * d, vy + ay * d, T, kx, ky, ax, ay), periods);
 }
 
 /** 2^e as a double, -1022 <= e <= 1023. */

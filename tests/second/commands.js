@@ -1,7 +1,8 @@
-// Rule 2: commands: turns, insertions and removals, the numbers of new bodies, and the order in which all of these happen.
+// Rules 2 and 2a: commands: turns, other accelerations, insertions and removals, the numbers of new bodies, and the order in which all of these happen.
 //
-// A command is {what, body, time, at}: `at` is {tick, contacts}, or null. A turn also has vx and vy, an insertion those and what a body has.
+// A command is {what, body, time, at}: `at` is {tick, contacts}, or null. A turn also has vx and vy, another acceleration ax and ay, an insertion all of these and what a body has.
 
+import { acceleration } from "./bent.js";
 import { tickOf } from "./clock.js";
 import { readKind } from "./responses.js";
 import { makeShape } from "./shapes.js";
@@ -20,9 +21,9 @@ export function bodyShape(table, shapes, m, name) {
 }
 
 /** The commands of these tables, after the turns that are written with their n bodies; `kind` is the kind of who is inserted without one. */
-export function readCommands(tables, turns, n, shapes, kind, start) {
+export function readCommands(tables, turns, n, shapes, kind, start, gravity) {
   turns.sort((s, t) => s.time - t.time || s.body - t.body); // the sort leaves equals as they are
-  const commands = [...turns, ...tables.map((table, i) => readCommand(table, shapes, kind, `commands[${i}]`))];
+  const commands = [...turns, ...tables.map((table, i) => readCommand(table, shapes, kind, gravity, `commands[${i}]`))];
   const early = commands.find(({ time }) => time < start);
   if (early) throw new Error(`A command is at the time ${early.time}, before the start, ${start}.`);
   const inserted = commands.filter(({ what }) => what === "insertion");
@@ -55,21 +56,27 @@ export function readTurn(table, body, name) {
   return { what: "turn", body, time: number(table.time, `${name}.time`), at: null, vx, vy };
 }
 
-function readCommand(table, shapes, kind, name) {
-  keys(table, ["time", "at", "turn", "velocity", "insert", "remove"], name);
+function readCommand(table, shapes, kind, gravity, name) {
+  keys(table, ["time", "at", "turn", "velocity", "accelerate", "acceleration", "insert", "remove"], name);
   const time = number(table.time, `${name}.time`);
   const at = "at" in table ? moment(table.at, `${name}.at`) : null;
   if ("remove" in table) return { what: "removal", body: count(table.remove, `${name}.remove`), time, at };
-  if ("insert" in table) return { what: "insertion", time, at, ...readInserted(table.insert, shapes, kind, `${name}.insert`) };
+  if ("insert" in table) return { what: "insertion", time, at, ...readInserted(table.insert, shapes, kind, gravity, `${name}.insert`) };
+  if ("accelerate" in table) {
+    const [ax, ay] = pair(table.acceleration, `${name}.acceleration`);
+    return { what: "acceleration", body: count(table.accelerate, `${name}.accelerate`), time, at, ax, ay };
+  }
   return { ...readTurn({ time, velocity: table.velocity }, count(table.turn, `${name}.turn`), name), at };
 }
 
-function readInserted(table, shapes, kind, name) {
-  keys(table, ["position", "velocity", "radius", "shape", "mass", "kind", "body"], name);
+function readInserted(table, shapes, kind, gravity, name) {
+  keys(table, ["position", "velocity", "radius", "shape", "mass", "acceleration", "kind", "body"], name);
   const [x, y] = pair(table.position, `${name}.position`);
   const [vx, vy] = pair(table.velocity ?? [0, 0], `${name}.velocity`);
   const m = mass(table.mass, `${name}.mass`);
   const shape = bodyShape(table, shapes, m, name);
   const body = "body" in table ? count(table.body, `${name}.body`) : null;
-  return { body, x, y, vx, vy, r: shape.size, m, shape, kind: readKind(table.kind ?? kind, `${name}.kind`) };
+  const own = "acceleration" in table ? pair(table.acceleration, `${name}.acceleration`) : null;
+  const read = readKind(table.kind ?? kind, `${name}.kind`);
+  return { body, x, y, vx, vy, r: shape.size, m, shape, kind: read, ...acceleration({ own, m }, gravity) };
 }

@@ -5,7 +5,7 @@ import { difference, shapeGap } from "./shapes.js";
 
 const SLACK = 1e-12;
 
-/** Whether there is room for a body, written at x and y, with this plan among others, {r, m, shape, plan} each, with which it does not pass: rules 9, 9g and 9s. */
+/** Whether there is room for a body, with this plan among others, {r, m, shape, plan} each, with which it does not pass: rules 9 and 9s. Walls are those of its place as it is written. */
 export function hasRoom({ r, m, shape, x: right, y: up }, plan, others, arena, periods, shaped) {
   const { x, y } = plan;
   const ends = arena ? [right, arena[0] - right, up, arena[1] - up] : [];

@@ -63,8 +63,8 @@ export function offWall({ vx, vy }, wall, response, k) {
   return [vx - w * nx, vy - w * ny];
 }
 
-/** The velocities [vxa, vya, vxb, vyb] of two bodies that stop; `rest` is that of who is at rest. */
-export function stopped(a, b, ma, mb, rest) {
-  const { vx, vy } = ma === mb || (ma < Infinity && mb < Infinity) ? rest : ma === Infinity ? a : b;
+/** The velocities [vxa, vya, vxb, vyb] of two bodies that stop. */
+export function stopped(a, b, ma, mb) {
+  const { vx, vy } = ma === mb || (ma < Infinity && mb < Infinity) ? { vx: 0, vy: 0 } : ma === Infinity ? a : b;
   return [vx, vy, vx, vy];
 }

@@ -1,7 +1,7 @@
 // Rules 2 and 2s: a scene from the tables of a scene file, read from TOML or written as JSON. What is wrong is said in a sentence.
 
+import { acceleration, checkBent } from "./bent.js";
 import { bodyShape, readCommands, readTurn } from "./commands.js";
-import { checkGravity } from "./gravity.js";
 import { lowestKind, readKind, readResponses } from "./responses.js";
 import { areDiscs, makeShape } from "./shapes.js";
 import { keys, list, mass, moment, number, pair, positive } from "./tables.js";
@@ -23,24 +23,26 @@ export function readScene(tables) {
   const periodic = readPeriodic(tables.periodic ?? "", arena);
   const periods = ["x", "y"].map((axis, i) => (periodic.includes(axis) ? arena[i] : null));
   const shapes = list(tables.shapes ?? [], "shapes").map(readShape);
+  const gravity = "gravity" in tables ? pair(tables.gravity, "gravity") : [0, 0];
   const bodies = [];
   const turns = [];
   list(tables.bodies ?? [], "bodies").forEach((table, body) => {
     const name = `bodies[${body}]`;
-    keys(table, ["position", "velocity", "radius", "shape", "mass", "kind", "turns"], name);
+    keys(table, ["position", "velocity", "radius", "shape", "mass", "acceleration", "kind", "turns"], name);
     const [x, y] = pair(table.position, `${name}.position`);
     const [vx, vy] = pair(table.velocity ?? [0, 0], `${name}.velocity`);
     const m = mass(table.mass, `${name}.mass`);
     const kind = readKind(table.kind ?? kinds[0] ?? 0, `${name}.kind`);
     const shape = bodyShape(table, shapes, m, name);
     const r = shape.size;
-    bodies.push({ x, y, vx, vy, r, m, shape, kind });
+    const own = "acceleration" in table ? pair(table.acceleration, `${name}.acceleration`) : null;
+    bodies.push({ x, y, vx, vy, r, m, shape, kind, ...acceleration({ own, m }, gravity) });
     list(table.turns ?? [], `${name}.turns`).forEach((turn, i) => turns.push(readTurn(turn, body, `${name}.turns[${i}]`)));
   });
   const written = list(tables.commands ?? [], "commands");
   const inserted = written.map((table) => Object(Object(table).insert).kind);
   const kind = kinds[0] ?? bodies[0]?.kind ?? inserted.find((each) => each !== undefined) ?? lowestKind(responses) ?? 0;
-  const commands = readCommands(written, turns, bodies.length, shapes, kind, start);
+  const commands = readCommands(written, turns, bodies.length, shapes, kind, start, gravity);
   const every = [...bodies, ...commands.filter(({ what }) => what === "insertion")];
   const shaped = !areDiscs([...every.map(({ shape }) => shape), ...shapes]);
   const widest = Math.max(0, ...every.map(({ r }) => r)); // rules 2p and 2s
@@ -48,9 +50,8 @@ export function readScene(tables) {
     throw new Error(`The size of a body is ${widest}, and twice that is less than ${shaped ? "half a period" : "a period"}.`);
   }
   phases(tables["narrow-phases"], [shaped ? "convex" : "disc", ...(arena !== null && periodic !== "xy" ? ["wall"] : [])]);
-  const gravity = "gravity" in tables ? pair(tables.gravity, "gravity") : null;
   const scene = { bodies, commands, responses, shaped, arena, periods, gravity, start, unit, until, end };
-  if (gravity) checkGravity(scene);
+  checkBent(scene);
   return scene;
 }
 

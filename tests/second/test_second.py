@@ -31,7 +31,7 @@ MANY = 50
 """Rows of a family of vectors, of which the default lane asks one in ten."""
 
 FEW = 100
-"""Contacts of a falling game: plain Python hooks take a while for its frames."""
+"""Contacts of a game with accelerations: plain Python hooks take a while for its chords."""
 
 Tables = dict[str, Any]
 
@@ -127,10 +127,10 @@ def test_it_plays_a_game_as_kinetile_does(seed: int, tmp_path: Path) -> None:
 
 @pytest.mark.small
 @pytest.mark.parametrize("seed", first(1, range(200)))
-def test_a_falling_game_is_one_in_both_and_under_another_phase_and_is_certified(
+def test_a_bent_game_is_one_in_both_and_under_another_phase_and_is_certified(
     seed: int, tmp_path: Path
 ) -> None:
-    game = games.draw_falling_game(seed)
+    game = games.draw_bent_game(seed)
     assert second_agrees(game, tmp_path, FEW)
     sim, end = with_end(game, most=FEW)
     assert certify_log(game, sim.contacts, **end, fingerprint=sim.fingerprint).right
@@ -262,9 +262,9 @@ def test_who_comes_without_a_kind_where_nobody_was_is_of_one_kind_in_both(
         # along the other axis, upwards, and the ceiling is the floor
         ([1.0, 0.0], [1.25, 1.5], {}, [(tick, 0, 0, -2) for tick in (1, 3, 5, 7)]),
         ([0.0, 1.0], [0.5, 1.25], {}, [(tick, 0, 0, -4) for tick in (1, 3, 5, 7)]),
-        # floor and ceiling at once, in a corner, at the frame's end
+        # two walls at once, in a corner
         ([-1.0, -1.0], [0.75, 0.75], {}, [(1, 0, 0, -1), (1, 0, 0, -3), (3, 0, 0, -1), (3, 0, 0, -3)]),
-        # a turn is one in the room: at rest again, half way down, at 3/8 above the floor
+        # at rest again, half way down, at 3/8 above the floor
         (
             [0.0, -1.0],
             [0.5, 0.75],

@@ -31,15 +31,19 @@ from kinetile_accuracy.specification.arithmetic import (
     FlightPlan,
     Frame,
     anchored,
+    bent_tick,
     exchanged_along,
     pair_tick,
     tick_of,
     unit_bits,
     wall_tick,
 )
-from kinetile_accuracy.specification.course import Course, CourseEvent
+from kinetile_accuracy.specification.course import ACCELERATED, Course, CourseEvent
 
 HERE = Path(__file__).parent
+
+FAR = 1 << 99
+"""Ticks: earlier than all."""
 
 KEPT = ("scenes.json", "shape_sizes.json")
 """Files whose answers are kept as well: whether something is a scene, and the r of a shape. The certifier
@@ -75,10 +79,23 @@ def wall(e: int, sides: Words, plan: Words) -> list[Any] | None:
     return _at_wall(wall_tick(_plan(plan[:4], plan[5], frame, float.fromhex(plan[4])), frame))
 
 
-def bent_wall(e: int, gravity: Words, sides: Words, plan: Words) -> list[Any] | None:
-    """Rules 3g and 6g: tick and wall; or None."""
-    frame = Frame(doubles(sides), e, gravity=doubles(gravity))
-    return _at_wall(wall_tick(_plan(plan[:4], plan[5], frame, float.fromhex(plan[4])), frame))
+def bent_contact(e: int, met: bool, *plans: Words) -> str | None:
+    """Rules 5a and 7a: the tick, or None."""
+    frame = Frame(None, e)
+    tick = bent_tick(*(_bent_plan(words, frame) for words in plans), frame, (0, 0), met, -FAR)
+    return None if tick is None else str(tick)
+
+
+def bent_wall(e: int, sides: Words, plan: Words) -> list[Any] | None:
+    """Rule 6a: tick and wall; or None."""
+    frame = Frame(doubles(sides), e)
+    return _at_wall(wall_tick(_bent_plan(plan, frame), frame))
+
+
+def bent_place(e: int, plan: Words, tick: str) -> Words:
+    """Rule 4a: x, y, vx and vy once the plan is anchored at the tick."""
+    place, velocity = _bent_plan(plan, Frame(None, e)).moved(int(tick), ldexp(1.0, -52 - e))
+    return numbers(*place, *velocity)
 
 
 def exchange(masses: Words | None, *bodies: Words) -> Words:
@@ -95,7 +112,7 @@ def place(e: int, plan: Words, anchor: str, tick: str) -> Words:
     """Rule 4: x and y once the plan is anchored at the tick."""
     x, y, vx, vy = doubles(plan)
     ticks, length = int(tick) - int(anchor), ldexp(1.0, -52 - e)
-    return numbers(anchored(x, vx, ticks, length), anchored(y, vy, ticks, length))
+    return numbers(anchored(x, vx, ticks, length)[0], anchored(y, vy, ticks, length)[0])
 
 
 def unit(sides: Words | None, bodies: list[Words], turned: list[Words]) -> int:
@@ -109,6 +126,7 @@ def unit(sides: Words | None, bodies: list[Words], turned: list[Words]) -> int:
         arena=sides and doubles(sides),
         commands=tuple(kt.Turn(0, 0.0, doubles(velocity)) for velocity in turned),
         unit=None,
+        acceleration=np.zeros((0, 2)),
         gravity=(0.0, 0.0),
     )
     return unit_bits(scene)
@@ -146,6 +164,12 @@ def _plan(words: Words, anchor: str, frame: Frame, radius: float = 0.0) -> Fligh
     return FlightPlan(*doubles(words), int(anchor), radius, frame)
 
 
+def _bent_plan(words: Words, frame: Frame) -> FlightPlan:
+    *plan, radius, anchor, ax, ay = words
+    pull = doubles([ax, ay])
+    return FlightPlan(*doubles(plan), int(anchor), float.fromhex(radius), frame, pull=pull)
+
+
 def _at_wall(found: tuple[int, int] | None) -> list[Any] | None:
     return found and [str(found[0]), found[1]]
 
@@ -161,7 +185,9 @@ def _difference(one: Body, two: Body) -> shapes.Difference:
 ANSWERS: dict[str, Callable[..., Any]] = {
     "contacts": contact,
     "walls": wall,
+    "bent_contacts": bent_contact,
     "bent_walls": bent_wall,
+    "bent_places": bent_place,
     "exchanges": exchange,
     "places": place,
     "units": unit,
@@ -176,7 +202,13 @@ _CLASSES = ("clock", "turn", "wall", "pair")
 COUNTED = {"runs": _CLASSES, "rules": (*_CLASSES, "insertion", "removal", "begin", "end")}
 """What is counted in the runs of a folder."""
 
-_OTHERS = {REANCHORED: "clock", TURNED: "turn", INSERTED: "insertion", REMOVED: "removal"}
+_OTHERS = {
+    REANCHORED: "clock",
+    TURNED: "turn",
+    ACCELERATED: "acceleration",
+    INSERTED: "insertion",
+    REMOVED: "removal",
+}
 
 
 def scene_of(said: dict[str, Any]) -> kt.Scene:
@@ -233,7 +265,9 @@ def _answered(run: dict[str, Any], folder: str) -> str:
     told |= {"ended": "no room"} if counted["no room"] else {}
     *head, (_, bodies) = run["scene"].items()
     first = [[str(epoch), str(tick), a, b] for epoch, tick, a, b in contacts[:SHOWN]]
-    counts = {kind: counted[kind] for kind in COUNTED[folder]}
+    counts = {
+        kind: counted[kind] for kind in (*COUNTED[folder], *(["acceleration"] * counted["acceleration"]))
+    }
     return "\n".join(
         [
             f'  {{"name": {json.dumps(run["name"])},'

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -21,14 +20,6 @@ TICKS = 1 << 52
 SPAN = 1 << 61
 """Ticks between two shifts of the base: 512 units. Predictions reach 2 spans beyond an anchor, and 64 bits
 hold 4."""
-
-
-def frame_of(gravity: tuple[float, float], sides: tuple[float, float], unit: float) -> int:
-    """Return how many ticks a frame lasts that falls with gravity (``falling``): the largest power of two, up
-    to 2^53, in which it falls by a quarter of the shorter side at most; 0 if it falls further in one tick."""
-    pull = sum(map(abs, map(Fraction, gravity)))
-    squares = Fraction(min(sides)) / 2 / pull / (Fraction(unit) / TICKS) ** 2
-    return 1 << min(math.isqrt(int(squares)).bit_length() - 1, 53) if squares >= 1 else 0
 
 
 def time_unit(extent: float, speed: float) -> float:

@@ -16,12 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel import plan
-from kinetile.kernel.compiled import hook
-from kinetile.kernel.plan import Plan, positions_after
-from kinetile.kernel.tables import Kernel, Records
+from kinetile.kernel.compiled import hook, with_field
+from kinetile.kernel.plan import BentPlan, Plan, positions_after
+from kinetile.kernel.tables import NEVER, Kernel, Records
 from kinetile.kernel.vectors import product_error, put_place
 
-position_after, velocity_after = hook(plan.position_after), hook(plan.velocity_after)
+position_after = with_field("ax", hook(plan.bent_position_after))(hook(plan.position_after))
+velocity_after = with_field("ax", hook(plan.bent_velocity_after))(hook(plan.velocity_after))
 
 
 @hook
@@ -50,10 +51,42 @@ def anchor_at(k: Kernel, body: Records, tick: int) -> None:
 
 
 @hook
+def square_of_speed(body: Records) -> float:
+    """Return the square of a body's speed at its anchor."""
+    return float(body.vx * body.vx + body.vy * body.vy)
+
+
+@hook
+def _twice_energy(body: Records) -> float:
+    return square_of_speed(body) - 2.0 * float(body.ax * body.x + body.ay * body.y)
+
+
+@with_field("ax", _twice_energy)
+@hook
+def twice_energy(body: Records) -> float:
+    """Return twice the energy that a mass of 1 has at the anchor of its plan: the square of its speed, and
+    where it is accelerated that of the speed with which it arrives in the corner (0, 0) if it begins at rest
+    where it is; below 0 if it has to be thrown up to there."""
+    return square_of_speed(body)
+
+
+@hook
 def since_origin(k: Kernel, tick: int) -> float:
     """Return the time from the common clock's origin to a tick, in the scene's unit."""
     clock = k.clock[0]
     return float((tick - clock.origin) * clock.tick)
+
+
+@hook
+def _note_pull(body: Records, k: Kernel, number: int) -> None:
+    end = math.inf if body.end == NEVER else since_origin(k, body.end)
+    put_place(k.pulls, number, body.ax, body.ay, end, 0.0)
+
+
+@with_field("ax", _note_pull)
+@hook
+def note_pull(body: Records, k: Kernel, number: int) -> None:
+    """Write a body's row of ``k.pulls``, if there is one: its acceleration, and when its chord ends."""
 
 
 @hook
@@ -66,6 +99,7 @@ def note_place(k: Kernel, number: int) -> None:
     x, y = position_at(k, body, k.clock[0].origin)
     vx, vy = velocity_at(k, body, k.clock[0].origin)
     put_place(k.places, number, x, y, vx, vy)
+    note_pull(body, k, number)
 
 
 @hook
@@ -76,7 +110,9 @@ def note_all_places(k: Kernel, tick: int) -> None:
         note_place(k, body)
 
 
-def plans_now(k: Kernel, slots: npt.NDArray[np.int64] | None = None) -> tuple[Plan, npt.NDArray[np.float64]]:
+def plans_now(
+    k: Kernel, slots: npt.NDArray[np.int64] | None = None
+) -> tuple[Plan | BentPlan, npt.NDArray[np.float64]]:
     """Returns the plans of all bodies, or of those in the slots given, and the times since their anchors."""
     clock, bodies = k.clock.view(np.ndarray)[0], k.bodies.view(np.ndarray)
     if slots is not None:

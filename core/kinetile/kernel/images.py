@@ -49,13 +49,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
+from kinetile.kernel.certificates.bent import BentPlans, bent_touch
 from kinetile.kernel.certificates.contact import first_touch_apart
-from kinetile.kernel.certificates.plans import Plans, plans_through
+from kinetile.kernel.certificates.plans import Plans, bent_plans_through, plans_through
 from kinetile.kernel.compiled import hook, larger, smaller, template, unchecked
-from kinetile.kernel.flight import anchor_at, position_at
-from kinetile.kernel.passings import is_passing, passes
-from kinetile.kernel.tables import NEVER, NOBODY, TOO_DEEP, Kernel, blame
+from kinetile.kernel.flight import anchor_at, position_at, velocity_at
+from kinetile.kernel.passings import counts_from, is_passing, passes
+from kinetile.kernel.tables import NEVER, NOBODY, TOO_DEEP, Kernel, blame, elder
 from kinetile.kernel.vectors import product_error
 
 BEAT = 1 << 53
@@ -115,11 +117,15 @@ def wrap(k: Kernel, body: int) -> None:
         if times != 0.0:
             plan.x = remainder(plan.x, torus.x, times)
             image.kx += int(times)
+            if len(k.shadows) > 0:
+                k.shadows[body].x -= times * torus.x
     if torus.y > 0.0:
         times = turns_of(plan.y, torus.y)
         if times != 0.0:
             plan.y = remainder(plan.y, torus.y, times)
             image.ky += int(times)
+            if len(k.shadows) > 0:
+                k.shadows[body].y -= times * torus.y
 
 
 @template
@@ -142,13 +148,31 @@ def discs_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> flo
     return float(k.bodies[early].radius + k.bodies[late].radius - math.sqrt(dx * dx + dy * dy))
 
 
+@hook
+def bent_discs_touch(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
+    """Return the same of discs with accelerations, through the image of their plans. Through the one through
+    which they have met last they may meet again (rule 7a)."""
+    one = k.bodies[early]
+    two = k.bodies[late]
+    image = k.images[early]
+    sense = 1 if elder(k, early, late) == early else -1
+    m = sense * (int(plans.x.turns) - (k.images[late].kx - image.kx))
+    n = sense * (int(plans.y.turns) - (k.images[late].ky - image.ky))
+    met = one.last == late and two.last == early and m == image.last_m and n == image.last_n
+    low = counts_from(k, early, late, two.anchor)
+    return int(bent_touch(plans, one.radius, two.radius, met, -1, low))
+
+
 def first_image_of(
-    touches: Callable[[Kernel, int, int, Plans], int],
+    touches: Callable[[Kernel, int, int, Any], int],
     overlap: Callable[[Kernel, int, int, float, float], float],
+    through: Callable[[Kernel, Any, Any, float, float], Any] = plans_through,
+    bent: bool = False,
 ) -> Callable[[Kernel, int, int], int]:
     """Returns the hook ``meet`` of bodies among images, from what ``discs_touch`` and ``discs_overlap`` are
     for discs: the second body is anchored as late as the first, or later. Each body is within its radius from
-    its place."""
+    its place. ``bent``: they are accelerated along an axis with walls, and plans ``through`` an image have
+    that."""
 
     @unchecked
     @hook
@@ -177,8 +201,9 @@ def first_image_of(
         x, y = position_at(k, one, since)
         dx = two.x - x
         dy = two.y - y
-        ux = two.vx - one.vx
-        uy = two.vy - one.vy
+        flies_x, flies_y = velocity_at(k, one, since)
+        ux = two.vx - flies_x
+        uy = two.vy - flies_y
         reach = one.radius + two.radius
         far = reach * (1.0 + 2.0**-40) + clock.limits.fat
         way = 1.0 if ux > 0.0 else -1.0
@@ -199,6 +224,9 @@ def first_image_of(
                 break
             leaves = (far - place) / speed if speed > 0.0 else limit
             leaves = smaller(leaves, limit)
+            if bent and torus.x == 0.0:  # accelerated perhaps, and the only column
+                enters = 0.0
+                leaves = limit
             from_y = dy + uy * enters
             to_y = dy + uy * leaves
             row = -float(math.floor((larger(from_y, to_y) + far) * torus.per_y))
@@ -207,11 +235,11 @@ def first_image_of(
                 this_m = sense * (int(way * column) - kx)
                 this_n = sense * (int(row) - ky)
                 image = k.images[a]
-                left_out = barred and this_m == image.last_m and this_n == image.last_n
+                left_out = not bent and barred and this_m == image.last_m and this_n == image.last_n
                 if passing:
                     left_out = is_passing(k, a, b, this_m, this_n)
                 if not left_out:
-                    plans = plans_through(k, one, two, way * column, row)
+                    plans = through(k, one, two, way * column, row)
                     delay = touches(k, early, late, plans)
                     if passing and delay < k.clock[0].now - since:
                         delay = NEVER
@@ -240,6 +268,7 @@ def first_image_of(
 
 
 first_image = first_image_of(discs_touch, discs_overlap)
+first_bent_image = first_image_of(bent_discs_touch, discs_overlap, bent_plans_through, True)
 
 
 @hook

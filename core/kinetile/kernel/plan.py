@@ -1,16 +1,20 @@
 """A flight plan: its numbers, and where it has a body.
 
-A body is where it was at its anchor, plus its velocity times the time since. Only these functions compute
-that: ``kernel.flight`` makes hooks of them, and the player's page has its own in ``run/plan.mjs``. (The
+A body is where it was at its anchor, plus its velocity times the time since; and where it is accelerated,
+plus half its acceleration times the square of that (rule 4a). Only these functions compute that:
+``kernel.flight`` makes hooks of them, and the player's page has its own in ``run/plan.mjs``. (The
 specification and the oracle are implementations of their own.)
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
+
+from kinetile.kernel.clock import TICKS
 
 
 class Plan(NamedTuple):
@@ -21,15 +25,27 @@ class Plan(NamedTuple):
     vx: Any
     vy: Any
 
-    @classmethod
-    def of(cls, rows: Any) -> Self:
-        """Returns the plans in rows with these fields."""
-        return cls(*(rows[name] for name in cls._fields))
+    @staticmethod
+    def of(rows: Any) -> Plan | BentPlan:
+        """Returns the plans in rows with these fields, or with those of a ``BentPlan``."""
+        kind = BentPlan if "ax" in rows.dtype.names else Plan
+        return kind(*(rows[name] for name in kind._fields))
 
     @classmethod
     def of_vectors(cls, place: Any, velocity: Any) -> Self:
         """Returns the plans of places and velocities (..., 2)."""
         return cls(place[..., 0], place[..., 1], velocity[..., 0], velocity[..., 1])
+
+
+class BentPlan(NamedTuple):
+    """The same with an acceleration."""
+
+    x: Any
+    y: Any
+    vx: Any
+    vy: Any
+    ax: Any
+    ay: Any
 
 
 FIELDS = " ".join(Plan._fields)
@@ -47,11 +63,41 @@ def velocity_after(plan: Any, elapsed: Any) -> tuple[Any, Any]:
     return plan.vx, plan.vy
 
 
-def positions_after(plans: Plan, elapsed: Any) -> npt.NDArray[np.float64]:
+def bent_position_after(plan: Any, elapsed: Any) -> tuple[Any, Any]:
+    """Returns the same of a plan with an acceleration."""
+    square = elapsed * elapsed
+    x = plan.x + (plan.vx * elapsed + (0.5 * plan.ax) * square)
+    return x, plan.y + (plan.vy * elapsed + (0.5 * plan.ay) * square)
+
+
+def bent_velocity_after(plan: Any, elapsed: Any) -> tuple[Any, Any]:
+    """Returns the same of a plan with an acceleration."""
+    return plan.vx + plan.ax * elapsed, plan.vy + plan.ay * elapsed
+
+
+def positions_after(plans: Plan | BentPlan, elapsed: Any) -> npt.NDArray[np.float64]:
     """Returns (..., 2) where plans have their bodies, times (...) after their anchors; not for hooks."""
-    return np.stack(position_after(plans, elapsed), axis=-1)
+    after = bent_position_after if isinstance(plans, BentPlan) else position_after
+    return np.stack(after(plans, elapsed), axis=-1)
 
 
-def velocities_after(plans: Plan, elapsed: Any) -> npt.NDArray[np.float64]:
+def velocities_after(plans: Plan | BentPlan, elapsed: Any) -> npt.NDArray[np.float64]:
     """Returns (..., 2) velocities by plans, times (...) after their anchors; not for hooks."""
-    return np.stack(velocity_after(plans, elapsed), axis=-1)
+    after = bent_velocity_after if isinstance(plans, BentPlan) else velocity_after
+    return np.stack(after(plans, elapsed), axis=-1)
+
+
+LEAST_SPAN = 1 << 10
+"""Ticks. A scene is refused in which a chord would be shorter: it would end at every tick."""
+
+SHARE = 2.0**-3
+"""The margin as a part of the smallest radius, where the phase takes a skin of twice as much: with less there
+are more chords, with more, more bodies near each other. Contacts are the same with any."""
+
+MOST_SPAN = 1 << 58
+"""Ticks that a chord lasts at most."""
+
+
+def shortest(pull: tuple[float, float], margin: float, unit: float) -> float:
+    """Return how many ticks the shortest chord lasts by the largest accelerations, in a clock's ``unit``."""
+    return math.sqrt(2.0 * margin / sum(pull)) * (TICKS / unit)

@@ -45,13 +45,14 @@ class Skin(NamedTuple):
         return 64.0 * (ULP * length + self.eta)
 
     @classmethod
-    def of(cls, bodies: int, extent: float, speed: float, tick: float) -> Skin:
-        """Return the skin of n bodies within ``extent`` of the origin and never faster than ``speed``."""
+    def of(cls, bodies: int, extent: float, speed: float, tick: float, margin: float = 0.0) -> Skin:
+        """Return the skin of n bodies within ``extent`` of the origin and never faster than ``speed``, whose
+        shadows are off by ``margin`` at most (``kernel.chords``)."""
         rounding = 16.0 * ULP * extent
         flight = 2.0 * speed * tick
         return cls(
             eta=rounding + flight,
-            delta=4.0 * (bodies + 4) * rounding + 2.0 * flight,
+            delta=4.0 * (bodies + 4) * rounding + 2.0 * flight + margin,
             theta=2.0 * rounding,
             tolerance=64.0 * (rounding + flight),
         )

@@ -51,7 +51,7 @@ NOBODY = -1
 LONG_AGO = -(1 << 62)
 """The earliest tick that the tables keep as the clock's base moves, and that of what has not happened yet."""
 
-STRUCTURAL, GUESS, TURN, WALL, PAIR, PARTING = range(6)
+CHORD, STRUCTURAL, GUESS, TURN, WALL, PAIR, PARTING = -2, *range(6)
 """What an entry of the queue is, in the order in which events of one tick run."""
 
 
@@ -146,6 +146,16 @@ SHAPED = record(
 )
 """A body where not all are discs. Its ``radius`` is that of the circle that holds it."""
 
+BENT = (
+    ("ax ay", "f8", VALUE, CARRIED),
+    ("end", "i8", DUE, DERIVED),  # of the present chord (``kernel.chords``), or NEVER: it is no chord
+    ("span", "i8", COUNT, DERIVED),  # how many ticks a chord of this acceleration lasts
+)
+BENT_BODY = record(*declared(BODY), *BENT)
+"""A body where some are accelerated."""
+
+BENT_SHAPED = record(*declared(SHAPED), *BENT)
+
 ENTRY = record(
     ("key", "i8", DUE, DERIVED),  # the tick that the body is filed under: the first of the next three
     ("own", "i8", DUE, DERIVED),  # when its structural certificate fails
@@ -193,6 +203,7 @@ COMMAND = record(
     ("body", "i4", NUMBER, CARRIED),  # the body's number
     ("code", "i4", VALUE, CARRIED),  # what is to be done (kinetile.kernel.log)
     ("after", "i8", COUNT, CARRIED),  # after this many contacts of its tick
+    ("ax ay", "f8", VALUE, CARRIED),  # of an inserted body, or the new one
     ("kind", "i4", KIND, CARRIED),
     ("overtakes", "i4", COUNT, CARRIED),  # planned ones of its tick that came after it (a history's alone)
     ("form", "i4", VALUE, CARRIED),  # the shape of an inserted body, where not all are discs
@@ -211,6 +222,7 @@ IMAGE = record(
 LIMITS = record(
     ("width height", "f8", VALUE, DERIVED),  # of the arena
     ("skin", "f8", VALUE, DERIVED),  # what a body's reach has over its radius
+    ("margin", "f8", VALUE, DERIVED),  # how much of the skin is for chords (``kernel.chords``)
     ("theta", "f8", VALUE, DERIVED),  # an inversion deeper than this at the end of a tick is repaired at once
     ("tolerance", "f8", VALUE, DERIVED),  # an overlap deeper than this is a missed contact
     ("span", "i8", VALUE, DERIVED),  # how far from the clock's origin the rows of places are used
@@ -260,11 +272,6 @@ STOPS = record(
     ("tick", "i8", PAST, CARRIED),  # a contact at this tick
     ("a b", "i8", NUMBER, CARRIED),  # of these numbers
 )
-FALL = record(
-    ("x y", "f8", VALUE, DERIVED),  # the acceleration of all bodies; 0 without gravity
-    ("origin", "i8", TICK, DERIVED),  # the tick at which the frame was at rest in the room
-    ("end", "i8", TICK, DERIVED),  # the tick at which all bodies pass to the next one
-)
 NEXT = record(
     ("tick", "i8", TICK, DERIVED),
     ("kind a b", "i8", VALUE, DERIVED),
@@ -297,7 +304,6 @@ CLOCK = record(
     ("torus", TORUS),  # where axes are periodic (``kernel.images``)
     ("fault", FAULTS),  # the first one, of bodies a and b
     ("next", NEXT),  # written where the loop looks ahead and runs nothing
-    ("fall", FALL),  # where there is gravity (``kernel.falling``)
 )
 COUNTS = record(
     ("contacts_disc contacts_wall turns inserted removed", "i8", COUNT, CARRIED),
@@ -317,7 +323,7 @@ COUNTS = record(
     ("passings", "i8", COUNT, CARRIED),  # times two bodies began to pass through each other
 )
 
-_OF_A_BODY = [each for dtype in (ENTRY, SHAPED, TRAIT, IMAGE) for each in declared(dtype, CARRIED)]
+_OF_A_BODY = [each for dtype in (ENTRY, BENT_SHAPED, TRAIT, IMAGE) for each in declared(dtype, CARRIED)]
 
 ROWS = {
     "plans": record(("mass", "f8", VALUE, CARRIED), *_OF_A_BODY, align=False),
@@ -352,11 +358,11 @@ class Kernel(NamedTuple):
     """All tables of one simulation, with n slots for bodies; hooks receive it as ``k``."""
 
     bodies: Records  # (n,) flight plans
+    places: Records  # (n,) place and velocity at the common clock ``clock[0].origin``
     mass: Records  # (n,) where bodies are alike, this and the next are one number, n times (``equal``)
     radii: Records  # (n,) the radii again, close together
     sides: Records  # (n,) the sides again, close together; empty where all are discs
     forms: Records  # the shapes that bodies have, or may have; empty where all are discs
-    places: Records  # (n,) place and velocity at the common clock ``clock[0].origin``
     stamps: Records  # (n,) how often each plan has changed
     queue: Records  # (n,) what awaits each body
     links: Records  # (n + 2^m,) the calendar: a ring for each slice, of its own link n + slice and its bodies
@@ -379,6 +385,9 @@ class Kernel(NamedTuple):
     watch: Records  # for each number of a body whether to stop at its contacts; empty unless some are watched
     watched: Records  # the pairs, by numbers, to stop at
     slots: Records  # for each number of a body its slot, or NOBODY: it has left, or is still to come
+    shadows: Records  # (n,) the straight plans that a broad phase sees, where some are accelerated, and
+    shades: Records  # (n,) their places at the common clock (``kernel.chords``), and
+    pulls: Records  # (n,) the accelerations, and when chords end, by the common clock; else empty
     met: Records  # the log of contacts, as it is digested
     log: Records  # every event with the plans after it, where somebody reads that; else it may be empty
     clock: Records
@@ -409,19 +418,23 @@ def equal(number: float, length: int) -> npt.NDArray[np.float64]:
     return as_strided(np.full(1, number), (length,), (0,))
 
 
-def allocate(bodies: int, near: int, log_rows: int, alike: bool = False, shaped: bool = False) -> Kernel:
+def allocate(
+    bodies: int, near: int, log_rows: int, alike: bool = False, shaped: bool = False, bent: bool = False
+) -> Kernel:
     """Return tables for ``bodies`` bodies, numbered as their slots are, with room for ``near`` answers of
     ``near`` and for ``log_rows`` rows of the log; ``alike``: their masses and radii are and stay equal;
-    ``shaped``: not all are discs."""
+    ``shaped``: not all are discs; ``bent``: some are accelerated."""
+    seen = SHAPED if shaped else BODY
+    own = (BENT_SHAPED if shaped else BENT_BODY) if bent else seen
     per_body = 4 if bodies < MANY else 8
     slices = 1 << max(6, (per_body * bodies - 1).bit_length())
     k = Kernel(
-        bodies=record_table(SHAPED if shaped else BODY, bodies),
+        bodies=begun(record_table(own, bodies)) if bent else record_table(own, bodies),
+        places=record_table(PLACE, bodies),
         mass=equal(1.0, bodies) if alike else np.ones(bodies),
         radii=equal(0.0, bodies) if alike else np.zeros(bodies),
         sides=record_table(SIDES, bodies if shaped else 0),
         forms=record_table(FORM, 0),
-        places=record_table(PLACE, bodies),
         stamps=np.zeros(bodies, dtype=np.int32),
         queue=record_table(ENTRY, bodies),
         links=record_table(LINK, bodies + slices),
@@ -442,6 +455,9 @@ def allocate(bodies: int, near: int, log_rows: int, alike: bool = False, shaped:
         watch=np.zeros(0, dtype=np.uint8),
         watched=record_table(OFFER, 0),
         slots=np.arange(bodies, dtype=np.int32),
+        shadows=record_table(seen, bodies if bent else 0),
+        shades=record_table(PLACE, bodies if bent else 0),
+        pulls=record_table(PLACE, bodies if bent else 0),
         met=record_table(MET, log_rows),
         log=record_table(ROW, 0),
         clock=begun(record_table(CLOCK, 1)),

@@ -43,10 +43,7 @@ class At(NamedTuple):
 
 
 Coordinate: TypeAlias = float | At
-"""A place on an axis: a fixed number, in the scene's length, or with a body.
-
-With gravity a fixed number is one of the frame in ``draw`` (``arena_now`` is where the arena is in it), and
-where that is in the room, at this moment, in the result of ``Simulation.drawing``."""
+"""A place on an axis: a fixed number, in the scene's length, or with a body."""
 
 Point: TypeAlias = tuple[Coordinate, Coordinate]
 """(x, y), each fixed or with a body; the two may go with different bodies."""

@@ -186,6 +186,12 @@ class PairParts:
     rule 5s of the specification says. Without it such a scene is refused; a broad phase needs nothing, since
     the circle of a body's reach holds its shape.
 
+    ``bent``: these hooks are for a scene with accelerations (``scene.bent``): records of bodies have ``ax``
+    and ``ay``, and plans are of degree 2 (rules 4a to 7a). Two whose accelerations differ may meet again
+    after a contact, so ``meet`` leaves out what is barred itself, and ``soonest`` gets NOBODY; that may leave
+    out what is after the end of the chord of either. Without it such a scene is refused; a broad phase needs
+    nothing, since it sees straight chords (``kinetile.kernel.chords``).
+
     ``numbers``: (m,) float64 that hooks find in ``k.numbers``: what the phase keeps for a scene, and options.
     Other numbers need no other machine code. None: it keeps none. ``alike``: these are the parts for a scene
     whose bodies are alike (``kinetile.scene.are_alike``), others than for the rest. The tables then keep one
@@ -202,6 +208,7 @@ class PairParts:
     alike: bool = False
     periodic: bool = False
     shapes: bool = False
+    bent: bool = False
     numbers: npt.NDArray[np.float64] | None = None
 
 
@@ -221,8 +228,7 @@ class WallParts:
     ``touch(k, body, wall) -> (nx, ny, depth)``: the normal into the wall, and how deep the body is in it.
     None: the phase does not work with responses that need it.
 
-    ``falling``: these hooks are for a scene with gravity (``scene.falls``), where bodies are in a frame that
-    falls with them, and walls are bent.
+    ``bent``: these hooks are for a scene with accelerations (``scene.bent``), as in ``PairParts``.
 
     ``periodic`` and ``shapes``: as in ``PairParts``; of a body with a shape each side has its own reach.
 
@@ -238,7 +244,7 @@ class WallParts:
     periodic: bool = False
     shapes: bool = False
     inside: Hook | None = None
-    falling: bool = False
+    bent: bool = False
 
 
 @dataclass(frozen=True)
@@ -256,16 +262,11 @@ class ResponseParts:
 
     ``beside`` are the hooks of other responses that are compiled into the same loop, where there is room, so
     that a scene with those needs no other machine code either.
-
-    ``falling``: the hook is right with gravity, where velocities are those of a frame that falls
-    (``toolbox.ticks.fallen``): one that reads differences of velocities alone is. Else a scene with
-    gravity is refused.
     """
 
     respond: Hook | None = None
     numbers: tuple[float, ...] = ()
     beside: tuple[Hook, ...] = ()
-    falling: bool = False
 
 
 class ContactResponse(Protocol):

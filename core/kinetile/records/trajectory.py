@@ -1,8 +1,9 @@
 """Trajectories: where every body was, at any time, from the rows of an event file.
 
-The place of a body follows from the plan in its last row at or before a time (``kernel.plan``). Elapsed time
-is counted in whole ticks and rounded once, as in the kernel, so positions are those of the run, to the last
-bit. With gravity the last bits may be others: rows have plans of the room, and the run those of a frame.
+From one row that names it to the next a body has one flight plan, so its place follows from its last row at
+or before a time, and from its acceleration (``kernel.plan``): that of the scene, of its insertion, or of the
+last row that gives it one. Elapsed time is counted in whole ticks of 2**-52 time units, as the kernel counts
+it, and rounded once, so the positions are those of the run itself, to the last bit.
 """
 
 from __future__ import annotations
@@ -19,12 +20,13 @@ from numpy.typing import NDArray
 from kinetile.errors import RecordError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import INSERTED, LOG, REMOVED
-from kinetile.kernel.plan import Plan, positions_after
+from kinetile.kernel.plan import BentPlan, Plan, positions_after, velocities_after
 from kinetile.records.bounded import ticks_of
 from kinetile.records.reading import EventFile, read_with_scene
 from kinetile.run.flights import Flights
 from kinetile.scene import Insert
 from kinetile.scene.bodies import in_box, nearest_image, whole_periods
+from kinetile.scene.reader import pull_of
 from kinetile.scene.scene import kind_of_each
 
 if TYPE_CHECKING:
@@ -32,21 +34,29 @@ if TYPE_CHECKING:
 
 
 class _Plans(NamedTuple):
-    """Flight plans at a time: of which bodies (n,), anchors and velocities (n, 2), time since the anchor
-    (n,), the periods that were taken off the anchor (n, 2), and the acceleration (2,)."""
+    """Flight plans at a time: of which bodies (n,), their plans, the time since their anchors (n,), the
+    periods that were taken off the anchors (n, 2), and their accelerations (n, 2)."""
 
     bodies: NDArray[np.int64]
-    anchor: NDArray[np.float64]
-    velocity: NDArray[np.float64]
+    plan: Plan | BentPlan
     elapsed: NDArray[np.float64]
     images: NDArray[np.float64]
-    gravity: NDArray[np.float64]
+    acceleration: NDArray[np.float64]
 
     @property
     def places(self) -> NDArray[np.float64]:
-        time = self.elapsed[:, None]
-        places = positions_after(Plan.of_vectors(self.anchor, self.velocity), self.elapsed)
-        return np.asarray(places + self.gravity * (0.5 * time * time) if self.gravity.any() else places)
+        return positions_after(self.plan, self.elapsed)
+
+
+def first_accelerations(scene: Scene, numbers: int) -> NDArray[np.float64]:
+    """Returns the accelerations (numbers, 2) with which bodies begin, by their numbers; that of gravity for
+    one that is neither of the scene nor of an insertion that it plans."""
+    found = np.tile(np.array(scene.gravity), (numbers, 1))
+    found[: len(scene)] = scene.acceleration
+    for each in scene.commands:
+        if isinstance(each, Insert) and each.body < numbers:
+            found[each.body] = pull_of(each, scene.gravity)
+    return found
 
 
 class Trajectory:
@@ -94,8 +104,21 @@ class Trajectory:
     def velocities(self, time: float) -> NDArray[np.float64]:
         """Returns the velocities (n, 2) of all bodies at ``time``, after the events of that very time."""
         plans = self._flight_plans(time)
-        fallen = plans.gravity * plans.elapsed[:, None]
-        return np.asarray(plans.velocity + fallen if plans.gravity.any() else plans.velocity)
+        return velocities_after(plans.plan, plans.elapsed)
+
+    def accelerations(self, time: float) -> NDArray[np.float64]:
+        """Returns the accelerations (n, 2) of all bodies at ``time``, after the events of that very time."""
+        return self._flight_plans(time).acceleration
+
+    @cached_property
+    def _accelerations(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Those with which bodies begin, (numbers, 2), and those in force from each flight on, (m, 2)."""
+        begin = first_accelerations(self.scene, self._numbers)
+        return begin, self._flights.accelerations(begin)
+
+    def _plan(self, place: Any, velocity: Any, acceleration: Any) -> Plan | BentPlan:
+        plan = Plan.of_vectors(place, velocity)
+        return BentPlan(*plan, *acceleration.T) if self.scene.bent else plan
 
     @cached_property
     def _images(self) -> NDArray[np.float64]:
@@ -127,10 +150,11 @@ class Trajectory:
         before = np.where(first[:, None], begins, place[flights.before])
         flies = np.where(first[:, None], flies, velocity[flights.before])
         size = np.abs(before) + np.abs(place) + np.abs(flies) * (np.abs(time) + unit)[:, None]
-        time = np.where(came, 0.0, time - since)[:, None]  # what has just come has not fallen
-        fallen = np.array(self.scene.gravity) * (0.5 * time * time)
-        flown = positions_after(Plan.of_vectors(before, flies), time[:, 0])
-        return flown + fallen - place, size + np.abs(fallen)
+        time = np.where(came, 0.0, time - since)
+        begin, later = self._accelerations
+        pull = np.where(first[:, None], begin[body], later[flights.before])
+        flown = positions_after(self._plan(before, flies, pull), time)
+        return flown - place, size + np.abs(pull) * (0.5 * time * time)[:, None]
 
     def _check_continuity(self, path: Path) -> None:
         """Raises RecordError unless each body flies, from row to row, to where the next row says it is."""
@@ -171,9 +195,12 @@ class Trajectory:
         anchor, velocity, images = np.zeros((3, self._numbers, 2))
         anchor[:n] = nearest_image(self.scene.position, self.scene.periods)
         velocity[:n] = self.scene.velocity
+        begin, later = self._accelerations
         flights, which = self._flights, self._flights.by_body[index[moved]]
         anchor[moved] = flights.value("x", "y", which=which)
         velocity[moved] = flights.value("vx", "vy", which=which)
+        acceleration = begin.copy()
+        acceleration[moved] = later[which]
         if self.scene.periodic:
             images[:n] = whole_periods(self.scene.position - anchor[:n], self.scene.periods)
             images[moved] = self._images[which]
@@ -183,8 +210,8 @@ class Trajectory:
         there = bodies < n
         there[moved] = rows["b"] != REMOVED
         elapsed = ticks[there].astype(np.float64) * (self._clock.unit / TICKS)
-        gravity = np.array(self.scene.gravity)
-        return _Plans(bodies[there], anchor[there], velocity[there], elapsed, images[there], gravity)
+        plan = self._plan(anchor[there], velocity[there], acceleration[there])
+        return _Plans(bodies[there], plan, elapsed, images[there], acceleration[there])
 
 
 def positions_at(

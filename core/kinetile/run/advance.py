@@ -7,14 +7,14 @@ is in this span or a later one, and between two spans the clock's base moves on.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 from kinetile.errors import Refused
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.images import BEAT
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
+from kinetile.kernel.log import ACCELERATED, INSERTED, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.loop.loop import PASSES
@@ -35,13 +35,18 @@ PATIENCE = 4
 MOST_ANCHORED = 10**9
 """The number of rows above which a recording is refused that would have them for the clock alone."""
 
-COMMANDS: dict[int, Literal["turn", "insert", "remove"]] = {
+EventKind: TypeAlias = Literal[
+    "structural", "turn", "accelerate", "insert", "remove", "wall", "disc", "pass", "part"
+]
+
+COMMANDS: dict[int, EventKind] = {
     TURNED: "turn",
+    ACCELERATED: "accelerate",
     INSERTED: "insert",
     REMOVED: "remove",
 }
 
-KINDS: dict[int, Literal["structural", "turn", "insert", "remove", "wall", "disc", "pass", "part"]] = {
+KINDS: dict[int, EventKind] = {
     STRUCTURAL: "structural",
     WALL: "wall",
     PAIR: "disc",
@@ -64,12 +69,11 @@ class End(NamedTuple):
     events: int = UNLIMITED
 
     def within(self, engine: Engine) -> tuple[int, int, bool]:
-        """Returns the kernel's tick to which the present span of the clock, or the present frame, can be run,
-        how many contacts that tick may have, and whether the end lies in it."""
-        horizon = engine.horizon
-        rest = horizon if self.ticks is None else engine.clock.relative(self.ticks)
-        last = rest < horizon
-        return min(rest, horizon - 1), self.quota if last else UNLIMITED, last
+        """Returns the kernel's tick to which the present span of the clock can be run, how many contacts that
+        tick may have, and whether the end lies in it."""
+        rest = SPAN if self.ticks is None else engine.clock.relative(self.ticks)
+        last = rest < SPAN
+        return min(rest, SPAN - 1), self.quota if last else UNLIMITED, last
 
 
 class Event(NamedTuple):
@@ -91,7 +95,7 @@ class Event(NamedTuple):
     time: float
     epoch: int
     tick: int
-    kind: Literal["structural", "turn", "insert", "remove", "wall", "disc", "pass", "part"]
+    kind: EventKind
     bodies: tuple[int, ...] = ()
     certificate: int | None = None
     wall: str | None = None
@@ -184,9 +188,7 @@ class _Stillness:
         self._patience = self._next_try = PATIENCE
 
     def note_span(self, engine: Engine) -> None:
-        """Counts a span that has passed, unless it was a frame within it."""
-        if engine.horizon < SPAN:
-            return
+        """Counts a span that has passed."""
         happened = engine.events - int(engine.k.counts[0].structural)
         self.quiet = self.quiet + 1 if happened == self._seen else 0
         self._next_try = self._next_try if self.quiet else self._patience
@@ -199,9 +201,6 @@ class _Stillness:
         Looking ahead costs as much as some spans do, and may be useless: so after that twice as many quiet
         spans have to pass before it is tried again.
         """
-        if engine.horizon < SPAN:
-            engine.change_frame(end.ticks)
-            return
         if self.quiet >= self._next_try:
             most = IDLE_SPANS - self.idle if end.ticks is None else UNLIMITED
             skipped = engine.skip(end.ticks, most)
@@ -210,8 +209,6 @@ class _Stillness:
             self._next_try = self.quiet + self._patience
             self.idle += skipped if self.idle else 0
         engine.move_base(end.ticks)
-        if engine.scene.falls:
-            engine.change_frame(end.ticks)
 
 
 def advance_one(engine: Engine, end: End) -> Event | None:
@@ -234,7 +231,7 @@ def advance_one(engine: Engine, end: End) -> Event | None:
             engine.build()
             if event is not None and event.kind == "remove":  # it comes after the passings that it ends
                 pending_events.append((event.epoch, event.tick, event.bodies[0], REMOVED))
-            elif event is not None and event.kind in ("structural", "turn", "insert"):
+            elif event is not None and event.kind in ("structural", "turn", "accelerate", "insert"):
                 return event
         elif end.ticks is None and engine.next_command is None and engine.rests:
             return None
@@ -271,11 +268,6 @@ def next_event(engine: Engine) -> Event | None:
     if planned is not None and (event is None or planned.ticks < event.epoch * TICKS + event.tick):
         event = Event(*engine.clock.moment(planned.ticks), COMMANDS[planned.code], (planned.body,))
     return _first_parting(engine, event) if event is not None and event.kind == "remove" else event
-
-
-def is_beyond_frame(engine: Engine, event: Event | None) -> bool:
-    """Whether there is no event before the present frame ends, and all bodies have new plans."""
-    return event is None or engine.clock.relative(event.epoch * TICKS + event.tick) >= engine.horizon
 
 
 def _first_parting(engine: Engine, removal: Event) -> Event:

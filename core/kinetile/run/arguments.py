@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Mistake, constructed
-from kinetile.kernel.log import INSERTED, REMOVED, TURNED
+from kinetile.kernel.log import ACCELERATED, INSERTED, REMOVED, TURNED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.tables import NOBODY, OFFER, record_table
 from kinetile.run.advance import End
@@ -26,9 +26,11 @@ from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import FARTHEST, LARGEST, WALL, Extent, is_finite, is_number, shown
 from kinetile.scene.commands import check_command, numbered, shape_of, with_shape
 from kinetile.scene.frame import check_support
+from kinetile.scene.reader import pull_of
 from kinetile.scene.responses import Kind, no_kind
 from kinetile.scene.scene import kinds_inserted
 from kinetile.scene.shapes import Shape
+from kinetile.scene.values import VALUES
 from kinetile.toolbox.differences import DISC, Outline, circle_around
 
 _NO_NUMBERS = bool, np.bool_, float, np.floating
@@ -196,7 +198,48 @@ def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
 
 
 def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
-    """Returns turns; velocities are (n, 2), or one for all. IndexError or ValueError for what is wrong."""
+    """Returns the turns of bodies, each to its velocity; velocities are (n, 2), or one for all.
+
+    IndexError for an unknown body, ValueError for an impossible velocity.
+    """
+    numbers, pairs = _bodies_and_pairs(engine, bodies, velocities, "velocity")
+    vx, vy = pairs.T
+    speed = float(np.hypot(vx, vy).max(initial=0.0))
+    rows = engine.command_rows(TURNED, len(numbers))
+    rows["mass"] = engine.k.mass.take(_slots_of(engine, numbers))
+    rows["body"] = numbers
+    rows["vx"], rows["vy"] = vx, vy
+    _check_speed(engine, speed, engine.bounds.smallest)
+    return rows
+
+
+def read_accelerations(engine: Engine, bodies: object, accelerations: object) -> Rows:
+    """Returns the changes of bodies to their accelerations, (n, 2), or one for all.
+
+    IndexError for an unknown body, ValueError for an acceleration that is none, or not for this run.
+    """
+    numbers, pairs = _bodies_and_pairs(engine, bodies, accelerations, "acceleration")
+    rows, scene = engine.command_rows(ACCELERATED, len(numbers)), engine.scene
+    rows["mass"] = engine.k.mass.take(_slots_of(engine, numbers))
+    rows["body"] = numbers
+    rows["ax"], rows["ay"] = (pairs + 0.0).T
+    for body, mass, pull in zip(numbers.tolist(), rows["mass"].tolist(), pairs.tolist(), strict=True):
+        wrong = VALUES["acceleration"].expected(pull) or _unfit_pull(scene, pull)
+        if wrong or (mass == math.inf and any(pull)):
+            wrong = wrong or "none: nothing moves a body of infinite mass"
+            raise ValueError(f"the acceleration of body {body} is {shown(pull)}; expected {wrong}")
+    if scene.uniform and len(numbers):
+        raise ValueError(
+            "this run is made for bodies that keep their accelerations: give the scene a body of another "
+            "acceleration, or plan an Accelerate in it"
+        )
+    return rows
+
+
+def _bodies_and_pairs(
+    engine: Engine, bodies: object, given: object, what: str
+) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64]]:
+    """Returns (n,) numbers of bodies and (n, 2) finite numbers, given as such or as one pair for all."""
     try:
         numbers = np.array(bodies, ndmin=1)
     except ValueError:  # rows of different lengths
@@ -209,27 +252,21 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
         for body in numbers.tolist():
             read_body(engine, body)
     try:
-        pairs = np.asarray(velocities)
+        pairs = np.asarray(given)
         if pairs.dtype != np.float64:
             with np.errstate(over="ignore"):  # of wider floats: they are infinite then
-                pairs = np.asarray(velocities, dtype=np.float64)
+                pairs = np.asarray(given, dtype=np.float64)
         if pairs.shape != (len(numbers), 2):
             pairs = np.broadcast_to(pairs, (len(numbers), 2))
     except (TypeError, ValueError, OverflowError):
         pairs = np.full((len(numbers), 2), np.nan)
-    vx, vy = pairs[:, 0], pairs[:, 1]
-    speed = float(np.hypot(vx, vy).max(initial=0.0))
-    if not math.isfinite(speed) and not np.isfinite(pairs).all():
-        if isinstance(velocities, Sequence) and len(velocities) == 1 == len(numbers):
-            raise ValueError(f"a velocity is two finite numbers; found {shown(velocities[0])}")
+    if not np.isfinite(pairs).all():
+        article = "an" if what == "acceleration" else "a"
+        if isinstance(given, Sequence) and len(given) == 1 == len(numbers):
+            raise ValueError(f"{article} {what} is two finite numbers; found {shown(given[0])}")
         expected = f"expected one, or one for each of the {len(numbers)} bodies, (n, 2)"
-        raise ValueError(f"a velocity is two finite numbers; {expected}; found {shown(velocities)}")
-    rows = engine.command_rows(TURNED, len(numbers))
-    rows["mass"] = engine.k.mass.take(_slots_of(engine, numbers))
-    rows["body"] = numbers
-    rows["vx"], rows["vy"] = vx, vy
-    _check_speed(engine, speed, engine.bounds.smallest)
-    return rows
+        raise ValueError(f"{article} {what} is two finite numbers; {expected}; found {shown(given)}")
+    return numbers, pairs
 
 
 def _slots_of(engine: Engine, numbers: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
@@ -256,8 +293,8 @@ def read_insertion(engine: Engine, insertion: Insert) -> tuple[Rows, tuple[Shape
         raise _cannot_come(composition.gapless)
     if kind not in scene.kinds:
         raise _cannot_come(no_kind(kind, scene.kinds))
-    if scene.falls and (immovable or (isinstance(shape, Shape) and not shape.is_disc)):
-        raise _cannot_come("with gravity bodies are discs of finite mass")
+    if scene.bent and isinstance(shape, Shape) and not shape.is_disc:
+        raise _cannot_come("where bodies are accelerated they are discs")
     if immovable and composition.rules is None:
         raise _cannot_come(
             "its mass is infinite, and this run is not made for bodies that nothing can move; give the scene "
@@ -281,8 +318,7 @@ def read_insertion(engine: Engine, insertion: Insert) -> tuple[Rows, tuple[Shape
         found = (f"{where.removeprefix('.')} is {what}, expected {right}" for where, what, right in mistakes)
         raise _cannot_come("; ".join(found))
     (insertion,) = cast("list[Insert]", numbered([insertion], 0))
-    if scene.falls:
-        _demand_falling(scene, insertion.position, insertion.velocity, insertion.radius)
+    _demand_pull(engine, insertion)
     _check_speed(engine, math.hypot(*insertion.velocity), min(engine.bounds.smallest, insertion.radius))
     rows = np.array([row_of(insertion, scene, tick=engine.now, after=engine.met_now)], ROWS)
     own = insertion.shape
@@ -293,11 +329,33 @@ def _cannot_come(why: str) -> ValueError:
     return ValueError(f"this body cannot come: {why}")
 
 
-def _demand_falling(scene: Scene, place: Any, velocity: Any, radius: float) -> None:
-    """Raises ValueError for a body that would rest on a wall by gravity."""
-    extent = Extent(scene.arena or (0.0, 0.0), scene.periodic, False, scene.gravity)
-    for mistake in check_support("", place, velocity, radius, extent):
-        raise _cannot_come(f"it is {mistake.found}, expected {mistake.expected}")
+def _unfit_pull(scene: Scene, pull: Sequence[float]) -> str:
+    """Returns what is expected in the place of an acceleration that is too large; "" if it is not."""
+    within = all(abs(each) <= most for each, most in zip(pull, scene.pull, strict=True))
+    return "" if within else f"at most {shown(list(scene.pull))} in size, the largest of the scene"
+
+
+def _demand_pull(engine: Engine, new: Insert) -> None:
+    """Raises ValueError for an acceleration that this run is not made for, and for a body that would rest on
+    a wall by it."""
+    scene, pull = engine.scene, pull_of(new, engine.scene.gravity)
+    if not scene.bent and any(pull):
+        raise _cannot_come(
+            "it is accelerated, and this run is made for bodies that fly straight: give the scene gravity, "
+            "or a body an acceleration"
+        )
+    if wrong := _unfit_pull(scene, pull):
+        raise _cannot_come(f"its acceleration is {shown(list(pull))}, expected {wrong}")
+    usual = tuple(scene.acceleration[0].tolist()) if len(scene) else scene.gravity
+    if scene.bent and scene.uniform and pull != usual:
+        only = shown(list(usual))
+        raise _cannot_come(
+            f"its acceleration is {shown(list(pull))}, and this run is made for bodies of {only} alone: give "
+            "the scene a body of another one"
+        )
+    if scene.bent and scene.arena is not None:
+        for mistake in check_support("", new.position, new.velocity, new.radius, pull, scene.arena):
+            raise _cannot_come(f"it is {mistake.found}, expected {mistake.expected}")
 
 
 def read_insertions(
@@ -342,8 +400,8 @@ def read_insertions(
     fine = (np.abs(places) <= size).all(axis=1) & (np.abs(flies) <= LARGEST).all(axis=1)
     for at in np.flatnonzero(~fine).tolist():
         read(at)
-    for at in np.flatnonzero((flies == 0.0).any(axis=1)).tolist() if engine.scene.falls else ():
-        _demand_falling(engine.scene, places[at], flies[at], float(rows["radius"][at]))
+    for at in np.flatnonzero((flies == 0.0).any(axis=1)).tolist() if engine.scene.bent else ():
+        read(at)
     fastest = int(np.hypot(rows["vx"], rows["vy"]).argmax())
     smallest = min(engine.bounds.smallest, float(rows["radius"].min()))
     _check_speed(engine, math.hypot(*flies[fastest].tolist()), smallest)

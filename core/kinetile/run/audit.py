@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
+from kinetile.kernel.chords import as_seen
 from kinetile.kernel.compiled import compose, disowned, packed, to_be_filled_in
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import SOON, rank
@@ -26,6 +27,7 @@ from kinetile.kernel.passings import PASS, is_passing
 from kinetile.kernel.plan import Plan, positions_after, velocities_after
 from kinetile.kernel.skin import box_gaps, reaches_of
 from kinetile.kernel.tables import (
+    CHORD,
     GUESS,
     NEVER,
     NOBODY,
@@ -33,6 +35,7 @@ from kinetile.kernel.tables import (
     PAIR,
     PARTING,
     SPARE,
+    STRUCTURAL,
     WALL,
     Kernel,
     Records,
@@ -98,11 +101,13 @@ def of_entries(k: Kernel) -> Iterator[str]:
     contact = np.where(queue.exact == 1, PAIR, GUESS)
     known = queue.wall != NOT_ASKED
     leave = k.traits.leave if len(k.traits) else np.full_like(queue.own, NEVER)
-    choices = np.stack([queue.own, queue.tick, np.where(known, queue.wall, NEVER), leave])
-    kinds = np.stack(
-        [np.zeros_like(contact), contact, np.full_like(contact, WALL), np.full_like(contact, PARTING)]
-    )
-    key = choices.min(axis=0)
+    choices: list[Any] = [queue.own, queue.tick, np.where(known, queue.wall, NEVER), leave]
+    constant: list[Any] = [STRUCTURAL, contact, WALL, PARTING]
+    if len(k.shadows):
+        choices.append(k.bodies.end)
+        constant.append(CHORD)
+    kinds = np.stack([np.broadcast_to(kind, contact.shape) for kind in constant])
+    key = np.min(choices, axis=0)
     kind = np.where(choices == key, kinds, PARTING + 1).min(axis=0)
     for body in np.flatnonzero(queue.key != key):
         filed, wanted = said_tick(queue.key[body]), said_tick(key[body])
@@ -310,7 +315,7 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
     for check in (of_calendar, of_entries, of_places, of_pair_set):
         yield from map(Complaint, check(k))
     if broad.audit is not None:
-        yield from (Complaint(f"{OWN}{text}") for text in broad.audit(k, broad.state))
+        yield from (Complaint(f"{OWN}{text}") for text in broad.audit(as_seen(k), broad.state))
     near = np.zeros((0, 2), dtype=np.int32)
     if composition.pair is not None:
         named = named_near(k, composition)
@@ -348,7 +353,10 @@ def _contact_times(k: Kernel, composition: Composition, near: Pairs) -> Iterator
     meetings, walls = _computed_again(k, composition, np.concatenate([near, expected]))
     yield from _of_walls(k, walls)
     yield from _of_partners(k, known, meetings[len(near) :])
-    yield from _of_near(k, near, meetings[: len(near)])
+    meetings = meetings[: len(near)]
+    if composition.mixed:  # bounds say nothing of what is after the end of a chord
+        meetings = np.where(meetings < k.bodies.end[near].min(axis=1, initial=NEVER), meetings, NEVER)
+    yield from _of_near(k, near, meetings)
 
 
 def _computed_again(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Integers, Integers]:
@@ -356,6 +364,7 @@ def _computed_again(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[
     pair, wall = composition.pair, composition.wall
     parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None}
     parts |= {"PASSING": composition.passing, "PERIODIC": bool(composition.prepared.periodic)}
+    parts |= {"BENT": composition.prepared.bent, "MIXED": composition.mixed}
     parts |= composition.of_shapes if composition.passing else {}
     if pair is not None:
         parts["meet"] = pair.meet
@@ -418,7 +427,7 @@ def _of_near(k: Kernel, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
 
 
 PAIRS = WALLS = PASSING = True
-PERIODIC = False
+PERIODIC = MIXED = False
 reach_wall = to_be_filled_in
 
 
@@ -435,7 +444,7 @@ def compute_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) 
         for pair in range(len(pairs)):
             a = pairs[pair, 0]
             b = pairs[pair, 1]
-            past = not PERIODIC and bodies[a].last == b and bodies[b].last == a
+            past = not (PERIODIC or MIXED) and bodies[a].last == b and bodies[b].last == a
             if PASSING and not PERIODIC:
                 past = past or is_passing(k, a, b, 0, 0)
             if not past:

@@ -5,7 +5,6 @@ read-only tables, and every shape that it returns is checked."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import PhaseError
+from kinetile.kernel.chords import as_seen
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
-from kinetile.kernel.falling import shift_now
 from kinetile.kernel.tables import NEVER, Kernel, is_there, read_only
 from kinetile.plugin.calling import calling, described
 from kinetile.plugin.drawing import (
@@ -88,10 +87,10 @@ def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]
     if parts.draw is None:
         return ()
     with calling("broad phase", name, "draw"):
-        items = list(parts.draw(read_only(k), read_only(parts.state)))
+        items = list(parts.draw(read_only(as_seen(k)), read_only(parts.state)))
     numbers, images = np.asarray(k.queue["number"]).tolist(), np.asarray(k.images)
     taken_off = (images["kx"].tolist(), images["ky"].tolist()) if len(images) else None
-    return tuple(map(_Reader(name, numbers, clock, taken_off, shift_now(k)[:2].tolist()).read, items))
+    return tuple(map(_Reader(name, numbers, clock, taken_off).read, items))
 
 
 @dataclass
@@ -103,8 +102,6 @@ class _Reader:
     clock: Clock
     taken_off: tuple[list[int], list[int]] | None
     """How many periods were taken off the body in each slot, along x and y; None: no axis is periodic."""
-    shift: Sequence[float]
-    """Where the origin of the frame is in the room: what is fixed in it moves from event to event."""
 
     def _wrong(self, text: str) -> PhaseError:
         return PhaseError(f"{described('broad phase', self.phase)}: draw returned {text}")
@@ -140,7 +137,7 @@ class _Reader:
             wanted = "expected a finite number or At(slot, ...)"
             raise self._wrong(f"{item!r}, and {value!r} is no coordinate; {wanted}")
         if not isinstance(value, At):
-            return float(at) + self.shift[axis]
+            return float(at)
         number = self._body(item, value.body)
         if self.taken_off is not None:
             return At(number, float(at), int(turns) - self.taken_off[axis][value.body])

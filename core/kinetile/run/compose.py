@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Any, TypeVar, cast
 
 from kinetile.errors import BadOption, KinetileError, PhaseError, Refused, TooThick, key_of
+from kinetile.kernel.chords import seeing
 from kinetile.kernel.compiled import compose, is_checked, python_of
 from kinetile.kernel.loop import idle
 from kinetile.kernel.loop.ahead import LARGE
@@ -20,6 +21,7 @@ from kinetile.kernel.loop.commands import find_blockers, run_one_command
 from kinetile.kernel.loop.loop import advance
 from kinetile.kernel.loop.responses import MOST_RESPONSES
 from kinetile.kernel.passings import PASS as PASSES
+from kinetile.kernel.plan import LEAST_SPAN, shortest
 from kinetile.kernel.skin import too_thick
 from kinetile.kernel.tables import RULE, Kernel, Records, record_table
 from kinetile.plugin.calling import calling, described
@@ -36,12 +38,15 @@ from kinetile.plugin.protocols import (
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
 from kinetile.run.pair_phases import NotTaken, pair_parts, spec_of, who_takes
-from kinetile.scene import Insert, Response, Scene, Turn, are_alike
+from kinetile.scene import Accelerate, Insert, Response, Scene, Turn, are_alike
 from kinetile.scene.checks import shown
 from kinetile.scene.responses import ELASTIC, PASS
-from kinetile.toolbox.reach import skin_at_start
+from kinetile.toolbox.reach import margin_of, skin_at_start
 
 BUILT_IN = (ELASTIC, PASS)
+
+PHASE_HOOKS = ("build", "repair", "replan", "near", "soon", "enter", "leave")
+"""The hooks of a broad phase."""
 
 P = TypeVar("P", bound=Parts)
 Options = Mapping[str, Any]
@@ -129,10 +134,6 @@ def _parts(response: Response, scene: Scene) -> ResponseParts:
     if parts.respond is None and response.name not in BUILT_IN:
         label = described("response", response.name)
         raise PhaseError(f"{label}: its parts have no respond; expected a function marked with toolbox.hook")
-    if scene.falls and not parts.falling:
-        label = described("response", response.name)
-        message = "does not know velocities of a frame that falls (falling=True), and this scene has gravity"
-        raise Refused(f"{label} {message}")
     return parts
 
 
@@ -169,7 +170,7 @@ class Commands(IntEnum):
     @classmethod
     def of(cls, scene: Scene) -> Commands:
         """Returns which commands a scene has."""
-        if all(isinstance(command, Turn) for command in scene.commands):
+        if all(isinstance(command, Turn | Accelerate) for command in scene.commands):
             return cls.TURNS if scene.commands else cls.NONE
         return cls.ALL
 
@@ -204,6 +205,11 @@ class Composition:
         return self.rules is not None and self.rules.passing and self.pair is not None
 
     @property
+    def mixed(self) -> bool:
+        """Whether bodies have different accelerations, so that two that have met may meet again."""
+        return self.prepared.bent and not self.prepared.uniform
+
+    @property
     def of_shapes(self) -> dict[str, Any]:
         """The values for templates that insert bodies of shapes, or let them pass; none without gaps."""
         gap = self.pair.gap if self.prepared.shapes and self.pair is not None else None
@@ -233,9 +239,7 @@ class Composition:
         """``find_blockers`` for this scene."""
         walls = self.wall is not None and self.prepared.arena is not None
         rules = {"PASSING": self.passing, "PERIODIC": bool(self.prepared.periodic), **self.of_shapes}
-        return compose(
-            find_blockers, {"WALLS": walls, "FALLING": self.prepared.falls, **rules}, "room", Kernel
-        )
+        return compose(find_blockers, {"WALLS": walls, **rules}, "room", Kernel)
 
     def _parts(self, commands: Commands) -> dict[str, Any]:
         """Returns the values for the loop's templates."""
@@ -254,7 +258,8 @@ class Composition:
             "RULES": self.rules is not None,
             "PASSING": self.passing,
             "PERIODIC": bool(self.prepared.periodic),
-            "FALLING": self.prepared.falls,
+            "BENT": self.prepared.bent,
+            "MIXED": self.mixed,
         }
         if self.prepared.shapes and (commands == Commands.ALL or self.passing):
             parts |= self.of_shapes
@@ -272,7 +277,10 @@ class Composition:
             parts |= {"reach_wall": self.wall.reach_wall, "bounce": self.wall.bounce}
             if self.wall.inside is not None:
                 parts["inside"] = self.wall.inside
-        return {name: checked(name, part) if is_checked(part) else part for name, part in parts.items()}
+        parts = {name: checked(name, part) if is_checked(part) else part for name, part in parts.items()}
+        if self.prepared.bent:
+            parts |= {name: seeing(name, parts[name]) for name in PHASE_HOOKS if name in parts}
+        return parts
 
     def prepared_for(self, scene: Scene) -> Composition:
         """Returns the same phases, prepared for another scene; Refused if one does not accept it."""
@@ -390,20 +398,22 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -
     wall = next((parts for parts in given.values() if isinstance(parts, WallParts)), None)
     if scene.periodic:
         _demand_periodic(scene, (name, broad), given)
-    if scene.falls and not (wall is not None and wall.falling):
-        raise Refused(
-            f"of {', '.join(narrow) or 'no narrow phases'} none knows how bodies fall on walls "
-            "(falling=True), and this scene has gravity: wall does"
-        )
+    if scene.bent:
+        _demand_bent(given, wall)
     walled = scene.arena is not None and wall is not None
     if broad.walled and not walled:
         lacks = "this scene has no arena" if scene.arena is None else "no narrow phase for walls is named"
         raise _BroadPhaseRefuses(f"{name} is right only while walls keep bodies in an arena, and {lacks}")
     if broad.skin_limit is not None:
         slots = scene.capacity if broad.enter is not None else len(scene)
-        skin = skin_at_start(scene, walled, slots)
+        skin = skin_at_start(scene, walled, slots, broad.skin_limit)
         if skin.delta > broad.skin_limit:
             raise too_thick(name, skin.delta, broad.skin_limit)
+        margin = margin_of(scene, broad.skin_limit)
+        if scene.bent and shortest(scene.pull, margin, scene.time_unit) < LEAST_SPAN:
+            raise _BroadPhaseRefuses(
+                f"{name} leaves the chords of accelerated bodies a margin of {margin:.3g}, too little for any"
+            )
     if broad.solid:
         _demand_solid(name, broad, given, pair, scene)
     rules = read_rules(scene, (name, broad), given)
@@ -411,6 +421,21 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -
     if scene.shapes and found.gapless and any(isinstance(each, Insert) for each in scene.commands):
         raise Refused(f"no body is inserted into this scene of shapes: {found.gapless}")
     return found
+
+
+def _demand_bent(narrow: Mapping[str, PairParts | WallParts], wall: WallParts | None) -> None:
+    """Raises Refused if a narrow phase does not know flight plans with an acceleration."""
+    for name, parts in narrow.items():
+        if not parts.bent:
+            label = described("narrow phase", name)
+            raise Refused(
+                f"{label} does not know accelerations (bent=True), and bodies of this scene have some"
+            )
+    if wall is None:
+        raise Refused(
+            f"of {', '.join(narrow) or 'no narrow phases'} none is for walls, and bodies of this scene are "
+            "accelerated: name wall"
+        )
 
 
 def _demand_periodic(

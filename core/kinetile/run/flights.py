@@ -58,3 +58,16 @@ class Flights:
         same = body[1:] == body[:-1]
         found[self.by_body[1:][same]] = self.by_body[:-1][same]
         return found
+
+    def accelerations(self, before: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Returns the accelerations (m, 2) in force from each flight on: those of the last row of its body
+        that gives one, or else those ``before``, (n, 2) by the numbers of bodies."""
+        order, rows = self.by_body, self.rows[self.row]
+        given = np.stack([rows["bx"], rows["by"]], axis=1)[order]
+        body, place = self.body[order], np.arange(len(order))
+        gives = (rows["b"][order] < 0) & ~np.isnan(given[:, 0])
+        last = np.maximum.accumulate(np.where(gives, place, -1))
+        own = last >= np.searchsorted(body, body)  # that of the same body
+        found = np.empty_like(given)
+        found[order] = np.where(own[:, None], given[last], before[body])
+        return found

@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 from kinetile.errors import no_attribute
 from kinetile.kernel.clock import TICKS
-from kinetile.kernel.falling import places_now, velocities_now
+from kinetile.kernel.flight import plans_now, positions_now
+from kinetile.kernel.plan import BentPlan, velocities_after
 from kinetile.run.engine.engine import Engine
 from kinetile.scene import Scene
 from kinetile.scene.bodies import in_box
@@ -55,14 +56,15 @@ class Moment:
         return self._engine.numbers
 
     def positions(self) -> npt.NDArray[np.float64]:
-        """Returns the positions now, (n, 2), as in ``bodies``; on a periodic axis within a period."""
-        return in_box(places_now(self._engine.k, self._engine.taken), self.scene.periods)
+        """Returns the positions now, (n, 2), in the order of ``bodies``; along a periodic axis from 0 to less
+        than the period."""
+        return in_box(positions_now(self._engine.k, self._engine.taken), self.scene.periods)
 
     def unwrapped(self) -> npt.NDArray[np.float64]:
         """Returns the positions now, (n, 2), as if no axis were periodic: each body's first position and all
         that it has flown. In a scene without a periodic axis that is ``positions``."""
         engine = self._engine
-        places = places_now(engine.k, engine.taken)
+        places = positions_now(engine.k, engine.taken)
         if self.scene.periodic:
             image = engine.k.images.view(np.ndarray)[engine.taken]
             places += np.column_stack([image["kx"], image["ky"]]) * np.array(self.scene.periods)
@@ -70,7 +72,14 @@ class Moment:
 
     def velocities(self) -> npt.NDArray[np.float64]:
         """Returns the velocities now, (n, 2), in the order of ``bodies``."""
-        return velocities_now(self._engine.k, self._engine.taken)
+        return velocities_after(*plans_now(self._engine.k, self._engine.taken))
+
+    def accelerations(self) -> npt.NDArray[np.float64]:
+        """Returns the accelerations, (n, 2), in the order of ``bodies``."""
+        plans = plans_now(self._engine.k, self._engine.taken)[0]
+        if isinstance(plans, BentPlan):
+            return np.stack([plans.ax, plans.ay], axis=-1)
+        return np.zeros((len(self.bodies), 2))
 
     def radii(self) -> npt.NDArray[np.float64]:
         """Returns the radii, (n,), in the order of ``bodies``."""

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import BadOption, PhaseError, Refused
-from kinetile.kernel.falling import shift_at
+from kinetile.kernel.clock import TICKS
 from kinetile.kernel.log import INSERTED, TURNED
 from kinetile.plugin.calling import calling, described
 from kinetile.plugin.choices import read_phase
@@ -406,11 +406,10 @@ class _Plans:
     def __init__(self, moment: Moment) -> None:
         self._moment = moment
         self._velocity, self._mass = np.zeros((0, 2)), np.zeros(0)
+        self._since, self._acceleration = np.zeros((0, 2), np.int64), np.zeros((0, 2))
         self._take_in(moment.bodies)
-        velocities = moment.velocities()
-        if moment.scene.falls:
-            velocities -= shift_at(moment.scene, *map(np.array, moment.exact_time))[2:]
-        self._velocity[moment.bodies] = velocities
+        self._velocity[moment.bodies] = moment.velocities()
+        self._since[moment.bodies] = moment.exact_time
 
     def _take_in(self, coming: npt.NDArray[Any]) -> None:
         """Makes room for bodies, and reads the masses of all that are present."""
@@ -419,7 +418,11 @@ class _Plans:
         if more > 0:
             self._mass = np.pad(self._mass, (0, more), constant_values=math.nan)
             self._velocity = np.pad(self._velocity, ((0, more), (0, 0)), constant_values=math.nan)
+            self._since = np.pad(self._since, ((0, more), (0, 0)))
+            self._acceleration = np.pad(self._acceleration, ((0, more), (0, 0)), constant_values=math.nan)
         self._mass[present] = self._moment.masses()
+        new = np.isnan(self._acceleration[present, 0])
+        self._acceleration[present[new]] = self._moment.accelerations()[new]
 
     def collisions(self, rows: npt.NDArray[np.void]) -> Collisions:
         """Returns the contacts among the rows of a chunk, and keeps the last velocity of each body."""
@@ -429,16 +432,20 @@ class _Plans:
         order = flights.by_body  # so that each follows the one before it
         body, flies = flights.body[order], flights.value("vx", "vy", which=order)
         first = np.append(True, body[1:] != body[:-1])[: len(body)]
-        scene, shift = self._moment.scene, np.zeros(())
-        if scene.falls:  # velocities of the frame, which all bodies have new rows in when it changes
-            shift = shift_at(scene, rows["epoch"], rows["tick"])[flights.row[order], 2:]
-        flies = flies - shift
         last, flew = np.roll(first, -1), np.roll(flies, 1, axis=0)
         flew[first] = self._velocity[body[first]]
         self._velocity[body[last]] = flies[last]
+        if self._moment.scene.bent:
+            now = np.stack([rows["epoch"], rows["tick"]], axis=1)[flights.row[order]]
+            since = np.roll(now, 1, axis=0)
+            since[first] = self._since[body[first]]
+            elapsed = (now - since) @ [TICKS, 1] * (self._moment.scene.time_unit / TICKS)
+            pull = flights.accelerations(self._acceleration)[order]  # no contact changes it
+            flew = flew + pull * elapsed[:, None]
+            self._since[body[last]], self._acceleration[body[last]] = now[last], pull[last]
         before, after = (np.full((2 * len(rows), 2), math.nan) for _ in range(2))
         at = (2 * flights.row + flights.is_b)[order]
-        before[at], after[at] = flew + shift, flies + shift
+        before[at], after[at] = flew, flies
         before, after = before.reshape(-1, 2, 2)[kept], after.reshape(-1, 2, 2)[kept]
         bodies = np.stack([rows["a"], rows["b"]], axis=1)[kept]
         mass = self._mass[np.maximum(bodies, 0)][:, :, None]

@@ -52,6 +52,7 @@ def _columns(rows: Any, elapsed: Any, form: Any) -> dict[str, Any]:
     return {
         "position": positions_after(Plan.of(rows), elapsed),
         "velocity": velocities_after(Plan.of(rows), elapsed),
+        "acceleration": np.stack([rows["ax"], rows["ay"]], axis=-1),
         "radius": rows["radius"],
         "mass": rows["mass"],
         "kind_numbers": rows["kind"].astype(np.int64),

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from kinetile.kernel.falling import falls, places_now
+from kinetile.kernel.flight import plans_now, positions_now
+from kinetile.kernel.plan import BentPlan
 from kinetile.kernel.tables import COUNTS, Kernel
 from kinetile.run.engine.bounds import squares_of_bodies
 from kinetile.run.engine.engine import Engine
@@ -114,10 +115,12 @@ def readings_of(engine: Engine, start_energy: float) -> Readings:
 
 
 def energy(k: Kernel) -> float:
-    """Returns the kinetic energy of all movable bodies, summed exactly, with that of heights above (0, 0)."""
+    """Returns the kinetic energy of all movable bodies, summed exactly, and by accelerations that of their
+    heights, 0 in the corner (0, 0)."""
     found = 0.5 * squares_of_bodies(k)
-    if falls(k):
-        there = np.flatnonzero(k.queue.number >= 0)
-        pull = np.array([k.clock[0].fall.x, k.clock[0].fall.y])
-        found -= math.fsum((k.mass[there] * (places_now(k, there) @ pull)).tolist())
+    there = np.flatnonzero((k.queue.number >= 0) & np.isfinite(k.mass))
+    plans = plans_now(k, there)[0]
+    if isinstance(plans, BentPlan):
+        x, y = positions_now(k, there).T
+        found -= math.fsum((k.mass[there] * (x * plans.ax + y * plans.ay)).tolist())
     return found

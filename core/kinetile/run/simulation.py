@@ -18,13 +18,13 @@ from kinetile.explanation import Modelled, explanation
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.images import FORESEEN
-from kinetile.kernel.log import INSERTED, REMOVED, TURNED, WALLS
+from kinetile.kernel.log import ACCELERATED, INSERTED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import idle
 from kinetile.kernel.tables import NOBODY, Kernel, read_only
 from kinetile.plugin.choices import called
 from kinetile.plugin.drawing import Item
 from kinetile.run import arguments
-from kinetile.run.advance import End, Event, advance, advance_one, is_beyond_frame, next_event
+from kinetile.run.advance import End, Event, advance, advance_one, next_event
 from kinetile.run.arguments import StopAt
 from kinetile.run.candidates import by_number, candidates, drawn, named_near
 from kinetile.run.compose import Commands, Composition, Named, compose_phases
@@ -40,7 +40,7 @@ from kinetile.run.questions.places import Query, RayHit
 from kinetile.run.readings import Readings, energy, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
 from kinetile.run.saving.snapshot import Snapshot, resumed, take
-from kinetile.scene import Insert, Scene, Turn, relabelled
+from kinetile.scene import Accelerate, Insert, Scene, Turn, relabelled
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
@@ -115,7 +115,7 @@ class Simulation(Moment):
             audit = arguments.read_count(audit, "audit", "contacts", 1)
         if room is not None:
             room = max(arguments.read_count(room, "room"), len(scene))
-        lives = live or any(not isinstance(command, Turn) for command in scene.commands)
+        lives = live or any(not isinstance(command, Turn | Accelerate) for command in scene.commands)
         prepared = Prepared.of(scene, room) if lives else scene
         composition = compose_phases(prepared, broad_phase, narrow_phases, options)
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
@@ -330,9 +330,6 @@ class Simulation(Moment):
         BusyError during a chunk of a run: to look ahead, the loop computes the first contact."""
         with self._alone("look ahead"):
             event = next_event(self._engine)
-            if self.scene.falls and is_beyond_frame(self._engine, event) and len(self.bodies):
-                ahead = simulation_of(self.snapshot())  # it follows from the plans of a next frame
-                return ahead.step()
             if event is not None and event.kind == "wall" and event.wall is None:
                 wall = meetings.wall_of(self._query(), self._slot_of(event.bodies[0]))[1]
                 event = event._replace(wall=WALLS[wall])
@@ -363,6 +360,27 @@ class Simulation(Moment):
         with self._alone("turn a body"):
             self._engine.carry_out(TURNED, arguments.read_turns(self._engine, bodies, velocities))
 
+    def set_acceleration(self, body: int, acceleration: Numbers) -> None:
+        """As ``set_accelerations``, for one body."""
+        self.set_accelerations([body], np.asarray(acceleration)[None])
+
+    @answering
+    def set_accelerations(self, bodies: npt.ArrayLike, accelerations: npt.ArrayLike) -> None:
+        """Gives bodies other accelerations from now on, in the order given: (n,) their numbers, and (n, 2)
+        accelerations or one for all.
+
+        A run is made for them if the scene has bodies of several accelerations, or plans an ``Accelerate``;
+        none may be larger, along x or y, than the largest of the scene (``Scene.pull``). A refused call
+        leaves everything unchanged.
+
+        Raises:
+            IndexError, BusyError: as ``set_velocities``.
+            ValueError: an acceleration is not two such numbers, or this run is not made for it.
+        """
+        with self._alone("accelerate a body"):
+            rows = arguments.read_accelerations(self._engine, bodies, accelerations)
+            self._engine.carry_out(ACCELERATED, rows)
+
     @answering
     def insert(
         self,
@@ -372,13 +390,15 @@ class Simulation(Moment):
         mass: float = 1.0,
         kind: Kind | None = None,
         shape: Shape | int | None = None,
+        acceleration: Numbers | None = None,
     ) -> int:
         """Inserts a disc now, or a body of a ``shape``, given as it is or by its number in the scene's table;
         returns its own number, which no other body of this run has or had. A refused call changes nothing.
 
         A shape that the scene's table does not list is added to it: the tables are made again, which takes
-        longer. It may touch others and the walls, and overlap those that it passes through. ``kind`` is by
-        default the scene's first.
+        longer. It may touch others and the walls, and overlap those that it passes through. ``kind`` is one
+        of the scene's, by default the first; ``acceleration`` is by default that of gravity. A refused call
+        leaves everything unchanged.
 
         Raises:
             Refused: it would reach into a body or beyond a wall (the error names it, with the depth), or
@@ -394,6 +414,7 @@ class Simulation(Moment):
         with self._alone("take a body in"):
             engine, size = self._engine, cast("float", radius)
             insertion = Insert(0.0, position, velocity, size, mass, kind=kind, shape=shape)
+            insertion = insertion._replace(acceleration=acceleration)
             rows, new = arguments.read_insertion(engine, insertion)
             engine.carry_out(INSERTED, rows, new)
         return int(rows["body"][0])
@@ -407,17 +428,26 @@ class Simulation(Moment):
         mass: npt.ArrayLike = 1.0,
         kind: Kind | Sequence[Kind] | None = None,
         shape: Shape | int | Sequence[Shape | int] | None = None,
+        acceleration: Numbers | None = None,
     ) -> Inserted:
         """Inserts bodies now, one after the other, as ``insert`` does: those that have room.
 
-        (n, 2) positions; velocities, (n, 2), or one for all; the others one for all, or a sequence of n. A
-        body without room, perhaps because of a body of this call, is left out, and ``Inserted`` says why. The
-        structure of a broad phase is built again once at most. A call that raises leaves everything
-        unchanged; it raises as ``insert``, and a ValueError names the body by its place in the call.
+        (n, 2) positions; velocities, (n, 2), or one for all; one ``acceleration`` for all; the others one for
+        all, or a sequence of n. A body without room is left out, and ``Inserted`` says why; it may have none
+        because of a body of this call. The structure of a broad phase is built again once at most. A call
+        that raises leaves everything unchanged.
+
+        Raises:
+            ValueError: a scene would refuse a number, or a speed is too fast for the clock; it names the
+                body by its place in the call.
+            Refused: the broad phase does not accept a scene with them.
+            TypeError: there is neither radius nor shape.
+            BusyError: as ``set_velocities``.
         """
         if radius is None and shape is None:
             raise TypeError("insert_many() needs the radius of the bodies that come, or their shapes")
-        each = {"radius": radius, "mass": mass, "kind": kind, "shape": shape}
+        pulls = [acceleration] * len(np.atleast_2d(positions)) if acceleration is not None else None
+        each = {"radius": radius, "mass": mass, "kind": kind, "shape": shape, "acceleration": pulls}
         with self._alone("take bodies in"):
             engine, reasons = self._engine, dict[int, Exception]()
             rows, new = arguments.read_insertions(engine, positions, velocities, each)
@@ -540,11 +570,18 @@ class Simulation(Moment):
         """Returns when two bodies meet by their present flight plans, the future row of ``contacts``, to the
         tick; None if they do not. Raises ValueError if they are one body.
 
-        Walls and third bodies are ignored. A pair that has just met does not meet again until one of the two
-        has a new plan. For two that are passing through each other it is the row of the end, with a > b. With
-        gravity plans end with a frame, ``Scene.frame`` ticks: an answer beyond it may be some ticks off, here
-        and of the next two questions. With ``scheduled`` there is an answer only without interference: if by
-        the present plans it is the first contact of either body, walls included, and no command is before it.
+        Walls and third bodies are ignored: this is what happens without interference. The answer
+        is the future row of ``contacts``, to the tick. A pair that has just met does not meet
+        again until one of the two has a new plan. For two that are passing through each other
+        it is the row of the end, with a > b.
+
+        Args:
+            a: a body.
+            b: another.
+            scheduled: only without interference: by the present plans it is the first contact of either
+                body, walls included, and no command changes one of them before.
+
+        Raises ValueError if a and b are one body.
         """
         one, other = self._slot_of(a), self._slot_of(b)
         if one == other:

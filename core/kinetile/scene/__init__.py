@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from kinetile.scene.commands import Accelerate as Accelerate
 from kinetile.scene.commands import Command as Command
 from kinetile.scene.commands import Insert as Insert
 from kinetile.scene.commands import Remove as Remove

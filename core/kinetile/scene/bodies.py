@@ -125,6 +125,33 @@ def _first_rounded(array: npt.NDArray[Any], floats: Floats) -> str | None:
     return None
 
 
+FIXED = "none: nothing moves a body of infinite mass"
+
+
+def read_accelerations(given: Any, bodies: Bodies, unread: Bools | None, mistakes: list[Mistake]) -> Floats:
+    """Returns (n, 2) the accelerations that bodies have of their own, NaN for those without one; a row of NaN
+    is given for none. Reports what is no acceleration; ``unread`` has been reported."""
+    found = np.full((len(bodies), 2), math.nan)
+    array, wrong = _numbers(given)
+    own = 0 if array is None or array.ndim != 2 else len(array)
+    if array is None:
+        mistakes.append(Mistake("acceleration", *wrong))
+    elif array.shape not in ((2,), (own, 2)) or own > len(bodies):
+        right = "an array of shape (n, 2), a row for each body, or (2,), one for all"
+        mistakes.append(Mistake("acceleration", f"an array of shape {array.shape}", right))
+    elif own:
+        found[:own] = array
+    else:
+        found[np.isfinite(bodies.mass)] = array
+    value, none = VALUES["acceleration"], np.isnan(found).all(axis=1)
+    odd = np.array([bool(value.expected(each)) for each in found.tolist()], dtype=np.bool_) & ~none
+    mistakes += _spell_out(odd if unread is None else odd & ~unread, "acceleration", found, value.expected)
+    fixed = ~odd & ~none & np.isinf(bodies.mass) & found.any(axis=1)
+    mistakes += _spell_out(fixed, "acceleration", found, FIXED)
+    found[odd] = math.nan
+    return found
+
+
 _ENOUGH_CHUNKS = 8  # chunks in which overlaps are still counted once there are more than LIMIT
 
 COLUMNS = ("position", "velocity", "radius", "mass")

@@ -140,12 +140,13 @@ def shown(value: object, width: int = 60) -> str:
 
 
 class Extent(NamedTuple):
-    """An arena, (width, height), its periodic axes as in a scene, whether walls hold bodies, and gravity."""
+    """An arena, (width, height), its periodic axes, "", "x", "y" or "xy", whether bodies have to be within
+    its walls, and the largest accelerations along x and y of any body."""
 
     sides: tuple[float, float]
     periodic: str
     walled: bool = True
-    gravity: tuple[float, float] = (0.0, 0.0)
+    pull: tuple[float, float] = (0.0, 0.0)
 
     @property
     def periods(self) -> tuple[float, float]:

@@ -44,7 +44,8 @@ class Turn(NamedTuple):
 class Insert(NamedTuple):
     """An insertion at ``time``, of a disc of some ``radius`` or of a ``shape``, which may be given by its
     number in the scene's table; ``body`` is its number, -1 before it has one; ``kind`` is by default the
-    scene's first. In a scene with shapes it has a shape, and the radius of the circle that holds it."""
+    scene's first, and ``acceleration`` that of gravity. In a scene with shapes it has a shape, and the radius
+    of the circle that holds it."""
 
     time: float
     position: Numbers
@@ -55,6 +56,7 @@ class Insert(NamedTuple):
     at: tuple[int, int, int] | None = None
     kind: str | int | None = None
     shape: Shape | int | None = None
+    acceleration: Numbers | None = None
 
 
 @constructed
@@ -66,7 +68,17 @@ class Remove(NamedTuple):
     at: tuple[int, int, int] | None = None
 
 
-Command: TypeAlias = Turn | Insert | Remove
+@constructed
+class Accelerate(NamedTuple):
+    """A change of one body's flight plan: from ``time`` on it has this ``acceleration``."""
+
+    body: int
+    time: float
+    acceleration: Numbers
+    at: tuple[int, int, int] | None = None
+
+
+Command: TypeAlias = Turn | Insert | Remove | Accelerate
 
 _SHAPES = "a list of shapes to count in, shapes=[...] or [[shapes]]"
 
@@ -100,7 +112,7 @@ def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None
 
 def counted(commands: Iterable[Command]) -> str:
     """Returns how many commands of each kind there are, in words; "none" if there are none."""
-    words = {Turn: "turn", Insert: "insertion", Remove: "removal"}
+    words = {Turn: "turn", Accelerate: "acceleration", Insert: "insertion", Remove: "removal"}
     counts = Counter(words[type(command)] for command in commands)
     found = ((word, counts[word]) for word in words.values() if counts[word])
     return ", ".join(f"{count:,} {word}{'s' * (count > 1)}" for word, count in found) or "none"
@@ -108,7 +120,7 @@ def counted(commands: Iterable[Command]) -> str:
 
 def speeds(commands: Iterable[Command]) -> list[float]:
     """Returns the squares of the speeds that commands give to bodies."""
-    given = (command.velocity for command in commands if not isinstance(command, Remove))
+    given = (command.velocity for command in commands if isinstance(command, Turn | Insert))
     return [vx * vx + vy * vy for vx, vy in given]
 
 
@@ -146,7 +158,8 @@ def with_shape(command: Any, shape: Shape | None, shaped: bool) -> Any:
 def check_command(command: Any, where: str, start: float | None, extent: Extent | None) -> list[Mistake]:
     """Checks one command by itself; ``start`` and ``extent``, of the arena, are None if there are none."""
     if not isinstance(command, Command):
-        expected = "kinetile.Insert(...), kinetile.Remove(...) or kinetile.Turn(...)"
+        kinds = ("Accelerate(...)", "Insert(...)", "Remove(...)")
+        expected = f"{', '.join(f'kinetile.{each}' for each in kinds)} or kinetile.Turn(...)"
         return [Mistake(where, shown(command), expected)]
     mistakes = []
     for name, (field, value) in values_of(command).items():

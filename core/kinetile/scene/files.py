@@ -21,7 +21,7 @@ from kinetile.kernel.clock import Clock
 from kinetile.plugin.specs import Kind as PluginKind
 from kinetile.scene.by_name import accepted_parameters, known_options, make_scene, parameter_mistakes
 from kinetile.scene.checks import abridged, check_name, option_mistakes, shown
-from kinetile.scene.commands import Command, Insert, Remove, Turn
+from kinetile.scene.commands import Accelerate, Command, Insert, Remove, Turn
 from kinetile.scene.frame import check_frame
 from kinetile.scene.reader import FilePlaces, Given
 from kinetile.scene.responses import Response, Rule
@@ -83,7 +83,7 @@ def dumps_scene(scene: Scene) -> str:
     head = {
         "arena": scene.arena,
         "periodic": scene.periodic or None,
-        "gravity": scene.gravity if scene.falls else None,
+        "gravity": scene.gravity if any(scene.gravity) else None,
         "unit": scene.unit,
         "start": scene.start if repr(scene.start) != "0.0" else None,
         "until": settings.until,
@@ -105,6 +105,7 @@ def dumps_scene(scene: Scene) -> str:
     turns: dict[int, list[Turn]] = {}
     for turn in () if commands else scene.turns:
         turns.setdefault(turn.body, []).append(turn)
+    own = scene.own_acceleration
     columns = [column.tolist() for column in (scene.position, scene.velocity, scene.radius, scene.mass)]
     for body, (position, velocity, radius, mass) in enumerate(zip(*columns, strict=True)):
         lines += ["", "[[bodies]]", f"position = {_toml(position)}", f"velocity = {_toml(velocity)}"]
@@ -114,6 +115,8 @@ def dumps_scene(scene: Scene) -> str:
             lines.append(f"mass = {_toml(mass)}")
         if scene.kinds != (0,):
             lines.append(f"kind = {_toml(scene.kind[body])}")
+        if own is not None and not np.isnan(own[body]).any():
+            lines.append(f"acceleration = {_toml(own[body].tolist())}")
         for turn in turns.get(body, ()):
             lines += ["", "[[bodies.turns]]", f"time = {_toml(turn.time)}"]
             lines.append(f"velocity = {_toml(turn.velocity)}")
@@ -320,9 +323,12 @@ class _File:
         """Returns the arrays of the bodies, and of each the values that are unreadable: they are NaN."""
         columns: dict[str, Any] = {}
         unread: dict[str, Bools] = {}
+        none = (np.nan, np.nan)
         defaults = {"position": None, "velocity": (0.0, 0.0), "radius": None, "mass": 1.0}
+        if any("acceleration" in row for _, row in self._whole(rows)):
+            defaults["acceleration"] = none
         for key, default in defaults.items():
-            blank: Any = (np.nan, np.nan) if key in ("position", "velocity") else np.nan
+            blank: Any = np.nan if key in ("radius", "mass") else none
             bad = [bool({("bodies", i), ("bodies", i, key)} & self.faults) for i in range(len(rows))]
             values = [blank if bad[i] else row.get(key, default) for i, row in enumerate(rows)]
             unread[key] = np.array(bad, dtype=np.bool_)
@@ -383,11 +389,8 @@ class _File:
             if len(given) != 1:
                 message = " and ".join(given) or "none of them"
                 self.mistakes.append(Mistake(where, message, f"one of {', '.join(_KINDS)}"))
-            elif ("velocity" in row) != (given == ["turn"]):
-                there = "velocity" in row
-                wanted = "none beside this: that of a new body is in insert" if there else "[vx, vy]"
-                wrong = Mistake(f"{where}.velocity", "a velocity" if there else "nothing", wanted)
-                self.mistakes.append(wrong)
+            elif wrong := _unfit(row, where, given[0]):
+                self.mistakes += wrong
             else:
                 found.append((where, _command(row)))
         return found
@@ -439,7 +442,22 @@ def _toml(value: Any, where: str = "") -> str:
     raise BadOption(f"{where} is {shown(value)}; expected a number, text, a list or a table to write to TOML")
 
 
-_KINDS: dict[str, Any] = {"turn": Turn, "insert": Insert, "remove": Remove}
+_KINDS: dict[str, Any] = {"turn": Turn, "accelerate": Accelerate, "insert": Insert, "remove": Remove}
+
+
+_FORMS = {"velocity": "[vx, vy]", "acceleration": "[ax, ay]"}
+
+
+def _unfit(row: Mapping[str, Any], where: str, given: str) -> list[Mistake]:
+    """Returns the mistakes of a command that has no velocity or acceleration, or one that is not its own."""
+    mistakes = []
+    for kind, key in (("turn", "velocity"), ("accelerate", "acceleration")):
+        there = key in row
+        if there != (given == kind):
+            wanted = "none beside this: that of a new body is in insert" if there else _FORMS[key]
+            article = "an" if key == "acceleration" else "a"
+            mistakes.append(Mistake(f"{where}.{key}", f"{article} {key}" if there else "nothing", wanted))
+    return mistakes
 
 
 def _command(row: Mapping[str, Any]) -> Command:

@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 from kinetile.errors import Mistake
-from kinetile.scene.checks import FARTHEST_START, RANGE, SMALLEST, Extent, is_finite, shown
+from kinetile.scene.checks import FARTHEST_START, Extent, is_finite, shown
 from kinetile.scene.values import VALUES
 
 
@@ -34,31 +34,28 @@ def check_periodic(periodic: object, arena: bool) -> list[Mistake]:
     return wrong
 
 
-def check_gravity(given: Any, extent: Extent | None) -> list[Mistake]:
-    """Checks the acceleration of all bodies, in an arena or without one."""
-    wrong = VALUES["gravity"].mistakes(given, "gravity")
-    if wrong:
-        return wrong
-    pulls = dict(zip("xy", (abs(float(each)) for each in given), strict=True))
+def check_pull(where: str, given: Any, extent: Extent | None) -> list[Mistake]:
+    """Checks that an acceleration ends at walls, in an arena or without one."""
+    pulls = dict(zip("xy", map(float, given), strict=True))
     along = [axis for axis, pull in pulls.items() if pull and extent and axis in extent.periodic]
     wanted = ""
-    if any(0.0 < pull < SMALLEST for pull in pulls.values()):
-        wanted = f"[gx, gy], each 0 or {RANGE} in size"
-    elif any(pulls.values()) and extent is None:
-        wanted = "an arena with it, or no gravity: without walls bodies fall for ever"
+    if any(pulls.values()) and extent is None:
+        wanted = "an arena with it, or none: without walls bodies fall for ever"
     elif along:
         wanted = f"none along {' and '.join(along)}, which is periodic: nothing stops a fall there"
-    return [Mistake("gravity", shown(list(given)), wanted)] if wanted else []
+    return [Mistake(where, shown(list(given)), wanted)] if wanted else []
 
 
-def check_support(where: str, place: Any, velocity: Any, radius: float, extent: Extent) -> list[Mistake]:
-    """Checks that a body does not rest on a wall by gravity, touching it without a velocity along that axis:
-    in truth there is no first contact then (docs/specification.md, rule 2g)."""
+def check_support(
+    where: str, place: Any, velocity: Any, radius: float, pulls: Any, sides: tuple[float, float]
+) -> list[Mistake]:
+    """Checks that a body does not rest on a wall by its acceleration, touching it without a velocity along
+    that axis: in truth there is no first contact then (docs/specification.md, rule 2a)."""
     above = "a body above the wall, or one that moves along the axis: one at rest on a wall"
-    for axis, pull in enumerate(extent.gravity):
+    for axis, pull in enumerate(pulls):
         if pull and velocity[axis] == 0.0:
             low = pull < 0.0
-            at = Fraction(place[axis]) if low else Fraction(extent.sides[axis]) - Fraction(place[axis])
+            at = Fraction(place[axis]) if low else Fraction(sides[axis]) - Fraction(place[axis])
             if at <= Fraction(radius):
                 wall = (("left", "right"), ("bottom", "top"))[axis][0 if low else 1]
                 return [Mistake(where, f"at rest on the {wall} wall", f"{above} would meet it endlessly")]

@@ -11,10 +11,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kinetile.errors import Mistake, SceneError
-from kinetile.kernel.clock import Clock, frame_of, time_unit
-from kinetile.scene.bodies import COLUMNS, Bodies, check_bodies, read_arrays
+from kinetile.kernel.clock import Clock, time_unit
+from kinetile.kernel.plan import LEAST_SPAN, SHARE, shortest
+from kinetile.scene.bodies import (
+    COLUMNS,
+    FIXED,
+    Bodies,
+    check_bodies,
+    read_accelerations,
+    read_arrays,
+)
 from kinetile.scene.checks import WALL, Extent, abridged, shown
 from kinetile.scene.commands import (
+    Accelerate,
     Command,
     Insert,
     Turn,
@@ -26,10 +35,10 @@ from kinetile.scene.commands import (
     speeds,
     with_shape,
 )
-from kinetile.scene.frame import check_frame, check_gravity, check_pace, check_periodic, check_support
+from kinetile.scene.frame import check_frame, check_pace, check_periodic, check_pull, check_support
 from kinetile.scene.responses import ELASTIC, SceneRules, read_rules
 from kinetile.scene.settings import Settings, check_end, check_settings
-from kinetile.scene.shapes import Bools, Obstacle, Shape, Table, are_given, beside, read_table
+from kinetile.scene.shapes import Bools, Floats, Obstacle, Shape, Table, are_given, beside, read_table
 from kinetile.scene.values import VALUES
 
 
@@ -54,6 +63,7 @@ class Given(NamedTuple):
     shape: Any = None
     shapes: Any = ()
     gravity: Any = None
+    acceleration: Any = None
     obstacles: Sequence[Obstacle] = ()
     until: Any = None
 
@@ -99,12 +109,12 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     known_arena = given.arena is not None and "arena" not in amiss
     sides = (float(given.arena[0]), float(given.arena[1])) if known_arena else None
     extent = None if sides is None else Extent(sides, "" if wrong else given.periodic)
-    fall = (0.0, 0.0)
-    if given.gravity is not None and not (wrong or "arena" in amiss):
-        odd = check_gravity(given.gravity, extent)
-        mistakes += odd
-        fall = fall if odd else (float(given.gravity[0]) + 0.0, float(given.gravity[1]) + 0.0)
-        extent = extent and extent._replace(gravity=fall)
+    walls_known = not (wrong or "arena" in amiss)
+    gravity = _read_gravity(given, extent, walls_known, mistakes)
+    pulls = _read_pulls(given, bodies, gravity, places.unread, mistakes)
+    if walls_known:
+        mistakes += _check_pulls(bodies, pulls, commands, extent)
+    extent = extent and extent._replace(pull=_largest(pulls, commands, gravity))
     rules = _read_rules(given, len(bodies), commands, places.complete, mistakes)
     mistakes += check_bodies(bodies, extent, (rules.kind, rules.passing))
     start = None if "start" in amiss else float(given.start)
@@ -116,8 +126,8 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         mistakes += check_command(command, where, start, extent)
     mistakes += VALUES["unit"].mistakes(given.unit, "unit") if given.unit is not None else []
     mistakes += check_settings(settings)
-    if any(fall) and extent is not None and not (mistakes or places.mistakes):
-        mistakes += _check_fall(bodies, commands, rules, extent)
+    if extent is not None and any(extent.pull) and not (mistakes or places.mistakes):
+        mistakes += _check_bent(bodies, pulls, commands, rules, gravity, extent)
     _raise(mistakes, places)
 
     # Each value is right by itself. What follows needs the clock, and so all of them.
@@ -131,14 +141,13 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     order = _order(known, clock)
     kept = tuple(known[k] for k in order)
     mistakes = check_pace(start, clock.unit)
-    frame = frame_of(fall, sides, clock.unit) if any(fall) and sides is not None else 0
-    if any(fall) and not frame:
-        found = f"{shown(list(fall))}, by which bodies fall through the arena in a tick of the clock"
-        mistakes.append(Mistake("gravity", found, f"less, or a unit below {clock.unit:.3g}"))
+    if extent is not None and any(extent.pull):
+        mistakes += _check_chords(bodies, commands, extent, clock.unit)
     mistakes += check_presence(kept, [every[k][0] for k in order], len(bodies))
     _raise(mistakes + check_end(settings, clock), places)
     table = bodies.table or Table((), np.full(len(bodies), -1), np.zeros(len(bodies), dtype=np.bool_))
-    arrays = {name: getattr(bodies, name) for name in COLUMNS} | {"shape": table.index}
+    arrays = {name: getattr(bodies, name) for name in COLUMNS}
+    arrays |= {"shape": table.index, "acceleration": pulls}
     for array in (*arrays.values(), rules.kind):
         array.flags.writeable = False
     return arrays | {
@@ -152,8 +161,9 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         "settings": settings,
         "origin": dict(given.origin or {}),
         "periodic": given.periodic,
-        "gravity": fall,
-        "frame": frame,
+        "gravity": gravity,
+        "pull": extent.pull if extent is not None else (0.0, 0.0),
+        "uniform": _is_uniform(pulls, kept, gravity),
         "shapes": table.shapes,
         "kinds": rules.kinds,
         "kind_numbers": rules.kind,
@@ -249,27 +259,118 @@ def _read_rules(
     return read_rules(kind, given.responses, bodies, coming, mistakes, kinds, complete)
 
 
-def _check_fall(
-    bodies: Bodies, commands: Sequence[tuple[str, Any]], rules: SceneRules, extent: Extent
+def _read_gravity(
+    given: Given, extent: Extent | None, walls_known: bool, mistakes: list[Mistake]
+) -> tuple[float, float]:
+    """Returns the acceleration of all bodies of finite mass that have none of their own."""
+    if given.gravity is None:
+        return (0.0, 0.0)
+    wrong = VALUES["gravity"].mistakes(given.gravity, "gravity")
+    if not wrong and walls_known:
+        wrong = check_pull("gravity", given.gravity, extent)
+    mistakes += wrong
+    return (0.0, 0.0) if wrong else (float(given.gravity[0]) + 0.0, float(given.gravity[1]) + 0.0)
+
+
+def _read_pulls(
+    given: Given,
+    bodies: Bodies,
+    gravity: tuple[float, float],
+    unread: Mapping[str, Bools],
+    mistakes: list[Mistake],
+) -> Floats:
+    """Returns (n, 2) the acceleration of each body: its own, or that of gravity, and 0 if it is immovable."""
+    usual = np.where(np.isinf(bodies.mass)[:, None], 0.0, gravity)
+    if given.acceleration is None:
+        return usual
+    own = read_accelerations(given.acceleration, bodies, unread.get("acceleration"), mistakes)
+    return np.where(np.isnan(own), usual, own + 0.0)
+
+
+def pull_of(command: Insert | Accelerate, gravity: tuple[float, float]) -> tuple[float, float]:
+    """Returns the acceleration that a command gives to a body."""
+    if isinstance(command, Insert) and command.acceleration is None:
+        return gravity if command.mass < math.inf else (0.0, 0.0)
+    assert command.acceleration is not None
+    return float(command.acceleration[0]), float(command.acceleration[1])
+
+
+def _check_pulls(
+    bodies: Bodies, pulls: Floats, commands: Sequence[tuple[str, Any]], extent: Extent | None
 ) -> list[Mistake]:
-    """Checks what gravity excludes: shapes, immovable bodies, responses at walls, bodies at rest on walls."""
+    """Checks that own accelerations, of bodies and of insertions, end at walls."""
+    mistakes = []
+    for k in np.flatnonzero(pulls.any(axis=1)).tolist()[:1]:
+        mistakes = check_pull(f"bodies[{k}].acceleration", pulls[k].tolist(), extent)
+    mass = dict(enumerate(bodies.mass.tolist()))
+    mass |= {each.body: each.mass for _, each in commands if isinstance(each, Insert)}
+    for where, each in commands:
+        given = each.acceleration if isinstance(each, Insert | Accelerate) else None
+        if given is not None and not VALUES["acceleration"].expected(given):
+            own = each.mass if isinstance(each, Insert) else mass.get(each.body)
+            if any(given) and own == math.inf:
+                mistakes.append(Mistake(f"{where}.acceleration", shown(list(given)), FIXED))
+            mistakes += check_pull(f"{where}.acceleration", given, extent)
+    return mistakes
+
+
+def _largest(
+    pulls: Floats, commands: Sequence[tuple[str, Any]], gravity: tuple[float, float]
+) -> tuple[float, float]:
+    """Returns the largest accelerations, along x and y, of gravity and of any body (rule 3a)."""
+    coming = [pull_of(each, gravity) for _, each in commands if isinstance(each, Insert | Accelerate)]
+    x, y = np.abs(np.concatenate([pulls, [gravity, *coming]])).max(axis=0).tolist()
+    return x, y
+
+
+def _is_uniform(pulls: Floats, commands: Sequence[Command], gravity: tuple[float, float]) -> bool:
+    """Whether all bodies, those that are inserted too, have the same acceleration all the time."""
+    coming = [pull_of(each, gravity) for each in commands if isinstance(each, Insert)]
+    each = np.concatenate([pulls, np.reshape(coming, (-1, 2))])
+    keep = not any(isinstance(each, Accelerate) for each in commands)
+    return keep and bool((each == each[:1]).all())
+
+
+def _check_bent(
+    bodies: Bodies,
+    pulls: Floats,
+    commands: Sequence[tuple[str, Any]],
+    rules: SceneRules,
+    gravity: tuple[float, float],
+    extent: Extent,
+) -> list[Mistake]:
+    """Checks what a scene with accelerations cannot have: other shapes than discs, responses at walls, and
+    bodies that rest on a wall."""
     mistakes = []
     if bodies.table is not None:
-        mistakes.append(Mistake("shapes", "shapes beside gravity", "discs alone: gravity is for them"))
+        right = "discs alone: accelerated bodies meet no other shapes"
+        mistakes.append(Mistake("shapes", "shapes beside an acceleration", right))
     for pair, response in rules.responses:
         if WALL in pair and response.name != ELASTIC:
-            elastic = "elastic: with gravity walls have no other response"
+            elastic = "elastic: where bodies are accelerated walls have no other response"
             mistakes.append(Mistake(f"responses[{pair!r}]", response.name, elastic))
-    columns = (getattr(bodies, name).tolist() for name in COLUMNS)
-    each = [(f"bodies[{i}]", *body) for i, body in enumerate(zip(*columns, strict=True))]
-    coming = [(where, command) for where, command in commands if isinstance(command, Insert)]
-    each += [(where, *(getattr(command, name) for name in COLUMNS)) for where, command in coming]
-    for where, place, velocity, radius, mass in each:
-        if mass == math.inf:
-            movable = "a finite mass: with gravity no body is immovable"
-            mistakes.append(Mistake(f"{where}.mass", "inf", movable))
-        mistakes += check_support(where, place, velocity, radius, extent)
+    columns = (getattr(bodies, name).tolist() for name in ("position", "velocity", "radius"))
+    each: list[Any] = [
+        (f"bodies[{i}]", *body) for i, body in enumerate(zip(*columns, pulls.tolist(), strict=True))
+    ]
+    for where, new in commands:
+        if isinstance(new, Insert):
+            each.append((where, new.position, new.velocity, new.radius, pull_of(new, gravity)))
+    for where, place, velocity, radius, pull in each:
+        mistakes += check_support(where, place, velocity, radius, pull, extent.sides)
     return mistakes
+
+
+def _check_chords(
+    bodies: Bodies, commands: Sequence[tuple[str, Any]], extent: Extent, unit: float
+) -> list[Mistake]:
+    """Checks that chords last long enough (``kernel.chords``)."""
+    radii = [each.radius for _, each in commands if isinstance(each, Insert)]
+    margin = min([*bodies.radius.tolist(), *radii], default=1.0) * SHARE
+    if shortest(extent.pull, margin, unit) >= LEAST_SPAN:
+        return []
+    found = f"{shown(list(extent.pull))}, by which a body falls far in a tick of the clock"
+    return [Mistake("acceleration", found, f"less, or a unit below {unit:.3g}")]
 
 
 def unit_of(bodies: Bodies, extent: Extent | None, commands: Sequence[Command]) -> float:
@@ -280,7 +381,7 @@ def unit_of(bodies: Bodies, extent: Extent | None, commands: Sequence[Command]) 
     fastest = max([*squares, *speeds(commands)], default=0.0)
     if extent is None:
         return time_unit(float(np.abs(bodies.position).max() + bodies.radius.max()), math.sqrt(fastest))
-    drop = sum(abs(pull) * side for pull, side in zip(extent.gravity, extent.sides, strict=True))
+    drop = sum(pull * side for pull, side in zip(extent.pull, extent.sides, strict=True))
     return time_unit(max(extent.sides), math.sqrt(fastest + 2.0 * drop))
 
 

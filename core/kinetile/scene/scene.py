@@ -47,15 +47,16 @@ class Scene:
     ``Insert``, ``Remove``) hold absolute times, and are kept sorted by time, those of one tick as they are
     given; ``turns`` may be given apart, then those of one time are sorted by body and come before other
     commands. ``unit`` is the power of two in which the clock counts; None: it follows from the speeds.
-    ``time_unit`` is the one in which it does (``kinetile.kernel.clock``). ``gravity`` is (gx, gy), the
-    acceleration of all bodies, in an arena with walls at the ends of the axes along which it pulls, and of
-    discs of finite mass alone; (0, 0): there is none. ``frame`` is 0 then, and otherwise the number of ticks
-    after which bodies pass from one falling frame to the next (``kinetile.kernel.falling``). ``start`` is the
-    time of the given positions. ``kind`` is the kind of each body, or one for all, and ``responses`` are the
-    responses of pairs of kinds (``kinetile.scene.responses``). ``kinds`` are all kinds of bodies, present or
-    inserted later; by default they follow from the bodies and from the insertions. ``kind_numbers`` is (n,)
-    the place of each body's kind in ``kinds``. ``settings`` are defaults of a run; ``origin`` is the source
-    of the scene, and is not compared.
+    ``time_unit`` is the one in which it does (``kinetile.kernel.clock``). ``acceleration`` is
+    (n, 2), or one for all bodies of finite mass, and ``gravity``, (gx, gy), that of those which have none of
+    their own (NaN), in an arena of discs with walls at the ends of the axes along which they pull; bodies of
+    infinite mass have none. ``pull`` has the largest, along x and y, of those of all bodies, and
+    ``uniform`` is whether all have one and keep it.
+    ``start`` is the time of the given positions. ``kind`` is the kind of each body, or one for all, and
+    ``responses`` are the responses of pairs of kinds (``kinetile.scene.responses``). ``kinds`` are all kinds
+    of bodies, present or inserted later; by default they follow from the bodies and from the insertions.
+    ``kind_numbers`` is (n,) the place of each body's kind in ``kinds``. ``settings`` are defaults of a run;
+    ``origin`` is the source of the scene, and is not compared.
 
     Raises SceneError, with every mistake, unless all numbers are finite, radii and masses greater than 0,
     each body is inside the arena and no two overlap, except those that pass through each other (touching is
@@ -81,11 +82,13 @@ class Scene:
     shape: npt.NDArray[np.int64]
     shapes: tuple[Shape, ...]
     gravity: tuple[float, float]
+    acceleration: Floats
 
     kinds: ClassVar[tuple[Kind, ...]]
     kind_numbers: ClassVar[npt.NDArray[np.int64]]
     time_unit: ClassVar[float]
-    frame: ClassVar[int]
+    pull: ClassVar[tuple[float, float]]
+    uniform: ClassVar[bool]
 
     @answering
     def __init__(
@@ -108,9 +111,10 @@ class Scene:
         shape: ShapeOfEach = None,
         shapes: Sequence[Shape] = (),
         gravity: Numbers | None = None,
+        acceleration: npt.ArrayLike | None = None,
     ) -> None:
         columns = (position, velocity, radius, mass)
-        more = (commands, unit, kind, responses, kinds, periodic, shape, shapes, gravity)
+        more = (commands, unit, kind, responses, kinds, periodic, shape, shapes, gravity, acceleration)
         given = Given(*columns, arena, turns, start, settings, origin, *more)
         self.__dict__.update(read_scene(given, NO_FILE))
 
@@ -134,7 +138,7 @@ class Scene:
         bodies = f"{len(self)} {'body' if len(self) == 1 else 'bodies'}"
         around = "no walls" if self.arena is None else f"in {self.arena[0]!r} x {self.arena[1]!r}"
         around += f", periodic along {' and '.join(self.periodic)}" if self.periodic else ""
-        around += f", gravity {list(self.gravity)!r}" if self.falls else ""
+        around += f", gravity {list(self.gravity)!r}" if any(self.gravity) else ""
         count = len(self.commands)
         what = "turn" if count == len(self.turns) else "command"
         turns = f", {count} {what}{'' if count == 1 else 's'}" if count else ""
@@ -168,9 +172,16 @@ class Scene:
         return (0.0, 0.0) if self.arena is None else Extent(self.arena, self.periodic).periods
 
     @property
-    def falls(self) -> bool:
-        """Whether there is gravity."""
-        return self.gravity != (0.0, 0.0)
+    def bent(self) -> bool:
+        """Whether some bodies are accelerated, so that their plans are bent."""
+        return any(self.pull)
+
+    @property
+    def own_acceleration(self) -> Floats | None:
+        """(n, 2) the accelerations that bodies have of their own, NaN for those without one; None: none."""
+        usual = np.where(np.isinf(self.mass)[:, None], 0.0, self.gravity)
+        own = (self.acceleration != usual).any(axis=1)
+        return np.where(own[:, None], self.acceleration, math.nan) if own.any() else None
 
     @property
     def movable_shapes(self) -> frozenset[int]:
@@ -193,9 +204,9 @@ class Scene:
 
     @property
     def answer(self) -> int:
-        """The number of the specification that its contacts follow: ``ANSWER`` with gravity, 3 with shapes, 2
-        with a periodic axis, and otherwise 1; each contains those before."""
-        return ANSWER if self.falls else 3 if self.shapes else 2 if self.periodic else 1
+        """The number of the specification that its contacts follow: ``ANSWER`` with accelerations, 3 with
+        shapes, 2 with a periodic axis, and otherwise 1; each contains those before."""
+        return ANSWER if self.bent else 3 if self.shapes else 2 if self.periodic else 1
 
     @property
     def turns(self) -> tuple[Turn, ...]:
@@ -225,7 +236,8 @@ class Scene:
         arrays = (self.position, self.velocity, None if self.shapes else self.radius, self.mass)
         more: tuple[Any, ...] = (self.start, self.settings, dict(self.origin), self.commands, self.unit)
         more += (self.kind, dict(self.responses), self.kinds, self.periodic)
-        more += (self.shape, self.shapes) if self.shapes else (None, (), self.gravity) if self.falls else ()
+        more += (self.shape, self.shapes) if self.shapes else ()
+        more += (None, (), self.gravity, self.own_acceleration) if self.bent else ()
         return (Scene, (*arrays, self.arena, (), *more))
 
     def _bits(self) -> tuple[bytes, ...]:
@@ -240,7 +252,7 @@ class Scene:
             repr(self.responses).encode(),
             self.periodic.encode(),
             repr((self.shape.tolist(), self.shapes)).encode() if self.shapes else b"",
-            repr(self.gravity).encode() if self.falls else b"",
+            repr(self.gravity).encode() + self.acceleration.tobytes() if self.bent else b"",
         )
 
 
@@ -266,6 +278,7 @@ def declared_kinds(scene: Scene) -> tuple[Kind, ...] | None:
 def arguments_of(scene: Scene) -> Given:
     """Returns arguments that make the same scene; kinds that follow from bodies and commands follow again."""
     values = {each.name: getattr(scene, each.name) for each in fields(Scene)}
+    values["acceleration"] = scene.own_acceleration
     if scene.shapes:
         values["radius"] = None
     return Given(**values, kinds=declared_kinds(scene))
@@ -322,7 +335,7 @@ def around(scene: Scene) -> str:
     """Returns what is around the bodies of a scene, in words."""
     walls = "without walls" if scene.arena is None else f"in {scene.arena[0]:g} x {scene.arena[1]:g}"
     walls += f", periodic along {' and '.join(scene.periodic)}" if scene.periodic else ""
-    return walls + (f", gravity ({scene.gravity[0]:g}, {scene.gravity[1]:g})" if scene.falls else "")
+    return walls + (f", gravity ({scene.gravity[0]:g}, {scene.gravity[1]:g})" if any(scene.gravity) else "")
 
 
 def with_obstacles(scene: Scene, obstacles: Iterable[Obstacle]) -> Scene:

@@ -48,7 +48,7 @@ def _are_places(value: Any) -> bool:
     return is_list(value, is_pair)
 
 
-_ONE_BODY = _named("position", "velocity", "radius", "mass", "kind", "shape")
+_ONE_BODY = _named("position", "velocity", "radius", "mass", "acceleration", "kind", "shape")
 _TURN = Table("[[bodies.turns]] tables", _named("time", "velocity"), ("time", "velocity"))
 _INSERTED = [name for name in Insert._fields if name not in ("time", "at")]
 _INSERT = Table(
@@ -85,7 +85,8 @@ _FILE = Table(
         "bodies": Table("[[bodies]] tables", _ONE_BODY | {"turns": _TURN}, ("position", "radius")),
         "commands": Table(
             "[[commands]] tables",
-            {**_named("time", "at"), "insert": _INSERT, **_named("remove", "turn", "velocity")},
+            {**_named("time", "at"), "insert": _INSERT}
+            | _named("remove", "turn", "velocity", "accelerate", "acceleration"),
             ("time",),
         ),
         "responses": Table("[[responses]] tables", _RESPONSE, ("between", "response")),

@@ -132,6 +132,15 @@ def _pair(axes: str) -> Value:
     return Value(what, is_pair, _are_two, lambda pair: tuple(map(float, pair)), within)
 
 
+def _is_pull(value: Any) -> bool:
+    return is_finite(value) and (value == 0.0 or SMALLEST <= abs(value) <= LARGEST)
+
+
+def _pull(axes: str) -> Value:
+    what = f"{axes}, two numbers, each 0 or {RANGE} in size"
+    return Value(what, is_pair, lambda pair: _are_two(pair, _is_pull), lambda pair: tuple(map(float, pair)))
+
+
 _TIME = Value("a finite number")
 _MOMENT = Value(
     "[epoch, tick, contacts], three whole numbers, none below 0, tick < 2**52",
@@ -158,7 +167,8 @@ VALUES: Mapping[str, Value] = {
     "height": SIZE,
     "from": _PLACE,
     "to": _PLACE,
-    "gravity": _pair("[gx, gy]"),
+    "gravity": _pull("[gx, gy]"),
+    "acceleration": _pull("[ax, ay]"),
     "arena": Value(
         "[width, height], two finite numbers greater than 0",
         is_pair,
@@ -187,7 +197,7 @@ VALUES: Mapping[str, Value] = {
         lambda axes: isinstance(axes, str) and axes in ("", "x", "y", "xy"),
     ),
     "kind": Value("the name of a kind, or a whole number from 0 to 2**31 - 1", object, is_kind, as_kind),
-    **dict.fromkeys(("body", "remove", "turn"), _BODY),
+    **dict.fromkeys(("body", "remove", "turn", "accelerate"), _BODY),
     "new body": replace(_BODY, fit=lambda body: _is_index(body, -1)),
     "shape": Value("the number of one of [[shapes]], from 0", is_whole, _is_index),
 }

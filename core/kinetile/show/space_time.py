@@ -75,8 +75,10 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
     if axis not in ("x", "y"):
         raise BadOption(f"the axis of space and time is {axis!r}; expected x or y")
     which, begin, scene = "xy".index(axis), sim.time, sim.scene
-    if scene.gravity[which]:
-        raise BadOption(f"a picture of space and time has straight bands, and along {axis} there is gravity")
+    if scene.pull[which]:
+        raise BadOption(
+            f"a picture of space and time has straight bands, and along {axis} bodies are accelerated"
+        )
     going = {
         int(body): (begin, Plan(*place.tolist(), *velocity.tolist()))
         for body, place, velocity in zip(sim.bodies, sim.positions(), sim.velocities(), strict=True)

@@ -19,7 +19,6 @@ from kinetile.kernel.certificates.structural import (
 )
 from kinetile.kernel.certificates.wall import inside_arena
 from kinetile.kernel.compiled import hook, larger, smaller, unchecked
-from kinetile.kernel.falling import arena_now
 from kinetile.kernel.flight import (
     closing_speed,
     position_after,
@@ -28,6 +27,7 @@ from kinetile.kernel.flight import (
     shared,
     since_anchor,
     since_origin,
+    velocity_at,
 )
 from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
@@ -99,7 +99,6 @@ __all__ = [
     "Segment",
     "WallParts",
     "add_pair",
-    "arena_now",
     "blame",
     "box_gaps",
     "closing_speed",
@@ -132,4 +131,5 @@ __all__ = [
     "smaller",
     "ticks_after",
     "unchecked",
+    "velocity_at",
 ]

@@ -2,8 +2,8 @@
 
 The flight plans of two bodies are one value, which ``plans_of`` makes, and ``plans_through`` of an image. It
 is what discs (``first_touch``, ``last_touch``; ``touch_about``, if a bound is known) and convex bodies
-(``enters``, ``leaves``) take; walls take coordinates (``reaches``), and with gravity a ``Fall``
-(``falls_at``), in a frame that has fallen so far (``fallen``). The difference of two convex shapes is
+(``enters``, ``leaves``) take; walls take coordinates (``reaches``). Plans with accelerations
+are ``BentPlans`` (``bent_touch``, ``bent_parting``, ``bent_wall``). The difference of two convex shapes is
 a row of a table (``difference_table``, ``comes_nearer``), whose columns are named here. Along periodic axes
 ``first_image`` is the first contact of two discs through any image, and ``first_image_of`` makes the same for
 other bodies.
@@ -11,6 +11,11 @@ other bodies.
 
 from __future__ import annotations
 
+from kinetile.kernel.certificates.bent import BentAxis as BentAxis
+from kinetile.kernel.certificates.bent import BentPlans as BentPlans
+from kinetile.kernel.certificates.bent import bent_parting as bent_parting
+from kinetile.kernel.certificates.bent import bent_touch as bent_touch
+from kinetile.kernel.certificates.bent import bent_wall as bent_wall
 from kinetile.kernel.certificates.contact import first_touch as first_touch
 from kinetile.kernel.certificates.contact import last_touch as last_touch
 from kinetile.kernel.certificates.contact import touch_about as touch_about
@@ -28,10 +33,10 @@ from kinetile.kernel.certificates.convex_integers import RADIUS as RADIUS
 from kinetile.kernel.certificates.convex_integers import RANK as RANK
 from kinetile.kernel.certificates.convex_integers import WIDE as WIDE
 from kinetile.kernel.certificates.convex_integers import comes_nearer as comes_nearer
-from kinetile.kernel.certificates.falling import Fall as Fall
-from kinetile.kernel.certificates.falling import falls_at as falls_at
 from kinetile.kernel.certificates.plans import Axis as Axis
 from kinetile.kernel.certificates.plans import Plans as Plans
+from kinetile.kernel.certificates.plans import bent_plans_of as bent_plans_of
+from kinetile.kernel.certificates.plans import bent_plans_through as bent_plans_through
 from kinetile.kernel.certificates.plans import plans_of as plans_of
 from kinetile.kernel.certificates.plans import plans_through as plans_through
 from kinetile.kernel.certificates.structural import FAR as FAR
@@ -39,13 +44,14 @@ from kinetile.kernel.certificates.wall import reaches as reaches
 from kinetile.kernel.compiled import Numbers as Numbers
 from kinetile.kernel.compiled import pointer as pointer
 from kinetile.kernel.compiled import with_shapes as with_shapes
-from kinetile.kernel.falling import fallen as fallen
 from kinetile.kernel.images import HALVES as HALVES
 from kinetile.kernel.images import discs_overlap as discs_overlap
 from kinetile.kernel.images import discs_touch as discs_touch
+from kinetile.kernel.images import first_bent_image as first_bent_image
 from kinetile.kernel.images import first_image as first_image
 from kinetile.kernel.images import first_image_of as first_image_of
 from kinetile.kernel.images import near_zero as near_zero
 from kinetile.kernel.images import nearest_whole as nearest_whole
 from kinetile.kernel.images import turns_between as turns_between
+from kinetile.kernel.passings import counts_from as counts_from
 from kinetile.toolbox.differences import difference_table as difference_table

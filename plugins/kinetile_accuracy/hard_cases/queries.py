@@ -135,7 +135,7 @@ def depth_at(plans: tuple[FlightPlan, FlightPlan], tick: int) -> tuple[float, fl
     """Returns how far two discs overlap once both are anchored at a tick, in R and in rho = 16 u X, X the
     largest coordinate of the flight, u = 2^-53; but for what they do at the later anchor."""
     pair = PairQuadratic(*plans)
-    places = [plan.rounded_place(tick, 1.0 / UNIT_TICKS) for plan in plans]
+    places = [plan.moved(tick, 1.0 / UNIT_TICKS)[0] for plan in plans]
     coordinates = [*places[0], *places[1], *(each for plan in plans for each in (plan.x, plan.y))]
     with localcontext(prec=60):
         reach, *start = (Decimal(whole) / (1 << pair.bits) for whole in (pair.reach, pair.dx, pair.dy))

@@ -1,4 +1,4 @@
-"""What happens at contacts: rules 9, 9g, 9s, 11 and 11g of docs/specification.md.
+"""What happens at contacts: rules 9, 9s and 11 of docs/specification.md.
 
 Of responses these are elastic, pass, restitution and stop; what others do is not specified.
 """
@@ -12,7 +12,7 @@ from typing import Any
 from kinetile import Insert, Scene
 from kinetile.errors import Refused
 from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
-from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, Vector, exchanged_along
+from kinetile_accuracy.specification.arithmetic import FlightPlan, Vector, exchanged_along
 from kinetile_accuracy.specification.shapes import Difference, normal
 
 _KNOWN = ("elastic", "pass", "restitution", "stop")
@@ -24,8 +24,7 @@ class Answers:
     """The velocities after the contacts of a scene: ``masses`` are those of all bodies that there are or will
     be, ``passing`` is whether some may pass. Raises Refused for responses that are not specified."""
 
-    def __init__(self, scene: Scene, count: int, frame: Frame) -> None:
-        self._frame = frame
+    def __init__(self, scene: Scene, count: int) -> None:
         self._meets = scene.meets
         used = {response.name for row in self._meets for response in row}
         other = sorted(used.difference(_KNOWN))
@@ -63,8 +62,7 @@ class Answers:
         elif response.name == "stop":
             vx = vy = 0.0
         elif response.name == "elastic":
-            wx, wy = self._frame.rest(plan.anchor)
-            vx, vy = (2 * wx - vx, vy) if wall in (LEFT, RIGHT) else (vx, 2 * wy - vy)
+            vx, vy = (-vx, vy) if wall in (LEFT, RIGHT) else (vx, -vy)
         self._touched[a] = plan.anchor
         return vx, vy
 
@@ -95,7 +93,7 @@ class Answers:
         self._touched[a] = self._touched[b] = one.anchor
         if response.name != "stop":
             return exchanged_along(along, velocities, masses, times)
-        rest = self._frame.rest(one.anchor)
+        rest = (0.0, 0.0)
         still = [math.isinf(self.masses[body]) for body in bodies]
         if still[0] != still[1]:
             rest = velocities[still.index(True)]

@@ -1,16 +1,17 @@
 """Rules 1 to 6 and 9 of docs/specification.md: times of contact in integers, plans and exchanges in doubles,
-periodic axes and gravity among them.
+periodic axes among them.
 
 *Exact.* A double is an integer over a power of two, and so is the length of a tick. So a plan is written once
 as integers of one fineness: its coordinates, and how far it flies in a tick, in units of 2^-bits of the
-length. Where two bodies are at some tick, and the coefficients of the quadratic for the distance of their
-centres, are then integers too, with the time counted in ticks::
+length; and how much its acceleration bends that. Where two bodies are at some tick, and the coefficients of
+the quadratic for the distance of their centres, are then integers too, with the time counted in ticks::
 
     a T^2 + 2 b T + c,   a = |v|^2,  b = d . v,  c = |d|^2 - R^2
 
 The first root is (-b - sqrt(D)) / a with D = b^2 - a c. Its floor is the floor of floor(-b - sqrt(D)) / a,
 and floor(-b - sqrt(D)) is -b - r with the integer square root r of D, or one less where D is no square. So
-one ``isqrt`` and one division give the tick of contact, and nothing is rounded before.
+one ``isqrt`` and one division give the tick of contact, and nothing is rounded before. Where bodies are
+accelerated the rules ask for signs at whole ticks alone (``bent``).
 
 *Rounded.* Python's float is a double, each of its operations rounds once, to nearest and ties to even, and
 nothing is contracted; ``float(n)`` of an integer and the quotient of two integers are rounded correctly as
@@ -25,8 +26,10 @@ import math
 from collections.abc import Callable, Collection
 from fractions import Fraction
 
-from kinetile import Remove, Scene
+from kinetile import Accelerate, Insert, Scene, Turn
 from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
+from kinetile_accuracy.specification.bent import HORIZON as HORIZON
+from kinetile_accuracy.specification.bent import Polynomial, first_fall, met_again_from
 
 UNIT_BITS = 52
 UNIT_TICKS = 1 << UNIT_BITS
@@ -36,9 +39,6 @@ SPAN = 1 << 61
 
 BEAT = 1 << 53
 """What takes its place where an axis is periodic (rule 8p): no plan is kept for more than two of them."""
-
-HORIZON = 1 << 62
-"""A contact this many ticks after the later anchor, or later, is none (rules 5 and 6)."""
 
 Vector = tuple[float, float]
 Whole = tuple[int, int]
@@ -50,13 +50,13 @@ def unit_bits(scene: Scene) -> int:
         return 1 - math.frexp(scene.unit)[1]
     if len(scene) == 0 and scene.arena is None:
         return 0
-    commands = [each.velocity for each in scene.commands if not isinstance(each, Remove)]
+    commands = [each.velocity for each in scene.commands if isinstance(each, Turn | Insert)]
     velocities = [*scene.velocity.tolist(), *commands]
     largest = max((vx * vx + vy * vy for vx, vy in velocities), default=0.0)
     if scene.arena is not None:
         extent = max(scene.arena)
-        gx, gy = scene.gravity
-        largest = largest + 2 * (abs(gx) * scene.arena[0] + abs(gy) * scene.arena[1])  # rule 3g
+        ax, ay = largest_pull(scene)
+        largest = largest + 2 * (ax * scene.arena[0] + ay * scene.arena[1])  # rule 3a
     else:
         farthest = max(abs(place) for row in scene.position.tolist() for place in row)
         extent = farthest + max(scene.radius.tolist())
@@ -69,49 +69,46 @@ def tick_of(time: float, start: float, bits: int) -> int:
     return math.floor((Fraction(time) - Fraction(start)) * (1 << (UNIT_BITS + bits)))
 
 
+def pull_of(insertion: Insert, gravity: Vector) -> Vector:
+    """Returns the acceleration of a body that is inserted (rule 2a)."""
+    if insertion.acceleration is None:
+        return (0.0, 0.0) if math.isinf(insertion.mass) else gravity
+    ax, ay = map(float, insertion.acceleration)
+    return ax, ay
+
+
+def largest_pull(scene: Scene) -> Vector:
+    """Returns the largest |ax| and |ay| of gravity and of any body (rule 3a); both 0: there are none."""
+    pulls = [scene.gravity, *scene.acceleration.tolist()]
+    pulls += [pull_of(each, scene.gravity) for each in scene.commands if isinstance(each, Insert)]
+    pulls += [each.acceleration for each in scene.commands if isinstance(each, Accelerate)]
+    ax, ay = (max((abs(pull[axis]) for pull in pulls), default=0.0) for axis in range(2))
+    return ax, ay
+
+
 class Frame:
-    """What all plans of a scene have in common: the arena (width, height) or None, the unit 2^-bits, the
-    periods of the axes, 0 for one that is not periodic, and gravity. With gravity that is one of the frames
-    of rule 4g after the other, of ``fall`` ticks each."""
+    """What all plans of a scene have in common: the arena (width, height) or None, the unit 2^-bits, and the
+    periods of the axes, 0 for one that is not periodic."""
 
     def __init__(
         self,
         arena: tuple[float, float] | None,
         bits: int,
         periods: tuple[float, float] = (0.0, 0.0),
-        gravity: Vector = (0.0, 0.0),
     ) -> None:
         self.arena = arena and tuple(map(_ratio, arena))
         self.periods = periods
         self.fine = UNIT_BITS + bits
         self.finest = max((fine for _, fine in self.arena or ()), default=0)
-        self.gravity = gravity
-        self.fall = 0
-        if arena and any(gravity):
-            twice, fine = 2 * sum(abs(Fraction(g)) for g in gravity), 1 << self.fine
-            fits = (k for k in range(54) if twice * Fraction(1 << k, fine) ** 2 <= min(arena))
-            self.fall = 1 << max(fits)
-
-    def fallen(self, tick: int) -> tuple[float, float, float, float]:
-        """Returns how far (x, y) and how fast (vx, vy) the frame of a tick has fallen by then: what a place
-        and a velocity in the room have more than in the frame; 0 without gravity."""
-        (gx, gy), tau = self.gravity, float(tick % self.fall) * 2.0**-self.fine if self.fall else 0.0
-        half = 0.5 * (tau * tau)
-        return gx * half, gy * half, gx * tau, gy * tau
-
-    def rest(self, tick: int) -> Vector:
-        """Returns the velocity of what is at rest in the room (rule 9g); 0 without gravity."""
-        _, _, vx, vy = self.fallen(tick)
-        return -vx, -vy
 
 
 class FlightPlan:
-    """The flight plan (rule 4) of a disc, as doubles (``x``, ``y``, ``vx``, ``vy``) and as integers, which
-    count 2^-``bits`` of the length: ``place`` is x and y, ``step`` the way of a tick along each axis, and
-    ``radius``. At the tick ``anchor`` the body is at (x, y), less ``turns``, the periods that were taken off
-    (rule 4p)."""
+    """The flight plan (rules 4 and 4a) of a disc, as doubles (``x``, ``y``, ``vx``, ``vy``, the acceleration
+    ``pull``) and as integers, which count 2^-``bits`` of the length: ``place`` is x and y, ``step`` the way
+    of a tick along each axis, ``bend`` what the square of a number of ticks adds to it, and ``radius``. At
+    the tick ``anchor`` the body is at (x, y), less ``turns``, the periods that were taken off (rule 4p)."""
 
-    __slots__ = ("anchor", "bits", "place", "radius", "step", "turns", "vx", "vy", "x", "y")
+    __slots__ = ("anchor", "bend", "bits", "place", "pull", "radius", "step", "turns", "vx", "vy", "x", "y")
 
     def __init__(
         self,
@@ -123,31 +120,40 @@ class FlightPlan:
         radius: float,
         frame: Frame,
         turns: Whole = (0, 0),
+        pull: Vector = (0.0, 0.0),
     ) -> None:
         right, up = (_turns(place, period) for place, period in zip((x, y), frame.periods, strict=True))
         x, y = _less(x, right, frame.periods[0]), _less(y, up, frame.periods[1])
         self.turns = turns[0] + right, turns[1] + up
-        self.x, self.y, self.vx, self.vy, self.anchor = x, y, vx, vy, anchor
+        self.x, self.y, self.vx, self.vy, self.pull, self.anchor = x, y, vx, vy, pull, anchor
         lengths = [_ratio(x), _ratio(y), _ratio(radius)]
         speeds = [(number, fine + frame.fine) for number, fine in (_ratio(vx), _ratio(vy))]
-        self.bits = bits = max(frame.finest, *(fine for _, fine in lengths), *(fine for _, fine in speeds))
+        bends = [(n, k + 1 + 2 * frame.fine) if n else (0, 0) for n, k in map(_ratio, pull)]
+        self.bits = bits = max(frame.finest, *(fine for _, fine in (*lengths, *speeds, *bends)))
         px, py, self.radius = (number << (bits - fine) for number, fine in lengths)
         wx, wy = (number << (bits - fine) for number, fine in speeds)
+        hx, hy = (number << (bits - fine) for number, fine in bends)
         self.place = px, py
         self.step = wx, wy
+        self.bend = hx, hy
 
-    def exact_place(self, tick: int, bits: int) -> tuple[int, int]:
-        """Returns where the body is at a tick, exactly, at a fineness of at least its own."""
-        (x, y), (wx, wy) = self.place, self.step
+    def flown(self, tick: int, bits: int) -> tuple[Polynomial, Polynomial]:
+        """Returns where the body is some ticks after a tick, along x and y, exactly: polynomials of the
+        ticks, at a fineness of at least its own."""
         elapsed, finer = tick - self.anchor, bits - self.bits
-        return (x + wx * elapsed) << finer, (y + wy * elapsed) << finer
-
-    def rounded_place(self, tick: int, tick_length: float) -> Vector:
-        """Returns where the body is once it is anchored at a tick (rule 4), before rule 4p."""
-        elapsed = tick - self.anchor
-        return anchored(self.x, self.vx, elapsed, tick_length), anchored(
-            self.y, self.vy, elapsed, tick_length
+        x, y = (
+            ((p + w * elapsed + h * elapsed * elapsed) << finer, (w + 2 * h * elapsed) << finer, h << finer)
+            for p, w, h in zip(self.place, self.step, self.bend, strict=True)
         )
+        return x, y
+
+    def moved(self, tick: int, tick_length: float) -> tuple[Vector, Vector]:
+        """Returns the place and the velocity of the body once it is anchored at a tick (rules 4 and 4a),
+        before rule 4p."""
+        elapsed, (ax, ay) = tick - self.anchor, self.pull
+        x, vx = anchored(self.x, self.vx, elapsed, tick_length, ax)
+        y, vy = anchored(self.y, self.vy, elapsed, tick_length, ay)
+        return (x, y), (vx, vy)
 
 
 class PairQuadratic:
@@ -155,26 +161,25 @@ class PairQuadratic:
 
     T counts ticks from ``since``, the later of the anchors; lengths count 2^-bits. There the second is (dx,
     dy) from the first, and moves by (vx, vy) in a tick; ``reach`` is the sum of the radii, R. ``image`` is
-    the periods of the frame by which the second is seen away from its unwrapped place.
+    the periods of the frame by which the second is seen away from its unwrapped place. (hx, hy) is what the
+    square of T adds to its way: where that is not 0 it is no quadratic, but ``quartic``.
     """
 
-    __slots__ = ("a", "b", "bits", "c", "dx", "dy", "reach", "since", "vx", "vy")
+    __slots__ = ("a", "b", "bits", "c", "dx", "dy", "hx", "hy", "reach", "since", "vx", "vy")
 
     def __init__(
         self, one: FlightPlan, two: FlightPlan, frame: Frame | None = None, image: Whole = (0, 0)
     ) -> None:
         self.since = max(one.anchor, two.anchor)
         self.bits = max(one.bits, two.bits)
-        x, y = one.exact_place(self.since, self.bits)
-        other_x, other_y = two.exact_place(self.since, self.bits)
-        self.dx, self.dy = other_x - x, other_y - y
+        ways = zip(one.flown(self.since, self.bits), two.flown(self.since, self.bits), strict=True)
+        (self.dx, self.vx, self.hx), (self.dy, self.vy, self.hy) = (
+            [after - before for before, after in zip(*way, strict=True)] for way in ways
+        )
         if frame is not None:
             self.dx += self._periods(one, two, frame, image, 0)
             self.dy += self._periods(one, two, frame, image, 1)
-        finer, other_finer = self.bits - one.bits, self.bits - two.bits
-        self.vx = (two.step[0] << other_finer) - (one.step[0] << finer)
-        self.vy = (two.step[1] << other_finer) - (one.step[1] << finer)
-        self.reach = (one.radius << finer) + (two.radius << other_finer)
+        self.reach = (one.radius << (self.bits - one.bits)) + (two.radius << (self.bits - two.bits))
         self.a = self.vx * self.vx + self.vy * self.vy
         self.b = self.dx * self.vx + self.dy * self.vy
         self.c = self.dx * self.dx + self.dy * self.dy - self.reach * self.reach
@@ -183,6 +188,12 @@ class PairQuadratic:
         """Returns how far an image of the second is from its place, along an axis."""
         number, fine = _ratio(frame.periods[axis])
         return ((image[axis] + two.turns[axis] - one.turns[axis]) * number) << (self.bits - fine)
+
+    def quartic(self) -> Polynomial:
+        """Returns Q of rule 5a, as a polynomial of the ticks after ``since``."""
+        more = 2 * (self.dx * self.hx + self.dy * self.hy)
+        across, square = self.vx * self.hx + self.vy * self.hy, self.hx * self.hx + self.hy * self.hy
+        return self.c, 2 * self.b, self.a + more, 2 * across, square
 
     def tick(self) -> int | None:
         """Returns the tick of contact (rule 5); None: there is none."""
@@ -246,48 +257,57 @@ def parting_tick(one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole) -
     return course.since + wait if wait < HORIZON else None
 
 
+def bent_tick(
+    one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole, met: bool, earliest: int
+) -> int | None:
+    """Returns the tick of contact of two bodies of a scene with accelerations (rules 5a and 7a), not before
+    the ``earliest``; None: none. ``met``: they have just met each other."""
+    course = PairQuadratic(one, two, frame, image)
+    start = max(earliest - course.since, 0)
+    if met:
+        again = met_again_from(course.quartic())
+        if again is None:
+            return None
+        start = max(start, again)
+    wait = first_fall(course.quartic(), start)
+    return None if wait is None else course.since + wait
+
+
+def bent_parting_tick(one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole, begun: int) -> int | None:
+    """Returns the tick at which two bodies of such a scene part that have ``begun`` to pass through each
+    other at a tick (rule 11a); None: none."""
+    course = PairQuadratic(one, two, frame, image)
+    wait = first_fall([-each for each in course.quartic()], max(begun - course.since, 0))
+    return None if wait is None else course.since + wait
+
+
 def wall_tick(plan: FlightPlan, frame: Frame) -> tuple[int, int] | None:
-    """Returns (tick, wall) of the contact of a body with a wall by its plan (rules 6 and 6g); None: none."""
+    """Returns (tick, wall) of the contact of a body with a wall by its plan (rules 6 and 6a, which are the
+    same along an axis without acceleration); None: none."""
     found: list[tuple[int, int]] = []  # in the order of walls
     sides = ((LEFT, RIGHT), (BOTTOM, TOP))
-    for place, step, (extent, fine), walls, period, g in zip(
-        plan.place, plan.step, frame.arena or (), sides, frame.periods, frame.gravity, strict=False
+    for place, step, bend, (extent, fine), walls, period in zip(
+        plan.place, plan.step, plan.bend, frame.arena or (), sides, frame.periods, strict=False
     ):
         gaps = place - plan.radius, (extent << (plan.bits - fine)) - place - plan.radius
         for gap, way, wall in zip(gaps, (1, -1), walls, strict=True):
-            speed, bend = way * step, 0
-            if g:
-                number, fine_bend = _ratio(g)[0] * way, _ratio(g)[1] + 2 * frame.fine + 1
-                finer, elapsed = max(fine_bend - plan.bits, 0), plan.anchor % frame.fall
-                bend = number << (plan.bits + finer - fine_bend)
-                gap = (gap << finer) + bend * elapsed * elapsed
-                speed = (speed << finer) + 2 * bend * elapsed
-            wait = None if period else _wall_wait(gap, speed, bend)
-            if wait is not None and (g or wait < HORIZON):
+            wait = None if period else _wall_wait(gap, way * step, way * bend)
+            if wait is not None:
                 found.append((plan.anchor + wait, wall))
     return min(found, key=lambda met: met[0], default=None)
 
 
 def _wall_wait(gap: int, speed: int, bend: int) -> int | None:
-    """Returns the floor of the first z >= 0 at which gap + speed z + bend z^2 is <= 0 and falls; None: there
-    is none. Without a ``bend`` that is rule 6, with one rule 6g."""
-    if gap <= 0 and (speed or bend) < 0:
-        return 0
-    if bend == 0:
-        return gap // -speed if speed < 0 else None
-    under = speed * speed - 4 * bend * gap
-    if bend < 0:  # the larger root; or the top, where it is below 0
-        return (speed + math.isqrt(max(under, 0))) // (-2 * bend)
-    if gap <= 0 or speed >= 0 or under <= 0:
-        return None
-    root = math.isqrt(under)
-    return (-speed - root - (root * root != under)) // (2 * bend)
+    if bend:
+        return first_fall((gap, speed, bend))
+    wait = max(gap, 0) // -speed if speed < 0 else HORIZON
+    return wait if wait < HORIZON else None
 
 
-def anchored(place: float, speed: float, ticks: int, tick: float) -> float:
-    """Returns one coordinate after a number of ticks of a length (rule 4)."""
+def anchored(place: float, speed: float, ticks: int, tick: float, pull: float = 0.0) -> tuple[float, float]:
+    """Returns one coordinate and its velocity after a number of ticks of a length (rules 4 and 4a)."""
     elapsed = float(ticks) * tick
-    return place + speed * elapsed
+    return place + (speed * elapsed + (0.5 * pull) * (elapsed * elapsed)), speed + pull * elapsed
 
 
 def product_error(a: float, b: float) -> float:

@@ -38,6 +38,13 @@ product and the difference are two more roundings, of numbers below 2.5 X where 
 terms of 1 to 3, twice, and 256 still covers that. Any other image is, along an axis of period P, at least
 P/2 - 6 u X away: so it does not come before (P/2 - rho) / |vx|, or that of y, as in 4.
 
+*Accelerations.* Let w be the relative acceleration, and n the direction of d. The distance at t is at least
+n.(d + v t + w t^2/2): so it does not come down to rho before g = |d| - rho is flown with the speed c = -n.v
+and the acceleration h = -n.w, which is after 2 g / (c + sqrt(c^2 + 2 h g)), or never. A product with n is off
+by less than 8 u times the sum of the sizes of what the vector is made of, of velocities and of what they have
+gained; c and h are enlarged by 2^-45 of these sums, and the root's argument by 2^-45 of itself, so that each
+of the three can only make the bound earlier. The terms of places are in X as well.
+
 *Shapes.* The radii are those of the circles around them. Two whose circles overlap, fat included, may touch
 now; others not before their circles do.
 
@@ -66,24 +73,30 @@ class ContactBounds:
     hold it: that is moved on in time (``rebase``); all are within 2^62 ticks of the present one."""
 
     def __init__(
-        self, radius: Floats, fine: int, periods: tuple[float, float] = (0.0, 0.0), shapes: bool = False
+        self,
+        radius: Floats,
+        fine: int,
+        periods: tuple[float, float] = (0.0, 0.0),
+        shapes: bool = False,
+        bent: bool = False,
     ) -> None:
         count = len(radius)
         self.origin = 0
         self._radius = radius
         self._largest = float(radius.max(initial=0.0))
-        self._plans = np.zeros((4, count))
+        self._plans = np.zeros((6, count))
         self._anchor = np.zeros(count, np.int64)
         self._absent = np.ones(count, np.bool_)
         self._periods = periods
         self._shapes = shapes
+        self._bent = bent
         self._extent = max(periods)
         self._tick = 2.0**-fine
         self._ticks = 2.0**fine
 
     def put(self, body: int, plan: FlightPlan) -> None:
         """Writes a body's row."""
-        self._plans[:, body] = plan.x, plan.y, plan.vx, plan.vy
+        self._plans[:, body] = plan.x, plan.y, plan.vx, plan.vy, *plan.pull
         self._anchor[body] = plan.anchor - self.origin
         self._absent[body] = False
         self._extent = max(self._extent, abs(plan.x), abs(plan.y))
@@ -101,11 +114,20 @@ class ContactBounds:
         """Returns (len(bodies), n): ticks from ``now`` on in which a body does not meet another; infinite
         where they never do on these plans, and for the body itself."""
         with np.errstate(all="ignore"):
-            x, y, vx, vy = self._plans
+            x, y, vx, vy, ax, ay = self._plans
             elapsed = (now - self.origin - self._anchor) * self._tick
             place_x = x + vx * elapsed
             place_y = y + vy * elapsed
             extent = max(self._extent, float(np.abs(place_x).max()), float(np.abs(place_y).max()))
+            sizes = np.abs(vx) + np.abs(vy)
+            if self._bent:
+                bend_x, bend_y = 0.5 * ax * elapsed * elapsed, 0.5 * ay * elapsed * elapsed
+                place_x, place_y = place_x + bend_x, place_y + bend_y
+                extent = max(
+                    extent, *(float(np.abs(each).max()) for each in (place_x, place_y, bend_x, bend_y))
+                )
+                vx, vy = vx + ax * elapsed, vy + ay * elapsed
+                sizes = sizes + (np.abs(ax) + np.abs(ay)) * np.abs(elapsed)
             fat = _FAT * (extent + self._largest)
             which = np.array(bodies)[:, None]
             dx = place_x - place_x[which]
@@ -116,6 +138,19 @@ class ContactBounds:
             dvx = vx - vx[which]
             dvy = vy - vy[which]
             reach = self._radius + (self._radius[which] + fat)
+            if self._bent:
+                dax, day = ax - ax[which], ay - ay[which]
+                apart = np.sqrt(dx * dx + dy * dy)
+                gap = apart * (1.0 - 2.0**-50) - reach
+                closing = -(dx * dvx + dy * dvy) / apart + 2.0**-45 * (sizes + sizes[which])
+                bend = -(dx * dax + dy * day) / apart + 2.0**-45 * (np.abs(dax) + np.abs(day))
+                under = closing * closing + 2.0 * bend * gap
+                under += 2.0**-45 * (closing * closing + 2.0 * np.abs(bend) * gap)
+                ahead = closing + np.sqrt(under)
+                bent: Floats = np.fmax(2.0 * gap / ahead * (self._ticks * _LESS), 0.0)
+                bent[(under < 0.0) | (ahead <= 0.0)] = np.inf
+                bent[~(gap > 0.0)] = 0.0
+                return self._others(bent, bodies, dvx, dvy, reach)
             speed2 = dvx * dvx + dvy * dvy
             speed = np.sqrt(speed2)
             ahead = -(dx * dvx + dy * dvy) / speed
@@ -133,10 +168,14 @@ class ContactBounds:
             if np.count_nonzero(odd) > len(bodies):  # each body itself is one of them
                 still = (dvx == 0.0) & (dvy == 0.0)
                 wait[odd] = np.where(still, np.inf, 0.0)[odd]
-            for speed, period in zip((dvx, dvy), self._periods, strict=True):
-                if period:  # another image: half a period is to be flown, but for the reach
-                    free = np.maximum(0.5 * period - reach, 0.0) / np.abs(speed) * (self._ticks * _LESS)
-                    wait = np.minimum(wait, np.where(np.isnan(free), 0.0, free))
-            wait[np.arange(len(bodies)), bodies] = np.inf
-            wait[:, self._absent] = np.inf
+            return self._others(wait, bodies, dvx, dvy, reach)
+
+    def _others(self, wait: Floats, bodies: list[int], dvx: Floats, dvy: Floats, reach: Floats) -> Floats:
+        """Returns the waits for nearest images, less where another image may come before; of who is there."""
+        for speed, period in zip((dvx, dvy), self._periods, strict=True):
+            if period:  # another image: half a period is to be flown, but for the reach
+                free = np.maximum(0.5 * period - reach, 0.0) / np.abs(speed) * (self._ticks * _LESS)
+                wait = np.minimum(wait, np.where(np.isnan(free), 0.0, free))
+        wait[np.arange(len(bodies)), bodies] = np.inf
+        wait[:, self._absent] = np.inf
         return wait

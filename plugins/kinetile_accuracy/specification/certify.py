@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 
 from kinetile import Scene
 from kinetile.errors import BadOption, Refused
-from kinetile.instruments import INSERTED, REANCHORED, REMOVED, TURNED, WALLS, Fingerprint, digestible
+from kinetile.instruments import (
+    ACCELERATED,
+    INSERTED,
+    REANCHORED,
+    REMOVED,
+    TURNED,
+    WALLS,
+    Fingerprint,
+    digestible,
+)
 from kinetile_accuracy.specification.arithmetic import UNIT_BITS, UNIT_TICKS, tick_of, unit_bits
 from kinetile_accuracy.specification.course import Course, CourseEvent
 
@@ -32,7 +41,13 @@ _IDLE = UNIT_TICKS << 20
 _FARTHEST = 20_000
 """Contacts before a difference up to which ``explain_difference`` certifies: that takes some seconds."""
 
-_OTHERS = {TURNED: "a turn", REANCHORED: "the anchoring", INSERTED: "the insertion", REMOVED: "the removal"}
+_OTHERS = {
+    TURNED: "a turn",
+    ACCELERATED: "another acceleration",
+    REANCHORED: "the anchoring",
+    INSERTED: "the insertion",
+    REMOVED: "the removal",
+}
 
 Line = tuple[int, int, int, int]
 """A line of a list: epoch, tick, a, b."""
@@ -190,16 +205,23 @@ class LogCertifier:
         return due
 
     def _wrong_plan(self, course: Course, index: int, line: CourseEvent) -> str | None:
-        """Returns where a row's plans, in the room, are not those of rule 9; zeros may have either sign."""
-        row = self._rows[index]
-        for side, body in (("a", line.a), ("b", line.b)):
-            for name, more in zip(_PLAN, course.frame.fallen(line.tick), strict=True):
-                none = body < 0 or not course.changes_plans(line)
-                right = float("nan") if none else getattr(course.plans[body], name) + more
+        """Returns where a row's plans are not those of rule 9, or its acceleration is not the command's;
+        zeros may have either sign."""
+        row, plan, nan = self._rows[index], course.plans[line.a], float("nan")
+        one = two = (nan,) * len(_PLAN)
+        if course.changes_plans(line):
+            one = plan.x, plan.y, plan.vx, plan.vy
+            if line.b >= 0:
+                plan = course.plans[line.b]
+                two = plan.x, plan.y, plan.vx, plan.vy
+        if course.bent and line.b in (INSERTED, ACCELERATED):
+            two = *plan.pull, nan, nan
+        for side, body, numbers in (("a", line.a, one), ("b", line.b, two)):
+            for name, right in zip(_PLAN, numbers, strict=True):
                 found = float(row[side + name])
-                if found != right and not (none and np.isnan(found)):
-                    what = f"{name} of body {body} after {_named(line)} is {found!r}"
-                    return f"{what}; by rules 4 and 9 it is {right!r}"
+                if found != right and not (np.isnan(right) and np.isnan(found)):
+                    whose = f"{name} of body {body}" if body >= 0 else f"{side}{name}"
+                    return f"{whose} after {_named(line)} is {found!r}; by rules 4 and 9 it is {right!r}"
         return None
 
 
@@ -339,7 +361,7 @@ def _own_tick(course: Course, line: CourseEvent) -> tuple[int | None, str]:
         if met[1] != b:
             return None, f"the wall that it meets first is the {WALLS[met[1]]} one, at {_when(met[0])}"
         own = met[0]
-    elif course.barred(a, b) and not any(course.frame.periods):
+    elif course.barred(a, b) and not any(course.frame.periods) and not course.bent:
         since = _when(course.plans[a].anchor)
         return None, f"these two are barred: they met at {since}, and neither has had another plan since"
     else:

@@ -20,23 +20,29 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from kinetile import Insert, Remove, Scene, Shape, Turn
-from kinetile.instruments import INSERTED, REANCHORED, REMOVED, TURNED
+from kinetile import Accelerate, Insert, Remove, Scene, Shape, Turn
+from kinetile.instruments import ACCELERATED, INSERTED, REANCHORED, REMOVED, TURNED
 from kinetile_accuracy.specification import arithmetic, shapes
 from kinetile_accuracy.specification.answers import Answers
 from kinetile_accuracy.specification.arithmetic import BEAT, HORIZON, SPAN, FlightPlan, Frame, Vector, Whole
-from kinetile_accuracy.specification.bounds import ContactBounds
+from kinetile_accuracy.specification.bounds import ContactBounds, Floats
 from kinetile_accuracy.specification.shapes import Difference
 
 _BOUND, _ANCHORING, _WALL, _PAIR, _PARTING = range(5)
 _NOBODY = -1
 _FEW = 4
 """Partners of a body with an entry of their own: with more, more entries are discarded."""
+
+
+EVENTS = {Turn: TURNED, Accelerate: ACCELERATED, Insert: INSERTED, Remove: REMOVED}
+"""What logs call the commands."""
+
+Command = Turn | Accelerate | Insert | Remove
 
 
 class CourseEvent(NamedTuple):
@@ -73,13 +79,12 @@ class _Planned(NamedTuple):
 
     tick: int
     after: int
-    command: Turn | Insert | Remove
+    command: Command
 
     @property
     def event(self) -> CourseEvent:
         """The command as a log has it."""
-        kind = {Turn: TURNED, Insert: INSERTED, Remove: REMOVED}[type(self.command)]
-        return CourseEvent(self.tick, self.command.body, kind)
+        return CourseEvent(self.tick, self.command.body, EVENTS[type(self.command)])
 
 
 class Course:
@@ -94,10 +99,12 @@ class Course:
     def __init__(self, scene: Scene, last: tuple[int, int] | None = None) -> None:
         bits = arithmetic.unit_bits(scene)
         self._last = last
-        self.frame = Frame(scene.arena, bits, scene.periods, scene.gravity)
+        self.frame = Frame(scene.arena, bits, scene.periods)
+        self._gravity = scene.gravity
+        self.bent = any(arithmetic.largest_pull(scene))
         self._arena = scene.arena or ()
         self._periodic = any(scene.periods)
-        self._span = self.frame.fall or (BEAT if self._periodic else SPAN)
+        self._span = BEAT if self._periodic else SPAN
         self.now = 0
         self.tick = 2.0**-self.frame.fine
         commands = [_Planned(*_moment(each, scene.start, bits), each) for each in scene.commands]
@@ -107,7 +114,7 @@ class Course:
         self._radius = scene.radius.tolist() + [0.0] * (count - len(scene))
         for each in inserted:
             self._radius[each.body] = each.radius
-        self._answers = Answers(scene, count, self.frame)
+        self._answers = Answers(scene, count)
         self._shapes = dict(enumerate(scene.shapes[each] for each in scene.shape.tolist() if each >= 0))
         self._shapes |= {each.body: each.shape for each in inserted if isinstance(each.shape, Shape)}
         self._differences: dict[tuple[Shape, Shape], Difference] = {}
@@ -119,13 +126,13 @@ class Course:
         self._image: list[Whole] = [(0, 0)] * count
         self._stamp = [0] * count
         self._bounds = ContactBounds(
-            np.array(self._radius), self.frame.fine, scene.periods, bool(scene.shapes)
+            np.array(self._radius), self.frame.fine, scene.periods, bool(scene.shapes), self.bent
         )
         self.present = [False] * count
         self.plans = [FlightPlan(0.0, 0.0, 0.0, 0.0, 0, 0.0, self.frame)] * count
-        states = zip(scene.position.tolist(), scene.velocity.tolist(), strict=True)
-        for body, (place, velocity) in enumerate(states):
-            self._enter(body, tuple(place), tuple(velocity))
+        states = (column.tolist() for column in (scene.position, scene.velocity, scene.acceleration))
+        for body, (place, velocity, pull) in enumerate(zip(*states, strict=True)):
+            self._enter(body, tuple(place), tuple(velocity), tuple(pull))
         if self._answers.passing:
             self._at_once = self._overlaps(itertools.combinations(range(len(scene)), 2))
         for body in range(len(scene)):
@@ -178,7 +185,7 @@ class Course:
     def _so_far(self, tick: int) -> int:
         return self._contacts[1] if self._contacts[0] == tick else 0
 
-    def _has_room(self, command: Turn | Insert | Remove) -> bool:
+    def _has_room(self, command: Command) -> bool:
         """Returns whether a body that is inserted now has room (rule 9); of another command always."""
         if not isinstance(command, Insert):
             return True
@@ -191,7 +198,7 @@ class Course:
         ):
             if not period and (place < low - 1e-12 * r or side - place < high - 1e-12 * r):
                 return False
-        plan = FlightPlan(*self._fallen((x, y)), 0.0, 0.0, self.now, r, self.frame)
+        plan = FlightPlan(x, y, 0.0, 0.0, self.now, r, self.frame)
         centre = plan.x, plan.y
         for other in self._there():
             if self._answers.passes(command.body, other):
@@ -206,7 +213,7 @@ class Course:
                 return False
         return True
 
-    def _ends_with(self, command: Turn | Insert | Remove) -> _Passing | None:
+    def _ends_with(self, command: Command) -> _Passing | None:
         """Returns the first of the passings that end before a command, since its body goes; None: none."""
         if not isinstance(command, Remove):
             return None
@@ -269,8 +276,6 @@ class Course:
             return
         one = self._anchored(a)
         velocity = one.vx, one.vy
-        if kind == _ANCHORING and self.frame.fall:
-            one, velocity = self._in_next_frame(one)
         if kind == _PAIR:
             met = self.meeting(a, b) if self._periodic else None
             image = image if met is None else met[1]
@@ -305,12 +310,13 @@ class Course:
         """Enters the end of a passing, if it has one by the present plans."""
         a, b, image = passing
         m = self._difference(a, b)
-        if m is None:
-            tick = arithmetic.parting_tick(self.plans[a], self.plans[b], self.frame, image)
+        flight, begun = (self.plans[a], self.plans[b], self.frame, image), self._passing[passing]
+        if self.bent:
+            tick = arithmetic.bent_parting_tick(*flight, begun)
         else:
-            tick = shapes.parting(m, self.plans[a], self.plans[b], self.frame, image)
+            tick = arithmetic.parting_tick(*flight) if m is None else shapes.parting(m, *flight)
         if tick is not None:
-            tick = max(tick, self._passing[passing] + 1)
+            tick = max(tick, begun + 1)
             heapq.heappush(self._heap, _Entry(tick, _PARTING, a, b, self._stamp[a], self._stamp[b], image))
 
     def _carry_out_command(self, planned: _Planned) -> None:
@@ -323,31 +329,21 @@ class Course:
             self._stamp[body] += 1
             self._met[body] = _NOBODY
             return
-        rest = self.frame.rest(self.now)
-        vx, vy = command.velocity[0] + rest[0], command.velocity[1] + rest[1]
         if isinstance(command, Insert):
-            x, y = command.position
-            self._enter(body, self._fallen((x, y)), (vx, vy))
+            pull = arithmetic.pull_of(command, self._gravity)
+            self._enter(body, _two(command.position), _two(command.velocity), pull)
             others = (other for other in self._there() if other != body)
             self._at_once = self._overlaps((min(body, other), max(body, other)) for other in others)
         else:
-            self._change(body, self._anchored(body), (vx, vy))
+            plan = self._anchored(body)
+            if isinstance(command, Turn):
+                self._change(body, plan, _two(command.velocity))
+            else:
+                self._change(body, plan, (plan.vx, plan.vy), _two(command.acceleration))
         self._schedule([body])
 
-    def _fallen(self, place: Vector) -> Vector:
-        """Returns a place in the room as the present frame has it (rule 9g)."""
-        x, y, _, _ = self.frame.fallen(self.now)
-        return place[0] - x, place[1] - y
-
-    def _in_next_frame(self, plan: FlightPlan) -> tuple[FlightPlan, Vector]:
-        """Returns an anchored plan, and its velocity, in the frame that begins now (rule 8g)."""
-        (gx, gy), d = self.frame.gravity, float(self.frame.fall) * self.tick
-        half = 0.5 * d * d
-        place, velocity = (plan.x + gx * half, plan.y + gy * half), (plan.vx + gx * d, plan.vy + gy * d)
-        return FlightPlan(*place, *velocity, self.now, 0.0, self.frame, plan.turns), velocity
-
-    def _enter(self, body: int, place: Vector, velocity: Vector) -> None:
-        plan = FlightPlan(*place, *velocity, self.now, self._radius[body], self.frame)
+    def _enter(self, body: int, place: Vector, velocity: Vector, pull: Vector) -> None:
+        plan = FlightPlan(*place, *velocity, self.now, self._radius[body], self.frame, pull=pull)
         self.present[body] = True
         self.plans[body] = plan
         self._bounds.put(body, plan)
@@ -357,23 +353,26 @@ class Course:
         return self._met[a] == b and self._met[b] == a
 
     def meeting(self, a: int, b: int) -> tuple[int, Whole] | None:
-        """Returns the tick of contact of bodies a < b, and the image; None: none that is not barred."""
+        """Returns the tick of contact of bodies a < b, and the image; None: none that is not barred. With
+        accelerations they are not barred, but rule 7a says from when on they may meet again."""
         m, one, two = self._difference(a, b), self.plans[a], self.plans[b]
+        barred = self._image[a] if self.barred(a, b) else None
+        earliest = self.now if self._answers.passes(a, b) else 0
         if m is not None and self._both_immovable(a, b):
             return None  # rule 7s
 
         def tick_through(image: Whole) -> int | None:
+            if self.bent:
+                return arithmetic.bent_tick(one, two, self.frame, image, image == barred, earliest)
             if m is None:
                 return arithmetic.PairQuadratic(one, two, self.frame, image).tick()
             met = shapes.contact(m, one, two, self.frame, image)
             return None if met is None else met.tick
 
         if self._periodic:
-            left_out = [self._image[a]] if self.barred(a, b) else []
-            earliest = 0
-            if self._answers.passes(a, b):
-                earliest = self.now
-                left_out += [each.image for each in self._passing if each[:2] == (a, b)]
+            left_out = [each.image for each in self._passing if each[:2] == (a, b)]
+            if barred is not None and not self.bent:
+                left_out.append(barred)
             return arithmetic.image_tick(one, two, self.frame, left_out, earliest, tick_through)
         tick = tick_through((0, 0))
         return None if tick is None else (tick, (0, 0))
@@ -403,8 +402,9 @@ class Course:
 
     def _anchored(self, body: int) -> FlightPlan:
         plan = self.plans[body]
-        x, y = plan.rounded_place(self.now, self.tick)
-        return FlightPlan(x, y, plan.vx, plan.vy, self.now, self._radius[body], self.frame, plan.turns)
+        place, velocity = plan.moved(self.now, self.tick)
+        more = plan.turns, plan.pull
+        return FlightPlan(*place, *velocity, self.now, self._radius[body], self.frame, *more)
 
     def changes_plans(self, event: CourseEvent) -> bool:
         """Returns whether an event gives plans to its bodies: all but passings do."""
@@ -434,9 +434,11 @@ class Course:
             return False
         return kind == _WALL or b == _NOBODY or self._stamp[b] == other_stamp
 
-    def _change(self, body: int, plan: FlightPlan, velocity: Vector) -> None:
-        """Gives a body another velocity on a plan that is anchored now, which ends its bars."""
-        plan = FlightPlan(plan.x, plan.y, *velocity, self.now, self._radius[body], self.frame, plan.turns)
+    def _change(self, body: int, plan: FlightPlan, velocity: Vector, pull: Vector | None = None) -> None:
+        """Gives a body another velocity, and perhaps acceleration, on a plan that is anchored now, which ends
+        its bars."""
+        more = plan.turns, plan.pull if pull is None else pull
+        plan = FlightPlan(plan.x, plan.y, *velocity, self.now, self._radius[body], self.frame, *more)
         self.plans[body] = plan
         self._bounds.put(body, plan)
         self._stamp[body] += 1
@@ -454,7 +456,10 @@ class Course:
     def _bound(self, bodies: list[int]) -> None:
         """Enters bounds with all others: the few that may come first get an entry each, the rest one."""
         for body, waits in zip(bodies, self._bounds.waits(bodies, self.now), strict=True):
-            if not self._periodic and self._met[body] != _NOBODY and self.barred(body, self._met[body]):
+            lasts = (
+                not self._periodic and not self.bent
+            )  # without images or bends a bar is one of all contacts
+            if lasts and self._met[body] != _NOBODY and self.barred(body, self._met[body]):
                 waits[self._met[body]] = np.inf
             for a, b, _ in () if self._periodic else self._passing:  # bounded again at their parting
                 if body in (a, b):
@@ -482,16 +487,21 @@ class Course:
             heapq.heappush(self._heap, _Entry(met[0], _PAIR, a, b, self._stamp[a], self._stamp[b]))
 
     def _end_span(self, tick: int) -> None:
-        """Enters the anchorings at the end of a span (rule 8), or of a frame of all bodies (rule 8g)."""
+        """Enters the anchorings at the end of a span (rule 8)."""
         self.now = tick
         self._bounds.rebase(tick)
         for body in self._there():
-            if self.frame.fall or self.plans[body].anchor < tick - self._span:
+            if self.plans[body].anchor < tick - self._span:
                 heapq.heappush(self._heap, _Entry(tick, _ANCHORING, body, _NOBODY, self._stamp[body]))
         heapq.heappush(self._heap, _Entry(tick + self._span, _ANCHORING, _NOBODY, _NOBODY))
 
 
-def _moment(command: Turn | Insert | Remove, start: float, bits: int) -> tuple[int, int]:
+def _two(numbers: Sequence[float] | Floats) -> Vector:
+    x, y = numbers
+    return float(x), float(y)
+
+
+def _moment(command: Command, start: float, bits: int) -> tuple[int, int]:
     """Returns the tick of a command, and after how many contacts of that tick it comes (rule 2)."""
     if command.at is None:
         return arithmetic.tick_of(command.time, start, bits), 0

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import kinetile as kt
-from kinetile import Insert, Remove, Simulation
+from kinetile import Accelerate, Insert, Remove, Simulation
 from kinetile.errors import AuditError, KinetileError, TooThick
 from kinetile.instruments import Command, first_difference, relabelled, with_commands
 from kinetile.toolbox import box_gaps, reaches_of
@@ -220,9 +220,12 @@ def same_contacts_when_commanded_by_hand(case: Case) -> None:
 def _give(sim: Simulation, command: Command, numbers: dict[int, int]) -> None:
     """Gives a command of a scene, in which bodies have other ``numbers``; what is refused is left out."""
     if isinstance(command, Insert):
-        _, place, flies, radius, mass, *_, shape = command
+        given = command._asdict()
+        place, flies = given.pop("position"), given.pop("velocity")
+        for name in ("time", "body", "at"):
+            del given[name]
         try:
-            numbers[command.body] = sim.insert(place, flies, radius, mass, command.kind, shape)
+            numbers[command.body] = sim.insert(place, flies, **given)
         except TooThick:
             raise
         except (KinetileError, ValueError):
@@ -231,6 +234,8 @@ def _give(sim: Simulation, command: Command, numbers: dict[int, int]) -> None:
         pass
     elif isinstance(command, Remove):
         sim.remove(numbers[command.body])
+    elif isinstance(command, Accelerate):
+        sim.set_acceleration(numbers[command.body], command.acceleration)
     else:
         sim.set_velocity(numbers[command.body], command.velocity)
 

@@ -8,6 +8,8 @@ overflows, a tick that is not named in ``ticks`` is out of date, and small error
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -68,12 +70,21 @@ def _some(random: np.random.Generator, count: int, share: float) -> npt.NDArray[
 
 
 def falling(number: int) -> Scene:
-    """Returns lattices, or bodies of several sizes, that fall along both axes, by much or hardly: gravity
-    along one alone would be another loop to compile. None rests on a wall."""
+    """Returns lattices, or bodies of several sizes, that fall along one axis or both, by much or hardly; some
+    have accelerations of their own, and one of six is immovable. None rests on a wall."""
     random = np.random.default_rng(number)
     base = lattices(4, number, True, APART[1]) if number & 1 else swarm("gas", 30, number, number % 7)
-    pull = random.choice([-1.0, 1.0], 2) * 2.0 ** random.integers(-6, 4, 2)
-    return base.replace(velocity=np.where(base.velocity == 0.0, 0.25, base.velocity), gravity=pull.tolist())
+    bodies = np.arange(len(base))
+    pulls = random.choice([-1.0, 0.0, 1.0], (len(base) + 1, 2))
+    gravity, *own = pulls * 2.0 ** random.integers(-6, 4, pulls.shape)
+    own = np.array(own)
+    fixed = bodies % 6 == number % 6
+    own[fixed] = 0.0
+    own[random.random(len(base)) < 0.5] = math.nan
+    velocity = np.where(base.velocity == 0.0, 0.25, base.velocity)
+    velocity[fixed] = 0.0
+    mass = np.where(fixed, math.inf, base.mass)
+    return base.replace(velocity=velocity, mass=mass, gravity=gravity.tolist(), acceleration=own)
 
 
 BASES, CONTACTS = 40, 100_000

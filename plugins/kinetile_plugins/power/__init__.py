@@ -28,7 +28,7 @@ from kinetile.toolbox import (
     pair_links,
     positions_now,
 )
-from kinetile.toolbox.reach import fall_of
+from kinetile.toolbox.reach import margin_of
 
 from .audit import audit
 from .events import build, enter, leave, repair, replan
@@ -117,7 +117,7 @@ class Power:
             raise Refused("power is for discs, and this scene has other shapes")
         radius = float(scene.radius.min(initial=math.inf))
         width, height = scene.arena
-        side = max(width, height) + 2.0 * fall_of(scene)
+        side = max(width, height) + 2.0 * margin_of(scene)
         if radius < THINNEST * side:
             raise Refused(
                 f"power is for bodies that are at most {1.0 / THINNEST:.0f} times as small as the arena, and "

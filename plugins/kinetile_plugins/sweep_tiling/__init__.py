@@ -67,7 +67,6 @@ from kinetile.toolbox import (
     Item,
     Kernel,
     Segment,
-    arena_now,
     hook,
     offer,
     pair_links,
@@ -226,8 +225,8 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
 
 def _edges(k: Kernel, bodies: list[int]) -> list[list[float]]:
     """Returns the lowest and the highest corner of what is tiled: the arena, or a box around the bodies."""
-    if k.clock[0].limits.width or not bodies:
-        corners: list[list[float]] = arena_now(k).tolist()
-        return corners
+    limits = k.clock[0].limits
+    if limits.width or not bodies:
+        return [[0.0, 0.0], [float(limits.width), float(limits.height)]]
     places, reach = positions_now(k)[bodies], 2.0 * k.bodies.reach[bodies].max()
     return [(places.min(axis=0) - reach).tolist(), (places.max(axis=0) + reach).tolist()]

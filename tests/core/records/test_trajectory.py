@@ -13,7 +13,7 @@ from player_pages import SCENES, record
 pytest.importorskip("pyarrow")
 
 
-@pytest.mark.parametrize("name", first(1, [name for name, scene in SCENES.items() if not scene.falls]))
+@pytest.mark.parametrize("name", first(2, sorted(SCENES, key=lambda name: name != "accelerated")))
 def test_positions_and_velocities_are_those_of_the_run(name):
     scene = SCENES[name]
     trajectory = Trajectory(record(kt.Simulation(scene, "naive"), scene.start + 1.5), scene)
@@ -22,6 +22,22 @@ def test_positions_and_velocities_are_those_of_the_run(name):
         again.run(time)
         assert trajectory.positions(time).tobytes() == again.positions().tobytes()
         assert trajectory.velocities(time).tobytes() == again.velocities().tobytes()
+        assert trajectory.accelerations(time).tobytes() == again.accelerations().tobytes()
+
+
+def test_a_body_inserted_by_hand_has_the_acceleration_of_its_row():
+    scene = SCENES["accelerated"]
+    sim, parts = kt.Simulation(scene, "naive"), []
+    sim.run(0.25, recorder=parts.append)
+    body = sim.insert((0.3, 0.55), (0.2, -0.1), 0.05, acceleration=(0.25, -1.0))
+    sim.run(0.5, recorder=parts.append)
+    sim.set_acceleration(body, (-0.5, 0.75))
+    sim.run(1.0, recorder=parts.append)
+    trajectory = Trajectory(np.concatenate(parts), scene)
+    for time, pull in ((0.375, (0.25, -1.0)), (0.75, (-0.5, 0.75))):
+        assert trajectory.accelerations(time)[list(trajectory.bodies(time)).index(body)].tolist() == [*pull]
+    assert trajectory.positions(1.0).tobytes() == sim.positions().tobytes()
+    assert trajectory.velocities(1.0).tobytes() == sim.velocities().tobytes()
 
 
 @pytest.mark.parametrize("axes", first(1, ["xy", "x", "y"]))

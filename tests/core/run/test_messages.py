@@ -1,5 +1,7 @@
 """Calls to simulations that cannot be done: a sentence, and nothing has changed."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -44,6 +46,14 @@ def world():
 @pytest.fixture
 def falls():
     scene = kt.Scene([[0.5, 0.75]], [[0.0, 0.0]], 0.25, arena=(2.0, 2.0), gravity=(0.0, -1.0))
+    return kt.Simulation(scene, "cells", live=True)
+
+
+@pytest.fixture
+def pulled():
+    """A ball that falls, and a peg."""
+    places, mass = [[0.5, 0.75], [1.5, 0.5]], [1.0, math.inf]
+    scene = kt.Scene(places, [[0.0, 0.0]] * 2, 0.25, mass, (2.0, 2.0), gravity=(0.0, -1.0))
     return kt.Simulation(scene, "cells", live=True)
 
 

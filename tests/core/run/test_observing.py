@@ -1,5 +1,6 @@
 """Observables of a run: when they are sampled, what they are given, how averages and errors are made."""
 
+import itertools
 import math
 from functools import partialmethod
 from typing import Any, ClassVar
@@ -9,10 +10,12 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import BadOption, PhaseError, UnknownName, ZenoError
+from kinetile.records import Trajectory
 from kinetile.run.moment import Moment
 from kinetile.run.observing import Collisions
 from kinetile.statistics import Blocks
 from lanes import first
+from player_pages import SCENES
 from registering import registered
 
 
@@ -185,6 +188,26 @@ def test_contacts_come_with_velocities_before_and_after(watchers):
                 apart = part.position[k, 1] - part.position[k, 0]
                 assert part.impulse[k] / np.hypot(*part.impulse[k]) == pytest.approx(apart / np.hypot(*apart))
     assert turned
+
+
+def test_velocities_before_contacts_follow_each_body_s_own_acceleration(watchers):
+    made, parts = SCENES["accelerated"], []
+    sim = simulation(made)
+    sim.run(0.25, observe=["watcher"], recorder=parts.append)
+    sim.insert((0.3, 0.55), (0.2, -0.1), 0.05, acceleration=(0.25, -1.0))
+    sim.run(2.0, observe=["watcher"], recorder=parts.append)
+    trajectory, times = Trajectory(np.concatenate(parts), made), iter(sim.contacts["time"].tolist())
+    met = set()
+    for part in (part for watcher in watchers for part in watcher.collisions):
+        for k, time in enumerate(itertools.islice(times, len(part.a))):
+            for moment, velocities in ((time - 1e-9, part.before[k]), (time + 1e-9, part.after[k])):
+                there = trajectory.bodies(moment).tolist()
+                for body, velocity in zip((part.a[k], part.b[k]), velocities, strict=True):
+                    if body >= 0:
+                        flies = trajectory.velocities(moment)[there.index(body)]
+                        assert velocity == pytest.approx(flies, abs=1e-7)
+                        met.add(int(body))
+    assert met == {*range(6)}
 
 
 def test_where_nobody_observes_no_long_rows_are_written():

@@ -80,7 +80,7 @@ def test_files_name_the_answer_of_their_scene(periodic: str, answer: int, tmp_pa
         assert kt.read_events("events.parquet").metadata["answer"] == answer
         head = json.loads(np.load("run.save")[HEAD].tobytes())
         assert head["answer"] == answer
-    assert kt.ANSWER == 4
+    assert kt.ANSWER == 5
 
 
 def test_a_body_in_the_slot_of_another_has_flown_over_no_border():

@@ -56,6 +56,17 @@ def test_momentum_that_immovable_bodies_take_up_was_taken_off_the_temperature():
         assert sim.observed["temperature"]["kT"].mean == pytest.approx(0.225)  # m v^2 / 2, two degrees
 
 
+def test_heights_are_those_of_each_body_s_own_acceleration():
+    moving = [(1.0, 1.0), (3.0, 2.0), (2.0, 3.0)], [(0.5, 0.0), (-1.0, 0.5), (0.0, 0.0)], 0.25
+    own = [(math.nan, math.nan), (0.5, 0.25), (math.nan, math.nan)]
+    scene = kt.Scene(*moving, [1.0, 2.0, math.inf], arena=(4, 4), gravity=(0.0, -1.0), acceleration=own)
+    sim = kt.Simulation(scene, "naive")
+    sim.run(4.0, observe=["energy:every=0.25"])
+    found = sim.observed["energy"]
+    assert sim.readings.contacts_disc
+    assert found["E"].mean + found["U"].mean == pytest.approx(1.375 + 1.0 - 2.0 * (1.5 + 0.5))
+
+
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_a_mixture_of_masses_shares_its_energy_equally():

@@ -3,8 +3,8 @@
 The gap is ``far - near - radius``, exactly, and closes at an exact speed. With n ticks by a division, what
 is left of the gap after n is known almost exactly: the difference of two numbers that are nearly the same
 is exact, and the error of their product is a double. Its quotient by the speed has a bound, and where no
-whole tick lies within it, the floor is known; else whole numbers decide, as of a bent wall (``falling``)
-without a pull.
+whole tick lies within it, the floor is known; else whole numbers decide, as of a bent way
+(``bent_integers``) without an acceleration.
 
 Error bounds
 ============
@@ -20,8 +20,8 @@ The floor is taken, and compared with 2^62, in whole numbers: as doubles, 2^62 -
 
 from __future__ import annotations
 
+from kinetile.kernel.certificates.bent_integers import wall_by_integers
 from kinetile.kernel.certificates.contact import LARGE, OPEN, SMALL, TINY, floor_of, plus
-from kinetile.kernel.certificates.falling import Fall, falls_at_by_integers
 from kinetile.kernel.certificates.integers import as_count
 from kinetile.kernel.certificates.structural import FAR
 from kinetile.kernel.compiled import apart, hook, larger, unchecked
@@ -61,7 +61,7 @@ def reaches(far: float, near: float, radius: float, speed: float, tick: float, p
                 found = floor_of(ticks, step, bound)
                 if found != OPEN:
                     return found
-    return int(falls_at_by_integers(Fall(far, near, radius, -speed, 0.0, 0, 0, tick), guess))
+    return int(wall_by_integers(far, near, radius, -speed, 0.0, tick, guess))
 
 
 @unchecked

@@ -39,9 +39,11 @@ from kinetile.kernel.compiled.hooks import subroutine as subroutine
 from kinetile.kernel.compiled.hooks import template as template
 from kinetile.kernel.compiled.hooks import to_be_filled_in as to_be_filled_in
 from kinetile.kernel.compiled.hooks import unchecked as unchecked
+from kinetile.kernel.compiled.hooks import with_field as with_field
 from kinetile.kernel.compiled.hooks import with_shapes as with_shapes
 from kinetile.kernel.compiled.views import disowned as disowned
 from kinetile.kernel.compiled.views import numbers_from as numbers_from
 from kinetile.kernel.compiled.views import pointer as pointer
+from kinetile.kernel.compiled.views import with_shadows as with_shadows
 from kinetile.kernel.compiled.views import wrapping as wrapping
 from kinetile.kernel.compiled.views import zeros as zeros

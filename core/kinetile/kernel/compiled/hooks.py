@@ -107,6 +107,7 @@ if not INTERPRETED:
     class _ByRecord(_Hook):
         """A hook that has two forms: the record that comes first, by its type, chooses one of them."""
 
+        field: str
         forms: tuple[_Hook, _Hook]
 
         def __call__(self, *arguments: Any) -> Any:
@@ -119,7 +120,7 @@ if not INTERPRETED:
             return self._chosen(arguments).get_overload(arguments)
 
         def _chosen(self, arguments: Any) -> _Hook:
-            return self.forms["left" in arguments[0].fields]
+            return self.forms[self.field in arguments[0].fields]
 
     class _Subroutine(_Hook):
         """A function that compiled code calls. Fingerprints have the class's name: taken in or called, the
@@ -139,25 +140,32 @@ def hook(function: F) -> F:
     return cast(F, _Hook(function, targetoptions=_HOOK, pipeline_class=LinkingCompiler))
 
 
-def with_shapes(of_shape: F) -> Callable[[F], F]:
-    """Marks a hook, above ``hook``, with ``of_shape`` in its place where not all bodies are discs.
+def with_field(field: str, other: F) -> Callable[[F], F]:
+    """Marks a hook, above ``hook``, with another one in its place where records have a field.
 
-    The first argument of both is a body's record. What is compiled where all are discs has nothing of the
-    other form.
+    The first argument of both is a record, or a named tuple. What is compiled for those without the field has
+    nothing of the other form.
     """
 
-    def decorated(of_disc: F) -> F:
-        @wraps(python_of(of_disc))
-        def chosen(body: Any, *rest: Any) -> Any:
-            return (of_shape if "left" in body.dtype.names else of_disc)(body, *rest)
+    def decorated(usual: F) -> F:
+        @wraps(python_of(usual))
+        def chosen(row: Any, *rest: Any) -> Any:
+            names = cast(Any, row)._fields if isinstance(row, tuple) else row.dtype.names
+            return (other if field in names else usual)(row, *rest)
 
         if INTERPRETED:
             return cast(F, chosen)
         made = _ByRecord(chosen, targetoptions=_HOOK, pipeline_class=LinkingCompiler)
-        made.forms = cast(Any, of_disc), cast(Any, of_shape)
+        made.field, made.forms = field, (cast(Any, usual), cast(Any, other))
         return cast(F, made)
 
     return decorated
+
+
+def with_shapes(of_shape: F) -> Callable[[F], F]:
+    """Marks a hook of a body's record, above ``hook``, with ``of_shape`` in its place where not all bodies
+    are discs."""
+    return with_field("left", of_shape)
 
 
 def unchecked(function: F) -> F:

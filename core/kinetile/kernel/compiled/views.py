@@ -28,6 +28,8 @@ from kinetile.kernel.compiled.hooks import INTERPRETED
 
 T = TypeVar("T")
 
+SEEN = {"bodies": "shadows", "places": "shades"}
+"""The tables that broad phases see in the place of others, where bodies are accelerated."""
 
 if INTERPRETED:
     from functools import cache, partial
@@ -89,6 +91,10 @@ if INTERPRETED:
     def numbers_from(tables: Any, first: int) -> Any:
         """Returns the tables with numbers that begin at one of them."""
         return tables._replace(numbers=tables.numbers[first:])
+
+    def with_shadows(tables: Any) -> Any:
+        """Returns the tables as a broad phase sees them (``SEEN``)."""
+        return tables._replace(**{name: getattr(tables, other) for name, other in SEEN.items()})
 
 else:
     import hashlib
@@ -353,6 +359,23 @@ else:
             return own
 
         return tables(tables, types.intp), code
+
+    @intrinsic
+    def with_shadows(typing_context: Any, tables: Any) -> Any:
+        """Returns the tables as a broad phase sees them (``SEEN``). The hook that calls this does not return
+        them: their rows are its own."""
+        fields, rows = tables.of.fields, dict(zip(tables.of.fields, _members(tables), strict=True))
+        kinds = [tables.of[fields.index(SEEN.get(name, name))] for name in fields]
+
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            own = _copied(context, builder, tables, arguments[0])
+            for name, other in SEEN.items():
+                for at in range(3):
+                    word = builder.load(_word(builder, arguments[0], rows[other][1] + at))
+                    builder.store(word, _word(builder, own, rows[name][1] + at))
+            return own
+
+        return _Packed(_with(tables.of, kinds))(tables), code
 
     @intrinsic
     def wrapping(typing_context: Any, given: Any) -> Any:

@@ -10,9 +10,21 @@ from __future__ import annotations
 import math
 
 from kinetile.kernel.clock import SPAN
-from kinetile.kernel.compiled import hook, larger, smaller
+from kinetile.kernel.compiled import hook, larger, smaller, with_field
 from kinetile.kernel.log import TURNED
 from kinetile.kernel.tables import JAMMED, NOBODY, NOT_FINITE, TOO_DEEP, Kernel, Records, blame
+
+
+@hook
+def _note_pull(body: Records, row: Records) -> None:
+    row.bx = body.ax
+    row.by = body.ay
+
+
+@with_field("ax", _note_pull)
+@hook
+def note_pull(body: Records, row: Records) -> None:
+    """Write the acceleration of a body into a row, in the place of a second body's position."""
 
 
 @hook
@@ -30,6 +42,7 @@ def log(k: Kernel, tick: int, a: int, b: int) -> None:
         row.ay = one.y
         row.avx = one.vx
         row.avy = one.vy
+        note_pull(one, row)
         if b >= 0:
             two = k.bodies[b]
             row.bx = two.x

@@ -19,6 +19,7 @@ import numpy as np
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.tables import (
+    CHORD,
     GUESS,
     NEVER,
     NOBODY,
@@ -36,6 +37,7 @@ HORIZON = 1 << 60
 """Ticks. Later than this from now it is not worth to compute where a body will be: its wall is."""
 
 WALLS = INSIDE = PASSING = True
+BENT = False
 inside = reach_wall = to_be_filled_in
 
 
@@ -278,6 +280,9 @@ def settle(k: Kernel, h: int) -> None:
     if entry.tick < key:
         key = entry.tick
         kind = PAIR if entry.exact else GUESS
+    if BENT and k.bodies[h].end <= key and k.bodies[h].end != NEVER:
+        key = k.bodies[h].end
+        kind = CHORD
     may_come = WALLS and wall_is_before(k, h, key, SOON)
     if may_come and (entry.wall < key or (entry.wall == key and kind == PAIR)):
         key = entry.wall

@@ -15,11 +15,18 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from kinetile.kernel.chords import lay, span_of
 from kinetile.kernel.compiled import disowned, hook, larger, template, to_be_filled_in
-from kinetile.kernel.falling import fallen, shift_plan, squares_in_room, twice_energy
-from kinetile.kernel.flight import note_place, position_after, position_at, since_origin
+from kinetile.kernel.flight import (
+    note_place,
+    position_after,
+    position_at,
+    since_origin,
+    square_of_speed,
+    twice_energy,
+)
 from kinetile.kernel.images import anchor, near_zero, wrap
-from kinetile.kernel.log import BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TURNED
+from kinetile.kernel.log import ACCELERATED, BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TURNED
 from kinetile.kernel.loop import CROWDED, LOG_FULL, NO_REASON
 from kinetile.kernel.loop.bookkeeping import log, log_is_full
 from kinetile.kernel.loop.calendar import forget, move, settle
@@ -48,7 +55,7 @@ FREE = -(1 << 30)
 """What ``blocked_by`` returns where there is room."""
 
 LIVING = WALLS = RULES = PASSING = True
-PERIODIC = SHAPED = FALLING = False
+PERIODIC = SHAPED = BENT = False
 enter = leave = to_be_filled_in
 
 
@@ -113,9 +120,10 @@ def reaches_into(
 
 @hook
 def place_error(k: Kernel, tick: int) -> float:
-    """Return by how much rows of places can be wrong at a tick: infinite where none are noted."""
+    """Return by how much rows of places can be wrong at a tick: infinite where none are noted, and where
+    bodies are accelerated."""
     clock = k.clock[0]
-    noted = clock.built != 0 and abs(tick - clock.origin) <= clock.limits.span
+    noted = len(k.shadows) == 0 and clock.built != 0 and abs(tick - clock.origin) <= clock.limits.span
     return float(clock.limits.fat if noted else math.inf)
 
 
@@ -178,13 +186,7 @@ def as_anchored(k: Kernel, x: float, y: float) -> tuple[float, float]:
 @template
 def place_of(k: Kernel, command: Records) -> tuple[float, float]:
     """Return the place of an inserted body as the plan has it that is made of it."""
-    x = command.x
-    y = command.y
-    if FALLING:
-        more_x, more_y, _, _ = fallen(k, command.tick)
-        x -= more_x
-        y -= more_y
-    return as_anchored(k, x, y)
+    return as_anchored(k, command.x, command.y)
 
 
 @template
@@ -252,11 +254,15 @@ def insert_body(k: Kernel, command: Records) -> int:
     new.vx = command.vx
     new.vy = command.vy
     new.anchor = command.tick
-    if FALLING:
-        shift_plan(k, new, -1.0)
     new.radius = command.radius
     new.reach = command.radius + k.clock[0].limits.skin
     new.last = NOBODY
+    if BENT:
+        bend(k, body, command)
+        shadow = k.shadows[body]
+        shadow.radius = new.radius
+        shadow.reach = new.reach
+        new.end = command.tick
     if PERIODIC:
         k.images[body].kx = 0
         k.images[body].ky = 0
@@ -283,8 +289,19 @@ def insert_body(k: Kernel, command: Records) -> int:
         trait.touched = LONG_AGO
         trait.inside = 0
     k.counts[0].inserted += 1
-    _account(k, command.mass, twice_energy(k, new))
+    _account(k, command.mass, twice_energy(new))
     return body
+
+
+@hook
+def bend(k: Kernel, body: int, command: Records) -> None:
+    """Give a body the acceleration of a command; what is left of its chord stays."""
+    clock = k.clock[0]
+    plan = k.bodies[body]
+    plan.ax = command.ax
+    plan.ay = command.ay
+    if plan.ax != 0.0 or plan.ay != 0.0:
+        plan.span = span_of(plan.ax, plan.ay, clock.limits.margin, clock.per_time)
 
 
 @hook
@@ -305,7 +322,7 @@ def remove_body(k: Kernel, body: int) -> None:
     lists = clock.lists
     gone = k.bodies[body]
     k.counts[0].removed += 1
-    _account(k, -k.mass[body], twice_energy(k, gone))
+    _account(k, -k.mass[body], twice_energy(gone))
     entry = k.queue[body]
     entry.own = NEVER
     forget(k, body)
@@ -322,6 +339,12 @@ def remove_body(k: Kernel, body: int) -> None:
     gone.vy = 0.0
     gone.radius = 0.0
     gone.reach = 0.0
+    if BENT:
+        gone.ax = 0.0
+        gone.ay = 0.0
+        gone.end = NEVER
+        lay(k, body)
+        k.shadows[body].reach = 0.0
     k.stamps[body] += 1
     note_place(k, body)
     gone.last = lists.vacant
@@ -374,14 +397,15 @@ def carry_out(k: Kernel, s: Any) -> int:
         return NOBODY
     if command.code == TURNED:
         k.counts[0].turns += 1
-        gained = command.vx * command.vx + command.vy * command.vy - squares_in_room(k, plan)
+        gained = command.vx * command.vx + command.vy * command.vy - square_of_speed(plan)
         _account(k, k.mass[body], gained)
         plan.vx = command.vx
         plan.vy = command.vy
-        if FALLING:
-            _, _, more_x, more_y = fallen(k, at)
-            plan.vx -= more_x
-            plan.vy -= more_y
+    if BENT and command.code == ACCELERATED:
+        k.counts[0].turns += 1
+        before = twice_energy(plan)
+        bend(k, body, command)
+        _account(k, k.mass[body], twice_energy(plan) - before)
     plan.last = NOBODY
     plan_changed(k, body)
     if PASSING:

@@ -40,10 +40,11 @@ WALLS = LIVING = RULES = PASSING = True
 PERIODIC = FOREIGN = False
 repair = collide = reach_wall = bounce = to_be_filled_in
 
-NOTHING, REFILE, REFRESH, REPLAN, REFRESH_ALL = range(5)
+NOTHING, REFILE, RELAY, REFRESH, REPLAN, REFRESH_ALL = range(6)
 """Tasks that a step leaves to ``restore``, for one body or two:
 
 ``REFILE``: newcomers near it are still to be looked at, if any, and it is to be filed by what it awaits now;
+``RELAY``: the same, after the broad phase has replanned it, for its chord has ended;
 ``REFRESH``: what its entry says of contacts is to be computed again from all that is near;
 ``REPLAN``: the same, and the broad phase has to replan it;
 ``REFRESH_ALL``: as ``REFRESH``, for all bodies."""

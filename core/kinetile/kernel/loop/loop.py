@@ -50,7 +50,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from kinetile.kernel.compiled import disowned, larger, smaller, template, to_be_filled_in
+from kinetile.kernel.compiled import disowned, larger, smaller, template, to_be_filled_in, with_shadows
 from kinetile.kernel.flight import note_all_places
 from kinetile.kernel.images import await_through
 from kinetile.kernel.loop import (
@@ -73,6 +73,7 @@ from kinetile.kernel.loop.events import (
     REFILE,
     REFRESH,
     REFRESH_ALL,
+    RELAY,
     REPLAN,
     anchor_next,
     holds_back,
@@ -85,6 +86,7 @@ from kinetile.kernel.loop.predictions import ask_all_exactly, look_at, meeting
 from kinetile.kernel.loop.responses import crowded, end_first_passing, find_leave
 from kinetile.kernel.passings import passes
 from kinetile.kernel.tables import (
+    CHORD,
     GUESS,
     NEVER,
     NOBODY,
@@ -99,7 +101,7 @@ from kinetile.kernel.tables import (
 )
 
 AHEAD = PAIRS = WALLS = COMMANDS = LIVING = RULES = PASSING = True
-PERIODIC = False
+BENT = MIXED = BOUNDS = PERIODIC = False
 build = replan = near = to_be_filled_in
 
 
@@ -140,6 +142,8 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
         # ``at`` is before the origin where guesses ran ahead and a body is turned.
         if abs(at - clock.origin) > clock.limits.span:
             note_all_places(k, at)
+            if BENT:
+                note_all_places(with_shadows(k), at)
 
         task, a, b, newcomers = NOTHING, h, NOBODY, 0
         if PAIRS and (kind == GUESS or kind == PAIR):  # noqa: SIM109 - compared without making a tuple
@@ -150,6 +154,11 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
             note_next(k, h, kind, at)
             return BUDGET_SPENT
         budget -= 1
+        if BENT and kind == CHORD:
+            clock.now = larger(clock.now, at)
+            k.counts[0].structural += 1
+            task = REPLAN if MIXED and BOUNDS else RELAY
+            continue
         if kind == STRUCTURAL:
             newcomers = run_structural(k, s, h, at)
             task = REFILE
@@ -183,6 +192,8 @@ def start(k: Kernel, s: Any) -> None:
     clock = k.clock[0]
     clock.built = 1
     note_all_places(k, clock.now)
+    if BENT:
+        note_all_places(with_shadows(k), clock.now)
     clock.hand = NOBODY
     build(k, s)
     clock.lists.offered = len(k.offers) + 1
@@ -252,11 +263,11 @@ def refresh(k: Kernel, s: Any, body: int, task: int) -> int:
     was, because a new plan does not move the body.
     """
     count = 0
-    if PAIRS and (not LIVING or is_there(k, body)):
+    if PAIRS and (not BENT or task != RELAY) and (not LIVING or is_there(k, body)):
         forget(k, body)
         k.counts[0].asks += 1
         count = near(k, s, body)
-    if task == REPLAN:
+    if task == REPLAN or (BENT and task == RELAY):
         k.clock[0].hand = body
         replan(k, s, body)
     return count
@@ -339,7 +350,8 @@ def note_next(k: Kernel, h: int, kind: int, at: int) -> None:
         command = k.commands[k.clock[0].lists.command]
         coming.kind = command.code
         coming.a = command.body
-    elif kind >= STRUCTURAL:
+    elif kind >= STRUCTURAL or (BENT and kind == CHORD):
+        coming.kind = larger(kind, STRUCTURAL)
         coming.a = k.queue[h].number
         other = k.queue[h].partner
         if PASSING and kind == PARTING:
@@ -410,6 +422,8 @@ def comes_next(k: Kernel, h: int, other: int, tick: int, until: int, budget: int
         rival = smaller(rival, k.commands[lists.command].tick)
     if PERIODIC:
         rival = smaller(rival, clock.torus.beat)
+    if BENT:
+        rival = smaller(rival, smaller(k.bodies[h].end, k.bodies[other].end))
     if PASSING:
         rival = smaller(rival, smaller(k.traits[h].leave, k.traits[other].leave))
     return not (

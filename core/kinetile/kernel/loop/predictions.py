@@ -52,7 +52,7 @@ MARGIN = 1 << 12
 """Ticks by which a bound is set back: for the rounding of a delay of up to 2^62 ticks."""
 
 BOUNDS = PASSING = True
-PERIODIC = False
+PERIODIC = BENT = MIXED = False
 near = meet = soonest = to_be_filled_in
 
 
@@ -66,8 +66,9 @@ def barred_with(k: Kernel, h: int) -> int:
 @template
 def left_out(k: Kernel, h: int) -> int:
     """Return the body whose contact with h is not computed: the one that is barred, or NOBODY. Where axes are
-    periodic an image is barred and not a body, and ``meet`` leaves that out itself."""
-    return NOBODY if PERIODIC else barred_with(k, h)
+    periodic an image is barred and not a body, and two that are accelerated differently may meet again:
+    there ``meet`` knows what is barred itself."""
+    return NOBODY if PERIODIC or MIXED else barred_with(k, h)
 
 
 @template
@@ -119,7 +120,7 @@ def look_at(k: Kernel, h: int, count: int, at: int) -> None:
 def meeting(k: Kernel, a: int, b: int) -> int:
     """Return the tick of the first contact of two bodies, or ``NEVER``; ``a`` is the elder. One that lies in
     the past is none, where they pass through each other: they have."""
-    if PASSING and not PERIODIC and passes(k, a, b):
+    if PASSING and not (PERIODIC or BENT) and passes(k, a, b):
         if have_passed(k, a, b):
             return NEVER
         tick = meet(k, a, b)

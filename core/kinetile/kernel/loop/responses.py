@@ -23,8 +23,7 @@ import math
 from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, smaller, template, to_be_filled_in
-from kinetile.kernel.falling import squares_in_room
-from kinetile.kernel.flight import position_at
+from kinetile.kernel.flight import position_at, square_of_speed
 from kinetile.kernel.images import remainder, turns_of
 from kinetile.kernel.loop.bookkeeping import count_row, log_passing
 from kinetile.kernel.loop.calendar import settle
@@ -103,7 +102,7 @@ def leaves_out(k: Kernel, body: int, count: int) -> int:
 def _energy(k: Kernel, body: int) -> float:
     """Return the kinetic energy in the room of a body that has been anchored; 0 for one of infinite mass."""
     mass = k.mass[body]
-    return 0.5 * mass * squares_in_room(k, k.bodies[body]) if mass < math.inf else 0.0
+    return 0.5 * mass * square_of_speed(k.bodies[body]) if mass < math.inf else 0.0
 
 
 @hook

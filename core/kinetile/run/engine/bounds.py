@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinetile.kernel.falling import velocities_now
+from kinetile.kernel.flight import plans_now
+from kinetile.kernel.plan import velocities_after
 from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import Kernel
 from kinetile.scene import Insert, Scene
@@ -58,8 +59,12 @@ def fastest(squares: float, lightest: float) -> float:
 
 
 def squares_of_bodies(k: Kernel) -> float:
-    """Returns the sum of mass * speed^2 of all bodies, in the room, rounded once: in any order of slots."""
+    """Returns the sum of mass * speed^2 of all bodies, rounded once.
+
+    The order of slots, and the number of empty ones, depends on the broad phase. A sum that is rounded once
+    does not.
+    """
     there = np.flatnonzero(k.queue.number >= 0)
-    vx, vy = velocities_now(k, there).T
+    vx, vy = velocities_after(*plans_now(k, there)).T
     mass = np.where(np.isinf(k.mass), 0.0, k.mass)[there]
     return math.fsum((mass * (vx * vx + vy * vy)).tolist())

@@ -21,10 +21,12 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import SPAN, TICKS, Clock
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED
+from kinetile.kernel.log import ACCELERATED, INSERTED, REANCHORED, REMOVED, TURNED
 from kinetile.kernel.tables import COMMAND, Kernel, record_table
 from kinetile.run.engine.fields import Fields
-from kinetile.scene import Insert, Remove, Scene, Turn, with_commands
+from kinetile.scene import Accelerate, Insert, Remove, Scene, Turn, with_commands
+from kinetile.scene import Command as SceneCommand
+from kinetile.scene.reader import pull_of
 from kinetile.scene.shapes import Shape
 
 Rows = npt.NDArray[np.void]
@@ -70,7 +72,7 @@ class Command(NamedTuple):
         """Its kind (``kinetile.kernel.log``)."""
         return int(self.row["code"])
 
-    def as_scene_has_it(self, clock: Clock, scene: Scene) -> Turn | Insert | Remove:
+    def as_scene_has_it(self, clock: Clock, scene: Scene) -> SceneCommand:
         """Returns the command in a scene's form, with its exact time."""
         kind, row = _KINDS[self.code], self.row
         time, epoch, tick = clock.moment(self.ticks)
@@ -81,14 +83,20 @@ class Command(NamedTuple):
         if kind is Insert:
             given["kind"] = scene.kinds[given["kind"]] if scene.kinds != (0,) else None
             given["shape"] = scene.shapes[given["shape"]] if scene.shapes else None
-        made: Turn | Insert | Remove = kind(**given)
+            given["acceleration"] = given["acceleration"] if scene.bent else None
+        made: SceneCommand = kind(**given)
         return made
 
 
-_KINDS: dict[int, Any] = {TURNED: Turn, INSERTED: Insert, REMOVED: Remove}
+_KINDS: dict[int, Any] = {TURNED: Turn, ACCELERATED: Accelerate, INSERTED: Insert, REMOVED: Remove}
 _CODES = {kind: code for code, kind in _KINDS.items()}
 
-_COLUMNS = {"position": ("x", "y"), "velocity": ("vx", "vy"), "shape": ("form",)}
+_COLUMNS = {
+    "position": ("x", "y"),
+    "velocity": ("vx", "vy"),
+    "acceleration": ("ax", "ay"),
+    "shape": ("form",),
+}
 """The columns of a row for a field of a command; others have one of their own name."""
 
 
@@ -106,19 +114,20 @@ def planned(scene: Scene, clock: Clock) -> Planned:
     for each in scene.commands:
         if isinstance(each, Insert):
             mass[each.body] = each.mass
-        values = {"mass": mass[each.body]} if isinstance(each, Turn) else {}
+        values = {"mass": mass[each.body]} if isinstance(each, Turn | Accelerate) else {}
         rows.append(row_of(each, scene, after=each.at[2] if each.at else 0, **values))
     ticks = (clock.tick_of(each.time, each.at) for each in scene.commands)
     return Planned(tuple(ticks), np.array(rows, COMMAND))
 
 
-def row_of(command: Turn | Insert | Remove, scene: Scene, **values: Any) -> tuple[Any, ...]:
+def row_of(command: SceneCommand, scene: Scene, **values: Any) -> tuple[Any, ...]:
     """Returns the values of a command's row, with other ``values`` of its columns."""
     given = command._asdict()
     del given["time"], given["at"]
     if isinstance(command, Insert):
         kind, shape = command.kind, command.shape
         given["kind"] = 0 if kind is None else scene.kinds.index(kind)
+        given["acceleration"] = pull_of(command, scene.gravity)
         given["shape"] = number_of(shape, command.mass, scene) if isinstance(shape, Shape) else 0
     values["code"] = _CODES[type(command)]
     for name, value in given.items():
@@ -139,7 +148,7 @@ def number_of(shape: Shape, mass: float, scene: Scene) -> int:
 
 def squares_of(rows: Rows, drop: float) -> float:
     """Returns the sum of mass * speed^2 over commands: twice the energy that they can add, with ``drop`` for
-    each insertion, which it can gain by falling; 0 for immovable bodies."""
+    each insertion and acceleration, which it can gain by falling; 0 for immovable bodies."""
     return float(np.dot(*_masses_and_squares(rows, drop)))
 
 
@@ -149,7 +158,7 @@ def _masses_and_squares(rows: Rows, drop: float) -> tuple[npt.NDArray[Any], npt.
         mass = np.where(np.isinf(mass), 0.0, mass)
     squares = vx * vx + vy * vy
     if drop:
-        squares += drop * (rows["code"] == INSERTED)
+        squares += drop * np.isin(rows["code"], (INSERTED, ACCELERATED))
     return mass, squares
 
 
@@ -293,10 +302,13 @@ class History:
         return np.frombuffer(b"".join(self._inserted), np.int64).reshape(-1, 2)
 
     def in_scene(self, scene: Scene, clock: Clock) -> Scene:
-        """Returns a scene with these commands, at their exact times, without its own for bodies removed by
-        then. A planned one comes before those by hand of its tick, unless it waited for an insertion without
-        room: then it gets the number of contacts of what overtook it."""
-        played: list[Turn | Insert | Remove] = []
+        """Returns a scene with these commands, at their exact times, and without its own commands for bodies
+        that had been removed by then.
+
+        A planned command comes before those by hand of its tick, unless it waited then for an insertion
+        without room: such commands are given the number of contacts of what overtook them.
+        """
+        played: list[SceneCommand] = []
         planned, gone = deque(scene.commands), set()
         for command, overtaken in self._commands():
             due = []
@@ -335,6 +347,6 @@ def _inserted(rows: Rows) -> bytes:
     return np.column_stack([came["body"], came["kind"]]).astype(np.int64).tobytes() if len(came) else b""
 
 
-def _moment(command: Turn | Insert | Remove, clock: Clock) -> tuple[int, int]:
+def _moment(command: SceneCommand, clock: Clock) -> tuple[int, int]:
     """Returns when a command of a scene happens: its tick since the start, and after how many contacts."""
     return clock.tick_of(command.time, command.at), command.at[2] if command.at else 0

@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.falling import shift_at
-from kinetile.kernel.log import CONTACT, LOG, MET, Fingerprint
+from kinetile.kernel.log import ACCELERATED, CONTACT, INSERTED, LOG, MET, Fingerprint
 from kinetile.kernel.plan import Plan
 from kinetile.kernel.tables import ROW, Kernel
 from kinetile.run.engine.fields import Fields
@@ -263,16 +262,14 @@ def _kept(met: Any) -> tuple[int, Any]:
 
 
 def _rows(written: Any, clock: Clock, scene: Scene) -> npt.NDArray[np.void]:
-    """Returns the log rows, with plans of the room, and NaN for second bodies that do not exist."""
+    """Returns the log rows, with NaN for second bodies that do not exist."""
     rows = np.zeros(len(written), LOG)
     rows["time"], rows["epoch"], rows["tick"] = clock.split(written["tick"])
     rows["a"], rows["b"] = written["a"], written["b"]
     for name in Plan._fields:
         rows[f"a{name}"] = written[f"a{name}"]
-        rows[f"b{name}"] = np.where(written["b"] >= 0, written[f"b{name}"], np.nan)
-    if scene.falls:
-        shifts = shift_at(scene, rows["epoch"], rows["tick"])
-        for name, shift in zip(Plan._fields, shifts.T, strict=True):
-            rows[f"a{name}"] += shift
-            rows[f"b{name}"] += shift
+        has = written["b"] >= 0
+        if scene.bent and name in "xy":
+            has |= np.isin(written["b"], (INSERTED, ACCELERATED))
+        rows[f"b{name}"] = np.where(has, written[f"b{name}"], np.nan)
     return rows

@@ -20,11 +20,11 @@ import numpy.typing as npt
 
 from kinetile.errors import NoRoom, PhaseError, Refused, ZenoError
 from kinetile.kernel.certificates.wall import inside_arena
+from kinetile.kernel.chords import as_seen, lay_all
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.compiled import INTERPRETED, NotCompiled, compose, make_ready, python_of
-from kinetile.kernel.falling import shift_now
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.log import INSERTED, REMOVED, TURNED
+from kinetile.kernel.log import ACCELERATED, INSERTED, REMOVED, TURNED
 from kinetile.kernel.loop import (
     BLOCKED,
     BUDGET_SPENT,
@@ -70,7 +70,7 @@ from kinetile.run.interrupts import Interruptible, Unbroken, let_signals_through
 from kinetile.run.prepared import with_shapes
 from kinetile.scene import Scene
 from kinetile.scene.shapes import Shape
-from kinetile.toolbox.reach import SPANS, drop_of, extent_of
+from kinetile.toolbox.reach import SPANS, chord_speed, drop_of, extent_of, margin_of
 
 UNLIMITED = 2**62
 NONE_BEHIND = 2**62
@@ -235,8 +235,7 @@ class Engine(Tables):
             raise failure(self.k, self.composition, self.clock.time(self.now))
         if reason == BLOCKED:
             command = self.k.commands.view(np.ndarray)[self.fields.lists.command[0]]
-            blocker, fallen = int(self.fields.fault.b[0]), shift_now(self.k, int(command["tick"]))
-            raise blocked(self.k, self.clock, command.copy(), blocker, fallen)
+            raise blocked(self.k, self.clock, command.copy(), int(self.fields.fault.b[0]))
         watched = self.fields.stops.due[0]  # what wants room or a wider skin may be an event to stop at, too
         if reason == NO_ROOM:
             self._grow_pairs()
@@ -314,15 +313,17 @@ class Engine(Tables):
         k = self.k
         clock = k.clock[0]
         self.bounds = self.bounds_for(speed)
-        layout.set_limits(k, self.bounds, self.composition.prepared)
+        layout.set_limits(k, self.bounds, self.composition)
+        if self.scene.bent:
+            lay_all(k, self.bounds.skin.delta, float(clock.limits.margin))
         if clock.calendar.shift == 0:
             clock.calendar.shift = layout.first_shift(k, self.bounds.extent)
         clear(k)
         if len(k.bodies):  # without bodies, only the base has moved on
             clock.epoch = self.clock.base
         if self.composition.broad.arrange is not None:
-            there, only = int(clock.bodies), read_only(k)
-            bodies = k._replace(bodies=only.bodies[:there], mass=only.mass[:there])
+            there, only = int(clock.bodies), read_only(as_seen(k))
+            bodies = as_seen(k)._replace(bodies=only.bodies[:there], mass=only.mass[:there])
             try:
                 with calling("broad phase", self.composition.broad_phase, "arrange"):
                     self.composition.broad.arrange(bodies, self.state)
@@ -335,8 +336,9 @@ class Engine(Tables):
         extent = self._reach_of_flight(speed, SPANS if len(self.k.bodies) else 0)
         if not self.bounded:
             extent = max(self.bounds.extent, extent)
-        skin = Skin.of(len(self.k.bodies), extent, speed, float(self.k.clock[0].tick))
         limit = self.composition.broad.skin_limit
+        margin = margin_of(self.composition.prepared, limit)
+        skin = Skin.of(len(self.k.bodies), extent, speed, float(self.k.clock[0].tick), margin)
         if limit is not None and skin.delta > limit:
             raise too_thick(self.composition.broad_phase, skin.delta, limit)
         return self.bounds._replace(speed=speed, extent=extent, skin=skin)
@@ -454,12 +456,12 @@ class Engine(Tables):
         if not len(rows):
             return
         inserts = code == INSERTED
-        wanted = Commands.TURNS if code == TURNED else Commands.ALL
+        wanted = Commands.TURNS if code in (TURNED, ACCELERATED) else Commands.ALL
         others_first = self.due  # of the scene, which stopped before them
         if inserts and len(rows) == 1 and not others_first and not shapes:
             (blocker,) = blockers_of(self.packed[0], self.composition, rows).tolist()
             if blocker != FREE:
-                raise blocked(self.k, self.clock, rows[0], blocker, shift_now(self.k))
+                raise blocked(self.k, self.clock, rows[0], blocker)
             rows["fits"] = True
         bounds, needed = (self.bounds, 0.0) if code == REMOVED else self._bounds_with(rows, inserts)
         faster = needed > self.speed
@@ -508,14 +510,14 @@ class Engine(Tables):
         found = blockers_of(self.packed[0], self.composition, rows)
         free = found == FREE
         rows["body"] = self.numbers + np.cumsum(free) - free
-        reasons, fallen = dict[int, Refused](), shift_now(self.k)
+        reasons = dict[int, Refused]()
         for at in np.flatnonzero(~free).tolist():
             among = FREE - 1 - int(found[at])
             if among >= 0:
                 into = int(rows["body"][among])
                 reasons[at] = NoRoom(f"there is no room: it reaches into body {into}, inserted with it")
             else:
-                reasons[at] = blocked(self.k, self.clock, rows[at], int(found[at]), fallen)
+                reasons[at] = blocked(self.k, self.clock, rows[at], int(found[at]))
         rows["fits"] = free
         self.carry_out(INSERTED, rows[free])
         return reasons
@@ -527,12 +529,13 @@ class Engine(Tables):
             lightest = min(lightest, *rows["mass"].tolist())
             smallest = min(smallest, *rows["radius"].tolist())
         drop = drop_of(self.scene)
-        drift = 0.5 * math.sqrt(drop)
+        drift = chord_speed(self.scene)
         gained = squares_of(rows, drop)
         needed = fastest(squares + gained, lightest) + drift
         if not needed <= speed:
             squares = squares_of_bodies(self.k) + self.agenda.squares(self.k, drop)
-            squares += drop * float(self.k.mass[self.taken].sum()) if drop else 0.0
+            mass = self.k.mass[self.taken]
+            squares += drop * float(mass[np.isfinite(mass)].sum()) if drop else 0.0
             needed = fastest(squares + gained, lightest) + drift
         return Bounds(lightest, smallest, squares + gained, speed, extent, skin), needed
 
@@ -553,9 +556,10 @@ class Engine(Tables):
                     return  # all commands have run; the next run reports the jam
 
     def _has_place_for(self, code: int, rows: Rows, wanted: Commands) -> bool:
-        """Whether commands run without preparing the phases again: they are in the loop, the phase inserts
-        and removes, and a body has a slot (``has_vacancy`` of the kernel, without a compiled call)."""
-        if self.commands < wanted or (code != TURNED and not self.composition.living):
+        """Whether commands can run without preparing the phases again: they are compiled into the loop, the
+        phase inserts and removes bodies, and an inserted body has a slot. The last is
+        ``has_vacancy`` of the kernel, read without a call into compiled code."""
+        if self.commands < wanted or (wanted == Commands.ALL and not self.composition.living):
             return False
         if code != INSERTED:
             return True
@@ -591,35 +595,8 @@ class Engine(Tables):
 
     @property
     def rests(self) -> bool:
-        """Whether nothing is scheduled; what falls never rests, though a frame may end before."""
-        return not (self.scene.falls and len(self.taken)) and bool((self.k.queue.key == NEVER).all())
-
-    @property
-    def horizon(self) -> int:
-        """The kernel's tick at which the span of the clock, or the frame, ends."""
-        return min(SPAN, self.fields.fall.end[0]) if self.scene.falls else SPAN
-
-    def change_frame(self, end: int | None) -> None:
-        """Has all bodies pass to the next frame, at whose first tick the simulation is then. Without bodies
-        it goes on at once to the frame of ``end``, in ticks since the start, or of the next command."""
-        fields, before, frame = self.fields, self.now, self.scene.frame
-        tick = fields.fall.end[0]
-        if len(self.taken):
-            self._record(self.ledger.reads)
-            pair, passing = self.composition.pair, self.composition.passing
-            parts: dict[str, Any] = {"PERIODIC": bool(self.scene.periodic), "PASSING": passing}
-            if passing and pair is not None:
-                parts["part"] = pair.part
-            compose(spans.pass_frame, parts, "pass_frame", Kernel)(self.packed[0], tick)
-        else:
-            coming = self.next_command
-            known = [end, None if coming is None else coming.ticks]
-            latest = min((self.clock.relative(each) for each in known if each is not None), default=SPAN)
-            tick = max(tick, min(latest, SPAN - 1) & -frame)
-        fields.fall.origin[0], fields.fall.end[0] = tick, tick + frame
-        fields.now[0] = tick
-        self.lay_out(self.speed)
-        self._take_over(before)
+        """Whether nothing is scheduled; a body that is accelerated never rests."""
+        return bool((self.k.queue.key == NEVER).all())
 
     def skip(self, end: int | None, most: int) -> int:
         """Skips spans in one step, ``most`` at most, in which nothing happens up to ``end`` (in ticks since
@@ -627,7 +604,14 @@ class Engine(Tables):
         clock, scene, wall = self.k.clock[0], self.scene, self.composition.wall
         elsewhere = wall is not None and wall.inside is not inside_arena  # its walls may be anywhere
         awaited = any((ticks != NEVER).any() for ticks in spans.ticks_of([self.k.clock], Quantity.DUE))
-        if elsewhere or awaited or self.ledger.records or not len(self.taken) or clock.lists.passings:
+        if (
+            scene.bent
+            or elsewhere
+            or awaited
+            or self.ledger.records
+            or not len(self.taken)
+            or clock.lists.passings
+        ):
             return 0
         for ticks in (end, None if self.next_command is None else self.next_command.ticks):
             if ticks is not None:

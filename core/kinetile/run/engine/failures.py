@@ -21,7 +21,7 @@ from kinetile.errors import (
 from kinetile.kernel import tables
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
-from kinetile.kernel.falling import falls, shift_now, velocities_now
+from kinetile.kernel.flight import plans_now
 from kinetile.kernel.log import WALLS
 from kinetile.kernel.plan import Plan, positions_after, velocities_after
 from kinetile.kernel.tables import Kernel
@@ -112,8 +112,7 @@ def _lets_close_in(k: Kernel, composition: Composition, slots: tuple[int, int], 
     response = scene.meets[kinds[0]][-1 if at_wall else kinds[1]]
     met = " and ".join(repr(each) for each in [*(scene.kinds[kind] for kind in kinds), WALL][:2])
     made = velocities_after(Plan.of(k.places.view(np.ndarray)[bodies]), 0.0)
-    made = made + shift_now(k)[2:] if falls(k) else made
-    was = velocities_now(k, bodies)
+    was = velocities_after(*plans_now(k, bodies))
     return (
         f"{described('response', response.name)}, for {met}, lets {named} go on towards each other: "
         f"the velocities before it are {was.tolist()}, and after it {made.tolist()}; it has to turn them "
@@ -125,10 +124,10 @@ def _narrow_phases(composition: Composition) -> str:
     return " and ".join(described("narrow phase", name) for name in composition.narrow_phases)
 
 
-def blocked(k: Kernel, clock: Clock, command: Any, blocker: int, fallen: Any) -> Refused:
-    """Returns the error for an inserted body without room: the body or wall that it would
-    reach into (``blocker``, a slot or a wall's code), and how deep; ``fallen`` is ``shift_now`` then. Its
-    text is made when it is read: a game refuses hundreds a second."""
+def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
+    """Returns the error for an inserted body without room: the body or wall that it would reach into
+    (``blocker``, a slot or a wall's code), and how deep. Its text is made when it is read: a game refuses
+    hundreds a second."""
     ticks = clock.total(int(command["tick"]))
     who, other = 0, None
     if blocker >= 0:
@@ -143,7 +142,7 @@ def blocked(k: Kernel, clock: Clock, command: Any, blocker: int, fallen: Any) ->
             elapsed = float(command["tick"] - other["anchor"]) * clock.unit / TICKS
             apart = positions_after(Plan.of(other), elapsed) - (x, y)
             torus = k.clock[0].torus
-            (away,) = nearest_image((apart + fallen[:2])[None], (float(torus.x), float(torus.y)))
+            (away,) = nearest_image(apart[None], (float(torus.x), float(torus.y)))
             deep = radius + other["radius"].item() - math.hypot(*away.tolist())
             message = f"it reaches {deep:.6g} into body {who}"
         place = f"at ({x!r}, {y!r})" + ("" if len(k.forms) else f" with radius {radius!r}")

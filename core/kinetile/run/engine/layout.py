@@ -44,6 +44,7 @@ from kinetile.run.engine.fields import Fields
 from kinetile.run.engine.state import Contents, contents_of
 from kinetile.run.prepared import LEAST, present_scene
 from kinetile.scene import Scene
+from kinetile.toolbox.reach import margin_of
 
 OF_SIDES = ["left", "right", "down", "up"]
 """The reaches of a shape in the order of ``Shape.reaches``."""
@@ -86,10 +87,6 @@ def tables_of(contents: Contents, numbers: int, composition: Composition, unit: 
     clock.torus.half_x, clock.torus.half_y = (0.5 * each if each else math.inf for each in prepared.periods)
     clock.lists.commands = len(contents.commands)
     copy_carried(contents.clock, k.clock, places)
-    if prepared.falls:
-        clock.fall.x, clock.fall.y = prepared.gravity
-        clock.fall.origin = int(clock.now) & -prepared.frame
-        clock.fall.end = clock.fall.origin + prepared.frame
     return k
 
 
@@ -101,10 +98,8 @@ def _allocated(bodies: int, composition: Composition) -> Kernel:
     rows = LOG_ROWS
     if composition.rules is not None:  # a command may end a passing with every other body
         rows = max(rows, (2 * MOST_IMAGES if scene.periodic else 2) * slots)
-    if scene.falls:  # all bodies pass to the next frame at once
-        rows = max(rows, slots)
     try:
-        k = allocate(slots, room, rows, composition.alike, bool(scene.shapes))
+        k = allocate(slots, room, rows, composition.alike, bool(scene.shapes), scene.bent)
         if pairs:
             k = pair_set(k, pairs)
         if composition.pair is not None and composition.pair.numbers is not None:
@@ -180,10 +175,10 @@ def _with_passings(k: Kernel, passings: npt.NDArray[Any], places: npt.NDArray[np
     return k._replace(passings=table)
 
 
-def set_limits(k: Kernel, bounds: Bounds, prepared: Scene) -> None:
+def set_limits(k: Kernel, bounds: Bounds, composition: Composition) -> None:
     """Writes the values that follow from the bounds: the bodies' reach, the validity and accuracy of the
-    common clock, and the radii for which the phases have been ``prepared``."""
-    clock = k.clock[0]
+    common clock, and the radii for which the phases have been prepared."""
+    clock, prepared = k.clock[0], composition.prepared
     limits = clock.limits
     skin, extent, speed = bounds.skin, bounds.extent, bounds.speed
     # Where masses are one number, no insertion finds a place before the phases are prepared for it.
@@ -195,12 +190,15 @@ def set_limits(k: Kernel, bounds: Bounds, prepared: Scene) -> None:
         k.forms.fits = (longest <= widest) & (longest >= longest[prepared.shape].min(initial=math.inf))
     k.bodies.reach = k.bodies.radius + skin.delta
     limits.speed2, limits.faster = speed * speed, 0
+    limits.margin = margin_of(prepared, composition.broad.skin_limit)
     limits.skin, limits.theta, limits.tolerance = skin.delta, skin.theta, skin.tolerance
     span = SPAN // 2
     if speed > 0.0:
         span = int(min(4.0 * extent / speed * float(clock.per_time), float(span)))
     limits.span = span
-    limits.fat = skin.fat(extent + 2.0 * speed * (span * float(clock.tick)))
+    time = span * float(clock.tick)
+    bend = 0.5 * sum(prepared.pull) * time * time  # of plans that are seen where they are not yet, or no more
+    limits.fat = skin.fat(extent + 2.0 * speed * time + bend)
 
 
 class Renewed(NamedTuple):

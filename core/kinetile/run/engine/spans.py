@@ -19,17 +19,13 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import SPAN
 from kinetile.kernel.compiled import disowned, hook, smaller, template
-from kinetile.kernel.falling import shift_plan
 from kinetile.kernel.flight import plans_now, positions_now
 from kinetile.kernel.images import BEAT, anchor, remainder, turns_of
-from kinetile.kernel.log import REANCHORED
-from kinetile.kernel.loop.bookkeeping import log
-from kinetile.kernel.loop.responses import plan_all_partings
 from kinetile.kernel.plan import velocities_after
 from kinetile.kernel.skin import box_gaps, reaches_of
 from kinetile.kernel.tables import LONG_AGO, NEVER, NOBODY, NOT_ASKED, Kernel, Quantity, column, declared
 
-PERIODIC = PASSING = False
+PERIODIC = False
 
 FEWEST_SPANS, FEWEST_TURNS = 64, 4
 """The fewest spans that are skipped in one step, after which the structure is built again; and on a torus,
@@ -212,20 +208,3 @@ def pass_spans(k: Kernel, spans: int) -> None:
     for body in range(k.clock[0].bodies):
         if k.queue[body].number >= 0:
             anchor_many(k, body, spans)
-
-
-def pass_frame(k: Kernel, tick: int) -> None:
-    """Anchor all bodies at the end of their frame, and give them plans in the next one. Before: the log has
-    room for a row of each. A template, as ``kernel.loop`` has."""
-    k = disowned(k)
-    for number in range(len(k.slots)):
-        body = k.slots[number]
-        if body >= 0:
-            plan = k.bodies[body]
-            anchor(k, body, tick)
-            shift_plan(k, plan, 1.0)
-            plan.last = NOBODY
-            k.stamps[body] += 1
-            log(k, tick, body, REANCHORED)
-    if PASSING:
-        plan_all_partings(k)

@@ -19,7 +19,6 @@ from kinetile.kernel.certificates.contact import first_touch
 from kinetile.kernel.certificates.convex import enters
 from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
-from kinetile.kernel.falling import falls, shift_now
 from kinetile.kernel.images import FORESEEN, first_image, first_image_of
 from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.loop.responses import overlap_now
@@ -92,12 +91,12 @@ def next_contact_of(
 
 
 def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> CastHit | None:
-    """Returns the body, as a slot, that one which starts here and now would meet first, None: none. One that
-    it touches or overlaps is met at once if they approach, else never. Where axes are periodic it is met
-    through any image, before ``kernel.images.FORESEEN`` ticks."""
-    if falls(query.k):
-        x, y, vx, vy = (np.array([*centre, *velocity]) - shift_now(query.k)).tolist()
-        centre, velocity = (x, y), (vx, vy)
+    """Returns the body that one which starts here and now would meet first; None if it meets none.
+
+    The body of the hit is a slot. As for two bodies, a contact needs approach: a body that it touches or
+    overlaps is met at once if they approach, and never if they part. Where axes are periodic it is met
+    through any image, before ``kernel.images.FORESEEN`` ticks from now.
+    """
     ticks = np.full(len(query.slots), NEVER)
     discs = not query.shapes and outline[0] == DISC
     if any(query.periods):
@@ -205,6 +204,7 @@ def _ticks_with(query: Query, a: int, others: Integers) -> dict[int, Integers]:
         return {}
     meets = np.full(len(others), NEVER)
     parts = {"meet": pair.meet, "PERIODIC": any(query.periods), "PASSING": passing}
+    parts |= {"BENT": query.composition.prepared.bent, "MIXED": query.composition.mixed}
     parts |= query.composition.of_shapes
     _composed(ticks_of_partners, **parts)(query.aside, a, others, meets)
     meets[meets < query.now] = NEVER
@@ -237,14 +237,14 @@ def _composed(template: Callable[..., Any], **hooks: Any) -> Callable[..., Any]:
     return compose(template, hooks, "questions", Kernel)
 
 
-PERIODIC = PASSING = False
+PERIODIC = PASSING = MIXED = False
 reach_wall = to_be_filled_in
 
 
 def ticks_of_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> None:
     """Writes down when a body meets each of others by their plans; a template, as ``kernel.loop`` has."""
     k = disowned(k)
-    barred = NOBODY if PERIODIC else barred_with(k, body)
+    barred = NOBODY if PERIODIC or MIXED else barred_with(k, body)
     for i in range(len(others)):
         other = others[i]
         if other != body and other != barred:

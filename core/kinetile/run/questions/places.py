@@ -19,8 +19,8 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.compiled import replaced
-from kinetile.kernel.falling import places_now
-from kinetile.kernel.tables import NEVER, Kernel
+from kinetile.kernel.flight import positions_now
+from kinetile.kernel.tables import Kernel
 from kinetile.run.compose import Composition
 from kinetile.scene.bodies import in_box, nearest_image
 from kinetile.scene.differences import core_difference
@@ -68,16 +68,15 @@ class Query:
     @cached_property
     def aside(self) -> Any:
         """The packed tables with a clock of their own: a narrow phase may report a fault, which is not to end
-        the run. With gravity walls are awaited beyond the end of the frame, too."""
+        the run."""
         kept = self.k.clock
         clock = np.frombuffer(bytearray(kept.tobytes()), kept.dtype).view(type(kept))  # copy() goes by fields
-        clock[0].fall.end = NEVER
         return replaced(self.packed, "clock", clock)
 
     @cached_property
     def places(self) -> Floats:
         """(n, 2) where the bodies are, to the bit as ``Simulation.positions`` has them."""
-        return in_box(places_now(self.k, self.slots), self.periods)
+        return in_box(positions_now(self.k, self.slots), self.periods)
 
     @cached_property
     def radii(self) -> Floats:

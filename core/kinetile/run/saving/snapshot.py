@@ -13,8 +13,8 @@ import numpy as np
 
 from kinetile.errors import RecordError
 from kinetile.kernel.clock import SPAN, TICKS, Clock
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, WALLS
-from kinetile.kernel.plan import Plan, positions_after
+from kinetile.kernel.log import ACCELERATED, INSERTED, REANCHORED, REMOVED, TURNED, WALLS
+from kinetile.kernel.plan import BentPlan, Plan, positions_after
 from kinetile.kernel.tables import JAMMED, LONG_AGO, NEVER, NOBODY, Quantity, Role, declared
 from kinetile.run.compose import Composition
 from kinetile.run.engine.commands import Command, command_of
@@ -160,6 +160,9 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
         yield "a body has a number that there is not"
     if not np.isin([passings["a"], passings["b"]], number).all() or not (passings["a"] < passings["b"]).all():
         yield "a pair that passes is not of two bodies"
+    pulls = np.stack([plans["ax"], plans["ay"]], axis=-1)
+    if not (np.abs(pulls) <= scene.pull).all():
+        yield "a body is accelerated by more than the run allows for"
     if (plans["anchor"] > np.maximum(now, 0)).any():
         yield "a plan begins after the present"
     # Immovable bodies have a speed of their own, which the bound, from energy, does not hold.
@@ -167,7 +170,7 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
     if not (speed <= state.bounds.speed * (1.0 + 2.0**-20)).all() or not state.bounds.speed < math.inf:
         yield "a body is faster than the run allows for"
     elapsed = (now - plans["anchor"]) * (scene.time_unit / TICKS)
-    sizes = Plan(*map(np.abs, Plan.of(plans)))
+    sizes = BentPlan(*map(np.abs, Plan.of(plans)))
     if not (positions_after(sizes, np.abs(elapsed)) <= 2.0**16 * LARGEST).all():
         yield "a body is farther away than any body can be"
     radius = plans["radius"]
@@ -193,7 +196,7 @@ def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:
         body, code, row = each.body, each.code, each.row
         new = code == INSERTED
         known = 0 <= body < numbers and (body in present) != new
-        if code not in (TURNED, REANCHORED, INSERTED, REMOVED) or not known or each.ticks < last:
+        if code not in (TURNED, ACCELERATED, REANCHORED, INSERTED, REMOVED) or not known or each.ticks < last:
             yield f"a command for body {body} is none, or too late"
             return
         last = each.ticks

@@ -74,7 +74,7 @@ class Page:
             "unit": scene.time_unit,
             "arena": scene.arena,
             "periods": scene.periods,
-            "gravity": scene.gravity,
+            "pull": scene.pull if scene.bent else None,
             "box": _box(scene, first.plans),
             "begin": divmod(first.begin, TICKS),
             "end": divmod(end, TICKS),

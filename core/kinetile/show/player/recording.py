@@ -6,9 +6,13 @@ event by event, which costs a hundred times as much, to record the structure bet
 run does, and holds only the differences from these, as bits (exclusive or): it is half as large. The same
 prediction is in ``script/rows.mjs``, operation by operation.
 
-A shape of the structure moves with its bodies, so it is recorded once for its whole life; another failure
-time makes it a new shape. With gravity none is recorded: what is fixed in a shape falls with its frame, and
-between two events a frame may end.
+A page begins with the flight plans at the start of its window and continues from row to row, as a run does.
+Most of a row follows from the plans before it: a body is at the position of its plan, mostly to the last
+bit. So a page holds only the differences, as bits (exclusive or), and most are zero: the page
+is half as large. The same prediction is in ``script/rows.mjs``, operation by operation.
+
+A shape of the structure moves with its bodies, so it is recorded once for its whole life.
+A new certificate, with another failure time, makes it a new shape.
 """
 
 from __future__ import annotations
@@ -24,12 +28,12 @@ import numpy.typing as npt
 
 from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.falling import shift_at
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED
-from kinetile.kernel.plan import Plan, position_after, velocity_after
+from kinetile.kernel.log import ACCELERATED, INSERTED, REANCHORED, REMOVED
+from kinetile.kernel.plan import BentPlan, Plan, bent_position_after, bent_velocity_after
 from kinetile.kernel.tables import NEVER
 from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Polygon, Segment, points_of
 from kinetile.records.bounded import BoundedRows, TooManyRows, ticks_of
+from kinetile.records.trajectory import first_accelerations
 from kinetile.run.flights import SIDES, Flights
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Insert, Scene
@@ -45,11 +49,6 @@ MOST_STEPS = 5_000
 
 _PAIRED = ("tiling", "boxes")
 """Structures that a page computes with pairs."""
-
-_FALLS = (
-    "The structure and its events are left out: with gravity they are of frames that fall with the bodies, "
-    "and a page shows the room. A picture has the structure at any moment (kinetile draw SCENE --at TIME)."
-)
 
 
 @dataclass(frozen=True)
@@ -100,12 +99,13 @@ def record(
     until: float,
     max_contacts: int | None = None,
     pairs: bool | None = None,
-    beside: bool = False,
 ) -> Recording:
     """Runs a simulation that has not begun, and returns its window from ``begin`` to ``until``, or to a
-    number of contacts; None: as many as fit. ``again`` is a second one, to be stepped; None: no stepping. A
-    fault becomes a note. ``pairs``: whether lines between bodies are drawn; None: of up to ``MOST_PAIRED``.
-    ``beside``: whether other phases are shown beside it: steps of what falls are then only counted."""
+    number of contacts; None: as many as fit.
+
+    ``again`` is a second one, to be stepped; None: no stepping. A fault ends the recording with a note.
+    ``pairs``: whether lines between bodies are drawn; None: of up to ``MOST_PAIRED``.
+    """
     clock = Clock(scene.start, scene.time_unit)
     rows = BoundedRows(MOST_ROWS, clock)
     notes: list[str] = []
@@ -133,12 +133,14 @@ def record(
         notes.append(f"The run ended with a fault, {type(error).__name__}: {error}")
     last = max(ticks_of(rows.rows[-1:]).max(initial=first), last)
     drawn_as, paired = composition_of(simulation).broad.drawn_as, wants_pairs(pairs, len(plans.x))
-    skin, kept = float(simulation.tables.clock[0].limits.skin), "" if scene.falls else drawn_as
-    run = label, plans, rows.rows, first, int(last), None, tuple(notes), kept, skin, paired, whole, passing
-    recording = Recording(*run)
-    if again is not None and (beside or not scene.falls):
+    if scene.bent:  # what its broad phase sees is not where the bodies are
+        drawn_as = ""
+    skin = float(simulation.tables.clock[0].limits.skin)
+    run = label, plans, rows.rows, first, int(last), None, tuple(notes)
+    recording = Recording(*run, drawn_as, skin, paired, whole, passing)
+    if again is not None:
         recording = _with_steps(recording, again, clock, begin)
-    notes = [_FALLS] if scene.falls and (drawn_as or again) else []
+    notes = []
     has_links = recording.drawn_as in _PAIRED or (recording.stepped and recording.stepped.structure.unpaired)
     if pairs is None and not paired and has_links:
         notes += [f"Pairs are left out, of more than {MOST_PAIRED} bodies; --pairs (pairs=True) draws them."]
@@ -161,14 +163,22 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
     """Steps a simulation through a window, and returns the recording with what was seen."""
     events = np.append(-1, np.flatnonzero(recording.rows["b"] != REANCHORED)) + 1
     seen: list[tuple[int, int, int, int]] = []
-    met, falls = 0, again.scene.falls
+    met = 0
     log, queue, notes = StructureLog(recording.pairs), [], recording.notes
     until = math.nextafter(clock.moment(recording.end)[0], math.inf)
     try:
         if begin > again.time:
             again.run(begin)
-        log.see(0, () if falls else again.drawing())
+        drawing = again.drawing()
+        log.see(0, drawing)
         queue.append(_queued(again))
+        margin = float(again.tables.clock[0].limits.margin)
+        if margin and drawing:
+            notes += (
+                "The broad phase sees accelerated bodies on straight chords, and its structure is drawn on "
+                f"the bodies, which are off their chords by {margin:.3g} at most; the end of a chord is a "
+                "structural event.",
+            )
         for number, event in enumerate(again.steps(until), 1):
             if event.epoch * TICKS + event.tick > recording.end:
                 break
@@ -183,7 +193,7 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
                 met = min(met + 1, len(events) - 1)
             queue.append(_queued(again))
             leaves = event.kind == "part" and not set(event.bodies) <= set(again.bodies.tolist())
-            if not (log.full or leaves or falls):  # its removal, which has ended the passing, comes behind it
+            if not (log.full or leaves):  # its removal, which has ended the passing, comes behind it
                 log.see(number, again.drawing())
     except KinetileError as error:
         if not recording.notes:  # the free run has said which
@@ -211,7 +221,7 @@ def _passing(simulation: Simulation) -> list[tuple[int, ...]]:
 
 
 Floats = npt.NDArray[np.float64]
-KINDS = ("structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor")
+KINDS = ("structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor", "accelerate")
 """Kinds of events by the number that a page has for them; "anchor" is a plan that the clock has written down
 again."""
 
@@ -219,8 +229,9 @@ again."""
 @dataclass(frozen=True)
 class Plans:
     """The bodies by number, (n,) each: radius (NaN if it is not known) and mass; whether each is present,
-    and its plan: (epoch, tick) of its anchor, its position there, and its velocity; and how many periods were
-    taken off its position since its first one, along x and y, or will be when it is inserted."""
+    and its plan: (epoch, tick) of its anchor, its position there, its velocity, and its acceleration; and how
+    many periods were taken off its position since its first one, along x and y, or will be when it is
+    inserted."""
 
     radius: Floats
     mass: Floats
@@ -231,6 +242,8 @@ class Plans:
     y: Floats
     vx: Floats
     vy: Floats
+    ax: Floats
+    ay: Floats
     kx: Floats
     ky: Floats
 
@@ -246,6 +259,7 @@ class Plans:
         columns["radius"][:n], columns["mass"][:n], columns["there"][:n] = scene.radius, scene.mass, 1.0
         columns["x"][:n], columns["y"][:n] = nearest_image(scene.position, scene.periods).T
         columns["vx"][:n], columns["vy"][:n] = scene.velocity.T
+        columns["ax"], columns["ay"] = first_accelerations(scene, last + 1).T.copy()
         for each in comers:
             columns["radius"][each.body], columns["mass"][each.body] = each.radius, each.mass
         if scene.periodic:
@@ -265,13 +279,8 @@ class Plans:
         columns["there"][:] = 0.0
         columns["there"][numbers] = 1.0
         _, columns["epoch"][numbers], columns["tick"][numbers] = clock.split(bodies["anchor"])
-        for name in (*Plan._fields, "radius"):
+        for name in (*(BentPlan if simulation.scene.bent else Plan)._fields, "radius"):
             columns[name][numbers] = bodies[name]
-        if simulation.scene.falls:  # of a frame: pages have plans of the room
-            moments = (columns[name][numbers].astype(np.int64) for name in ("epoch", "tick"))
-            shifts = shift_at(simulation.scene, *moments)
-            for name, shift in zip(Plan._fields, shifts.T, strict=True):
-                columns[name][numbers] += shift
         if len(tables.images):
             for name in ("kx", "ky"):
                 columns[name][numbers] = np.asarray(tables.images[name])[taken]
@@ -282,14 +291,18 @@ def kinds_of(rows: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     """Returns the kind of each row as its place in ``KINDS``."""
     a, b = rows["a"], rows["b"]
     kinds = np.where(b >= 0, np.where(np.isnan(rows["ax"]), np.where(a < b, 6, 7), 1), 2)
-    for code, kind in ((-5, 3), (-6, 8), (INSERTED, 4), (REMOVED, 5)):
+    for code, kind in ((-5, 3), (-6, 8), (ACCELERATED, 9), (INSERTED, 4), (REMOVED, 5)):
         kinds[b == code] = kind
     return kinds.astype(np.uint8)
 
 
 def residuals(plans: Plans, rows: npt.NDArray[Any], scene: Scene) -> dict[str, npt.NDArray[np.uint64]]:
-    """Returns columns ax .. bvy, (rows,) each: the bits in which a row differs from its prediction: the place
-    and velocity of a body's plan; if two of one mass meet, b gets what a has lost. 0 without a plan."""
+    """Returns columns ax .. bvy, (rows,) each: the bits in which a row differs from its prediction.
+
+    A body is at the position of its plan, and has its velocity then; but if two bodies of one mass meet, b
+    gets the momentum that a has lost. Columns without a plan (b of a wall, for example) are 0; but of a row
+    that gives a its acceleration, bx and by are the bits in which that differs from the one before.
+    """
     flights = Flights.of(rows)
 
     def before(of_plan: Floats, of_flight: Floats) -> Floats:
@@ -300,17 +313,22 @@ def residuals(plans: Plans, rows: npt.NDArray[Any], scene: Scene) -> dict[str, n
     ticks = (epoch - before(plans.epoch, epoch)) * float(TICKS) + (tick - before(plans.tick, tick))
     elapsed = ticks * (scene.time_unit / TICKS)
     columns = {name: np.zeros(len(rows), np.uint64) for pair in SIDES.values() for name in pair}
-    found = {name: flights.value(name) for name in Plan._fields}
-    was = Plan(*(before(getattr(plans, name), flies) for name, flies in found.items()))
-    axes = zip("xy", position_after(was, elapsed), velocity_after(was, elapsed), scene.gravity, strict=True)
-    for axis, flown, ends, pull in axes:
-        flies, ends = found[f"v{axis}"], ends + pull * elapsed
+    found = {name: flights.value(name) for name in SIDES}
+    given = flights.accelerations(np.stack([plans.ax, plans.ay], axis=1))
+    found |= {"ax": given[:, 0], "ay": given[:, 1]}
+    was = BentPlan(*(before(getattr(plans, name), flies) for name, flies in found.items()))
+    for name, begins in (("ax", was.ax), ("ay", was.ay)):
+        changes = _bits(found[name]) ^ _bits(begins)
+        columns[f"b{name[1]}"][flights.row[changes != 0]] = changes[changes != 0]
+    axes = zip("xy", bent_position_after(was, elapsed), bent_velocity_after(was, elapsed), strict=True)
+    for axis, flown, ends in axes:
+        flies = found[f"v{axis}"]
         keeps = ends.copy()
         second = np.flatnonzero(flights.is_b)  # its row's a comes right before it
         same = second[plans.mass[flights.body[second]] == plans.mass[flights.body[second - 1]]]
         keeps[same] = ends[same] + (ends[same - 1] - flies[same - 1])
         for name, bits in (
-            (axis, _bits(found[axis]) ^ _bits(flown + pull * (0.5 * elapsed * elapsed))),
+            (axis, _bits(found[axis]) ^ _bits(flown)),
             (f"v{axis}", _bits(flies) ^ _bits(keeps)),
         ):
             for side, column in enumerate(SIDES[name]):

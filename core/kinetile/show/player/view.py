@@ -115,8 +115,8 @@ def view_scene(
     for choice in choices:
         first = simulation(choice)
         again = simulation(choice) if steps else None
-        label, beside = write_phase(first.broad_phase, first.options), len(choices) > 1
-        recordings.append(record(scene, first, again, label, begin, until, max_contacts, pairs, beside))
+        label = write_phase(first.broad_phase, first.options)
+        recordings.append(record(scene, first, again, label, begin, until, max_contacts, pairs))
     labels = [recording.label for recording in recordings]
     clock = Clock(scene.start, scene.time_unit)
     end = min(until, clock.moment(max(recording.end for recording in recordings))[0])

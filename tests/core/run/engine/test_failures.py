@@ -178,7 +178,7 @@ class Lax:
         self.how = how
 
     def prepare(self, scene: kt.Scene) -> ResponseParts:
-        return ResponseParts(globals()[self.how], falling=True)
+        return ResponseParts(globals()[self.how])
 
 
 def lax(*columns, how: str = "nothing", **more) -> kt.Scene:

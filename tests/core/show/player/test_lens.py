@@ -54,7 +54,7 @@ return found;
 
 
 @needs_node
-@pytest.mark.parametrize("name", ["grid", "masses", "come and go", "falling"])
+@pytest.mark.parametrize("name", ["grid", "masses", "come and go", "accelerated"])
 def test_the_gap_of_a_pair_is_0_at_its_contact(name, tmp_path):
     page = view_scene(SCENES[name], [("naive", {})], until=1.5).page
     found = ask_node(tmp_path, page, PAIRS)

@@ -108,3 +108,10 @@ def test_who_comes_and_goes_changes_the_structure(tmp_path):
     assert any(re.match(r"body \d+ comes: two bounds new", sentence) for sentence in texts)
     assert any(re.match(r"body \d+ goes: two bounds gone", sentence) for sentence in texts)
     assert any(re.match(r"body \d+ turns", sentence) for sentence in texts)
+
+
+@needs_node
+def test_an_acceleration_and_the_end_of_a_chord_are_named(tmp_path):
+    texts = ask_node(tmp_path, view_scene(SCENES["accelerated"], [("naive", {})], until=1.0).page, SENTENCES)
+    assert "body 1 gets another acceleration" in texts
+    assert "a certificate of body 0 fails, or its chord ends" in texts

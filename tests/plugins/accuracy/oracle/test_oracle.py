@@ -206,7 +206,7 @@ def of_two(radius: Any = 0.25, **more: Any) -> kt.Scene:
 BEYOND = {
     "bodies of other shapes": of_two(None, shape=[0, 0], shapes=[kt.box(0.5, 0.25)]),
     "periodic axes": of_two(periodic="x"),
-    "gravity": of_two(gravity=(0.0, -1.0)),
+    "accelerations": of_two(gravity=(0.0, -1.0)),
     "immovable bodies": of_two(mass=[1.0, math.inf]),
     "the responses pass and stop": of_two(responses={(0, 0): "pass", (0, "wall"): "stop"}),
     "insertions or removals": of_two(commands=[kt.Remove(0, 0.25)]),

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from games import draw_falling_game, draw_game, draw_game_of_shapes
+from games import draw_bent_game, draw_game, draw_game_of_shapes
 from judged_games import forged_and_found, with_end
 from kinetile.errors import Refused, ZenoError
 from kinetile.kernel.log import LOG
@@ -16,7 +16,7 @@ from lanes import first
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("draw", [draw_game, draw_game_of_shapes, draw_falling_game])
+@pytest.mark.parametrize("draw", [draw_game, draw_game_of_shapes, draw_bent_game])
 @pytest.mark.parametrize("seed", first(1, range(60)))
 def test_a_game_is_certified_to_its_end(draw, seed):
     game = draw(seed)
@@ -26,10 +26,10 @@ def test_a_game_is_certified_to_its_end(draw, seed):
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("draw", [draw_game, draw_falling_game])
+@pytest.mark.parametrize("draw", [draw_game, draw_bent_game])
 @pytest.mark.parametrize("seed", first(1, range(100)))
 def test_the_plans_of_a_recorded_game_are_certified(seed, draw):
-    """With commands and changes of frames among the rows, and the plan of each body after each event."""
+    """With commands among the rows, and the plan of each body after each event."""
     game, rows = draw(seed), [np.zeros(0, LOG)]
     with contextlib.suppress(ZenoError, Refused):
         kt.Simulation(game, "naive").run(max_contacts=100, recorder=lambda some: rows.append(some.copy()))

@@ -400,7 +400,7 @@ export class Player {
     this.drawImages({ x, y }, (seen) => drawOutline(view, seen.x[0], seen.y[0], bodies.radius[body] || 0, bodies.outline[body], theme.selected));
   }
 
-  /** A body's plan: points from its anchor to where it is, in the middle, and on to its next event; with gravity on a parabola. */
+  /** A body's plan: points from its anchor to where it is, in the middle, and on to its next event; on a parabola if it is accelerated. */
   plan(run, body) {
     const { plans } = run.motion;
     let until = this.playback.end;
@@ -408,7 +408,7 @@ export class Player {
     while (event >= 0 && KINDS[run.events.kind[event]] === "structural") event = seek(run.events, event + 1, 1, "all", body);
     if (event >= 0) until = momentOfEvent(run.events, event);
     const { moment } = this.playback;
-    const count = this.held.gravity.some((each) => each) ? CURVED : 1;
+    const count = run.motion.pull(body) ? CURVED : 1;
     const part = (from, to) => Array.from({ length: count }, (_, at) => between(from, to, at / count));
     const moments = [...part([plans.epoch[body], plans.tick[body]], moment), ...part(moment, until), until];
     return moments.map((each) => run.motion.flown(body, each, moment));

@@ -3,7 +3,7 @@
 
 import { $, fill } from "./tables.mjs";
 import { timeOf } from "../run/clock.mjs";
-import { MET, eventsAt, firstDifference, inWords, momentOfEvent, withTime } from "../run/events.mjs";
+import { MET, firstDifference, inWords, momentOfEvent, withTime } from "../run/events.mjs";
 
 const LATEST = 3; // contacts that are named
 
@@ -34,12 +34,10 @@ export class Race {
   /** Say how far each is at the present moment. */
   tell() {
     if (this.place.hidden) return;
-    const { held, counts, playback: { runs, moment } } = this.player;
-    const falls = held.gravity.some((each) => each); // then structural events are counted, and are none of the page's
-    const all = this.player.runs.map(({ steps }) => steps && { ...steps, count: steps.after.length });
-    const most = Math.max(1, ...all.map((steps) => steps?.count ?? 0));
+    const { held, counts, playback: { runs } } = this.player;
+    const most = Math.max(1, ...this.player.runs.map(({ steps }) => steps?.after.length ?? 0));
     const found = runs.map(({ done }, at) => [this.lists[at].contacts[done], this.lists[at].digest[done]]);
-    const failed = runs.map(({ done }, at) => (falls && all[at] ? eventsAt(all[at], moment) : counts[at].before("structural", done)));
+    const failed = runs.map(({ done }, at) => counts[at].before("structural", done));
     const rows = found.map(([contacts, digest], at) => [held.runs[at].label, failed[at], "", contacts, digest.toString(16).padStart(8, "0")]);
     fill($("work"), ["phase", "certificates failed", "", "contacts", "digest of them"], rows);
     failed.forEach((count, at) => {

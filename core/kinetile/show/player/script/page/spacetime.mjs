@@ -29,10 +29,10 @@ export class SpaceTime {
     Object.assign(this, { canvas, player, axis: "" });
   }
 
-  /** Draw along an axis, unless bodies fall along it. */
+  /** Draw along an axis, unless bodies are accelerated along it. */
   show(axis) {
-    const isBent = axis && this.player.held.gravity["xy".indexOf(axis)] !== 0;
-    if (isBent) this.player.say(`space and time has straight bands, and along ${axis} there is gravity`);
+    const isBent = axis && this.player.held.pull?.["xy".indexOf(axis)];
+    if (isBent) this.player.say(`space and time has straight bands, and along ${axis} bodies are accelerated`);
     this.axis = isBent ? "" : axis;
     this.canvas.hidden = !this.axis;
   }

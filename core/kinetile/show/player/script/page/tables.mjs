@@ -23,13 +23,13 @@ export function countUp(events) {
   return { total, before: (group, event) => columns[group][event] };
 }
 
-/** The energy of those that are there and can be moved: kinetic, and with gravity that of their heights, 0 in the corner (0, 0). */
+/** The energy of those that are there and can be moved: kinetic, and by accelerations that of their heights, 0 in the corner (0, 0). */
 export function energy(motion) {
-  const { bodies, plans, gravity: [right, up] } = motion;
+  const { bodies, plans } = motion;
   let sum = 0;
   for (let body = 0; body < plans.vx.length; body += 1) {
     if (!plans.there[body] || bodies.mass[body] === Infinity) continue;
-    const twice = plans.vx[body] ** 2 + plans.vy[body] ** 2 - 2 * (right * plans.x[body] + up * plans.y[body]); // as at its anchor
+    const twice = plans.vx[body] ** 2 + plans.vy[body] ** 2 - 2 * (plans.ax[body] * plans.x[body] + plans.ay[body] * plans.y[body]); // as at its anchor
     sum += 0.5 * bodies.mass[body] * twice;
   }
   return sum;
@@ -91,9 +91,8 @@ function readings(player, run, at) {
   found.events = run.done;
   for (const group of lanes) found[group] = counts[at].before(group, run.done);
   found.bodies = run.motion.plans.there.reduce((sum, there) => sum + there, 0);
-  const falls = run.motion.gravity.some((each) => each);
-  found[falls ? "energy" : "kinetic energy"] = energy(run.motion).toPrecision(9);
-  if (run.done < steps?.queue.length && !falls) found.queue = steps.queue[run.done];
+  found[player.held.pull ? "energy" : "kinetic energy"] = energy(run.motion).toPrecision(9);
+  if (run.done < steps?.queue.length) found.queue = steps.queue[run.done];
   Object.assign(found, structure?.counts(run.done));
   if (run.done > run.structure?.seen) found.structure = `recorded up to event ${run.structure.seen}${structure === run.structure ? "" : ", computed since"}`;
   return found;
@@ -122,6 +121,7 @@ export class BodyTable {
     fill($("plan"), null, plans.there[body] ? [
       ["place", `${x}, ${y}`],
       ["velocity", `${vx}, ${vy}`],
+      ...(held.pull ? [["acceleration", `${plans.ax[body]}, ${plans.ay[body]}`]] : []),
       ["anchor", `${plans.x[body]}, ${plans.y[body]} at ${anchored}`],
       ["pairs drawn", partners.length ? `with ${partners.join(", ")}` : held.pairs ? "none" : "left out"],
       bodies.outline[body]
@@ -179,7 +179,7 @@ const EVENTS = {
   contacts: "two bodies meet",
   structural: "a certificate of the broad phase fails",
   walls: "a body meets a wall",
-  commands: "a body turns, comes or goes",
+  commands: "a body turns, is accelerated, comes or goes",
   passings: "two bodies begin or end to pass through each other",
 };
 

@@ -20,12 +20,12 @@ const SLOW = 2 ** -10; // of the initial speed of playing: a throw counts as if 
 const BY_FLIGHT = [...PLAN, "before"]; // columns of rows with two values a row
 
 /** Why a page computes nothing itself, in words, or undefined: it does for elastic discs in an arena with walls, without commands, from the beginning. */
-export function reasonAgainst({ held: { arena, begin, end, gravity, periods, responses, shapes }, bodies, commands }) {
+export function reasonAgainst({ held: { arena, begin, end, periods, pull, responses, shapes }, bodies, commands }) {
   const count = bodies.radius.length;
   const reasons = [
     [!arena, "the scene has no walls"],
     [periods.some((each) => each), "an axis is periodic"],
-    [gravity.some((each) => each), "bodies fall"],
+    [pull, "bodies are accelerated"],
     [responses.flat().some((each) => each !== "elastic"), "contacts are not all elastic"],
     [shapes.length, "the bodies are not all discs"],
     [commands, "the scene has commands"],

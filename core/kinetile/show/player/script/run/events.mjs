@@ -5,11 +5,11 @@ import { KINDS } from "./rows.mjs";
 
 /** The groups in which a reader steps, and the kinds that are in each. */
 export const GROUPS = {
-  all: ["structural", "disc", "wall", "turn", "insert", "remove", "pass", "part"],
+  all: ["structural", "disc", "wall", "turn", "insert", "remove", "accelerate", "pass", "part"],
   contacts: ["disc"],
   structural: ["structural"],
   walls: ["wall"],
-  commands: ["turn", "insert", "remove"],
+  commands: ["turn", "insert", "remove", "accelerate"],
   passings: ["pass", "part"],
 };
 
@@ -168,12 +168,13 @@ export function inWords(events, event, held) {
   const who = (body) => `${held.kinds[held.kind[body]] ?? "body"} ${body}`;
   const both = (one, other) => (held.kinds.length ? `${who(one)} and ${who(other)}` : `bodies ${one} and ${other}`);
   switch (KINDS[events.kind[event]]) {
-    case "structural": return `a certificate of ${who(a)} fails`;
+    case "structural": return `a certificate of ${who(a)} fails${held.pull ? ", or its chord ends" : ""}`;
     case "disc": return `${both(a, b)} meet${responseOf(held, a, b)}`;
     case "wall": return `${who(a)} meets the ${WALLS[b]} wall${responseOf(held, a, b)}`;
     case "turn": return `${who(a)} turns`;
     case "insert": return `${who(a)} comes`;
     case "remove": return `${who(a)} goes`;
+    case "accelerate": return `${who(a)} gets another acceleration`;
     case "pass": return `${both(a, b)} begin to pass through each other`;
     default: return `${both(b, a)} end to pass through each other`;
   }

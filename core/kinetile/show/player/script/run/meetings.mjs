@@ -46,6 +46,7 @@ export function meetingOf(structure, shape, motion, moment, owner, size, rivals 
       ? sidesOn(structure, shape, axis).flatMap((one) => others.map((other) => [one, other]))
       : pairsOn(structure, shape, axis, owner, motion.bodies.radius[owner] || 0);
     for (const [one, other] of pairs) {
+      if (motion.pull(one.body) || motion.pull(other.body)) continue; // what is watched is on a chord
       const slope = speed(other) - speed(one);
       const gap = apartAlong(place(one), place(other), motion.periods[axis]);
       if (slope === 0 || !(Math.abs(gap) <= least)) continue;

@@ -1,7 +1,7 @@
 // Where everybody is. Plans in force after a number of rows; from there one goes forward and back, row by row.
 
 import { elapsed } from "./clock.mjs";
-import { PLAN, planIn, positionAfter, velocityAfter } from "./plan.mjs";
+import { PLAN, PULL, planIn, positionAfter, velocityAfter } from "./plan.mjs";
 import { copyPlans, givesPlans, isThereAfter } from "./rows.mjs";
 
 /** A place as it is shown: along a periodic axis from 0 to less than the period, which is 0 of another axis. */
@@ -38,9 +38,9 @@ export function imagesAlong(from, to, periods) {
 }
 
 export class Motion {
-  constructor(bodies, rows, unit, periods = [0, 0], gravity = [0, 0]) {
-    Object.assign(this, { periods, gravity });
-    this.names = [...PLAN, ...(periods.some((period) => period) ? ["kx", "ky"] : [])];
+  constructor(bodies, rows, unit, periods = [0, 0]) {
+    this.periods = periods;
+    this.names = [...PLAN, ...(rows.ax ? PULL : []), ...(periods.some((period) => period) ? ["kx", "ky"] : [])];
     this.bodies = bodies;
     this.rows = rows;
     this.unit = unit;
@@ -62,7 +62,7 @@ export class Motion {
 
   /** The same as its plan has it, which may be beyond a border. */
   #onPlan(body, moment) {
-    return positionAfter(planIn(this.plans, body), this.#since(body, moment), this.gravity);
+    return positionAfter(planIn(this.plans, body), this.#since(body, moment));
   }
 
   /** The time from the anchor of a body's plan in force to a moment. */
@@ -89,7 +89,13 @@ export class Motion {
 
   /** The velocity of a body at a moment, under its plan in force: [vx, vy]. */
   velocity(body, moment) {
-    return velocityAfter(planIn(this.plans, body), this.#since(body, moment), this.gravity);
+    return velocityAfter(planIn(this.plans, body), this.#since(body, moment));
+  }
+
+  /** The acceleration of a body under its plan in force: [ax, ay], or null. */
+  pull(body) {
+    const { ax, ay } = this.plans;
+    return ax[body] || ay[body] ? [ax[body], ay[body]] : null;
   }
 
   /** The place of a body at a moment under its plan in force, as far as it flies from where it is shown at another: [x, y]. */

@@ -1,22 +1,24 @@
 // A flight plan: its numbers, and where it has a body. Only these functions compute that in a page: in this order, in
-// doubles, so that the bits are the run's own. With gravity plans are of the room, and bodies fall on parabolas: the same
-// bits as those of ``Trajectory``.
+// doubles, so that the bits are the run's own.
 
 /** The numbers of a plan at its anchor: place and velocity. */
 export const PLAN = ["x", "y", "vx", "vy"];
 
-/** One plan of those in columns. */
-export function planIn({ x, y, vx, vy }, at) {
-  return { x: x[at], y: y[at], vx: vx[at], vy: vy[at] };
+/** Its acceleration; rows have it only where some body is accelerated. */
+export const PULL = ["ax", "ay"];
+
+/** One plan of those in columns; without columns of accelerations its body has none. */
+export function planIn({ x, y, vx, vy, ax, ay }, at) {
+  return { x: x[at], y: y[at], vx: vx[at], vy: vy[at], ax: ax?.[at], ay: ay?.[at] };
 }
 
-/** Where a plan has its body a time after its anchor, by an acceleration: [x, y]. */
-export function positionAfter({ x, y, vx, vy }, time, [right, up] = [0, 0]) {
-  const half = 0.5 * time * time;
-  return [x + vx * time + right * half, y + vy * time + up * half];
+/** Where a plan has its body a time after its anchor: [x, y]. */
+export function positionAfter({ x, y, vx, vy, ax = 0, ay = 0 }, time) {
+  const square = time * time;
+  return [x + (vx * time + (0.5 * ax) * square), y + (vy * time + (0.5 * ay) * square)];
 }
 
 /** The velocity that a plan gives its body a time after its anchor: [vx, vy]. */
-export function velocityAfter({ vx, vy }, time, [right, up] = [0, 0]) {
-  return [vx + right * time, vy + up * time];
+export function velocityAfter({ vx, vy, ax = 0, ay = 0 }, time) {
+  return [vx + ax * time, vy + ay * time];
 }

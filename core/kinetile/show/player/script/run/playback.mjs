@@ -25,11 +25,10 @@ export async function load(held) {
 
 export class Playback {
   /** `runs`: [{rows, steps, structure}], with rows as `rebuild` gives them; the others may be null. `known`: up to where there are rows so far. */
-  constructor(bodies, runs, { unit, begin, end, periods, gravity, passing }) {
+  constructor(bodies, runs, { unit, begin, end, periods, passing }) {
     Object.assign(this, { unit, begin, end, known: end });
-    const falls = gravity.some((each) => each); // then nothing of the structure is shown, nor that it changes
-    const events = runs.map(({ rows, steps }) => merge(rows, falls ? null : steps));
-    const motionOf = (rows) => new Motion(bodies, rows, unit, periods, gravity);
+    const events = runs.map(({ rows, steps }) => merge(rows, steps));
+    const motionOf = (rows) => new Motion(bodies, rows, unit, periods);
     this.runs = runs.map(({ rows, structure, present }, at) => ({
       events: events[at],
       passing: new Passing(events[at], motionOf(rows), passing),

@@ -59,8 +59,10 @@ export function proofOfPair({ motion, events, done, passing }, [a, b], moment, h
     return { title, formula: "the gap of two shapes is not one formula", gap: null, fails: null };
   }
   const both = [Math.min(a, b), Math.max(a, b)];
-  const [[ux, uy], [vx, vy]] = both.map((body) => motion.velocity(body, moment)); // all fall alike: what is between two flies straight
+  const [[ux, uy], [vx, vy]] = both.map((body) => motion.velocity(body, moment));
   const [wx, wy, reach] = [vx - ux, vy - uy, radius[a] + radius[b]];
+  const [from, to] = both.map((body) => motion.pull(body) ?? [0, 0]);
+  const bends = to.map((pull, axis) => 0.5 * (pull - from[axis])); // 0 where both are accelerated alike
   const met = metNext(events, done, a, b);
   const images = motion.images(...both, met ?? moment);
   const isPassing = ({ image }) => passing.holds(done, ...both, image);
@@ -68,14 +70,15 @@ export function proofOfPair({ motion, events, done, passing }, [a, b], moment, h
   const passes = `they are passing through each other${through > 1 ? `, through ${through} images` : ""}`;
   const next = images.find((each) => !isPassing(each)); // with which they meet: of those that do not pass the nearest then
   const since = met ? elapsed(met, ...moment, held.unit) : 0;
-  const [dx, dy] = [wx, wy].map((speed, axis) => (next ?? images[0]).apart[axis] - speed * since);
-  const fails = next ? met ?? rootOf([dx, dy], [wx, wy], reach, moment, held.unit) : null;
+  const [dx, dy] = [wx, wy].map((speed, axis) => (next ?? images[0]).apart[axis] - (speed + bends[axis] * since) * since);
+  const fails = next ? met ?? (bends.some(Number) ? null : rootOf([dx, dy], [wx, wy], reach, moment, held.unit)) : null;
   if (through && !fails) return { title, formula: passes, gap: null, fails: null };
-  const gap = (time) => Math.hypot(dx + wx * time, dy + wy * time) - reach;
-  const square = (from, speed) => `(${short(from)} ${signed(speed)} t)\u00b2`;
-  const none = motion.periods.some((period) => period) ? "no contact through the nearest image under these plans" : "no contact under these plans";
+  const gap = (time) => Math.hypot(dx + (wx + bends[0] * time) * time, dy + (wy + bends[1] * time) * time) - reach;
+  const square = (place, speed, bend) => `(${short(place)} ${signed(speed)} t${bend ? ` ${signed(bend)} t\u00b2` : ""})\u00b2`;
+  const straight = motion.periods.some((period) => period) ? "no contact through the nearest image under these plans" : "no contact under these plans";
+  const none = bends.some(Number) ? "no contact is the next event of both" : straight;
   const when = fails ? `contact at ${inTime(fails, held)}${met ? "" : " if nothing comes before"}` : none;
-  return { title, formula: `\u221a(${square(dx, wx)} + ${square(dy, wy)}) \u2212 ${short(reach)} > 0; ${when}${through ? `; ${passes}` : ""}`, gap, fails };
+  return { title, formula: `\u221a(${square(dx, wx, bends[0])} + ${square(dy, wy, bends[1])}) \u2212 ${short(reach)} > 0; ${when}${through ? `; ${passes}` : ""}`, gap, fails };
 }
 
 /** The moment of the recorded contact of two bodies, if neither has another plan before it; or null. */

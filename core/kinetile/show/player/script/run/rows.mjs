@@ -2,14 +2,15 @@
 // recording.py says the same, operation by operation.
 
 import { elapsed } from "./clock.mjs";
-import { PLAN, planIn, positionAfter, velocityAfter } from "./plan.mjs";
+import { PLAN, PULL, planIn, positionAfter, velocityAfter } from "./plan.mjs";
 
-export const KINDS = ["structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor"];
+export const KINDS = ["structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor", "accelerate"];
 const DISC = 1;
 export const INSERT = 4;
 const REMOVE = 5;
 const PASS = 6;
 const PART = 7;
+const ACCELERATE = 9;
 
 const word = new BigUint64Array(1);
 const double = new Float64Array(word.buffer);
@@ -27,10 +28,10 @@ function sums(column) {
   return column;
 }
 
-/** A copy of the plans of bodies (columns there, epoch, tick, x, y, vx, vy; where axes are periodic kx, ky). */
+/** A copy of the plans of bodies (columns there, epoch, tick, x, y, vx, vy, ax, ay; where axes are periodic kx, ky). */
 export function copyPlans(bodies) {
   const plans = {};
-  for (const name of ["there", "epoch", "tick", ...PLAN, "kx", "ky"]) plans[name] = bodies[name].slice();
+  for (const name of ["there", "epoch", "tick", ...PLAN, ...PULL, "kx", "ky"]) plans[name] = bodies[name].slice();
   return plans;
 }
 
@@ -46,14 +47,14 @@ export function isThereAfter(kind) {
 
 /**
  * The rows of a run: columns kind, epoch, tick, a, b, and of flight 2 * row + side (0 for a, 1 for b) place
- * x, y, velocity vx, vy, the periods kx, ky that were taken off the place since the body's first one, and the flight
- * `before` it of the same body (-1: the plan that it began with).
+ * x, y, velocity vx, vy, where bodies are accelerated ax, ay, the periods kx, ky that were taken off the place since the
+ * body's first one, and the flight `before` it of the same body (-1: the plan that it began with).
  */
-export function rebuild(bodies, coded, { unit, periods, gravity }) {
+export function rebuild(bodies, coded, { unit, periods, pull }) {
   const { kind, a, b } = coded;
   const count = kind.length;
   const rows = { count, kind, a, b, epoch: sums(coded.epoch), tick: sums(coded.tick) };
-  for (const name of [...PLAN, "kx", "ky"]) rows[name] = new Float64Array(2 * count);
+  for (const name of [...PLAN, ...(pull ? PULL : []), "kx", "ky"]) rows[name] = new Float64Array(2 * count);
   rows.before = new Int32Array(2 * count).fill(-1);
   const now = copyPlans(bodies);
   const last = new Int32Array(bodies.x.length).fill(-1);
@@ -70,10 +71,10 @@ export function rebuild(bodies, coded, { unit, periods, gravity }) {
       const flight = 2 * row + side;
       const time = elapsed(moment, now.epoch[body], now.tick[body], unit);
       const gains = side === 1 && kind[row] === DISC && bodies.mass[a[row]] === bodies.mass[b[row]];
-      const [endsX, endsY] = velocityAfter(planIn(now, body), time, gravity);
+      const [endsX, endsY] = velocityAfter(planIn(now, body), time);
       const keepsX = gains ? endsX + lostX : endsX;
       const keepsY = gains ? endsY + lostY : endsY;
-      const [fliesX, fliesY] = positionAfter(planIn(now, body), time, gravity);
+      const [fliesX, fliesY] = positionAfter(planIn(now, body), time);
       rows.x[flight] = differing(fliesX, x[row]);
       rows.y[flight] = differing(fliesY, y[row]);
       if (kind[row] !== INSERT) {
@@ -88,6 +89,10 @@ export function rebuild(bodies, coded, { unit, periods, gravity }) {
       rows.before[flight] = last[body];
       last[body] = flight;
       for (const name of PLAN) now[name][body] = rows[name][flight];
+      PULL.forEach((name, axis) => {
+        if (kind[row] === INSERT || kind[row] === ACCELERATE) now[name][body] = differing(now[name][body], sides[1][axis][row]);
+        if (pull) rows[name][flight] = now[name][body];
+      });
       [now.epoch[body], now.tick[body]] = moment;
     }
   }

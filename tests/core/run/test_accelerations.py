@@ -1,0 +1,122 @@
+"""Bodies with accelerations of their own: known answers, margins of chords, commands."""
+
+import math
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+from agreement import agree
+from kinetile.scene.files import dumps_scene, loads_scene
+from kinetile.toolbox import reach
+
+PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling", "power")
+
+
+def contacts(scene: kt.Scene, until: float, phase: str = "cells") -> list[tuple[float, int, int]]:
+    sim = kt.Simulation(scene, phase)
+    sim.run(until)
+    return [(each["time"].item(), each["a"].item(), each["b"].item()) for each in sim.contacts]
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_ball_bounces_on_the_floor_and_on_a_peg_at_times_of_the_formula(phase):
+    floor = kt.Scene([[1.0, 0.5]], [[0.0, 1.0]], 0.5, arena=(4.0, 8.0), gravity=(0.0, -1.0))
+    assert contacts(floor, 8.0, phase) == [(time, 0, -3) for time in (2.0, 4.0, 6.0, 8.0)]
+    mass, places = [1.0, math.inf], [[2.0, 2.5], [2.0, 1.0]]
+    peg = kt.Scene(places, [[0.0, 1.0], [0.0, 0.0]], [0.5, 1.0], mass, (4.0, 8.0), gravity=(0.0, -1.0))
+    assert contacts(peg, 8.0, phase) == [(time, 0, 1) for time in (2.0, 4.0, 6.0, 8.0)]
+
+
+def lane(gap: float) -> kt.Scene:
+    """A car with a speed of 4 that brakes by 1, so that it stops after 8, behind one that stands."""
+    places = [[0.5, 0.5], [1.5 + gap, 0.5]]
+    stops = [kt.Accelerate(0, 4.0, (0.0, 0.0))]
+    pulls = [[-1.0, 0.0], [0.0, 0.0]]
+    return kt.Scene(
+        places, [[4.0, 0.0], [0.0, 0.0]], 0.5, arena=(16.0, 1.0), acceleration=pulls, commands=stops
+    )
+
+
+def test_a_car_stops_in_time_by_a_billionth_and_another_one_does_not():
+    assert contacts(lane(8.0 + 1e-9), 6.0) == []
+    assert contacts(lane(6.0), 2.5) == [(2.0, 0, 1)]
+    ((time, *_),) = contacts(lane(8.0 - 1e-9), 6.0)
+    assert time == pytest.approx(4.0 - math.sqrt(2e-9), abs=1e-9)
+
+
+@pytest.mark.parametrize(("ulps", "times"), [(-1, 1), (0, 0), (1, 0)])
+def test_a_ball_is_thrown_past_a_peg_by_an_ulp(ulps, times):
+    """Its vertex is right above the peg, where it would be tangent."""
+    height = 2.5 + ulps * math.ulp(2.5)
+    thrown = kt.Scene(
+        [[2.0, height], [4.0, 2.0]],
+        [[1.0, 0.5], [0.0, 0.0]],
+        0.5,
+        [1.0, math.inf],
+        (8.0, 8.0),
+        gravity=(0.0, -0.25),
+    )
+    assert [row[1:] for row in contacts(thrown, 4.0)] == [(0, 1)] * times
+
+
+def drawn(seed: int, bodies: int = 12) -> kt.Scene:
+    """Bodies at random, in cells of side 2, some immovable, and some with an acceleration of their own."""
+    rng = np.random.default_rng(seed)
+    at = rng.permutation(16)[:bodies]
+    places = 1.0 + 2.0 * np.column_stack([at % 4, at // 4]) + rng.integers(-2, 3, (bodies, 2)) / 8.0
+    fixed = np.arange(bodies) % 4 == 3
+    own = rng.integers(-4, 5, (bodies, 2)) / 4.0
+    own[rng.random(bodies) < 0.4] = np.nan
+    own[fixed] = np.nan
+    speed = np.where(fixed[:, None], 0.0, rng.integers(-4, 5, (bodies, 2)) / 4.0 + 0.125)
+    mass = np.where(fixed, math.inf, 1.0 + np.arange(bodies) % 2)
+    changes = [
+        kt.Accelerate(0, 0.75, (0.5, -0.25)),
+        kt.Turn(1, 1.0, (1.0, 0.5)),
+        kt.Remove(2, 1.5),
+        kt.Accelerate(4, 1.75, (0.0, 0.0)),
+    ]
+    radius = rng.choice([0.5, 0.625, 0.75], bodies)
+    gravity = (0.0, -0.5)
+    return kt.Scene(
+        places, speed, radius, mass, (8.0, 8.0), gravity=gravity, acceleration=own, commands=changes
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_all_phases_have_one_list_whatever_the_margin_of_chords(seed, monkeypatch):
+    scene, found = drawn(seed), set()
+    assert loads_scene(dumps_scene(scene)) == scene
+    usual = reach.margin_of
+    for share in (16.0, 1.0, 1.0 / 32.0):
+        monkeypatch.setattr(
+            "kinetile.toolbox.reach.margin_of", lambda *given, share=share: share * usual(*given)
+        )
+        for phase in ("cells", "naive", "sap-1d"):
+            sim = kt.Simulation(scene, phase, audit=20)
+            sim.run(3.0)
+            assert len(sim.contacts) > 5
+            found.add(sim.fingerprint)
+    monkeypatch.undo()
+    agree(scene, "sap-2d", "sap-k", until=3.0)
+    assert len(found) == 1
+
+
+def test_accelerations_by_hand_are_recorded_and_saved():
+    sim = kt.Simulation(drawn(7), "cells", live=True)
+    sim.run(0.5)
+    sim.set_accelerations([0, 1], [[0.25, 0.25], [0.0, 0.0]])
+    body = sim.insert((4.0, 4.0), (0.5, 0.25), 0.125, acceleration=(0.0, 0.5))
+    assert sim.accelerations()[[0, 1, -1]].tolist() == [[0.25, 0.25], [0.0, 0.0], [0.0, 0.5]]
+    sim.run(1.25)
+    sim.set_acceleration(body, (0.0, -0.5))
+    saved = sim.snapshot()
+    sim.run(3.0)
+    again = kt.Simulation(sim.recorded(), "sap-1d")
+    again.run(3.0)
+    sim2 = kt.Simulation(drawn(7), "naive", live=True)
+    sim2.restore(saved)
+    sim2.run(3.0)
+    assert sim.fingerprint == again.fingerprint == sim2.fingerprint
+    assert sim.readings.energy_drift < 1e-13

@@ -1,0 +1,137 @@
+// Rules 2a, 5a, 6a, 7a and 11a: bodies with accelerations. Everything is decided by the signs of a polynomial at whole ticks; null is "none".
+//
+// A polynomial is the list of its coefficients, BigInts, from that of n^0 on. Between two zeros of its derivative it is monotone.
+
+import { BOTTOM, FAR, LEFT, RIGHT, TOP, dot } from "./contact.js";
+import { add, exact, minus, multiply, sign, subtract } from "./exact.js";
+
+const HALF = { n: 1n, e: -1 };
+const TWO = { n: 1n, e: 1 };
+
+/** The acceleration of a body: its own, or else that of gravity, or none if it is immovable. */
+export function acceleration({ own, m }, gravity) {
+  const [ax, ay] = own ?? (m === Infinity ? [0, 0] : gravity);
+  return { ax, ay };
+}
+
+/** The largest |ax| and |ay| of gravity, and of all bodies and commands (rule 3a). */
+export function largest(all, gravity) {
+  return ["ax", "ay"].map((key, axis) => Math.max(Math.abs(gravity[axis]), ...all.map((each) => Math.abs(each[key] ?? 0))));
+}
+
+/** Says what is wrong with a scene that has accelerations (rule 2a). */
+export function checkBent({ gravity, arena, periods, bodies, commands, responses, shaped }) {
+  const every = [...bodies, ...commands.filter(({ what }) => what === "insertion")];
+  const [Ax, Ay] = largest([...bodies, ...commands], gravity);
+  if (Ax === 0 && Ay === 0) return;
+  if (arena === null) throw new Error("A body is accelerated, and there is no arena.");
+  if ([Ax, Ay].some((most, axis) => most !== 0 && periods[axis] !== null)) throw new Error("A body is accelerated along a periodic axis.");
+  if (shaped) throw new Error("Where bodies are accelerated all are discs.");
+  const massOf = (number) => bodies[number]?.m ?? every.find(({ body }) => body === number)?.m;
+  const isMoved = ({ m, body, ax, ay }) => (m ?? massOf(body)) === Infinity && (ax !== 0 || ay !== 0);
+  if ([...every, ...commands.filter(({ what }) => what === "acceleration")].some(isMoved)) throw new Error("A body of infinite mass is accelerated.");
+  if (responses.some(({ between, name }) => between.includes("wall") && name !== "elastic")) throw new Error("Where bodies are accelerated all walls are elastic.");
+  const touches = (body, wall) => sign(gap(body, body.r, wall, arena)) <= 0;
+  const rests = (body) =>
+    (body.ax < 0 && body.vx === 0 && touches(body, LEFT)) ||
+    (body.ax > 0 && body.vx === 0 && touches(body, RIGHT)) ||
+    (body.ay < 0 && body.vy === 0 && touches(body, BOTTOM)) ||
+    (body.ay > 0 && body.vy === 0 && touches(body, TOP));
+  if (every.some(rests)) throw new Error("A body rests on a wall towards which it is accelerated.");
+}
+
+/** The gap between a wall and a body at a place. */
+function gap({ x, y }, r, wall, [W, H]) {
+  const [place, side] = wall === LEFT || wall === RIGHT ? [x, W] : [y, H];
+  const free = wall === LEFT || wall === BOTTOM ? exact(place) : subtract(exact(side), exact(place));
+  return subtract(free, exact(r));
+}
+
+/** The ticks from its anchor to the contact of a plan of radius r with a wall (rule 6a). */
+export function bentWall(plan, r, wall, arena, q) {
+  const [speed, pull] = wall === LEFT || wall === RIGHT ? [plan.vx, plan.ax] : [plan.vy, plan.ay];
+  const seen = wall === LEFT || wall === BOTTOM ? (each) => each : minus;
+  const bend = multiply(multiply(HALF, exact(pull)), multiply(exact(q), exact(q)));
+  return firstFall(whole([gap(plan, r, wall, arena), seen(multiply(exact(speed), exact(q))), seen(bend)]), 0n);
+}
+
+/** The tick at which two bodies meet, as `relative` has them, from a tick on; `barred` if they have just met (rules 5a and 7a). */
+export function bentTouch(course, q, barred, from) {
+  const Q = quartic(course, q);
+  const rise = barred && !presses(Q) ? firstRise(Q) : 0n;
+  const start = from - course.s;
+  const ticks = rise === null ? null : firstFall(Q, start > rise ? start : rise);
+  return ticks === null ? null : course.s + ticks;
+}
+
+/** The tick at which two bodies part, as `relative` has them, that have begun to pass at a tick (rule 11a). */
+export function bentPart(course, q, begun) {
+  const start = begun - course.s;
+  const ticks = firstFall(quartic(course, q).map((each) => -each), start > 0n ? start : 0n);
+  return ticks === null ? null : course.s + ticks;
+}
+
+/** Q at s + n, for whole n. */
+function quartic({ d, v, a, R }, q) {
+  const step = v.map((each) => multiply(each, exact(q)));
+  const bend = a.map((each) => multiply(multiply(HALF, each), multiply(exact(q), exact(q))));
+  const twice = (one, other) => multiply(TWO, dot(one, other));
+  return whole([subtract(dot(d, d), multiply(R, R)), twice(d, step), add(dot(step, step), twice(d, bend)), twice(step, bend), dot(bend, bend)]);
+}
+
+/** Exact numbers as whole ones, all times the same power of two. */
+function whole(numbers) {
+  const lowest = Math.min(...numbers.map(({ e }) => e));
+  return numbers.map(({ n, e }) => n << BigInt(e - lowest));
+}
+
+/** The first n from `start` on with p(n + 1) < min(0, p(n)). */
+function firstFall(p, start) {
+  const ends = pieces(p, start);
+  for (let i = 1; i < ends.length; i += 1) {
+    const [low, high] = [ends[i - 1], ends[i]];
+    if (at(p, high) < 0n && at(p, high) < at(p, low)) return lastBefore((n) => at(p, n + 1n) < 0n, low - 1n, high - 1n) + 1n;
+  }
+  return null;
+}
+
+/** Whether p does not rise from 0 to 1, and falls more from 1 to 2. */
+function presses(p) {
+  const [zero, one, two] = [0n, 1n, 2n].map((n) => at(p, n));
+  return one <= zero && two - one < one - zero;
+}
+
+/** The first n from 0 on with p(n + 1) > p(n). */
+function firstRise(p) {
+  const ends = pieces(p, 0n);
+  const rising = ends.findIndex((end, i) => i + 1 < ends.length && at(p, ends[i + 1]) > at(p, end));
+  return rising < 0 ? null : ends[rising];
+}
+
+/** Whole numbers from `start` to 2^62, in their order: between two neighbours p is monotone, or they are 1 apart. */
+function pieces(p, start) {
+  if (p.length < 3 || start >= FAR) return start < FAR ? [start, FAR] : [];
+  const derivative = p.slice(1).map((each, i) => each * BigInt(i + 1));
+  const ends = pieces(derivative, start);
+  const zeros = ends.flatMap((high, i) => {
+    const low = ends[i - 1] ?? high;
+    const [here, there] = [at(derivative, low), at(derivative, high)];
+    if (here === 0n || there === 0n || here > 0n === there > 0n) return [high];
+    const last = lastBefore((n) => here > 0n !== at(derivative, n) > 0n || at(derivative, n) === 0n, low, high);
+    return [last, last + 1n, high];
+  });
+  return zeros.filter((each, i) => i === 0 || each > zeros[i - 1]);
+}
+
+/** The last whole number before that for which something holds; it does from there to `high`, and not at `low`. */
+function lastBefore(holds, low, high) {
+  while (high - low > 1n) {
+    const middle = (low + high) >> 1n;
+    [low, high] = holds(middle) ? [low, middle] : [middle, high];
+  }
+  return low;
+}
+
+function at(p, n) {
+  return p.reduceRight((value, each) => value * n + each, 0n);
+}
