@@ -72,7 +72,6 @@ def lay(k: Kernel, number: int) -> None:
         shadow.vy = (there_y - y) / time
         shadow.anchor = tick
         body.end = end
-    shadow.last = body.last
     note_pull(body, k, number)
     note_place(with_shadows(k), number)
 
