@@ -154,11 +154,13 @@ def bent_discs_touch(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
     which they have met last they may meet again (rule 7a)."""
     one = k.bodies[early]
     two = k.bodies[late]
-    image = k.images[early]
-    sense = 1 if elder(k, early, late) == early else -1
-    m = sense * (int(plans.x.turns) - (k.images[late].kx - image.kx))
-    n = sense * (int(plans.y.turns) - (k.images[late].ky - image.ky))
-    met = one.last == late and two.last == early and m == image.last_m and n == image.last_n
+    met = one.last == late and two.last == early
+    if met:
+        image = k.images[early]
+        sense = 1 if elder(k, early, late) == early else -1
+        m = sense * (int(plans.x.turns) - (k.images[late].kx - image.kx))
+        n = sense * (int(plans.y.turns) - (k.images[late].ky - image.ky))
+        met = m == image.last_m and n == image.last_n
     low = counts_from(k, early, late, two.anchor)
     return int(bent_touch(plans, one.radius, two.radius, met, -1, low))
 

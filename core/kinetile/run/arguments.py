@@ -106,6 +106,10 @@ def read_cast(body: object, velocity: object, scene: Scene, horizon: float) -> t
     """Returns place, core and radius, and velocity of a body that is cast, for ``horizon`` of the scene's
     time where axes are periodic; ValueError for anything else."""
     (place, outline), (vx, vy) = read_cast_body(body), read_point(velocity, "a velocity")
+    if scene.bent and outline[0] != DISC:
+        raise ValueError(
+            f"where bodies are accelerated what is cast is a disc, (x, y, radius); found {shown(body)}"
+        )
     if any(period and 2.0 * circle_around(outline) >= period for period in scene.periods):
         raise ValueError(f"a body is narrower than the period, {scene.periods}; found {shown(body)}")
     _demand_few_periods((horizon * vx, horizon * vy), scene, "this body", "a lower velocity")

@@ -53,7 +53,7 @@ def list_near(k: Kernel, s: Any, found: npt.NDArray[np.int32]) -> int:
 def named_near(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
     """Returns (body, other) for all bodies that the broad phase names near each body, itself apart, (m, 2);
     written aside, since a run in another thread has its own in ``k.near``."""
-    broad, k = composition.broad, k._replace(near=np.zeros_like(k.near))
+    broad, k = composition.broad, as_seen(k)._replace(near=np.zeros_like(k.near))
     listing = compose(list_near, {"near": broad.near}, composition.label, type(broad.state))
     found = np.zeros((8 * len(k.bodies) + 64, 2), dtype=np.int32)
     count = int(listing(k, broad.state, found))

@@ -7,6 +7,7 @@ import pytest
 
 import kinetile as kt
 from agreement import agree
+from kinetile.errors import NoRoom
 from kinetile.scene.files import dumps_scene, loads_scene
 from kinetile.toolbox import reach
 
@@ -120,3 +121,36 @@ def test_accelerations_by_hand_are_recorded_and_saved():
     sim2.run(3.0)
     assert sim.fingerprint == again.fingerprint == sim2.fingerprint
     assert sim.readings.energy_drift < 1e-13
+
+
+@pytest.mark.parametrize("periodic", ["", "x"])
+def test_what_is_cast_meets_as_what_is_inserted(periodic):
+    """It falls as all do that have no acceleration of their own."""
+    rng, hits = np.random.default_rng(3), 0
+    own = np.column_stack([np.zeros(4), [0.5, math.nan, -0.25, math.nan]])
+    own[np.isnan(own[:, 1])] = math.nan
+    scene = kt.Scene(
+        [[1.0, 1.0], [4.0, 2.0], [6.5, 6.0], [3.0, 6.5]],
+        rng.normal(size=(4, 2)),
+        0.5,
+        arena=(8.0, 8.0),
+        gravity=(0.0, -0.5),
+        acceleration=own,
+        periodic=periodic,
+    )
+    for _ in range(12):
+        sim = kt.Simulation(scene, "naive", live=True)
+        sim.run(0.25)
+        place, speed = rng.uniform(1.0, 7.0, 2).tolist(), rng.normal(size=2).tolist()
+        hit = sim.cast((*place, 0.25), speed)
+        try:
+            body = sim.insert(place, speed, 0.25)
+        except NoRoom:
+            continue
+        answers = [sim.next_contact(other, body) for other in range(4)]
+        first = min((each for each in answers if each is not None), default=None)
+        hits += hit is not None
+        assert (hit and (hit.epoch, hit.tick, hit.body)) == (first and (first.epoch, first.tick, first.a))
+    assert hits > 3
+    with pytest.raises(ValueError, match="what is cast is a disc"):
+        sim.cast((4.0, 4.0, kt.box(0.5, 0.5)), (1.0, 0.0))

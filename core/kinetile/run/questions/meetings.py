@@ -15,11 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.kernel.certificates.bent import bent_touch
 from kinetile.kernel.certificates.contact import first_touch
 from kinetile.kernel.certificates.convex import enters
-from kinetile.kernel.certificates.plans import Axis, Plans
+from kinetile.kernel.certificates.plans import Axis, Plans, bent_plans_of
 from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
-from kinetile.kernel.images import FORESEEN, first_image, first_image_of
+from kinetile.kernel.images import FORESEEN, first_bent_image, first_image, first_image_of
 from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.loop.responses import overlap_now
 from kinetile.kernel.passings import is_passing
@@ -95,13 +96,16 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> Cast
 
     The body of the hit is a slot. As for two bodies, a contact needs approach: a body that it touches or
     overlaps is met at once if they approach, and never if they part. Where axes are periodic it is met
-    through any image, before ``kernel.images.FORESEEN`` ticks from now.
+    through any image, before ``kernel.images.FORESEEN`` ticks from now. It is accelerated by gravity.
     """
     ticks = np.full(len(query.slots), NEVER)
     discs = not query.shapes and outline[0] == DISC
-    if any(query.periods):
+    bent = query.composition.prepared.bent
+    if any(query.periods) or bent:
         k = _with_body(query, centre, outline, velocity)
         meet = first_image if discs else first_cast
+        if bent:
+            meet = first_bent_image if any(query.periods) else first_bent
         _composed(ticks_for_images, meet=meet)(k, query.slots, len(k.bodies) - 1, ticks)
     elif not discs:
         _ticks_with_shape(query, centre, outline, velocity, ticks)
@@ -138,15 +142,18 @@ def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point) -
     without a contact so far, and of no kind; with a copy of the clock, which gets faults of overlaps."""
     k, n, periods = query.k, len(query.k.bodies), query.periods
     shaped = bool(query.shapes) or outline[0] != DISC
-    bodies = record_table(SHAPED if shaped else BODY, n + 1)
-    images, clock = record_table(IMAGE, n + 1), k.clock.copy()
-    images[:n] = k.images
+    bent = query.composition.prepared.bent
+    bodies = record_table(k.bodies.dtype if bent else SHAPED if shaped else BODY, n + 1)
+    images, clock = record_table(IMAGE, n + 1 if any(periods) else 0), k.clock.copy()
+    images[: len(k.images)] = k.images
     for name in k.bodies.dtype.names:
         bodies[name][:n] = k.bodies[name]
     x, y = (math.remainder(at, p) if p else at for at, p in zip(centre, periods, strict=True))
     body, limits = bodies[n], clock[0].limits
     body.x, body.y, body.vx, body.vy, body.radius = x, y, *velocity, circle_around(outline)
     body.anchor, body.last = query.now, NOBODY
+    if bent:
+        body.ax, body.ay = query.composition.prepared.gravity
     # The search is right if ``fat`` is more than its rounding, and this body may fly further than any other.
     # A period is enough: only along an axis with walls, which has no images, is there no limit to its speed.
     flown = (abs(velocity[0]) + abs(velocity[1])) * (FORESEEN * float(clock[0].tick))
@@ -329,6 +336,15 @@ def touches(k: Kernel, early: int, late: int, plans: Plans) -> int:
 def overlaps(_: Kernel, early: int, late: int, dx: float, dy: float) -> float:
     """Returns 0: a body may be cast from where others are."""
     return 0.0
+
+
+@hook
+def first_bent(k: Kernel, body: int, thrown: int) -> int:
+    """Returns when a disc and one that is anchored now meet, where bodies are accelerated; or ``NEVER``."""
+    one = k.bodies[body]
+    two = k.bodies[thrown]
+    delay = bent_touch(bent_plans_of(k, one, two), one.radius, two.radius, False, -1, 0)
+    return int(two.anchor + delay) if delay != NEVER else NEVER
 
 
 first_cast = first_image_of(touches, overlaps)
