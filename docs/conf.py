@@ -49,6 +49,7 @@ autodoc_preserve_defaults = True
 autodoc_type_aliases = {
     "npt.ArrayLike": "ArrayLike",
     "Radii": "ArrayLike | None",
+    "Accelerations": "ArrayLike | None",
     "ShapeOfEach": "ArrayLike | Shape | None",
 }
 python_use_unqualified_type_names = True
@@ -59,8 +60,8 @@ maximum_signature_line_length = 88
 nitpick_ignore_regex = [
     ("py:.*", r"(PIL|collections|concurrent|numpy|pathlib|os|pluggy|hypothesis|np|npt|typing)\..*"),
     ("py:.*", r"ArrayLike.*|NDArray|Floats|Image|Path|PluginManager.*"),
-    ("py:.*", r"float64|int64|int32|void|Hook|Kind|Source|Spec|StudyStopped"),
-    ("py:.*", r"kinetile\.(run|kernel)\..*\.(Command|Composition|Engine|Entries|F|Held|History)"),
+    ("py:.*", r"float64|int64|int32|void|Hook|Kind|EventKind|Source|Spec|StudyStopped"),
+    ("py:.*", r"kinetile\.(run|kernel)\..*\.(BentPlan|Command|Composition|Engine|Entries|F|Held|History)"),
     ("py:.*", r"kinetile\.(run|kernel)\..*\.(RunState|SavedPhases)"),
     ("py:.*", "Numbers"),
     ("py:.*", r"kinetile\.(errors\._\w+|show\.picture\.Look)"),

@@ -27,6 +27,7 @@ from kinetile.scene.settings import Settings, check_end, check_settings
 from kinetile.scene.shapes import Floats, Obstacle, Shape
 
 Radii: TypeAlias = "npt.ArrayLike | None"
+Accelerations: TypeAlias = "npt.ArrayLike | None"
 ShapeOfEach: TypeAlias = "npt.ArrayLike | Shape | None"
 
 
@@ -111,7 +112,7 @@ class Scene:
         shape: ShapeOfEach = None,
         shapes: Sequence[Shape] = (),
         gravity: Numbers | None = None,
-        acceleration: npt.ArrayLike | None = None,
+        acceleration: Accelerations = None,
     ) -> None:
         columns = (position, velocity, radius, mass)
         more = (commands, unit, kind, responses, kinds, periodic, shape, shapes, gravity, acceleration)
