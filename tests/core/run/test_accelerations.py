@@ -154,3 +154,20 @@ def test_what_is_cast_meets_as_what_is_inserted(periodic):
     assert hits > 3
     with pytest.raises(ValueError, match="what is cast is a disc"):
         sim.cast((4.0, 4.0, kt.box(0.5, 0.5)), (1.0, 0.0))
+
+
+def test_a_periodic_axis_may_be_either():
+    """The same scene with its axes exchanged has the same contacts, with other walls."""
+    rng = np.random.default_rng(5)
+    places, speeds = 1.0 + 2.0 * np.column_stack(np.divmod(np.arange(9), 3)), rng.normal(size=(9, 2))
+    own = np.column_stack([np.zeros(9), rng.choice([-0.5, 0.25, 1.0], 9)])
+    lists = []
+    for flip, periodic in ((slice(None), "x"), (slice(None, None, -1), "y")):
+        columns = (each[:, flip] for each in (places, speeds))
+        scene = kt.Scene(*columns, 0.5, arena=(6.0, 6.0), acceleration=own[:, flip], periodic=periodic)
+        sim = kt.Simulation(scene, "naive")
+        sim.run(3.0)
+        walls = {-3: -1, -4: -2} if periodic == "x" else {}
+        lists.append([(*row[:4], walls.get(row[4], row[4])) for row in sim.contacts.tolist()])
+    assert lists[0] == lists[1]
+    assert sum(row[4] >= 0 for row in lists[0]) > 5

@@ -262,7 +262,6 @@ def insert_body(k: Kernel, command: Records) -> int:
         shadow = k.shadows[body]
         shadow.radius = new.radius
         shadow.reach = new.reach
-        new.end = command.tick
     if PERIODIC:
         k.images[body].kx = 0
         k.images[body].ky = 0
