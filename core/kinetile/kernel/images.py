@@ -220,15 +220,13 @@ def first_image_of(
             place = way * dx + column * torus.x
             limit = float(best + 2) * clock.tick
             enters = 0.0
-            if place < -far:
-                enters = (-far - place) / speed if speed > 0.0 else math.inf
-            if not enters <= limit:
-                break
-            leaves = (far - place) / speed if speed > 0.0 else limit
-            leaves = smaller(leaves, limit)
-            if bent and torus.x == 0.0:  # accelerated perhaps, and the only column
-                enters = 0.0
-                leaves = limit
+            leaves = limit
+            if not bent or torus.x > 0.0:  # else accelerated perhaps, and the only column
+                if place < -far:
+                    enters = (-far - place) / speed if speed > 0.0 else math.inf
+                if not enters <= limit:
+                    break
+                leaves = smaller((far - place) / speed, limit) if speed > 0.0 else limit
             from_y = dy + uy * enters
             to_y = dy + uy * leaves
             row = -float(math.floor((larger(from_y, to_y) + far) * torus.per_y))

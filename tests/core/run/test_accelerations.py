@@ -171,3 +171,18 @@ def test_a_periodic_axis_may_be_either():
         lists.append([(*row[:4], walls.get(row[4], row[4])) for row in sim.contacts.tolist()])
     assert lists[0] == lists[1]
     assert sum(row[4] >= 0 for row in lists[0]) > 5
+
+
+@pytest.mark.parametrize("place", [1.0, 5.0])
+@pytest.mark.parametrize("drift", [0.0, 0.01, -0.01])
+def test_what_an_acceleration_alone_brings_together_meets_beside_a_periodic_axis(place: float, drift: float):
+    """The search of images left out the only column, which straight ways reach late or never."""
+    pull = np.sign(3.0 - place)
+    places, speeds = [(3.0, 1.0), (place, 1.0)], [(0.0, 0.0), (drift * pull, 0.0)]
+    own = [(0.0, 0.0), (pull, 0.0)]
+    scene = kt.Scene(places, speeds, 0.5, arena=(6.0, 6.0), acceleration=own, periodic="y")
+    sim = kt.Simulation(scene, "naive")
+    sim.run(3.0, max_contacts=1)
+    found = sim.contacts[0]
+    assert (found["a"], found["b"]) == (0, 1)
+    assert found["time"] == pytest.approx(math.sqrt(2.0 + drift * drift) - drift, abs=1e-9)
