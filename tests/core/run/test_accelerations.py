@@ -186,3 +186,17 @@ def test_what_an_acceleration_alone_brings_together_meets_beside_a_periodic_axis
     found = sim.contacts[0]
     assert (found["a"], found["b"]) == (0, 1)
     assert found["time"] == pytest.approx(math.sqrt(2.0 + drift * drift) - drift, abs=1e-9)
+
+
+@pytest.mark.parametrize("more", [{}, {"periodic": "y"}], ids=["walls", "periodic"])
+@pytest.mark.parametrize("phase", ["naive", "cells"])
+def test_what_has_passed_passes_again_on_its_way_back(phase: str, more: dict):
+    """The end of a passing did not ask again, and no other event did before the bodies met."""
+    places, speeds, own = [(3.0, 1.0), (1.0, 1.0)], [(0.0, 0.0), (2.5, 0.0)], [(0.0, 0.0), (-1.0, 0.0)]
+    more = more | {"kind": ["ball", "ball"], "responses": {("ball", "ball"): "pass"}}
+    scene = kt.Scene(places, speeds, 0.25, arena=(6.0, 6.0), acceleration=own, **more)
+    outer, inner = math.sqrt(3.25), math.sqrt(1.25)
+    found = contacts(scene, 4.5, phase)
+    assert [each[1:] for each in found] == [(0, 1), (1, 0), (0, 1), (1, 0)]
+    times = [2.5 - outer, 2.5 - inner, 2.5 + inner, 2.5 + outer]
+    assert [each[0] for each in found] == pytest.approx(times)

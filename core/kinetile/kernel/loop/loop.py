@@ -173,8 +173,10 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
             task = REFILE
         elif PASSING and kind == PARTING:
             clock.now = larger(clock.now, at)
+            if MIXED:  # they may meet again by the same plans
+                b = k.passings[find_leave(k, h)].b
             end_first_passing(k, h, at)
-            task = REFILE
+            task = REFRESH if MIXED else REFILE
         elif WALLS and kind == WALL:
             task = run_wall_contact(k, h, at)
         elif PAIRS:
