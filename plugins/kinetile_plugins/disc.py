@@ -111,6 +111,13 @@ def blame_depth(k: Kernel, a: int, b: int, one: Records, two: Records) -> None:
         blame(k, TOO_DEEP, a, b)
 
 
+@hook
+def known_before(k: Kernel, since: int) -> int:
+    """Returns how many ticks after a tick the loop knows a contact not to be before, or -1."""
+    about = k.clock[0].about
+    return int(about - since) if since <= about and about != NEVER else -1
+
+
 @unchecked
 @hook
 def meet(k: Kernel, a: int, b: int) -> int:
@@ -119,8 +126,7 @@ def meet(k: Kernel, a: int, b: int) -> int:
     one = k.bodies[early]
     two = k.bodies[a + b - early]
     since = two.anchor
-    about = k.clock[0].about
-    guess = about - since if since <= about and about != NEVER else -1
+    guess = known_before(k, since)
     delay = touch_about(plans_of(k, one, two), one.radius, two.radius, guess)
     if delay == NEVER:
         return NEVER
@@ -137,8 +143,7 @@ def meet_bent(k: Kernel, a: int, b: int) -> int:
     one = k.bodies[early]
     two = k.bodies[a + b - early]
     since = two.anchor
-    about = k.clock[0].about
-    guess = about - since if since <= about and about != NEVER else -1
+    guess = known_before(k, since)
     met = k.bodies[a].last == b and k.bodies[b].last == a
     delay = bent_touch(
         bent_plans_of(k, one, two), one.radius, two.radius, met, guess, counts_from(k, a, b, since)
@@ -147,7 +152,7 @@ def meet_bent(k: Kernel, a: int, b: int) -> int:
         return NEVER
     if delay == 0 and not met:
         blame_depth(k, a, b, one, two)
-    return int(two.anchor + delay)
+    return int(since + delay)
 
 
 @unchecked

@@ -108,32 +108,10 @@ def differing(wrong: list[str], count: int) -> str:
     return f"{len(wrong)} of {count} differ; " + "; ".join(wrong[:5])
 
 
-@pytest.mark.parametrize("name", first(2, [*CONTACTS]))
-def test_bodies_meet_at_the_tick_of_the_rule_in_either_order(name: str) -> None:
-    questions = rows(f"contacts/{name}")[:: 5 if INTERPRETED else 1]
-    k = tables([plan for row in questions for plan in row[2:4]])
+def check_meetings(k: Kernel, questions: list[Any], meet: Any) -> None:
+    """Assert that ``meet`` answers each question, asked in both orders, with the tick of its row."""
     found = np.zeros(2 * len(questions), dtype=np.int64)
-    with np.errstate(all="ignore"):
-        compose(meet_all, {"meet": OF_PAIRS.meet}, "vectors", Kernel)(
-            k, ticks([q[1] for q in questions]), found
-        )
-    wrong = [
-        f"{family}, {i // 2}: {tick} and not {answer}"
-        for i, tick in enumerate(found.tolist())
-        for family, *_, answer in [questions[i // 2]]
-        if tick != (NEVER if answer is None else int(answer))
-    ]
-    assert not wrong, differing(wrong, len(found))
-
-
-def test_accelerated_bodies_meet_at_the_tick_of_the_rule_in_either_order() -> None:
-    questions = rows("bent_contacts")[:: 5 if INTERPRETED else 1]
-    k = tables([plan for row in questions for plan in row[3:5]], bent=True)
-    for i, (_, _, met, *_) in enumerate(questions):
-        if met:
-            k.bodies[2 * i].last, k.bodies[2 * i + 1].last = 2 * i + 1, 2 * i
-    found = np.zeros(2 * len(questions), dtype=np.int64)
-    asking = compose(meet_all, {"meet": Disc().prepare(BENT).meet}, "vectors", Kernel)
+    asking = compose(meet_all, {"meet": meet}, "vectors", Kernel)
     with np.errstate(all="ignore"):
         asking(k, ticks([q[1] for q in questions]), found)
     wrong = [
@@ -143,6 +121,22 @@ def test_accelerated_bodies_meet_at_the_tick_of_the_rule_in_either_order() -> No
         if tick != (NEVER if answer is None else int(answer))
     ]
     assert not wrong, differing(wrong, len(found))
+
+
+@pytest.mark.parametrize("name", first(2, [*CONTACTS]))
+def test_bodies_meet_at_the_tick_of_the_rule_in_either_order(name: str) -> None:
+    questions = rows(f"contacts/{name}")[:: 5 if INTERPRETED else 1]
+    k = tables([plan for row in questions for plan in row[2:4]])
+    check_meetings(k, questions, OF_PAIRS.meet)
+
+
+def test_accelerated_bodies_meet_at_the_tick_of_the_rule_in_either_order() -> None:
+    questions = rows("bent_contacts")[:: 5 if INTERPRETED else 1]
+    k = tables([plan for row in questions for plan in row[3:5]], bent=True)
+    for i, (_, _, met, *_) in enumerate(questions):
+        if met:
+            k.bodies[2 * i].last, k.bodies[2 * i + 1].last = 2 * i + 1, 2 * i
+    check_meetings(k, questions, Disc().prepare(BENT).meet)
 
 
 @pytest.mark.parametrize("bent", [False, True])

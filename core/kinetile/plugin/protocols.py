@@ -147,9 +147,9 @@ class PairParts:
     ``meet(k, a, b)``: the tick of the first contact of bodies a < b, or NEVER, from their two flight plans
     alone: computed at the later of the two anchors, never at the present time, with the true radii. It must
     be rounded down, and a pair that touches or overlaps and approaches meets at the later anchor. It may not
-    read ``now``, and the tick is the same if the numbers of the two are exchanged. ``k.clock[0].about`` is
-    NEVER or a tick shortly before it, from a bound: a search may begin there. Bodies never touch at more than
-    the sum of their radii.
+    read ``now``, but through ``counts_from`` for accelerated bodies that pass (rule 11a), and the tick is the
+    same if the numbers of the two are exchanged. ``k.clock[0].about`` is NEVER or a tick shortly before it,
+    from a bound: a search may begin there. Bodies never touch at more than the sum of their radii.
 
     ``collide(k, a, b)``: both bodies are anchored at the contact; give them new velocities and return how
     deep they overlap (a length, zero or negative when they do not). ``touch(k, a, b) -> (nx, ny, depth)``: of

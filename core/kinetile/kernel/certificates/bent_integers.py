@@ -43,6 +43,7 @@ from kinetile.kernel.certificates.integers import (
     put,
     put_count,
     room,
+    room_of_paths,
 )
 from kinetile.kernel.certificates.plans import BentAxis, BentPlans
 from kinetile.kernel.compiled import larger, subroutine, zeros
@@ -201,13 +202,8 @@ def read_bent(m: Cells, plans: BentPlans, radius: float, radius2: float, way: in
     """Put the coefficients of Q, or of -Q where ``way`` is -1, in their rows; return the cells that are in
     use, from the first to before the end, or an end of 0 where there is no room."""
     power = int(math.frexp(plans.tick)[1]) - 1
-    first, end = room(CELLS, 0, radius, 0)
-    first, end = room(first, end, radius2, 0)
+    first, end = room_of_paths(plans, power, radius, radius2, CELLS, 0)
     for axis in (plans.x, plans.y):
-        for value in (axis.x, axis.x2, axis.period):
-            first, end = room(first, end, value, 0)
-        for value in (axis.v, axis.v2):
-            first, end = room(first, end, value, power)
         for value in (axis.a, axis.a2):
             first, end = room(first, end, value, 2 * power - 1)
     end += 3

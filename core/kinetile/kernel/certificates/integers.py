@@ -49,7 +49,7 @@ from __future__ import annotations
 import math
 from typing import Any, TypeAlias
 
-from kinetile.kernel.certificates.plans import Axis, Plans
+from kinetile.kernel.certificates.plans import Axis, BentPlans, Plans
 from kinetile.kernel.compiled import hook, larger, smaller, subroutine, zeros
 from kinetile.kernel.tables import NEVER
 
@@ -256,12 +256,10 @@ def put_axis(m: Cells, d: int, u: int, axis: Axis, power: int, first: int, end: 
 
 
 @subroutine
-def read_in(
-    m: Cells, plans: Plans, radius: float, radius2: float, first: int = CELLS, end: int = 0
+def room_of_paths(
+    plans: Plans | BentPlans, power: int, radius: float, radius2: float, first: int, end: int
 ) -> tuple[int, int]:
-    """Make numbers of two paths; return the cells that are in use, from the first to before the end, those
-    given among them; the end is beyond ``CELLS`` where one of the numbers is not finite."""
-    power = int(math.frexp(plans.tick)[1]) - 1
+    """Return the cells that radii, places and speeds of two paths need, and those given."""
     first, end = room(first, end, radius, 0)
     first, end = room(first, end, radius2, 0)
     for axis in (plans.x, plans.y):
@@ -269,6 +267,17 @@ def read_in(
             first, end = room(first, end, value, 0)
         for value in (axis.v, axis.v2):
             first, end = room(first, end, value, power)
+    return first, end
+
+
+@subroutine
+def read_in(
+    m: Cells, plans: Plans, radius: float, radius2: float, first: int = CELLS, end: int = 0
+) -> tuple[int, int]:
+    """Make numbers of two paths; return the cells that are in use, from the first to before the end, those
+    given among them; the end is beyond ``CELLS`` where one of the numbers is not finite."""
+    power = int(math.frexp(plans.tick)[1]) - 1
+    first, end = room_of_paths(plans, power, radius, radius2, first, end)
     if end > CELLS:
         return first, end
     put_count(m, COUNT, plans.elapsed)
