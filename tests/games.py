@@ -65,13 +65,12 @@ def draw_bent_game(seed: int) -> kt.Scene:
         axes = rng.choice(base.periodic or ("",))
         bent = [axis not in axes and rng.random() < 0.7 for axis in "xy"]
         more = {} if rng.random() < 0.4 else {"acceleration": [_pull(rng, lattice, bent) for _ in base.mass]}
-        rules = {pair: response for pair, response in base.responses if "wall" not in pair}
         with suppress(SceneError):  # no arena; a body is outside of an axis without periods, or on a wall
             gravity = _pull(rng, lattice, bent) if rng.random() < 0.8 or not more else (0.0, 0.0)
             for body in range(len(base)) if more else ():
                 if rng.random() < 0.4 or math.isinf(base.mass[body]):
                     more["acceleration"][body] = (math.nan, math.nan)
-            falling = base.replace(periodic=axes, responses=rules, gravity=gravity, **more)
+            falling = base.replace(periodic=axes, gravity=gravity, **more)
             if falling.bent:
                 return _with_end(rng, _with_commands(rng, falling, lattice))
 

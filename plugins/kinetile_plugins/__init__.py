@@ -107,6 +107,7 @@ def kinetile_scenes() -> list[SceneSpec]:
         ("grown", "grown:grown", "a dense mixture: discs that grew while they moved"),
         ("hexagonal", "matter:hexagonal", "a hexagonal crystal of equal discs"),
         ("square", "matter:square", "a square crystal of equal discs"),
+        ("galton", "galton:galton", "Galton's board: balls fall among pegs"),
         ("frame", "frame:frame", "a frame of an extended XYZ or GSD file"),
     )
     return [

@@ -20,7 +20,7 @@ export function largest(all, gravity) {
 }
 
 /** Says what is wrong with a scene that has accelerations (rule 2a). */
-export function checkBent({ gravity, arena, periods, bodies, commands, responses, shaped }) {
+export function checkBent({ gravity, arena, periods, bodies, commands, shaped }) {
   const every = [...bodies, ...commands.filter(({ what }) => what === "insertion")];
   const [Ax, Ay] = largest([...bodies, ...commands], gravity);
   if (Ax === 0 && Ay === 0) return;
@@ -30,7 +30,6 @@ export function checkBent({ gravity, arena, periods, bodies, commands, responses
   const massOf = (number) => bodies[number]?.m ?? every.find(({ body }) => body === number)?.m;
   const isMoved = ({ m, body, ax, ay }) => (m ?? massOf(body)) === Infinity && (ax !== 0 || ay !== 0);
   if ([...every, ...commands.filter(({ what }) => what === "acceleration")].some(isMoved)) throw new Error("A body of infinite mass is accelerated.");
-  if (responses.some(({ between, name }) => between.includes("wall") && name !== "elastic")) throw new Error("Where bodies are accelerated all walls are elastic.");
   const touches = (body, wall) => sign(gap(body, body.r, wall, arena)) <= 0;
   const rests = (body) =>
     (body.ax < 0 && body.vx === 0 && touches(body, LEFT)) ||

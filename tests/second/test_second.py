@@ -35,6 +35,8 @@ FEW = 100
 
 Tables = dict[str, Any]
 
+HALF_BACK = {"between": ["*", "wall"], "response": "restitution", "options": {"e": 0.5, "contact_time": 0.125}}
+
 
 @pytest.mark.skipif(not VECTORS.is_dir(), reason="there are no vectors beside this folder")
 @pytest.mark.parametrize("one_in", first(1, [10, 1]))
@@ -264,6 +266,13 @@ def test_who_comes_without_a_kind_where_nobody_was_is_of_one_kind_in_both(
         ([0.0, 1.0], [0.5, 1.25], {}, [(tick, 0, 0, -4) for tick in (1, 3, 5, 7)]),
         # two walls at once, in a corner
         ([-1.0, -1.0], [0.75, 0.75], {}, [(1, 0, 0, -1), (1, 0, 0, -3), (3, 0, 0, -1), (3, 0, 0, -3)]),
+        # a flight half as long after each bounce, until none is longer than the contact time
+        (
+            [0.0, -1.0],
+            [0.5, 0.75],
+            {"responses": [HALF_BACK]},
+            [(int(time), int(time % 1 * 2**52), 0, -3) for time in (1, 2, 2.5, 2.75, 2.875, 3, 3.125)],
+        ),
         # at rest again, half way down, at 3/8 above the floor
         (
             [0.0, -1.0],

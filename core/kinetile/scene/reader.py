@@ -21,7 +21,7 @@ from kinetile.scene.bodies import (
     read_accelerations,
     read_arrays,
 )
-from kinetile.scene.checks import WALL, Extent, abridged, shown
+from kinetile.scene.checks import Extent, abridged, shown
 from kinetile.scene.commands import (
     Accelerate,
     Command,
@@ -36,7 +36,7 @@ from kinetile.scene.commands import (
     with_shape,
 )
 from kinetile.scene.frame import check_frame, check_pace, check_periodic, check_pull, check_support
-from kinetile.scene.responses import ELASTIC, SceneRules, read_rules
+from kinetile.scene.responses import SceneRules, read_rules
 from kinetile.scene.settings import Settings, check_end, check_settings
 from kinetile.scene.shapes import Bools, Floats, Obstacle, Shape, Table, are_given, beside, read_table
 from kinetile.scene.values import VALUES
@@ -127,7 +127,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     mistakes += VALUES["unit"].mistakes(given.unit, "unit") if given.unit is not None else []
     mistakes += check_settings(settings)
     if extent is not None and any(extent.pull) and not (mistakes or places.mistakes):
-        mistakes += _check_bent(bodies, pulls, commands, rules, gravity, extent)
+        mistakes += _check_bent(bodies, pulls, commands, gravity, extent)
     _raise(mistakes, places)
 
     # Each value is right by itself. What follows needs the clock, and so all of them.
@@ -335,20 +335,15 @@ def _check_bent(
     bodies: Bodies,
     pulls: Floats,
     commands: Sequence[tuple[str, Any]],
-    rules: SceneRules,
     gravity: tuple[float, float],
     extent: Extent,
 ) -> list[Mistake]:
-    """Checks what a scene with accelerations cannot have: other shapes than discs, responses at walls, and
-    bodies that rest on a wall."""
+    """Checks what a scene with accelerations cannot have: other shapes than discs, and bodies that rest on a
+    wall."""
     mistakes = []
     if bodies.table is not None:
         right = "discs alone: accelerated bodies meet no other shapes"
         mistakes.append(Mistake("shapes", "shapes beside an acceleration", right))
-    for pair, response in rules.responses:
-        if WALL in pair and response.name != ELASTIC:
-            elastic = "elastic: where bodies are accelerated walls have no other response"
-            mistakes.append(Mistake(f"responses[{pair!r}]", response.name, elastic))
     columns = (getattr(bodies, name).tolist() for name in ("position", "velocity", "radius"))
     each: list[Any] = [
         (f"bodies[{i}]", *body) for i, body in enumerate(zip(*columns, pulls.tolist(), strict=True))

@@ -5,12 +5,15 @@ import math
 import numpy as np
 import pytest
 
+import by_the_rules
 import kinetile as kt
-from agreement import agree
-from kinetile.errors import NoRoom
+import lanes
+from agreement import agree, assert_one_answer
+from kinetile.errors import NoRoom, ZenoError
 from kinetile.scene.files import dumps_scene, loads_scene
 from kinetile.toolbox import reach
 
+FRAME = {"arena": (4.0, 4.0), "gravity": (0.0, -1.0)}
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling", "power")
 
 
@@ -27,6 +30,36 @@ def test_a_ball_bounces_on_the_floor_and_on_a_peg_at_times_of_the_formula(phase)
     mass, places = [1.0, math.inf], [[2.0, 2.5], [2.0, 1.0]]
     peg = kt.Scene(places, [[0.0, 1.0], [0.0, 0.0]], [0.5, 1.0], mass, (4.0, 8.0), gravity=(0.0, -1.0))
     assert contacts(peg, 8.0, phase) == [(time, 0, 1) for time in (2.0, 4.0, 6.0, 8.0)]
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_flights_halve_at_each_bounce_until_they_are_as_short_as_the_contact_time(phase):
+    rules = {("*", "wall"): kt.Response("restitution", e=0.5, contact_time=2.0**-4)}
+    ball = kt.Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.5, responses=rules, **FRAME)
+    flights = [1.0, 0.5, 0.25, 0.125] + [2.0**-4] * 18
+    assert contacts(ball, 4.0, phase) == [(time, 0, -3) for time in np.cumsum([1.0, *flights])]
+
+
+def test_what_stops_at_a_wall_falls_along_it_and_meets_the_floor_endlessly():
+    ball = kt.Scene([[1.0, 2.625]], [[-1.0, 0.0]], 0.5, responses={("*", "wall"): "stop"}, **FRAME)
+    sim = kt.Simulation(ball, "naive")
+    sim.run(8.0, max_contacts=4)
+    assert sim.contacts[["time", "b"]].tolist() == [(0.5, -1), (2.5, -3), (2.5, -3), (2.5, -3)]
+
+
+@pytest.mark.slow
+@pytest.mark.own_loop
+@pytest.mark.compiled
+def test_what_stops_at_a_wall_to_which_it_is_pulled_ends_the_run_until_a_command_helps():
+    ball = kt.Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.5, responses={("*", "wall"): "stop"}, **FRAME)
+    sim = kt.Simulation(ball, "naive", live=True)
+    for time in (1.0, 3.0):
+        with pytest.raises(ZenoError, match="it stops at a wall to which its acceleration pulls it. Give wall"):
+            sim.run(8.0)
+        assert sim.time == time
+        sim.set_velocity(0, (0.0, 1.0))
+    sim.remove(0)
+    sim.run(8.0)
 
 
 def lane(gap: float) -> kt.Scene:
@@ -61,7 +94,7 @@ def test_a_ball_is_thrown_past_a_peg_by_an_ulp(ulps, times):
     assert [row[1:] for row in contacts(thrown, 4.0)] == [(0, 1)] * times
 
 
-def drawn(seed: int, bodies: int = 12) -> kt.Scene:
+def drawn(seed: int, bodies: int = 12, **more) -> kt.Scene:
     """Bodies at random, in cells of side 2, some immovable, and some with an acceleration of their own."""
     rng = np.random.default_rng(seed)
     at = rng.permutation(16)[:bodies]
@@ -81,8 +114,19 @@ def drawn(seed: int, bodies: int = 12) -> kt.Scene:
     radius = rng.choice([0.5, 0.625, 0.75], bodies)
     gravity = (0.0, -0.5)
     return kt.Scene(
-        places, speed, radius, mass, (8.0, 8.0), gravity=gravity, acceleration=own, commands=changes
+        places, speed, radius, mass, (8.0, 8.0), gravity=gravity, acceleration=own, commands=changes, **more
     )
+
+
+LOSSY = {("*", each): kt.Response("restitution", e=0.5, contact_time=2.0**-5) for each in ("*", "wall")}
+
+
+@pytest.mark.parametrize("seed", lanes.first(1, range(20)))
+def test_what_loses_speed_at_walls_and_bodies_has_one_list_and_it_is_that_of_the_rules(seed):
+    scene = drawn(seed, responses=LOSSY, settings=kt.Settings(until=4.0))
+    sim = assert_one_answer(scene)
+    assert (sim.contacts["b"] < 0).sum() >= 20
+    assert by_the_rules.answer_of_game(scene, 1000) == by_the_rules.rows(sim)
 
 
 @pytest.mark.parametrize("seed", range(3))

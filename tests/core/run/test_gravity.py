@@ -60,7 +60,7 @@ NO_ROOM = {49, 77, 105, 189, 196}
 RULES = {
     1: {(1, 2): kt.Response("pass")},
     2: {(2, 2): kt.Response("elastic")},
-    3: {("*", "*"): kt.Response("restitution", e=0.75, contact_time=0.01)},
+    3: {("*", each): kt.Response("restitution", e=0.75, contact_time=0.01) for each in ("*", "wall")},
     4: {(1, 1): kt.Response("pass"), (2, 2): kt.Response("restitution", e=0.5, contact_time=0.01)},
 }
 
