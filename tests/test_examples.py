@@ -30,6 +30,23 @@ def test_the_game_is_one_under_two_phases(capsys):
         assert counted in said
 
 
+GRAVITY = runpy.run_path(str(ROOT / "docs/cookbook/gravity.py"))["SYSTEMS"]
+EXACT = ("traffic", "robots", "pinball")
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("system", EXACT)
+def test_scenes_with_accelerations_obey_exact_laws(system):
+    GRAVITY[system]()
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.parametrize("system", sorted({*GRAVITY} - {*EXACT}))
+def test_scenes_with_accelerations_obey_statistical_laws(system):
+    GRAVITY[system]()
+
+
 MATTER = runpy.run_path(str(ROOT / "docs/cookbook/matter.py"))["SYSTEMS"]
 
 

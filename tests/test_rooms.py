@@ -15,6 +15,11 @@ CONTACTS = {"sinai": 61, "stadium": 28, "maze": 64, "brick-breaker": 50} | {
     "bouncing-ball": 8,
     "column": 64,
     "slope": 64,
+    "traffic": 1,
+    "robots": 0,
+    "pinball": 64,
+    "galton": 64,
+    "sedimentation": 64,
 }
 """Of the whole run, or 64."""
 

@@ -52,8 +52,9 @@ def galton(balls: int = 1000) -> None:
 
 
 def sedimentation() -> None:
-    """The barometric law of two kinds: with gravity g the mean height of discs of mass m is kT/(m g) above the
-    floor, less what the ceiling takes away. All have the same kT; of density there is some 1 % below."""
+    """The barometric law of two kinds: with gravity g the mean height of discs of mass m above the floor
+    is kT/(m g), less what the ceiling takes away. All have the same kT. Points would have exactly that; discs
+    that cover 0.05 % of the room differ by less than the error."""
     scene, blocks = load("sedimentation"), 20
     g, r, until = 0.0075, 0.5, 60_000.0
     sim = kt.Simulation(scene, keep_contacts=False)
@@ -95,7 +96,7 @@ def traffic() -> None:
 
 def robots() -> None:
     """A trapezoidal profile of the way d, speed v and acceleration a lasts d/v + v/a = 6. Two that cross each
-    other's way at full speed, the second so much later, meet if that is less than 1/sqrt(2) (2 r/v sqrt(2))."""
+    other's way at full speed meet if the second is later by less than 2 sqrt(2) r/v = 0.707."""
     scene = load("robots")
     sim = kt.Simulation(scene)
     for time, there in ((6.0, [0, 1]), (7.25, [2, 3])):
@@ -136,7 +137,9 @@ def pinball(until: float | None = None) -> None:
     low = 0.75 - r  # of the drain: the ball cannot pass below it
     corner = math.acos(low / reach[-1])
     lost = reach[-1] * math.sin(corner)
-    area = (width - 2 * r) * (height - 2 * r) - math.pi * (reach**2).sum() + reach[-1] ** 2 * corner - low * lost
+    area = (
+        (width - 2 * r) * (height - 2 * r) - math.pi * (reach**2).sum() + reach[-1] ** 2 * corner - low * lost
+    )
     angle = np.linspace(0.0, 2 * math.pi, 10_000, endpoint=False)
     y = scene.position[1:, 1:] + reach[:, None] * np.sin(angle)
     around = 2 * math.pi * reach * np.where(y > r, np.sqrt(2 * (start - y)), 0.0).mean(axis=1)

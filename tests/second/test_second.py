@@ -35,7 +35,11 @@ FEW = 100
 
 Tables = dict[str, Any]
 
-HALF_BACK = {"between": ["*", "wall"], "response": "restitution", "options": {"e": 0.5, "contact_time": 0.125}}
+HALF_BACK = {
+    "between": ["*", "wall"],
+    "response": "restitution",
+    "options": {"e": 0.5, "contact_time": 0.125},
+}
 
 
 @pytest.mark.skipif(not VECTORS.is_dir(), reason="there are no vectors beside this folder")

@@ -28,19 +28,19 @@ def galton(*, rows: int = 8, balls: int = 40, e: float = 0.4, interval: float = 
     """
     demand(1 <= rows <= 64, f"rows is {rows}; a board has from 1 to 64")
     demand_number("balls", balls, 1, "a board has 1 ball or more")
+    demand(0.0 < e <= 1.0, f"e is {e}; it is above 0 and at most 1")
     demand_in_range("interval", interval)
     (random,) = draws(seed, 1)
     width = rows + 3.0
     first = rows + 0.5  # a ball starts as far above the first row
+    middle = 0.5 * width
     sites = [
-        (at + 0.5 * (row % 2) + (0.5 * width) % 1.0, float(rows - row))
-        for row in range(rows)
-        for at in range(rows + 3)
+        ((middle + 0.5 * (row % 2)) % 1.0 + at, rows - row) for row in range(rows) for at in range(rows + 3)
     ]
     pegs = [(x, y) for x, y in sites if 1.0 <= x <= width - 1.0]
     aside = _ASIDE * (2.0 * random.uniform(balls) - 1.0)
     commands: list[Command] = []
-    for ball, x in enumerate((0.5 * width + aside).tolist()):
+    for ball, x in enumerate((middle + aside).tolist()):
         time = ball * interval
         commands.append(Insert(time, (x, first), (0.0, 0.0), _BALL, kind="ball"))
         commands.append(Remove(len(pegs) + ball, time + _LASTS * (rows + 1)))

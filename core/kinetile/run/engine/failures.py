@@ -65,10 +65,11 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
             f"{at} the bodies are jammed: {int(clock.jam.window_size)} contacts took next to no "
             f"time, the last of them between {named}; nothing can move on from here"
         )
-        if b in WALLS and composition.prepared.bent and k.bodies[slots[0]].vx == k.bodies[slots[0]].vy == 0.0:
+        one = k.bodies[slots[0]]
+        if b in WALLS and composition.prepared.bent and one.vx == one.vy == 0.0:
             message += (
-                ": it stops at a wall to which its acceleration pulls it. Give walls the response restitution "
-                "with a contact_time, or turn or remove the body"
+                ": it stops at a wall to which its acceleration pulls it; turn or remove it, or give walls "
+                "the response restitution with a contact_time"
             )
         return ZenoError(message, time=time, bodies=bodies)
     if fault == tables.NOT_FINITE:

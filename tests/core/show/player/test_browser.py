@@ -1,17 +1,22 @@
 """The page in a real browser: no message, no request, exact, and all of it by keyboard."""
 
 import json
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 import kinetile as kt
 from accessibility import install_axe, violations
 from chromium import SHIFT, Browser, needs_chromium
+from kinetile.kernel.clock import TICKS, Clock
 from kinetile.show.player import view_scene
 from lanes import first
-from player_pages import SCENES
+from player_pages import PLACES_OF, SCENES
 
 pytestmark = needs_chromium
+
+ROOT = Path(__file__).parents[4]
 
 FOCUS = """(() => {
     const here = document.activeElement;
@@ -97,6 +102,28 @@ def test_keys_do_what_they_say(browser, saved):
     browser.value("document.getElementById('goto').focus()")
     browser.press("0", ".", "2", "5", "Enter")
     assert state("playback.moment") == [[0, 2**50]]
+    assert browser.said() == []
+
+
+PULLED = {"traffic": 8.0, "robots": 8.0, "pinball": 30.0, "galton": 24.0, "sedimentation": 60.0}
+"""Scenes of docs/scenes with accelerations, and until when they are played."""
+
+
+@pytest.mark.parametrize("name", PULLED)
+def test_scenes_with_accelerations_are_where_the_library_has_them(name, browser, tmp_path):
+    scene, until = kt.load_scene(ROOT / "docs" / "scenes" / f"{name}.toml"), PULLED[name]
+    sim, clock, wanted = kt.Simulation(scene, "naive"), Clock(scene.start, scene.time_unit), []
+    times = np.sort(np.random.default_rng(1).uniform(0.0, until, 300)).tolist()
+    for time in times:
+        sim.run(time)
+        wanted.append(sim.positions().tolist())
+    browser.open(view_scene(scene, [("cells", {})], until=until).save(tmp_path / "page.html"))
+    moments = json.dumps([divmod(clock.ticks(time), TICKS) for time in times])
+    seek = f"{moments}.map((each) => (play.seek(each), placesOf(play.runs[0].motion, play.moment)))"
+    given = f"const play = kinetilePlayer.playback, placesOf = {PLACES_OF};"
+    assert browser.value(f"(() => {{ {given} return {seek}; }})()") == wanted
+    browser.press(" ")
+    browser.settle()
     assert browser.said() == []
 
 
