@@ -23,8 +23,8 @@ def galton(*, rows: int = 8, balls: int = 40, e: float = 0.4, interval: float = 
 
     Pegs are 1 apart, gravity is 1. A ball comes every ``interval``, passes through the others, gives back the
     share ``e`` of the speed at which it meets a peg or a wall, and is taken away at 4 (rows + 1) after it has
-    come. Where it first meets the floor is a sum of ``rows`` steps of 1/2 to either side, with e = 0.4 as if
-    they were independent; with less restitution balls roll, and remember the side from which they came.
+    come. Where it first meets the floor is a sum of ``rows`` steps of 1/2 to either side, with e = 0.4 nearly
+    independent ones (docs/cookbook/gravity.py); with less balls roll, and remember from which side they came.
     """
     demand(1 <= rows <= 64, f"rows is {rows}; a board has from 1 to 64")
     demand_number("balls", balls, 1, "a board has 1 ball or more")
