@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from kinetile import Insert, Remove, Response, Scene
-from kinetile.scene.commands import Command
 from kinetile_plugins.scenes.numerics import demand, demand_in_range, demand_number, draws
 
 _PEG, _BALL = 0.15, 0.3
@@ -39,7 +38,7 @@ def galton(*, rows: int = 8, balls: int = 40, e: float = 0.4, interval: float = 
     ]
     pegs = [(x, y) for x, y in sites if 1.0 <= x <= width - 1.0]
     aside = _ASIDE * (2.0 * random.uniform(balls) - 1.0)
-    commands: list[Command] = []
+    commands: list[Insert | Remove] = []
     for ball, x in enumerate((middle + aside).tolist()):
         time = ball * interval
         commands.append(Insert(time, (x, first), (0.0, 0.0), _BALL, kind="ball"))
