@@ -73,15 +73,24 @@ from kinetile.toolbox.ticks import (
     RANK,
     WIDE,
     Numbers,
+    BentPlans,
     Plans,
+    bent_enters,
+    bent_leaves,
+    bent_nearer,
+    bent_plans_of,
+    bent_plans_through,
     comes_nearer,
+    counts_from,
     difference_table,
     enters,
     first_image_of,
     leaves,
+    met_through,
     nearest_whole,
     plans_of,
     pointer,
+    turns_between,
 )
 from kinetile_plugins.disc import hooks_of
 from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, circles_meet, merged, two_least
@@ -465,40 +474,49 @@ def gap(k: Kernel, one: int, other: int, dx: float, dy: float) -> float:
     return math.sqrt(x * x + y * y) - float(f[row + RADIUS])
 
 
-@hook
-def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
-    """Returns the normal from a to b, of length 1, along which two bodies touch if their places differ by
-    (dx, dy), and how deep they overlap (rule 9s). Not a number where that is a corner, and they are at it."""
-    f = k.numbers
-    row = row_of(k, a, b)
-    count = int(f[row + COUNT])
-    faces = row + HEAD
-    reach = f[row + RADIUS]
-    corner = faces
-    if count > 1:
-        one = k.bodies[a]
-        two = k.bodies[b]
-        found = faces
-        highest = -math.inf
-        closes = False
-        for k_face in range(count):
-            face = faces + k_face * WIDE
-            gap = f[face + NX] * (dx - f[face + CX]) + f[face + NY] * (dy - f[face + CY])
-            nearer = gap > highest or (gap == highest and f[face + RANK] < f[found + RANK])
-            if reach == 0.0:
-                closing = comes_nearer(pointer(f), row, face, one.vx, one.vy, two.vx, two.vy) > 0
-                nearer = (nearer and closing == closes) or (closing and not closes)
-                closes = closes or closing
-            if nearer:
-                found = face
-                highest = gap
-        corner = end_of(f, row, found, dx, dy)
-        if corner < 0:
-            return f[found + NX], f[found + NY], reach - highest
-    x = dx - f[corner + CX]
-    y = dy - f[corner + CY]
-    distance = math.sqrt(x * x + y * y)
-    return x / distance, y / distance, reach - distance if distance > 0.0 else math.nan
+def _lines(bent: bool) -> Callable[..., tuple[float, float, float]]:
+    """Returns the hook ``line_of``, of straight flight plans or of others (rule 9t)."""
+
+    @hook
+    def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
+        """Returns the normal from a to b, of length 1, along which two bodies touch if their places differ by
+        (dx, dy), and how deep they overlap (rule 9s). Not a number where that is a corner, and they are at
+        it."""
+        f = k.numbers
+        row = row_of(k, a, b)
+        count = int(f[row + COUNT])
+        faces = row + HEAD
+        reach = f[row + RADIUS]
+        corner = faces
+        if count > 1:
+            one = k.bodies[a]
+            two = k.bodies[b]
+            found = faces
+            highest = -math.inf
+            closes = False
+            for k_face in range(count):
+                face = faces + k_face * WIDE
+                gap = f[face + NX] * (dx - f[face + CX]) + f[face + NY] * (dy - f[face + CY])
+                nearer = gap > highest or (gap == highest and f[face + RANK] < f[found + RANK])
+                if reach == 0.0:
+                    if bent:
+                        closing = bent_nearer(pointer(f), row, face, bent_plans_of(k, one, two)) > 0
+                    else:
+                        closing = comes_nearer(pointer(f), row, face, one.vx, one.vy, two.vx, two.vy) > 0
+                    nearer = (nearer and closing == closes) or (closing and not closes)
+                    closes = closes or closing
+                if nearer:
+                    found = face
+                    highest = gap
+            corner = end_of(f, row, found, dx, dy)
+            if corner < 0:
+                return f[found + NX], f[found + NY], reach - highest
+        x = dx - f[corner + CX]
+        y = dy - f[corner + CY]
+        distance = math.sqrt(x * x + y * y)
+        return x / distance, y / distance, reach - distance if distance > 0.0 else math.nan
+
+    return line_of
 
 
 @hook
@@ -507,6 +525,7 @@ def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
     return int(leaves(pointer(k.numbers), row_of(k, early, late), plans))
 
 
+line_of, bent_line_of = _lines(False), _lines(True)
 collide, touch, part = hooks_of(line_of, parts_after, False)
 collide_images, touch_images, part_images = hooks_of(line_of, parts_after, True)
 
@@ -551,6 +570,71 @@ def shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> fl
 
 
 meet_images = first_image_of(shapes_touch, shapes_overlap)
+collide_bent, touch_bent, _ = hooks_of(bent_line_of, parts_after, False)
+collide_bent_images, touch_bent_images, _ = hooks_of(bent_line_of, parts_after, True)
+
+
+@unchecked
+@hook
+def meet_bent(k: Kernel, a: int, b: int) -> int:
+    """As ``meet``, of bodies with accelerations (rules 5t and 7t)."""
+    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+    late = a + b - early
+    row = row_of(k, early, late)
+    if row == 0 or (math.isinf(k.mass[a]) and math.isinf(k.mass[b])):
+        return NEVER
+    one = k.bodies[early]
+    two = k.bodies[late]
+    since = two.anchor
+    met = one.last == late and two.last == early
+    low = counts_from(k, a, b, since)
+    delay = bent_enters(pointer(k.numbers), row, bent_plans_of(k, one, two), int(met), low)
+    if delay == NEVER:
+        return NEVER
+    if delay == 0 and not met:
+        x, y = position_at(k, one, since)
+        _, _, depth = bent_line_of(k, early, late, two.x - x, two.y - y)
+        if depth > k.clock[0].limits.tolerance + 1e-9 * (one.radius + two.radius):
+            blame(k, TOO_DEEP, a, b)
+    return int(since + delay)
+
+
+@hook
+def bent_shapes_touch(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
+    """As ``shapes_touch``, of bodies with accelerations, through the image of their plans."""
+    row = row_of(k, early, late)
+    if row == 0 or (math.isinf(k.mass[early]) and math.isinf(k.mass[late])):
+        return NEVER
+    met = met_through(k, early, late, plans)
+    low = counts_from(k, early, late, k.bodies[late].anchor)
+    return int(bent_enters(pointer(k.numbers), row, plans, int(met), low))
+
+
+@hook
+def bent_shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> float:
+    """As ``shapes_overlap``, of bodies with accelerations."""
+    _, _, depth = bent_line_of(k, early, late, dx, dy)
+    return depth
+
+
+meet_bent_images = first_image_of(bent_shapes_touch, bent_shapes_overlap, bent_plans_through, True)
+
+
+@unchecked
+@hook
+def part_bent(k: Kernel, a: int, b: int) -> int:
+    """As ``part``, of bodies with accelerations, also through images (rule 11t)."""
+    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+    late = a + b - early
+    since = k.bodies[late].anchor
+    right = 0.0
+    up = 0.0
+    if len(k.images) > 0:
+        right, up = turns_between(k, early, late, a)
+    plans = bent_plans_through(k, k.bodies[early], k.bodies[late], right, up)
+    low = counts_from(k, a, b, since)
+    delay = bent_leaves(pointer(k.numbers), row_of(k, early, late), plans, low)
+    return int(since + delay) if delay != NEVER else NEVER
 
 
 class Convex:
@@ -568,6 +652,19 @@ class Convex:
         if all(numbers[row + PLAIN] for row in rows):
             bounds = soonest_of_boxes if all(numbers[row + COUNT] > 1 for row in rows) else soonest_of_plain
         periodic = bool(scene.periodic)
+        if scene.bent:
+            return PairParts(
+                meet=meet_bent_images if periodic else meet_bent,
+                collide=collide_bent_images if periodic else collide_bent,
+                touch=touch_bent_images if periodic else touch_bent,
+                part=part_bent,
+                gap=gap,
+                contact_distance="outlines",
+                shapes=True,
+                periodic=periodic,
+                bent=True,
+                numbers=numbers,
+            )
         return PairParts(
             meet=meet_images if periodic else meet,
             collide=collide_images if periodic else collide,

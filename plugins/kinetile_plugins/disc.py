@@ -180,6 +180,13 @@ def meet_among_shapes(k: Kernel, a: int, b: int) -> int:
     return NEVER if math.isinf(k.mass[a]) and math.isinf(k.mass[b]) else meet(k, a, b)
 
 
+@unchecked
+@hook
+def meet_bent_among_shapes(k: Kernel, a: int, b: int) -> int:
+    """As ``meet_bent``; two immovable bodies never do (rule 7s)."""
+    return NEVER if math.isinf(k.mass[a]) and math.isinf(k.mass[b]) else meet_bent(k, a, b)
+
+
 @hook
 def touch_among_shapes(k: Kernel, early: int, late: int, plans: Plans) -> int:
     """As ``discs_touch``; two immovable bodies never do (rule 7s)."""
@@ -550,10 +557,12 @@ class Disc:
             return PairParts(
                 meet=first_bent_image,
                 collide=collide_images,
-                soonest=soonest_of_images if scene.uniform else None,
+                soonest=soonest_of_images if scene.uniform and not scene.shapes else None,
                 touch=touch_images,
                 part=part_bent,
                 periodic=True,
+                shapes=bool(scene.shapes),
+                gap=gap if scene.shapes else None,
                 contact_distance="sum of radii",
                 bent=True,
             )
@@ -571,7 +580,13 @@ class Disc:
             )
         if scene.shapes:
             return PairParts(
-                meet=meet_among_shapes, collide=collide, touch=touch, part=part, gap=gap, shapes=True
+                meet=meet_bent_among_shapes if scene.bent else meet_among_shapes,
+                collide=collide,
+                touch=touch,
+                part=part_bent if scene.bent else part,
+                gap=gap,
+                shapes=True,
+                bent=scene.bent,
             )
         alike = are_alike(scene) and scene.uniform and not self.general
         if scene.bent:

@@ -136,11 +136,13 @@ def bounce(k: Kernel, body: Records, wall: int) -> float:
 
 
 @hook
-def after_fall(k: Kernel, body: Records, far: float, near: float, slope: float, pull: float) -> int:
+def after_fall(
+    k: Kernel, body: Records, side: float, far: float, near: float, slope: float, pull: float
+) -> int:
     """Returns the tick at which a gap closes whose rate is ``slope`` at the anchor, and grows by ``pull``; or
     ``NEVER``."""
     clock = k.clock[0]
-    delay = bent_wall(far, near, body.radius, slope, pull, clock.tick, clock.per_time)
+    delay = bent_wall(far, near, side, slope, pull, clock.tick, clock.per_time)
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 
@@ -153,16 +155,17 @@ def reach_bent(k: Kernel, body: Records) -> tuple[int, int]:
     limits = clock.limits
     straight_x = clock.torus.x == 0.0 and body.ax == 0.0
     straight_y = clock.torus.y == 0.0 and body.ay == 0.0
+    to_left, to_right, down, up = extent(body)
     tick, wall = first_wall(k, body, straight_x, straight_y)
     if body.ax != 0.0:
-        left = after_fall(k, body, body.x, 0.0, body.vx, body.ax)
-        right = after_fall(k, body, limits.width, body.x, -body.vx, -body.ax)
+        left = after_fall(k, body, to_left, body.x, 0.0, body.vx, body.ax)
+        right = after_fall(k, body, to_right, limits.width, body.x, -body.vx, -body.ax)
         if left <= tick or right <= tick:  # before the walls of the other axis
             tick = left if left <= right else right
             wall = LEFT if left <= right else RIGHT
     if body.ay != 0.0:
-        bottom = after_fall(k, body, body.y, 0.0, body.vy, body.ay)
-        top = after_fall(k, body, limits.height, body.y, -body.vy, -body.ay)
+        bottom = after_fall(k, body, down, body.y, 0.0, body.vy, body.ay)
+        top = after_fall(k, body, up, limits.height, body.y, -body.vy, -body.ay)
         if bottom < tick:
             tick = bottom
             wall = BOTTOM
@@ -199,7 +202,7 @@ def inside_bent(k: Kernel, body: Records, tick: int) -> bool:
     return clock.torus.y != 0.0 or away_from_walls(y, vy, body.ay, limits.height, edge)
 
 
-BENT = WallParts(reach_bent, bounce, touch, periodic=True, inside=inside_bent, bent=True)
+BENT = WallParts(reach_bent, bounce, touch, periodic=True, inside=inside_bent, shapes=True, bent=True)
 """The parts for a scene with accelerations."""
 
 

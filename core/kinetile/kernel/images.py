@@ -149,20 +149,26 @@ def discs_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> flo
 
 
 @hook
-def bent_discs_touch(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
-    """Return the same of discs with accelerations, through the image of their plans. Through the one through
-    which they have met last they may meet again (rule 7a)."""
-    one = k.bodies[early]
-    two = k.bodies[late]
-    met = one.last == late and two.last == early
+def met_through(k: Kernel, early: int, late: int, plans: BentPlans) -> bool:
+    """Whether two bodies have just met, through the image of their plans."""
+    met = k.bodies[early].last == late and k.bodies[late].last == early
     if met:
         image = k.images[early]
         sense = 1 if elder(k, early, late) == early else -1
         m = sense * (int(plans.x.turns) - (k.images[late].kx - image.kx))
         n = sense * (int(plans.y.turns) - (k.images[late].ky - image.ky))
         met = m == image.last_m and n == image.last_n
+    return met
+
+
+@hook
+def bent_discs_touch(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
+    """Return the same of discs with accelerations, through the image of their plans. Through the one through
+    which they have met last they may meet again (rule 7a)."""
+    two = k.bodies[late]
+    met = met_through(k, early, late, plans)
     low = counts_from(k, early, late, two.anchor)
-    return int(bent_touch(plans, one.radius, two.radius, met, -1, low))
+    return int(bent_touch(plans, k.bodies[early].radius, two.radius, met, -1, low))
 
 
 def first_image_of(

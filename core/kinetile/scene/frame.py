@@ -47,7 +47,7 @@ def check_pull(where: str, given: Any, extent: Extent | None) -> list[Mistake]:
 
 
 def check_support(
-    where: str, place: Any, velocity: Any, radius: float, pulls: Any, sides: tuple[float, float]
+    where: str, place: Any, velocity: Any, reaches: Any, pulls: Any, sides: tuple[float, float]
 ) -> list[Mistake]:
     """Checks that a body does not rest on a wall by its acceleration, touching it without a velocity along
     that axis: in truth there is no first contact then (docs/specification.md, rule 2a)."""
@@ -56,7 +56,7 @@ def check_support(
         if pull and velocity[axis] == 0.0:
             low = pull < 0.0
             at = Fraction(place[axis]) if low else Fraction(sides[axis]) - Fraction(place[axis])
-            if at <= Fraction(radius):
+            if at <= Fraction(reaches[2 * axis + (0 if low else 1)]):
                 wall = (("left", "right"), ("bottom", "top"))[axis][0 if low else 1]
                 return [Mistake(where, f"at rest on the {wall} wall", f"{above} would meet it endlessly")]
     return []

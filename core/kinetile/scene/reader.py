@@ -338,21 +338,17 @@ def _check_bent(
     gravity: tuple[float, float],
     extent: Extent,
 ) -> list[Mistake]:
-    """Checks what a scene with accelerations cannot have: other shapes than discs, and bodies that rest on a
-    wall."""
-    mistakes = []
-    if bodies.table is not None:
-        right = "discs alone: accelerated bodies meet no other shapes"
-        mistakes.append(Mistake("shapes", "shapes beside an acceleration", right))
-    columns = (getattr(bodies, name).tolist() for name in ("position", "velocity", "radius"))
-    each: list[Any] = [
-        (f"bodies[{i}]", *body) for i, body in enumerate(zip(*columns, pulls.tolist(), strict=True))
-    ]
+    """Checks what a scene with accelerations cannot have: bodies that rest on a wall."""
+    mistakes: list[Mistake] = []
+    reaches = np.tile(bodies.radius[:, None], 4) if bodies.table is None else bodies.table.reaches
+    columns = (each.tolist() for each in (bodies.position, bodies.velocity, reaches, pulls))
+    each: list[Any] = [(f"bodies[{i}]", *body) for i, body in enumerate(zip(*columns, strict=True))]
     for where, new in commands:
         if isinstance(new, Insert):
-            each.append((where, new.position, new.velocity, new.radius, pull_of(new, gravity)))
-    for where, place, velocity, radius, pull in each:
-        mistakes += check_support(where, place, velocity, radius, pull, extent.sides)
+            sides = new.shape.reaches if isinstance(new.shape, Shape) else (new.radius,) * 4
+            each.append((where, new.position, new.velocity, sides, pull_of(new, gravity)))
+    for where, place, velocity, sides, pull in each:
+        mistakes += check_support(where, place, velocity, sides, pull, extent.sides)
     return mistakes
 
 

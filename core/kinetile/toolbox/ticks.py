@@ -2,8 +2,8 @@
 
 The flight plans of two bodies are one value, which ``plans_of`` makes, and ``plans_through`` of an image. It
 is what discs (``first_touch``, ``last_touch``; ``touch_about``, if a bound is known) and convex bodies
-(``enters``, ``leaves``) take; walls take coordinates (``reaches``). Plans with accelerations
-are ``BentPlans`` (``bent_touch``, ``bent_parting``, ``bent_wall``). The difference of two convex shapes is
+(``enters``, ``leaves``) take; walls take coordinates (``reaches``). Plans with accelerations are
+``BentPlans`` (``bent_touch``, ``bent_parting``; ``bent_enters``, ``bent_leaves``; ``bent_wall``). The difference of two convex shapes is
 a row of a table (``difference_table``, ``comes_nearer``), whose columns are named here. Along periodic axes
 ``first_image`` is the first contact of two discs through any image, and ``first_image_of`` makes the same for
 other bodies.
@@ -16,6 +16,9 @@ from kinetile.kernel.certificates.bent import BentPlans as BentPlans
 from kinetile.kernel.certificates.bent import bent_parting as bent_parting
 from kinetile.kernel.certificates.bent import bent_touch as bent_touch
 from kinetile.kernel.certificates.bent import bent_wall as bent_wall
+from kinetile.kernel.certificates.bent_convex import bent_enters as bent_enters
+from kinetile.kernel.certificates.bent_convex import bent_leaves as bent_leaves
+from kinetile.kernel.certificates.bent_convex import bent_nearer as bent_nearer
 from kinetile.kernel.certificates.contact import first_touch as first_touch
 from kinetile.kernel.certificates.contact import last_touch as last_touch
 from kinetile.kernel.certificates.contact import touch_about as touch_about
@@ -50,6 +53,7 @@ from kinetile.kernel.images import discs_touch as discs_touch
 from kinetile.kernel.images import first_bent_image as first_bent_image
 from kinetile.kernel.images import first_image as first_image
 from kinetile.kernel.images import first_image_of as first_image_of
+from kinetile.kernel.images import met_through as met_through
 from kinetile.kernel.images import near_zero as near_zero
 from kinetile.kernel.images import nearest_whole as nearest_whole
 from kinetile.kernel.images import turns_between as turns_between

@@ -84,7 +84,11 @@ class Answers:
             size = math.sqrt(dx * dx + dy * dy)
             along = dx / size, dy / size
         else:
-            v = Fraction(two.vx) - Fraction(one.vx), Fraction(two.vy) - Fraction(one.vy)
+            half = Fraction(length) / 2  # of the middle of the tick (rule 9t)
+            v = (
+                Fraction(two.vx) - Fraction(one.vx) + half * (Fraction(two.pull[0]) - Fraction(one.pull[0])),
+                Fraction(two.vy) - Fraction(one.vy) + half * (Fraction(two.pull[1]) - Fraction(one.pull[1])),
+            )
             along = normal(m, (dx, dy), v)
         masses = None if self._equal else (self.masses[a], self.masses[b])
         times = 1.0

@@ -27,7 +27,7 @@ import numpy as np
 
 from kinetile import Accelerate, Insert, Remove, Scene, Shape, Turn
 from kinetile.instruments import ACCELERATED, INSERTED, REANCHORED, REMOVED, TURNED
-from kinetile_accuracy.specification import arithmetic, shapes
+from kinetile_accuracy.specification import arithmetic, bent_shapes, shapes
 from kinetile_accuracy.specification.answers import Answers
 from kinetile_accuracy.specification.arithmetic import BEAT, HORIZON, SPAN, FlightPlan, Frame, Vector, Whole
 from kinetile_accuracy.specification.bounds import ContactBounds, Floats
@@ -312,7 +312,11 @@ class Course:
         m = self._difference(a, b)
         flight, begun = (self.plans[a], self.plans[b], self.frame, image), self._passing[passing]
         if self.bent:
-            tick = arithmetic.bent_parting_tick(*flight, begun)
+            tick = (
+                arithmetic.bent_parting_tick(*flight, begun)
+                if m is None
+                else bent_shapes.bent_parting_tick(m, *flight, begun)
+            )
         else:
             tick = arithmetic.parting_tick(*flight) if m is None else shapes.parting(m, *flight)
         if tick is not None:
@@ -362,6 +366,8 @@ class Course:
             return None  # rule 7s
 
         def tick_through(image: Whole) -> int | None:
+            if self.bent and m is not None:
+                return bent_shapes.bent_tick(m, one, two, self.frame, image, image == barred, earliest)
             if self.bent:
                 return arithmetic.bent_tick(one, two, self.frame, image, image == barred, earliest)
             if m is None:

@@ -30,6 +30,7 @@ from kinetile import Shape
 from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.specification import arithmetic
 from kinetile_accuracy.specification.arithmetic import HORIZON, FlightPlan, Frame, Vector, Whole
+from kinetile_accuracy.specification.bent import first_fall
 
 Exact = tuple[Fraction, Fraction]
 
@@ -310,13 +311,25 @@ def wall_tick(shape: Shape, plan: FlightPlan, frame: Frame) -> tuple[int, int] |
             continue
         core = [corner[axis] for corner in shape.core]
         before, after = r - min(core), r + max(core)  # as doubles
-        place, step = Fraction(plan.place[axis], size), Fraction(plan.step[axis], size)
+        place, step, bend = (Fraction(each[axis], size) for each in (plan.place, plan.step, plan.bend))
         side = Fraction(frame.arena[axis][0], 1 << frame.arena[axis][1])
+        if bend:  # rule 6a
+            gaps = place - Fraction(before), side - place - Fraction(after)
+            for gap, way, wall in zip(gaps, (1, -1), walls, strict=True):
+                falls = first_fall(_whole([gap, way * step, way * bend]))
+                found += [] if falls is None else [(plan.anchor + falls, wall)]
+            continue
         gap = place - Fraction(before) if step < 0 else side - place - Fraction(after)
         wait = 0 if gap <= 0 or step == 0 else math.floor(gap / abs(step))
         if step and wait < HORIZON:
             found.append((plan.anchor + wait, walls[step > 0]))
     return min(found, key=lambda each: each[0], default=None)
+
+
+def _whole(p: list[Fraction]) -> list[int]:
+    """Returns a polynomial times a number that makes it whole."""
+    common = math.lcm(*(each.denominator for each in p))
+    return [int(each * common) for each in p]
 
 
 def _exact(place: Vector) -> Exact:

@@ -39,7 +39,8 @@ of terms of size 2 u, and ``times`` leaves out one of u^2.
 (``speed``) and m = |x| + |x2| + |g| + (|v| + |a| te) te (``size``): a te is off by 8 u^2 |a| te, u + w by 3
 u^2 (|v| + |v2| + |a| te) more, so by 12 u^2 S; the first body's flight by (3 (|v| + |a| te / 2) + 4 |a| te +
 8 (|v| + |a| te / 2)) u^2 te. g is exact, as ``turns`` is whole, below 2^32; x2 - x + g is off by 3 u^2 (|x| +
-|x2| + |g|), and d + low, which is that less the flight, by 16 u^2 m. b + c is exact, so b is 0 if and only if
+|x2| + |g|), and d + low, which is that less the flight, by 16 u^2 m; by 19 where a corner is taken off as
+well, which is part of m, and ``stepped`` is not asked. b + c is exact, so b is 0 if and only if
 the accelerations are equal.
 
 *Q at a tick* (``gap_after``): t + rest is exact. With B = |b|, b/2 t is off by 4 u^2 B t, the sum with u + w
@@ -91,6 +92,7 @@ from typing import NamedTuple
 from kinetile.kernel.certificates.bent_integers import (
     NONE_YET,
     Window,
+    gap_sign_by_integers,
     rises_or_presses,
     touch_by_integers,
     wall_by_integers,
@@ -110,7 +112,7 @@ from kinetile.kernel.certificates.integers import LIMIT, as_count
 from kinetile.kernel.certificates.plans import BentAxis as BentAxis
 from kinetile.kernel.certificates.plans import BentPlans as BentPlans
 from kinetile.kernel.certificates.structural import FAR
-from kinetile.kernel.compiled import apart, hook, larger, smaller
+from kinetile.kernel.compiled import apart, hook, larger, smaller, subroutine
 from kinetile.kernel.tables import NEVER
 from kinetile.kernel.vectors import product_error
 
@@ -153,11 +155,12 @@ def way_of(axis: BentAxis, time: float, rest: float) -> Way:
     flown, flown_low = total(axis.v, 0.0, 0.5 * gained, 0.5 * gained_low)
     flown, flown_low = times(flown, flown_low, time, rest)
     d, low = plus(axis.x2, -axis.x)
-    size = abs(axis.x) + abs(axis.x2)
+    size = abs(axis.x) + abs(axis.x2) + abs(axis.corner)
     if axis.period > 0.0:
         moved = axis.turns * axis.period
         d, low = total(d, low, moved, product_error(axis.turns, axis.period, moved))
         size += abs(moved)
+    d, low = total(d, low, -axis.corner, -axis.corner_low)
     d, low = total(d, low, -flown, -flown_low)
     b, c = plus(axis.a2, -axis.a)
     speed = abs(axis.v) + abs(gained)
@@ -223,6 +226,17 @@ def gap_after(x: Way, y: Way, reach: float, reach_low: float, count: int, tick: 
     q, _ = total(both, both_low, -rr, -rr_low)
     spread = (abs(ex) + 2.0**-50 * x_size) * x_size + (abs(ey) + 2.0**-50 * y_size) * y_size
     return q, 2.0**-98 * (spread + rr)
+
+
+@subroutine
+def gap_sign(plans: BentPlans, radius: float, radius2: float, count: int) -> int:
+    """Return the sign of Q after a number of ticks."""
+    x, y = ways(plans)
+    reach, reach_low = plus(radius, radius2)
+    q, error = gap_after(x, y, reach, reach_low, count, plans.tick)
+    if abs(q) > error and reach > SMALL and reach + (x.size + y.size) < LARGE:
+        return 1 if q > 0.0 else -1
+    return gap_sign_by_integers(plans, radius, radius2, count)
 
 
 STEPS = 120

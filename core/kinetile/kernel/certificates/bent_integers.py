@@ -167,25 +167,45 @@ def first_fall(m: Cells, first: int, end: int, window: Window, guess: int) -> in
 
 
 @subroutine
+def put_axis(
+    m: Cells,
+    place: int,
+    rate: int,
+    bend: int,
+    flown: int,
+    count: int,
+    axis: BentAxis,
+    power: int,
+    first: int,
+    end: int,
+) -> None:
+    """Put D, U and H along an axis in three rows, and the rate of the first body's flight in a fourth; the
+    count of elapsed ticks is in its row."""
+    for row in (place, rate, bend, flown):
+        clear(m, row, first, end)
+    put(m, bend, axis.a, 2 * power - 1, -1)
+    put(m, flown, axis.v, power, -1)
+    add_product(m, flown, bend, first, end - 3, count, 0, 3)
+    carry(m, flown, first, end, 1)
+    put(m, place, axis.x, 0, -1)
+    put(m, place, axis.x2, 0, 1)
+    put(m, place, axis.period, 0, int(axis.turns))
+    put(m, place, axis.corner, 0, -1)
+    put(m, place, axis.corner_low, 0, -1)
+    add_product(m, place, flown, first, end - 3, count, 0, 3)
+    put(m, rate, axis.v2, power, 1)
+    add_product(m, rate, bend, first, end - 3, count, 0, 3)
+    for cell in range(first, end):
+        m[rate + cell] += m[flown + cell]
+    put(m, bend, axis.a2, 2 * power - 1, 1)
+    for row in (place, rate, bend):
+        carry(m, row, first, end, 1)
+
+
+@subroutine
 def add_axis(m: Cells, axis: BentAxis, power: int, first: int, end: int) -> None:
     """Add the square of a separation along an axis to Q; the count of elapsed ticks is in its row."""
-    for row in (PLACE, RATE, BEND, FLOWN):
-        clear(m, row, first, end)
-    put(m, BEND, axis.a, 2 * power - 1, -1)
-    put(m, FLOWN, axis.v, power, -1)
-    add_product(m, FLOWN, BEND, first, end - 3, COUNT, 0, 3)
-    carry(m, FLOWN, first, end, 1)
-    put(m, PLACE, axis.x, 0, -1)
-    put(m, PLACE, axis.x2, 0, 1)
-    put(m, PLACE, axis.period, 0, int(axis.turns))
-    add_product(m, PLACE, FLOWN, first, end - 3, COUNT, 0, 3)
-    put(m, RATE, axis.v2, power, 1)
-    add_product(m, RATE, BEND, first, end - 3, COUNT, 0, 3)
-    for cell in range(first, end):
-        m[RATE + cell] += m[FLOWN + cell]
-    put(m, BEND, axis.a2, 2 * power - 1, 1)
-    for row in (PLACE, RATE, BEND):
-        carry(m, row, first, end, 1)
+    put_axis(m, PLACE, RATE, BEND, FLOWN, COUNT, axis, power, first, end)
     for i in range(3):
         one = PLACE + i * CELLS
         for j in range(i, 3):
@@ -198,17 +218,28 @@ def add_axis(m: Cells, axis: BentAxis, power: int, first: int, end: int) -> None
 
 
 @subroutine
+def room_of_bends(
+    plans: BentPlans, power: int, radius: float, radius2: float, first: int, end: int
+) -> tuple[int, int]:
+    """Return the cells that two paths and radii need, and those given; an end of 0 where there is no room."""
+    first, end = room_of_paths(plans, power, radius, radius2, first, end)
+    for axis in (plans.x, plans.y):
+        for value in (axis.a, axis.a2):
+            first, end = room(first, end, value, 2 * power - 1)
+        for value in (axis.corner, axis.corner_low):
+            first, end = room(first, end, value, 0)
+    end += 3
+    return (0, 0) if end > CELLS or first < 0 else (first, end)
+
+
+@subroutine
 def read_bent(m: Cells, plans: BentPlans, radius: float, radius2: float, way: int) -> tuple[int, int]:
     """Put the coefficients of Q, or of -Q where ``way`` is -1, in their rows; return the cells that are in
     use, from the first to before the end, or an end of 0 where there is no room."""
     power = int(math.frexp(plans.tick)[1]) - 1
-    first, end = room_of_paths(plans, power, radius, radius2, CELLS, 0)
-    for axis in (plans.x, plans.y):
-        for value in (axis.a, axis.a2):
-            first, end = room(first, end, value, 2 * power - 1)
-    end += 3
-    if end > CELLS or first < 0:
-        return 0, 0
+    first, end = room_of_bends(plans, power, radius, radius2, CELLS, 0)
+    if end == 0:
+        return first, end
     put(m, PLACE, radius, 0, 1)
     put(m, PLACE, radius2, 0, 1)
     carry(m, PLACE, first, end, 1)
@@ -244,6 +275,14 @@ def rises_or_presses(plans: BentPlans, radius: float, radius2: float, since: int
     add_differences(m, first, end, 1)
     add_differences(m, first, end, 2)
     return sign_at(m, first, end, 1, since) > 0 or sign_at(m, first, end, 2, since) < 0
+
+
+@subroutine
+def gap_sign_by_integers(plans: BentPlans, radius: float, radius2: float, count: int) -> int:
+    """Return the sign of Q after a number of ticks; 1 of what has no room."""
+    m = zeros(MEMORY)
+    first, end = read_bent(m, plans, radius, radius2, 1)
+    return sign_at(m, first, end, 0, count) if end > 0 else 1
 
 
 @subroutine

@@ -41,8 +41,8 @@ class Plans(NamedTuple):
 
 class BentAxis(NamedTuple):
     """The plans of two bodies along an axis: place, velocity and acceleration of the first at its own anchor,
-    and of the second at the later one, its own; and how many periods further on the second is seen, as in
-    ``Axis``."""
+    and of the second at the later one, its own; how many periods further on the second is seen, as in
+    ``Axis``; and what is taken off its place, a sum of two: a corner of the difference of two shapes."""
 
     x: float
     v: float
@@ -52,6 +52,8 @@ class BentAxis(NamedTuple):
     a2: float
     turns: float
     period: float
+    corner: float
+    corner_low: float
 
 
 class BentPlans(NamedTuple):
@@ -83,8 +85,8 @@ def bent_plans_of(k: Kernel, one: Records, two: Records) -> BentPlans:
     """Return the same of bodies with accelerations."""
     clock = k.clock[0]
     return BentPlans(
-        BentAxis(one.x, one.vx, one.ax, two.x, two.vx, two.ax, 0.0, 0.0),
-        BentAxis(one.y, one.vy, one.ay, two.y, two.vy, two.ay, 0.0, 0.0),
+        BentAxis(one.x, one.vx, one.ax, two.x, two.vx, two.ax, 0.0, 0.0, 0.0, 0.0),
+        BentAxis(one.y, one.vy, one.ay, two.y, two.vy, two.ay, 0.0, 0.0, 0.0, 0.0),
         two.anchor - one.anchor,
         clock.tick,
         clock.per_time,
@@ -111,8 +113,8 @@ def bent_plans_through(k: Kernel, one: Records, two: Records, right: float, up: 
     plans = bent_plans_of(k, one, two)
     torus = k.clock[0].torus
     return BentPlans(
-        BentAxis(one.x, one.vx, one.ax, two.x, two.vx, two.ax, right, torus.x),
-        BentAxis(one.y, one.vy, one.ay, two.y, two.vy, two.ay, up, torus.y),
+        BentAxis(one.x, one.vx, one.ax, two.x, two.vx, two.ax, right, torus.x, 0.0, 0.0),
+        BentAxis(one.y, one.vy, one.ay, two.y, two.vy, two.ay, up, torus.y, 0.0, 0.0),
         plans.elapsed,
         plans.tick,
         plans.per_time,

@@ -1,0 +1,274 @@
+"""Rules 5t, 7t and 11t of docs/specification.md: contacts of accelerated convex bodies, in whole numbers.
+
+A *set* of whole n from a start on is a list of runs [low, high). Whether d(n) is beyond the line of a face,
+over the face or nearest to a corner are signs of polynomials of n; where one of them is below 0 follows from
+the places at which it changes its sign (``bent``). All else are intersections of such sets.
+
+Nothing here is shared with the kernel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+
+from kinetile_accuracy.specification import bent
+from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, PairQuadratic, Whole
+from kinetile_accuracy.specification.bent import HORIZON, Polynomial
+from kinetile_accuracy.specification.shapes import Difference, Exact, Face, _dot, _less
+
+Runs = list[tuple[int, int]]
+
+Parabola = tuple[Exact, Exact, Exact]
+"""d(n), by its coefficients: vectors."""
+
+
+def bent_tick(
+    m: Difference,
+    one: FlightPlan,
+    two: FlightPlan,
+    frame: Frame,
+    image: Whole,
+    met: bool,
+    earliest: int,
+) -> int | None:
+    """Returns the tick of contact of two convex bodies of a scene with accelerations, not before the
+    ``earliest``; None: none. ``met``: they have just met each other."""
+    course = PairQuadratic(one, two, frame, image)
+    start = max(earliest - course.since, 0)
+    if len(m.corners) > 1:
+        wait = contact(m, _course(course), start, met)
+    else:
+        q = _disc(m, m.corners[0], _course(course))
+        again = bent.met_again_from(q) if met else 0
+        wait = None if again is None else bent.first_fall(q, max(start, again))
+    return None if wait is None else course.since + wait
+
+
+def bent_parting_tick(
+    m: Difference, one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole, begun: int
+) -> int | None:
+    """Returns the tick at which two such bodies part that have ``begun`` to pass through each other."""
+    course = PairQuadratic(one, two, frame, image)
+    start = max(begun - course.since, 0)
+    if len(m.corners) > 1:
+        wait = parting(m, _course(course), start)
+    else:
+        wait = bent.first_fall(_negated(_disc(m, m.corners[0], _course(course))), start)
+    return None if wait is None else course.since + wait
+
+
+def _course(course: PairQuadratic) -> Parabola:
+    """Returns d(n), n being ticks after the later anchor."""
+    whole = course.dx, course.dy, course.vx, course.vy, course.hx, course.hy
+    dx, dy, vx, vy, hx, hy = (Fraction(each, 1 << course.bits) for each in whole)
+    return (dx, dy), (vx, vy), (hx, hy)
+
+
+def contact(m: Difference, d: Parabola, start: int, met: bool) -> int | None:
+    """Returns the first n from ``start`` on that is the contact of the place d(n) with a difference of more
+    than one corner (rule 5t); None: none."""
+    if met:
+        again = _counts_from(m, d)
+        if again is None:
+            return None
+        start = max(start, again)
+    if m.radius:
+        found = [_nearer_to_face(m, face, d, start) for face in m.faces]
+        found += [_nearer_to_corner(m, k, d, start) for k in range(len(m.corners))]
+        return min((each for each in found if each is not None and each < HORIZON), default=None)
+    return _first_visit(m, d, start) if len(m.faces) > 2 else None
+
+
+def parting(m: Difference, d: Parabola, start: int) -> int | None:
+    """Returns the first n from ``start`` on at whose end d(n) is outside of M with its margin (rule 11t)."""
+    runs: Runs = []
+    if len(m.faces) > 2:
+        runs += _all([_not_below(_negated(_beyond(face, d)), start) for face in m.faces])
+    if m.radius:
+        for face in m.faces:
+            near = _not_below(_negated(_squared(m, face, d)), start)
+            runs += _all([near, *_over(face, d, start)])
+        runs += [run for corner in m.corners for run in _not_below(_negated(_disc(m, corner, d)), start)]
+    n = start + 1
+    for low, high in sorted(runs):
+        if low <= n < high:
+            n = high
+    return n - 1 if n - 1 < HORIZON else None
+
+
+def _first_visit(m: Difference, d: Parabola, start: int) -> int | None:
+    """Returns the contact where R = 0."""
+    inside = _all([_below(_beyond(face, d), start) for face in m.faces])
+    deep = _all([_deeper_than_strip(m, face, d, start) for face in m.faces])
+    for low, high in inside:
+        if not _all([[(low, high)], deep]):
+            continue
+        if low > start:
+            return low - 1 if low - 1 < HORIZON else None
+        face = _nearest_face(m, _at(d, start))
+        falls = _below(bent._differences(_beyond(face, d)), start)
+        if falls and falls[0][0] + 1 < high:
+            return falls[0][0]
+    return None
+
+
+def _nearer_to_face(m: Difference, face: Face, d: Parabola, start: int) -> int | None:
+    """Returns the first n at whose end d is over a face, within R of it, and nearer than at n."""
+    within = _all([_below(_squared(m, face, d), start), *_over(face, d, start)])
+    falls = _below(bent._differences(_beyond(face, d)), start)
+    return _first(_all([_before(within), falls]), start)
+
+
+def _nearer_to_corner(m: Difference, k: int, d: Parabola, start: int) -> int | None:
+    """Returns the first n at whose end a corner is nearest to d, and within R, and nearer than at n."""
+    q = _disc(m, m.corners[k], d)
+    within = _all([_below(q, start), *_beside(m, k, d, start)])
+    return _first(_all([_before(within), _below(bent._differences(q), start)]), start)
+
+
+def _beside(m: Difference, k: int, d: Parabola, start: int) -> list[Runs]:
+    """Returns the sets in which d is not beyond a corner on either face beside it."""
+    corner, count = m.corners[k], len(m.corners)
+    after, before = _less(m.corners[(k + 1) % count], corner), _less(corner, m.corners[k - 1])
+    return [
+        _not_below(_negated(_along(corner, after, d)), start),
+        _not_below(_along(corner, before, d), start),
+    ]
+
+
+def _counts_from(m: Difference, d: Parabola) -> int | None:
+    """Returns from which n on two that have just met may meet again (rule 7t); None: from none on."""
+    away = _away(m, d[0])
+    rate, bend = _dot(away, d[1]) + _dot(away, d[2]), _dot(away, d[2])
+    if rate > 0 or bend < 0:
+        return 0
+    if bend == 0:
+        return None
+    n = math.floor(-rate / (2 * bend)) + 1  # rate + 2 bend n > 0
+    return n if n <= HORIZON else None
+
+
+def _away(m: Difference, here: Exact) -> Exact:
+    """Returns the way out of M at the feature that is nearest to a place (rule 7t)."""
+    if m.radius:
+        for face in m.faces:
+            along = _dot(face.way, _less(here, face.start))
+            if _dot(face.normal, _less(here, face.start)) > 0 and 0 <= along <= _dot(face.way, face.way):
+                return face.normal
+        inside = all(_dot(face.normal, _less(here, face.start)) <= 0 for face in m.faces)
+        count = len(m.corners)
+        for k, corner in enumerate(m.corners) if not inside or count == 2 else ():
+            away = _less(here, corner)
+            after, before = _less(m.corners[(k + 1) % count], corner), _less(corner, m.corners[k - 1])
+            if _dot(away, after) <= 0 <= _dot(away, before):
+                return away
+    return _nearest_face(m, here).normal
+
+
+def _nearest_face(m: Difference, here: Exact) -> Face:
+    """Returns the face with the largest g/|n|, of several the first."""
+
+    def distance(face: Face) -> Fraction:
+        gap = _dot(face.normal, _less(here, face.start))
+        return gap * abs(gap) / _dot(face.normal, face.normal)
+
+    return max(m.faces, key=distance)
+
+
+def _at(d: Parabola, n: int) -> Exact:
+    return d[0][0] + n * (d[1][0] + n * d[2][0]), d[0][1] + n * (d[1][1] + n * d[2][1])
+
+
+def _along(start: Exact, way: Exact, d: Parabola) -> Polynomial:
+    """Returns way . (d - start) as a polynomial, times some positive number."""
+    return _whole([_dot(way, _less(d[0], start)), _dot(way, d[1]), _dot(way, d[2])])
+
+
+def _beyond(face: Face, d: Parabola) -> Polynomial:
+    """Returns g, as a polynomial."""
+    return _along(face.start, face.normal, d)
+
+
+def _over(face: Face, d: Parabola, start: int) -> list[Runs]:
+    """Returns the sets in which d is over a face, on its outer side."""
+    end = face.start[0] + face.way[0], face.start[1] + face.way[1]
+    return [
+        _not_below(_beyond(face, d), start),
+        _not_below(_along(face.start, face.way, d), start),
+        _not_below(_negated(_along(end, face.way, d)), start),
+    ]
+
+
+def _squared(m: Difference, face: Face, d: Parabola) -> Polynomial:
+    """Returns g^2 - R^2 n.n, as a polynomial."""
+    g = [_dot(face.normal, each) for each in (_less(d[0], face.start), d[1], d[2])]
+    return _whole(_less_square(_square(g), m.radius**2 * _dot(face.normal, face.normal)))
+
+
+def _disc(m: Difference, corner: Exact, d: Parabola) -> Polynomial:
+    """Returns |d - corner|^2 - R^2, as a polynomial."""
+    ways = _less(d[0], corner), d[1], d[2]
+    squares = [_square([way[axis] for way in ways]) for axis in range(2)]
+    return _whole(_less_square([x + y for x, y in zip(*squares, strict=True)], m.radius**2))
+
+
+def _deeper_than_strip(m: Difference, face: Face, d: Parabola, start: int) -> Runs:
+    """Returns the set in which d is farther inside of the line of a face than the strip."""
+    g = [_dot(face.normal, each) for each in (_less(d[0], face.start), d[1], d[2])]
+    square = _whole(_less_square(_square(g), m.flush**2 * _dot(face.normal, face.normal)))
+    return _all([_below(_whole(g), start), _below(_negated(square), start)])
+
+
+def _square(p: Sequence[Fraction]) -> list[Fraction]:
+    a, b, c = p
+    return [a * a, 2 * a * b, b * b + 2 * a * c, 2 * b * c, c * c]
+
+
+def _less_square(p: list[Fraction], square: Fraction) -> list[Fraction]:
+    return [p[0] - square, *p[1:]]
+
+
+def _whole(p: Sequence[Fraction]) -> Polynomial:
+    common = math.lcm(*(each.denominator for each in p))
+    return [int(each * common) for each in p]
+
+
+def _negated(p: Polynomial) -> Polynomial:
+    return [-each for each in p]
+
+
+def _below(p: Polynomial, start: int) -> Runs:
+    """Returns the set in which a polynomial is below 0, up to one after the horizon."""
+    ends = [start, *(n for n in bent._changes(p, start)), HORIZON + 2]
+    first = 0 if bent._at(p, start) < 0 else 1
+    return [(ends[i], ends[i + 1]) for i in range(first, len(ends) - 1, 2)]
+
+
+def _not_below(p: Polynomial, start: int) -> Runs:
+    """Returns the set in which a polynomial is not below 0."""
+    ends = [start, *(n for n in bent._changes(p, start)), HORIZON + 2]
+    first = 1 if bent._at(p, start) < 0 else 0
+    return [(ends[i], ends[i + 1]) for i in range(first, len(ends) - 1, 2)]
+
+
+def _before(runs: Runs) -> Runs:
+    """Returns the n of which n + 1 is in a set."""
+    return [(low - 1, high - 1) for low, high in runs]
+
+
+def _all(sets: Sequence[Runs]) -> Runs:
+    """Returns the intersection of sets."""
+    found = sets[0]
+    for other in sets[1:]:
+        pairs = ((max(a, c), min(b, d)) for a, b in found for c, d in other)
+        found = sorted((low, high) for low, high in pairs if low < high)
+    return found
+
+
+def _first(runs: Runs, start: int) -> int | None:
+    """Returns the first n of a set from ``start`` on."""
+    return min((max(low, start) for low, high in runs if high > start), default=None)
+
+
