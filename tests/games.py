@@ -6,10 +6,11 @@ Most have kinds with responses (elastic, restitution, stop, pass, for pairs and 
 of them are on a lattice, with dyadic numbers and times, so that many things happen at one tick. Some are
 dense: touching bodies that stop or lose energy between walls and moving bodies of infinite mass; most of
 these jam. Some insertions have no room. ``draw_game_of_shapes`` gives boxes and discs the same rules and
-commands, ``draw_bent_game`` accelerations to games that may have some."""
+commands, ``draw_bent_game`` accelerations to games that may have some, half of them of other shapes."""
 
 import math
 import random
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -23,6 +24,18 @@ PACES = (-2.0, -1.0, -0.5, 0.0, 0.0, 0.5, 1.0, 2.0)
 LASTS = 8.0
 PULLS = (0.25, 0.5, 1.0, 1.0, 2.0, 8.0, 32.0)
 """Strengths of gravity."""
+
+OUTLINES = (
+    kt.disc(0.25),
+    kt.box(1.0, 0.5),
+    kt.box(0.5, 0.5),
+    kt.polygon([(-0.5, -0.25), (0.5, -0.25), (0.0, 0.5)]),
+    kt.polygon([(-0.25, -0.25), (0.25, -0.25), (0.25, 0.25), (-0.25, 0.25)], radius=0.125),
+    kt.capsule((-0.25, 0.0), (0.25, 0.0), 0.125),
+    kt.capsule((0.0, -0.2), (0.1, 0.3), 0.1),
+    kt.segment((-1.0, 0.0), (1.0, 0.0)),
+    kt.segment((-0.5, -0.25), (0.5, 0.25)),
+)
 
 SOLID = ("elastic", "restitution", "restitution", "stop")
 
@@ -58,10 +71,18 @@ def draw_game_of_shapes(seed: int) -> kt.Scene:
 def draw_bent_game(seed: int) -> kt.Scene:
     """Returns a game with gravity along the walled axes, or accelerations of some bodies, or both, always the
     same for a seed. Bodies of infinite mass are pegs, or paddles."""
-    rng = random.Random(f"bent game {seed}")
+    return _bent(random.Random(f"bent game {seed}"), _discs)
+
+
+def draw_bent_game_of_shapes(seed: int) -> kt.Scene:
+    """Returns the same of convex shapes, with obstacles among them, always the same for a seed."""
+    return _bent(random.Random(f"bent game of shapes {seed}"), _polygons)
+
+
+def _bent(rng: random.Random, draw: Callable[[random.Random, bool], kt.Scene]) -> kt.Scene:
     while True:
         lattice = rng.random() < 0.6
-        base = _discs(rng, lattice)
+        base = draw(rng, lattice)
         axes = rng.choice(base.periodic or ("",))
         bent = [axis not in axes and rng.random() < 0.7 for axis in "xy"]
         more = {} if rng.random() < 0.4 else {"acceleration": [_pull(rng, lattice, bent) for _ in base.mass]}
@@ -143,6 +164,32 @@ def _discs(rng: random.Random, lattice: bool) -> kt.Scene:
             continue
         bodies = more
     return kt.Scene(**bodies, **frame) if len(bodies["mass"]) >= 3 else _discs(rng, lattice)
+
+
+def _polygons(rng: random.Random, lattice: bool) -> kt.Scene:
+    """Convex shapes in free places, some of infinite mass, in an arena with walls or a periodic axis."""
+    sides = (rng.choice((3.0, 4.0, 5.0)), rng.choice((3.0, 4.0, 6.0)))
+    frame: dict[str, Any] = {"arena": sides, "periodic": rng.choice(("", "", "", "x", "y"))}
+    frame["shapes"] = rng.sample(OUTLINES, 3)
+    if rng.random() < 0.4:
+        names = (*SOLID, "pass") if rng.random() < 0.5 else SOLID
+        frame |= {"kinds": KINDS[:2], "responses": _responses(rng, KINDS[:2], names)}
+    bodies: dict[str, Any] = {"position": [], "velocity": [], "shape": [], "mass": [], "kind": []}
+    for _ in range(40):
+        shape = rng.randrange(3)
+        fixed = frame["shapes"][shape].kind == "segment" or rng.random() < 0.4
+        body = {
+            "position": _place(rng, sides, lattice, frame["periodic"]),
+            "velocity": (0.0, 0.0) if fixed and rng.random() < 0.8 else _pace(rng, lattice),
+            "shape": shape,
+            "mass": math.inf if fixed else rng.choice((1.0, 1.0, 2.0)),
+            "kind": rng.choice(frame.get("kinds", (0,))),
+        }
+        more: dict[str, Any] = {key: [*bodies[key], body[key]] for key in bodies}
+        with suppress(SceneError):
+            kt.Scene(**more, **frame)
+            bodies = more
+    return kt.Scene(**bodies, **frame) if len(bodies["mass"]) >= 3 else _polygons(rng, lattice)
 
 
 def _dense(rng: random.Random) -> kt.Scene:

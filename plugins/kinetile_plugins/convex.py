@@ -63,6 +63,7 @@ from kinetile.toolbox.ticks import (
     COUNT,
     CX,
     CY,
+    FLUSH,
     HALVES,
     HEAD,
     NX,
@@ -617,6 +618,101 @@ def bent_shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) 
     return depth
 
 
+@hook
+def stays_above(above: float, rate: float, bend: float, near: float) -> float:
+    """Returns a bound below the time until a height comes down to 0: from above it; or, if it is not lower
+    than ``near`` and rises, until it comes back."""
+    inside = rate * rate - 2.0 * bend * above
+    if above <= 0.0 and (above < near or rate <= 0.0):
+        return 0.0
+    if (rate >= 0.0 and bend >= 0.0) or (inside < 0.0 and above > 0.0):
+        return math.inf
+    root = math.sqrt(larger(inside, 0.0))
+    delay = (rate + root) / -bend if rate > 0.0 else 2.0 * above / (root - rate)
+    return delay * (1.0 - 2.0**-40)
+
+
+@hook
+def bent_bound_with(k: Kernel, body: int, other: int, at: int, fat: float) -> float:
+    """Returns what ``bound_with`` does, of bodies with accelerations, up to the end of the chord of either:
+    of what is later nothing is said, as in ``disc.soonest_bent``.
+
+    Three are before the contact, and the latest counts. With h the time until that end, the relative path is
+    at most |b| h^2 / 8 away from its own chord: the difference that is fattened by that is entered on it. The
+    place has to come within the line of each face, moved out. And of the corner that it is beside, within
+    the line across the way from there. Of the last two, if it is just outside, or inside by less than the
+    strip, and leaves, it has to come back.
+    """
+    row = row_of(k, body, other)
+    if row == 0:
+        return math.inf
+    f = k.numbers
+    elapsed = since_origin(k, at)
+    one = k.places[body]
+    two = k.places[other]
+    own = k.pulls[body]
+    its = k.pulls[other]
+    bx = its.x - own.x
+    by = its.y - own.y
+    vx = two.vx - one.vx
+    vy = two.vy - one.vy
+    dx = (two.x - one.x) + (vx + 0.5 * bx * elapsed) * elapsed
+    dy = (two.y - one.y) + (vy + 0.5 * by * elapsed) * elapsed
+    vx += bx * elapsed
+    vy += by * elapsed
+    span = smaller(own.vx, its.vx) - elapsed
+    span = larger(span, 0.0)
+    h = span if span < 2.0**200 else 0.0  # without an end neither is accelerated
+    pulls = abs(bx) + abs(by)
+    away = not_before(f, row, dx, dy, vx + 0.5 * bx * h, vy + 0.5 * by * h, fat + 0.125 * pulls * h * h)
+    speeds = abs(one.vx) + abs(one.vy) + abs(two.vx) + abs(two.vy)
+    doubt = 2.0**-45 * (speeds + pulls * (abs(elapsed) + h))
+    near = -0.25 * f[row + FLUSH]
+    count = int(f[row + COUNT])
+    beside = row + HEAD if count == 1 else -1
+    for face in range(row + HEAD, row + HEAD + count * WIDE, WIDE):
+        nx = f[face + NX]
+        ny = f[face + NY]
+        if count > 1:
+            above = (nx * dx + ny * dy) - (f[face + OUT] + fat)
+            rate = (nx * vx + ny * vy) - doubt
+            away = larger(away, stays_above(above, rate, (nx * bx + ny * by) - 2.0**-45 * pulls, near))
+            before = face - WIDE if face > row + HEAD else row + HEAD + (count - 1) * WIDE
+            px = dx - f[face + CX]
+            py = dy - f[face + CY]
+            if nx * py - ny * px < -fat and f[before + NX] * py - f[before + NY] * px > fat:
+                beside = face
+    if beside >= 0 and f[row + RADIUS] > 0.0:
+        px = dx - f[beside + CX]
+        py = dy - f[beside + CY]
+        distance = math.sqrt(px * px + py * py)
+        if distance > 0.5 * f[row + RADIUS]:
+            above = distance * (1.0 - 2.0**-40) - (f[row + RADIUS] + fat)
+            rate = ((px * vx + py * vy) - fat * (abs(vx) + abs(vy))) / distance - doubt
+            bend = ((px * bx + py * by) - fat * pulls) / distance
+            least = near if count > 1 else -2.0 * fat
+            away = larger(away, stays_above(above, rate, bend, least))
+    return away if away <= span * (1.0 + 2.0**-40) + 2.0**14 * k.clock[0].tick else math.inf
+
+
+@unchecked
+@hook
+def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
+    """As ``soonest``, of bodies with accelerations: one partner after the other."""
+    fat = k.clock[0].limits.fat
+    soon = math.inf
+    rest = math.inf
+    who = NOBODY
+    for i in range(count):
+        other = k.near[i]
+        if other != body and other != barred:
+            delay = bent_bound_with(k, body, other, at, fat)
+            rest = smaller(rest, larger(soon, delay))
+            who = int(other) if delay < soon else who
+            soon = smaller(soon, delay)
+    return soon, rest, who
+
+
 meet_bent_images = first_image_of(bent_shapes_touch, bent_shapes_overlap, bent_plans_through, True)
 
 
@@ -656,6 +752,7 @@ class Convex:
             return PairParts(
                 meet=meet_bent_images if periodic else meet_bent,
                 collide=collide_bent_images if periodic else collide_bent,
+                soonest=None if periodic else bounds if scene.uniform else soonest_bent,
                 touch=touch_bent_images if periodic else touch_bent,
                 part=part_bent,
                 gap=gap,

@@ -237,8 +237,8 @@ class Scene:
         arrays = (self.position, self.velocity, None if self.shapes else self.radius, self.mass)
         more: tuple[Any, ...] = (self.start, self.settings, dict(self.origin), self.commands, self.unit)
         more += (self.kind, dict(self.responses), self.kinds, self.periodic)
-        more += (self.shape, self.shapes) if self.shapes else ()
-        more += (None, (), self.gravity, self.own_acceleration) if self.bent else ()
+        more += (self.shape, self.shapes) if self.shapes else (None, ()) if self.bent else ()
+        more += (self.gravity, self.own_acceleration) if self.bent else ()
         return (Scene, (*arrays, self.arena, (), *more))
 
     def _bits(self) -> tuple[bytes, ...]:

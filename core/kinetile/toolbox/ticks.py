@@ -27,6 +27,7 @@ from kinetile.kernel.certificates.convex import leaves as leaves
 from kinetile.kernel.certificates.convex_integers import COUNT as COUNT
 from kinetile.kernel.certificates.convex_integers import CX as CX
 from kinetile.kernel.certificates.convex_integers import CY as CY
+from kinetile.kernel.certificates.convex_integers import FLUSH as FLUSH
 from kinetile.kernel.certificates.convex_integers import HEAD as HEAD
 from kinetile.kernel.certificates.convex_integers import NX as NX
 from kinetile.kernel.certificates.convex_integers import NY as NY
