@@ -619,97 +619,161 @@ def bent_shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) 
 
 
 @hook
-def stays_above(above: float, rate: float, bend: float, near: float) -> float:
+def stays_above(above: float, rate: float, bend: float, near: float, most: float) -> float:
     """Returns a bound below the time until a height comes down to 0: from above it; or, if it is not lower
-    than ``near`` and rises, until it comes back."""
+    than ``near`` and rises, until it comes back, or ``most``."""
     inside = rate * rate - 2.0 * bend * above
+    delay = math.inf
     if above <= 0.0 and (above < near or rate <= 0.0):
-        return 0.0
-    if (rate >= 0.0 and bend >= 0.0) or (inside < 0.0 and above > 0.0):
-        return math.inf
-    root = math.sqrt(larger(inside, 0.0))
-    delay = (rate + root) / -bend if rate > 0.0 else 2.0 * above / (root - rate)
-    return delay * (1.0 - 2.0**-40)
+        delay = 0.0
+    elif bend < 0.0 or rate < 0.0:
+        root = math.sqrt(larger(inside, 0.0))
+        if inside >= 0.0 or above <= 0.0:
+            delay = (rate + root) / -bend if rate > 0.0 else 2.0 * above / (root - rate)
+    return smaller(delay * (1.0 - 2.0**-40), most if above <= 0.0 else math.inf)
 
 
 @hook
-def bent_bound_with(k: Kernel, body: int, other: int, at: int, fat: float) -> float:
-    """Returns what ``bound_with`` does, of bodies with accelerations, up to the end of the chord of either:
-    of what is later nothing is said, as in ``disc.soonest_bent``.
+def time_along(way: float, speed: float, pull: float) -> float:
+    """Returns a bound below the time that a way takes at a speed that grows."""
+    if way <= 0.0:
+        return 0.0
+    root = math.sqrt(speed * speed + 2.0 * pull * way)
+    return 2.0 * way / (speed + root) * (1.0 - 2.0**-40) if root > 0.0 else math.inf
 
-    Three are before the contact, and the latest counts. With h the time until that end, the relative path is
-    at most |b| h^2 / 8 away from its own chord: the difference that is fattened by that is entered on it. The
-    place has to come within the line of each face, moved out. And of the corner that it is beside, within
-    the line across the way from there. Of the last two, if it is just outside, or inside by less than the
-    strip, and leaves, it has to come back.
+
+@hook
+def not_before_bent(
+    f: Numbers,
+    row: int,
+    fat: float,
+    span: float,
+    doubt: float,
+    way: tuple[float, float, float, float, float, float],
+) -> float:
+    """Returns a bound below the time until a place enters a difference, fattened, on a bent way: place,
+    velocity and acceleration along x and y; up to a span of time.
+
+    The latest of these counts. The way is at most |b| h^2 / 8 away from its chord, h being the span: the
+    difference that is fattened by that is entered on it. The place has to come within the line of each face,
+    moved out by R; and of the corner that it is beside, within the line across the way from there. One that
+    touches there, or is inside by a rounding, and leaves, has to come back first: without a margin it would
+    have to be inside by the strip, and with one that face or corner is nearest as long as it is over it.
     """
-    row = row_of(k, body, other)
-    if row == 0:
-        return math.inf
-    f = k.numbers
-    elapsed = since_origin(k, at)
-    one = k.places[body]
-    two = k.places[other]
-    own = k.pulls[body]
-    its = k.pulls[other]
-    bx = its.x - own.x
-    by = its.y - own.y
-    vx = two.vx - one.vx
-    vy = two.vy - one.vy
-    dx = (two.x - one.x) + (vx + 0.5 * bx * elapsed) * elapsed
-    dy = (two.y - one.y) + (vy + 0.5 * by * elapsed) * elapsed
-    vx += bx * elapsed
-    vy += by * elapsed
-    span = smaller(own.vx, its.vx) - elapsed
-    span = larger(span, 0.0)
-    h = span if span < 2.0**200 else 0.0  # without an end neither is accelerated
+    dx, dy, vx, vy, bx, by = way
     pulls = abs(bx) + abs(by)
-    away = not_before(f, row, dx, dy, vx + 0.5 * bx * h, vy + 0.5 * by * h, fat + 0.125 * pulls * h * h)
-    speeds = abs(one.vx) + abs(one.vy) + abs(two.vx) + abs(two.vy)
-    doubt = 2.0**-45 * (speeds + pulls * (abs(elapsed) + h))
-    near = -0.25 * f[row + FLUSH]
+    speed = abs(vx) + abs(vy)
+    reach = f[row + RADIUS]
+    away = not_before(
+        f, row, dx, dy, vx + 0.5 * bx * span, vy + 0.5 * by * span, fat + 0.125 * pulls * span * span
+    )
     count = int(f[row + COUNT])
     beside = row + HEAD if count == 1 else -1
-    for face in range(row + HEAD, row + HEAD + count * WIDE, WIDE):
+    ends = math.inf
+    for face in range(row + HEAD, row + HEAD + count * WIDE if count > 1 else 0, WIDE):
         nx = f[face + NX]
         ny = f[face + NY]
-        if count > 1:
-            above = (nx * dx + ny * dy) - (f[face + OUT] + fat)
-            rate = (nx * vx + ny * vy) - doubt
-            away = larger(away, stays_above(above, rate, (nx * bx + ny * by) - 2.0**-45 * pulls, near))
-            before = face - WIDE if face > row + HEAD else row + HEAD + (count - 1) * WIDE
-            px = dx - f[face + CX]
-            py = dy - f[face + CY]
-            if nx * py - ny * px < -fat and f[before + NX] * py - f[before + NY] * px > fat:
+        last = row + HEAD + (count - 1) * WIDE
+        after = row + HEAD if face == last else face + WIDE
+        before = last if face == row + HEAD else face - WIDE
+        px = dx - f[face + CX]
+        py = dy - f[face + CY]
+        along = nx * py - ny * px
+        most = math.inf
+        near = -0.5 * fat - 0.75 * f[row + FLUSH]
+        if reach > 0.0:
+            near = -2.0 * fat
+            beyond = ny * (dx - f[after + CX]) - nx * (dy - f[after + CY])
+            most = time_along(smaller(along, beyond) - 2.0 * fat, speed, pulls)
+            past = f[before + NX] * py - f[before + NY] * px
+            if along < -2.0 * fat and past > 2.0 * fat:
                 beside = face
-    if beside >= 0 and f[row + RADIUS] > 0.0:
+                ends = time_along(smaller(-along, past) - 2.0 * fat, speed, pulls)
+        above = (nx * dx + ny * dy) - (f[face + OUT] + fat)
+        rate = (nx * vx + ny * vy) - doubt
+        away = larger(away, stays_above(above, rate, (nx * bx + ny * by) - 2.0**-45 * pulls, near, most))
+    if beside >= 0 and reach > 0.0:
         px = dx - f[beside + CX]
         py = dy - f[beside + CY]
         distance = math.sqrt(px * px + py * py)
-        if distance > 0.5 * f[row + RADIUS]:
-            above = distance * (1.0 - 2.0**-40) - (f[row + RADIUS] + fat)
-            rate = ((px * vx + py * vy) - fat * (abs(vx) + abs(vy))) / distance - doubt
+        if distance > 0.5 * reach:
+            above = distance * (1.0 - 2.0**-40) - (reach + fat)
+            rate = ((px * vx + py * vy) - fat * speed) / distance - doubt
             bend = ((px * bx + py * by) - fat * pulls) / distance
-            least = near if count > 1 else -2.0 * fat
-            away = larger(away, stays_above(above, rate, bend, least))
-    return away if away <= span * (1.0 + 2.0**-40) + 2.0**14 * k.clock[0].tick else math.inf
+            away = larger(away, stays_above(above, rate, bend, -2.0 * fat - 2.0**-39 * distance, ends))
+    return away
 
 
 @unchecked
 @hook
 def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
-    """As ``soonest``, of bodies with accelerations: one partner after the other."""
-    fat = k.clock[0].limits.fat
+    """As ``soonest``, of bodies with accelerations, up to the end of the chord of either, as in
+    ``disc.soonest_bent``: of what is later nothing is said. By upright boxes first, eight at a time, on the
+    chords of relative ways."""
+    limits = k.clock[0].limits
+    fill(k.near, count, body)
+    elapsed = spread(since_origin(k, at))
+    one = k.places[body]
+    own = k.pulls[body]
+    mine = k.sides[body]
+    zero = spread(0.0)
+    half = spread(0.5)
+    eighth = spread(0.125)
+    far = spread(2.0**200)
+    more = spread(1.0 + 2.0**-40)
+    room = spread(2.0**14 * k.clock[0].tick)
+    fat = limits.fat
+    own_speed = abs(one.vx) + abs(one.vy)
     soon = math.inf
     rest = math.inf
     who = NOBODY
-    for i in range(count):
-        other = k.near[i]
-        if other != body and other != barred:
-            delay = bent_bound_with(k, body, other, at, fat)
-            rest = smaller(rest, larger(soon, delay))
-            who = int(other) if delay < soon else who
-            soon = smaller(soon, delay)
+    for start in range(0, count, LANES):
+        x, y, vx, vy = places(k.places, k.near, start)
+        ax, ay, ends, _ = places(k.pulls, k.near, start)
+        left, right, down, up = places(k.sides, k.near, start)
+        bx = ax - spread(own.x)
+        by = ay - spread(own.y)
+        dvx = vx - spread(one.vx)
+        dvy = vy - spread(one.vy)
+        dx = (x - spread(one.x)) + (dvx + half * bx * elapsed) * elapsed
+        dy = (y - spread(one.y)) + (dvy + half * by * elapsed) * elapsed
+        dvx = dvx + bx * elapsed
+        dvy = dvy + by * elapsed
+        span = choose(ends < spread(own.vx), ends, spread(own.vx)) - elapsed
+        span = choose(span > zero, span, zero)
+        h = choose(span < far, span, zero)  # without an end neither is accelerated
+        pulls = choose(bx < zero, zero - bx, bx) + choose(by < zero, zero - by, by)
+        wide = spread(fat) + pulls * h * h * eighth
+        cx = dvx + half * bx * h
+        cy = dvy + half * by * h
+        begins, leaves = within(
+            zero - (spread(mine.left) + wide + right) - dx, (spread(mine.right) + wide + left) - dx, cx
+        )
+        enters, passes = within(
+            zero - (spread(mine.down) + wide + up) - dy, (spread(mine.up) + wide + down) - dy, cy
+        )
+        delay = choose(begins < enters, enters, begins)
+        leaves = choose(leaves < passes, leaves, passes)
+        delay = choose(delay > zero, delay, zero)
+        may = (delay <= leaves) & (delay <= span * more + room) & (delay < spread(rest))
+        found = bits(may)
+        while found != 0:
+            i = lowest_bit(found)
+            found &= found - 1
+            other = k.near[start + i]
+            row = row_of(k, body, other)
+            if other != body and other != barred and row > 0 and lane(delay, i) < rest:
+                two = k.places[other]
+                bends = abs(lane(bx, i)) + abs(lane(by, i))
+                until = lane(h, i)
+                speeds = own_speed + abs(two.vx) + abs(two.vy)
+                doubt = 2.0**-45 * (speeds + bends * (abs(since_origin(k, at)) + until))
+                way = (lane(dx, i), lane(dy, i), lane(dvx, i), lane(dvy, i), lane(bx, i), lane(by, i))
+                wait = larger(lane(delay, i), not_before_bent(k.numbers, row, fat, until, doubt, way))
+                if wait <= lane(span * more + room, i):
+                    rest = smaller(rest, larger(soon, wait))
+                    who = int(other) if wait < soon else who
+                    soon = smaller(soon, wait)
     return soon, rest, who
 
 

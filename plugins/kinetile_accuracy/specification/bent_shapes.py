@@ -270,5 +270,3 @@ def _all(sets: Sequence[Runs]) -> Runs:
 def _first(runs: Runs, start: int) -> int | None:
     """Returns the first n of a set from ``start`` on."""
     return min((max(low, start) for low, high in runs if high > start), default=None)
-
-

@@ -17,8 +17,8 @@ none moves it on: each is below 0 in at most two pieces, so that ends soon.
   nearest at the tick's end, and is within R of it there: for a corner rule 5a.
 * *Parting* is in the first tick at whose end d is farther than R from M.
 
-The sign of a measure is computed in sums of two doubles, and where their error leaves it open, by
-``bent_convex_integers``.
+The sign of a measure is computed in doubles, where their error leaves it open in sums of two of them, and at
+last by ``bent_convex_integers``.
 
 Error bounds
 ============
@@ -30,7 +30,9 @@ products, four sums and the error of the place that is less than 80 u^2 of them 
 512 u^2. The distance of a line moved out by R is a sum of two doubles that is right to u^2 of itself. The
 strip times the length of the vector is rounded three times: **2^-50** of it. The rate in the middle of a tick
 is a velocity, off by 12 u^2 S, and an acceleration times a time, S + |b| t being the sizes: the same bound
-holds. ``AWAY`` has d less a corner for the vector, off by 2^-101 X itself: as much again.
+holds. ``AWAY`` has d less a corner for the vector, off by 2^-101 X itself: as much again. In doubles alone
+(``roughly``) all that is made of two doubles is taken for the first, and each of at most ten operations
+rounds off u of a size: **2^-48** is 32 u.
 """
 
 from __future__ import annotations
@@ -96,9 +98,7 @@ from kinetile.kernel.tables import NEVER
 @hook
 def shifted(axis: BentAxis, corner: float, low: float) -> BentAxis:
     """Return the plans along an axis with the coordinate of a corner taken off the second body's place."""
-    return BentAxis(
-        axis.x, axis.v, axis.a, axis.x2, axis.v2, axis.a2, axis.turns, axis.period, corner, low
-    )
+    return BentAxis(axis.x, axis.v, axis.a, axis.x2, axis.v2, axis.a2, axis.turns, axis.period, corner, low)
 
 
 @hook
@@ -170,6 +170,47 @@ def measured(
     return value, error if size < LARGE and x_size < LARGE and y_size < LARGE else math.inf
 
 
+@hook
+def roughly(
+    f: Numbers, row: int, face: int, kind: int, order: int, x: Way, y: Way, count: int, tick: float
+) -> tuple[float, float]:
+    """Return what ``measured`` does, in doubles."""
+    vx = f[face + TX]
+    vy = f[face + TY]
+    if kind <= LINE:
+        vx, vy = vy, -vx
+    elif kind == AWAY:
+        vx = x.d - f[face + CX]
+        vy = y.d - f[face + CY]
+    t = float(count) * tick
+    ax = x.b
+    ay = y.b
+    x_size = abs(ax)
+    y_size = abs(ay)
+    if order == VALUE:
+        corner = next_corner(f, row, face) if kind == BEYOND else face
+        x_size = x.size + (x.speed + x_size * t) * t + abs(f[corner + CX])
+        y_size = y.size + (y.speed + y_size * t) * t + abs(f[corner + CY])
+        ax = (x.d + (x.u + 0.5 * ax * t) * t) - f[corner + CX]
+        ay = (y.d + (y.u + 0.5 * ay * t) * t) - f[corner + CY]
+    elif order == RATE:
+        t += 0.5 * tick
+        ax = x.u + ax * t
+        ay = y.u + ay * t
+        x_size = x.speed + x_size * t
+        y_size = y.speed + y_size * t
+    value = ax * vx + ay * vy
+    size = x_size * abs(vx) + y_size * abs(vy)
+    if kind == AWAY:
+        size += (x.size + abs(f[face + CX])) * x_size + (y.size + abs(f[face + CY])) * y_size
+    elif order == VALUE and kind <= STRIP:
+        away = (f[row + RADIUS] if kind == GAP else -f[row + FLUSH]) * math.sqrt(vx * vx + vy * vy)
+        value -= away
+        size += abs(away)
+    error = 2.0**-48 * size + TINY
+    return value, error if size < LARGE and x_size < LARGE and y_size < LARGE else math.inf
+
+
 @subroutine
 def sign_of(
     f: Numbers,
@@ -183,6 +224,11 @@ def sign_of(
     count: int,
 ) -> int:
     """Return the sign of a measure, of its rate or of its bend, exactly."""
+    value, error = roughly(f, row, face, kind, order, x, y, count, plans.tick)
+    if value > error:
+        return 1
+    if value < -error:
+        return -1
     value, error = measured(f, row, face, kind, order, x, y, count, plans.tick)
     if value > error:
         return 1
@@ -196,9 +242,9 @@ def guess_of(
     f: Numbers, row: int, face: int, kind: int, order: int, way: int, x: Way, y: Way, tick: float
 ) -> int:
     """Return about after how many ticks a measure, times ``way``, falls below 0, or its rate changes sign."""
-    first, _ = measured(f, row, face, kind, VALUE, x, y, 0, tick)
-    rate, _ = measured(f, row, face, kind, RATE, x, y, 0, tick)
-    bend, _ = measured(f, row, face, kind, BEND, x, y, 0, tick)
+    first, _ = roughly(f, row, face, kind, VALUE, x, y, 0, tick)
+    rate, _ = roughly(f, row, face, kind, RATE, x, y, 0, tick)
+    bend, _ = roughly(f, row, face, kind, BEND, x, y, 0, tick)
     first *= float(way)
     rate *= float(way)
     bend *= float(way)
@@ -282,9 +328,7 @@ def next_falling(
 
 
 @subroutine
-def first_inside(
-    f: Numbers, row: int, kind: int, plans: BentPlans, x: Way, y: Way, start: int
-) -> int:
+def first_inside(f: Numbers, row: int, kind: int, plans: BentPlans, x: Way, y: Way, start: int) -> int:
     """Return the first count from ``start`` on at which a place is inside the lines of all faces."""
     count = int(f[row + COUNT])
     here = start
@@ -350,9 +394,7 @@ def face_before(f: Numbers, row: int, face: int) -> int:
 
 
 @subroutine
-def first_beside(
-    f: Numbers, row: int, corner: int, plans: BentPlans, x: Way, y: Way, start: int
-) -> int:
+def first_beside(f: Numbers, row: int, corner: int, plans: BentPlans, x: Way, y: Way, start: int) -> int:
     """Return the first count from ``start`` on at which a place is over neither of the faces at a corner, but
     between them."""
     before = face_before(f, row, corner)
@@ -367,9 +409,7 @@ def first_beside(
 
 
 @subroutine
-def nearer_to_corner(
-    f: Numbers, row: int, corner: int, plans: BentPlans, x: Way, y: Way, start: int
-) -> int:
+def nearer_to_corner(f: Numbers, row: int, corner: int, plans: BentPlans, x: Way, y: Way, start: int) -> int:
     """Return the first tick from ``start`` on at whose end a corner is nearest, and in which rule 5a holds of
     the disc around it."""
     own = from_corner(f, corner, plans)
@@ -385,9 +425,7 @@ def nearer_to_corner(
 
 
 @subroutine
-def nearer_to_face(
-    f: Numbers, row: int, face: int, plans: BentPlans, x: Way, y: Way, start: int
-) -> int:
+def nearer_to_face(f: Numbers, row: int, face: int, plans: BentPlans, x: Way, y: Way, start: int) -> int:
     """Return the first tick from ``start`` on at whose end a place is over a face and within R of it, and in
     which it comes nearer."""
     here = start + 1

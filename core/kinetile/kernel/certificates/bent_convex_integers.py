@@ -132,9 +132,7 @@ def compared(m: Cells, gap: int, width: float, low: float, first: int, end: int)
 
 
 @apart
-def sign_exactly(
-    f: Numbers, row: int, face: int, kind: int, order: int, plans: BentPlans, count: int
-) -> int:
+def sign_exactly(f: Numbers, row: int, face: int, kind: int, order: int, plans: BentPlans, count: int) -> int:
     """Return the sign of a measure, of its rate or of its bend; 1 of what has no room."""
     m = zeros(WHOLE)
     first, end = read_in_bent(m, f, row, plans)

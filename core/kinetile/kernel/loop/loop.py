@@ -398,7 +398,7 @@ def resolve(k: Kernel, s: Any, h: int, kind: int, at: int, until: int, budget: i
     if PERIODIC:
         await_through(k, h)
     if tick >= entry.guard and entry.guard != NEVER:  # another of those near h may come first
-        ask_all_exactly(k, s, h)
+        ask_all_exactly(k, s, h, other, tick, at)
         return REFILE, at
     entry.tick = tick
     entry.exact = 1

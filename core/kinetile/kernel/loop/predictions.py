@@ -158,13 +158,30 @@ def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> t
 
 
 @template
-def ask_all_exactly(k: Kernel, s: Any, h: int) -> None:
-    """Compute the contacts with all that is near a body exactly: bounds could not tell which is first."""
+def ask_all_exactly(k: Kernel, s: Any, h: int, known: int, tick: int, at: int) -> None:
+    """Compute the contacts with all that is near a body exactly: bounds could not tell which is first. That
+    with ``known`` is at a tick. Where bodies are accelerated differently it may have been a guess of two that
+    have just met, at once: one more look at the bounds of the others mostly tells."""
     count = near(k, s, h)
     if PASSING and not PERIODIC:
         count = leaves_out(k, h, count)
-    first, second, who = soonest_exactly(k, h, count, left_out(k, h), h)
     entry = k.queue[h]
+    told = False
+    if MIXED and BOUNDS:
+        first, second, who = tick, NEVER, known
+        per_time = k.clock[0].per_time
+        soon, rest, other = soonest(k, h, count, known, at)
+        if other != NOBODY and not_before(at, soon * per_time) < tick:
+            k.counts[0].exact += 1
+            older = elder(k, h, other)
+            second = meeting(k, older, h + other - older)
+            if second < tick:
+                first, second, who = second, tick, other
+            soon = rest
+        second = smaller(second, not_before(at, soon * per_time))
+        told = first < second or second == NEVER
+    if not told:
+        first, second, who = soonest_exactly(k, h, count, left_out(k, h), h)
     entry.tick = first
     entry.guard = second
     entry.partner = who
