@@ -73,8 +73,8 @@ from kinetile.toolbox.ticks import (
     RADIUS,
     RANK,
     WIDE,
-    Numbers,
     BentPlans,
+    Numbers,
     Plans,
     bent_enters,
     bent_leaves,
@@ -630,7 +630,7 @@ def stays_above(above: float, rate: float, bend: float, near: float, most: float
         root = math.sqrt(larger(inside, 0.0))
         if inside >= 0.0 or above <= 0.0:
             delay = (rate + root) / -bend if rate > 0.0 else 2.0 * above / (root - rate)
-    return smaller(delay * (1.0 - 2.0**-40), most if above <= 0.0 else math.inf)
+    return float(smaller(delay * (1.0 - 2.0**-40), most if above <= 0.0 else math.inf))
 
 
 @hook

@@ -158,7 +158,7 @@ def met_through(k: Kernel, early: int, late: int, plans: BentPlans) -> bool:
         m = sense * (int(plans.x.turns) - (k.images[late].kx - image.kx))
         n = sense * (int(plans.y.turns) - (k.images[late].ky - image.ky))
         met = m == image.last_m and n == image.last_n
-    return met
+    return bool(met)
 
 
 @hook

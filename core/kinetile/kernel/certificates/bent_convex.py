@@ -304,9 +304,8 @@ def next_below(
     if falls >= LIMIT:
         return NEVER
     stops = LIMIT
-    if way * sign_of(f, row, face, kind, BEND, plans, x, y, 0) > 0:
-        if way * sign_of(f, row, face, kind, RATE, plans, x, y, LIMIT) >= 0:
-            stops = first_with(f, row, face, kind, RATE, -way, 1, plans, x, y, falls, LIMIT)
+    if way * sign_of(f, row, face, kind, RATE, plans, x, y, LIMIT) >= 0:
+        stops = first_with(f, row, face, kind, RATE, -way, 1, plans, x, y, falls, LIMIT)
     if way * sign_of(f, row, face, kind, VALUE, plans, x, y, stops) >= closed:
         return NEVER
     return first_with(f, row, face, kind, VALUE, way, closed, plans, x, y, falls, stops)
@@ -403,7 +402,7 @@ def first_beside(f: Numbers, row: int, corner: int, plans: BentPlans, x: Way, y:
         there = next_below(f, row, corner, ALONG, 1, 1, plans, x, y, here)
         if there != NEVER:
             there = next_below(f, row, before, BEYOND, -1, 1, plans, x, y, there)
-        if there == NEVER or there == here:
+        if there == NEVER or there == here:  # noqa: SIM109 - no tuple in a hook
             return there
         here = there
 
@@ -440,7 +439,7 @@ def nearer_to_face(f: Numbers, row: int, face: int, plans: BentPlans, x: Way, y:
         if there != NEVER:
             falls = next_falling(f, row, face, LINE, 1, plans, x, y, there - 1)
             there = falls + 1 if falls < LIMIT else NEVER
-        if there == NEVER or there == here:
+        if there == NEVER or there == here:  # noqa: SIM109 - no tuple in a hook
             return NEVER if there == NEVER else int(there - 1)
         here = there
 

@@ -64,7 +64,8 @@ from kinetile.kernel.compiled import Numbers, apart, hook, subroutine, zeros
 
 GAP, STRIP, LINE, ALONG, BEYOND, AWAY = range(6)
 """Measures: beyond the line of a face moved out by R, or in by the strip, or as it is; along a face from its
-first corner, and from its last; and, of rates alone, away from a corner, as the place is at the later anchor."""
+first corner, and from its last; and, of rates alone, away from a corner, from where the place is at the later
+anchor."""
 
 VALUE, RATE, BEND = range(3)
 """What is asked of a measure: itself, what a tick adds to it, and half of what that changes by."""
