@@ -22,16 +22,25 @@ MOST = 60
 def test_a_drawn_game_has_one_list_by_the_rules_and_under_every_phase(seed: int) -> None:
     """Lattices with exact ties and others, with pegs, own accelerations, kinds, and commands. Where
     bodies come to rest on each other a run ends before the list does."""
-    game = games.draw_bent_game(seed)
-    wanted = by_the_rules.answer_of_game(game, MOST)
+    one_list(games.draw_bent_game(seed), PHASES)
+
+
+@pytest.mark.parametrize("seed", first(2, range(100)))
+def test_a_drawn_game_of_shapes_has_one_list(seed: int) -> None:
+    """Convex shapes, with margins or not, among obstacles, also beside a periodic axis."""
+    one_list(games.draw_bent_game_of_shapes(seed), ("naive", "cells", "sap-1d"), 25)
+
+
+def one_list(game: kt.Scene, phases: tuple[str, ...], most: int = MOST) -> None:
+    wanted = by_the_rules.answer_of_game(game, most)
     played = 0
-    for phase in PHASES:
+    for phase in phases:
         ended = False
         with suppress(Refused):
             kt.Simulation(game, phase).build()
             sim = kt.Simulation(game, phase)
             try:
-                sim.run(max_contacts=MOST)
+                sim.run(max_contacts=most)
             except (MissedContactError, NoRoom, ZenoError):
                 ended = True
             found = by_the_rules.rows(sim)

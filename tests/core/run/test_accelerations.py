@@ -62,6 +62,46 @@ def test_what_stops_at_a_wall_to_which_it_is_pulled_ends_the_run_until_a_command
     sim.run(8.0)
 
 
+BOX = kt.box(2.0, 1.0)
+TRIANGLE = kt.polygon([(-0.5, -0.5), (0.5, -0.5), (0.0, 0.5)])
+CAPSULE = kt.capsule((-0.5, 0.0), (0.5, 0.0), 0.5)
+FALLING = {"disc": kt.disc(0.5), "box": kt.box(1.0, 1.0), "triangle": TRIANGLE, "capsule": CAPSULE}
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("name", FALLING)
+@pytest.mark.parametrize("phase", ("naive", "cells", "sap-2d"))
+def test_what_falls_on_a_box_is_back_at_times_of_the_formula(name, phase):
+    """Each reaches half a unit down, and begins half a unit above the box."""
+    scene = kt.Scene(
+        [[2.0, 1.0], [2.0, 2.5]],
+        [[0.0, 0.0], [0.0, 0.0]],
+        mass=[math.inf, 1.0],
+        arena=(4.0, 8.0),
+        shapes=[BOX, FALLING[name]],
+        shape=[0, 1],
+        gravity=(0.0, -1.0),
+    )
+    assert contacts(scene, 8.0, phase) == [(time, 0, 1) for time in (1.0, 3.0, 5.0, 7.0)]
+
+
+@pytest.mark.small
+@pytest.mark.parametrize(("ulps", "times"), [(-1, 1), (0, 0), (1, 0)])
+def test_a_ball_is_thrown_past_the_tip_of_a_triangle_by_an_ulp(ulps, times):
+    """Its vertex is right above the tip, where it would be tangent."""
+    height = 2.0 + ulps * math.ulp(2.0)
+    thrown = kt.Scene(
+        [[2.0, height], [4.0, 1.5]],
+        [[1.0, 0.5], [0.0, 0.0]],
+        mass=[1.0, math.inf],
+        arena=(8.0, 8.0),
+        shapes=[kt.disc(0.5), TRIANGLE],
+        shape=[0, 1],
+        gravity=(0.0, -0.25),
+    )
+    assert len(contacts(thrown, 4.0)) == times
+
+
 def lane(gap: float) -> kt.Scene:
     """A car with a speed of 4 that brakes by 1, so that it stops after 8, behind one that stands."""
     places = [[0.5, 0.5], [1.5 + gap, 0.5]]

@@ -68,7 +68,7 @@ def check(seed: int) -> tuple[int, int]:
         start = 0.0 if rng.random() < 0.6 else number(3)
         paths.append(np.array([start, speeds[0], pulls[0], start + away, speeds[1], pulls[1]]))
     elapsed = rng.choice((0, 0, 1, 1 << 52, rng.randint(0, 1 << 53)))
-    since = rng.choice((0, 0, 0, 1 << 51, rng.randint(0, 1 << 54)))
+    since = 0 if met else rng.choice((0, 0, 1 << 51, rng.randint(0, 1 << 54)))
     frame = Frame(None, 0)
     (x, y), ends = (path.tolist() for path in paths), ((0, 0), (3, elapsed))
     plans = [
