@@ -70,7 +70,7 @@ FALLING = {"disc": kt.disc(0.5), "box": kt.box(1.0, 1.0), "triangle": TRIANGLE, 
 
 @pytest.mark.small
 @pytest.mark.parametrize("name", FALLING)
-@pytest.mark.parametrize("phase", ("naive", "cells", "sap-2d"))
+@pytest.mark.parametrize("phase", ["naive", "cells", "sap-2d"])
 def test_what_falls_on_a_box_is_back_at_times_of_the_formula(name, phase):
     """Each reaches half a unit down, and begins half a unit above the box."""
     scene = kt.Scene(

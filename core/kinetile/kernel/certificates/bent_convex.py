@@ -38,6 +38,7 @@ rounds off u of a size: **2^-48** is 32 u.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from kinetile.kernel.certificates.bent import (
     Way,
@@ -95,6 +96,22 @@ from kinetile.kernel.compiled import Numbers, apart, hook, larger, smaller, subr
 from kinetile.kernel.tables import NEVER
 
 
+class Course(NamedTuple):
+    """How the second body moves, seen from the first, and where the row of their difference begins."""
+
+    row: int
+    plans: BentPlans
+    x: Way
+    y: Way
+
+
+@hook
+def course_of(row: int, plans: BentPlans) -> Course:
+    """Return what the measures of two bodies are made of."""
+    x, y = ways(plans)
+    return Course(row, plans, x, y)
+
+
 @hook
 def shifted(axis: BentAxis, corner: float, low: float) -> BentAxis:
     """Return the plans along an axis with the coordinate of a corner taken off the second body's place."""
@@ -110,9 +127,7 @@ def from_corner(f: Numbers, corner: int, plans: BentPlans) -> BentPlans:
 
 
 @subroutine
-def measured(
-    f: Numbers, row: int, face: int, kind: int, order: int, x: Way, y: Way, count: int, tick: float
-) -> tuple[float, float]:
+def measured(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> tuple[float, float]:
     """Return a measure after a number of ticks, or its rate in the tick that begins there, or twice what it
     bends by, as ``order`` says; and how far that can be off."""
     vx = f[face + TX]
@@ -123,18 +138,18 @@ def measured(
     if kind <= LINE:
         vx, vx_low, vy, vy_low = vy, vy_low, -vx, -vx_low
     elif kind == AWAY:
-        vx, vx_low = total(x.d, x.low, -f[face + CX], -f[face + CX_LOW])
-        vy, vy_low = total(y.d, y.low, -f[face + CY], -f[face + CY_LOW])
+        vx, vx_low = total(w.x.d, w.x.low, -f[face + CX], -f[face + CX_LOW])
+        vy, vy_low = total(w.y.d, w.y.low, -f[face + CY], -f[face + CY_LOW])
         more = 2.0
     extra = 0.0
     extra_low = 0.0
     unsure = 0.0
-    t, rest = time_of(count, tick)
+    t, rest = time_of(count, w.plans.tick)
     if order == VALUE:
-        ax, ax_low, x_size = place_at(x, t, rest)
-        ay, ay_low, y_size = place_at(y, t, rest)
+        ax, ax_low, x_size = place_at(w.x, t, rest)
+        ay, ay_low, y_size = place_at(w.y, t, rest)
         if kind >= LINE:
-            corner = next_corner(f, row, face) if kind == BEYOND else face
+            corner = next_corner(f, w.row, face) if kind == BEYOND else face
             ax, ax_low = total(ax, ax_low, -f[corner + CX], -f[corner + CX_LOW])
             ay, ay_low = total(ay, ay_low, -f[corner + CY], -f[corner + CY_LOW])
             x_size += abs(f[corner + CX])
@@ -143,27 +158,27 @@ def measured(
             extra = f[face + FAR_OUT]
             extra_low = f[face + FAR_LOW]
         if kind == STRIP:
-            within = f[row + FLUSH] * math.sqrt(vx * vx + vy * vy)
+            within = f[w.row + FLUSH] * math.sqrt(vx * vx + vy * vy)
             extra, extra_low = total(extra, extra_low, -within, 0.0)
             unsure = 2.0**-50 * within
     elif order == RATE:
-        t, rest = total(t, rest, 0.5 * tick, 0.0)
-        ax, ax_low = times(x.b, x.c, t, rest)
-        ay, ay_low = times(y.b, y.c, t, rest)
-        ax, ax_low = total(ax, ax_low, x.u, x.w)
-        ay, ay_low = total(ay, ay_low, y.u, y.w)
-        x_size = x.speed + abs(x.b) * t
-        y_size = y.speed + abs(y.b) * t
+        t, rest = total(t, rest, 0.5 * w.plans.tick, 0.0)
+        ax, ax_low = times(w.x.b, w.x.c, t, rest)
+        ay, ay_low = times(w.y.b, w.y.c, t, rest)
+        ax, ax_low = total(ax, ax_low, w.x.u, w.x.w)
+        ay, ay_low = total(ay, ay_low, w.y.u, w.y.w)
+        x_size = w.x.speed + abs(w.x.b) * t
+        y_size = w.y.speed + abs(w.y.b) * t
     else:
-        ax, ax_low, ay, ay_low = x.b, x.c, y.b, y.c
-        x_size = abs(x.b)
-        y_size = abs(y.b)
+        ax, ax_low, ay, ay_low = w.x.b, w.x.c, w.y.b, w.y.c
+        x_size = abs(w.x.b)
+        y_size = abs(w.y.b)
     across, across_low = times(ax, ax_low, vx, vx_low)
     up, up_low = times(ay, ay_low, vy, vy_low)
     value, low = total(across, across_low, up, up_low)
     value, low = total(value, low, -extra, -extra_low)
     if kind == AWAY:
-        size = (x.size + abs(f[face + CX])) * x_size + (y.size + abs(f[face + CY])) * y_size
+        size = (w.x.size + abs(f[face + CX])) * x_size + (w.y.size + abs(f[face + CY])) * y_size
     else:
         size = abs(vx) * (x_size + abs(ax)) + abs(vy) * (y_size + abs(ay)) + abs(extra)
     error = more * 2.0**-97 * size + unsure + TINY
@@ -171,40 +186,38 @@ def measured(
 
 
 @hook
-def roughly(
-    f: Numbers, row: int, face: int, kind: int, order: int, x: Way, y: Way, count: int, tick: float
-) -> tuple[float, float]:
+def roughly(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> tuple[float, float]:
     """Return what ``measured`` does, in doubles."""
     vx = f[face + TX]
     vy = f[face + TY]
     if kind <= LINE:
         vx, vy = vy, -vx
     elif kind == AWAY:
-        vx = x.d - f[face + CX]
-        vy = y.d - f[face + CY]
-    t = float(count) * tick
-    ax = x.b
-    ay = y.b
+        vx = w.x.d - f[face + CX]
+        vy = w.y.d - f[face + CY]
+    t = float(count) * w.plans.tick
+    ax = w.x.b
+    ay = w.y.b
     x_size = abs(ax)
     y_size = abs(ay)
     if order == VALUE:
-        corner = next_corner(f, row, face) if kind == BEYOND else face
-        x_size = x.size + (x.speed + x_size * t) * t + abs(f[corner + CX])
-        y_size = y.size + (y.speed + y_size * t) * t + abs(f[corner + CY])
-        ax = (x.d + (x.u + 0.5 * ax * t) * t) - f[corner + CX]
-        ay = (y.d + (y.u + 0.5 * ay * t) * t) - f[corner + CY]
+        corner = next_corner(f, w.row, face) if kind == BEYOND else face
+        x_size = w.x.size + (w.x.speed + x_size * t) * t + abs(f[corner + CX])
+        y_size = w.y.size + (w.y.speed + y_size * t) * t + abs(f[corner + CY])
+        ax = (w.x.d + (w.x.u + 0.5 * ax * t) * t) - f[corner + CX]
+        ay = (w.y.d + (w.y.u + 0.5 * ay * t) * t) - f[corner + CY]
     elif order == RATE:
-        t += 0.5 * tick
-        ax = x.u + ax * t
-        ay = y.u + ay * t
-        x_size = x.speed + x_size * t
-        y_size = y.speed + y_size * t
+        t += 0.5 * w.plans.tick
+        ax = w.x.u + ax * t
+        ay = w.y.u + ay * t
+        x_size = w.x.speed + x_size * t
+        y_size = w.y.speed + y_size * t
     value = ax * vx + ay * vy
     size = x_size * abs(vx) + y_size * abs(vy)
     if kind == AWAY:
-        size += (x.size + abs(f[face + CX])) * x_size + (y.size + abs(f[face + CY])) * y_size
+        size += (w.x.size + abs(f[face + CX])) * x_size + (w.y.size + abs(f[face + CY])) * y_size
     elif order == VALUE and kind <= STRIP:
-        away = (f[row + RADIUS] if kind == GAP else -f[row + FLUSH]) * math.sqrt(vx * vx + vy * vy)
+        away = (f[w.row + RADIUS] if kind == GAP else -f[w.row + FLUSH]) * math.sqrt(vx * vx + vy * vy)
         value -= away
         size += abs(away)
     error = 2.0**-48 * size + TINY
@@ -212,129 +225,93 @@ def roughly(
 
 
 @subroutine
-def sign_of(
-    f: Numbers,
-    row: int,
-    face: int,
-    kind: int,
-    order: int,
-    plans: BentPlans,
-    x: Way,
-    y: Way,
-    count: int,
-) -> int:
+def sign_of(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> int:
     """Return the sign of a measure, of its rate or of its bend, exactly."""
-    value, error = roughly(f, row, face, kind, order, x, y, count, plans.tick)
+    value, error = roughly(f, w, face, kind, order, count)
     if value > error:
         return 1
     if value < -error:
         return -1
-    value, error = measured(f, row, face, kind, order, x, y, count, plans.tick)
+    value, error = measured(f, w, face, kind, order, count)
     if value > error:
         return 1
     if value < -error:
         return -1
-    return int(sign_exactly(f, row, face, kind, order, plans, count))
+    return int(sign_exactly(f, w.row, face, kind, order, w.plans, count))
 
 
 @subroutine
-def guess_of(
-    f: Numbers, row: int, face: int, kind: int, order: int, way: int, x: Way, y: Way, tick: float
-) -> int:
+def guess_of(f: Numbers, w: Course, face: int, kind: int, order: int, way: int) -> int:
     """Return about after how many ticks a measure, times ``way``, falls below 0, or its rate changes sign."""
-    first, _ = roughly(f, row, face, kind, VALUE, x, y, 0, tick)
-    rate, _ = roughly(f, row, face, kind, RATE, x, y, 0, tick)
-    bend, _ = roughly(f, row, face, kind, BEND, x, y, 0, tick)
+    first, _ = roughly(f, w, face, kind, VALUE, 0)
+    rate, _ = roughly(f, w, face, kind, RATE, 0)
+    bend, _ = roughly(f, w, face, kind, BEND, 0)
     first *= float(way)
     rate *= float(way)
     bend *= float(way)
     if order == RATE:
-        return as_count(-rate / bend / tick) if bend != 0.0 else 0
+        return as_count(-rate / bend / w.plans.tick) if bend != 0.0 else 0
     root = math.sqrt(larger(rate * rate - 2.0 * bend * first, 0.0))
     if rate < 0.0:
-        return as_count(2.0 * first / (root - rate) / tick)
-    return as_count((rate + root) / -bend / tick) if bend < 0.0 else 0
+        return as_count(2.0 * first / (root - rate) / w.plans.tick)
+    return as_count((rate + root) / -bend / w.plans.tick) if bend < 0.0 else 0
 
 
 @subroutine
 def first_with(
-    f: Numbers,
-    row: int,
-    face: int,
-    kind: int,
-    order: int,
-    way: int,
-    closed: int,
-    plans: BentPlans,
-    x: Way,
-    y: Way,
-    low: int,
-    high: int,
+    f: Numbers, w: Course, face: int, kind: int, order: int, way: int, closed: int, low: int, high: int
 ) -> int:
     """Return the first count after ``low`` at which a measure or its rate, times ``way``, is below 0, or at
     most 0 if ``closed`` is 1: it is at ``high``, not at ``low``, and changes once."""
     stride = 1
-    guess = between(low, high, guess_of(f, row, face, kind, order, way, x, y, plans.tick))
+    guess = between(low, high, guess_of(f, w, face, kind, order, way))
     while high - low > 1:
-        before = way * sign_of(f, row, face, kind, order, plans, x, y, guess) >= closed
+        before = way * sign_of(f, w, face, kind, order, guess) >= closed
         low, high, guess, stride = narrowed(low, high, guess, stride, before)
     return int(high)
 
 
 @subroutine
-def next_below(
-    f: Numbers,
-    row: int,
-    face: int,
-    kind: int,
-    way: int,
-    closed: int,
-    plans: BentPlans,
-    x: Way,
-    y: Way,
-    start: int,
-) -> int:
+def next_below(f: Numbers, w: Course, face: int, kind: int, way: int, closed: int, start: int) -> int:
     """Return the first count from ``start`` on at which a measure, times ``way``, is below 0, or at most 0 if
     ``closed`` is 1; ``NEVER`` if there is none up to ``LIMIT``."""
     if start > LIMIT:
         return NEVER
-    if way * sign_of(f, row, face, kind, VALUE, plans, x, y, start) < closed:
+    if way * sign_of(f, w, face, kind, VALUE, start) < closed:
         return start
-    falls = next_falling(f, row, face, kind, way, plans, x, y, start)
+    falls = next_falling(f, w, face, kind, way, start)
     if falls >= LIMIT:
         return NEVER
     stops = LIMIT
-    if way * sign_of(f, row, face, kind, RATE, plans, x, y, LIMIT) >= 0:
-        stops = first_with(f, row, face, kind, RATE, -way, 1, plans, x, y, falls, LIMIT)
-    if way * sign_of(f, row, face, kind, VALUE, plans, x, y, stops) >= closed:
+    if way * sign_of(f, w, face, kind, RATE, LIMIT) >= 0:
+        stops = first_with(f, w, face, kind, RATE, -way, 1, falls, LIMIT)
+    if way * sign_of(f, w, face, kind, VALUE, stops) >= closed:
         return NEVER
-    return first_with(f, row, face, kind, VALUE, way, closed, plans, x, y, falls, stops)
+    return first_with(f, w, face, kind, VALUE, way, closed, falls, stops)
 
 
 @subroutine
-def next_falling(
-    f: Numbers, row: int, face: int, kind: int, way: int, plans: BentPlans, x: Way, y: Way, start: int
-) -> int:
+def next_falling(f: Numbers, w: Course, face: int, kind: int, way: int, start: int) -> int:
     """Return the first count from ``start`` on at which the rate of a measure, times ``way``, is below 0;
     ``NEVER`` if there is none up to ``LIMIT``."""
     if start > LIMIT:
         return NEVER
-    if way * sign_of(f, row, face, kind, RATE, plans, x, y, start) < 0:
+    if way * sign_of(f, w, face, kind, RATE, start) < 0:
         return start
-    if way * sign_of(f, row, face, kind, RATE, plans, x, y, LIMIT) >= 0:
+    if way * sign_of(f, w, face, kind, RATE, LIMIT) >= 0:
         return NEVER
-    return first_with(f, row, face, kind, RATE, way, 0, plans, x, y, start, LIMIT)
+    return first_with(f, w, face, kind, RATE, way, 0, start, LIMIT)
 
 
 @subroutine
-def first_inside(f: Numbers, row: int, kind: int, plans: BentPlans, x: Way, y: Way, start: int) -> int:
+def first_inside(f: Numbers, w: Course, kind: int, start: int) -> int:
     """Return the first count from ``start`` on at which a place is inside the lines of all faces."""
-    count = int(f[row + COUNT])
+    count = int(f[w.row + COUNT])
     here = start
     agreed = 0
     k = 0
     while agreed < count:
-        there = next_below(f, row, row + HEAD + k * WIDE, kind, 1, 0, plans, x, y, here)
+        there = next_below(f, w, w.row + HEAD + k * WIDE, kind, 1, 0, here)
         if there == NEVER:
             return NEVER
         agreed = agreed + 1 if there == here else 1
@@ -344,46 +321,44 @@ def first_inside(f: Numbers, row: int, kind: int, plans: BentPlans, x: Way, y: W
 
 
 @subroutine
-def first_outside(
-    f: Numbers, row: int, kind: int, closed: int, plans: BentPlans, x: Way, y: Way, start: int
-) -> int:
+def first_outside(f: Numbers, w: Course, kind: int, closed: int, start: int) -> int:
     """Return the first count from ``start`` on at which a place is outside the line of a face, or on it if
     ``closed`` is 1."""
     found = NEVER
-    for k in range(int(f[row + COUNT])):
-        face = row + HEAD + k * WIDE
-        found = smaller(found, next_below(f, row, face, kind, -1, closed, plans, x, y, start))
+    for k in range(int(f[w.row + COUNT])):
+        face = w.row + HEAD + k * WIDE
+        found = smaller(found, next_below(f, w, face, kind, -1, closed, start))
     return int(found)
 
 
 @subroutine
-def nearest_face(f: Numbers, row: int, plans: BentPlans, x: Way, y: Way, count: int) -> int:
+def nearest_face(f: Numbers, w: Course, count: int) -> int:
     """Return the face whose line a place is farthest out of, or least deep in, after a number of ticks; of
     several the one with the smallest number."""
-    t, rest = time_of(count, plans.tick)
-    px, _, x_size = place_at(x, t, rest)
-    py, _, y_size = place_at(y, t, rest)
-    doubt = 2.0**-48 * (x_size + y_size + f[row + SIZE])
-    found = row + HEAD
-    for face in range(row + HEAD + WIDE, row + HEAD + int(f[row + COUNT]) * WIDE, WIDE):
+    t, rest = time_of(count, w.plans.tick)
+    px, _, x_size = place_at(w.x, t, rest)
+    py, _, y_size = place_at(w.y, t, rest)
+    doubt = 2.0**-48 * (x_size + y_size + f[w.row + SIZE])
+    found = w.row + HEAD
+    for face in range(w.row + HEAD + WIDE, w.row + HEAD + int(f[w.row + COUNT]) * WIDE, WIDE):
         gap = (f[face + NX] - f[found + NX]) * px + (f[face + NY] - f[found + NY]) * py
         gap -= f[face + OUT] - f[found + OUT]
         farther = 1 if gap > doubt else -1
         if not abs(gap) > doubt:
-            farther = farther_out(f, row, face, found, plans, count)
+            farther = farther_out(f, w.row, face, found, w.plans, count)
         if farther > 0 or (farther == 0 and f[face + RANK] < f[found + RANK]):
             found = face
     return found
 
 
 @subroutine
-def is_over(f: Numbers, row: int, face: int, plans: BentPlans, x: Way, y: Way, count: int) -> bool:
+def is_over(f: Numbers, w: Course, face: int, count: int) -> bool:
     """Whether a place is over a face, its ends included, on the outer side of its line or on it."""
-    if sign_of(f, row, face, LINE, VALUE, plans, x, y, count) < 0:
+    if sign_of(f, w, face, LINE, VALUE, count) < 0:
         return False
-    if sign_of(f, row, face, ALONG, VALUE, plans, x, y, count) < 0:
+    if sign_of(f, w, face, ALONG, VALUE, count) < 0:
         return False
-    return sign_of(f, row, face, BEYOND, VALUE, plans, x, y, count) <= 0
+    return sign_of(f, w, face, BEYOND, VALUE, count) <= 0
 
 
 @hook
@@ -393,99 +368,93 @@ def face_before(f: Numbers, row: int, face: int) -> int:
 
 
 @subroutine
-def first_beside(f: Numbers, row: int, corner: int, plans: BentPlans, x: Way, y: Way, start: int) -> int:
+def first_beside(f: Numbers, w: Course, corner: int, start: int) -> int:
     """Return the first count from ``start`` on at which a place is over neither of the faces at a corner, but
     between them."""
-    before = face_before(f, row, corner)
+    before = face_before(f, w.row, corner)
     here = start
     while True:
-        there = next_below(f, row, corner, ALONG, 1, 1, plans, x, y, here)
-        if there != NEVER:
-            there = next_below(f, row, before, BEYOND, -1, 1, plans, x, y, there)
+        there = next_below(f, w, before, BEYOND, -1, 1, next_below(f, w, corner, ALONG, 1, 1, here))
         if there == NEVER or there == here:  # noqa: SIM109 - no tuple in a hook
             return there
         here = there
 
 
 @subroutine
-def nearer_to_corner(f: Numbers, row: int, corner: int, plans: BentPlans, x: Way, y: Way, start: int) -> int:
+def nearer_to_corner(f: Numbers, w: Course, corner: int, start: int) -> int:
     """Return the first tick from ``start`` on at whose end a corner is nearest, and in which rule 5a holds of
     the disc around it."""
-    own = from_corner(f, corner, plans)
+    own = from_corner(f, corner, w.plans)
     tick = start
     while True:
-        tick = bent_closely(own, f[row + RADIUS], f[row + RADIUS_LOW], 1, 0, 0, tick)
+        tick = bent_closely(own, f[w.row + RADIUS], f[w.row + RADIUS_LOW], 1, 0, 0, tick)
         if tick == NEVER:
             return NEVER
-        there = first_beside(f, row, corner, plans, x, y, tick + 1)
+        there = first_beside(f, w, corner, tick + 1)
         if there == NEVER or there == tick + 1:
             return NEVER if there == NEVER else int(tick)
         tick = there - 1
 
 
 @subroutine
-def nearer_to_face(f: Numbers, row: int, face: int, plans: BentPlans, x: Way, y: Way, start: int) -> int:
+def nearer_to_face(f: Numbers, w: Course, face: int, start: int) -> int:
     """Return the first tick from ``start`` on at whose end a place is over a face and within R of it, and in
     which it comes nearer."""
     here = start + 1
     while True:
-        there = next_below(f, row, face, GAP, 1, 0, plans, x, y, here)
-        if there != NEVER:
-            there = next_below(f, row, face, ALONG, -1, 1, plans, x, y, there)
-        if there != NEVER:
-            there = next_below(f, row, face, BEYOND, 1, 1, plans, x, y, there)
-        if there != NEVER:
-            there = next_below(f, row, face, LINE, -1, 1, plans, x, y, there)
-        if there != NEVER:
-            falls = next_falling(f, row, face, LINE, 1, plans, x, y, there - 1)
-            there = falls + 1 if falls < LIMIT else NEVER
+        there = next_below(f, w, face, GAP, 1, 0, here)
+        there = next_below(f, w, face, ALONG, -1, 1, there)
+        there = next_below(f, w, face, BEYOND, 1, 1, there)
+        there = next_below(f, w, face, LINE, -1, 1, there)
+        falls = next_falling(f, w, face, LINE, 1, there - 1)
+        there = falls + 1 if falls < LIMIT else NEVER
         if there == NEVER or there == here:  # noqa: SIM109 - no tuple in a hook
             return NEVER if there == NEVER else int(there - 1)
         here = there
 
 
 @subroutine
-def counts_after(f: Numbers, row: int, plans: BentPlans, x: Way, y: Way) -> int:
+def counts_after(f: Numbers, w: Course) -> int:
     """Return from which tick on two that have just met may meet again (rule 7t)."""
-    count = int(f[row + COUNT])
-    outside = f[row + RADIUS] == 0.0
+    count = int(f[w.row + COUNT])
+    outside = f[w.row + RADIUS] == 0.0
     face = -1
     kind = LINE
     if not outside:
         for k in range(count):
-            this = row + HEAD + k * WIDE
-            beyond = sign_of(f, row, this, LINE, VALUE, plans, x, y, 0) > 0
+            this = w.row + HEAD + k * WIDE
+            beyond = sign_of(f, w, this, LINE, VALUE, 0) > 0
             outside = outside or beyond
-            if face < 0 and beyond and is_over(f, row, this, plans, x, y, 0):
+            if face < 0 and beyond and is_over(f, w, this, 0):
                 face = this
         if face < 0 and (outside or count == 2):
             for k in range(count):
-                this = row + HEAD + k * WIDE
-                if face < 0 and first_beside(f, row, this, plans, x, y, 0) == 0:
+                this = w.row + HEAD + k * WIDE
+                if face < 0 and first_beside(f, w, this, 0) == 0:
                     face = this
                     kind = AWAY
     if face < 0:
-        face = nearest_face(f, row, plans, x, y, 0)
-    rate = sign_of(f, row, face, kind, RATE, plans, x, y, 0)
-    if rate > 0 or sign_of(f, row, face, kind, BEND, plans, x, y, 0) < 0:
+        face = nearest_face(f, w, 0)
+    rate = sign_of(f, w, face, kind, RATE, 0)
+    if rate > 0 or sign_of(f, w, face, kind, BEND, 0) < 0:
         return 0
-    return next_falling(f, row, face, kind, -1, plans, x, y, 0)
+    return next_falling(f, w, face, kind, -1, 0)
 
 
 @subroutine
-def first_visit(f: Numbers, row: int, plans: BentPlans, x: Way, y: Way, start: int) -> int:
+def first_visit(f: Numbers, w: Course, start: int) -> int:
     """Return the tick of contact where there is no margin, from ``start`` on."""
     here = start
     while True:
-        begins = first_inside(f, row, GAP, plans, x, y, here)
+        begins = first_inside(f, w, GAP, here)
         if begins == NEVER:
             return NEVER
-        ends = first_outside(f, row, GAP, 1, plans, x, y, begins)
-        if first_inside(f, row, STRIP, plans, x, y, begins) < ends:
+        ends = first_outside(f, w, GAP, 1, begins)
+        if first_inside(f, w, STRIP, begins) < ends:
             if begins > start:
                 return int(begins - 1)
-            face = nearest_face(f, row, plans, x, y, start)
-            falls = next_falling(f, row, face, LINE, 1, plans, x, y, start)
+            face = nearest_face(f, w, start)
+            falls = next_falling(f, w, face, LINE, 1, start)
             if falls + 1 < ends:
                 return falls
         if ends >= LIMIT:
@@ -501,19 +470,19 @@ def bent_enters(f: Numbers, row: int, plans: BentPlans, met: int, since: int) ->
     if count == 1:
         own = from_corner(f, row + HEAD, plans)
         return int(bent_touch(own, f[row + RADIUS], f[row + RADIUS_LOW], met > 0, -1, since))
-    x, y = ways(plans)
+    w = course_of(row, plans)
     start = since
     if met > 0:
-        start = larger(start, counts_after(f, row, plans, x, y))
+        start = larger(start, counts_after(f, w))
     if start >= LIMIT:
         return NEVER
     if f[row + RADIUS] == 0.0:
-        return first_visit(f, row, plans, x, y, start) if count > 2 else NEVER
+        return first_visit(f, w, start) if count > 2 else NEVER
     found = NEVER
     for k in range(count):
         this = row + HEAD + k * WIDE
-        found = smaller(found, nearer_to_face(f, row, this, plans, x, y, start))
-        found = smaller(found, nearer_to_corner(f, row, this, plans, x, y, start))
+        found = smaller(found, nearer_to_face(f, w, this, start))
+        found = smaller(found, nearer_to_corner(f, w, this, start))
     return int(found)
 
 
@@ -521,8 +490,8 @@ def bent_enters(f: Numbers, row: int, plans: BentPlans, met: int, since: int) ->
 def bent_nearer(f: Numbers, row: int, face: int, plans: BentPlans) -> int:
     """Return 1 if a second body comes nearer to the line of a face in the tick after the later anchor, seen
     from a first, exactly; else 0."""
-    x, y = ways(plans)
-    return 1 if sign_of(f, row, face, LINE, RATE, plans, x, y, 0) < 0 else 0
+    w = course_of(row, plans)
+    return 1 if sign_of(f, w, face, LINE, RATE, 0) < 0 else 0
 
 
 @apart
@@ -533,22 +502,22 @@ def bent_leaves(f: Numbers, row: int, plans: BentPlans, since: int) -> int:
     if count == 1:
         own = from_corner(f, row + HEAD, plans)
         return int(bent_parting(own, f[row + RADIUS], f[row + RADIUS_LOW], since))
-    x, y = ways(plans)
+    w = course_of(row, plans)
     here = since + 1
     moved = True
     while moved and here <= LIMIT:
         moved = False
         if count > 2:
-            there = first_outside(f, row, LINE, 0, plans, x, y, here)
+            there = first_outside(f, w, LINE, 0, here)
             moved = there > here
             here = there
         for k in range(count if f[row + RADIUS] > 0.0 and here <= LIMIT else 0):
             this = row + HEAD + k * WIDE
-            if is_over(f, row, this, plans, x, y, here):
-                there = next_below(f, row, this, GAP, -1, 0, plans, x, y, here)
-                there = smaller(there, next_below(f, row, this, ALONG, 1, 0, plans, x, y, here))
-                there = smaller(there, next_below(f, row, this, BEYOND, -1, 0, plans, x, y, here))
-                there = smaller(there, next_below(f, row, this, LINE, 1, 0, plans, x, y, here))
+            if is_over(f, w, this, here):
+                there = next_below(f, w, this, GAP, -1, 0, here)
+                there = smaller(there, next_below(f, w, this, ALONG, 1, 0, here))
+                there = smaller(there, next_below(f, w, this, BEYOND, -1, 0, here))
+                there = smaller(there, next_below(f, w, this, LINE, 1, 0, here))
                 moved = moved or there > here
                 here = there
             own = from_corner(f, this, plans)
