@@ -106,10 +106,6 @@ def read_cast(body: object, velocity: object, scene: Scene, horizon: float) -> t
     """Returns place, core and radius, and velocity of a body that is cast, for ``horizon`` of the scene's
     time where axes are periodic; ValueError for anything else."""
     (place, outline), (vx, vy) = read_cast_body(body), read_point(velocity, "a velocity")
-    if scene.bent and outline[0] != DISC:
-        raise ValueError(
-            f"where bodies are accelerated what is cast is a disc, (x, y, radius); found {shown(body)}"
-        )
     if any(period and 2.0 * circle_around(outline) >= period for period in scene.periods):
         raise ValueError(f"a body is narrower than the period, {scene.periods}; found {shown(body)}")
     _demand_few_periods((horizon * vx, horizon * vy), scene, "this body", "a lower velocity")
@@ -297,8 +293,6 @@ def read_insertion(engine: Engine, insertion: Insert) -> tuple[Rows, tuple[Shape
         raise _cannot_come(composition.gapless)
     if kind not in scene.kinds:
         raise _cannot_come(no_kind(kind, scene.kinds))
-    if scene.bent and isinstance(shape, Shape) and not shape.is_disc:
-        raise _cannot_come("where bodies are accelerated they are discs")
     if immovable and composition.rules is None:
         raise _cannot_come(
             "its mass is infinite, and this run is not made for bodies that nothing can move; give the scene "
@@ -358,7 +352,7 @@ def _demand_pull(engine: Engine, new: Insert) -> None:
             "the scene a body of another one"
         )
     if scene.bent and scene.arena is not None:
-        for mistake in check_support("", new.position, new.velocity, new.radius, pull, scene.arena):
+        for mistake in check_support("", new.position, new.velocity, new.reaches, pull, scene.arena):
             raise _cannot_come(f"it is {mistake.found}, expected {mistake.expected}")
 
 

@@ -58,6 +58,11 @@ class Insert(NamedTuple):
     shape: Shape | int | None = None
     acceleration: Numbers | None = None
 
+    @property
+    def reaches(self) -> tuple[float, float, float, float]:
+        """How far the body reaches to the left, right, bottom and top of its place (rule 6s)."""
+        return self.shape.reaches if isinstance(self.shape, Shape) else (self.radius,) * 4
+
 
 @constructed
 class Remove(NamedTuple):
@@ -187,7 +192,7 @@ def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[
 def _check_place(command: Insert, where: str, extent: Extent) -> list[Mistake]:
     """Checks that an inserted body is within the walls, and narrower than the periods."""
     shape, r, allowed = command.shape, command.radius, TOLERANCE * command.radius
-    reaches = shape.reaches if isinstance(shape, Shape) else (r, r, r, r)
+    reaches = command.reaches
     wide, narrow = (2.0, PERIODIC_BODY) if shape is None else (4.0, PERIODIC_SHAPE)
     each_axis = zip(command.position, extent.sides, extent.periods, (reaches[:2], reaches[2:]), strict=True)
     for place, side, period, (low, high) in each_axis:

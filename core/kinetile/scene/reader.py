@@ -345,8 +345,7 @@ def _check_bent(
     each: list[Any] = [(f"bodies[{i}]", *body) for i, body in enumerate(zip(*columns, strict=True))]
     for where, new in commands:
         if isinstance(new, Insert):
-            sides = new.shape.reaches if isinstance(new.shape, Shape) else (new.radius,) * 4
-            each.append((where, new.position, new.velocity, sides, pull_of(new, gravity)))
+            each.append((where, new.position, new.velocity, new.reaches, pull_of(new, gravity)))
     for where, place, velocity, sides, pull in each:
         mistakes += check_support(where, place, velocity, sides, pull, extent.sides)
     return mistakes

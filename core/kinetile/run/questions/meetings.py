@@ -16,15 +16,28 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.certificates.bent import bent_touch
+from kinetile.kernel.certificates.bent_convex import bent_enters
 from kinetile.kernel.certificates.contact import first_touch
 from kinetile.kernel.certificates.convex import enters
-from kinetile.kernel.certificates.plans import Axis, Plans, bent_plans_of
+from kinetile.kernel.certificates.plans import Axis, BentPlans, Plans, bent_plans_of, bent_plans_through
 from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
 from kinetile.kernel.images import FORESEEN, first_bent_image, first_image, first_image_of
 from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.loop.responses import overlap_now
 from kinetile.kernel.passings import is_passing
-from kinetile.kernel.tables import BODY, IMAGE, NEVER, NOBODY, SHAPED, Kernel, Records, elder, record_table
+from kinetile.kernel.tables import (
+    BENT_BODY,
+    BENT_SHAPED,
+    BODY,
+    IMAGE,
+    NEVER,
+    NOBODY,
+    SHAPED,
+    Kernel,
+    Records,
+    elder,
+    record_table,
+)
 from kinetile.run.questions.places import Integers, Point, Query
 from kinetile.toolbox.differences import DISC, Outline, circle_around, difference_row
 
@@ -105,7 +118,8 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> Cast
         k = _with_body(query, centre, outline, velocity)
         meet = first_image if discs else first_cast
         if bent:
-            meet = first_bent_image if any(query.periods) else first_bent
+            meet = (first_bent_image if discs else first_bent_cast) if any(query.periods) else first_bent
+            meet = meet if discs or any(query.periods) else first_bent_shape
         _composed(ticks_for_images, meet=meet)(k, query.slots, len(k.bodies) - 1, ticks)
     elif not discs:
         _ticks_with_shape(query, centre, outline, velocity, ticks)
@@ -143,7 +157,8 @@ def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point) -
     k, n, periods = query.k, len(query.k.bodies), query.periods
     shaped = bool(query.shapes) or outline[0] != DISC
     bent = query.composition.prepared.bent
-    bodies = record_table(k.bodies.dtype if bent else SHAPED if shaped else BODY, n + 1)
+    bent_row, row = (BENT_SHAPED, SHAPED) if shaped else (BENT_BODY, BODY)
+    bodies = record_table(bent_row if bent else row, n + 1)
     images, clock = record_table(IMAGE, n + 1 if any(periods) else 0), k.clock.copy()
     images[: len(k.images)] = k.images
     for name in k.bodies.dtype.names:
@@ -347,7 +362,23 @@ def first_bent(k: Kernel, body: int, thrown: int) -> int:
     return int(two.anchor + delay) if delay != NEVER else NEVER
 
 
+@hook
+def bent_touches(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
+    """Returns the same of convex bodies that are accelerated."""
+    row = int(k.numbers[1 + k.bodies[early].form * int(k.numbers[0]) + k.bodies[late].form])
+    return int(bent_enters(pointer(k.numbers), row, plans, 0, 0))
+
+
+@hook
+def first_bent_shape(k: Kernel, body: int, thrown: int) -> int:
+    """Returns what ``first_bent`` does, of convex bodies."""
+    two = k.bodies[thrown]
+    delay = bent_touches(k, body, thrown, bent_plans_of(k, k.bodies[body], two))
+    return int(two.anchor + delay) if delay != NEVER else NEVER
+
+
 first_cast = first_image_of(touches, overlaps)
+first_bent_cast = first_image_of(bent_touches, overlaps, bent_plans_through, True)
 meet = to_be_filled_in
 
 
