@@ -5,6 +5,7 @@
 // of x and y, null for an axis that is not periodic, a gravity, a start time, and a unit, a time and an exact end, or null for each; all numbers doubles.
 
 import { bentPart, bentTouch, largest } from "./bent.js";
+import { bentShapePart, bentShapeTouch } from "./bent_shapes.js";
 import { anchor, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
 import { inOrder } from "./commands.js";
 import { BOTTOM, FAR, firstTouch, imageTick, lastTouch, throughImage, wallTick } from "./contact.js";
@@ -161,7 +162,7 @@ export class Run {
     const { a, b, response, met } = pair;
     const [planA, planB] = [this.present(a), this.present(b)];
     const away = this.away(planA, planB, met);
-    const normal = this.shaped ? shapeNormal(planA, planB, away, pair.M) : along(...away);
+    const normal = this.shaped ? shapeNormal(planA, planB, away, pair.M, this.q) : along(...away);
     const C = a.last > b.last ? a.last : b.last;
     const k = returned(response, this.now, C, this.q);
     const [vxa, vya, vxb, vyb] =
@@ -255,8 +256,8 @@ export class Run {
   /** The contact of two bodies, {tick, m, n} or null. */
   meeting({ a, b, M, response, barred, passings }) {
     const isBarred = ({ m, n }) => barred !== null && barred.m === m && barred.n === n;
-    const bentOne = (course, q, image) => bentTouch(course, q, isBarred(image), from);
-    const touch = this.shaped ? (course, q) => shapeTouch(course, M, q)?.tick ?? null : this.bent ? bentOne : firstTouch;
+    const bentOne = (course, q, image) => (this.shaped ? bentShapeTouch(course, M, q, isBarred(image), from) : bentTouch(course, q, isBarred(image), from));
+    const touch = this.bent ? bentOne : this.shaped ? (course, q) => shapeTouch(course, M, q)?.tick ?? null : firstTouch;
     const from = response.name === "pass" ? this.now : -FAR;
     if (this.shaped && a.m === Infinity && b.m === Infinity) return null; // rule 7s
     if (this.periodic) {
@@ -270,8 +271,9 @@ export class Run {
 
   /** The tick at which two bodies part that pass through an image. */
   parting(pair, image) {
-    if (this.bent) return bentPart(this.seen(pair, image), this.q, image.begun);
-    return this.shaped ? shapePart(this.seen(pair, image), pair.M, this.q) : lastTouch(this.seen(pair, image), this.q);
+    const course = this.seen(pair, image);
+    if (this.bent) return this.shaped ? bentShapePart(course, pair.M, this.q, image.begun) : bentPart(course, this.q, image.begun);
+    return this.shaped ? shapePart(course, pair.M, this.q) : lastTouch(course, this.q);
   }
 
   /** How b flies as seen from a, through an image. */

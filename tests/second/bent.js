@@ -3,7 +3,7 @@
 // A polynomial is the list of its coefficients, BigInts, from that of n^0 on. Between two zeros of its derivative it is monotone.
 
 import { BOTTOM, FAR, LEFT, RIGHT, TOP, dot } from "./contact.js";
-import { add, exact, minus, multiply, sign, subtract } from "./exact.js";
+import { add, exact, minus, multiply, sign, square, subtract } from "./exact.js";
 
 const HALF = { n: 1n, e: -1 };
 const TWO = { n: 1n, e: 1 };
@@ -20,17 +20,16 @@ export function largest(all, gravity) {
 }
 
 /** Says what is wrong with a scene that has accelerations (rule 2a). */
-export function checkBent({ gravity, arena, periods, bodies, commands, shaped }) {
+export function checkBent({ gravity, arena, periods, bodies, commands }) {
   const every = [...bodies, ...commands.filter(({ what }) => what === "insertion")];
   const [Ax, Ay] = largest([...bodies, ...commands], gravity);
   if (Ax === 0 && Ay === 0) return;
   if (arena === null) throw new Error("A body is accelerated, and there is no arena.");
   if ([Ax, Ay].some((most, axis) => most !== 0 && periods[axis] !== null)) throw new Error("A body is accelerated along a periodic axis.");
-  if (shaped) throw new Error("Where bodies are accelerated all are discs.");
   const massOf = (number) => bodies[number]?.m ?? every.find(({ body }) => body === number)?.m;
   const isMoved = ({ m, body, ax, ay }) => (m ?? massOf(body)) === Infinity && (ax !== 0 || ay !== 0);
   if ([...every, ...commands.filter(({ what }) => what === "acceleration")].some(isMoved)) throw new Error("A body of infinite mass is accelerated.");
-  const touches = (body, wall) => sign(gap(body, body.r, wall, arena)) <= 0;
+  const touches = (body, wall) => sign(gap(body, body.shape.sides[-1 - wall], wall, arena)) <= 0;
   const rests = (body) =>
     (body.ax < 0 && body.vx === 0 && touches(body, LEFT)) ||
     (body.ax > 0 && body.vx === 0 && touches(body, RIGHT)) ||
@@ -39,14 +38,14 @@ export function checkBent({ gravity, arena, periods, bodies, commands, shaped })
   if (every.some(rests)) throw new Error("A body rests on a wall towards which it is accelerated.");
 }
 
-/** The gap between a wall and a body at a place. */
+/** The gap between a wall and a body at a place that reaches r towards it (rule 6s). */
 function gap({ x, y }, r, wall, [W, H]) {
   const [place, side] = wall === LEFT || wall === RIGHT ? [x, W] : [y, H];
   const free = wall === LEFT || wall === BOTTOM ? exact(place) : subtract(exact(side), exact(place));
   return subtract(free, exact(r));
 }
 
-/** The ticks from its anchor to the contact of a plan of radius r with a wall (rule 6a). */
+/** The ticks from its anchor to the contact of a plan that reaches r towards a wall with it (rule 6a). */
 export function bentWall(plan, r, wall, arena, q) {
   const [speed, pull] = wall === LEFT || wall === RIGHT ? [plan.vx, plan.ax] : [plan.vy, plan.ay];
   const seen = wall === LEFT || wall === BOTTOM ? (each) => each : minus;
@@ -56,7 +55,7 @@ export function bentWall(plan, r, wall, arena, q) {
 
 /** The tick at which two bodies meet, as `relative` has them, from a tick on; `barred` if they have just met (rules 5a and 7a). */
 export function bentTouch(course, q, barred, from) {
-  const Q = quartic(course, q);
+  const Q = squareLess(way(course, q), square(course.R));
   const rise = barred && !presses(Q) ? firstRise(Q) : 0n;
   const start = from - course.s;
   const ticks = rise === null ? null : firstFall(Q, start > rise ? start : rise);
@@ -66,20 +65,25 @@ export function bentTouch(course, q, barred, from) {
 /** The tick at which two bodies part, as `relative` has them, that have begun to pass at a tick (rule 11a). */
 export function bentPart(course, q, begun) {
   const start = begun - course.s;
-  const ticks = firstFall(quartic(course, q).map((each) => -each), start > 0n ? start : 0n);
+  const Q = squareLess(way(course, q), square(course.R));
+  const ticks = firstFall(Q.map((each) => -each), start > 0n ? start : 0n);
   return ticks === null ? null : course.s + ticks;
 }
 
-/** Q at s + n, for whole n. */
-function quartic({ d, v, a, R }, q) {
-  const step = v.map((each) => multiply(each, exact(q)));
-  const bend = a.map((each) => multiply(multiply(HALF, each), multiply(exact(q), exact(q))));
+/** What makes d(n), the separation at s + n: d(n) = d + step n + bend n^2. */
+export function way({ d, v, a }, q) {
+  const bend = a.map((each) => multiply(multiply(HALF, each), square(exact(q))));
+  return [d, v.map((each) => multiply(each, exact(q))), bend];
+}
+
+/** |d(n)|^2 - c. */
+export function squareLess([d, step, bend], c) {
   const twice = (one, other) => multiply(TWO, dot(one, other));
-  return whole([subtract(dot(d, d), multiply(R, R)), twice(d, step), add(dot(step, step), twice(d, bend)), twice(step, bend), dot(bend, bend)]);
+  return whole([subtract(dot(d, d), c), twice(d, step), add(dot(step, step), twice(d, bend)), twice(step, bend), dot(bend, bend)]);
 }
 
 /** Exact numbers as whole ones, all times the same power of two. */
-function whole(numbers) {
+export function whole(numbers) {
   const lowest = Math.min(...numbers.map(({ e }) => e));
   return numbers.map(({ n, e }) => n << BigInt(e - lowest));
 }
@@ -107,6 +111,32 @@ function firstRise(p) {
   return rising < 0 ? null : ends[rising];
 }
 
+/** The first n from `start` on for which something holds that depends on no more than the signs of some polynomials at n and at n + 1. */
+export function firstWhere(holds, polynomials, start) {
+  const changes = polynomials.flatMap((p) => signChanges(p, start));
+  const every = [start, ...changes.flatMap((n) => [n - 1n, n])].filter((n) => n >= start && n < FAR);
+  return every.sort((one, two) => (one < two ? -1 : one > two ? 1 : 0)).find(holds) ?? null;
+}
+
+/** Each n after `start` at which p has another sign than at n - 1. */
+function signChanges(p, start) {
+  const signAt = (n) => sign({ n: at(p, n) });
+  return pieces(p, start).flatMap((high, i, ends) => {
+    const [low, here, there] = [ends[i - 1] ?? high, signAt(ends[i - 1] ?? high), signAt(high)];
+    if (here === there) return [];
+    return [(n) => signAt(n) !== here, (n) => signAt(n) === there].map((holds) => lastBefore(holds, low, high) + 1n);
+  });
+}
+
+/** p(n + 1) - p(n). */
+export function growth(p) {
+  const next = [...p];
+  p.forEach((_, i) => {
+    for (let j = p.length - 2; j >= i; j -= 1) next[j] += next[j + 1];
+  });
+  return next.slice(0, -1).map((each, i) => each - p[i]);
+}
+
 /** Whole numbers from `start` to 2^62, in their order: between two neighbours p is monotone, or they are 1 apart. */
 function pieces(p, start) {
   if (p.length < 3 || start >= FAR) return start < FAR ? [start, FAR] : [];
@@ -131,6 +161,6 @@ function lastBefore(holds, low, high) {
   return low;
 }
 
-function at(p, n) {
+export function at(p, n) {
   return p.reduceRight((value, each) => value * n + each, 0n);
 }

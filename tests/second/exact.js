@@ -40,6 +40,19 @@ export function multiply(a, b) {
   return { n: a.n * b.n, e: a.e + b.e };
 }
 
+export function square(a) {
+  return multiply(a, a);
+}
+
+/** The square with the sign of a: it grows with a. */
+export function signedSquare(a) {
+  return sign(a) < 0 ? minus(square(a)) : square(a);
+}
+
+export function compare(a, b) {
+  return sign(subtract(a, b));
+}
+
 /** -1, 0 or 1. */
 export function sign(a) {
   return a.n > 0n ? 1 : a.n < 0n ? -1 : 0;

@@ -1,6 +1,6 @@
 // Rules 2s, 3s, 5s, 6s, 9s and 11s: bodies of convex shapes. What decides is exact; reaches and directions are doubles.
 
-import { add, exact, floorLaterRoot, floorRoot, minus, multiply, nearest, sign, subtract } from "./exact.js";
+import { add, compare, exact, floorLaterRoot, floorRoot, minus, multiply, nearest, sign, signedSquare, square, subtract } from "./exact.js";
 import { discriminant, dot, FAR, firstTouch } from "./contact.js";
 import { along } from "./exchange.js";
 
@@ -132,9 +132,11 @@ function isEntered({ g, u, tt, w, along, margin, before, after }, v, M) {
   return M.corners.length > 2 && (low > 0 || sign(dot(before, v)) < 0) && (high < 0 || sign(dot(after, v)) < 0);
 }
 
-/** The unit normal along which two bodies a < b that are [dx, dy] apart exchange momentum, after both are anchored: rule 9s. */
-export function shapeNormal(a, b, [dx, dy], M) {
-  const v = [subtract(exact(b.vx), exact(a.vx)), subtract(exact(b.vy), exact(a.vy))];
+/** The unit normal along which two bodies a < b that are [dx, dy] apart exchange momentum, after both are anchored: rules 9s and 9t. */
+export function shapeNormal(a, b, [dx, dy], M, q = 0) {
+  // How far a body flies in a tick, in ticks.
+  const flown = ({ vx, vy, ax, ay }) => [[vx, ax], [vy, ay]].map(([speed, pull]) => add(exact(speed), multiply(exact(pull), exact(q / 2))));
+  const v = less(flown(b), flown(a));
   const approaching = sign(M.R) === 0 ? M.faces.filter(({ n }) => sign(dot(n, v)) < 0) : [];
   const { way, normal } = rounded([dx, dy], M, approaching.length ? approaching : M.faces);
   return way ? along(...way) : normal;
@@ -193,20 +195,7 @@ function step(double, by) {
   return view.getFloat64(0);
 }
 
-function compare(a, b) {
-  return sign(subtract(a, b));
-}
-
-function square(a) {
-  return multiply(a, a);
-}
-
-/** The square with the sign of a: it grows with a. */
-function signedSquare(a) {
-  return sign(a) < 0 ? minus(square(a)) : square(a);
-}
-
-function less([x1, y1], [x2, y2]) {
+export function less([x1, y1], [x2, y2]) {
   return [subtract(x1, x2), subtract(y1, y2)];
 }
 
