@@ -111,17 +111,21 @@ function firstRise(p) {
   return rising < 0 ? null : ends[rising];
 }
 
-/** The first n from `start` on for which something holds that depends on no more than the signs of some polynomials at n and at n + 1. */
-export function firstWhere(holds, polynomials, start) {
-  const changes = polynomials.flatMap((p) => signChanges(p, start));
-  const every = [start, ...changes.flatMap((n) => [n - 1n, n])].filter((n) => n >= start && n < FAR);
-  return every.sort((one, two) => (one < two ? -1 : one > two ? 1 : 0)).find(holds) ?? null;
+/** The first n from `start` on, before `end`, for which something holds that depends on no more than the signs of some polynomials at n and at n + 1. */
+export function firstWhere(holds, polynomials, start, end = FAR) {
+  const changes = polynomials.flatMap((p) => signChanges(p, start, end));
+  const every = [start, ...changes.flatMap((n) => [n - 1n, n])].filter((n) => n >= start && n < end);
+  return every.sort(inOrder).find(holds) ?? null;
 }
 
-/** Each n after `start` at which p has another sign than at n - 1. */
-function signChanges(p, start) {
+export function inOrder(one, two) {
+  return one < two ? -1 : one > two ? 1 : 0;
+}
+
+/** Each n after `start`, up to `end`, at which p has another sign than at n - 1. */
+export function signChanges(p, start, end = FAR) {
   const signAt = (n) => sign({ n: at(p, n) });
-  return pieces(p, start).flatMap((high, i, ends) => {
+  return pieces(p, start, end).flatMap((high, i, ends) => {
     const [low, here, there] = [ends[i - 1] ?? high, signAt(ends[i - 1] ?? high), signAt(high)];
     if (here === there) return [];
     return [(n) => signAt(n) !== here, (n) => signAt(n) === there].map((holds) => lastBefore(holds, low, high) + 1n);
@@ -137,11 +141,11 @@ export function growth(p) {
   return next.slice(0, -1).map((each, i) => each - p[i]);
 }
 
-/** Whole numbers from `start` to 2^62, in their order: between two neighbours p is monotone, or they are 1 apart. */
-function pieces(p, start) {
-  if (p.length < 3 || start >= FAR) return start < FAR ? [start, FAR] : [];
+/** Whole numbers from `start` to `end`, in their order: between two neighbours p is monotone, or they are 1 apart. */
+function pieces(p, start, end = FAR) {
+  if (p.length < 3 || start >= end) return start < end ? [start, end] : [];
   const derivative = p.slice(1).map((each, i) => each * BigInt(i + 1));
-  const ends = pieces(derivative, start);
+  const ends = pieces(derivative, start, end);
   const zeros = ends.flatMap((high, i) => {
     const low = ends[i - 1] ?? high;
     const [here, there] = [at(derivative, low), at(derivative, high)];

@@ -1,7 +1,7 @@
 // Rules 5t, 7t and 11t: convex shapes whose bodies are accelerated. A face or a corner of M has polynomials whose signs at whole ticks decide; null is "none".
 
-import { at, bentPart, bentTouch, firstWhere, growth, squareLess, way, whole } from "./bent.js";
-import { dot } from "./contact.js";
+import { at, bentPart, bentTouch, firstWhere, growth, inOrder, signChanges, squareLess, way, whole } from "./bent.js";
+import { dot, FAR } from "./contact.js";
 import { add, compare, exact, floorQuotient, minus, multiply, sign, signedSquare, square, subtract } from "./exact.js";
 import { less } from "./shapes.js";
 
@@ -11,21 +11,24 @@ const TWO = { n: 1n, e: 1 };
 export function bentShapeTouch(course, M, q, barred, from) {
   if (M.corners.length === 1) return bentTouch(fromPoint(course, M), q, barred, from);
   const flight = way(course, q);
+  const near = squareLess(flight, square(course.R)); // each body is within its r from its place
+  if (firstWhere((n) => at(near, n) <= 0n, [near], 0n) === null) return null;
   const counted = barred ? firstCounted(flight, M) : 0n;
   if (counted === null) return null;
   const start = from - course.s > counted ? from - course.s : counted;
-  const ticks = sign(M.R) > 0 ? firstReach(features(flight, M), start) : firstVisit(features(flight, M), flight, M, start);
+  const reaches = ({ rest, growth }, n) => at(rest, n + 1n) < 0n && at(growth, n) < 0n;
+  const ticks = sign(M.R) > 0 ? firstOfFeatures(reaches, features(flight, M), start, near) : firstVisit(features(flight, M).faces, flight, M, start);
   return ticks === null ? null : course.s + ticks;
 }
 
 /** The tick at which two bodies part, as `relative` has them, that have begun to pass at a tick (rule 11t). */
 export function bentShapePart(course, M, q, begun) {
   if (M.corners.length === 1) return bentPart(fromPoint(course, M), q, begun);
-  const { faces, corners } = features(way(course, q), M);
-  const isOut = (n) => faces.some(({ g }) => at(g, n) > 0n);
-  const isFar = (n) => faces.some((face) => isOver(face, n) && at(face.rest, n) > 0n) || corners.some((c) => isBeside(c, n) && at(c.Q, n) > 0n);
+  const seen = features(way(course, q), M);
   const start = begun > course.s ? begun - course.s : 0n;
-  const ticks = firstWhere((n) => (sign(M.R) > 0 ? isFar : isOut)(n + 1n), polynomials(faces, corners), start);
+  const isOut = (n) => seen.faces.some(({ g }) => at(g, n + 1n) > 0n);
+  const isFar = ({ rest }, n) => at(rest, n + 1n) > 0n;
+  const ticks = sign(M.R) > 0 ? firstOfFeatures(isFar, seen, start) : firstWhere(isOut, seen.faces.map(({ g }) => g), start);
   return ticks === null ? null : course.s + ticks;
 }
 
@@ -34,25 +37,22 @@ function fromPoint(course, { corners: [p], R }) {
 }
 
 /**
- * The faces and corners of M as the body sees them: of a face the polynomials g, u, u - t.t as `past`, g^2 - (R |n|)^2 as `rest`, and g^2 - (w |n|)^2 as `depth`,
- * w being the strip; of a corner Q, and the faces from it and to it.
+ * The faces and corners of M as the body sees them: of a face the polynomials g, u, u - t.t as `past`, and g^2 - (R |n|)^2 as `rest`, with the strip for R if R = 0;
+ * of a corner Q as `rest`, and the faces from it and to it.
  */
 function features([d, step, bend], M) {
   const faces = M.faces.map(({ p, next, t, n }) => {
     const along = (axis, from) => [less(d, from), step, bend].map((each) => dot(axis, each));
-    const squareOfGapLess = (w) => squareLess(along(n, p).map((each) => [each, exact(0)]), multiply(square(w), dot(t, t)));
-    const [g, u, past] = [along(n, p), along(t, p), along(t, next)].map(whole);
-    return { p, next, g, u, past, rest: squareOfGapLess(M.R), depth: squareOfGapLess(M.strip), growth: growth(g) };
+    const [g, u, past] = [along(n, p), along(t, p), along(t, next)];
+    const margin = sign(M.R) > 0 ? M.R : M.strip;
+    const rest = squareLess(g.map((each) => [each, exact(0)]), multiply(square(margin), dot(t, t)));
+    return { p, next, g: whole(g), u: whole(u), past: whole(past), rest, growth: growth(whole(g)) };
   });
   const corners = M.corners.map((c) => {
     const Q = squareLess([less(d, c), step, bend], square(M.R));
-    return { Q, growth: growth(Q), from: faces.find(({ p }) => p === c), to: faces.find(({ next }) => next === c) };
+    return { rest: Q, growth: growth(Q), from: faces.find(({ p }) => p === c), to: faces.find(({ next }) => next === c) };
   });
   return { faces, corners };
-}
-
-function polynomials(faces, corners) {
-  return [...faces.flatMap(({ g, u, past, rest, depth, growth }) => [g, u, past, rest, depth, growth]), ...corners.flatMap(({ Q, growth }) => [Q, growth])];
 }
 
 function isOver({ g, u, past }, n) {
@@ -63,28 +63,37 @@ function isBeside({ from, to }, n) {
   return at(from.u, n) <= 0n && at(to.past, n) >= 0n;
 }
 
-/** The n of rule 5t for R > 0, from a start on. */
-function firstReach({ faces, corners }, start) {
-  const reaches = (n) =>
-    faces.some((face) => isOver(face, n + 1n) && at(face.rest, n + 1n) < 0n && at(face.growth, n) < 0n) ||
-    corners.some((corner) => isBeside(corner, n + 1n) && at(corner.Q, n + 1n) < 0n && at(corner.growth, n) < 0n);
-  return firstWhere(reaches, polynomials(faces, corners), start);
+/**
+ * The first n from a start on for which something holds of a face that d(n + 1) is over, or of a corner that it is beside; by the signs of its polynomials.
+ * It never holds where `near` is above 0 at n + 1.
+ */
+function firstOfFeatures(holds, { faces, corners }, start, near = [0n]) {
+  const cuts = [start + 1n, ...[near, ...faces.flatMap(({ g, u, past }) => [g, u, past])].flatMap((p) => signChanges(p, start + 1n))].sort(inOrder);
+  for (const [i, low] of cuts.entries()) {
+    const high = cuts[i + 1] ?? FAR + 1n; // from low on, before high, it is over or beside the same ones
+    if (low === high || at(near, low) > 0n) continue;
+    const there = [...faces.filter((face) => isOver(face, low)), ...corners.filter((corner) => isBeside(corner, low))];
+    const found = there.map((feature) => firstWhere((n) => holds(feature, n), [feature.rest, feature.growth], low - 1n, high - 1n));
+    const ticks = found.filter((n) => n !== null).sort(inOrder);
+    if (ticks.length) return ticks[0];
+  }
+  return null;
 }
 
 /** The n of rule 5t for R = 0, from a start on: visits one after the other. */
-function firstVisit({ faces, corners }, flight, M, start) {
-  const first = (holds, from) => (from === null ? null : firstWhere(holds, polynomials(faces, corners), from));
-  const isIn = (n) => faces.every(({ g }) => at(g, n) < 0n);
-  const isDeep = (n) => isIn(n) && faces.every(({ depth }) => at(depth, n) > 0n);
-  const isBefore = (n, end) => n !== null && (end === null || n < end);
-  for (let end = start; end !== null; ) {
-    const begin = first(isIn, end);
-    end = first((n) => !isIn(n), begin);
-    if (begin === null || !isBefore(first(isDeep, begin), end)) continue; // none, or flush
+function firstVisit(faces, flight, M, start) {
+  const gaps = faces.map(({ g }) => g);
+  const isIn = (n) => gaps.every((g) => at(g, n) < 0n);
+  const isDeep = (n) => faces.every(({ rest }) => at(rest, n) > 0n);
+  for (let end = start; end < FAR; ) {
+    const begin = firstWhere(isIn, gaps, end);
+    if (begin === null) return null;
+    end = firstWhere((n) => !isIn(n), gaps, begin) ?? FAR;
+    if (firstWhere(isDeep, faces.map(({ rest }) => rest), begin, end) === null) continue; // flush
     if (begin > start) return begin - 1n;
     const { growth } = faces[nearestFace(placeAt(flight, begin), M)];
-    const fall = first((n) => at(growth, n) < 0n, begin);
-    if (fall !== null && isBefore(fall + 1n, end)) return fall;
+    const fall = firstWhere((n) => at(growth, n) < 0n, [growth], begin, end - 1n);
+    if (fall !== null) return fall;
   }
   return null;
 }

@@ -48,6 +48,7 @@ function shift(turns, period) {
 export function imageTick(plan1, r1, plan2, r2, q, periods, leftOut = [], from = -FAR, touch = firstTouch) {
   const { d: here, ...course } = throughImage(plan1, r1, plan2, r2, q, periods, { m: 0n, n: 0n });
   const { s, v, R } = course;
+  const asked = new Map(); // the tick of an image, by its numbers
   for (let h = 1n << 49n; h <= LONGEST; h *= 2n) {
     const [ms, ns] = [0, 1].map((axis) => {
       if (periods[axis] === null) return [0n];
@@ -62,7 +63,10 @@ export function imageTick(plan1, r1, plan2, r2, q, periods, leftOut = [], from =
     for (const m of ms) {
       for (const n of ns) {
         if (leftOut.some((image) => image.m === m && image.n === n)) continue;
-        const tick = touch({ ...course, d: [add(here[0], shift(m, periods[0])), add(here[1], shift(n, periods[1]))] }, q, { m, n });
+        if (!asked.has(`${m} ${n}`)) {
+          asked.set(`${m} ${n}`, touch({ ...course, d: [add(here[0], shift(m, periods[0])), add(here[1], shift(n, periods[1]))] }, q, { m, n }));
+        }
+        const tick = asked.get(`${m} ${n}`);
         if (tick !== null && tick >= from && tick <= s + h && (first === null || tick < first.tick)) first = { tick, m, n };
       }
     }

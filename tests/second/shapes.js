@@ -135,7 +135,7 @@ function isEntered({ g, u, tt, w, along, margin, before, after }, v, M) {
 /** The unit normal along which two bodies a < b that are [dx, dy] apart exchange momentum, after both are anchored: rules 9s and 9t. */
 export function shapeNormal(a, b, [dx, dy], M, q = 0) {
   // How far a body flies in a tick, in ticks.
-  const flown = ({ vx, vy, ax, ay }) => [[vx, ax], [vy, ay]].map(([speed, pull]) => add(exact(speed), multiply(exact(pull), exact(q / 2))));
+  const flown = ({ vx, vy, ax = 0, ay = 0 }) => [[vx, ax], [vy, ay]].map(([speed, pull]) => add(exact(speed), multiply(exact(pull), exact(q / 2))));
   const v = less(flown(b), flown(a));
   const approaching = sign(M.R) === 0 ? M.faces.filter(({ n }) => sign(dot(n, v)) < 0) : [];
   const { way, normal } = rounded([dx, dy], M, approaching.length ? approaching : M.faces);

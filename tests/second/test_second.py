@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import box_scenes
+import by_the_rules
 import convex_scenes
 import games
 import kinetile as kt
@@ -150,6 +151,17 @@ def test_a_bent_game_is_one_in_both_and_under_another_phase_and_is_certified(
 @pytest.mark.parametrize("seed", first(1, range(20)))
 def test_it_plays_a_game_of_shapes_as_kinetile_does(seed: int, tmp_path: Path) -> None:
     assert second_agrees(games.draw_game_of_shapes(seed), tmp_path)
+
+
+@pytest.mark.small
+@pytest.mark.parametrize(("seed", "most"), first(2, [(9, 10), (26, 10), *((seed, FEW) for seed in range(40))]))
+def test_a_bent_game_of_shapes_is_one_in_both_and_by_the_rules(
+    seed: int, most: int, tmp_path: Path
+) -> None:
+    game = games.draw_bent_game_of_shapes(seed)
+    assert second_agrees(game, tmp_path, most)
+    found = second_list(game_tables(game, tmp_path), tmp_path, most)[0]
+    assert [((epoch << 52) + tick, a, b) for epoch, tick, a, b in found] == by_the_rules.answer_of_game(game, most)
 
 
 @pytest.mark.small
