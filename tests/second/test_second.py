@@ -154,14 +154,16 @@ def test_it_plays_a_game_of_shapes_as_kinetile_does(seed: int, tmp_path: Path) -
 
 
 @pytest.mark.small
-@pytest.mark.parametrize(("seed", "most"), first(2, [(9, 10), (26, 10), *((seed, FEW) for seed in range(40))]))
-def test_a_bent_game_of_shapes_is_one_in_both_and_by_the_rules(
-    seed: int, most: int, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize(
+    ("seed", "most"), first(2, [(26, 10), (9, 10), *((seed, FEW) for seed in range(40))])
+)
+def test_a_bent_game_of_shapes_is_one_in_both_and_by_the_rules(seed: int, most: int, tmp_path: Path) -> None:
     game = games.draw_bent_game_of_shapes(seed)
-    assert second_agrees(game, tmp_path, most)
-    found = second_list(game_tables(game, tmp_path), tmp_path, most)[0]
-    assert [((epoch << 52) + tick, a, b) for epoch, tick, a, b in found] == by_the_rules.answer_of_game(game, most)
+    rows, _, fingerprint = second_list(game_tables(game, tmp_path), tmp_path, most)
+    ticks = [((epoch << 52) + tick, a, b) for epoch, tick, a, b in rows]
+    assert ticks == by_the_rules.answer_of_game(game, most)
+    played = games.play(game, most=most)
+    assert (rows, fingerprint) == (played.contacts, played.fingerprint)
 
 
 @pytest.mark.small
