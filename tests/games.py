@@ -171,11 +171,11 @@ def _polygons(rng: random.Random, lattice: bool) -> kt.Scene:
     sides = (rng.choice((3.0, 4.0, 5.0)), rng.choice((3.0, 4.0, 6.0)))
     frame: dict[str, Any] = {"arena": sides, "periodic": rng.choice(("", "", "", "x", "y"))}
     frame["shapes"] = rng.sample(OUTLINES, 3)
-    if rng.random() < 0.4:
-        names = (*SOLID, "pass") if rng.random() < 0.5 else SOLID
+    if rng.random() < 0.6:
+        names = (*SOLID, "pass", "pass", "pass") if rng.random() < 0.7 else SOLID
         frame |= {"kinds": KINDS[:2], "responses": _responses(rng, KINDS[:2], names)}
     bodies: dict[str, Any] = {"position": [], "velocity": [], "shape": [], "mass": [], "kind": []}
-    for _ in range(40):
+    for _ in range(rng.choice((6, 10, 40))):
         shape = rng.randrange(3)
         fixed = frame["shapes"][shape].kind == "segment" or rng.random() < 0.4
         body = {
