@@ -8,7 +8,7 @@ import { bentPart, bentTouch, largest } from "./bent.js";
 import { bentShapePart, bentShapeTouch } from "./bent_shapes.js";
 import { anchor, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
 import { inOrder } from "./commands.js";
-import { BOTTOM, FAR, firstTouch, imageTick, lastTouch, throughImage, wallTick } from "./contact.js";
+import { FAR, firstTouch, imageTick, lastTouch, throughImage, wallTick } from "./contact.js";
 import { along, exchange } from "./exchange.js";
 import { hasRoom, overlaps } from "./overlaps.js";
 import { offWall, pairResponse, returned, stopped, wallResponse } from "./responses.js";

@@ -2,7 +2,7 @@
 
 import { at, bentPart, bentTouch, firstWhere, growth, inOrder, signChanges, squareLess, way, whole } from "./bent.js";
 import { dot, FAR } from "./contact.js";
-import { add, compare, exact, floorQuotient, minus, multiply, sign, signedSquare, square, subtract } from "./exact.js";
+import { add, compare, exact, floorQuotient, minus, multiply, sign, signedSquare, square } from "./exact.js";
 import { less } from "./shapes.js";
 
 const TWO = { n: 1n, e: 1 };
