@@ -246,8 +246,12 @@ class Engine(Tables):
             self.k = layout.more_passings(self.k, room)
             return COMMAND_DUE
         elif reason == COMMAND_DUE:
-            return COMMAND_DUE if self._make_slot() else BUDGET_SPENT
-        if reason not in (NO_ROOM, LOG_FULL, FASTER):
+            before = self.now
+            if self._make_slot():
+                return COMMAND_DUE
+            self._take_over(before)  # passings that the command has begun or ended: these count already
+            watched = self.fields.stops.due[0]
+        if reason not in (NO_ROOM, LOG_FULL, FASTER, COMMAND_DUE):
             return reason
         self.fields.stops.due[0] = 0
         return WATCHED if watched else BUDGET_SPENT
