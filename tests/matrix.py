@@ -68,7 +68,6 @@ REFUSED_TOGETHER: dict[Cell, str] = {
     ),
     ("periodic y", "gravity"): "none along y, which is periodic: nothing stops a fall there",
     ("periodic xy", "gravity"): "none along y, which is periodic: nothing stops a fall there",
-    ("gravity", "no arena"): "without walls bodies fall for ever",
     ("gravity", "shapes"): "discs alone: accelerated bodies meet no other shapes",
     ("gravity", "obstacles"): "discs alone: accelerated bodies meet no other shapes",
 }

@@ -10,6 +10,7 @@ from agreement import agree
 from kinetile.errors import NoRoom
 from kinetile.scene.files import dumps_scene, loads_scene
 from kinetile.toolbox import reach
+from lanes import first
 
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling", "power")
 
@@ -27,6 +28,47 @@ def test_a_ball_bounces_on_the_floor_and_on_a_peg_at_times_of_the_formula(phase)
     mass, places = [1.0, math.inf], [[2.0, 2.5], [2.0, 1.0]]
     peg = kt.Scene(places, [[0.0, 1.0], [0.0, 0.0]], [0.5, 1.0], mass, (4.0, 8.0), gravity=(0.0, -1.0))
     assert contacts(peg, 8.0, phase) == [(time, 0, 1) for time in (2.0, 4.0, 6.0, 8.0)]
+
+
+OPEN = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
+"""Phases that take scenes without walls."""
+
+
+@pytest.mark.parametrize("phase", OPEN)
+def test_without_walls_bodies_fall_up_to_the_end_of_the_scene(phase):
+    """A ball falls on one that flies on with its speed: each time it meets it again after 4."""
+    end = kt.Settings(until=21.0)
+    pulls = [[0.0, -1.0], [0.0, 0.0]]
+    scene = kt.Scene([[0.0, 3.0], [0.0, 0.0]], [[0.0, 0.0]] * 2, 0.5, acceleration=pulls, settings=end)
+    assert contacts(scene, 21.0, phase) == [(time, 0, 1) for time in (2.0, 6.0, 10.0, 14.0, 18.0)]
+    sim = kt.Simulation(scene, phase)
+    sim.run(7.0)
+    with pytest.raises(ValueError, match=r"until=22.0 is after the scene's end, 21.0: expected at most that"):
+        sim.run(22.0)
+    saved = sim.snapshot()
+    for _ in range(2):
+        sim.run(max_contacts=100)
+        assert (sim.time, len(sim.contacts)) == (21.0, 5)
+        sim.restore(saved)
+
+
+@pytest.mark.parametrize("seed", first(2, range(8)))
+def test_without_walls_no_body_is_faster_than_the_bound(seed):
+    random = np.random.default_rng(seed)
+    place = np.stack(np.meshgrid(range(3), range(2)), axis=-1).reshape(-1, 2) * 1.5
+    pulls = random.choice([-1.0, 1.0], place.shape) - 0.5 * (place - place.mean(axis=0))
+    mass = 4.0 ** random.integers(-4, 5, len(place))
+    end = kt.Settings(until=6.0)
+    scene = kt.Scene(place, 0.0 * place, 0.5, mass, acceleration=pulls, settings=end)
+    sim = kt.Simulation(scene, "cells", live=True)
+    for step in range(13):
+        sim.run(0.5 * step)
+        if step == 6:
+            sim.insert((-9.0, -9.0), (0.0, 0.0), 0.5, mass=2.0**-9)
+            sim.set_acceleration(0, (0.5, 0.5))
+        assert (np.hypot(*sim.velocities().T) <= math.sqrt(sim.tables.clock[0].limits.speed2)).all()
+        sim.audit()
+    agree(sim.recorded(), *OPEN[:2])
 
 
 def lane(gap: float) -> kt.Scene:
