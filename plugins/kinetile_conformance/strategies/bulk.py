@@ -84,7 +84,7 @@ def falling(number: int) -> Scene:
     own[random.random(len(base)) < 0.5] = math.nan
     velocity = np.where(base.velocity == 0.0, 0.25, base.velocity)
     velocity[fixed] = 0.0
-    mass = np.where(fixed, math.inf, base.mass)
+    mass = np.where(fixed, math.inf, 2.0 ** random.integers(-1, 2, len(base)))
     arena = None if number % 4 == 2 else base.arena
     return base.replace(velocity=velocity, mass=mass, arena=arena, gravity=gravity.tolist(), acceleration=own)
 

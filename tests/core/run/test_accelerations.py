@@ -8,7 +8,7 @@ import pytest
 
 import kinetile as kt
 from agreement import agree
-from kinetile.errors import NoRoom
+from kinetile.errors import NoRoom, Refused
 from kinetile.scene.files import dumps_scene, loads_scene
 from kinetile.toolbox import reach
 from lanes import first
@@ -46,6 +46,8 @@ def test_without_walls_bodies_fall_up_to_the_end_of_the_scene(phase):
     sim.run(7.0)
     with pytest.raises(ValueError, match=r"until=22.0 is after the scene's end, 21.0: expected at most that"):
         sim.run(22.0)
+    with pytest.raises(Refused, match="wall needs an arena"):
+        kt.Simulation(scene, phase, narrow_phases=["disc", "wall"])
     saved = sim.snapshot()
     for _ in range(2):
         sim.run(max_contacts=100)
