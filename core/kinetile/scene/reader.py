@@ -21,7 +21,7 @@ from kinetile.scene.bodies import (
     read_accelerations,
     read_arrays,
 )
-from kinetile.scene.checks import WALL, Extent, abridged, shown
+from kinetile.scene.checks import LARGEST, WALL, Extent, abridged, shown
 from kinetile.scene.commands import (
     Accelerate,
     Command,
@@ -147,6 +147,9 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     mistakes = check_pace(start, clock.unit)
     if any(pull):
         mistakes += _check_chords(bodies, commands, pull, clock.unit)
+        if sides is None and until is not None and max(pull) * (until - start) > LARGEST:
+            right = f"an end by which bodies are no faster than {LARGEST:.1e}"
+            mistakes.append(Mistake("until", shown(until), right))
     mistakes += check_presence(kept, [every[k][0] for k in order], len(bodies))
     _raise(mistakes + check_end(settings, clock), places)
     table = bodies.table or Table((), np.full(len(bodies), -1), np.zeros(len(bodies), dtype=np.bool_))

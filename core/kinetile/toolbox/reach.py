@@ -86,7 +86,8 @@ def drop_of(scene: Scene) -> float:
     if scene.arena is not None:
         return 2.0 * (x * scene.arena[0] + y * scene.arena[1])
     assert scene.settings.until is not None
-    return 2.0 * (x * x + y * y) * (scene.settings.until - scene.start) ** 2
+    time = scene.settings.until - scene.start
+    return 2.0 * (x * x + y * y) * (time * time)
 
 
 def fastest(scene: Scene, squares: float, lightest: float) -> float:
