@@ -107,6 +107,8 @@ class Draft:
         if self.narrow is not None:
             walls = () if frame["arena"] is None or frame.get("periodic") == "xy" else ("wall",)
             frame["settings"] = kt.Settings(narrow_phases=(self.narrow, *walls))
+        if "gravity" in frame and frame["arena"] is None:
+            frame["settings"] = kt.Settings(until=LASTS)
         obstacles = frame.pop("obstacles", [])
         scene = kt.Scene(PLACES, PACES, mass=list(self.mass), **frame)
         return kt.with_obstacles(scene, obstacles) if obstacles else scene

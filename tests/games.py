@@ -69,8 +69,8 @@ def draw_game_of_shapes(seed: int) -> kt.Scene:
 
 
 def draw_bent_game(seed: int) -> kt.Scene:
-    """Returns a game with gravity along the walled axes, or accelerations of some bodies, or both, always the
-    same for a seed. Bodies of infinite mass are pegs, or paddles."""
+    """Returns a game with gravity along axes that are not periodic, or accelerations of some bodies, or both,
+    always the same for a seed. Bodies of infinite mass are pegs, or paddles."""
     return _bent(random.Random(f"bent game {seed}"), _discs)
 
 
@@ -86,12 +86,13 @@ def _bent(rng: random.Random, draw: Callable[[random.Random, bool], kt.Scene]) -
         axes = rng.choice(base.periodic or ("",))
         bent = [axis not in axes and rng.random() < 0.7 for axis in "xy"]
         more = {} if rng.random() < 0.4 else {"acceleration": [_pull(rng, lattice, bent) for _ in base.mass]}
-        with suppress(SceneError):  # no arena; a body is outside of an axis without periods, or on a wall
+        with suppress(SceneError):  # a body is outside of an axis without periods, or on a wall
             gravity = _pull(rng, lattice, bent) if rng.random() < 0.8 or not more else (0.0, 0.0)
             for body in range(len(base)) if more else ():
                 if rng.random() < 0.4 or math.isinf(base.mass[body]):
                     more["acceleration"][body] = (math.nan, math.nan)
-            falling = base.replace(periodic=axes, gravity=gravity, **more)
+            settings = kt.Settings(until=base.start + LASTS)
+            falling = base.replace(periodic=axes, gravity=gravity, settings=settings, **more)
             if falling.bent:
                 return _with_end(rng, _with_commands(rng, falling, lattice))
 

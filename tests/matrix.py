@@ -68,7 +68,6 @@ REFUSED_TOGETHER: dict[Cell, str] = {
     ),
     ("periodic y", "gravity"): "none along y, which is periodic: nothing stops a fall there",
     ("periodic xy", "gravity"): "none along y, which is periodic: nothing stops a fall there",
-    ("gravity", "no arena"): "without walls bodies fall for ever",
 }
 """Pairs of capabilities that are refused."""
 

@@ -74,12 +74,18 @@ def test_the_page_is_the_table():
     assert (DOCS / "what-works-with-what.md").read_text(encoding="utf-8") == matrix.page()
 
 
-BOTH = [("shapes", column) for column in COLUMNS if ("shapes", column) not in matrix.REFUSED]
+WITH = {"shapes": "pass", "gravity": "no arena"}
+BOTH = [
+    cell
+    for cell in matrix.CELLS
+    if cell[0] in WITH and not {cell, (WITH[cell[0]], cell[1])} & {*matrix.REFUSED}
+]
 
 
 @pytest.mark.parametrize(("row", "column"), _cells(BOTH, matrix.MEANINGLESS))
-def test_shapes_that_pass_with_what_is_done_with_a_run(row, column, tmp_path):
-    """Two capabilities that meet in more than contacts: a passing of shapes has an exact end of its own."""
-    game = Game(row, "pass")
-    assert any(a > b >= 0 for _, _, a, b in rows_of(truth(game.names)))
+def test_two_capabilities_with_what_is_done_with_a_run(row, column, tmp_path):
+    """Two that meet in more than contacts: a passing of shapes has an exact end of its own, and without walls
+    accelerated bodies become ever faster."""
+    game = Game(row, WITH[row])
+    assert BY_NAME[WITH[row]].seen(game, rows_of(truth(game.names)))
     COLUMNS[column].observe(game, tmp_path)

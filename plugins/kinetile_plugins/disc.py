@@ -78,7 +78,6 @@ from kinetile.toolbox.lanes import (
     spread_whole,
 )
 from kinetile.toolbox.ticks import (
-    HALVES,
     Plans,
     bent_parting,
     bent_plans_of,
@@ -97,7 +96,17 @@ from kinetile.toolbox.ticks import (
     touch_about,
     turns_between,
 )
-from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, alone, circles_meet, merged, two_least
+from kinetile_plugins.lower_bounds import (
+    LEAST,
+    NONE,
+    PLACES,
+    alone,
+    before_other_images,
+    circles_meet,
+    merged,
+    nearest_image,
+    two_least,
+)
 
 
 @hook
@@ -231,11 +240,7 @@ def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic
 
 
 def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, int]]:
-    """Returns the hook ``soonest``, for bodies of one radius or of any, and where axes are periodic.
-
-    There the bound is that of the nearest image, and the time until any other one could touch: it is half
-    a period away, along an axis, until that is flown.
-    """
+    """Returns the hook ``soonest``, for bodies of one radius or of any, and where axes are periodic."""
 
     @unchecked
     @hook
@@ -267,16 +272,6 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
         own_reach = spread(own)
         reach = spread(radius + own)
         reach2 = reach * reach
-        torus = k.clock[0].torus
-        halves = spread(HALVES)
-        period_x = spread(torus.x)
-        period_y = spread(torus.y)
-        per_x = spread(torus.per_x)
-        per_y = spread(torus.per_y)
-        half_x = spread(torus.half_x)
-        half_y = spread(torus.half_y)
-        zero = spread(0.0)
-        least = spread(LEAST)
         none = spread(NONE)
         never = spread(math.inf)
         myself = spread_whole(body)
@@ -300,16 +295,10 @@ def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, in
                 dx = (other_x - x) + dvx * elapsed
                 dy = (other_y - y) + dvy * elapsed
                 if periodic:
-                    dx = dx - ((dx * per_x + halves) - halves) * period_x
-                    dy = dy - ((dy * per_y + halves) - halves) * period_y
+                    dx, dy = nearest_image(k, dx, dy)
                 delay, left_out = circles_meet(dx, dy, dvx, dvy, reach2, fat2)
                 if periodic:
-                    delay = choose(left_out, never, delay)
-                    x_delay = (half_x - reach) / choose(dvx < zero, zero - dvx, dvx)
-                    y_delay = (half_y - reach) / choose(dvy < zero, zero - dvy, dvy)
-                    delay = choose(x_delay >= delay, delay, x_delay)
-                    delay = choose(y_delay >= delay, delay, y_delay)
-                    delay = choose(delay > least, delay, least)
+                    delay = before_other_images(k, choose(left_out, never, delay), dvx, dvy, reach)
                     left_out = delay > none
                 other = numbers(k.near, start)
                 left_out = left_out | (other == myself) | (other == not_this)
@@ -330,103 +319,115 @@ soonest, soonest_of_equals = _bounds(False, False), _bounds(True, False)
 soonest_of_images = _bounds(False, True)
 
 
-@unchecked
-@hook
-def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
-    """As ``soonest``, of bodies with accelerations of their own, up to the end of the chord of either: then
-    one of the two is looked at again, so of what is later nothing is said.
+def _bent_bounds(periodic: bool) -> Callable[..., tuple[float, float, int]]:
+    """Returns the hook ``soonest`` for bodies with accelerations of their own: none along a periodic axis."""
 
-    Of two that are d apart, with a relative velocity v and acceleration b, both of these are before the
-    contact, and the later one counts. With h the time until that end, the relative path is at most |b| h^2 /
-    8 away from its own chord: discs that are fattened by that touch on it. And n . (d + v t + b t^2 / 2) is
-    less than the distance, with n = d / |d|: it comes down to the sum of the radii before. That one knows
-    that two that have just met part, and when they come back.
-    """
-    limits = k.clock[0].limits
-    fill(k.near, count, body)
-    elapsed = spread(since_origin(k, at))
-    place = k.places[body]
-    pull = k.pulls[body]
-    x = spread(place.x)
-    y = spread(place.y)
-    vx = spread(place.vx)
-    vy = spread(place.vy)
-    ax = spread(pull.x)
-    ay = spread(pull.y)
-    end = spread(pull.vx)
-    fat = spread(limits.fat)
-    own = spread(k.radii[body] + limits.fat)
-    zero = spread(0.0)
-    half = spread(0.5)
-    least = spread(LEAST)
-    never = spread(math.inf)
-    far = spread(2.0**200)
-    eighth = spread(0.125)
-    less = spread(1.0 - 2.0**-40)
-    more = spread(1.0 + 2.0**-40)
-    room = spread(2.0**14 * k.clock[0].tick)
-    myself = spread_whole(body)
-    soon = math.inf
-    rest = math.inf
-    who = NOBODY
-    second_of = NOBODY
-    start = 0
-    while True:
-        begin = start
-        stop = smaller(begin + PLACES, count)
-        first = never
-        second = never
+    @unchecked
+    @hook
+    def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
+        """As ``soonest``, of bodies with accelerations of their own, up to the end of the chord of either:
+        then one of the two is looked at again, so of what is later nothing is said.
+
+        Of two that are d apart, with a relative velocity v and acceleration b, both of these are before the
+        contact, and the later one counts. With h the time until that end, the relative path is at most |b|
+        h^2 / 8 away from its own chord: discs that are fattened by that touch on it. And n . (d + v t + b t^2
+        / 2) is less than the distance, with n = d / |d|: it comes down to the sum of the radii before. That
+        one knows that two that have just met part, and when they come back.
+        """
+        limits = k.clock[0].limits
+        fill(k.near, count, body)
+        elapsed = spread(since_origin(k, at))
+        place = k.places[body]
+        pull = k.pulls[body]
+        x = spread(place.x)
+        y = spread(place.y)
+        vx = spread(place.vx)
+        vy = spread(place.vy)
+        ax = spread(pull.x)
+        ay = spread(pull.y)
+        end = spread(pull.vx)
+        fat = spread(limits.fat)
+        own = spread(k.radii[body] + limits.fat)
+        zero = spread(0.0)
+        half = spread(0.5)
+        least = spread(LEAST)
+        never = spread(math.inf)
+        far = spread(2.0**200)
+        eighth = spread(0.125)
+        less = spread(1.0 - 2.0**-40)
+        more = spread(1.0 + 2.0**-40)
+        room = spread(2.0**14 * k.clock[0].tick)
+        myself = spread_whole(body)
+        soon = math.inf
+        rest = math.inf
+        who = NOBODY
+        second_of = NOBODY
+        start = 0
         while True:
-            other_x, other_y, other_vx, other_vy = places(k.places, k.near, start)
-            other_ax, other_ay, other_end, _ = places(k.pulls, k.near, start)
-            reach = pick(k.radii, k.near, start) + own
-            bx = other_ax - ax
-            by = other_ay - ay
-            dvx = other_vx - vx
-            dvy = other_vy - vy
-            dx = (other_x - x) + (dvx + half * bx * elapsed) * elapsed
-            dy = (other_y - y) + (dvy + half * by * elapsed) * elapsed
-            dvx = dvx + bx * elapsed
-            dvy = dvy + by * elapsed
-            span = choose(other_end < end, other_end, end) - elapsed
-            span = choose(span > zero, span, zero)
-            h = choose(span < far, span, zero)  # without an end neither is accelerated
-            pulls = choose(bx < zero, zero - bx, bx) + choose(by < zero, zero - by, by)
-            wide = reach + pulls * h * h * eighth
-            cx = dvx + half * bx * h
-            cy = dvy + half * by * h
-            d2 = dx * dx + dy * dy
-            approach = dx * cx + dy * cy
-            gap = d2 * spread(1.0 - 2.0**-46) - wide * wide
-            inside = approach * approach - (cx * cx + cy * cy) * gap
-            delay = gap / (root(inside) - approach)
-            delay = choose(delay > least, delay, least)
-            delay = choose(((approach > zero) & (gap > zero)) | (inside < zero), never, delay)
-            distance = root(d2)
-            above = distance * less - reach
-            speed = root(dvx * dvx + dvy * dvy)
-            rate = ((dx * dvx + dy * dvy) - fat * speed) / distance
-            bend = ((dx * bx + dy * by) - fat * pulls) / distance
-            inside = rate * rate - (bend + bend) * above
-            parts = rate > zero
-            later = (rate + root(inside)) / (zero - bend)
-            later = choose(parts, later, (above + above) / (root(inside) - rate)) * less
-            later = choose(later > least, later, least)
-            away = (parts & (bend >= zero)) | ((inside < zero) & (above > zero))
-            later = choose(away, never, later)
-            delay = choose(later > delay, later, delay)
-            left_out = (delay > span * more + room) | (numbers(k.near, start) == myself)
-            delay = choose(left_out, never, numbered(delay, start - begin))
-            first, second = two_least(first, second, delay)
-            start += LANES
-            if start >= stop:
+            begin = start
+            stop = smaller(begin + PLACES, count)
+            first = never
+            second = never
+            while True:
+                other_x, other_y, other_vx, other_vy = places(k.places, k.near, start)
+                other_ax, other_ay, other_end, _ = places(k.pulls, k.near, start)
+                reach = pick(k.radii, k.near, start) + own
+                bx = other_ax - ax
+                by = other_ay - ay
+                dvx = other_vx - vx
+                dvy = other_vy - vy
+                dx = (other_x - x) + (dvx + half * bx * elapsed) * elapsed
+                dy = (other_y - y) + (dvy + half * by * elapsed) * elapsed
+                dvx = dvx + bx * elapsed
+                dvy = dvy + by * elapsed
+                if periodic:
+                    dx, dy = nearest_image(k, dx, dy)
+                span = choose(other_end < end, other_end, end) - elapsed
+                span = choose(span > zero, span, zero)
+                h = choose(span < far, span, zero)  # without an end neither is accelerated
+                pulls = choose(bx < zero, zero - bx, bx) + choose(by < zero, zero - by, by)
+                wide = reach + pulls * h * h * eighth
+                cx = dvx + half * bx * h
+                cy = dvy + half * by * h
+                d2 = dx * dx + dy * dy
+                approach = dx * cx + dy * cy
+                gap = d2 * spread(1.0 - 2.0**-46) - wide * wide
+                inside = approach * approach - (cx * cx + cy * cy) * gap
+                delay = gap / (root(inside) - approach)
+                delay = choose(delay > least, delay, least)
+                delay = choose(((approach > zero) & (gap > zero)) | (inside < zero), never, delay)
+                distance = root(d2)
+                above = distance * less - reach
+                speed = root(dvx * dvx + dvy * dvy)
+                rate = ((dx * dvx + dy * dvy) - fat * speed) / distance
+                bend = ((dx * bx + dy * by) - fat * pulls) / distance
+                inside = rate * rate - (bend + bend) * above
+                parts = rate > zero
+                later = (rate + root(inside)) / (zero - bend)
+                later = choose(parts, later, (above + above) / (root(inside) - rate)) * less
+                later = choose(later > least, later, least)
+                away = (parts & (bend >= zero)) | ((inside < zero) & (above > zero))
+                later = choose(away, never, later)
+                delay = choose(later > delay, later, delay)
+                if periodic:
+                    delay = before_other_images(k, delay, dvx, dvy, reach)
+                left_out = (delay > span * more + room) | (numbers(k.near, start) == myself)
+                delay = choose(left_out, never, numbered(delay, start - begin))
+                first, second = two_least(first, second, delay)
+                start += LANES
+                if start >= stop:
+                    break
+            soon, rest, who, second_of = merged(k, begin, first, second, soon, rest, who, second_of)
+            if start >= count:
                 break
-        soon, rest, who, second_of = merged(k, begin, first, second, soon, rest, who, second_of)
-        if start >= count:
-            break
-    if not soon < NONE:
-        return math.inf, math.inf, NOBODY
-    return soon, rest if rest < NONE else math.inf, who
+        if not soon < NONE:
+            return math.inf, math.inf, NOBODY
+        return soon, rest if rest < NONE else math.inf, who
+
+    return soonest
+
+
+soonest_bent, soonest_of_bent_images = _bent_bounds(False), _bent_bounds(True)
 
 
 @hook
@@ -557,7 +558,11 @@ class Disc:
             return PairParts(
                 meet=first_bent_image,
                 collide=collide_images,
-                soonest=soonest_of_images if scene.uniform and not scene.shapes else None,
+                soonest=None
+                if scene.shapes
+                else soonest_of_images
+                if scene.uniform
+                else soonest_of_bent_images,
                 touch=touch_images,
                 part=part_bent,
                 periodic=True,

@@ -26,6 +26,7 @@ from __future__ import annotations
 
 from kinetile.toolbox import Kernel, hook, smaller
 from kinetile.toolbox.lanes import Floats, Truths, bits, choose, lane, number_in, root, some, spread, turned
+from kinetile.toolbox.ticks import HALVES
 
 PLACES = 64
 """Partners that six bits tell apart."""
@@ -113,3 +114,26 @@ def circles_meet(
     passes = parts | (inside < zero)
     delay = gap / (root(inside) - approach)
     return choose(delay > spread(LEAST), delay, spread(LEAST)), passes  # what is not a number may touch now
+
+
+@hook
+def nearest_image(k: Kernel, dx: Floats, dy: Floats) -> tuple[Floats, Floats]:
+    """Returns the places of the nearest images."""
+    torus = k.clock[0].torus
+    halves = spread(HALVES)
+    x = ((dx * spread(torus.per_x) + halves) - halves) * spread(torus.x)
+    y = ((dy * spread(torus.per_y) + halves) - halves) * spread(torus.y)
+    return dx - x, dy - y
+
+
+@hook
+def before_other_images(k: Kernel, delay: Floats, vx: Floats, vy: Floats, reach: Floats) -> Floats:
+    """Returns delays, ``LEAST`` or more, or where that is sooner the time until any image but the nearest
+    could touch: it is half a period away, along an axis, until that is flown."""
+    torus = k.clock[0].torus
+    zero = spread(0.0)
+    x_delay = (spread(torus.half_x) - reach) / choose(vx < zero, zero - vx, vx)
+    y_delay = (spread(torus.half_y) - reach) / choose(vy < zero, zero - vy, vy)
+    delay = choose(x_delay >= delay, delay, x_delay)
+    delay = choose(y_delay >= delay, delay, y_delay)
+    return choose(delay > spread(LEAST), delay, spread(LEAST))

@@ -27,9 +27,8 @@ from kinetile.toolbox import (
     WallParts,
     hook,
     inside_arena,
-    position_at,
+    inside_bent,
     unchecked,
-    velocity_at,
 )
 from kinetile.toolbox.ticks import bent_wall, reaches, with_shapes
 
@@ -175,33 +174,6 @@ def reach_bent(k: Kernel, body: Records) -> tuple[int, int]:
     return tick, wall
 
 
-@hook
-def away_from_walls(place: float, speed: float, pull: float, side: float, edge: float) -> bool:
-    """Returns whether a body has reached neither wall at the ends of an axis, by its place and velocity. It
-    falls to one of them, and so has not been there if it is not now; it has not been
-    at the other if it still rises, or if the vertex of its parabola is before that."""
-    below = place - edge if pull < 0.0 else side - edge - place
-    above = side - edge - place if pull < 0.0 else place - edge
-    rises = speed if pull < 0.0 else -speed
-    if below <= 0.0 or above <= 0.0:
-        return False
-    return bool(pull == 0.0 or rises > 0.0 or rises * rises * (1.0 + 2.0**-40) < 2.0 * abs(pull) * above)
-
-
-@unchecked
-@hook
-def inside_bent(k: Kernel, body: Records, tick: int) -> bool:
-    """Returns whether a body surely reaches no wall up to a tick."""
-    clock = k.clock[0]
-    limits = clock.limits
-    x, y = position_at(k, body, tick)
-    vx, vy = velocity_at(k, body, tick)
-    edge = body.radius + limits.fat
-    if clock.torus.x == 0.0 and not away_from_walls(x, vx, body.ax, limits.width, edge):
-        return False
-    return clock.torus.y != 0.0 or away_from_walls(y, vy, body.ay, limits.height, edge)
-
-
 BENT = WallParts(reach_bent, bounce, touch, periodic=True, inside=inside_bent, shapes=True, bent=True)
 """The parts for a scene with accelerations."""
 
@@ -218,17 +190,15 @@ class Wall:
 
     def prepare(self, scene: Scene) -> WallParts:
         """Returns the parts; refuses a scene without walls, unless they are general."""
-        if scene.bent:
-            return BENT
-        if self.general:
+        if self.general and not scene.bent:
             return _parts(reach_any_wall)
-        if scene.arena is None:
+        if scene.arena is None and not self.general:
             raise Refused(
                 "wall needs an arena, and this scene has none: give the scene an arena or leave wall out"
             )
         if scene.periodic == "xy":
             raise Refused("this scene is periodic along both axes, so there are no walls: leave wall out")
-        return _parts(WALLS[scene.periodic])
+        return BENT if scene.bent else _parts(WALLS[scene.periodic])
 
 
 def _parts(reach: Callable[[Kernel, Records], tuple[int, int]]) -> WallParts:

@@ -1,15 +1,20 @@
 """Bodies with accelerations: drawn games have one list, by the rules and under every phase; and what the
 examples of docs/specification.md say."""
 
+import itertools
 import math
 from contextlib import suppress
 
+import numpy as np
 import pytest
 
 import by_the_rules
 import games
 import kinetile as kt
 from kinetile.errors import MissedContactError, NoRoom, Refused, ZenoError
+from kinetile.instruments import composition_of
+from kinetile.kernel.tables import NOBODY
+from kinetile_conformance.checks.meetings import copied
 from lanes import first
 
 pytestmark = pytest.mark.small
@@ -75,3 +80,33 @@ def test_a_ball_bounces_on_a_peg_again_and_again() -> None:
     more = {"arena": (2.0, 4.0), "gravity": (0.0, -1.0)}
     rows = meetings(3, [(1.0, 1.0), (1.0, 2.0)], [(0.0, 0.0), (0.0, 0.0)], **more)
     assert rows == [(1.0, 0, 1), (3.0, 0, 1), (5.0, 0, 1)]
+
+
+@pytest.mark.parametrize("seed", first(2, range(8)))
+@pytest.mark.parametrize("periodic", ["", "x"])
+def test_no_bound_is_later_than_the_contact(periodic: str, seed: int) -> None:
+    """Up to the end of the chord of either; in a narrow arena, where images follow each other closely."""
+    random = np.random.default_rng(seed)
+    place = np.stack(np.meshgrid(range(3), range(3)), axis=-1).reshape(-1, 2) + 0.5
+    pulls = random.normal(size=place.shape) * [periodic != "x", True] * 2.0 ** random.integers(-3, 4)
+    scene = kt.Scene(
+        place, random.normal(size=place.shape), 0.375, arena=(3.0, 3.0), periodic=periodic, acceleration=pulls
+    )
+    sim, looked_at = kt.Simulation(scene, "naive"), 0
+    parts = composition_of(sim).pair
+    assert parts is not None
+    assert parts.soonest is not None
+    for _ in range(3):
+        sim.run(max_contacts=4)
+        k = copied(sim.tables)
+        now, per_time = int(k.clock[0].now), float(k.clock[0].per_time)
+        for a, b in itertools.permutations(range(len(place)), 2):
+            k.near[0] = b
+            with np.errstate(all="ignore"):
+                bound, _, _ = parts.soonest(k, a, 1, NOBODY, now)
+            one, two = sorted((a, b), key=lambda body: (int(k.bodies[body].anchor), body))
+            tick = parts.meet(k, one, two)
+            if now <= tick < min(int(k.bodies[body].end) for body in (a, b)):
+                assert bound * per_time * (1.0 - 2.0**-50) <= max(tick - now, 1), (a, b)
+                looked_at += 1
+    assert looked_at > 0

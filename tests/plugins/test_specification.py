@@ -17,7 +17,6 @@ from kinetile.kernel.compiled import INTERPRETED, compose, disowned, to_be_fille
 from kinetile.kernel.flight import anchor_at
 from kinetile.kernel.tables import NEVER, Kernel, allocate
 from kinetile.scene.bodies import Bodies
-from kinetile.scene.checks import Extent
 from kinetile.scene.reader import unit_of
 from kinetile_plugins.disc import Disc
 from kinetile_plugins.wall import Wall
@@ -199,7 +198,7 @@ def test_a_scene_has_the_unit_of_the_rule() -> None:
         table = np.array(numbers).reshape(-1, 5)
         given = Bodies(table[:, :2], table[:, 2:4], table[:, 4], np.ones(len(table)), {})
         turns = [kt.Turn(0, 0.0, doubles(velocity)) for velocity in turned]
-        unit = unit_of(given, None if arena is None else Extent(tuple(doubles(arena)), ""), turns)
+        unit = unit_of(given, None if arena is None else doubles(arena), turns, (0.0, 0.0))
         assert unit == 2.0**-e, family
 
 

@@ -20,11 +20,11 @@ export function largest(all, gravity) {
 }
 
 /** Says what is wrong with a scene that has accelerations (rule 2a). */
-export function checkBent({ gravity, arena, periods, bodies, commands }) {
+export function checkBent({ gravity, arena, periods, bodies, commands, until }) {
   const every = [...bodies, ...commands.filter(({ what }) => what === "insertion")];
   const [Ax, Ay] = largest([...bodies, ...commands], gravity);
   if (Ax === 0 && Ay === 0) return;
-  if (arena === null) throw new Error("A body is accelerated, and there is no arena.");
+  if (arena === null && until === null) throw new Error("A body is accelerated, and there is no arena, and no end.");
   if ([Ax, Ay].some((most, axis) => most !== 0 && periods[axis] !== null)) throw new Error("A body is accelerated along a periodic axis.");
   const massOf = (number) => bodies[number]?.m ?? every.find(({ body }) => body === number)?.m;
   const isMoved = ({ m, body, ax, ay }) => (m ?? massOf(body)) === Infinity && (ax !== 0 || ay !== 0);
@@ -35,7 +35,7 @@ export function checkBent({ gravity, arena, periods, bodies, commands }) {
     (body.ax > 0 && body.vx === 0 && touches(body, RIGHT)) ||
     (body.ay < 0 && body.vy === 0 && touches(body, BOTTOM)) ||
     (body.ay > 0 && body.vy === 0 && touches(body, TOP));
-  if (every.some(rests)) throw new Error("A body rests on a wall towards which it is accelerated.");
+  if (arena !== null && every.some(rests)) throw new Error("A body rests on a wall towards which it is accelerated.");
 }
 
 /** The gap between a wall and a body at a place that reaches r towards it (rule 6s). */

@@ -15,10 +15,10 @@ export function unit({ bodies, commands, arena, unit: told = null, gravity = [0,
   const fast = [...bodies, ...commands].filter(({ vx }) => vx !== undefined);
   let S = Math.max(0, ...fast.map(({ vx, vy }) => vx * vx + vy * vy));
   const [Ax, Ay] = largest([...bodies, ...commands], gravity);
-  if (Ax || Ay) S += 2 * (Ax * arena[0] + Ay * arena[1]); // rule 3a
-  const L = arena
-    ? Math.max(...arena)
-    : Math.max(...bodies.map(({ x, y }) => Math.max(Math.abs(x), Math.abs(y)))) + Math.max(...bodies.map(({ r }) => r));
+  const far = arena ? 0 : Math.max(...bodies.map(({ x, y }) => Math.max(Math.abs(x), Math.abs(y)))) + Math.max(...bodies.map(({ r }) => r));
+  const [W, H] = arena ?? [far, far];
+  if (Ax || Ay) S += 2 * (Ax * W + Ay * H); // rule 3a
+  const L = Math.max(W, H);
   const c = (Math.sqrt(S) / L) * (1 - powerOfTwo(-20));
   while (e < 900 && !(c < powerOfTwo(e))) e += 1;
   return e;

@@ -268,7 +268,7 @@ JAM = record(
 )
 STOPS = record(
     ("before", "i8", VALUE, KEPT),  # whether to stop before what is watched, and not after it
-    ("due", "i8", VALUE, DERIVED),  # whether to stop now, because of
+    ("due", "i8", VALUE, KEPT),  # whether to stop now, because of
     ("tick", "i8", PAST, CARRIED),  # a contact at this tick
     ("a b", "i8", NUMBER, CARRIED),  # of these numbers
 )

@@ -166,6 +166,12 @@ def read_end(
     if not is_finite(until):
         raise ValueError(f"until must be a finite time; found {shown(until)}")
     until = float(until)
+    last = scene.settings.until if scene.bent and scene.arena is None else None
+    if last is not None and until > math.nextafter(last, math.inf):  # the exact end may be a rounding later
+        raise ValueError(
+            f"until={until} is after the scene's end, {last}: expected at most that, since without walls "
+            "accelerated bodies become ever faster; or give the scene a later one"
+        )
     exact, quota = scene.settings.end if until == scene.settings.until else None, UNLIMITED
     if exact is not None:
         quota, ticks = exact[2], engine.clock.tick_of(until, exact)

@@ -399,7 +399,7 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -
     if scene.periodic:
         _demand_periodic(scene, (name, broad), given)
     if scene.bent:
-        _demand_bent(given, wall)
+        _demand_bent(given, scene.arena is None or wall is not None)
     walled = scene.arena is not None and wall is not None
     if broad.walled and not walled:
         lacks = "this scene has no arena" if scene.arena is None else "no narrow phase for walls is named"
@@ -423,7 +423,7 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -
     return found
 
 
-def _demand_bent(narrow: Mapping[str, PairParts | WallParts], wall: WallParts | None) -> None:
+def _demand_bent(narrow: Mapping[str, PairParts | WallParts], held: bool) -> None:
     """Raises Refused if a narrow phase does not know flight plans with an acceleration."""
     for name, parts in narrow.items():
         if not parts.bent:
@@ -431,7 +431,7 @@ def _demand_bent(narrow: Mapping[str, PairParts | WallParts], wall: WallParts | 
             raise Refused(
                 f"{label} does not know accelerations (bent=True), and bodies of this scene have some"
             )
-    if wall is None:
+    if not held:
         raise Refused(
             f"of {', '.join(narrow) or 'no narrow phases'} none is for walls, and bodies of this scene are "
             "accelerated: name wall"

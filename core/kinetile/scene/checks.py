@@ -140,13 +140,12 @@ def shown(value: object, width: int = 60) -> str:
 
 
 class Extent(NamedTuple):
-    """An arena, (width, height), its periodic axes, "", "x", "y" or "xy", whether bodies have to be within
-    its walls, and the largest accelerations along x and y of any body."""
+    """An arena, (width, height), its periodic axes, "", "x", "y" or "xy", and whether bodies have to be
+    within its walls."""
 
     sides: tuple[float, float]
     periodic: str
     walled: bool = True
-    pull: tuple[float, float] = (0.0, 0.0)
 
     @property
     def periods(self) -> tuple[float, float]:

@@ -21,7 +21,7 @@ from kinetile.scene.bodies import (
     read_accelerations,
     read_arrays,
 )
-from kinetile.scene.checks import Extent, abridged, shown
+from kinetile.scene.checks import LARGEST, Extent, abridged, shown
 from kinetile.scene.commands import (
     Accelerate,
     Command,
@@ -102,7 +102,8 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         (where, with_shape(command, shape, bodies.table is not None))
         for (where, command), shape in zip(commands, coming, strict=True)
     ]
-    framed = check_frame(given.arena, given.start, settings.until if given.until is None else given.until)
+    until = settings.until if given.until is None else given.until
+    framed = check_frame(given.arena, given.start, until)
     amiss = {mistake.where for mistake in framed}
     wrong = check_periodic(given.periodic, given.arena is not None)
     mistakes += framed + wrong
@@ -114,7 +115,10 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     pulls = _read_pulls(given, bodies, gravity, places.unread, mistakes)
     if walls_known:
         mistakes += _check_pulls(bodies, pulls, commands, extent)
-    extent = extent and extent._replace(pull=_largest(pulls, commands, gravity))
+    pull = _largest(pulls, commands, gravity)
+    if given.arena is None and until is None and any(pull):
+        right = "an end, or an arena: without either accelerated bodies fall for ever"
+        mistakes.append(Mistake("until", "nothing", right))
     rules = _read_rules(given, len(bodies), commands, places.complete, mistakes)
     mistakes += check_bodies(bodies, extent, (rules.kind, rules.passing))
     start = None if "start" in amiss else float(given.start)
@@ -126,7 +130,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         mistakes += check_command(command, where, start, extent)
     mistakes += VALUES["unit"].mistakes(given.unit, "unit") if given.unit is not None else []
     mistakes += check_settings(settings)
-    if extent is not None and any(extent.pull) and not (mistakes or places.mistakes):
+    if any(pull) and not (mistakes or places.mistakes):
         mistakes += _check_bent(bodies, pulls, commands, gravity, extent)
     _raise(mistakes, places)
 
@@ -137,12 +141,15 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     apart = ((where, Turn(*turn)) for where, turn in turns)
     every = [*sorted(apart, key=lambda pair: (pair[1].time, pair[1].body)), *commands]
     known = numbered([command for _, command in every], len(bodies), first)
-    clock = Clock(start, unit or unit_of(bodies, extent, known))
+    clock = Clock(start, unit or unit_of(bodies, sides, known, pull))
     order = _order(known, clock)
     kept = tuple(known[k] for k in order)
     mistakes = check_pace(start, clock.unit)
-    if extent is not None and any(extent.pull):
-        mistakes += _check_chords(bodies, commands, extent, clock.unit)
+    if any(pull):
+        mistakes += _check_chords(bodies, commands, pull, clock.unit)
+        if sides is None and until is not None and max(pull) * (until - start) > LARGEST:
+            right = f"an end by which bodies are no faster than {LARGEST:.1e}"
+            mistakes.append(Mistake("until", shown(until), right))
     mistakes += check_presence(kept, [every[k][0] for k in order], len(bodies))
     _raise(mistakes + check_end(settings, clock), places)
     table = bodies.table or Table((), np.full(len(bodies), -1), np.zeros(len(bodies), dtype=np.bool_))
@@ -162,7 +169,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         "origin": dict(given.origin or {}),
         "periodic": given.periodic,
         "gravity": gravity,
-        "pull": extent.pull if extent is not None else (0.0, 0.0),
+        "pull": pull,
         "uniform": _is_uniform(pulls, kept, gravity),
         "shapes": table.shapes,
         "kinds": rules.kinds,
@@ -336,10 +343,12 @@ def _check_bent(
     pulls: Floats,
     commands: Sequence[tuple[str, Any]],
     gravity: tuple[float, float],
-    extent: Extent,
+    extent: Extent | None,
 ) -> list[Mistake]:
     """Checks what a scene with accelerations cannot have: bodies that rest on a wall."""
     mistakes: list[Mistake] = []
+    if extent is None:
+        return mistakes
     reaches = np.tile(bodies.radius[:, None], 4) if bodies.table is None else bodies.table.reaches
     columns = (each.tolist() for each in (bodies.position, bodies.velocity, reaches, pulls))
     each: list[Any] = [(f"bodies[{i}]", *body) for i, body in enumerate(zip(*columns, strict=True))]
@@ -352,27 +361,32 @@ def _check_bent(
 
 
 def _check_chords(
-    bodies: Bodies, commands: Sequence[tuple[str, Any]], extent: Extent, unit: float
+    bodies: Bodies, commands: Sequence[tuple[str, Any]], pull: tuple[float, float], unit: float
 ) -> list[Mistake]:
     """Checks that chords last long enough (``kernel.chords``)."""
     radii = [each.radius for _, each in commands if isinstance(each, Insert)]
     margin = min([*bodies.radius.tolist(), *radii], default=1.0) * SHARE
-    if shortest(extent.pull, margin, unit) >= LEAST_SPAN:
+    if shortest(pull, margin, unit) >= LEAST_SPAN:
         return []
-    found = f"{shown(list(extent.pull))}, by which a body falls far in a tick of the clock"
+    found = f"{shown(list(pull))}, by which a body falls far in a tick of the clock"
     return [Mistake("acceleration", found, f"less, or a unit below {unit:.3g}")]
 
 
-def unit_of(bodies: Bodies, extent: Extent | None, commands: Sequence[Command]) -> float:
+def unit_of(
+    bodies: Bodies,
+    sides: tuple[float, float] | None,
+    commands: Sequence[Command],
+    pull: tuple[float, float],
+) -> float:
     """Returns the power of two, at most 1, in which the clock of a scene counts unless it says another."""
-    if len(bodies) == 0 and extent is None:
+    if len(bodies) == 0 and sides is None:
         return 1.0
     squares = [float((bodies.velocity**2).sum(axis=1).max())] if len(bodies) else []
     fastest = max([*squares, *speeds(commands)], default=0.0)
-    if extent is None:
-        return time_unit(float(np.abs(bodies.position).max() + bodies.radius.max()), math.sqrt(fastest))
-    drop = sum(pull * side for pull, side in zip(extent.pull, extent.sides, strict=True))
-    return time_unit(max(extent.sides), math.sqrt(fastest + 2.0 * drop))
+    if sides is None:
+        sides = (float(np.abs(bodies.position).max() + bodies.radius.max()),) * 2
+    drop = pull[0] * sides[0] + pull[1] * sides[1]
+    return time_unit(max(sides), math.sqrt(fastest + 2.0 * drop))
 
 
 def _order(commands: Sequence[Command], clock: Clock) -> list[int]:

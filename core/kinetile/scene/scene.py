@@ -50,9 +50,9 @@ class Scene:
     commands. ``unit`` is the power of two in which the clock counts; None: it follows from the speeds.
     ``time_unit`` is the one in which it does (``kinetile.kernel.clock``). ``acceleration`` is
     (n, 2), or one for all bodies of finite mass, and ``gravity``, (gx, gy), that of those which have none of
-    their own (NaN), in an arena of discs with walls at the ends of the axes along which they pull; bodies of
-    infinite mass have none. ``pull`` has the largest, along x and y, of those of all bodies, and
-    ``uniform`` is whether all have one and keep it.
+    their own (NaN), of discs, with walls at the ends of the axes along which they pull, or without an arena
+    up to the end of the scene; bodies of infinite mass have none. ``pull`` has the largest, along x and y, of
+    those of all bodies, and ``uniform`` is whether all have one and keep it.
     ``start`` is the time of the given positions. ``kind`` is the kind of each body, or one for all, and
     ``responses`` are the responses of pairs of kinds (``kinetile.scene.responses``). ``kinds`` are all kinds
     of bodies, present or inserted later; by default they follow from the bodies and from the insertions.

@@ -17,7 +17,7 @@ from kinetile.kernel.certificates.structural import (
     schedule,
     ticks_after,
 )
-from kinetile.kernel.certificates.wall import inside_arena
+from kinetile.kernel.certificates.wall import inside_arena, inside_bent
 from kinetile.kernel.compiled import hook, larger, smaller, unchecked
 from kinetile.kernel.flight import (
     closing_speed,
@@ -109,6 +109,7 @@ __all__ = [
     "held_pairs",
     "hook",
     "inside_arena",
+    "inside_bent",
     "is_there",
     "larger",
     "offer",

@@ -79,8 +79,25 @@ def margin_of(scene: Scene, limit: float | None = None) -> float:
 
 def drop_of(scene: Scene) -> float:
     """Returns the largest square of a speed that a body can gain by falling: 2 a.d for the arena's diagonal
-    d and the largest accelerations."""
-    return 2.0 * sum(pull * side for pull, side in zip(scene.pull, scene.arena or (), strict=False))
+    d and the largest accelerations; in the open plane 2 |a|^2 t^2 for the time t up to the scene's end."""
+    if not scene.bent:
+        return 0.0
+    x, y = scene.pull
+    if scene.arena is not None:
+        return 2.0 * (x * scene.arena[0] + y * scene.arena[1])
+    assert scene.settings.until is not None
+    time = scene.settings.until - scene.start
+    return 2.0 * (x * x + y * y) * (time * time)
+
+
+def fastest(scene: Scene, squares: float, lightest: float) -> float:
+    """Returns the speed of the lightest body if it had all the energy: half of ``squares``, the sum of mass *
+    (speed^2 + drop).
+
+    In the open plane the root W of the sum of m v^2 grows by sum(m a.v) / W <= |a| sqrt(M) a unit of time, M
+    being the sum of m: up to W + |a| sqrt(M) t, whose square is at most 2 (W^2 + M |a|^2 t^2).
+    """
+    return math.sqrt((2.0 if scene.bent and scene.arena is None else 1.0) * squares / lightest)
 
 
 def chord_speed(scene: Scene) -> float:
@@ -113,5 +130,5 @@ def speed_bound(scene: Scene) -> float:
             else:
                 pushed.append(square)
     lightest = min(mass.values())
-    speed = math.sqrt(math.fsum(terms) / lightest) if lightest < math.inf else 0.0
+    speed = fastest(scene, math.fsum(terms), lightest) if lightest < math.inf else 0.0
     return (speed + 2.0 * math.sqrt(max(pushed)) + chord_speed(scene)) * (1.0 + 2.0**-20)

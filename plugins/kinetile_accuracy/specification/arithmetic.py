@@ -54,13 +54,13 @@ def unit_bits(scene: Scene) -> int:
     velocities = [*scene.velocity.tolist(), *commands]
     largest = max((vx * vx + vy * vy for vx, vy in velocities), default=0.0)
     if scene.arena is not None:
-        extent = max(scene.arena)
-        ax, ay = largest_pull(scene)
-        largest = largest + 2 * (ax * scene.arena[0] + ay * scene.arena[1])  # rule 3a
+        width, height = scene.arena
     else:
         farthest = max(abs(place) for row in scene.position.tolist() for place in row)
-        extent = farthest + max(scene.radius.tolist())
-    crossings = math.sqrt(largest) / extent * (1.0 - 2.0**-20)
+        width = height = farthest + max(scene.radius.tolist())
+    ax, ay = largest_pull(scene)
+    largest = largest + 2 * (ax * width + ay * height)  # rule 3a
+    crossings = math.sqrt(largest) / max(width, height) * (1.0 - 2.0**-20)
     return next((e for e in range(900) if crossings < 2.0**e), 900)
 
 

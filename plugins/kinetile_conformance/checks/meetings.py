@@ -162,6 +162,8 @@ def its_bounds_are_never_late(case: Case) -> None:
             delay = (ticks - now) * (1.0 + 2.0**-50) / per_time
             # A bound within this tick is never late.
             late = (bound > delay) & (ticks >= now) & (ticks < NEVER) & (bound * per_time >= 1.0)
+            if case.scene.bent:  # up to the end of the chord of either
+                late &= ticks < k.bodies.end[met.who].min(axis=1)
             for at in np.flatnonzero(late)[:1].tolist():
                 text = f"bodies {met.who[at].tolist()} meet after {delay[at].item()!r}"
                 text += f", and the bound is {bound[at].item()!r}"
@@ -190,7 +192,8 @@ def walls_are_met_at_the_tick_of_the_specification(case: Case) -> None:
     """Where it takes `inside_arena`, so that walls are at the arena's edges, bodies meet them at the tick of
     `wall`"""
     (name, options), *_ = case.subject.of_role("wall").items() or [("", {})]
-    if case.scene.arena is None or _walls(name, options, case.scene).inside is not toolbox.inside_arena:
+    inside = toolbox.inside_bent if case.scene.bent else toolbox.inside_arena
+    if case.scene.arena is None or _walls(name, options, case.scene).inside is not inside:
         raise DoesNotApply("it does not say that walls are at the edges of an arena")
     named, usual = (_walls(each, how, case.scene) for each, how in ((name, options), ("wall", GENERAL)))
 

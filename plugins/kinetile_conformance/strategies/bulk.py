@@ -71,7 +71,8 @@ def _some(random: np.random.Generator, count: int, share: float) -> npt.NDArray[
 
 def falling(number: int) -> Scene:
     """Returns lattices, or bodies of several sizes, that fall along one axis or both, by much or hardly; some
-    have accelerations of their own, and one of six is immovable. None rests on a wall."""
+    have accelerations of their own, and one of six is immovable. None rests on a wall; half of the swarms
+    have none."""
     random = np.random.default_rng(number)
     base = lattices(4, number, True, APART[1]) if number & 1 else swarm("gas", 30, number, number % 7)
     bodies = np.arange(len(base))
@@ -83,8 +84,9 @@ def falling(number: int) -> Scene:
     own[random.random(len(base)) < 0.5] = math.nan
     velocity = np.where(base.velocity == 0.0, 0.25, base.velocity)
     velocity[fixed] = 0.0
-    mass = np.where(fixed, math.inf, base.mass)
-    return base.replace(velocity=velocity, mass=mass, gravity=gravity.tolist(), acceleration=own)
+    mass = np.where(fixed, math.inf, 2.0 ** random.integers(-1, 2, len(base)))
+    arena = None if number % 4 == 2 else base.arena
+    return base.replace(velocity=velocity, mass=mass, arena=arena, gravity=gravity.tolist(), acceleration=own)
 
 
 BASES, CONTACTS = 40, 100_000

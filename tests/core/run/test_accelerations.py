@@ -1,6 +1,7 @@
 """Bodies with accelerations of their own: known answers, margins of chords, commands."""
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -9,9 +10,10 @@ import by_the_rules
 import kinetile as kt
 import lanes
 from agreement import agree, assert_one_answer
-from kinetile.errors import NoRoom, ZenoError
+from kinetile.errors import NoRoom, Refused, ZenoError
 from kinetile.scene.files import dumps_scene, loads_scene
 from kinetile.toolbox import reach
+from lanes import first
 
 FRAME = {"arena": (4.0, 4.0), "gravity": (0.0, -1.0)}
 PHASES = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling", "power")
@@ -100,6 +102,88 @@ def test_a_ball_is_thrown_past_the_tip_of_a_triangle_by_an_ulp(ulps, times):
         gravity=(0.0, -0.25),
     )
     assert len(contacts(thrown, 4.0)) == times
+
+
+OPEN = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
+"""Phases that take scenes without walls."""
+
+
+@pytest.mark.parametrize("phase", OPEN)
+def test_without_walls_bodies_fall_up_to_the_end_of_the_scene(phase):
+    """A ball falls on one that flies on with its speed: each time it meets it again after 4."""
+    end = kt.Settings(until=21.0)
+    pulls = [[0.0, -1.0], [0.0, 0.0]]
+    scene = kt.Scene([[0.0, 3.0], [0.0, 0.0]], [[0.0, 0.0]] * 2, 0.5, acceleration=pulls, settings=end)
+    assert contacts(scene, 21.0, phase) == [(time, 0, 1) for time in (2.0, 6.0, 10.0, 14.0, 18.0)]
+    sim = kt.Simulation(scene, phase)
+    sim.run(7.0)
+    with pytest.raises(ValueError, match=r"until=22.0 is after the scene's end, 21.0: expected at most that"):
+        sim.run(22.0)
+    with pytest.raises(Refused, match="wall needs an arena"):
+        kt.Simulation(scene, phase, narrow_phases=["disc", "wall"])
+    saved = sim.snapshot()
+    for _ in range(2):
+        sim.run(max_contacts=100)
+        assert (sim.time, len(sim.contacts)) == (21.0, 5)
+        sim.restore(saved)
+
+
+def pair(start: list[float], flies: list[float], reach: float, pulls: list[list[float]]) -> kt.Scene:
+    """Two discs in the open plane that touch at this distance; the first is at the origin, and starts at
+    rest."""
+    places, velocities = [[0.0, 0.0], start], [[0.0, 0.0], flies]
+    return kt.Scene(places, velocities, reach / 2.0, acceleration=pulls, settings=kt.Settings(until=9.0))
+
+
+@pytest.mark.parametrize("phase", OPEN)
+@pytest.mark.parametrize(("rest", "roots"), [(1.0, 0), (-1.0, 2)])
+def test_a_quartic_on_which_a_solver_never_returned(phase, rest, roots):
+    """t^4 + t^3 + 1 of toastedcrumpets/stator, issue 2, and the same with -1: the distance of two discs, with
+    t for time - 2, since |(t^2 + t/2 - 17/8, 2 t + 17/32)|^2 is t^4 + t^3 + 4913/1024."""
+    reach = math.sqrt(4913.0 / 1024.0 - rest)
+    scene = pair([0.875, 17.0 / 32.0 - 4.0], [-3.5, 2.0], reach, [[0.0, 0.0], [2.0, 0.0]])
+    sim = kt.Simulation(scene, phase)
+    sim.run(max_contacts=1)
+    assert len(sim.contacts) == roots // 2  # from the other root on they part
+    for epoch, tick in sim.contacts[["epoch", "tick"]].tolist():
+        ticks = Fraction((epoch << 52) + tick)
+        now, then = ((ticks + more) / 2**52 * Fraction(scene.time_unit) - 2 for more in (0, 1))
+        left = Fraction(4913, 1024) - Fraction(reach) ** 2
+        assert now**4 + now**3 + left >= 0 > then**4 + then**3 + left
+
+
+@pytest.mark.parametrize("phase", OPEN)
+@pytest.mark.parametrize(
+    ("gap", "speed", "times"),
+    [(8.0, -5.0, ["1.6"]), (0.0, -5.0, ["0"]), (0.0, 0.0, []), (0.0, 5.0, []), (8.0, 5.0, [])],
+)
+def test_a_quartic_that_is_a_quadratic(phase, gap, speed, times):
+    """Two balls with one acceleration, as in ekiefl/pooltool, 354: solvers of quartics had a contact at once,
+    or none. Those that touch meet if they come nearer."""
+    scene = pair([1.0 + gap, 0.0], [speed, 0.0], 1.0, [[0.25, -1.0]] * 2)
+    sim = kt.Simulation(scene, phase)
+    sim.run()
+    ticks = [math.floor(Fraction(time) / Fraction(scene.time_unit) * 2**52) for time in times]
+    assert [(epoch << 52) + tick for epoch, tick in sim.contacts[["epoch", "tick"]].tolist()] == ticks
+
+
+@pytest.mark.parametrize("seed", first(2, range(8)))
+def test_without_walls_no_body_is_faster_than_the_bound(seed):
+    random = np.random.default_rng(seed)
+    place = np.stack(np.meshgrid(range(3), range(2)), axis=-1).reshape(-1, 2) * 1.5
+    pulls = random.choice([-1.0, 1.0], place.shape) - 0.5 * (place - place.mean(axis=0))
+    mass = 4.0 ** random.integers(-4, 5, len(place))
+    end = kt.Settings(until=6.0)
+    scene = kt.Scene(place, 0.0 * place, 0.5, mass, acceleration=pulls, settings=end)
+    sim = kt.Simulation(scene, "cells", live=True)
+    for step in range(13):
+        sim.run(0.5 * step)
+        if step == 6:
+            sim.insert((-9.0, -9.0), (0.0, 0.0), 0.5, mass=2.0**-9)
+            sim.set_acceleration(0, (0.5, 0.5))
+        assert (np.hypot(*sim.velocities().T) <= math.sqrt(sim.tables.clock[0].limits.speed2)).all()
+        sim.audit()
+    agree(sim.recorded(), *OPEN[:2])
 
 
 def lane(gap: float) -> kt.Scene:

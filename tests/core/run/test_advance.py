@@ -242,6 +242,25 @@ def test_a_run_stops_at_a_contact_after_which_a_body_is_faster_than_any_before(p
 
 
 @pytest.mark.parametrize("phase", GENERAL)
+def test_a_run_stops_at_a_passing_that_a_command_begins_or_ends(phase):
+    """Phases that are built anew counted such a contact, gave it only to the next run, and did not stop."""
+    rules = {("*", "*"): kt.Response("pass")}
+    commands = [kt.Insert(1.0, (1.25, 1.5), (0.0, 0.5), 0.25), kt.Remove(2, 2.0)]
+    scene = kt.Scene([[1, 1], [3, 1]], [[0.25, 0.5], [0, 0.5]], 0.25, arena=(4, 4), responses=rules)
+    scene = scene.replace(commands=commands)
+    for most in (1, 2):
+        sim = kt.Simulation(scene, phase)
+        sim.run(max_contacts=most)
+        assert sim.contacts[["time", "a", "b"]].tolist() == [(1.0, 0, 2), (2.0, 2, 0)][:most]
+    sim = kt.Simulation(scene, phase)
+    found = [sim.run(until=9.0, stop_at=kt.StopAt(bodies=[2])) for _ in range(2)]
+    assert [(event.time, event.kind, event.bodies) for event in found] == [
+        (1.0, "pass", (0, 2)),
+        (2.0, "part", (0, 2)),
+    ]
+
+
+@pytest.mark.parametrize("phase", GENERAL)
 def test_what_is_commanded_before_a_contact_can_avert_it(phase):
     sim = kt.Simulation(world(), phase, live=True)
     event = sim.run(until=6.0, stop_at=kt.StopAt(pairs=[(1, 0)], before=True))

@@ -25,7 +25,7 @@ from kinetile.kernel.certificates.contact import LARGE, OPEN, SMALL, TINY, floor
 from kinetile.kernel.certificates.integers import as_count
 from kinetile.kernel.certificates.structural import FAR
 from kinetile.kernel.compiled import apart, hook, larger, unchecked
-from kinetile.kernel.flight import position_at
+from kinetile.kernel.flight import position_at, velocity_at
 from kinetile.kernel.tables import Kernel, Records
 from kinetile.kernel.vectors import product_error
 
@@ -73,3 +73,30 @@ def inside_arena(k: Kernel, body: Records, tick: int) -> bool:
     x, y = position_at(k, body, tick)
     edge = body.radius + limits.fat
     return bool((x > edge) & (y > edge) & (x < limits.width - edge) & (y < limits.height - edge))
+
+
+@hook
+def away_from_walls(place: float, speed: float, pull: float, side: float, edge: float) -> bool:
+    """Return whether a body has reached neither wall at the ends of an axis, by its place and velocity. It
+    falls to one of them, and so has not been there if it is not now; it has not been
+    at the other if it still rises, or if the vertex of its parabola is before that."""
+    below = place - edge if pull < 0.0 else side - edge - place
+    above = side - edge - place if pull < 0.0 else place - edge
+    rises = speed if pull < 0.0 else -speed
+    if below <= 0.0 or above <= 0.0:
+        return False
+    return bool(pull == 0.0 or rises > 0.0 or rises * rises * (1.0 + 2.0**-40) < 2.0 * abs(pull) * above)
+
+
+@unchecked
+@hook
+def inside_bent(k: Kernel, body: Records, tick: int) -> bool:
+    """Return the same of a body with an acceleration."""
+    clock = k.clock[0]
+    limits = clock.limits
+    x, y = position_at(k, body, tick)
+    vx, vy = velocity_at(k, body, tick)
+    edge = body.radius + limits.fat
+    if clock.torus.x == 0.0 and not away_from_walls(x, vx, body.ax, limits.width, edge):
+        return False
+    return clock.torus.y != 0.0 or away_from_walls(y, vy, body.ay, limits.height, edge)

@@ -53,11 +53,6 @@ class Bounds(NamedTuple):
         return cls(lightest, smallest, math.inf, speed_bound(scene), 0.0, NO_SKIN)
 
 
-def fastest(squares: float, lightest: float) -> float:
-    """Returns the speed of the lightest body if it had all the energy, to a rounding."""
-    return math.sqrt(squares / lightest) * (1.0 + 2.0**-20)
-
-
 def squares_of_bodies(k: Kernel) -> float:
     """Returns the sum of mass * speed^2 of all bodies, rounded once.
 

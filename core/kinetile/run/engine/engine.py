@@ -60,7 +60,7 @@ from kinetile.plugin.registry import sentence
 from kinetile.run.audit import check_all
 from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine import layout, spans
-from kinetile.run.engine.bounds import MOST_FLOWN, NO_SKIN, Bounds, fastest, squares_of_bodies
+from kinetile.run.engine.bounds import MOST_FLOWN, NO_SKIN, Bounds, squares_of_bodies
 from kinetile.run.engine.commands import ROWS, Agenda, Command, Rows, squares_of, to_the_front
 from kinetile.run.engine.contacts import Ledger
 from kinetile.run.engine.failures import blocked, blockers_of, failure
@@ -70,7 +70,7 @@ from kinetile.run.interrupts import Interruptible, Unbroken, let_signals_through
 from kinetile.run.prepared import with_shapes
 from kinetile.scene import Scene
 from kinetile.scene.shapes import Shape
-from kinetile.toolbox.reach import SPANS, chord_speed, drop_of, extent_of, margin_of
+from kinetile.toolbox.reach import SPANS, chord_speed, drop_of, extent_of, fastest, margin_of
 
 UNLIMITED = 2**62
 NONE_BEHIND = 2**62
@@ -246,8 +246,12 @@ class Engine(Tables):
             self.k = layout.more_passings(self.k, room)
             return COMMAND_DUE
         elif reason == COMMAND_DUE:
-            return COMMAND_DUE if self._make_slot() else BUDGET_SPENT
-        if reason not in (NO_ROOM, LOG_FULL, FASTER):
+            before = self.now
+            if self._make_slot():
+                return COMMAND_DUE
+            self._take_over(before)  # passings that the command has begun or ended: these count already
+            watched = self.fields.stops.due[0]
+        if reason not in (NO_ROOM, LOG_FULL, FASTER, COMMAND_DUE):
             return reason
         self.fields.stops.due[0] = 0
         return WATCHED if watched else BUDGET_SPENT
@@ -528,15 +532,14 @@ class Engine(Tables):
         if inserts:
             lightest = min(lightest, *rows["mass"].tolist())
             smallest = min(smallest, *rows["radius"].tolist())
-        drop = drop_of(self.scene)
-        drift = chord_speed(self.scene)
+        drop, drift, room = drop_of(self.scene), chord_speed(self.scene), 1.0 + 2.0**-20
         gained = squares_of(rows, drop)
-        needed = fastest(squares + gained, lightest) + drift
+        needed = fastest(self.scene, squares + gained, lightest) * room + drift
         if not needed <= speed:
             squares = squares_of_bodies(self.k) + self.agenda.squares(self.k, drop)
             mass = self.k.mass[self.taken]
             squares += drop * float(mass[np.isfinite(mass)].sum()) if drop else 0.0
-            needed = fastest(squares + gained, lightest) + drift
+            needed = fastest(self.scene, squares + gained, lightest) * room + drift
         return Bounds(lightest, smallest, squares + gained, speed, extent, skin), needed
 
     @property
