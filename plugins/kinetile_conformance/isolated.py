@@ -121,7 +121,6 @@ class IsolatedRunner:
             raise PhaseError(self._sentence(died, what)) from died
 
     def _call(self, function: Callable[..., Any], *arguments: Any, hear: Hear = unheard) -> Any:
-        """Returns what a function of the runner returns. Raises Died if the child ends before."""
         if self._here is not None:
             return function(self._here, *arguments)
         if self._child is None:

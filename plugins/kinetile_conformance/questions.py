@@ -165,7 +165,6 @@ TIMED_CONTACTS = Form.of("contacts", "[[time, a, b], ...]", list[tuple[Finite, B
 
 
 def _tables(scene: Scene) -> dict[str, Any]:
-    """Returns the tables of a scene's file, with an infinite mass as "inf"."""
     tables = tomllib.loads(dumps_scene(scene))
     for body in tables.get("bodies", ()):
         if body.get("mass") == math.inf:

@@ -104,7 +104,6 @@ def audit_bounds(k: Kernel, lists: Lists) -> Iterator[str]:
 
 
 def _period(k: Kernel, lists: Lists, row: int) -> float:
-    """Returns the period of a list, or 0."""
     torus = k.clock[0].torus
     return float(lists.shares[row] @ (torus.x, torus.y))
 
@@ -327,7 +326,6 @@ def _point(along: Coordinate, across: Coordinate, axis: int) -> Point:
 
 
 def _outcome(left: int, right: int) -> str:
-    """Returns what it means when two bounds pass each other."""
     if left & 1 == right & 1:
         return "pass"
     return "meet" if left & 1 else "part"

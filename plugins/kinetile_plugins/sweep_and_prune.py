@@ -197,7 +197,6 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def period_of(k: Kernel, bound: int) -> float:
-        """Returns the period of a bound's axis, or 0."""
         if not circular:
             return 0.0
         torus = k.clock[0].torus
@@ -470,7 +469,6 @@ def near(k: Kernel, s: State, body: int) -> int:
 
 
 def _names(s: State) -> tuple[str, ...]:
-    """Returns the names of the lists, as options have them."""
     return tuple(NAMES.get((p, q), f"{p}:{q}") for p, q in s.ways.reshape(-1, 2).tolist())
 
 

@@ -249,7 +249,6 @@ def _result(
 
 
 def _lines(result: Mapping[str, Any], scene: Scene) -> Iterable[tuple[str, str]]:
-    """Yields the result of a run in words: the scene, the phases, counts, accuracy and cost, with units."""
     from kinetile.explanation import reading_lines
     from kinetile.scene.scene import around, in_words, source_of
 

@@ -263,7 +263,6 @@ class EventRecorder:
         return RecordError(f"{self.path} cannot be written: {reason(error)}")
 
     def _open_file(self) -> LogFile:
-        """Returns the file if it is open; raises RecordError if not."""
         if self._file is None or self._file.closed:
             when = "before its `with` began" if self._file is None else "after it was closed"
             raise RecordError(

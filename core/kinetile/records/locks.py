@@ -60,7 +60,6 @@ def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False, mode: 
 
 
 def _check_contents(file: LogFile, partial: Path) -> None:
-    """Raises RecordError if overwriting a file would lose data."""
     with file.reader() as content:
         if holds_nothing(content):
             return

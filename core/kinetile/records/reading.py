@@ -107,7 +107,6 @@ def _read(path: Path) -> tuple[NDArray[Any], list[str]]:
 
 
 def _check_columns(pa: Any, path: Path, schema: Any) -> None:
-    """Raises RecordError unless these are the columns of an event file."""
     wanted = [(name, pa.from_numpy_dtype(LOG[name])) for name in _COLUMNS]
     found = [(field.name, field.type) for field in schema]
     if found != wanted:

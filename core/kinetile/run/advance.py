@@ -188,7 +188,6 @@ class _Stillness:
         self._patience = self._next_try = PATIENCE
 
     def note_span(self, engine: Engine) -> None:
-        """Counts a span that has passed."""
         happened = engine.events - int(engine.k.counts[0].structural)
         self.quiet = self.quiet + 1 if happened == self._seen else 0
         self._next_try = self._next_try if self.quiet else self._patience
@@ -340,7 +339,6 @@ def _is_watched(k: Kernel, a: int, b: int) -> bool:
 
 
 def _event_of_row(engine: Engine, row: ContactRow) -> Event:
-    """Returns the event of a contact's row, or of that of a removal."""
     epoch, tick, a, b = row
     k, when = engine.k, engine.clock.moment(epoch * TICKS + tick)
     if b == REMOVED:
@@ -355,7 +353,6 @@ def _event_of_row(engine: Engine, row: ContactRow) -> Event:
 
 
 def _passes(k: Kernel, a: int, b: int) -> bool:
-    """Whether the bodies in two slots pass through each other."""
     if not len(k.rules):
         return False
     kinds = int(k.clock[0].kinds)

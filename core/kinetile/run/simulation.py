@@ -741,7 +741,6 @@ class Simulation(Moment):
     # Within
 
     def _go_on_from(self, snapshot: Snapshot) -> None:
-        """Continues from a snapshot; unchanged if that is refused."""
         self._engine = resumed(snapshot, self.scene, self._engine.composition)
         self._audit, self._start_energy = snapshot.audit, snapshot.start_energy
         self._observers, self._saved_observed = None, snapshot.observed
@@ -771,7 +770,6 @@ class Simulation(Moment):
                 self._lock.release()
 
     def _observed_state(self) -> Mapping[str, Any] | None:
-        """Returns what observables go on from, for a snapshot; None if there are none."""
         return self._saved_observed if self._observers is None else self._observers.state
 
     def _observers_for(self, observe: Sequence[str] | Observed) -> Observers | None:
@@ -786,14 +784,12 @@ class Simulation(Moment):
         return self._observers
 
     def _observe(self, observers: Observers | None) -> None:
-        """Keeps what the observables of a run have measured, if there are any."""
         if observers:
             self._observers, self._observed = None, Observed()  # if there are no results, for an error
             self._observed = observers.results()
             self._observers = observers
 
     def _with_kinds(self, event: Event | None) -> Event | None:
-        """Returns an event with the kinds of its bodies, where the scene has kinds."""
         if event is None or self.scene.kinds == (0,):
             return event
         return event._replace(kinds=tuple(self.kinds_of(event.bodies).tolist()))

@@ -187,7 +187,6 @@ def check_bodies(bodies: Bodies, extent: Extent | None, passing: Passing) -> lis
 
 
 def _check_masses(mass: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
-    """Checks the ratio of the heaviest to the lightest of these bodies."""
     if not len(bodies):
         return []
     light = int(bodies[np.argmin(mass[bodies])])
@@ -414,7 +413,6 @@ def _sorted_into_cells(position: Floats, radius: Floats, disc: Ints, width: floa
 
 
 def _look_up(discs: _Cells, others: _Cells, step: tuple[int, int], tolerance: float) -> Iterator[Ints]:
-    """Compares each disc of ``discs`` with the discs of ``others`` that are ``step`` cells away."""
     there = discs.key + (np.array(step).view(np.uint64) * _STRIDES).sum(dtype=np.uint64)
     begin = np.searchsorted(others.key, there, side="left")
     end = np.searchsorted(others.key, there, side="right")

@@ -185,7 +185,6 @@ def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[
 
 
 def _check_place(command: Insert, where: str, extent: Extent) -> list[Mistake]:
-    """Checks that an inserted body is within the walls, and narrower than the periods."""
     shape, r, allowed = command.shape, command.radius, TOLERANCE * command.radius
     reaches = shape.reaches if isinstance(shape, Shape) else (r, r, r, r)
     wide, narrow = (2.0, PERIODIC_BODY) if shape is None else (4.0, PERIODIC_SHAPE)

@@ -171,7 +171,6 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
 
 
 def _raise(mistakes: Sequence[Mistake], places: FilePlaces) -> None:
-    """Raises SceneError if there are mistakes, of the file or others."""
     found = [*places.mistakes, *(each for each in mistakes if each.where not in places.faults)]
     if found:
         raise SceneError(abridged(found), places.source)
@@ -364,7 +363,6 @@ def _check_bent(
 def _check_chords(
     bodies: Bodies, commands: Sequence[tuple[str, Any]], extent: Extent, unit: float
 ) -> list[Mistake]:
-    """Checks that chords last long enough (``kernel.chords``)."""
     radii = [each.radius for _, each in commands if isinstance(each, Insert)]
     margin = min([*bodies.radius.tolist(), *radii], default=1.0) * SHARE
     if shortest(extent.pull, margin, unit) >= LEAST_SPAN:
@@ -386,7 +384,6 @@ def unit_of(bodies: Bodies, extent: Extent | None, commands: Sequence[Command]) 
 
 
 def _order(commands: Sequence[Command], clock: Clock) -> list[int]:
-    """Returns the places of commands in the order of the ticks at which they run."""
 
     def when(k: int) -> Any:
         time, at = commands[k].time, commands[k].at

@@ -71,7 +71,6 @@ def _svg(thing: Scene | Simulation, picture: Picture) -> bytes:
 
 
 def _picture(thing: Scene | Simulation) -> tuple[Picture | None, str]:
-    """Returns the picture of a thing now, if there is one, and what is left out of it."""
     count = len(thing if isinstance(thing, Scene) else thing.bodies)
     if count > MOST_BODIES:
         return None, f"No picture: of more than {MOST_BODIES:,} bodies none is drawn here"

@@ -121,7 +121,6 @@ def _mark(row: np.void, axis: str, reaches: tuple[tuple[float, float], ...], sce
 
 
 def _reaches(scene: Scene, which: int, count: int) -> tuple[tuple[float, float], ...]:
-    """Returns how far bodies reach along an axis, inserted ones too."""
     found = {each.body: (each.radius, each.radius) for each in scene.commands if isinstance(each, Insert)}
     found |= {body: (radius, radius) for body, radius in enumerate(scene.radius.tolist())}
     for body, shape in scene.shape_of.items():

@@ -359,7 +359,6 @@ def _turns(place: float, period: float) -> int:
 
 
 def _less(place: float, turns: int, period: float) -> float:
-    """Returns a place less some periods, exactly."""
     return float(Fraction(place) - turns * Fraction(period)) if turns else place
 
 

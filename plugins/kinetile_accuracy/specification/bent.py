@@ -67,5 +67,4 @@ def _at(p: Polynomial, n: int) -> int:
 
 
 def _differences(p: Polynomial) -> list[int]:
-    """Returns p(n + 1) - p(n)."""
     return [sum(comb(k, power) * p[k] for k in range(power + 1, len(p))) for power in range(len(p) - 1)]

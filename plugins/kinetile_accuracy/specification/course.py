@@ -83,7 +83,6 @@ class _Planned(NamedTuple):
 
     @property
     def event(self) -> CourseEvent:
-        """The command as a log has it."""
         return CourseEvent(self.tick, self.command.body, EVENTS[type(self.command)])
 
 
@@ -426,7 +425,6 @@ class Course:
         return any(planned.event == event for planned in self._commands)
 
     def _is_current(self, entry: _Entry) -> bool:
-        """Returns whether an entry is about the present plans of its bodies."""
         _, kind, a, b, stamp, other_stamp, _ = entry
         if a == _NOBODY:
             return True

@@ -169,7 +169,6 @@ WALLED = True
 def _run(
     s: Bodies, steps: int, dt: float, sides: tuple[float, float], cell: float, columns: int, rows: int
 ) -> None:
-    """Takes so many steps: the template of the loop."""
     s = disowned(s)
     for step in range(1, steps + 1):
         for i in range(len(s.x)):

@@ -119,7 +119,6 @@ def _at_some_moments(
 
 
 def _pairs(sim: Simulation) -> tuple[Answer, Met] | None:
-    """Returns the narrow phase for pairs, and all pairs; None where there is none."""
     pair, two = composition_of(sim).pair, np.column_stack(np.triu_indices(len(sim.tables.bodies), 1))
     return None if pair is None else (partial(_met, pair), Met(two.astype(np.int32)))
 
@@ -304,7 +303,6 @@ def a_response_adds_no_energy_that_says_so(case: Case) -> None:
 
 
 def _response(case: Case) -> Response:
-    """Returns the response under test; raises DoesNotApply where the kernel itself answers."""
     response = cast(Response, case.subject.response)
     parts = registry().target("response", response.name)(**response.options)
     if parts.prepare(case.scene).respond is None:

@@ -61,7 +61,6 @@ AT_FIRST = dict(os.environ)
 
 
 def _open_files() -> list[str]:
-    """Returns what the open files of this process are, where the system can tell."""
     found = []
     for each in Path("/proc/self/fd").glob("*"):
         with suppress(OSError):  # the one that lists them is closed by now

@@ -352,7 +352,6 @@ def least_side(reach: Any, skin: float) -> Any:
 
 
 def _farthest(scene: Scene) -> Any:
-    """Returns how far each body reaches to its farthest side."""
     if not scene.shapes:
         return scene.radius
     return np.array([max(each.reaches) for each in scene.shapes])[scene.shape]

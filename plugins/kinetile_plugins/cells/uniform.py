@@ -79,7 +79,6 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @unchecked
     @hook
     def near(k: Kernel, s: State, body: int) -> int:
-        """Names the bodies in the cell of a body and in those around it."""
         return around(k, s, 0, s.homes[body].cell, 0)
 
     @unchecked
@@ -94,7 +93,6 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @unchecked
     @hook
     def enter(k: Kernel, s: State, body: int) -> None:
-        """Inserts a body into the cell of its position."""
         come_home(k, s, body, 0)
         watch(k, s, body)
 

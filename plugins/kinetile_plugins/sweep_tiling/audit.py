@@ -137,7 +137,6 @@ def _links(s: State, tiles: AllTiles) -> Iterator[str]:
 
 
 def _pairs(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
-    """The bodies named as near a body are those on the other side of its tiles."""
     n = len(s.level)
     both = (tiles.top < n) & (tiles.bottom < n)
     top, bottom = tiles.top[both], tiles.bottom[both]

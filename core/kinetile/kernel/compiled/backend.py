@@ -358,7 +358,6 @@ class LinkingCompiler(_Compiler):
         return result
 
     def _taken(self, bitcode: bytes, described: Any, signature: Any) -> Any:
-        """Returns what compiling a hook comes to, of its parts."""
         library, target = self.state.library, self.state.targetctx
         library._final_module, library._finalized = _binding.parse_bitcode(bitcode), True
         environment = cast(Any, Environment).from_fndesc(described)

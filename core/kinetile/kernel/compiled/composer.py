@@ -185,7 +185,6 @@ class _Composed:
         self._entries: dict[tuple[Any, ...], Any] = {}
 
     def __call__(self, *given: Any) -> Any:
-        """Runs, and first compile or load for such arguments."""
         taken = [_as_taken(each) for each in given]
         return self.entry(taken)(*[each.address if type(each) is Packed else each for each in taken])
 

@@ -220,7 +220,6 @@ def is_hook(value: Any) -> bool:
 if not INTERPRETED:
 
     def _kind(annotation: str, names: Mapping[str, Any]) -> Any:
-        """Returns the type that an annotation means, where these names are known."""
         kinds = {"float": types.float64, "int": types.int64, "Numbers": types.CPointer(types.float64)}
         if annotation in kinds:
             return kinds[annotation]

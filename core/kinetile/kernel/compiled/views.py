@@ -203,7 +203,6 @@ else:
         cast(Any, lower_builtin)(_key, *_kinds)(_lowered)
 
     def _with(kind: Any, kinds: list[Any]) -> Any:
-        """Returns the type of a tuple with other types in it."""
         if not len(kind):
             return kind
         named = isinstance(kind, types.BaseNamedTuple)

@@ -342,7 +342,6 @@ def _joined(blocks: tuple[bytes, ...], new: bytes) -> tuple[bytes, ...]:
 
 
 def _inserted(rows: Rows) -> bytes:
-    """Returns the bodies and kinds of the insertions among commands."""
     came = rows[rows["code"] == INSERTED]
     return np.column_stack([came["body"], came["kind"]]).astype(np.int64).tobytes() if len(came) else b""
 

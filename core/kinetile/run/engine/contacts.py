@@ -241,7 +241,6 @@ class Ledger:
         contacts["time"] = self._clock.rounded(contacts["epoch"], contacts["tick"])
 
     def _that_wait(self) -> list[npt.NDArray[np.void]]:
-        """Returns the rows that wait for a recorder."""
         aside, self._held = self._held, []
         for rows, base in aside:
             clock = replace(self._clock, base=base)

@@ -196,7 +196,10 @@ class Engine(Tables):
         try:
             if self.fields.fault.code[0] == JAMMED and self.due:
                 self.fields.fault.code[0] = 0  # a command may end the jam
-            self._record(self.ledger.reads)
+            reads, rows = self.ledger.reads, len(self.k.met)  # where bodies pass, more of them need more room
+            if reads and len(self.k.log) < rows:
+                self.k = self.k._replace(log=layout.with_room(self.k.log, rows))
+            self.fields.lists.rows[0] = len(self.k.log) if reads else 0
             if len(self.overlapping):
                 self._begin_passings()
                 self._take_over(self.now)
@@ -253,7 +256,6 @@ class Engine(Tables):
         return WATCHED if watched else BUDGET_SPENT
 
     def _demand_whole(self) -> None:
-        """Raises PhaseError if a call has left the tables unusable."""
         if self.broken is not None:
             raise PhaseError(f"this simulation cannot go on: {self.broken}") from self.broken
 
@@ -262,12 +264,6 @@ class Engine(Tables):
         if self.now != before:
             self._requested = None
         self.ledger.take(self.k, self.fields, self.count.logged[0])
-
-    def _record(self, wanted: bool) -> None:
-        """Gives the loop a log for long rows only if a recorder reads them."""
-        if wanted and len(self.k.log) < len(self.k.met):  # where bodies pass, more of them need more room
-            self.k = self.k._replace(log=layout.with_room(self.k.log, len(self.k.met)))
-        self.fields.lists.rows[0] = len(self.k.log) if wanted else 0
 
     def arrive(self, until: float | None) -> None:
         """Sets the end of a run: ``time`` is now the requested one, until the next event."""
@@ -349,7 +345,6 @@ class Engine(Tables):
         return extent_of(self.scene, self.walled, speed, far, spans)
 
     def _grow_pairs(self) -> None:
-        """Makes room for more candidate pairs, and builds the structure again."""
         self.bounds_for(self.speed)  # a refusal must come before the tables change
         lists = self.k.clock[0].lists
         room = max(2 * len(self.k.pairs), int(1.25 * (int(lists.pairs) + int(lists.wanted))))
@@ -391,13 +386,11 @@ class Engine(Tables):
         self._go_on_with(layout.renewed(self.k, self.scene, self.composition))
 
     def _go_on_with(self, new: layout.Renewed) -> None:
-        """Continues with other phases and tables, and lays them out."""
         self.composition, self.k, self.state = new.composition, new.k, new.composition.broad.state
         self._take_loop(self.commands)
         self.lay_out(self.speed)
 
     def _take_loop(self, commands: Commands) -> None:
-        """Takes the loop of the present phases with such commands in it."""
         loop = self.composition.loop(commands)
         self._ready = self._ready and loop is self.loop
         self.commands, self.loop, self._enter = commands, loop, None
@@ -541,7 +534,6 @@ class Engine(Tables):
 
     @property
     def _waiting(self) -> int:
-        """The number of commands that have not run."""
         return int(self.fields.lists.commands[0] - self.fields.lists.command[0])
 
     def _run_commands(self) -> None:

@@ -153,7 +153,6 @@ def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
 
 
 def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
-    """Returns the broad phase's message for a fault of its own."""
     faults = composition.broad.faults
     if number < len(faults):
         return f"cannot go on: {faults[number].format(a=a, b=b)}"

@@ -135,7 +135,6 @@ def with_room(log: Records, rows: int) -> Records:
 
 
 def _with_rules(k: Kernel, rules: Rules) -> Kernel:
-    """Returns the tables with what responses need."""
     slots = len(k.bodies)
     traits = begun(record_table(TRAIT, slots))
     k.clock[0].kinds = rules.kinds

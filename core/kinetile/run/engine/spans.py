@@ -95,7 +95,6 @@ def quiet_spans(
     quiet = float(most)
 
     def until(gap: Any, closing: Any) -> Any:
-        """Returns in how many spans a gap can be closed."""
         return (gap - 4.0 * rounding) * (1.0 - 1e-9) / (closing * span + drift)
 
     # Bodies that hardly move have spans without number: an infinite chord leaves the bound by the gap.
@@ -105,7 +104,9 @@ def quiet_spans(
             ahead = np.where(flies < 0.0, there - reach[:, 2 * axis], wall - there - reach[:, 2 * axis + 1])
             going = (flies != 0.0) & (wall > 0.0)
             quiet = float(until(ahead[going], np.abs(flies[going])).min(initial=quiet))
-        for a in _blocks(len(taken)):
+        rows = max(MOST_PAIRS // len(taken), 1)
+        for first in range(0, len(taken), rows):
+            a = np.arange(first, min(first + rows, len(taken)))
             flies, reaches = velocity - velocity[a, None], radius[a, None] + radius
             closing = np.hypot(flies[..., 0], flies[..., 1])
             pairs = (closing > 0.0) & (np.arange(len(taken)) > a[:, None])
@@ -133,12 +134,6 @@ def quiet_spans(
             beyond = min((1.5 * period for period in periods if period), default=math.inf)
             quiet = float(until(beyond - reaches, closing)[pairs].min(initial=quiet))
     return max(int(quiet), 0)
-
-
-def _blocks(bodies: int) -> Iterator[npt.NDArray[np.intp]]:
-    """Yields bodies, a few at a time, to be compared with all."""
-    for first in range(0, bodies, rows := max(MOST_PAIRS // bodies, 1)):
-        yield np.arange(first, min(first + rows, bodies))
 
 
 @hook

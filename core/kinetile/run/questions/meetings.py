@@ -176,7 +176,6 @@ def _with_differences(query: Query, k: Kernel, outline: Outline) -> Kernel:
 
 
 def _moment_of(query: Query, tick: int) -> tuple[float, int, int]:
-    """Returns (time, epoch, tick) of a kernel's tick."""
     return query.clock.moment(query.clock.total(tick))
 
 
@@ -190,7 +189,6 @@ def _is_first(query: Query, a: int, first: _First, planned: Planned) -> bool:
 
 
 def _first_of(query: Query, a: int, among: Integers | None = None, walls: bool = True) -> _First | None:
-    """Returns what comes first for a body, in the order of events."""
     others = query.slots if among is None else among
     found = [_First(NEVER, PARTING, a)]
     if len(others):  # of those at one tick the first by number

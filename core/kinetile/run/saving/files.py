@@ -104,7 +104,6 @@ class _Hashed:
         return len(view)
 
     def flush(self) -> None:
-        """Brings what was written to the file."""
         self._file.flush()
 
 
@@ -186,7 +185,6 @@ def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
 
 
 def _check_begin(content: bytes, name: str) -> None:
-    """Raises RecordError for another file, by its beginning."""
     if content[_FIRST_NAME] != f"{HEAD}.npy".encode():
         raise RecordError(f"{name} is no saved simulation: expected a file that Simulation.save has written")
 
@@ -343,7 +341,6 @@ def _read_entries(content: Mapping[str, Any], arrays: Arrays, scene: Scene, numb
 
 
 def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
-    """Returns an array of rows of a known kind; TypeError for any other."""
     rows = arrays[name]
     if elements(rows.dtype) != elements(dtype) or rows.ndim != 1:
         raise TypeError(f"{name} has other rows")

@@ -209,7 +209,6 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
 
 
 def _queued(simulation: Simulation) -> int:
-    """Returns how many bodies have something scheduled."""
     return int(np.count_nonzero(np.asarray(simulation.tables.queue["key"]) != NEVER))
 
 
