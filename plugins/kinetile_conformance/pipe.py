@@ -58,7 +58,7 @@ JUDGING = {asked: _judging(*row) for asked, row in ASKED.items()}
 
 
 class EngineError(KinetileError, RuntimeError):
-    """An engine does not start, ends early, gives no answer in time, or one that is none."""
+    """An engine does not start, ends early, gives no answer in time, or an invalid one."""
 
 
 class Engine(AbstractContextManager["Engine"]):

@@ -65,7 +65,7 @@ class Temperature(Observable):
         """Returns the temperatures."""
         (mass, velocity), (energy, degrees) = movable(moment), inner_energy(moment)
         if degrees <= 0:
-            return {}  # nobody is there, or one alone on a torus
+            return {}  # no body is there, or one alone on a torus
         found = {"kT": 2.0 * energy / degrees}
         energies = (mass * velocity**2).sum(axis=1) / 2
         several = len(moment.scene.kinds) > 1

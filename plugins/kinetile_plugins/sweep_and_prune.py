@@ -48,7 +48,7 @@ ends, and places below ``TURN``, so all of this holds there too.
 
 The hooks are made for a number of lists, along the axes or slanted, and for scenes with or without periodic
 axes. All that is constant in them, so the compiled loop has no code for the rest. Directions are in the
-state, so all choices of so many slanted ones have one loop.
+state, so all choices of one number of slanted ones have one loop.
 """
 
 from __future__ import annotations

@@ -137,7 +137,7 @@ def only_writer(path: Path | None) -> Iterator[None]:
 
 
 def check_checkpoint(path: Path | None, every: float | None, overwrite: bool) -> None:
-    """Raises BadOption where a checkpoint would replace an old one, or a file that is none."""
+    """Raises BadOption where a checkpoint would replace an old one, or another file."""
     from kinetile.run.saving.files import check_target
 
     if path is None:

@@ -84,7 +84,7 @@ def span_of(ax: float, ay: float, margin: float, per_time: float) -> int:
 
 
 def lay_all(k: Kernel, skin: float, margin: float) -> None:
-    """Lay the chords of all bodies anew, from the present tick on, where their plans have them; with what
+    """Lay the chords of all bodies again, from the present tick on, where their plans have them; with what
     broad phases read of a body besides. Not for hooks. Before: there is no structure."""
     clock, bodies, shadows = k.clock[0], k.bodies.view(np.ndarray), k.shadows.view(np.ndarray)
     for name in shadows.dtype.names or ():

@@ -13,7 +13,7 @@ them itself.
 
 Every pair is in the list of both its bodies. A record has the fields a and b (its bodies, by slot),
 next_a and prev_a (its neighbours in a's list), next_b and prev_b; ``firsts[body]`` is the head of a body's
-list, -1 where there is none. To put a pair in and to take it out costs O(1).
+list, or -1. To put a pair in and to take it out costs O(1).
 """
 
 from __future__ import annotations

@@ -584,7 +584,7 @@ def elder(k: Kernel, a: int, b: int) -> int:
 
 @hook
 def slot_of(k: Kernel, number: int) -> int:
-    """Return the slot of the body with a number, or NOBODY: there is none."""
+    """Return the slot of the body with a number, or NOBODY if it has no slot."""
     if number < 0 or number >= len(k.slots):
         return NOBODY
     return int(k.slots[number])

@@ -119,7 +119,7 @@ class Registry:
 
     def remove(self, plugin: object) -> None:
         """Removes the names of a plugin of this process: the object, or its name as a listing shows it: so a
-        notebook cell that adds one can run again. Raises UnknownName if there is none."""
+        notebook cell that adds one can run again. Raises UnknownName if no plugin has it."""
         label = plugin if isinstance(plugin, str) else _label(plugin)
         kept = [p for p in self._provided if p.distribution is not None or p.plugin != label]
         if len(kept) == len(self._provided):

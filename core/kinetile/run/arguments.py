@@ -220,7 +220,7 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
 def read_accelerations(engine: Engine, bodies: object, accelerations: object) -> Rows:
     """Returns the changes of bodies to their accelerations, (n, 2), or one for all.
 
-    IndexError for an unknown body, ValueError for an acceleration that is none, or not for this run.
+    IndexError for an unknown body, ValueError for an invalid acceleration, or one not for this run.
     """
     numbers, pairs = _bodies_and_pairs(engine, bodies, accelerations, "acceleration")
     rows, scene = engine.command_rows(ACCELERATED, len(numbers)), engine.scene
@@ -413,7 +413,7 @@ def read_insertions(
 
 
 def column(name: str, given: Any, many: int) -> list[Any]:
-    """Returns one value for each of so many bodies; ValueError for another number of them."""
+    """Returns one value for each of ``many`` bodies; ValueError for another number of them."""
     if isinstance(given, np.ndarray | list | tuple) and np.ndim(cast(Any, given)) != 0:
         values = given.tolist() if isinstance(given, np.ndarray) else list(given)
         if len(values) != many:

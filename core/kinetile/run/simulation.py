@@ -299,7 +299,7 @@ class Simulation(Moment):
 
     @answering
     def step(self) -> Event | None:
-        """Runs the next event, of any kind, and returns it; None, with nothing run, if there is none, and two
+        """Runs the next event, of any kind, and returns it; None, with nothing run, without one, and two
         million time units later if none happens before that. Raises as ``run`` does.
 
         Each row of ``contacts`` is one event. Passings that begin at the start, or begin or end together with
@@ -467,7 +467,7 @@ class Simulation(Moment):
             return Inserted(numbers, refused, reasons)
 
     def remove(self, body: int) -> None:
-        """Removes a body now, with its events. Raises IndexError if there is none, and BusyError."""
+        """Removes a body now, with its events. Raises IndexError if it is not present, and BusyError."""
         with self._alone("let a body go"):
             self._engine.carry_out(REMOVED, arguments.read_removal(self._engine, body))
 
@@ -594,7 +594,7 @@ class Simulation(Moment):
         self, body: int, *, scheduled: bool = False, kinds: OfKinds = None
     ) -> NextContact | None:
         """Returns the first contact of a body, with another one or a wall, by the present flight plans; None
-        if there is none. The end of a passing is one too. Ties go as in the run.
+        if it has none. The end of a passing is one too. Ties go as in the run.
 
         With ``scheduled`` None as well if something comes before: an earlier contact of either body, with a
         body of any kind, or a command that changes the plan of one of them. ``kinds``: only with these, and
@@ -801,7 +801,7 @@ class Simulation(Moment):
         return Query(*tables, slots, engine.clock, engine.composition, shapes, engine.overlapping)
 
     def _among(self, kinds: OfKinds) -> Query:
-        """Returns the present bodies, with the bodies of these kinds alone; ValueError for what is none."""
+        """Returns the present bodies, with the bodies of these kinds alone; ValueError for unknown ones."""
         query = self._query()
         if kinds is None:
             return query
@@ -845,7 +845,7 @@ def resume(
     """Returns the simulation that ``Simulation.save`` has written to a file.
 
     It continues from the plans, the clock, the commands still to come and the contacts so far, under the same
-    broad phase, or under ``broad_phase`` (with ``options`` for it), whose structure is built anew: contacts
+    broad phase, or under ``broad_phase`` (with ``options`` for it), whose structure is built again: contacts
     are the same, bit for bit, but perhaps not the number of structural events. Raises RecordError, which says
     what is wrong with the file, and UnknownName, BadOption and Refused as ``Simulation``.
     """

@@ -162,7 +162,7 @@ Passing: TypeAlias = tuple[npt.NDArray[np.int64], Bools]
 
 
 def check_bodies(bodies: Bodies, extent: Extent | None, passing: Passing) -> list[Mistake]:
-    """Checks bodies against each other and the arena; its extent is None if there is none, or a wrong one."""
+    """Checks bodies against each other and the arena; its extent is None without an arena, or a right one."""
     mistakes: list[Mistake] = []
     right: dict[str, Bools] = {}
     for name in COLUMNS:
@@ -344,7 +344,7 @@ def nearest_image(apart: Floats, periods: tuple[float, float]) -> Floats:
 
 
 def whole_periods(apart: Floats, periods: tuple[float, float]) -> Floats:
-    """Returns how many periods (n, 2) differences of places are, to whole numbers; 0 where there is none."""
+    """Returns how many periods (n, 2) differences of places are, to whole numbers; 0 along other axes."""
     sides = np.array(periods)
     return np.asarray(np.rint(apart / np.where(sides > 0.0, sides, math.inf)))
 

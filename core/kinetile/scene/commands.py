@@ -126,7 +126,7 @@ def speeds(commands: Iterable[Command]) -> list[float]:
 
 def shape_of(command: Any, where: str, table: Sequence[Shape], mistakes: list[Mistake]) -> Shape | None:
     """Returns the shape of a body that a command inserts, a disc by its radius; None for other commands, and
-    for a shape or a radius that is none. Appends the mistakes of a shape."""
+    for an invalid shape or radius. Appends the mistakes of a shape."""
     if not isinstance(command, Insert):
         return None
     shape: Any = command.shape

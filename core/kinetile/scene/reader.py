@@ -186,7 +186,7 @@ def _read_settings(given: Given, mistakes: list[Mistake]) -> Settings:
 
 
 def _listed_shapes(given: Given) -> tuple[Shape, ...]:
-    """Returns the table of shapes that is given; none, if it is none."""
+    """Returns the table of shapes that is given, or none if it is invalid."""
     if isinstance(given.shape, Shape):
         return (given.shape,)
     listed = isinstance(given.shapes, tuple | list) and all(isinstance(each, Shape) for each in given.shapes)

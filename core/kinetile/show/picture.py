@@ -133,7 +133,7 @@ class Picture:
 
 
 def wants_pairs(pairs: bool | None, bodies: int) -> bool:
-    """Returns whether lines between pairs are drawn, of so many bodies; None: of up to ``MOST_PAIRED``."""
+    """Returns whether lines between pairs are drawn of a number of bodies; None: of up to ``MOST_PAIRED``."""
     return bodies <= MOST_PAIRED if pairs is None else pairs
 
 

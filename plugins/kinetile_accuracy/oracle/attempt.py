@@ -125,7 +125,7 @@ class Attempt:
     def _next(self) -> Key | None:
         # Every other event is certain to come after one of these. An event in doubt has no upper bound: it is
         # among them from the moment on at which it could come.
-        """Returns the next event; None: there is none. Raises Undecided where it is not certain which."""
+        """Returns the next event, or None. Raises Undecided where it is not certain which."""
         events = self._events
         bound = min([each.moment.high for each in events.values() if not each.doubt], default=math.inf)
         near = sorted(key for key, each in events.items() if each.moment.low <= bound)

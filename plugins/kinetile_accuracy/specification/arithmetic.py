@@ -196,7 +196,7 @@ class PairQuadratic:
         return self.c, 2 * self.b, self.a + more, 2 * across, square
 
     def tick(self) -> int | None:
-        """Returns the tick of contact (rule 5); None: there is none."""
+        """Returns the tick of contact (rule 5), or None."""
         if self.b >= 0:
             return None
         if self.c <= 0:
@@ -354,7 +354,7 @@ def _share(mass: float, other: float, speed: float) -> float:
 
 
 def _turns(place: float, period: float) -> int:
-    """Returns how many periods rem(place, period) takes off (rule 2p); 0 where there is none."""
+    """Returns how many periods rem(place, period) takes off (rule 2p); 0 without a period."""
     return round(Fraction(place) / Fraction(period)) if abs(place) > 0.5 * period > 0.0 else 0
 
 

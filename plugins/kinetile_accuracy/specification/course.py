@@ -8,7 +8,7 @@ A heap holds what may come next, by tick, class and numbers, which is the order 
 - anchorings by the clock, walls and pairs, exact.
 
 The commands of the scene, class 2, are in a list of their own: each comes before the walls and pairs of its
-tick, or after so many of them as it says. When a body's plan has changed, ``bounds.ContactBounds`` bounds its
+tick, or after the number that it gives. When a body's plan has changed, ``bounds.ContactBounds`` bounds its
 contacts with all others: the few that may come first get an entry each, the rest one for all. So of each two
 bodies at least the one that changed last has an entry that covers the other, and an entry that is older than
 the plan of one of its bodies is dropped. That is O(n) a contact, and about one exact tick for each body in
@@ -139,7 +139,7 @@ class Course:
         heapq.heapify(self._heap)
 
     def next(self, end: int) -> CourseEvent | None:
-        """Returns the next event up to and at a tick, which has not happened yet; None: there is none."""
+        """Returns the next event up to and at a tick, which has not happened yet, or None."""
         heap = self._heap
         if self._at_once:
             return CourseEvent(self.now, *self._at_once[0][:2])

@@ -48,7 +48,7 @@ LATER = 2**44 + 977
 """Ticks, some 1/256 of a time unit, and odd: what is computed from there is rounded otherwise."""
 
 ALONE = 4
-"""Meetings of a moment that are tried with nobody else there."""
+"""Meetings of a moment that are tried without any other body."""
 
 NORMALS = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
 
@@ -62,8 +62,8 @@ CLOCK = (
 
 
 class Met(NamedTuple):
-    """Meetings, and what is answered for them; None is not compared: ``who`` meets whom, (m, 2), a wall below
-    0, the ``normal`` to the second, (m, 2), when in ``ticks``, (m,), and velocities ``after``, (m, 4)."""
+    """Meetings, and what is answered for them; None is not compared: ``who`` meet, (m, 2), a wall below 0,
+    the ``normal`` to the second, (m, 2), when in ``ticks``, (m,), and velocities ``after``, (m, 4)."""
 
     who: Integers
     normal: Floats | None = None
@@ -108,7 +108,7 @@ def _at_some_moments(
     meetings: Callable[[Simulation], tuple[Answer, Met] | None],
     look: Callable[[Simulation, Answer, Met], object],
 ) -> None:
-    """Calls a function with a simulation at some moments of a run, and with what answers there for whom."""
+    """Calls a function with a simulation at some moments of a run, and with what answers meetings there."""
 
     def see(sim: Simulation) -> None:
         found = meetings(sim)

@@ -46,7 +46,7 @@ SIZES = ("crowd", "giants")
 """Kinds of swarms for which a grid has levels,"""
 
 LEVELS = 12 if INTERPRETED else 48
-"""if there are so many bodies; they are drawn more often."""
+"""if there are that many bodies; they are drawn more often."""
 
 
 def _of_kinds(number: int) -> Scene:

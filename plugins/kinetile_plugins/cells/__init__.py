@@ -49,7 +49,7 @@ ahead is a whole cell away.
 So bodies in cells that are not adjacent are apart. On one axis there is a whole cell between them, with edges
 S apart up to 2 u X, and each is outside its own cell by less than the slack and eta. Cells have S - 2 slack =
 2 (r + 2 delta), up to 2 u X, for the largest radius r of those that the cells were prepared for (including
-bodies inserted later, or the kernel prepares anew; the present bodies alone would make r too small). The
+bodies inserted later, or the kernel prepares again; the present bodies alone would make r too small). The
 reach of a body is its radius and delta. So their gap, between their reaches, is at least 2 delta - 2 eta - 4
 u X > 0. Hence two bodies that touch are near each other, as the contract demands; the skin does the rest, as
 for every phase.

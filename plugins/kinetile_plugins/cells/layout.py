@@ -32,7 +32,7 @@ p(x, y) = (x + C y) mod N.
   is changed by such a step at each crossing stays at p of its cell. Adjacency is mutual, since the distances
   come with both signs: a is near b if b is near a. ``near`` reads the table alone.
 - *Nine places.* The nine distances lie from -C - 1 to C + 1, and are different integers, since C >= 3. Two of
-  them differ by 2 C + 2 at most, which is less than 3 C <= N. So they are different modulo N, and nobody is
+  them differ by 2 C + 2 at most, which is less than 3 C <= N. So they are different modulo N, and no body is
   named twice.
 - *The two ends.* For a place n with C < n < N - C - 1 all nine lie from 0 to N - 1 without a turn, and are
   three runs of three blocks. For the other places, the first row, the last, and one place beside each, every

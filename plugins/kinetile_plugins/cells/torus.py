@@ -39,7 +39,7 @@ def size(scene: Scene, side: float) -> tuple[int, int]:
 
 
 def useful(cells: int) -> int:
-    """Returns the number of cells along an axis where so many would fit: one in the place of up to three."""
+    """Returns the number of cells along an axis where ``cells`` would fit: one in place of up to three."""
     return cells if cells > 3 else 1
 
 

@@ -94,7 +94,7 @@ def bounds(bodies: int) -> npt.NDArray[np.int32]:
 
 @hook
 def link(s: State, p: int, q: int, turns: int) -> None:
-    """Makes two ports the two sides of one tile, the second of them so many periods on."""
+    """Makes two ports the two sides of one tile, the second of them ``turns`` periods on."""
     s.web[p] = q
     s.web[q] = p
     if len(s.turns) > 0:

@@ -195,7 +195,7 @@ def test_where_a_run_stopped_before_an_insertion_that_needs_room_leaves_no_trace
 
 @pytest.mark.parametrize("phase", first(2, LIVING))
 def test_when_bodies_are_jammed_does_not_depend_on_the_phase(phase):
-    """Nor does the speed for which all is laid out: a phase without ``enter`` is built anew for each."""
+    """Nor does the speed for which all is laid out: a phase without ``enter`` is built again for each."""
     limits = []
     for name in (phase, "naive"):
         sim = kt.Simulation(box(), name, live=True)

@@ -43,7 +43,7 @@ its ``guard``), and if neither body can be at a wall by then. By the same reason
 failures and walls are later than t, with no tie.
 
 ``Simulation(..., audit=N)`` checks all of it between two events, slowly: the calendar, each entry, the
-positions, and coverage, computed anew and exactly.
+positions, and coverage, computed again and exactly.
 """
 
 from __future__ import annotations

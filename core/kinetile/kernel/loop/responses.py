@@ -7,7 +7,7 @@ A loop for a scene without rules has none of this in it.
 A *passing* is a pair that goes through each other, from the tick in which they touch to that in which they
 part; where an axis is periodic, through one image, and several may last at a time. Neither changes a plan,
 and a passing lasts for a tick at least: so a contact of two that pass, if it lies in the past, has begun
-and ended, and is none that is still to come (``predictions.meeting``). A pair that has begun
+and ended, and is not still to come (``predictions.meeting``). A pair that has begun
 is in the list of both its bodies (``k.passings``) with the tick at which it parts, which is computed
 exactly, and again whenever one of the two plans changes. The parting awaits the elder of the two: its *leave*
 is the first of those ticks, beside what else its entry in the queue awaits. For a pair that is passing no

@@ -54,8 +54,8 @@ LOG_ROWS = 1 << 14
 
 
 def tables_of(contents: Contents, numbers: int, composition: Composition, unit: float) -> Kernel:
-    """Returns tables with these contents, in which so many numbers of bodies can have slots, for phases that
-    are prepared for these bodies, or for one more that is to be inserted; ``unit`` is that of the clock.
+    """Returns tables with these contents, in which these numbers of bodies can have slots, for phases
+    prepared for these bodies, or for one more that is to be inserted; ``unit`` is that of the clock.
 
     Raises PhaseError if there is no memory for the requests of the broad phase.
     """

@@ -286,7 +286,7 @@ def _check_kinds(content: Mapping[str, Any], arrays: Arrays) -> None:
     ):
         raise TypeError("a command has no tick")
     if not all(isinstance(each, Shape) for each in content["shapes"]):
-        raise TypeError("a shape is none")
+        raise TypeError("a shape is of another type")
     if content["overlapping"].dtype != np.int64 or content["overlapping"].shape[1:] != (2,):
         raise TypeError("overlapping has no pairs of bodies")
 

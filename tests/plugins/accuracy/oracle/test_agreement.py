@@ -89,7 +89,7 @@ def compared(run: tuple[kt.Simulation, Any], contacts: Any, end: float = 0.5) ->
 
 
 def later(contacts: Any, ticks: int) -> Any:
-    """Return contacts that all come so many ticks later."""
+    """Return contacts that all come some ticks later."""
     moved = contacts.copy()
     carry, moved["tick"] = np.divmod(moved["tick"] + ticks, 2**52)
     moved["epoch"] += carry
@@ -163,10 +163,10 @@ AGREE = (
 """They agree to their end."""
 
 AGREE_FOR = {"H15": 500, "H17": 350, "H20": 200, "H21": 90, "H28": 350, "H29": 350, "H30": 350}
-"""They agree for so many contacts at least, exact ties among them; H15 goes on, chaos parts the others."""
+"""They agree for that many contacts at least, exact ties among them; H15 goes on, chaos parts the others."""
 
 PART_EARLY = {"H19": 20, "H33": 9}
-"""They agree for just so many contacts; then rounding exchanges contacts that are not simultaneous in truth,
+"""They agree for just these contacts; then rounding exchanges contacts that are not simultaneous in truth,
 but within a few ticks of each other: radii and places are rounded numbers there. In H19 two discs that touch
 approach by less than a velocity's last bit, as an exchange has rounded it; the oracle's do not."""
 
