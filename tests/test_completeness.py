@@ -1,11 +1,13 @@
 """What belongs to a change is there: a name is in a page, an option and a reading in a docstring, and
 CONTRIBUTING.md names files and tests that exist."""
 
+import ast
 import inspect
 import re
 from dataclasses import fields
 from pathlib import Path
 from pkgutil import resolve_name
+from textwrap import dedent
 
 import pytest
 
@@ -85,8 +87,10 @@ def test_a_field_of_an_insertion_is_an_argument_of_insert_and_of_insert_many() -
     fields = {*kt.Insert._fields} - {"time", "body", "at"}
     plural = {"positions": "position", "velocities": "velocity"}
     for call in (kt.Simulation.insert, kt.Simulation.insert_many):
-        given = {plural.get(each, each) for each in inspect.signature(call).parameters} - {"self"}
-        demand(given == fields, f"{call.__name__} takes {given}, and an insertion has {fields}")
+        nodes = ast.walk(ast.parse(dedent(inspect.getsource(call))))
+        used = {node.id for node in nodes if isinstance(node, ast.Name)}
+        given = {plural.get(each, each) for each in inspect.signature(call).parameters if each in used}
+        demand(given - {"self"} == fields, f"{call.__name__} hands on {given}; an insertion has {fields}")
 
 
 INTERNAL = {"alike", "composition", "counted", "declares_kinds", "newcomers", "ruled"}

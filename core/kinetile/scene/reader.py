@@ -384,7 +384,6 @@ def unit_of(bodies: Bodies, extent: Extent | None, commands: Sequence[Command]) 
 
 
 def _order(commands: Sequence[Command], clock: Clock) -> list[int]:
-
     def when(k: int) -> Any:
         time, at = commands[k].time, commands[k].at
         return (clock.tick_of(time, at), at[2] if at else 0) if exact else time

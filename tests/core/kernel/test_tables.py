@@ -1,5 +1,6 @@
 """The kernel's records: what a field is called matters where the loop is interpreted."""
 
+import ast
 import inspect
 import mmap
 import re
@@ -63,12 +64,13 @@ def test_what_the_loop_awaits_besides_the_queue_is_a_saved_tick_that_no_contact_
 
 
 def test_each_reason_and_flag_of_the_loop_is_known_to_what_runs_it() -> None:
-    text = "".join(path.read_text() for path in Path(kinetile.run.__path__[0]).rglob("*.py"))
+    texts = [path.read_text() for path in Path(kinetile.run.__path__[0]).rglob("*.py")]
+    nodes = [node for text in texts for node in ast.walk(ast.parse(text))]
     named = {name for name, value in vars(reasons).items() if type(value) is int}
     assert "WATCHED" in named
-    assert {name for name in named if not re.search(rf"\b{name}\b", text)} == {"NO_REASON"}
+    assert named - {node.id for node in nodes if isinstance(node, ast.Name)} == {"NO_REASON"}
     flags = {name for name, value in vars(loop).items() if type(value) is bool}
-    assert {name for name in flags if f'"{name}"' not in text} == set()
+    assert flags <= {node.value for node in nodes if isinstance(node, ast.Constant)}
 
 
 def _refuse(*arguments: Any) -> None:
