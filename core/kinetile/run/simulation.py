@@ -393,7 +393,7 @@ class Simulation(Moment):
         acceleration: Numbers | None = None,
     ) -> int:
         """Inserts a disc now, or a body of a ``shape``, given as it is or by its number in the scene's table;
-        returns its own number, which no other body of this run has or had. A refused call changes nothing.
+        returns its own number, which no other body of this run has or had.
 
         A shape that the scene's table does not list is added to it: the tables are made again, which takes
         longer. It may touch others and the walls, and overlap those that it passes through. ``kind`` is one
@@ -568,12 +568,10 @@ class Simulation(Moment):
 
     def next_contact(self, a: int, b: int, *, scheduled: bool = False) -> NextContact | None:
         """Returns when two bodies meet by their present flight plans, the future row of ``contacts``, to the
-        tick; None if they do not. Raises ValueError if they are one body.
+        tick; None if they do not.
 
-        Walls and third bodies are ignored: this is what happens without interference. The answer
-        is the future row of ``contacts``, to the tick. A pair that has just met does not meet
-        again until one of the two has a new plan. For two that are passing through each other
-        it is the row of the end, with a > b.
+        Walls and third bodies are ignored. A pair that has just met does not meet again until one of the two
+        has a new plan. For two that are passing through each other it is the row of the end, with a > b.
 
         Args:
             a: a body.

@@ -352,17 +352,6 @@ def end_all_passings(k: Kernel, body: int, tick: int) -> None:
     k.traits[body].leave = NEVER
 
 
-@template
-def plan_all_partings(k: Kernel) -> None:
-    """Compute again when all passings end, where all bodies have new plans. The queue is built after it."""
-    for pair in range(len(k.passings)):
-        if k.passings[pair].a >= 0:
-            k.passings[pair].tick = _parts(k, k.passings[pair])
-    for body in range(k.clock[0].bodies):
-        if is_there(k, body):
-            find_leave(k, body)
-
-
 def begin_at_start(k: Kernel, pairs: Any) -> None:
     """Begin the passings of those pairs, (m, 2) slots in their order, that overlap and pass at the start; a
     template, as ``advance``."""
