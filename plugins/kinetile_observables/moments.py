@@ -226,8 +226,7 @@ class StructureFactor(_InArena):
 
 class BondOrder(_InArena):
     """Order of bonds, from psi = mean of exp(6 i angle) over neighbours, not further than ``cutoff`` sums of
-    radii (0 without any): ``psi6``, the size of its mean over bodies, ``psi6_local``, the mean of its
-    size."""
+    radii (0 without any): ``psi6``, the size of its mean over bodies, ``psi6_local``, its mean size."""
 
     name = "psi6"
 

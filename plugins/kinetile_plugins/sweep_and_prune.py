@@ -212,8 +212,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def before(k: Kernel, s: State, bound: int) -> int:
-        """Returns the bound left of a bound, or END. All bodies that are present have their bounds in the
-        list."""
+        """Returns the bound left of a bound, or END; all present bodies have bounds in the list."""
         slot = slot_of(s, bound)
         left = s.order[slot - 1]
         if circular and left == END and period_of(k, bound) > 0.0:
@@ -252,8 +251,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def gap_between(k: Kernel, s: State, left: int, right: int, at: int) -> float:
-        """Returns how far the first image of a bound that is behind another one in the order is right of
-        it."""
+        """Returns how far the first image of a bound behind another one in the order is right of it."""
         gap = edge(k, s, right, at) - edge(k, s, left, at)
         if circular:
             one = k.images[left >> shift]

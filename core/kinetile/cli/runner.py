@@ -1,6 +1,5 @@
 """Runner of ``kinetile run`` and ``kinetile resume``. Whatever ends a run (its end, a fault, a signal, a full
-disk), the events file is closed, the checkpoint holds the present moment, and the results so far are
-printed."""
+disk), the events file is closed, the checkpoint holds the present moment, and the results are printed."""
 
 from __future__ import annotations
 

@@ -37,8 +37,7 @@ Hook = Callable[..., Any]
 
 
 def as_seen(k: Kernel) -> Kernel:
-    """Return what ``with_shadows`` does, or the tables themselves where no body is accelerated; not for
-    hooks."""
+    """Return what ``with_shadows`` does, or the tables where no body is accelerated; not for hooks."""
     return k._replace(bodies=k.shadows, places=k.shades) if len(k.shadows) else k
 
 

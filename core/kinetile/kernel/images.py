@@ -173,8 +173,7 @@ def first_image_of(
 ) -> Callable[[Kernel, int, int], int]:
     """Returns the hook ``meet`` of bodies among images, from what ``discs_touch`` and ``discs_overlap`` are
     for discs: the second body is anchored as late as the first, or later. Each body is within its radius from
-    its place. ``bent``: they are accelerated along an axis with walls, and plans ``through`` an image have
-    that."""
+    its place. ``bent``: they are accelerated along an axis with walls, plans ``through`` an image too."""
 
     @unchecked
     @hook

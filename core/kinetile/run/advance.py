@@ -211,8 +211,7 @@ class _Stillness:
 
 
 def advance_one(engine: Engine, end: End) -> Event | None:
-    """Runs the next event up to and at an end in time, and returns it; None, at that end, if there is
-    none."""
+    """Runs the next event up to and at an end in time, and returns it, or None at that end."""
     still = _Stillness()
     pending_events = engine.ledger.pending_events
     assert pending_events is not None  # no run is under way

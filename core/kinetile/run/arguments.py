@@ -1,6 +1,5 @@
 """Arguments of a simulation's methods, checked before anything is done: each reader returns a value of the
-right type, or raises an error that names the value found and those allowed. Lengths and speeds are limited
-like a scene's."""
+right type, or raises an error that names the value found and those allowed. Limits are a scene's."""
 
 from __future__ import annotations
 

@@ -39,8 +39,7 @@ def holds_several(parameter: Parameter) -> bool:
 
 
 SHARED = (Parameter("periodic", "str", ""), Parameter("gravity", "tuple[float, ...]", ()))
-"""Parameters of every recipe: the axes along which its arena is periodic, and the acceleration of its
-bodies."""
+"""Parameters of every recipe: the axes along which its arena is periodic, and gravity."""
 
 
 def make_scene(name: str, /, **parameters: Any) -> Scene:

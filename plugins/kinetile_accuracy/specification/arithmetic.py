@@ -148,8 +148,7 @@ class FlightPlan:
         return x, y
 
     def moved(self, tick: int, tick_length: float) -> tuple[Vector, Vector]:
-        """Returns the place and the velocity of the body once it is anchored at a tick (rules 4 and 4a),
-        before rule 4p."""
+        """Returns place and velocity of the body anchored at a tick (rules 4 and 4a), before rule 4p."""
         elapsed, (ax, ay) = tick - self.anchor, self.pull
         x, vx = anchored(self.x, self.vx, elapsed, tick_length, ax)
         y, vy = anchored(self.y, self.vy, elapsed, tick_length, ay)

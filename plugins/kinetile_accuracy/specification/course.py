@@ -433,8 +433,7 @@ class Course:
         return kind == _WALL or b == _NOBODY or self._stamp[b] == other_stamp
 
     def _change(self, body: int, plan: FlightPlan, velocity: Vector, pull: Vector | None = None) -> None:
-        """Gives a body another velocity, and perhaps acceleration, on a plan that is anchored now, which ends
-        its bars."""
+        """Gives a body another velocity, and perhaps acceleration, on a plan anchored now; ends its bars."""
         more = plan.turns, plan.pull if pull is None else pull
         plan = FlightPlan(plan.x, plan.y, *velocity, self.now, self._radius[body], self.frame, *more)
         self.plans[body] = plan

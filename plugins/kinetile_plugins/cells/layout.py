@@ -89,8 +89,7 @@ LEVEL = np.dtype(
     ]
 )
 GUEST = np.dtype([("cell", "i8"), ("next", "i4"), ("prev", "i4")])
-"""The cell of a coarser level in which a body is, and its neighbours in the list of the cell's guests, or
-NOBODY."""
+"""The cell of a coarser level in which a body is, and its neighbours in that cell's list, or NOBODY."""
 
 
 class State(NamedTuple):
@@ -310,8 +309,7 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
 
     @hook
     def go_over(s: State, body: int) -> tuple[int, int]:
-        """Moves a body over the edge of its cell that it has reached; returns the way, as ``list_ahead``
-        takes it."""
+        """Moves a body over the edge of its cell that it has reached; returns the way for ``list_ahead``."""
         home = s.homes[body]
         step = 2 * (home.way & 1) - 1
         right = step * (1 - (home.way >> 1))
@@ -346,8 +344,7 @@ MOST = 8
 
 
 def least_side(reach: Any, skin: float) -> Any:
-    """Returns the least side of cells for a body that reaches so far to its farthest side, without its skin;
-    arrays will do."""
+    """Returns the least side of cells for a body of this farthest reach, without its skin, or for arrays."""
     return 2.0 * (reach + 2.0 * skin)
 
 

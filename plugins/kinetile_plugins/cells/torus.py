@@ -44,8 +44,7 @@ def useful(cells: int) -> int:
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Puts every body into its present cell; cells are as wide as fits into the periods, and as the skin
-    needs."""
+    """Puts every body into its present cell; cells are as wide as the periods and the skin need."""
     grid, torus = s.levels[0], k.clock[0].torus
     least = float(layout.least_side(grid.widest, k.clock[0].limits.skin)) * layout.ABOVE
     wanted = max(float(grid.side), least)

@@ -84,8 +84,7 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @unchecked
     @hook
     def repair(k: Kernel, s: State, body: int) -> int:
-        """A body reaches an edge of its cell: it is in the next one now, and those in the cells beyond are
-        newcomers."""
+        """A body reaches an edge of its cell: those in the cells beyond the next one are newcomers."""
         right, up = go_over(s, body)
         watch(k, s, body)
         return int(list_ahead(k, s, 0, s.homes[body].cell, right, up, 0))

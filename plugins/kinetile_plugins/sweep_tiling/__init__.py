@@ -192,8 +192,7 @@ class SweepTiling:
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Yields tiles, each with the tick at which it fails, bounds, and the pairs of those that have a tile
-    between them."""
+    """Yields tiles, each with the tick at which it fails, bounds, and the pairs with a tile between them."""
     n = len(s.level)
     bodies = np.flatnonzero(k.queue.number >= 0).tolist()
     there, pairs = {*bodies, n}, set()

@@ -92,8 +92,7 @@ def next_to(s: State, rank: int, up: int) -> int:
 
 @hook
 def link_in_order(s: State, p: int, q: int) -> None:
-    """Links an open left port to the right port at which its tile ends: on a cylinder at the first place that
-    is behind it."""
+    """Links an open left port to the right port at which its tile ends: on a cylinder the first behind it."""
     turns = 0
     if len(s.turns) > 0:
         one = bound_of(p)

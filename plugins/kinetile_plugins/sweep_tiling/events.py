@@ -296,8 +296,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
 @unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
-    """Removes a body: its R moves left to its L, and the line of no length that remains is taken out of its
-    tile."""
+    """Removes a body: its R moves left to its L, and the line of no length is taken out of its tile."""
     n = len(s.level)
     left = left_bound(body)
     right = right_bound(body)

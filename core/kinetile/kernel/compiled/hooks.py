@@ -212,8 +212,7 @@ def python_of(part: Any) -> Any:
 
 
 def is_hook(value: Any) -> bool:
-    """Whether a value is a function marked with ``hook``; where hooks are interpreted, whether it is a
-    function."""
+    """Whether a value is a function marked with ``hook``; where hooks are interpreted, any function."""
     return callable(value) if INTERPRETED else hasattr(value, "py_func")
 
 

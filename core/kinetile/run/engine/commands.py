@@ -254,8 +254,7 @@ def to_the_front(k: Kernel, fields: Fields, rows: Rows) -> Kernel:
 
 class History:
     """Commands that have been run, in the order in which they were given. It never changes, so a snapshot
-    shares it. The last ``LAST`` wait until it is read; blocks of about one size are joined, so each costs
-    about the same."""
+    shares it. The last ``LAST`` wait until it is read; blocks of about one size are joined."""
 
     def __init__(
         self, rows: tuple[bytes, ...] = (), inserted: tuple[bytes, ...] = (), bases: Bases = ()

@@ -126,8 +126,7 @@ def _narrow_phases(composition: Composition) -> str:
 
 def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
     """Returns the error for an inserted body without room: the body or wall that it would reach into
-    (``blocker``, a slot or a wall's code), and how deep. Its text is made when it is read: a game refuses
-    hundreds a second."""
+    (``blocker``, a slot or a wall's code), and how deep. Its text is made when it is read, for games."""
     ticks = clock.total(int(command["tick"]))
     who, other = 0, None
     if blocker >= 0:
