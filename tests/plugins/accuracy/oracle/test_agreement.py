@@ -108,7 +108,7 @@ CHANGED: dict[str, tuple[int, Any, str]] = {
 
 @pytest.mark.parametrize("name", CHANGED)
 def test_a_change_is_noticed(run: tuple[kt.Simulation, Any], name: str) -> None:
-    at, change, said = CHANGED[name]
+    at, change, text = CHANGED[name]
     contacts = run[0].contacts
     assert compared(run, contacts).complete
     found = compared(run, change(contacts))
@@ -116,8 +116,8 @@ def test_a_change_is_noticed(run: tuple[kt.Simulation, Any], name: str) -> None:
     assert found.disagreement is not None
     at = len(contacts) if name == "one made up" else at % len(contacts)
     assert found.contacts == found.disagreement.index == at
-    assert said in str(found)
-    if said == "ticks apart":
+    assert text in str(found)
+    if text == "ticks apart":
         assert found.as_dict()["first_disagreement"]["ticks_apart"] == found.disagreement.ticks_apart
     if name == "the last missing":
         assert compared(run, contacts[:-1], end=float(contacts["time"][-2])).disagreement is None
