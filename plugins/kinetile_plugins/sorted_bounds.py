@@ -159,8 +159,7 @@ def _overlaps(low: Whole, high: Whole, rows: slice) -> Whole:
 
 
 def _pairs(k: Kernel, place: Whole, there: Whole) -> Iterator[str]:
-    """The candidate pairs are the bodies whose intervals overlap on every axis, each held once for every
-    image through which they do."""
+    """The candidate pairs are the bodies whose intervals overlap on every axis, held once for every image."""
     live = k.pairs[k.pairs.a >= 0]
     held = dict(zip(zip(live.a.tolist(), live.b.tolist(), strict=True), live.holds.tolist(), strict=True))
     lower, upper = place[:, 2 * there], place[:, 2 * there + 1]

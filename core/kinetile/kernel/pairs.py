@@ -196,7 +196,6 @@ def remove_pair(k: Kernel, a: int, b: int) -> None:
 
 
 def held_pairs(k: Kernel) -> list[tuple[int, int]]:
-    """Returns the pairs of the pair set, by slots, each (a, b) with a < b, sorted: for ``audit`` and
-    ``draw``, not for hooks."""
+    """Returns the pairs of the pair set, by slots, (a, b) with a < b, sorted; not for hooks."""
     held = k.pairs[k.pairs.a >= 0]
     return sorted(zip(held.a.tolist(), held.b.tolist(), strict=True))

@@ -328,8 +328,7 @@ def _first_watched(engine: Engine, rows: list[ContactRow]) -> tuple[Event | None
 
 
 def _is_watched(k: Kernel, a: int, b: int) -> bool:
-    """Whether a contact of two numbers is watched, as ``bookkeeping.is_watched`` says of slots; a body may
-    have been removed since."""
+    """Whether a contact of two numbers is watched (``bookkeeping.is_watched``); a body may be gone since."""
     flags = [int(k.watch[each]) for each in (a, b) if each >= 0]
     pair = {a, b if b >= 0 else NOBODY}
     return any(each & ANY for each in flags) or (

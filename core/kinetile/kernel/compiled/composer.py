@@ -218,8 +218,7 @@ def _compiling() -> Iterator[None]:
 
 
 def compiling_seconds() -> float:
-    """Returns how much processor time this process has spent so far on compiling composed functions, or on
-    loading them from the disk."""
+    """Returns the processor time spent so far on compiling composed functions, or loading them from disk."""
     return _spent
 
 

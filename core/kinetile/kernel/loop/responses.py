@@ -353,8 +353,7 @@ def end_all_passings(k: Kernel, body: int, tick: int) -> None:
 
 
 def begin_at_start(k: Kernel, pairs: Any) -> None:
-    """Begin the passings of those pairs, (m, 2) slots in their order, that overlap and pass at the start; a
-    template, as ``advance``."""
+    """Begin the passings of those pairs, (m, 2) slots, that overlap and pass at the start; a template."""
     k = disowned(k)
     for at in range(len(pairs)):
         if passes(k, pairs[at, 0], pairs[at, 1]):

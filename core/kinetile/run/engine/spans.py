@@ -197,8 +197,7 @@ def anchor_many(k: Kernel, body: int, spans: int) -> None:
 
 
 def pass_spans(k: Kernel, spans: int) -> None:
-    """Anchor plans as in ``spans`` spans from the end of this one, and count their anchors from their end; a
-    template, as ``kernel.loop`` has."""
+    """Anchor plans as in ``spans`` spans after this one, and count their anchors from there; a template."""
     k = disowned(k)
     for body in range(k.clock[0].bodies):
         if k.queue[body].number >= 0:
