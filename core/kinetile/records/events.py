@@ -175,7 +175,6 @@ class EventRecorder:
         return at, rows
 
     def _earlier(self) -> NDArray[Any]:
-        """Returns the first rows of this run, from an event file of it."""
         if self._behind is None or not self._target.exists():
             return np.zeros(0, LOG)
         from kinetile.records.reading import read_events

@@ -108,7 +108,6 @@ def alone(path: Path) -> Iterator[None]:
 
 
 def _open(partial: Path, mode: int) -> tuple[int, bool]:
-    """Opens or creates a file; returns its descriptor and whether it is new."""
     while True:
         with suppress(FileExistsError):
             return os.open(partial, _FLAGS | os.O_CREAT | os.O_EXCL, mode), True

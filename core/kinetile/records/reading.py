@@ -73,7 +73,6 @@ def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
 
 
 def _read(path: Path) -> tuple[NDArray[Any], list[str]]:
-    """Returns the rows of a file, and the texts in its footer."""
     pa, pq = pyarrow_modules()
     try:
         check_regular(path)

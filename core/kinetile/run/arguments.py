@@ -142,7 +142,6 @@ def read_kinds(value: Kind | Iterable[Kind], known: Sequence[Kind], where: str) 
 
 
 def _read_numbers(value: Any, count: int, what: str) -> list[float]:
-    """Returns a given number of finite numbers; ValueError, with what is expected, for anything else."""
     parts = value.tolist() if isinstance(value, np.ndarray) else value
     fit = isinstance(parts, Sequence) and not isinstance(parts, str) and len(parts) == count
     if not fit or not all(is_finite(part) and abs(part) <= LARGEST for part in parts):
@@ -490,7 +489,6 @@ def read_stop(engine: Engine, scene: Scene, stop: Any) -> WatchedContacts | None
 
 
 def _several(given: Any, where: str, name: str, of: str) -> list[Any]:
-    """Returns an argument as a list; TypeError if that is impossible."""
     try:
         return list(given)
     except TypeError:
@@ -498,7 +496,6 @@ def _several(given: Any, where: str, name: str, of: str) -> list[Any]:
 
 
 def _pair(engine: Engine, pair: Any) -> tuple[int, int]:
-    """Returns the numbers of a pair, NOBODY for the walls."""
     two = tuple(pair) if isinstance(pair, tuple | list) else ()
     if len(two) != 2:
         raise ValueError(

@@ -305,7 +305,6 @@ def compose_phases(
 
 
 def _with_options(text: Any) -> tuple[Any, dict[str, Any]]:
-    """Returns a name and the options behind it."""
     return read_phase(text) if isinstance(text, str) else (text, {})
 
 
@@ -350,7 +349,6 @@ def _compose(scene: Scene, name: str, narrow: Named, options: Options | None) ->
 
 
 def _accepts(scene: Scene, name: str, narrow: Named, options: Options | None) -> bool:
-    """Whether phases accept a scene; broken ones do not."""
     with suppress(KinetileError):
         _prepared(scene, name, narrow, options)
         return True
@@ -380,7 +378,6 @@ def accepting(
 
 
 def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -> Composition:
-    """Prepares the phases of these names for a scene, and refuses incompatible ones."""
     broad_options = {**scene.settings.options.get(name, {}), **(options or {})}
     broad = _prepare("broad phase", name, broad_options, scene, BroadPhaseParts)
     narrow_options = {

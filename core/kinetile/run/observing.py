@@ -394,7 +394,6 @@ class Observers:
 
 
 def _place(engine: Engine) -> tuple[int, int]:
-    """Returns where a run is: its tick, and the number of contacts."""
     return engine.clock.total(engine.now), engine.contacts
 
 

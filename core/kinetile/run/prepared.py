@@ -48,7 +48,6 @@ def with_shapes(scene: Scene, shapes: tuple[Shape, ...]) -> Scene:
 
 
 def _columns(rows: Any, elapsed: Any, form: Any) -> dict[str, Any]:
-    """Returns attributes of a scene, from plans a time after their anchors, or from insertions."""
     return {
         "position": positions_after(Plan.of(rows), elapsed),
         "velocity": velocities_after(Plan.of(rows), elapsed),

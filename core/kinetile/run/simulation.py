@@ -799,7 +799,6 @@ class Simulation(Moment):
         return Query(*tables, slots, engine.clock, engine.composition, shapes, engine.overlapping)
 
     def _among(self, kinds: OfKinds) -> Query:
-        """Returns the present bodies, with the bodies of these kinds alone; ValueError for unknown ones."""
         query = self._query()
         if kinds is None:
             return query
@@ -825,7 +824,6 @@ def composition_of(simulation: Simulation) -> Composition:
 
 
 def _of_kinds(query: Query, kinds: Iterable[Kind]) -> Query:
-    """Returns a query with those of its bodies that are of these kinds."""
     known = query.composition.prepared.kinds
     wanted = [number for number, kind in enumerate(known) if kind in kinds]
     if not len(query.k.rules):  # one kind for all

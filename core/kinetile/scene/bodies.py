@@ -108,7 +108,6 @@ def _numbers(value: npt.ArrayLike) -> tuple[Floats | None, tuple[str, str]]:
 
 
 def _is_masked(value: object) -> bool:
-    """Whether numbers are masked in an array, or in one of the rows of which a sequence consists."""
     if isinstance(value, (list, tuple)):
         return any(_is_masked(each) for each in value if isinstance(each, (list, tuple, np.ma.MaskedArray)))
     return isinstance(value, np.ma.MaskedArray) and bool(np.ma.is_masked(value))

@@ -171,7 +171,6 @@ class _File:
             raise self._error([Mistake("parameters", shown(parameters), wanted)]) from error
 
     def _with_additions(self, scene: Scene) -> Scene:
-        """Returns a recipe's scene with the file's settings, commands, responses, kinds and obstacles."""
         commands, responses, obstacles = self._commands(), self._responses(), self._obstacles()
         kinds, until, origin = self._usable("kinds"), self._usable("until"), self._origin(scene.origin)
         if not (commands or responses or kinds or obstacles):
@@ -274,7 +273,6 @@ class _File:
         return ((k, row) for k, row in enumerate(self._usable(key, ())) if k not in faulty)
 
     def _unknown(self, where: str, name: str, *kinds: PluginKind) -> list[Mistake]:
-        """Returns the mistake of naming something that none of these kinds has, if it is one."""
         if self.look_up:
             return check_name(where, name, *kinds)
         return [Mistake(where, shown(name), "the bodies themselves")] if "scene" in kinds else []

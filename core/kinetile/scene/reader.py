@@ -186,7 +186,6 @@ def _read_settings(given: Given, mistakes: list[Mistake]) -> Settings:
 
 
 def _listed_shapes(given: Given) -> tuple[Shape, ...]:
-    """Returns the table of shapes that is given, or none if it is invalid."""
     if isinstance(given.shape, Shape):
         return (given.shape,)
     listed = isinstance(given.shapes, tuple | list) and all(isinstance(each, Shape) for each in given.shapes)
@@ -297,7 +296,6 @@ def pull_of(command: Insert | Accelerate, gravity: tuple[float, float]) -> tuple
 def _check_pulls(
     bodies: Bodies, pulls: Floats, commands: Sequence[tuple[str, Any]], extent: Extent | None
 ) -> list[Mistake]:
-    """Checks that own accelerations, of bodies and of insertions, end at walls."""
     mistakes = []
     for k in np.flatnonzero(pulls.any(axis=1)).tolist()[:1]:
         mistakes = check_pull(f"bodies[{k}].acceleration", pulls[k].tolist(), extent)
@@ -323,7 +321,6 @@ def _largest(
 
 
 def _is_uniform(pulls: Floats, commands: Sequence[Command], gravity: tuple[float, float]) -> bool:
-    """Whether all bodies, those that are inserted too, have the same acceleration all the time."""
     coming = [pull_of(each, gravity) for each in commands if isinstance(each, Insert)]
     each = np.concatenate([pulls, np.reshape(coming, (-1, 2))])
     keep = not any(isinstance(each, Accelerate) for each in commands)

@@ -177,7 +177,6 @@ def space_time_svg(run: SpaceTime) -> bytes:
 
 
 def _turns(run: SpaceTime, piece: Piece) -> Iterator[float]:
-    """Yields the whole periods by which a piece is seen; 0 where the axis is not periodic."""
     if not run.period:
         yield 0.0
         return

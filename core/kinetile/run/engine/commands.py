@@ -234,7 +234,6 @@ def waiting(k: Kernel) -> Rows:
 
 
 def _with_rows(k: Kernel, rows: Rows, front: int) -> Kernel:
-    """Returns the tables with other commands, and a number of free rows before them."""
     table = record_table(COMMAND, front + len(rows))
     table.view(COMMAND, np.ndarray)[front:] = rows
     k.clock[0].lists.command, k.clock[0].lists.commands = front, len(table)
@@ -324,7 +323,6 @@ class History:
         return with_commands(scene, played, kinds=scene.kinds)
 
     def _commands(self) -> Iterator[tuple[Command, int]]:
-        """Yields the commands, each with the number of planned ones that it overtook."""
         content, bases = self.content
         rows = np.frombuffer(content, COMMAND)
         for at, (first, base) in enumerate(bases):
@@ -346,5 +344,4 @@ def _inserted(rows: Rows) -> bytes:
 
 
 def _moment(command: SceneCommand, clock: Clock) -> tuple[int, int]:
-    """Returns when a command of a scene happens: its tick since the start, and after how many contacts."""
     return clock.tick_of(command.time, command.at), command.at[2] if command.at else 0

@@ -230,7 +230,6 @@ class Ledger:
         self._count = end
 
     def _fill(self, contacts: npt.NDArray[np.void], waiting: list[tuple[int, Any]]) -> None:
-        """Writes contacts in their public form, with their times."""
         begin = 0
         for epoch, kept in waiting:
             rows = contacts[begin : begin + len(kept)]

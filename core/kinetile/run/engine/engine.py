@@ -260,7 +260,6 @@ class Engine(Tables):
             raise PhaseError(f"this simulation cannot go on: {self.broken}") from self.broken
 
     def _take_over(self, before: int) -> None:
-        """Takes over the log of a chunk that began at a tick."""
         if self.now != before:
             self._requested = None
         self.ledger.take(self.k, self.fields, self.count.logged[0])
@@ -367,7 +366,6 @@ class Engine(Tables):
         self.lay_out(2.0 * max(most, self.speed))
 
     def _begin_passings(self) -> None:
-        """Begins the passings of pairs that overlap at the start, as many as the log has room for."""
         k, pair = self.k, self.composition.pair
         rows = min(len(k.met), len(k.log) or len(k.met)) // MOST_IMAGES
         now, self.overlapping = self.overlapping[:rows], self.overlapping[rows:]
@@ -411,7 +409,6 @@ class Engine(Tables):
         return composition.living
 
     def _number(self, numbers: int) -> None:
-        """Makes room for this many numbers of bodies in the table of their slots."""
         if numbers > len(self.k.slots):
             more, watch = (0, numbers + 64), self.k.watch
             self.k = self.k._replace(slots=np.pad(self.k.slots, more, constant_values=NOBODY))
@@ -419,7 +416,6 @@ class Engine(Tables):
                 self.k = self.k._replace(watch=np.pad(watch, more, constant_values=watch.min()))
 
     def _allow(self, commands: Commands) -> None:
-        """Composes the loop with such commands in it, if it was composed without."""
         if commands > self.commands:
             self._take_loop(commands)
             if commands == Commands.ALL and self.composition.living:

@@ -96,7 +96,6 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
 
 
 def _missed(composition: Composition, fault: int, other: int, named: str) -> str:
-    """Returns the error of a late or missing contact: the broad phase's for pairs, else the narrow ones'."""
     phase, narrow = described("broad phase", composition.broad_phase), _narrow_phases(composition)
     if fault == tables.LATE_CONTACT:
         late = f"{phase} reported the pair too late" if other >= 0 else f"{narrow} foresaw it too late"
@@ -106,7 +105,6 @@ def _missed(composition: Composition, fault: int, other: int, named: str) -> str
 
 
 def _lets_close_in(k: Kernel, composition: Composition, slots: tuple[int, int], named: str) -> str:
-    """Returns the error of a response that lets what meets, two bodies or one and a wall, close in still."""
     scene, bodies = composition.prepared, np.array([slot for slot in slots if slot >= 0])
     kinds, at_wall = k.traits.view(np.ndarray)["kind"][bodies].tolist(), slots[1] < 0
     response = scene.meets[kinds[0]][-1 if at_wall else kinds[1]]

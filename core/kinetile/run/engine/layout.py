@@ -91,7 +91,6 @@ def tables_of(contents: Contents, numbers: int, composition: Composition, unit: 
 
 
 def _allocated(bodies: int, composition: Composition) -> Kernel:
-    """Returns tables for bodies in the first slots, and with the free slots that the phases allow for."""
     scene = composition.prepared
     slots = scene.capacity if composition.living else len(scene)
     pairs, room = int(composition.broad.pairs), max(int(composition.broad.room), slots)
@@ -251,7 +250,6 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition, many: int) ->
 
 
 def _renewed(k: Kernel, contents: Contents, scene: Scene, composition: Composition) -> Renewed:
-    """Returns tables with the contents of others, for a composition's phases; logs and watches are kept."""
     new = tables_of(contents, len(k.slots), composition, scene.time_unit)
     new = new._replace(met=with_room(k.met, len(new.met)), log=k.log, watch=k.watch, watched=k.watched)
     for field in declared(k.clock.dtype, KEPT):

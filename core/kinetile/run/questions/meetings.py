@@ -118,7 +118,6 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> Cast
 
 
 def _theirs(query: Query) -> tuple[list[Outline], Integers]:
-    """Returns the outlines of the bodies in question, and (n,) which each of them has."""
     if query.shapes:
         kinds, which = np.unique(query.forms, return_inverse=True)
         return [(query.shapes[each].core, query.shapes[each].radius) for each in kinds.tolist()], which

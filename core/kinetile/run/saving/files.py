@@ -159,7 +159,6 @@ def note(content: bytes, name: str = "this") -> dict[str, Any]:
 
 
 def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
-    """Returns the head and the arrays, after the checksum; RecordError for a damaged file, or another one."""
     _check_begin(content, name)
     sha256 = hashlib.sha256(memoryview(content)[:-_CHECKSUM])
     sha256.update(bytes(_CHECKSUM))
@@ -303,7 +302,6 @@ def _scene(scene: Scene) -> list[Any]:
 
 
 def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:
-    """Returns the contents of the ledger: the contacts, or else what their fingerprint goes on from."""
     arrays |= {f"unrecorded.{number}": rows for number, rows in enumerate(entries.unrecorded)}
     arrays["pending_events"] = np.array(list(entries.pending_events), MET)
     found: dict[str, Any] = {
