@@ -245,6 +245,7 @@ def is_met_clearly(body: Body, origin, direction, off: Decimal) -> bool:
 @example(bodies=[(kt.segment((1, 0), (2, 0)), 0.0, 0.0)], origin=(3.0, 0.0), direction=(1.0, 0.0))
 @example(bodies=[(kt.disc(0.25), 1.0, 1.0)], origin=(0.0, 0.0), direction=(5e-324, 5e-324))
 @example(bodies=[(kt.disc(0.25), 1.0, 0.0)], origin=(0.0, 0.0), direction=(1e60, 5e-324))
+@example(bodies=[(kt.box(1, 1), 0.0, 0.0)], origin=(0.0, -0.625), direction=(0.0, -1.0))  # it goes away
 def test_who_stands_in_the_way(bodies, origin, direction):
     hits = {hit.body: hit.distance for hit in places.ray(laid_out(bodies), origin, direction)}
     assert list(hits.values()) == sorted(hits.values())
