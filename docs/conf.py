@@ -56,7 +56,7 @@ python_use_unqualified_type_names = True
 maximum_signature_line_length = 88
 
 # Every other reference must lead somewhere. These are of other packages, whose sites are not asked for where
-# their names are, for the site is built without a network; and of what is nobody's interface.
+# their names are, for the site is built without a network; and of what is no interface.
 nitpick_ignore_regex = [
     ("py:.*", r"(PIL|collections|concurrent|numpy|pathlib|os|pluggy|hypothesis|np|npt|typing)\..*"),
     ("py:.*", r"ArrayLike.*|NDArray|Floats|Image|Path|PluginManager.*"),

@@ -19,7 +19,7 @@ class Answer(NamedTuple):
 
 
 def answer(scene: kt.Scene, contacts: int, until: int, last: tuple[int, int] | None = None) -> Answer:
-    """Return so many contacts at most, up to and at a tick, or up to an exact end."""
+    """Return a number of contacts at most, up to and at a tick, or up to an exact end."""
     course, rows = Course(scene, last), []
     while len(rows) < contacts and (event := course.next(until)) is not None:
         if event.b >= 0 or event.b in WALLS:
@@ -29,7 +29,7 @@ def answer(scene: kt.Scene, contacts: int, until: int, last: tuple[int, int] | N
 
 
 def answer_of_game(game: kt.Scene, contacts: int) -> list[Row]:
-    """Return so many contacts at most of a scene that says when it ends."""
+    """Return a number of contacts at most of a scene that says when it ends."""
     end, until = game.settings.end, game.settings.until
     if end is not None:
         tick = (end[0] << 52) + end[1]

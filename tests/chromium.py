@@ -34,7 +34,7 @@ class Browser:
     """A browser with one page in it, closed at the end of a ``with``. ``events`` are all that it has said."""
 
     def __init__(self, width: int = 1280, height: int = 800, *, dark: bool = False) -> None:
-        """Start one with a window of so many pixels; ``dark`` as a reader's system may be."""
+        """Start one with a window of a size in pixels; ``dark`` as a reader's system may be."""
         chromium = program("chromium")
         self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         to_it, ours = os.pipe()

@@ -1,7 +1,7 @@
 """Encounters of two discs that are hard to tell from misses, and their exact ticks.
 
 An encounter is a row of ``ENCOUNTER``: the arguments of ``first_touch``, the second disc seen m and n periods
-away. A family is a function of a generator and a count that returns so many rows. The families of
+away. A family is a function of a generator and a count that returns that many rows. The families of
 ``kinetile_accuracy.hard_cases`` are compared in ``test_queries.py`` there.
 """
 

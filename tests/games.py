@@ -113,7 +113,7 @@ class Played:
 
 
 def play(game: kt.Scene, phase: str = "naive", most: int = 300) -> Played:
-    """Plays a game to its end, or for so many contacts."""
+    """Plays a game to its end, or for a number of contacts."""
     sim = kt.Simulation(game, phase)
     try:
         sim.run(max_contacts=most)

@@ -172,7 +172,7 @@ class Cannot:
 
 
 class IsWrongAndSlow:
-    """Nobody is near anybody; each simulation takes a while."""
+    """No body is near another; each simulation takes a while."""
 
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
         until = time.process_time() + 0.01
@@ -182,7 +182,7 @@ class IsWrongAndSlow:
 
 
 class BreaksTheKit:
-    """Nobody is near anybody; the kit can play no living scene, nor minimise one."""
+    """No body is near another; the kit can play no living scene, nor minimise one."""
 
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
         from kinetile_conformance import runner

@@ -1,7 +1,7 @@
 """Games of ``games.py`` judged by all that follows docs/specification.md: ``certify-log`` to the end and the
 second implementation; and forged lists of their contacts, to be found.
 
-``python tests/judged_games.py 500 [FIRST [bent]]`` prints how many of so many games agree, or
+``python tests/judged_games.py 500 [FIRST [bent]]`` prints how many of 500 games agree, or
 of games with accelerations."""
 
 import json
@@ -140,7 +140,7 @@ def second_list(
 
 
 def second_agrees(game: kt.Scene, folder: Path, most: int = MOST) -> bool:
-    """Returns whether the second implementation finds the contacts of a game, up to so many, and its end."""
+    """Returns whether the second implementation finds the contacts of a game, up to ``most``, and its end."""
     wanted = games.play(game, most=most)
     rows, end, fingerprint = second_list(game_tables(game, folder), folder, most)
     if "jam" in (wanted.end, end):  # kinetile's guard and this one stop at a contact of their own
@@ -152,7 +152,7 @@ def second_agrees(game: kt.Scene, folder: Path, most: int = MOST) -> bool:
 
 
 def main(many: int, first: int = 0, kind: str = "") -> int:
-    """Judges so many games, prints what was found, and returns the number of games that failed."""
+    """Judges games, prints what was found, and returns the number of games that failed."""
     ends, caught, failed = Counter[str](), Counter[str](), Counter[str]()
     contacts, wrong = 0, set()
     for seed in range(first, first + many):

@@ -64,7 +64,7 @@ def ended(process: subprocess.Popen[str], code: int = 0) -> tuple[str, str]:
 
 
 def wait_for_rows(process: subprocess.Popen[str], study: Study, count: int) -> None:
-    """Wait until a study that runs has so many rows."""
+    """Wait until a study that runs has a number of rows."""
     until = time.monotonic() + 120
     while len(study.rows()) < count:
         assert process.poll() is None, process.communicate()
@@ -79,7 +79,7 @@ def workers_of(pid: int) -> list[int]:
 
 
 def all_end(pids: Sequence[int], seconds: float = 20.0) -> bool:
-    """Whether all of some processes end within so many seconds."""
+    """Whether all of some processes end within ``seconds``."""
     until = time.monotonic() + seconds
     while any(map(_is_alive, pids)):
         if time.monotonic() > until:

@@ -1,15 +1,19 @@
 """What belongs to a change is there: a name is in a page, an option and a reading in a docstring, and
 CONTRIBUTING.md names files and tests that exist."""
 
+import ast
 import inspect
 import re
 from dataclasses import fields
 from pathlib import Path
 from pkgutil import resolve_name
+from textwrap import dedent
 
 import pytest
 
 import kinetile as kt
+from agreement import ALL
+from kinetile.errors import BadOption
 from kinetile.plugin.registry import registry
 from kinetile.run.readings import Readings
 
@@ -53,6 +57,40 @@ def test_a_name_is_in_its_page_and_its_options_are_said(kind: str, name: str) ->
             continue
         line = re.search(rf"^\s*{option}: \S", told, re.MULTILINE)
         demand(line, f"the option {option!r} of the {kind} {name!r} has no line '{option}: ...' under Args:")
+
+
+ELSEWHERE = {
+    ("cells", "side"): "tests/plugins/cells/test_audit.py",
+    ("power", "cells"): "tests/plugins/test_drawing.py",
+}
+"""Options that change no contact's way to the log, or have scenes of their own, and what tries them."""
+
+OPTIONS = [
+    (name, option)
+    for kind, name in BUILT_IN
+    if kind == "broad phase"
+    for option in inspect.signature(registry().target(kind, name)).parameters
+]
+
+
+@pytest.mark.parametrize(("phase", "option"), OPTIONS)
+def test_an_option_of_a_broad_phase_is_tried_and_refuses_what_is_no_value(phase: str, option: str) -> None:
+    rows = {(name, each) for name, options in ALL for each in options}
+    demand((phase, option) in rows | {*ELSEWHERE}, f"the option {option!r} of {phase} has no row in ALL")
+    text = (ROOT / ELSEWHERE.get((phase, option), "tests/agreement.py")).read_text(encoding="utf-8")
+    assert f'"{option}"' in text
+    with pytest.raises(BadOption, match=option):
+        registry().target("broad phase", phase)(**{option: object()})
+
+
+def test_a_field_of_an_insertion_is_an_argument_of_insert_and_of_insert_many() -> None:
+    fields = {*kt.Insert._fields} - {"time", "body", "at"}
+    plural = {"positions": "position", "velocities": "velocity"}
+    for call in (kt.Simulation.insert, kt.Simulation.insert_many):
+        nodes = ast.walk(ast.parse(dedent(inspect.getsource(call))))
+        used = {node.id for node in nodes if isinstance(node, ast.Name)}
+        given = {plural.get(each, each) for each in inspect.signature(call).parameters if each in used}
+        demand(given - {"self"} == fields, f"{call.__name__} hands on {given}; an insertion has {fields}")
 
 
 INTERNAL = {"alike", "composition", "counted", "declares_kinds", "newcomers", "ruled"}

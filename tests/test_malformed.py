@@ -266,7 +266,7 @@ def made_special(rng: random.Random, path: Path) -> None:
 
 @contextmanager
 def within(seconds: int) -> Iterator[None]:
-    """Raises TimeoutError after so many seconds: only a hang takes them."""
+    """Raises TimeoutError after ``seconds``: only a hang takes them."""
 
     def late(*_: object) -> None:
         raise TimeoutError("it hangs")

@@ -201,7 +201,7 @@ def take_in(k: Kernel, s: State, body: int) -> None:
 
 @hook
 def let_go(k: Kernel, s: State, body: int) -> None:
-    """Nobody else's certificate has to do with a body."""
+    """No other body's certificate has to do with a body."""
 
 
 @hook

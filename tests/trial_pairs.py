@@ -76,4 +76,4 @@ class Trial:
 
 @kt.hookimpl
 def kinetile_narrow_phases() -> list[kt.NarrowPhaseSpec]:
-    return [kt.NarrowPhaseSpec("trial", f"{__name__}:Trial", "discs on trial", role="pair")]
+    return [kt.NarrowPhaseSpec("trial", f"{__name__}:Trial", "discs under test", role="pair")]

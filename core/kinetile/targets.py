@@ -102,7 +102,6 @@ def mode_of(target: Path) -> int | None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Brings a name to the disk, where folders can be."""
     with suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)
         try:

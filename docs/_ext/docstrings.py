@@ -3,7 +3,7 @@
 Some things differ from Sphinx's own reading of them (``sphinx.ext.napoleon``). The first line of a property
 is prose, where that takes what stands before a colon for a type. A constant that a package hands on, such as
 ``kinetile.CONTACT``, has the docstring of the module in which it stands, and not that of its class. Fields of
-named tuples that nobody has described are left out: the signature has them. Arrays are called by the short
+named tuples without a description are left out: the signature has them. Arrays are called by the short
 name under which the code has them. And a name in a docstring is that of the module in which it stands, also
 where another module has one like it.
 """

@@ -36,7 +36,7 @@ class Judged(NamedTuple):
 
 @contextmanager
 def busy(number: int) -> Iterator[None]:
-    """So many processes that compute, for as long as this context lasts."""
+    """Processes that compute, for as long as this context lasts."""
     with ExitStack() as stack:
         for _ in range(number):
             process = subprocess.Popen([sys.executable, "-c", "while True: pass"])

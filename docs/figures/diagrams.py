@@ -1,6 +1,6 @@
 """Diagrams of the documents, and charts of the numbers in their tables: SVG in light and dark colours.
 
-To draw them anew: ``python diagrams.py .``. A chart is drawn from the table of the page on which it stands,
+To draw them again: ``python diagrams.py .``. A chart is drawn from the table of the page on which it stands,
 so the two cannot differ; ``tests/test_figures.py`` compares the files with what this draws.
 """
 
@@ -101,7 +101,7 @@ def kernel() -> str:
 def hooks() -> str:
     """Return what the kernel calls a broad phase for, and what the hooks leave."""
     rows = (
-        ("the start; built anew", "arrange, then build", "the structure; schedule for each body"),
+        ("the start; built again", "arrange, then build", "the structure; schedule for each body"),
         ("a certificate fails", "repair", "schedule; newcomers in k.near"),
         ("the plan of a body changes", "replan", "schedule"),
         ("contacts are predicted", "near", "all candidates in k.near"),

@@ -2,7 +2,7 @@
 
 Nothing is sampled. A disc flies straight from contact to contact, and the corners of a tile move with the
 discs that they hang on. So each has one value at each of its own events, and what the browser interpolates
-between them is what the kernel computes. ``python moving.py moving.svg`` in this folder writes it anew.
+between them is what the kernel computes. ``python moving.py moving.svg`` in this folder writes it again.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Photograph the player for the documents (the pictures ``player*.png`` of this folder), and the preview.
 
-To take them anew: ``PYTHONPATH=tests python docs/figures/photograph.py``, only some with their names behind
+To take them again: ``PYTHONPATH=tests python docs/figures/photograph.py``, only some with their names behind
 it. Each is taken in a headless chromium, of the player after keys were pressed, as a reader would press them.
 The preview is what other programs show beside a link to the site: the first sentence of the documentation and
 a figure.

@@ -58,7 +58,6 @@ SomeReport = TypeVar("SomeReport", bound=Report)
 def _judged(
     report: SomeReport, runner: IsolatedRunner | EngineRunner, checks: Sequence[str], options: Options
 ) -> SomeReport:
-    """Runs checks; returns a report with their results, and notes."""
     began, here, on_result = time.perf_counter(), Path.cwd(), options.get("on_result", unheard)
     for done, check in enumerate(checks):
         if runner.deaths >= DEATHS:

@@ -172,7 +172,6 @@ class PhasePlugin:
 @unchecked
 @hook
 def _near_live(k: Kernel, s: NoState, body: int) -> int:
-    """Names all present bodies."""
     count = 0
     for other in range(len(k.bodies)):
         if is_there(k, other):

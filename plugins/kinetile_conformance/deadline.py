@@ -38,7 +38,7 @@ _limit = 0.0
 
 
 def keep_limits(scene: float, memory: int = 0) -> None:
-    """Has this process ended so many CPU seconds after ``begin_scene``, or bytes beyond now; 0: no limit."""
+    """Has this process ended some CPU seconds after ``begin_scene``, or bytes beyond now; 0: no limit."""
     global _limit
     _limit = scene
     while_compiling(uncounted)

@@ -186,7 +186,6 @@ def _round(search: Search[Scene]) -> None:
 
 
 def _round_some(search: Search[Scene], fields: tuple[str, ...], which: npt.NDArray[np.bool_]) -> None:
-    """Rounds fields of some bodies to the fewest digits with which the scene still fails."""
     unit = 2.0 ** np.ceil(np.log2(float(search.scene.radius.max())))
     for digits in DIGITS:
         new = {}

@@ -54,7 +54,7 @@ _SIGNALS = {int(each): each.name for each in signal.Signals}
 
 def where(words: str) -> str:
     """Returns where a process died by the stack that ``faulthandler`` has written: the innermost place that
-    is no library's, such as "arrange (my_phase.py, line 12)", or "a compiled hook"; "" if there is none."""
+    is no library's, such as "arrange (my_phase.py, line 12)", or "a compiled hook"; or ""."""
     for thread in re.split(r"^(?:Current t|T)hread .*$", words, flags=re.MULTILINE)[1:]:
         frames = [found for line in thread.splitlines() if (found := FRAME.match(line))]
         if any(frame["function"] == "_listen" for frame in frames):
@@ -121,7 +121,6 @@ class IsolatedRunner:
             raise PhaseError(self._sentence(died, what)) from died
 
     def _call(self, function: Callable[..., Any], *arguments: Any, hear: Hear = unheard) -> Any:
-        """Returns what a function of the runner returns. Raises Died if the child ends before."""
         if self._here is not None:
             return function(self._here, *arguments)
         if self._child is None:
@@ -185,7 +184,7 @@ class IsolatedRunner:
         return saved(replace(result, bodies=len(scene)), scene, self._plan.subject, self._plan.save_to)
 
     def _survives(self, check: str, scene: Scene) -> bool:
-        """Whether a child survives a check on a scene, or its end is nobody's fault."""
+        """Whether a child survives a check on a scene, or ends for another reason."""
         try:
             self._call(Runner.holds, check, scene)
         except Died as died:

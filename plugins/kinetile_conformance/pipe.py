@@ -58,7 +58,7 @@ JUDGING = {asked: _judging(*row) for asked, row in ASKED.items()}
 
 
 class EngineError(KinetileError, RuntimeError):
-    """An engine does not start, ends early, gives no answer in time, or one that is none."""
+    """An engine does not start, ends early, gives no answer in time, or an invalid one."""
 
 
 class Engine(AbstractContextManager["Engine"]):
@@ -158,10 +158,6 @@ class _EngineRun(CheckRun):
         self.wrong: Any = None
         self.found: Any = None
 
-    def all_hold(self, scene: Scene) -> bool:
-        """Returns whether the engine is right about all cases of a scene, or refuses them."""
-        return all(map(self.holds, self.question.cases(scene)))
-
     def look(self, case: Any) -> None:
         """Raises Disagreement unless the engine's answers to the lines of a case are right."""
         for exchange in self.question.exchanges(case):
@@ -233,7 +229,12 @@ class EngineRunner:
         question = QUESTIONS[self._asked](self._within, most)
         run = _EngineRun(each, self._engine, question, self._on_scene)
         try:
-            if not all(map(run.all_hold, self._drawing.scenes(each))) and plan.shrink:
+            if (
+                not all(
+                    run.holds(case) for scene in self._drawing.scenes(each) for case in question.cases(scene)
+                )
+                and plan.shrink
+            ):
                 run.minimise()
         except EngineError as error:
             folder = plan.save_to if run.wrong else None

@@ -105,7 +105,7 @@ class Program:
         self._sent.put(sent)
 
     def exit_code(self, seconds: float = GRACE) -> int | None:
-        """Returns the exit code, negative for a signal; None if it still runs after so many seconds."""
+        """Returns the exit code, negative for a signal; None if it still runs after ``seconds``."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(seconds)
         return cast(int | None, self._process.returncode)
@@ -239,7 +239,7 @@ def in_a_child(
     seconds: float = SCENE_SECONDS,
 ) -> Any:
     """Returns what a function returns in a child, called with the phases under test, and arguments; a
-    simulation has so many CPU ``seconds``. Raises Died, TimeIsUp where one takes longer or waits for
+    simulation has these CPU ``seconds``. Raises Died, TimeIsUp where one takes longer or waits for
     something, and BadOption, NotJudged or Refused from the function, or where phases cannot be sent."""
     child = Child(subject, partial(_themselves, seconds), environment)
     try:

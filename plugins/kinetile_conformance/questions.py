@@ -165,7 +165,6 @@ TIMED_CONTACTS = Form.of("contacts", "[[time, a, b], ...]", list[tuple[Finite, B
 
 
 def _tables(scene: Scene) -> dict[str, Any]:
-    """Returns the tables of a scene's file, with an infinite mass as "inf"."""
     tables = tomllib.loads(dumps_scene(scene))
     for body in tables.get("bodies", ()):
         if body.get("mass") == math.inf:
@@ -271,7 +270,7 @@ def disturbed(scene: Scene, by: float) -> Scene:
 
 
 def resized(scene: Scene, by: float) -> Scene:
-    """Returns a scene whose bodies at the start are so many times as large."""
+    """Returns a scene with larger bodies at the start, by a factor."""
     if not scene.shapes:
         return changed(scene, radius=scene.radius * by)
     return changed(scene, shape=scene.shape, shapes=[scaled(shape, by) for shape in scene.shapes])
@@ -436,7 +435,7 @@ def _when(time: float | None) -> str:
 
 
 def meeting(scene: Scene, by: float, before: float) -> float | None:
-    """Returns when two bodies, so many times as large, that begin ``before`` time 0 meet; None: never."""
+    """Returns when two bodies, larger by a factor, that begin ``before`` time 0 meet; None: never."""
     bits = unit_bits(scene)
     frame = Frame(None, bits)
     places = positions_after(Plan.of_vectors(scene.position, scene.velocity), -before)

@@ -119,7 +119,6 @@ class Report:
         return "\n".join([self.head, "", *each, "", self.foot])
 
     def _repr_html_(self) -> str:
-        """Returns the report as a notebook shows it."""
         return f"<pre>{escape(str(self))}</pre>"
 
     @property

@@ -11,25 +11,25 @@ from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, lo
 
 
 def view_saved(
-    path: str | os.PathLike[str], on_trial: Choice | None = None, *, until: float | None = None
+    path: str | os.PathLike[str], tested: Choice | None = None, *, until: float | None = None
 ) -> View | None:
-    """Returns a view of a saved case, which opens where the phase under test (``on_trial``, or the one that
+    """Returns a view of a saved case, which opens where the phase under test (``tested``, or the one that
     the file names) differs from the reference; None of any other scene. Raises BadOption where there is no
     such phase, and UnknownName where it is not registered here."""
     path = Path(path)
     case = load_case(path)
     if case.check is None:
         return None
-    if on_trial is None:
+    if tested is None:
         if case.name is None:
             raise BadOption(f"{path} names no broad phase: expected a case that `kinetile conform` has saved")
-        on_trial = (case.name, case.options)
+        tested = (case.name, case.options)
     named = Subject(REFERENCE, {}, case.narrow_phases)
     return view_scene(
         case.scene,
-        [(REFERENCE, {}), on_trial],
+        [(REFERENCE, {}), tested],
         until=horizon(case.scene) if until is None else until,
-        title=f"{path.name}: {on_trial[0]} beside {REFERENCE}",
+        title=f"{path.name}: {tested[0]} beside {REFERENCE}",
         max_contacts=CONTACTS,
         narrow_phases=named.narrow_phases(case.scene) if case.narrow_phases else None,
         notes=[f"The check that failed: {case.check}."],

@@ -139,7 +139,6 @@ def changed(name: str, now: Any, was: Any, may: Iterable[str | None] = ()) -> It
 
 
 def _not_scheduled(before: Before, k: Kernel) -> Iterator[str]:
-    """Yields certificates that have changed, and not by ``schedule``."""
     clock = k.clock[0]
     first, last, hand = len(before["offers"][1]), int(clock.lists.offered), int(clock.hand)
     if not first <= last <= len(k.offers):

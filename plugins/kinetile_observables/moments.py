@@ -21,7 +21,6 @@ _MOST_GROUPS = 10
 
 
 def _whole(name: str, value: Any) -> int:
-    """Returns an option that is a number, at least 1; raises BadOption for anything else."""
     if isinstance(value, bool) or not isinstance(value, int) or value < 1:
         raise BadOption(f"{name} is {value!r}; expected a whole number, at least 1")
     return value
@@ -66,7 +65,7 @@ class Temperature(Observable):
         """Returns the temperatures."""
         (mass, velocity), (energy, degrees) = movable(moment), inner_energy(moment)
         if degrees <= 0:
-            return {}  # nobody is there, or one alone on a torus
+            return {}  # no body is there, or one alone on a torus
         found = {"kT": 2.0 * energy / degrees}
         energies = (mass * velocity**2).sum(axis=1) / 2
         several = len(moment.scene.kinds) > 1
@@ -107,12 +106,10 @@ class _Lagged(Observable):
         raise NotImplementedError
 
     def compare(self, then: Floats, now: Floats) -> Floats:
-        """Returns the terms of the mean for two moments."""
         raise NotImplementedError
 
     @property
     def axes(self) -> Mapping[str, tuple[str, npt.ArrayLike]]:  # type: ignore[override]
-        """The lags in time."""
         interval = self.times[1] - self.times[0] if len(self.times) > 1 else math.nan
         return {self.name: ("time", self.lags * interval)}
 
@@ -153,7 +150,6 @@ class _InArena(Observable):
     keeps = ()
 
     def prepare(self, scene: Scene) -> None:
-        """Raises Refused in the open plane."""
         if scene.arena is None:
             raise Refused(f"observable {self.name!r} needs an arena: in the open plane there is no density")
         self.scene = scene
@@ -230,8 +226,7 @@ class StructureFactor(_InArena):
 
 class BondOrder(_InArena):
     """Order of bonds, from psi = mean of exp(6 i angle) over neighbours, not further than ``cutoff`` sums of
-    radii (0 without any): ``psi6``, the size of its mean over bodies, ``psi6_local``, the mean of its
-    size."""
+    radii (0 without any): ``psi6``, the size of its mean over bodies, ``psi6_local``, its mean size."""
 
     name = "psi6"
 

@@ -15,7 +15,7 @@ by less than 127 units may change places. Then the partner is the other one, and
 the first is below the contact with the partner, and the second, the least of all others, below theirs. More
 than 64 partners are taken 64 at a time, and the two least delays of each 64 compared with those before.
 
-*The second bound* of discs is not the second delay, which nobody needs (``alone``). If no other delay is
+*The second bound* of discs is not the second delay, which is not needed (``alone``). If no other delay is
 within 2^22 ticks of the first (``ROOM``; and 2^-40 of it), that is where all others are later than: so it is
 a bound. Else the first delay is. The exact tick of the first, computed at the head of the queue, is nearly
 always before the second bound; where it is not, all contacts of the body are computed exactly. For bodies of

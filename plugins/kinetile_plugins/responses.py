@@ -47,8 +47,7 @@ def since_touched(k: Kernel, a: int, b: int) -> float:
 @unchecked
 @hook
 def give_back(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
-    """Turns the closing speed round, and leave a share of it: ``rule.first``; all of it within
-    ``rule.second``."""
+    """Turns the closing speed round, with a share of it, ``rule.first``; all of it within ``rule.second``."""
     back = rule.first if since_touched(k, a, b) > rule.second else 1.0
     if b < 0:
         one = k.bodies[a]

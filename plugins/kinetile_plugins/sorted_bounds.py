@@ -104,7 +104,6 @@ def audit_bounds(k: Kernel, lists: Lists) -> Iterator[str]:
 
 
 def _period(k: Kernel, lists: Lists, row: int) -> float:
-    """Returns the period of a list, or 0."""
     torus = k.clock[0].torus
     return float(lists.shares[row] @ (torus.x, torus.y))
 
@@ -160,8 +159,7 @@ def _overlaps(low: Whole, high: Whole, rows: slice) -> Whole:
 
 
 def _pairs(k: Kernel, place: Whole, there: Whole) -> Iterator[str]:
-    """The candidate pairs are the bodies whose intervals overlap on every axis, each held once for every
-    image through which they do."""
+    """The candidate pairs are the bodies whose intervals overlap on every axis, held once for every image."""
     live = k.pairs[k.pairs.a >= 0]
     held = dict(zip(zip(live.a.tolist(), live.b.tolist(), strict=True), live.holds.tolist(), strict=True))
     lower, upper = place[:, 2 * there], place[:, 2 * there + 1]
@@ -327,7 +325,6 @@ def _point(along: Coordinate, across: Coordinate, axis: int) -> Point:
 
 
 def _outcome(left: int, right: int) -> str:
-    """Returns what it means when two bounds pass each other."""
     if left & 1 == right & 1:
         return "pass"
     return "meet" if left & 1 else "part"

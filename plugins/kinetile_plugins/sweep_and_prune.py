@@ -48,7 +48,7 @@ ends, and places below ``TURN``, so all of this holds there too.
 
 The hooks are made for a number of lists, along the axes or slanted, and for scenes with or without periodic
 axes. All that is constant in them, so the compiled loop has no code for the rest. Directions are in the
-state, so all choices of so many slanted ones have one loop.
+state, so all choices of one number of slanted ones have one loop.
 """
 
 from __future__ import annotations
@@ -197,7 +197,6 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def period_of(k: Kernel, bound: int) -> float:
-        """Returns the period of a bound's axis, or 0."""
         if not circular:
             return 0.0
         torus = k.clock[0].torus
@@ -213,8 +212,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def before(k: Kernel, s: State, bound: int) -> int:
-        """Returns the bound left of a bound, or END. All bodies that are present have their bounds in the
-        list."""
+        """Returns the bound left of a bound, or END; all present bodies have bounds in the list."""
         slot = slot_of(s, bound)
         left = s.order[slot - 1]
         if circular and left == END and period_of(k, bound) > 0.0:
@@ -253,8 +251,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def gap_between(k: Kernel, s: State, left: int, right: int, at: int) -> float:
-        """Returns how far the first image of a bound that is behind another one in the order is right of
-        it."""
+        """Returns how far the first image of a bound behind another one in the order is right of it."""
         gap = edge(k, s, right, at) - edge(k, s, left, at)
         if circular:
             one = k.images[left >> shift]
@@ -470,7 +467,6 @@ def near(k: Kernel, s: State, body: int) -> int:
 
 
 def _names(s: State) -> tuple[str, ...]:
-    """Returns the names of the lists, as options have them."""
     return tuple(NAMES.get((p, q), f"{p}:{q}") for p, q in s.ways.reshape(-1, 2).tolist())
 
 

@@ -79,7 +79,7 @@ def test_the_general_parts_give_the_contacts_of_those_for_bodies_that_are_alike(
     assert [column.tolist() for column in columns[:2]] == [column.tolist() for column in columns[2:]]
 
 
-@pytest.mark.parametrize("phase", ["sap-1d", "naive"])  # one inserts into its structure, one is built anew
+@pytest.mark.parametrize("phase", ["sap-1d", "naive"])  # one inserts into its structure, one is built again
 def test_a_scene_with_room_for_alike_bodies_takes_another_in(phase):
     """The slot of a body that has left was given to a heavier one, under hooks for equal masses."""
     scene = kt.Scene(

@@ -121,7 +121,7 @@ def test_the_fingerprint_goes_on_over_blocks(tmp_path: Path) -> None:
 
 
 def assert_prints_the_list_of_shapes(scene: kt.Scene, tmp_path: Path, most: int = 60) -> None:
-    """Assert that both find the same contacts of a scene, at most so many."""
+    """Assert that both find the same contacts of a scene, at most ``contacts``."""
     game = scene.replace(settings=kt.Settings(until=20.0 * scene.time_unit))
     assert second_agrees(game, tmp_path, most)
 

@@ -1,5 +1,4 @@
-"""Files and folders that a command will write, checked before anything is computed: no file of the user's is
-replaced unless the user says so."""
+"""Files and folders that a command will write, checked first: no file is replaced unless the user says so."""
 
 from __future__ import annotations
 

@@ -89,7 +89,6 @@ def write_observed(observed: Observed, path: Path) -> None:
 
 
 def _figure(observed: Observed, form: str) -> bytes:
-    """Returns a figure: a panel for each curve with its standard errors, and above them the numbers."""
     from kinetile.show.printed import figure_bytes
 
     entries = [item for items in observed.values() for item in items.items()]

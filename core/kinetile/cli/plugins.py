@@ -95,7 +95,6 @@ def _recipe(name: str) -> dict[str, Any]:
 
 
 def _options(kind: Kind, name: str, key: str) -> dict[str, Any]:
-    """Returns the options, or a recipe's parameters, under a key; an error where it cannot be imported."""
     from kinetile.plugin.parameters import REQUIRED, parameters_of
     from kinetile.scene.by_name import accepted_parameters
 

@@ -228,7 +228,6 @@ def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | 
 def _recorder(
     simulation: Simulation, events: Path, requested: dict[str, Any], **options: Any
 ) -> EventRecorder:
-    """Returns a recorder of a run: its file names the phases and the requested end."""
     from kinetile.records.events import EventRecorder
 
     with file_errors("--events"):

@@ -1,6 +1,5 @@
 """Runner of ``kinetile run`` and ``kinetile resume``. Whatever ends a run (its end, a fault, a signal, a full
-disk), the events file is closed, the checkpoint holds the present moment, and the results so far are
-printed."""
+disk), the events file is closed, the checkpoint holds the present moment, and the results are printed."""
 
 from __future__ import annotations
 
@@ -137,7 +136,7 @@ def only_writer(path: Path | None) -> Iterator[None]:
 
 
 def check_checkpoint(path: Path | None, every: float | None, overwrite: bool) -> None:
-    """Raises BadOption where a checkpoint would replace an old one, or a file that is none."""
+    """Raises BadOption where a checkpoint would replace an old one, or another file."""
     from kinetile.run.saving.files import check_target
 
     if path is None:
@@ -249,7 +248,6 @@ def _result(
 
 
 def _lines(result: Mapping[str, Any], scene: Scene) -> Iterable[tuple[str, str]]:
-    """Yields the result of a run in words: the scene, the phases, counts, accuracy and cost, with units."""
     from kinetile.explanation import reading_lines
     from kinetile.scene.scene import around, in_words, source_of
 

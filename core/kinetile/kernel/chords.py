@@ -8,12 +8,10 @@ and a phase knows nothing of accelerations; chords are no part of the answer, si
 decide it.
 
 The shadow never jumps, for a phase may rely on that a new plan does not move a body: a chord begins where the
-last one has come to. Let it be off by e there. It ends on the plan; s of the way it is off by at most e (1 -
-s) + 4 c s (1 - s), with c = |a| span^2 / 8 the largest distance of a parabola from its chord. That is at most
-(4 c + e)^2 / 16 c, so with a margin of 4 c = |a| span^2 / 2 it never leaves the margin, whenever a chord is
-cut short and another one is laid. One that was flown to its end has come to the plan but for rounding, and
-the next begins there exactly; so rounding does not add up. The shadow of a body without acceleration has the
-body's own plan, after at most one chord to it.
+last one has come to. docs/one-answer.md proves that it never leaves the margin, whenever a chord is cut short
+and another one is laid. One that was flown to its end has come to the plan but for rounding, and the next
+begins there exactly; so rounding does not add up. The shadow of a body without acceleration has the body's
+own plan, after at most one chord to it.
 
 A chord is faster than its body by |a| span at most: half of it by the bend, half by the way back to the plan.
 ``toolbox.reach`` has both bounds.
@@ -37,8 +35,7 @@ Hook = Callable[..., Any]
 
 
 def as_seen(k: Kernel) -> Kernel:
-    """Return what ``with_shadows`` does, or the tables themselves where no body is accelerated; not for
-    hooks."""
+    """Return what ``with_shadows`` does, or the tables where no body is accelerated; not for hooks."""
     return k._replace(bodies=k.shadows, places=k.shades) if len(k.shadows) else k
 
 
@@ -84,7 +81,7 @@ def span_of(ax: float, ay: float, margin: float, per_time: float) -> int:
 
 
 def lay_all(k: Kernel, skin: float, margin: float) -> None:
-    """Lay the chords of all bodies anew, from the present tick on, where their plans have them; with what
+    """Lay the chords of all bodies again, from the present tick on, where their plans have them; with what
     broad phases read of a body besides. Not for hooks. Before: there is no structure."""
     clock, bodies, shadows = k.clock[0], k.bodies.view(np.ndarray), k.shadows.view(np.ndarray)
     for name in shadows.dtype.names or ():

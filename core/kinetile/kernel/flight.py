@@ -121,8 +121,7 @@ def plans_now(
 
 
 def positions_now(k: Kernel, slots: npt.NDArray[np.int64] | None = None) -> npt.NDArray[np.float64]:
-    """Return (n, 2) positions at the kernel's present tick, of all bodies or of those in the slots given; for
-    set-up and read-out, not for hooks."""
+    """Return (n, 2) positions now, of all bodies or of those in the slots given; not for hooks."""
     return positions_after(*plans_now(k, slots))
 
 

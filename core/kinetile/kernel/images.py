@@ -1,6 +1,6 @@
 """Images: places and contacts where an axis is periodic.
 
-A border that bodies cross could be an event. Here it is none: the law does not know where the box is cut.
+A border that bodies cross could be an event. Here it is not: the law does not know where the box is cut.
 The *image* (m, n) of a body is the body m periods further right and n further up, and a contact of two bodies
 is through an image: the certificate of two discs, with m and n periods added to their separation. So two
 bodies may meet through several images, even at one tick, and nothing is rounded or logged, and no
@@ -179,8 +179,7 @@ def first_image_of(
 ) -> Callable[[Kernel, int, int], int]:
     """Returns the hook ``meet`` of bodies among images, from what ``discs_touch`` and ``discs_overlap`` are
     for discs: the second body is anchored as late as the first, or later. Each body is within its radius from
-    its place. ``bent``: they are accelerated along an axis with walls, and plans ``through`` an image have
-    that."""
+    its place. ``bent``: they are accelerated along an axis with walls, plans ``through`` an image too."""
 
     @unchecked
     @hook
@@ -314,8 +313,8 @@ def come_together(k: Kernel, a: int, b: int, h: int) -> None:
 
 @hook
 def next_to_anchor(k: Kernel) -> int:
-    """Return the next body, by its number, whose plan is a beat old at this beat; NOBODY: there is none, and
-    the next beat is awaited."""
+    """Return the next body, by its number, whose plan is a beat old at this beat; NOBODY: all are
+    anchored, and the next beat is awaited."""
     torus = k.clock[0].torus
     while torus.number < len(k.slots):
         body = k.slots[torus.number]

@@ -13,7 +13,7 @@ them itself.
 
 Every pair is in the list of both its bodies. A record has the fields a and b (its bodies, by slot),
 next_a and prev_a (its neighbours in a's list), next_b and prev_b; ``firsts[body]`` is the head of a body's
-list, -1 where there is none. To put a pair in and to take it out costs O(1).
+list, or -1. To put a pair in and to take it out costs O(1).
 """
 
 from __future__ import annotations
@@ -196,7 +196,6 @@ def remove_pair(k: Kernel, a: int, b: int) -> None:
 
 
 def held_pairs(k: Kernel) -> list[tuple[int, int]]:
-    """Returns the pairs of the pair set, by slots, each (a, b) with a < b, sorted: for ``audit`` and
-    ``draw``, not for hooks."""
+    """Returns the pairs of the pair set, by slots, (a, b) with a < b, sorted; not for hooks."""
     held = k.pairs[k.pairs.a >= 0]
     return sorted(zip(held.a.tolist(), held.b.tolist(), strict=True))

@@ -86,8 +86,7 @@ def reach_to(body: Records, side: int, skin: float) -> float:
 
 
 def reaches_of(k: Kernel) -> npt.NDArray[np.float64]:
-    """Return (n, 4) what ``reach_to`` does, of all bodies: left, right, down, up; for set-up and read-out,
-    not for hooks."""
+    """Return (n, 4) what ``reach_to`` does, of all bodies: left, right, down, up; not for hooks."""
     bodies = k.bodies.view(np.ndarray)
     if "left" not in bodies.dtype.names:
         return np.asarray(np.repeat(bodies["reach"][:, None], 4, axis=1))

@@ -504,8 +504,7 @@ def clear(k: Kernel) -> None:
 
 
 def fields_in(dtype: np.dtype[Any]) -> list[str]:
-    """Return the names of a record's fields, those of a record within it as "record.field"; none where the
-    elements are plain numbers."""
+    """Return the names of a record's fields, "record.field" of one within it; none of plain numbers."""
     return [each.name for each in declared(dtype)] or [*(dtype.names or ())]
 
 
@@ -556,8 +555,7 @@ BAD_PAIR, UNKNOWN_PAIR, LATE_CONTACT, TOO_DEEP, JAMMED, STALLED, NOT_FINITE = ra
 BAD_CERTIFICATE, BAD_COUNT, BAD_NAME, BAD_PARTNER, BAD_RESPONSE = range(8, 13)
 
 MY_FAULT = 1 << 16
-"""The first fault of a broad phase's own, for which it has a sentence (``BroadPhaseParts.faults``); the next
-one is ``MY_FAULT + 1``."""
+"""The first fault of a broad phase's own (``BroadPhaseParts.faults``); the next is ``MY_FAULT + 1``."""
 
 
 @hook
@@ -584,7 +582,7 @@ def elder(k: Kernel, a: int, b: int) -> int:
 
 @hook
 def slot_of(k: Kernel, number: int) -> int:
-    """Return the slot of the body with a number, or NOBODY: there is none."""
+    """Return the slot of the body with a number, or NOBODY if it has no slot."""
     if number < 0 or number >= len(k.slots):
         return NOBODY
     return int(k.slots[number])

@@ -38,7 +38,7 @@ def place_of(error: BaseException) -> str:
 
 
 def line_of_author(frames: Iterable[tuple[str, int]]) -> str:
-    """Returns the first place not of kinetile or a library, as the end of a message; "" if there is none."""
+    """Returns the first place not of kinetile or a library, as the end of a message; "" without one."""
     for frame in frames:
         path = Path(frame[0])
         if not any(map(path.is_relative_to, NOT_AUTHORS)) and not is_library(path):

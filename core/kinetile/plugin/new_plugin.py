@@ -44,7 +44,6 @@ def new_plugin(name: str, into: str | os.PathLike[str] = ".") -> Path:
 
 
 def _words(name: str) -> dict[str, str]:
-    """Returns what the templates name, from a folded name; raises BadOption for one that cannot be used."""
     folded = re.sub(r"[-_]+", "-", name.strip().lower())
     stem = folded.replace("-", "_")
     if not (stem.isascii() and stem.isidentifier() and stem.strip("_") == stem):

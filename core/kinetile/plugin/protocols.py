@@ -159,7 +159,7 @@ class PairParts:
     ``soonest(k, body, count, barred, at) -> (first, second, who)``: bounds for many at once. Of the bodies in
     ``k.near[:count]``, except ``body`` and ``barred``, no contact with ``body`` comes earlier than ``first``
     after tick ``at``, and none but that of ``who`` earlier than ``second``; delays in the scene's time,
-    infinite if there is no contact, ``who`` NOBODY if there is none at all. A bound may be early and never
+    infinite if there is no contact, ``who`` NOBODY if no body has one. A bound may be early and never
     late: ``meet`` of that pair is not before it, by more than 2^-50 of the delay. None: every candidate is
     computed exactly.
 

@@ -119,7 +119,7 @@ class Registry:
 
     def remove(self, plugin: object) -> None:
         """Removes the names of a plugin of this process: the object, or its name as a listing shows it: so a
-        notebook cell that adds one can run again. Raises UnknownName if there is none."""
+        notebook cell that adds one can run again. Raises UnknownName if no plugin has it."""
         label = plugin if isinstance(plugin, str) else _label(plugin)
         kept = [p for p in self._provided if p.distribution is not None or p.plugin != label]
         if len(kept) == len(self._provided):
@@ -272,7 +272,6 @@ def sentence(error: BaseException) -> str:
 
 
 def _check_hooks(plugin: object, callers: dict[str, pluggy.HookCaller]) -> None:
-    """Raises BadPlugin for a hook that kinetile does not have, one that is not marked, or none at all."""
     for name, caller in callers.items():
         if not caller.has_spec() and not all(hook.optionalhook for hook in caller.get_hookimpls()):
             meant = nearest(name, _HOOKS)
@@ -288,7 +287,6 @@ def _check_hooks(plugin: object, callers: dict[str, pluggy.HookCaller]) -> None:
 
 
 def _call(caller: pluggy.HookCaller, spec_type: type[Spec]) -> Iterator[Spec]:
-    """Yields what one hook of one plugin returns; raises BadPlugin unless it is a list of such specs."""
     expected = f"a list of {spec_type.__name__}"
     try:
         answers = caller()

@@ -113,7 +113,6 @@ class SceneSpec(Spec):
 
 
 def _words(spec: Spec, field_name: str) -> tuple[str, ...]:
-    """Returns a field that holds several words; raises BadPlugin for anything else."""
     words: object = getattr(spec, field_name)
     if isinstance(words, Iterable) and not isinstance(words, str):
         found = tuple(words)

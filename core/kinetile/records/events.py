@@ -175,7 +175,6 @@ class EventRecorder:
         return at, rows
 
     def _earlier(self) -> NDArray[Any]:
-        """Returns the first rows of this run, from an event file of it."""
         if self._behind is None or not self._target.exists():
             return np.zeros(0, LOG)
         from kinetile.records.reading import read_events
@@ -263,7 +262,6 @@ class EventRecorder:
         return RecordError(f"{self.path} cannot be written: {reason(error)}")
 
     def _open_file(self) -> LogFile:
-        """Returns the file if it is open; raises RecordError if not."""
         if self._file is None or self._file.closed:
             when = "before its `with` began" if self._file is None else "after it was closed"
             raise RecordError(

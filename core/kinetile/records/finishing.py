@@ -107,7 +107,6 @@ def finish(log: BinaryIO, its_name: str, target: Path, overwrite: bool, last: st
 
 
 def _write(reader: LogReader, its_name: str, file: Any, last: str) -> dict[str, Any]:
-    """Writes the event file of a log; returns its metadata."""
     pa, pq = pyarrow_modules()
     schema = pa.schema([(name, pa.from_numpy_dtype(LOG[name])) for name in _COLUMNS])
     seal, count = Seal(), 0

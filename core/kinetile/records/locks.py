@@ -60,7 +60,6 @@ def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False, mode: 
 
 
 def _check_contents(file: LogFile, partial: Path) -> None:
-    """Raises RecordError if overwriting a file would lose data."""
     with file.reader() as content:
         if holds_nothing(content):
             return
@@ -109,7 +108,6 @@ def alone(path: Path) -> Iterator[None]:
 
 
 def _open(partial: Path, mode: int) -> tuple[int, bool]:
-    """Opens or creates a file; returns its descriptor and whether it is new."""
     while True:
         with suppress(FileExistsError):
             return os.open(partial, _FLAGS | os.O_CREAT | os.O_EXCL, mode), True

@@ -73,7 +73,6 @@ def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
 
 
 def _read(path: Path) -> tuple[NDArray[Any], list[str]]:
-    """Returns the rows of a file, and the texts in its footer."""
     pa, pq = pyarrow_modules()
     try:
         check_regular(path)
@@ -107,7 +106,6 @@ def _read(path: Path) -> tuple[NDArray[Any], list[str]]:
 
 
 def _check_columns(pa: Any, path: Path, schema: Any) -> None:
-    """Raises RecordError unless these are the columns of an event file."""
     wanted = [(name, pa.from_numpy_dtype(LOG[name])) for name in _COLUMNS]
     found = [(field.name, field.type) for field in schema]
     if found != wanted:

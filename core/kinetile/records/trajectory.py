@@ -229,7 +229,6 @@ def positions_at(
 
 
 def _whole(path: Path) -> tuple[EventFile, Scene]:
-    """Reads an event file; raises RecordError if it says that rows are missing from it."""
     found, scene = read_with_scene(path)
     missing = found.metadata["missing"]
     if missing:

@@ -188,7 +188,6 @@ class _Stillness:
         self._patience = self._next_try = PATIENCE
 
     def note_span(self, engine: Engine) -> None:
-        """Counts a span that has passed."""
         happened = engine.events - int(engine.k.counts[0].structural)
         self.quiet = self.quiet + 1 if happened == self._seen else 0
         self._next_try = self._next_try if self.quiet else self._patience
@@ -212,8 +211,7 @@ class _Stillness:
 
 
 def advance_one(engine: Engine, end: End) -> Event | None:
-    """Runs the next event up to and at an end in time, and returns it; None, at that end, if there is
-    none."""
+    """Runs the next event up to and at an end in time, and returns it, or None at that end."""
     still = _Stillness()
     pending_events = engine.ledger.pending_events
     assert pending_events is not None  # no run is under way
@@ -330,8 +328,7 @@ def _first_watched(engine: Engine, rows: list[ContactRow]) -> tuple[Event | None
 
 
 def _is_watched(k: Kernel, a: int, b: int) -> bool:
-    """Whether a contact of two numbers is watched, as ``bookkeeping.is_watched`` says of slots; a body may
-    have been removed since."""
+    """Whether a contact of two numbers is watched (``bookkeeping.is_watched``); a body may be gone since."""
     flags = [int(k.watch[each]) for each in (a, b) if each >= 0]
     pair = {a, b if b >= 0 else NOBODY}
     return any(each & ANY for each in flags) or (
@@ -340,7 +337,6 @@ def _is_watched(k: Kernel, a: int, b: int) -> bool:
 
 
 def _event_of_row(engine: Engine, row: ContactRow) -> Event:
-    """Returns the event of a contact's row, or of that of a removal."""
     epoch, tick, a, b = row
     k, when = engine.k, engine.clock.moment(epoch * TICKS + tick)
     if b == REMOVED:
@@ -355,7 +351,6 @@ def _event_of_row(engine: Engine, row: ContactRow) -> Event:
 
 
 def _passes(k: Kernel, a: int, b: int) -> bool:
-    """Whether the bodies in two slots pass through each other."""
     if not len(k.rules):
         return False
     kinds = int(k.clock[0].kinds)

@@ -1,6 +1,5 @@
 """Arguments of a simulation's methods, checked before anything is done: each reader returns a value of the
-right type, or raises an error that names the value found and those allowed. Lengths and speeds are limited
-like a scene's."""
+right type, or raises an error that names the value found and those allowed. Limits are a scene's."""
 
 from __future__ import annotations
 
@@ -139,7 +138,6 @@ def read_kinds(value: Kind | Iterable[Kind], known: Sequence[Kind], where: str) 
 
 
 def _read_numbers(value: Any, count: int, what: str) -> list[float]:
-    """Returns a given number of finite numbers; ValueError, with what is expected, for anything else."""
     parts = value.tolist() if isinstance(value, np.ndarray) else value
     fit = isinstance(parts, Sequence) and not isinstance(parts, str) and len(parts) == count
     if not fit or not all(is_finite(part) and abs(part) <= LARGEST for part in parts):
@@ -222,7 +220,7 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
 def read_accelerations(engine: Engine, bodies: object, accelerations: object) -> Rows:
     """Returns the changes of bodies to their accelerations, (n, 2), or one for all.
 
-    IndexError for an unknown body, ValueError for an acceleration that is none, or not for this run.
+    IndexError for an unknown body, ValueError for an invalid acceleration, or one not for this run.
     """
     numbers, pairs = _bodies_and_pairs(engine, bodies, accelerations, "acceleration")
     rows, scene = engine.command_rows(ACCELERATED, len(numbers)), engine.scene
@@ -413,7 +411,7 @@ def read_insertions(
 
 
 def column(name: str, given: Any, many: int) -> list[Any]:
-    """Returns one value for each of so many bodies; ValueError for another number of them."""
+    """Returns one value for each of ``many`` bodies; ValueError for another number of them."""
     if isinstance(given, np.ndarray | list | tuple) and np.ndim(cast(Any, given)) != 0:
         values = given.tolist() if isinstance(given, np.ndarray) else list(given)
         if len(values) != many:
@@ -491,7 +489,6 @@ def read_stop(engine: Engine, scene: Scene, stop: Any) -> WatchedContacts | None
 
 
 def _several(given: Any, where: str, name: str, of: str) -> list[Any]:
-    """Returns an argument as a list; TypeError if that is impossible."""
     try:
         return list(given)
     except TypeError:
@@ -499,7 +496,6 @@ def _several(given: Any, where: str, name: str, of: str) -> list[Any]:
 
 
 def _pair(engine: Engine, pair: Any) -> tuple[int, int]:
-    """Returns the numbers of a pair, NOBODY for the walls."""
     two = tuple(pair) if isinstance(pair, tuple | list) else ()
     if len(two) != 2:
         raise ValueError(

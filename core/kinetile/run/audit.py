@@ -256,7 +256,6 @@ def gap_between(k: Kernel, a: int, b: int, dx: float, dy: float) -> float:
 
 
 def _gaps(k: Kernel, composition: Composition) -> Callable[..., float] | None:
-    """Returns ``gap_between`` for the shapes of these tables; None where all are discs."""
     shaped = composition.of_shapes
     return partial(compose(gap_between, {"gap": shaped["gap"]}, "gap", Kernel), packed(k)) if shaped else None
 

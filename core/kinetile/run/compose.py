@@ -97,7 +97,8 @@ def read_rules(
     family = needed.union(*(each.beside for each in parts))
     if len(family) > MOST_RESPONSES or any(each.touch is None for each in narrow.values()):
         family = needed
-    hooks = sorted(family, key=_name)
+    origins = {each: (python_of(each).__module__, python_of(each).__qualname__) for each in family}
+    hooks = sorted(family, key=lambda each: origins[each])  # the same ones in one order make the same loop
     rows = record_table(RULE, len(meets))
     for row, response, each in zip(rows, meets, parts, strict=True):
         # The kernel runs the two built-in responses itself, as 0 and 1; hooks are numbered after them.
@@ -121,12 +122,6 @@ def read_rules(
         if each.respond is not None and not registry().provided("response", response.name).built_in
     )
     return Rules(table, kinds, tuple(hooks), passing, names, frozenset(foreign))
-
-
-def _name(hook: Any) -> tuple[str, str]:
-    """The origin of a hook: the same hooks in the same order make the same loop."""
-    function = python_of(hook)
-    return function.__module__, function.__qualname__
 
 
 def _parts(response: Response, scene: Scene) -> ResponseParts:
@@ -242,7 +237,6 @@ class Composition:
         return compose(find_blockers, {"WALLS": walls, **rules}, "room", Kernel)
 
     def _parts(self, commands: Commands) -> dict[str, Any]:
-        """Returns the values for the loop's templates."""
         parts: dict[str, Any] = {
             "build": self.broad.build,
             "repair": self.broad.repair,
@@ -311,7 +305,6 @@ def compose_phases(
 
 
 def _with_options(text: Any) -> tuple[Any, dict[str, Any]]:
-    """Returns a name and the options behind it."""
     return read_phase(text) if isinstance(text, str) else (text, {})
 
 
@@ -356,7 +349,6 @@ def _compose(scene: Scene, name: str, narrow: Named, options: Options | None) ->
 
 
 def _accepts(scene: Scene, name: str, narrow: Named, options: Options | None) -> bool:
-    """Whether phases accept a scene; broken ones do not."""
     with suppress(KinetileError):
         _prepared(scene, name, narrow, options)
         return True
@@ -386,7 +378,6 @@ def accepting(
 
 
 def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -> Composition:
-    """Prepares the phases of these names for a scene, and refuses incompatible ones."""
     broad_options = {**scene.settings.options.get(name, {}), **(options or {})}
     broad = _prepare("broad phase", name, broad_options, scene, BroadPhaseParts)
     narrow_options = {
@@ -424,7 +415,6 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -
 
 
 def _demand_bent(narrow: Mapping[str, PairParts | WallParts], held: bool) -> None:
-    """Raises Refused if a narrow phase does not know flight plans with an acceleration."""
     for name, parts in narrow.items():
         if not parts.bent:
             label = described("narrow phase", name)
@@ -441,7 +431,6 @@ def _demand_bent(narrow: Mapping[str, PairParts | WallParts], held: bool) -> Non
 def _demand_periodic(
     scene: Scene, broad: tuple[str, BroadPhaseParts], narrow: Mapping[str, PairParts | WallParts]
 ) -> None:
-    """Raises Refused if a phase does not know images."""
     message = f"does not know images (periodic=True), and this scene is periodic along {scene.periodic}"
     for name, parts in narrow.items():
         if isinstance(parts, PairParts) and not parts.periodic:

@@ -103,7 +103,6 @@ class Unbroken:
                 _signal.signal(number, self._come)
 
     def _give_back(self) -> None:
-        """Puts the handlers back, and calls those that waited."""
         global _outermost
         try:
             _outermost = None

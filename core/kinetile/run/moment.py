@@ -120,7 +120,6 @@ class Moment:
         return found
 
     def _kinds_by_number(self, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-        """Returns the kinds of bodies, present or not, as numbers; IndexError for a number not given."""
         scene, came = self.scene, self._engine.history.inserted
         coming = kinds_inserted(scene)
         which = np.full(max(len(self._engine.k.slots), self._engine.numbers), -1, dtype=np.int64)

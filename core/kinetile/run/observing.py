@@ -65,8 +65,7 @@ class Observable:
 
     needs: Literal["samples", "contacts", "velocities"] = "samples"
     """Whether ``collect`` is called: "samples": never; "contacts": with the bodies of each contact;
-    "velocities": with velocities before and after, and with impulses, which costs more. It is read after
-    ``prepare``."""
+    "velocities": with velocities before and after, and impulses, which costs more. Read after ``prepare``."""
 
     keeps: Sequence[str] | None = None
     """The names of the attributes that ``collect`` and ``sample`` change, for snapshots and saved runs: their
@@ -75,8 +74,7 @@ class Observable:
     not depend on how contacts are divided into calls of ``collect``. None: it cannot be saved."""
 
     axes: Mapping[str, tuple[str, npt.ArrayLike]] = MappingProxyType({})
-    """For each quantity that is an array, the name and the values of what it depends on. It is read when the
-    run has ended."""
+    """For each quantity that is an array, the name and the values of what it depends on, after the run."""
 
     broad_phase: str = ""
     """The broad phase whose structure it is of: under another one a run that observes it is refused."""
@@ -396,7 +394,6 @@ class Observers:
 
 
 def _place(engine: Engine) -> tuple[int, int]:
-    """Returns where a run is: its tick, and the number of contacts."""
     return engine.clock.total(engine.now), engine.contacts
 
 

@@ -30,7 +30,7 @@ class Prepared(Scene):
 
     @classmethod
     def of(cls, scene: Scene, capacity: int | None = None) -> Prepared:
-        """Returns a scene with room for so many bodies; None: twice those present, at least LEAST."""
+        """Returns a scene with room for ``capacity`` bodies; None: twice those present, at least LEAST."""
         room = max(2 * len(scene), LEAST) if capacity is None else capacity
         copy = object.__new__(cls)
         of_the_start = {"_ruled": scene._ruled, "movable_shapes": scene.movable_shapes}
@@ -48,7 +48,6 @@ def with_shapes(scene: Scene, shapes: tuple[Shape, ...]) -> Scene:
 
 
 def _columns(rows: Any, elapsed: Any, form: Any) -> dict[str, Any]:
-    """Returns attributes of a scene, from plans a time after their anchors, or from insertions."""
     return {
         "position": positions_after(Plan.of(rows), elapsed),
         "velocity": velocities_after(Plan.of(rows), elapsed),

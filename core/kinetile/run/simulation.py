@@ -299,7 +299,7 @@ class Simulation(Moment):
 
     @answering
     def step(self) -> Event | None:
-        """Runs the next event, of any kind, and returns it; None, with nothing run, if there is none, and two
+        """Runs the next event, of any kind, and returns it; None, with nothing run, without one, and two
         million time units later if none happens before that. Raises as ``run`` does.
 
         Each row of ``contacts`` is one event. Passings that begin at the start, or begin or end together with
@@ -393,7 +393,7 @@ class Simulation(Moment):
         acceleration: Numbers | None = None,
     ) -> int:
         """Inserts a disc now, or a body of a ``shape``, given as it is or by its number in the scene's table;
-        returns its own number, which no other body of this run has or had. A refused call changes nothing.
+        returns its own number, which no other body of this run has or had.
 
         A shape that the scene's table does not list is added to it: the tables are made again, which takes
         longer. It may touch others and the walls, and overlap those that it passes through. ``kind`` is one
@@ -467,7 +467,7 @@ class Simulation(Moment):
             return Inserted(numbers, refused, reasons)
 
     def remove(self, body: int) -> None:
-        """Removes a body now, with its events. Raises IndexError if there is none, and BusyError."""
+        """Removes a body now, with its events. Raises IndexError if it is not present, and BusyError."""
         with self._alone("let a body go"):
             self._engine.carry_out(REMOVED, arguments.read_removal(self._engine, body))
 
@@ -568,12 +568,10 @@ class Simulation(Moment):
 
     def next_contact(self, a: int, b: int, *, scheduled: bool = False) -> NextContact | None:
         """Returns when two bodies meet by their present flight plans, the future row of ``contacts``, to the
-        tick; None if they do not. Raises ValueError if they are one body.
+        tick; None if they do not.
 
-        Walls and third bodies are ignored: this is what happens without interference. The answer
-        is the future row of ``contacts``, to the tick. A pair that has just met does not meet
-        again until one of the two has a new plan. For two that are passing through each other
-        it is the row of the end, with a > b.
+        Walls and third bodies are ignored. A pair that has just met does not meet again until one of the two
+        has a new plan. For two that are passing through each other it is the row of the end, with a > b.
 
         Args:
             a: a body.
@@ -594,7 +592,7 @@ class Simulation(Moment):
         self, body: int, *, scheduled: bool = False, kinds: OfKinds = None
     ) -> NextContact | None:
         """Returns the first contact of a body, with another one or a wall, by the present flight plans; None
-        if there is none. The end of a passing is one too. Ties go as in the run.
+        if it has none. The end of a passing is one too. Ties go as in the run.
 
         With ``scheduled`` None as well if something comes before: an earlier contact of either body, with a
         body of any kind, or a command that changes the plan of one of them. ``kinds``: only with these, and
@@ -741,7 +739,6 @@ class Simulation(Moment):
     # Within
 
     def _go_on_from(self, snapshot: Snapshot) -> None:
-        """Continues from a snapshot; unchanged if that is refused."""
         self._engine = resumed(snapshot, self.scene, self._engine.composition)
         self._audit, self._start_energy = snapshot.audit, snapshot.start_energy
         self._observers, self._saved_observed = None, snapshot.observed
@@ -771,7 +768,6 @@ class Simulation(Moment):
                 self._lock.release()
 
     def _observed_state(self) -> Mapping[str, Any] | None:
-        """Returns what observables go on from, for a snapshot; None if there are none."""
         return self._saved_observed if self._observers is None else self._observers.state
 
     def _observers_for(self, observe: Sequence[str] | Observed) -> Observers | None:
@@ -786,14 +782,12 @@ class Simulation(Moment):
         return self._observers
 
     def _observe(self, observers: Observers | None) -> None:
-        """Keeps what the observables of a run have measured, if there are any."""
         if observers:
             self._observers, self._observed = None, Observed()  # if there are no results, for an error
             self._observed = observers.results()
             self._observers = observers
 
     def _with_kinds(self, event: Event | None) -> Event | None:
-        """Returns an event with the kinds of its bodies, where the scene has kinds."""
         if event is None or self.scene.kinds == (0,):
             return event
         return event._replace(kinds=tuple(self.kinds_of(event.bodies).tolist()))
@@ -805,7 +799,6 @@ class Simulation(Moment):
         return Query(*tables, slots, engine.clock, engine.composition, shapes, engine.overlapping)
 
     def _among(self, kinds: OfKinds) -> Query:
-        """Returns the present bodies, with the bodies of these kinds alone; ValueError for what is none."""
         query = self._query()
         if kinds is None:
             return query
@@ -831,7 +824,6 @@ def composition_of(simulation: Simulation) -> Composition:
 
 
 def _of_kinds(query: Query, kinds: Iterable[Kind]) -> Query:
-    """Returns a query with those of its bodies that are of these kinds."""
     known = query.composition.prepared.kinds
     wanted = [number for number, kind in enumerate(known) if kind in kinds]
     if not len(query.k.rules):  # one kind for all
@@ -849,7 +841,7 @@ def resume(
     """Returns the simulation that ``Simulation.save`` has written to a file.
 
     It continues from the plans, the clock, the commands still to come and the contacts so far, under the same
-    broad phase, or under ``broad_phase`` (with ``options`` for it), whose structure is built anew: contacts
+    broad phase, or under ``broad_phase`` (with ``options`` for it), whose structure is built again: contacts
     are the same, bit for bit, but perhaps not the number of structural events. Raises RecordError, which says
     what is wrong with the file, and UnknownName, BadOption and Refused as ``Simulation``.
     """

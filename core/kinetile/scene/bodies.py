@@ -108,7 +108,6 @@ def _numbers(value: npt.ArrayLike) -> tuple[Floats | None, tuple[str, str]]:
 
 
 def _is_masked(value: object) -> bool:
-    """Whether numbers are masked in an array, or in one of the rows of which a sequence consists."""
     if isinstance(value, (list, tuple)):
         return any(_is_masked(each) for each in value if isinstance(each, (list, tuple, np.ma.MaskedArray)))
     return isinstance(value, np.ma.MaskedArray) and bool(np.ma.is_masked(value))
@@ -162,7 +161,7 @@ Passing: TypeAlias = tuple[npt.NDArray[np.int64], Bools]
 
 
 def check_bodies(bodies: Bodies, extent: Extent | None, passing: Passing) -> list[Mistake]:
-    """Checks bodies against each other and the arena; its extent is None if there is none, or a wrong one."""
+    """Checks bodies against each other and the arena; its extent is None without an arena, or a right one."""
     mistakes: list[Mistake] = []
     right: dict[str, Bools] = {}
     for name in COLUMNS:
@@ -187,7 +186,6 @@ def check_bodies(bodies: Bodies, extent: Extent | None, passing: Passing) -> lis
 
 
 def _check_masses(mass: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
-    """Checks the ratio of the heaviest to the lightest of these bodies."""
     if not len(bodies):
         return []
     light = int(bodies[np.argmin(mass[bodies])])
@@ -345,7 +343,7 @@ def nearest_image(apart: Floats, periods: tuple[float, float]) -> Floats:
 
 
 def whole_periods(apart: Floats, periods: tuple[float, float]) -> Floats:
-    """Returns how many periods (n, 2) differences of places are, to whole numbers; 0 where there is none."""
+    """Returns how many periods (n, 2) differences of places are, to whole numbers; 0 along other axes."""
     sides = np.array(periods)
     return np.asarray(np.rint(apart / np.where(sides > 0.0, sides, math.inf)))
 
@@ -414,7 +412,6 @@ def _sorted_into_cells(position: Floats, radius: Floats, disc: Ints, width: floa
 
 
 def _look_up(discs: _Cells, others: _Cells, step: tuple[int, int], tolerance: float) -> Iterator[Ints]:
-    """Compares each disc of ``discs`` with the discs of ``others`` that are ``step`` cells away."""
     there = discs.key + (np.array(step).view(np.uint64) * _STRIDES).sum(dtype=np.uint64)
     begin = np.searchsorted(others.key, there, side="left")
     end = np.searchsorted(others.key, there, side="right")

@@ -39,8 +39,7 @@ def holds_several(parameter: Parameter) -> bool:
 
 
 SHARED = (Parameter("periodic", "str", ""), Parameter("gravity", "tuple[float, ...]", ()))
-"""Parameters of every recipe: the axes along which its arena is periodic, and the acceleration of its
-bodies."""
+"""Parameters of every recipe: the axes along which its arena is periodic, and gravity."""
 
 
 def make_scene(name: str, /, **parameters: Any) -> Scene:
@@ -170,7 +169,7 @@ def _read(parameter: Parameter, text: str) -> Any:
 
 
 def known_options(name: str, *kinds: Kind) -> list[str]:
-    """Returns the options of what has this name, of one of these kinds; none if there is none."""
+    """Returns the options of the plugin of this name and one of these kinds; none without one."""
     for kind in kinds:
         with suppress(KinetileError):
             return [each.name for each in parameters_of(kind, name)]

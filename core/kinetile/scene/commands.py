@@ -131,7 +131,7 @@ def speeds(commands: Iterable[Command]) -> list[float]:
 
 def shape_of(command: Any, where: str, table: Sequence[Shape], mistakes: list[Mistake]) -> Shape | None:
     """Returns the shape of a body that a command inserts, a disc by its radius; None for other commands, and
-    for a shape or a radius that is none. Appends the mistakes of a shape."""
+    for an invalid shape or radius. Appends the mistakes of a shape."""
     if not isinstance(command, Insert):
         return None
     shape: Any = command.shape
@@ -190,7 +190,6 @@ def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[
 
 
 def _check_place(command: Insert, where: str, extent: Extent) -> list[Mistake]:
-    """Checks that an inserted body is within the walls, and narrower than the periods."""
     shape, r, allowed = command.shape, command.radius, TOLERANCE * command.radius
     reaches = command.reaches
     wide, narrow = (2.0, PERIODIC_BODY) if shape is None else (4.0, PERIODIC_SHAPE)

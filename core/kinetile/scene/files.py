@@ -142,7 +142,6 @@ class _File:
         self.settings = self._settings()
 
     def scene_of_recipe(self) -> Scene:
-        """Returns the scene of the file's recipe, with what the file adds to it."""
         name, parameters = self.tables["recipe"], self.tables.get("parameters", {})
         wrong = [] if ("recipe",) in self.faults else self._unknown("recipe", name, "scene")
         known = not wrong and ("recipe",) not in self.faults
@@ -172,7 +171,6 @@ class _File:
             raise self._error([Mistake("parameters", shown(parameters), wanted)]) from error
 
     def _with_additions(self, scene: Scene) -> Scene:
-        """Returns a recipe's scene with the file's settings, commands, responses, kinds and obstacles."""
         commands, responses, obstacles = self._commands(), self._responses(), self._obstacles()
         kinds, until, origin = self._usable("kinds"), self._usable("until"), self._origin(scene.origin)
         if not (commands or responses or kinds or obstacles):
@@ -256,16 +254,13 @@ class _File:
         return origin if self.source is None else {**origin, "file": self.source}
 
     def _odd(self) -> set[str]:
-        """Returns the places of the keys that are not known there."""
         return {mistake.where for mistake in self.mistakes if mistake.found == UNKNOWN}
 
     def _instead(self, where: str, found: str, wanted: str) -> None:
-        """Replaces the mistakes at a place by one."""
         self.mistakes = [mistake for mistake in self.mistakes if mistake.where != where]
         self.mistakes.append(Mistake(where, found, wanted))
 
     def _usable(self, key: str, default: Any = None) -> Any:
-        """Returns the value of a key, or the default if there is none, or one of a wrong type."""
         return default if (key,) in self.faults else self.tables.get(key, default)
 
     def _whole(self, rows: Sequence[Any]) -> Iterator[tuple[int, Any]]:
@@ -278,7 +273,6 @@ class _File:
         return ((k, row) for k, row in enumerate(self._usable(key, ())) if k not in faulty)
 
     def _unknown(self, where: str, name: str, *kinds: PluginKind) -> list[Mistake]:
-        """Returns the mistake of naming something that none of these kinds has, if it is one."""
         if self.look_up:
             return check_name(where, name, *kinds)
         return [Mistake(where, shown(name), "the bodies themselves")] if "scene" in kinds else []
@@ -287,7 +281,6 @@ class _File:
         return option_mistakes(name, options, where, *kinds) if self.look_up else []
 
     def _settings(self) -> Settings:
-        """Returns the settings of the file; appends the phases that do not exist."""
         broad: str | None = self._usable("broad-phase")
         narrow: list[str] | None = self._usable("narrow-phases")
         if broad is not None:
@@ -370,7 +363,6 @@ class _File:
                 yield written(place), Turn(body, time, velocity)
 
     def _obstacles(self) -> list[Obstacle]:
-        """Returns the obstacles of the file; appends their mistakes."""
         found: list[Obstacle] = []
         for k, row in self._rows("obstacles"):
             try:
@@ -396,7 +388,6 @@ class _File:
         return found
 
     def _responses(self) -> list[Rule]:
-        """Returns the responses of the file; appends the mistakes in their names and options."""
         found: list[Rule] = []
         odd = self._odd()
         for k, row in self._rows("responses"):

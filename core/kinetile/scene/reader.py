@@ -178,7 +178,6 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
 
 
 def _raise(mistakes: Sequence[Mistake], places: FilePlaces) -> None:
-    """Raises SceneError if there are mistakes, of the file or others."""
     found = [*places.mistakes, *(each for each in mistakes if each.where not in places.faults)]
     if found:
         raise SceneError(abridged(found), places.source)
@@ -194,7 +193,6 @@ def _read_settings(given: Given, mistakes: list[Mistake]) -> Settings:
 
 
 def _listed_shapes(given: Given) -> tuple[Shape, ...]:
-    """Returns the table of shapes that is given; none, if it is none."""
     if isinstance(given.shape, Shape):
         return (given.shape,)
     listed = isinstance(given.shapes, tuple | list) and all(isinstance(each, Shape) for each in given.shapes)
@@ -305,7 +303,6 @@ def pull_of(command: Insert | Accelerate, gravity: tuple[float, float]) -> tuple
 def _check_pulls(
     bodies: Bodies, pulls: Floats, commands: Sequence[tuple[str, Any]], extent: Extent | None
 ) -> list[Mistake]:
-    """Checks that own accelerations, of bodies and of insertions, end at walls."""
     mistakes = []
     for k in np.flatnonzero(pulls.any(axis=1)).tolist()[:1]:
         mistakes = check_pull(f"bodies[{k}].acceleration", pulls[k].tolist(), extent)
@@ -331,7 +328,6 @@ def _largest(
 
 
 def _is_uniform(pulls: Floats, commands: Sequence[Command], gravity: tuple[float, float]) -> bool:
-    """Whether all bodies, those that are inserted too, have the same acceleration all the time."""
     coming = [pull_of(each, gravity) for each in commands if isinstance(each, Insert)]
     each = np.concatenate([pulls, np.reshape(coming, (-1, 2))])
     keep = not any(isinstance(each, Accelerate) for each in commands)
@@ -363,7 +359,6 @@ def _check_bent(
 def _check_chords(
     bodies: Bodies, commands: Sequence[tuple[str, Any]], pull: tuple[float, float], unit: float
 ) -> list[Mistake]:
-    """Checks that chords last long enough (``kernel.chords``)."""
     radii = [each.radius for _, each in commands if isinstance(each, Insert)]
     margin = min([*bodies.radius.tolist(), *radii], default=1.0) * SHARE
     if shortest(pull, margin, unit) >= LEAST_SPAN:
@@ -390,8 +385,6 @@ def unit_of(
 
 
 def _order(commands: Sequence[Command], clock: Clock) -> list[int]:
-    """Returns the places of commands in the order of the ticks at which they run."""
-
     def when(k: int) -> Any:
         time, at = commands[k].time, commands[k].at
         return (clock.tick_of(time, at), at[2] if at else 0) if exact else time

@@ -171,7 +171,6 @@ def _unused(
 
 
 def _read_declared(given: Any, mistakes: list[Mistake]) -> tuple[Kind, ...]:
-    """Returns the kinds that a scene declares, or none."""
     if given is None:
         return ()
     try:

@@ -264,7 +264,7 @@ def are_alike(scene: Scene) -> bool:
 
 
 def in_words(scene: Scene, count: int) -> str:
-    """Returns so many bodies of a scene in words: discs, or bodies where some have other shapes."""
+    """Returns a number of bodies of a scene in words: discs, or bodies where some have other shapes."""
     one, several = ("body", "bodies") if scene.shapes else ("disc", "discs")
     return f"{count:,} {one if count == 1 else several}"
 

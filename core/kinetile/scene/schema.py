@@ -117,7 +117,6 @@ class _Faults:
         self._odd: Counter[Place] = Counter()
 
     def of_table(self, place: Place, table: Table, given: Any) -> None:
-        """Finds the mistakes of a table, which may be none."""
         if not isinstance(given, dict):
             self.mistakes[place] = Mistake(written(place), shown(given), expected(place))
             return
@@ -206,12 +205,10 @@ def written(place: Place) -> str:
 
 
 def _keys(place: Place) -> dict[str, str]:
-    """Returns the keys of the table that has the last step of ``place``, and what is expected of each."""
     return {name: field.what for name, field in _table(place).keys.items()}
 
 
 def _table(place: Place) -> Table:
-    """Returns the table that has the last step of ``place``."""
     table = _FILE
     for step in place[:-1]:
         if isinstance(step, str):
@@ -304,7 +301,6 @@ def _beyond_bounds(tables: dict[str, Any]) -> list[Mistake]:
 
 
 def _syntax_mistake(text: str, message: str) -> Mistake:
-    """Turns tomllib's message into a mistake that shows the line."""
     match = _WHERE.fullmatch(message)
     what, line, column = match.groups() if match else (message, None, None)
     lines = text.splitlines()

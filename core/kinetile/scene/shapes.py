@@ -152,7 +152,6 @@ def _corners_of_box(width: float, height: float) -> tuple[Place, ...]:
 
 
 def _wrong_numbers(core: Any, radius: Any) -> list[Mistake]:
-    """Returns the mistakes of single numbers."""
     mistakes = []
     if not isinstance(core, tuple | list) or not 1 <= len(core) <= MOST_CORNERS:
         found = f"{len(core)} corners" if isinstance(core, tuple | list) else shown(core)

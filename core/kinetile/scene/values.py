@@ -39,7 +39,7 @@ def is_whole(value: Any) -> bool:
 
 
 def is_list(value: Any, form: Callable[[Any], bool] | None = None, length: int | None = None) -> bool:
-    """Whether a value of a file is a list, of so many such values."""
+    """Whether a value of a file is a list, of ``length`` such values."""
     right = isinstance(value, list) and length in (None, len(value))
     return right and (form is None or all(map(form, value)))
 

@@ -57,7 +57,7 @@ def as_html(thing: Thing) -> str:
 
 
 def as_svg(thing: Scene | Simulation) -> str | None:
-    """Returns the picture of a scene at its start, or of a simulation now, as SVG; None if there is none,
+    """Returns the picture of a scene at its start, or of a simulation now, as SVG; None without one,
     for one of the reasons that ``as_html`` gives. Raises nothing."""
     try:
         picture, _ = _picture(thing)
@@ -71,7 +71,6 @@ def _svg(thing: Scene | Simulation, picture: Picture) -> bytes:
 
 
 def _picture(thing: Scene | Simulation) -> tuple[Picture | None, str]:
-    """Returns the picture of a thing now, if there is one, and what is left out of it."""
     count = len(thing if isinstance(thing, Scene) else thing.bodies)
     if count > MOST_BODIES:
         return None, f"No picture: of more than {MOST_BODIES:,} bodies none is drawn here"
@@ -186,7 +185,7 @@ def paragraph(text: str) -> str:
 
 
 def figure(svg: bytes, words: str, width: int = 480) -> str:
-    """Returns a picture as an image, at most so many pixels wide, with words for screen readers."""
+    """Returns a picture as an image of a limited width in pixels, with words for screen readers."""
     data = b64encode(svg).decode("ascii")
     return (
         f'<img alt="{escape(words)}" style="width:100%;max-width:{width}px;height:auto" '

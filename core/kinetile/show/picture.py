@@ -133,7 +133,7 @@ class Picture:
 
 
 def wants_pairs(pairs: bool | None, bodies: int) -> bool:
-    """Returns whether lines between pairs are drawn, of so many bodies; None: of up to ``MOST_PAIRED``."""
+    """Returns whether lines between pairs are drawn of a number of bodies; None: of up to ``MOST_PAIRED``."""
     return bodies <= MOST_PAIRED if pairs is None else pairs
 
 
@@ -213,7 +213,6 @@ def outline_of(shape: Shape, at: Place) -> list[Place]:
 
 
 def _images(discs: tuple[PlacedDisc, ...], scene: Scene) -> Iterator[PlacedDisc]:
-    """Yields the images of discs that reach into the box over a periodic border."""
     if not scene.periodic:
         return
     turns = [(0.0, -period, period) if period else (0.0,) for period in scene.periods]
@@ -276,7 +275,6 @@ def _placed(
 
 
 def _extent(scene: Scene, discs: tuple[PlacedDisc, ...], shapes: tuple[Item, ...]) -> tuple[Place, Place]:
-    """Returns the corners of the arena; without one, of all bodies."""
     if scene.arena is not None:
         return (0.0, 0.0), scene.arena
     points = [corner for shape in shapes for corner in corners_of(shape)]

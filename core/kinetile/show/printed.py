@@ -79,7 +79,6 @@ def as_pixels(picture: Picture, width: int, caption: str) -> npt.NDArray[np.uint
 
 
 def _draw(axes: Any, picture: Picture) -> None:
-    """Draws the shapes, the bodies and the frame of an arena."""
     axes.set(xticks=[], yticks=[])
     for spine in axes.spines.values():
         spine.set_visible(picture.arena)

@@ -121,7 +121,6 @@ def _mark(row: np.void, axis: str, reaches: tuple[tuple[float, float], ...], sce
 
 
 def _reaches(scene: Scene, which: int, count: int) -> tuple[tuple[float, float], ...]:
-    """Returns how far bodies reach along an axis, inserted ones too."""
     found = {each.body: (each.radius, each.radius) for each in scene.commands if isinstance(each, Insert)}
     found |= {body: (radius, radius) for body, radius in enumerate(scene.radius.tolist())}
     for body, shape in scene.shape_of.items():
@@ -178,7 +177,6 @@ def space_time_svg(run: SpaceTime) -> bytes:
 
 
 def _turns(run: SpaceTime, piece: Piece) -> Iterator[float]:
-    """Yields the whole periods by which a piece is seen; 0 where the axis is not periodic."""
     if not run.period:
         yield 0.0
         return

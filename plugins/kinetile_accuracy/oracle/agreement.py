@@ -64,7 +64,7 @@ class Agreement:
 
     Of those ``compared`` this many ``contacts`` agree, from the first on, in order; of each, ``b`` is the
     second body, or the wall, and ``ticks`` is how much later than the oracle the run has it. ``disagreement``
-    is the first contact that differs; None: there is none as far as could be compared.
+    is the first contact that differs; None: all agree as far as could be compared.
     """
 
     bodies: int

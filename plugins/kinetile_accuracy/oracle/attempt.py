@@ -123,9 +123,9 @@ class Attempt:
     # Which event is next
 
     def _next(self) -> Key | None:
-        """Returns the next event; None: there is none. Raises Undecided where it is not certain which."""
         # Every other event is certain to come after one of these. An event in doubt has no upper bound: it is
         # among them from the moment on at which it could come.
+        """Returns the next event, or None. Raises Undecided where it is not certain which."""
         events = self._events
         bound = min([each.moment.high for each in events.values() if not each.doubt], default=math.inf)
         near = sorted(key for key, each in events.items() if each.moment.low <= bound)
@@ -166,7 +166,6 @@ class Attempt:
         return self._where[body]
 
     def _apart(self, a: int, b: int) -> tuple[Number, Number, Number, Number]:
-        """Returns the separation of two bodies at the reference, and their relative velocity."""
         (ax, ay), (bx, by) = self._at(a), self._at(b)
         (avx, avy), (bvx, bvy) = self._plans[a].velocity, self._plans[b].velocity
         return bx - ax, by - ay, bvx - avx, bvy - avy
@@ -331,7 +330,6 @@ class Attempt:
         return met
 
     def _fly(self, body: int, velocity: Pair) -> None:
-        """Gives a body another velocity now, on a plan that is anchored at the reference."""
         (x, y), (vx, vy) = self._at(body), self._plans[body].velocity
         place = x + (vx - velocity[0]) * self._delay, y + (vy - velocity[1]) * self._delay
         self._change(body, Plan(_short(place), _short(velocity), self._reference))

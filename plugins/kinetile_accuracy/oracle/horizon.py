@@ -41,7 +41,7 @@ class Horizon:
     contacts: Annotated[int, Column("how many contacts agree, in order", "contacts agree")]
     contacts_per_disc: Annotated[float, Column("each contact counted for each disc in it", "a disc")]
     required: Annotated[float, Column("contacts a disc that must agree", "required")]
-    holds: Annotated[bool, Column("whether so many contacts a disc agree")]
+    holds: Annotated[bool, Column("whether that many contacts a disc agree")]
     bits: Annotated[int, Column("the precision that certified the run", "bits")]
     first_ticks: Annotated[
         float, Column("largest error of a time in the first tenth of what is required", "off by, first tenth")

@@ -140,7 +140,6 @@ class Oracle:
         return self._contacts
 
     def _follow(self) -> Iterator[CertifiedContact]:
-        """Yields the contacts, each found with as many bits as it needs."""
         from kinetile_accuracy.oracle.attempt import Undecided
 
         failures: list[tuple[int, str]] = []

@@ -148,8 +148,7 @@ class FlightPlan:
         return x, y
 
     def moved(self, tick: int, tick_length: float) -> tuple[Vector, Vector]:
-        """Returns the place and the velocity of the body once it is anchored at a tick (rules 4 and 4a),
-        before rule 4p."""
+        """Returns place and velocity of the body anchored at a tick (rules 4 and 4a), before rule 4p."""
         elapsed, (ax, ay) = tick - self.anchor, self.pull
         x, vx = anchored(self.x, self.vx, elapsed, tick_length, ax)
         y, vy = anchored(self.y, self.vy, elapsed, tick_length, ay)
@@ -196,7 +195,7 @@ class PairQuadratic:
         return self.c, 2 * self.b, self.a + more, 2 * across, square
 
     def tick(self) -> int | None:
-        """Returns the tick of contact (rule 5); None: there is none."""
+        """Returns the tick of contact (rule 5), or None."""
         if self.b >= 0:
             return None
         if self.c <= 0:
@@ -354,12 +353,11 @@ def _share(mass: float, other: float, speed: float) -> float:
 
 
 def _turns(place: float, period: float) -> int:
-    """Returns how many periods rem(place, period) takes off (rule 2p); 0 where there is none."""
+    """Returns how many periods rem(place, period) takes off (rule 2p); 0 without a period."""
     return round(Fraction(place) / Fraction(period)) if abs(place) > 0.5 * period > 0.0 else 0
 
 
 def _less(place: float, turns: int, period: float) -> float:
-    """Returns a place less some periods, exactly."""
     return float(Fraction(place) - turns * Fraction(period)) if turns else place
 
 

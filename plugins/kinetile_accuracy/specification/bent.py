@@ -14,13 +14,13 @@ from itertools import pairwise
 from math import comb
 
 HORIZON = 1 << 62
-"""A contact this many ticks after the later anchor, or later, is none (rules 5, 5a, 6 and 6a)."""
+"""A contact this many ticks after the later anchor, or later, does not count (rules 5, 5a, 6 and 6a)."""
 
 Polynomial = Sequence[int]
 
 
 def first_fall(q: Polynomial, start: int = 0) -> int | None:
-    """Returns the first n from ``start`` on at which Q(n + 1) < min(0, Q(n)); None: there is none."""
+    """Returns the first n from ``start`` on at which Q(n + 1) < min(0, Q(n)), or None."""
     steps = _differences(q)
     for low, high in pairwise([start, *_changes(steps, start), HORIZON]):
         if low < high and _at(steps, low) < 0 and _at(q, high) < 0:  # it falls all the way, and comes below 0
@@ -67,5 +67,4 @@ def _at(p: Polynomial, n: int) -> int:
 
 
 def _differences(p: Polynomial) -> list[int]:
-    """Returns p(n + 1) - p(n)."""
     return [sum(comb(k, power) * p[k] for k in range(power + 1, len(p))) for power in range(len(p) - 1)]

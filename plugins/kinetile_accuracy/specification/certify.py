@@ -64,7 +64,7 @@ class LogProgress(NamedTuple):
 @dataclass(frozen=True)
 class WrongLine:
     """The first line that is not as the specification has it, and why, in a sentence: its place, from 0; the
-    line, (epoch, tick, a, b), None if missing; and the right one, None if there is none."""
+    line, (epoch, tick, a, b), None if missing; and the right one, or None."""
 
     index: int
     found: Line | None
@@ -186,7 +186,7 @@ class LogCertifier:
         return WrongLine(len(self._rows), None, _line_of(due), why)
 
     def _untimely(self, bits: int) -> int:
-        """Returns the first line whose time is not that of its tick, in doubles; -1: there is none."""
+        """Returns the first line whose time is not that of its tick, in doubles, or -1."""
         if not self._timed:
             return -1
         units = self._rows["epoch"] + self._rows["tick"] * 2.0**-UNIT_BITS

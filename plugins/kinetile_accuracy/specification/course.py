@@ -8,7 +8,7 @@ A heap holds what may come next, by tick, class and numbers, which is the order 
 - anchorings by the clock, walls and pairs, exact.
 
 The commands of the scene, class 2, are in a list of their own: each comes before the walls and pairs of its
-tick, or after so many of them as it says. When a body's plan has changed, ``bounds.ContactBounds`` bounds its
+tick, or after the number that it gives. When a body's plan has changed, ``bounds.ContactBounds`` bounds its
 contacts with all others: the few that may come first get an entry each, the rest one for all. So of each two
 bodies at least the one that changed last has an entry that covers the other, and an entry that is older than
 the plan of one of its bodies is dropped. That is O(n) a contact, and about one exact tick for each body in
@@ -83,7 +83,6 @@ class _Planned(NamedTuple):
 
     @property
     def event(self) -> CourseEvent:
-        """The command as a log has it."""
         return CourseEvent(self.tick, self.command.body, EVENTS[type(self.command)])
 
 
@@ -140,7 +139,7 @@ class Course:
         heapq.heapify(self._heap)
 
     def next(self, end: int) -> CourseEvent | None:
-        """Returns the next event up to and at a tick, which has not happened yet; None: there is none."""
+        """Returns the next event up to and at a tick, which has not happened yet, or None."""
         heap = self._heap
         if self._at_once:
             return CourseEvent(self.now, *self._at_once[0][:2])
@@ -432,7 +431,6 @@ class Course:
         return any(planned.event == event for planned in self._commands)
 
     def _is_current(self, entry: _Entry) -> bool:
-        """Returns whether an entry is about the present plans of its bodies."""
         _, kind, a, b, stamp, other_stamp, _ = entry
         if a == _NOBODY:
             return True
@@ -441,8 +439,7 @@ class Course:
         return kind == _WALL or b == _NOBODY or self._stamp[b] == other_stamp
 
     def _change(self, body: int, plan: FlightPlan, velocity: Vector, pull: Vector | None = None) -> None:
-        """Gives a body another velocity, and perhaps acceleration, on a plan that is anchored now, which ends
-        its bars."""
+        """Gives a body another velocity, and perhaps acceleration, on a plan anchored now; ends its bars."""
         more = plan.turns, plan.pull if pull is None else pull
         plan = FlightPlan(plan.x, plan.y, *velocity, self.now, self._radius[body], self.frame, *more)
         self.plans[body] = plan

@@ -56,11 +56,9 @@ class _World:
     owned: Any = None  # what must live as long as the engine, which does not own it
 
     def positions(self) -> Floats:
-        """Returns the positions, (n, 2), in the scene's units."""
         return np.array([tuple(body.position) for body in self.bodies]).reshape(-1, 2) / self.length
 
     def velocities(self) -> Floats:
-        """Returns the velocities, (n, 2), in the scene's units."""
         found = [tuple(getattr(body, self.velocity)) for body in self.bodies]
         return np.array(found).reshape(-1, 2) / self.speed
 

@@ -169,7 +169,6 @@ WALLED = True
 def _run(
     s: Bodies, steps: int, dt: float, sides: tuple[float, float], cell: float, columns: int, rows: int
 ) -> None:
-    """Takes so many steps: the template of the loop."""
     s = disowned(s)
     for step in range(1, steps + 1):
         for i in range(len(s.x)):
@@ -237,8 +236,8 @@ def run_snapshots(scene: Scene, dt: float, until: float, *, finder: Finder = "sw
 
 
 def steps_until(scene: Scene, dt: float, until: float) -> int:
-    """Returns how many steps of ``dt`` lead to ``until``, or just beyond it. Raises ValueError for a ``dt``
-    or an ``until`` that is none, and Refused where not all bodies are discs that fly straight."""
+    """Returns how many steps of ``dt`` lead to ``until``, or just beyond it. Raises ValueError for an
+    invalid ``dt`` or ``until``, and Refused where not all bodies are discs that fly straight."""
     if scene.shapes or scene.bent:
         has = "bodies of other shapes" if scene.shapes else "accelerations"
         raise Refused(f"what goes in steps is given discs that fly straight, and this scene has {has}")

@@ -128,7 +128,6 @@ def read_plan_file(path: str | os.PathLike[str]) -> StudyPlan:
 
 
 def _read_text(path: str | os.PathLike[str]) -> str:
-    """Returns the text of a file. Raises OSError, and SceneError where it is not in UTF-8, or too large."""
     try:
         return read_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -256,7 +255,6 @@ class _Reader:
         return [StudyScene(name, row, *end, (("scene", name),)) for row in cells]
 
     def values(self, recipe: str, key: str, given: Any, own: Parameter | None, where: str) -> list[Any]:
-        """Returns the values of a parameter: each of a list, or the one that is given."""
         values = given if isinstance(given, list | tuple | range) else [given]
         if not values:
             self.wrong(where, "an empty list", "a value, or a list of values")

@@ -63,7 +63,6 @@ def _groups(of_phases: dict[str, list[Row]], y: str) -> Iterator[dict[str, Any]]
 
 
 def _number(row: Row, y: str) -> float | None:
-    """Returns the number in a column of a row that is done; None where there is none that is finite."""
     value = row.get(y) if row["status"] == DONE else None
     with suppress(OverflowError):
         if isinstance(value, int | float) and math.isfinite(value):

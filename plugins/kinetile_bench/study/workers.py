@@ -104,7 +104,6 @@ def _processors() -> int:
 
 @contextmanager
 def _processes(count: int) -> Iterator[Executor]:
-    """Yields new processes, which end with this context. Raises StudyStopped if none works."""
     context = multiprocessing.get_context("spawn")
     parent, leash = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(count, context, initializer=_begin, initargs=(parent,))

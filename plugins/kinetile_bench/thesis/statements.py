@@ -100,7 +100,6 @@ def growths(bench: ThesisBench, one: str, other: str) -> dict[float, Ratio]:
 
 
 def _all(answers: Iterable[str]) -> str:
-    """Returns the answer to several that all have to hold."""
     return max(answers, key=(HOLDS, NOT_MEASURED, NOT_KNOWN, FAILS).index)
 
 

@@ -128,7 +128,6 @@ def same_contacts_after_a_change_of_view(case: Case) -> None:
 
 
 def _views(scene: Scene) -> Iterator[tuple[str, Scene]]:
-    """Yields (name of the transformation, transformed scene), for other views of the same scene."""
     yield "32 times as large", viewed(scene, larger=32.0)
     yield "2^40 times as small", viewed(scene, larger=2.0**-40)
     yield "256 times as slow", viewed(scene, slower=256.0)  # so long that the clock's base moves on

@@ -48,7 +48,7 @@ LATER = 2**44 + 977
 """Ticks, some 1/256 of a time unit, and odd: what is computed from there is rounded otherwise."""
 
 ALONE = 4
-"""Meetings of a moment that are tried with nobody else there."""
+"""Meetings of a moment that are tried without any other body."""
 
 NORMALS = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
 
@@ -62,8 +62,8 @@ CLOCK = (
 
 
 class Met(NamedTuple):
-    """Meetings, and what is answered for them; None is not compared: ``who`` meets whom, (m, 2), a wall below
-    0, the ``normal`` to the second, (m, 2), when in ``ticks``, (m,), and velocities ``after``, (m, 4)."""
+    """Meetings, and what is answered for them; None is not compared: ``who`` meet, (m, 2), a wall below 0,
+    the ``normal`` to the second, (m, 2), when in ``ticks``, (m,), and velocities ``after``, (m, 4)."""
 
     who: Integers
     normal: Floats | None = None
@@ -108,7 +108,7 @@ def _at_some_moments(
     meetings: Callable[[Simulation], tuple[Answer, Met] | None],
     look: Callable[[Simulation, Answer, Met], object],
 ) -> None:
-    """Calls a function with a simulation at some moments of a run, and with what answers there for whom."""
+    """Calls a function with a simulation at some moments of a run, and with what answers meetings there."""
 
     def see(sim: Simulation) -> None:
         found = meetings(sim)
@@ -119,7 +119,6 @@ def _at_some_moments(
 
 
 def _pairs(sim: Simulation) -> tuple[Answer, Met] | None:
-    """Returns the narrow phase for pairs, and all pairs; None where there is none."""
     pair, two = composition_of(sim).pair, np.column_stack(np.triu_indices(len(sim.tables.bodies), 1))
     return None if pair is None else (partial(_met, pair), Met(two.astype(np.int32)))
 
@@ -307,7 +306,6 @@ def a_response_adds_no_energy_that_says_so(case: Case) -> None:
 
 
 def _response(case: Case) -> Response:
-    """Returns the response under test; raises DoesNotApply where the kernel itself answers."""
     response = cast(Response, case.subject.response)
     parts = registry().target("response", response.name)(**response.options)
     if parts.prepare(case.scene).respond is None:

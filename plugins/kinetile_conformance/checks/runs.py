@@ -56,7 +56,7 @@ def moments(case: Case, most: int) -> list[float]:
 
 def watch(case: Case, look: Look, most: int = STOPS, steps: int = STEPS, every: int = 1) -> None:
     """Runs a case, and looks at it when it is built, after each of its first events, and at moments of its
-    run, or at each so many of these; raises Disagreement unless its outcome is the reference's."""
+    run, or at every ``every``-th of these; raises Disagreement unless its outcome is the reference's."""
     sim, number = case.subject.simulation(case.scene), count()
 
     def see() -> Simulation:
@@ -140,7 +140,7 @@ def put_back(sim: Simulation) -> None:
 
 
 def rebuild(sim: Simulation) -> None:
-    """Builds the structure anew."""
+    """Builds the structure again."""
     sim.rebuild()
     _audit(sim)
 
@@ -161,7 +161,7 @@ WAYS: dict[str, Look] = {
     "built anew": rebuild,
     "put back": put_back,
 }
-"""What is done at the stops of a run, in turn; so what was resumed is also built anew."""
+"""What is done at the stops of a run, in turn; so what was resumed is also built again."""
 
 
 @observation()

@@ -61,7 +61,6 @@ AT_FIRST = dict(os.environ)
 
 
 def _open_files() -> list[str]:
-    """Returns what the open files of this process are, where the system can tell."""
     found = []
     for each in Path("/proc/self/fd").glob("*"):
         with suppress(OSError):  # the one that lists them is closed by now
@@ -208,7 +207,7 @@ def first_breach(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str |
 
 
 def _watched(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | None:
-    """Returns the first breach of a phase whose hooks are watched, and its scene; None where there is none.
+    """Returns the first breach of a phase whose hooks are watched, and its scene, or None.
     Scenes that the phase refuses are left out; raises Refused where it refuses all."""
     refused = []
     for title, scene in scenes:

@@ -40,7 +40,6 @@ Answer = Annotated[str | None, option("A response to judge with it; with options
 
 
 def _list(wanted: bool) -> None:
-    """Prints the table of strategies and observations, and ends."""
     if wanted:
         from kinetile_conformance.checks import CHECKS, OTHERWISE, table
 
@@ -193,8 +192,6 @@ def compiling_first() -> str:
 
 
 class _Printer:
-    """Prints a report as it comes into being."""
-
     def __init__(self, judged: Judged, json: bool) -> None:
         from kinetile_conformance import CHECKS
 
@@ -212,7 +209,6 @@ class _Printer:
         self._bar.show(None, f"{check}: {count:,} scenes")
 
     def result(self, result: Result) -> None:
-        """Prints a result."""
         self.at = ""
         self._bar.close()
         if self._json:
@@ -221,7 +217,6 @@ class _Printer:
             echo("\n".join(self._judged.report.lines(result, self._wide)))
 
     def end(self, status: str) -> None:
-        """Prints the lines below the results, or all of it as a line of JSON."""
         self._bar.close()
         report = self._judged.report
         if self._json:

@@ -102,7 +102,7 @@ def marathon(bodies: int, seed: int) -> Scene:
     place += (0.5 - radius)[:, None] * random.uniform(-1.0, 1.0, (bodies, 2))
     velocity = random.normal(size=(bodies, 2))
     # A body meets a wall or another about once in the time in which it flies 1: in all a contact each
-    # 1 / (bodies speed). The speed is such that so many last for so many spans of the clock.
+    # 1 / (bodies speed). The speed is such that this number lasts for that many spans of the clock.
     speed = CONTACTS / (bodies * BASES * (SPAN // TICKS))
     velocity *= speed / np.sqrt((velocity**2).sum(axis=1).mean())
     until = float(4 * BASES * (SPAN // TICKS))

@@ -33,8 +33,8 @@ def smallest() -> Scene:
 
 def _gallery(count: int, seed: int) -> Iterator[Scene]:
     """Yields scenes with nothing, one body, or nothing that moves, and a row between two."""
-    nobody = np.zeros((0, 2))
-    yield Scene(nobody, nobody, np.zeros(0), arena=(1.0, 1.0))
+    none = np.zeros((0, 2))
+    yield Scene(none, none, np.zeros(0), arena=(1.0, 1.0))
     yield smallest()
     yield smallest().replace(velocity=[[1.0, 0.5]])
     yield Scene([[0.25, 0.5], [0.75, 0.5]], np.zeros((2, 2)), 0.25, arena=(1.0, 1.0))

@@ -46,7 +46,7 @@ SIZES = ("crowd", "giants")
 """Kinds of swarms for which a grid has levels,"""
 
 LEVELS = 12 if INTERPRETED else 48
-"""if there are so many bodies; they are drawn more often."""
+"""if there are that many bodies; they are drawn more often."""
 
 
 def _of_kinds(number: int) -> Scene:
@@ -148,7 +148,6 @@ class _Play:
         return scaled(shape, 2.0 ** math.floor(math.log2(radius / shape.reach)))
 
     def chosen(self, most: int) -> list[int]:
-        """Returns some of those present, in any order."""
         there = self.sim.bodies
         some: list[int] = self.random.permutation(there)[: self.random.integers(1, most + 1)].tolist()
         return some
@@ -205,7 +204,6 @@ class _Play:
             self.insert(place + step, aside, radius, sizes=1)
 
     def remove_some(self) -> None:
-        """Up to three go."""
         for body in self.chosen(3):
             self.sim.remove(body)
 
@@ -240,7 +238,6 @@ class _Play:
         self.sim.set_velocities(self.sim.bodies[rows], turned[int(self.random.integers(3))])
 
     def recorded(self) -> Scene:
-        """Returns the scene that has been played, with some time to go on."""
         length = 0.25 * (self.sim.time - self.scene.start) + 2.0 * self.unit
         return relabelled(self.sim.recorded(), settings=Settings(until=self.sim.time + float(length)))
 
@@ -261,7 +258,6 @@ RULES = (
 
 
 def _play(scene: Scene, number: int) -> Scene:
-    """Returns the scene that is played from a start: rules in any order, with pieces of a run between."""
     play = _Play(scene, number)
     random = play.random
     rules = [each for each in RULES if random.random() < 0.7] or [_Play.insert_one]

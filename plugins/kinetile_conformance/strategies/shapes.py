@@ -34,7 +34,7 @@ SHAPES = (
 
 
 def scaled(shape: Shape, by: float) -> Shape:
-    """Returns a shape that is so many times as large."""
+    """Returns a shape that is larger by a factor."""
     return Shape(tuple((x * by, y * by) for x, y in shape.core), shape.radius * by)
 
 

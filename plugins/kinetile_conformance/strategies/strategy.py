@@ -17,7 +17,7 @@ from kinetile import Scene
 from kinetile_conformance.cases import CONTACTS
 
 Draw = Callable[[int, int], Iterable[Scene]]
-"""Called with a number of scenes and a seed: returns so many, or more, or less where there are no more."""
+"""Called with a number of scenes and a seed: returns that number, more, or all there are."""
 
 
 @dataclass(frozen=True)

@@ -1,20 +1,12 @@
 """Cells: a uniform grid as a kinetic data structure, with a level for each size of body where sizes differ.
 
-The plane is divided into square cells, no narrower than the widest body. Two bodies that touch are then in
-the same cell or in adjacent ones: a body is near those in its own cell and the eight around. Nothing else is
-stored. The structure changes only when a body leaves its cell. The time at which its plan reaches an edge
-takes one division. Then the certificate of the body fails: it moves to the next cell, and those in the
-three cells beyond are newcomers.
+docs/cells.md has what is stored, how wide cells are, and the worst cases. A body is near those in its own
+cell and the eight around. The structure changes only when a body leaves its cell; the time at which its plan
+reaches an edge takes one division. ``hierarchy.py`` defines which bodies are near each other where there are
+levels, as in the hierarchical grids of computer graphics; ``layout.py`` how widths are chosen.
 
-One grid of cells as wide as the widest body is bad if small bodies crowd around a few large ones. Then
-there are levels, as in the hierarchical grids of computer graphics: the cells of a level are a power of two
-times as wide as those of the level below. ``hierarchy.py`` then defines which bodies are near each other,
-``layout.py`` how widths are chosen.
-
-The cost: certificates n, one a body; a failure, O(1); candidates, those in nine cells. That is O(1) for
-bodies of one size spread evenly, and at worst all of them: many in one cell, because they come together
-there, because the cells are wide for one wide body among small ones, or by the option ``side``.
-Then a contact costs O(n). No scene is refused, and none needs an arena.
+The cost: certificates n, one a body; a failure, O(1); candidates, those in nine cells: O(1) for bodies of one
+size spread evenly, and at worst all of them.
 
 Why the candidate pairs are complete
 ====================================
@@ -49,7 +41,7 @@ ahead is a whole cell away.
 So bodies in cells that are not adjacent are apart. On one axis there is a whole cell between them, with edges
 S apart up to 2 u X, and each is outside its own cell by less than the slack and eta. Cells have S - 2 slack =
 2 (r + 2 delta), up to 2 u X, for the largest radius r of those that the cells were prepared for (including
-bodies inserted later, or the kernel prepares anew; the present bodies alone would make r too small). The
+bodies inserted later, or the kernel prepares again; the present bodies alone would make r too small). The
 reach of a body is its radius and delta. So their gap, between their reaches, is at least 2 delta - 2 eta - 4
 u X > 0. Hence two bodies that touch are near each other, as the contract demands; the skin does the rest, as
 for every phase.

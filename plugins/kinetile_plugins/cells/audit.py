@@ -89,8 +89,7 @@ def _places(k: Kernel, there: Whole, axes: list[_Axis]) -> Iterator[str]:
 
 
 def _certificates(k: Kernel, s: State, there: Whole, axes: list[_Axis]) -> Iterator[str]:
-    """Every certificate fails when the body reaches the first of the edges ahead of it, and that edge is
-    noted."""
+    """Every certificate fails when the body reaches the first edge ahead of it, and that edge is noted."""
     bodies, homes, clock, own = k.bodies[there], s.homes[there], k.clock[0], k.queue.own[there]
     delays = []
     for _, cell, side, slack, place, speed, several in axes:

@@ -27,7 +27,6 @@ from kinetile_plugins.cells.uniform import fetch_around, watch
 
 @hook
 def _enter_as_guest(s: State, number: int, cell: int) -> None:
-    """Puts a guest into a cell. O(1)."""
     guest = s.guests[number]
     guest.cell = cell
     guest.next = s.hosts[cell]
@@ -39,7 +38,6 @@ def _enter_as_guest(s: State, number: int, cell: int) -> None:
 
 @hook
 def _leave_as_guest(s: State, number: int) -> None:
-    """Takes a guest out of its cell. O(1)."""
     guest = s.guests[number]
     if guest.prev >= 0:
         s.guests[guest.prev].next = guest.next

@@ -32,7 +32,7 @@ p(x, y) = (x + C y) mod N.
   is changed by such a step at each crossing stays at p of its cell. Adjacency is mutual, since the distances
   come with both signs: a is near b if b is near a. ``near`` reads the table alone.
 - *Nine places.* The nine distances lie from -C - 1 to C + 1, and are different integers, since C >= 3. Two of
-  them differ by 2 C + 2 at most, which is less than 3 C <= N. So they are different modulo N, and nobody is
+  them differ by 2 C + 2 at most, which is less than 3 C <= N. So they are different modulo N, and no body is
   named twice.
 - *The two ends.* For a place n with C < n < N - C - 1 all nine lie from 0 to N - 1 without a turn, and are
   three runs of three blocks. For the other places, the first row, the last, and one place beside each, every
@@ -89,8 +89,7 @@ LEVEL = np.dtype(
     ]
 )
 GUEST = np.dtype([("cell", "i8"), ("next", "i4"), ("prev", "i4")])
-"""The cell of a coarser level in which a body is, and its neighbours in the list of the cell's guests, or
-NOBODY."""
+"""The cell of a coarser level in which a body is, and its neighbours in that cell's list, or NOBODY."""
 
 
 class State(NamedTuple):
@@ -310,8 +309,7 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
 
     @hook
     def go_over(s: State, body: int) -> tuple[int, int]:
-        """Moves a body over the edge of its cell that it has reached; returns the way, as ``list_ahead``
-        takes it."""
+        """Moves a body over the edge of its cell that it has reached; returns the way for ``list_ahead``."""
         home = s.homes[body]
         step = 2 * (home.way & 1) - 1
         right = step * (1 - (home.way >> 1))
@@ -346,13 +344,11 @@ MOST = 8
 
 
 def least_side(reach: Any, skin: float) -> Any:
-    """Returns the least side of cells for a body that reaches so far to its farthest side, without its skin;
-    arrays will do."""
+    """Returns the least side of cells for a body of this farthest reach, without its skin, or for arrays."""
     return 2.0 * (reach + 2.0 * skin)
 
 
 def _farthest(scene: Scene) -> Any:
-    """Returns how far each body reaches to its farthest side."""
     if not scene.shapes:
         return scene.radius
     return np.array([max(each.reaches) for each in scene.shapes])[scene.shape]

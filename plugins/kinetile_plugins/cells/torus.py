@@ -39,13 +39,12 @@ def size(scene: Scene, side: float) -> tuple[int, int]:
 
 
 def useful(cells: int) -> int:
-    """Returns the number of cells along an axis where so many would fit: one in the place of up to three."""
+    """Returns the number of cells along an axis where ``cells`` would fit: one in place of up to three."""
     return cells if cells > 3 else 1
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Puts every body into its present cell; cells are as wide as fits into the periods, and as the skin
-    needs."""
+    """Puts every body into its present cell; cells are as wide as the periods and the skin need."""
     grid, torus = s.levels[0], k.clock[0].torus
     least = float(layout.least_side(grid.widest, k.clock[0].limits.skin)) * layout.ABOVE
     wanted = max(float(grid.side), least)

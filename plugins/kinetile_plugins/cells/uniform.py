@@ -79,14 +79,12 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @unchecked
     @hook
     def near(k: Kernel, s: State, body: int) -> int:
-        """Names the bodies in the cell of a body and in those around it."""
         return around(k, s, 0, s.homes[body].cell, 0)
 
     @unchecked
     @hook
     def repair(k: Kernel, s: State, body: int) -> int:
-        """A body reaches an edge of its cell: it is in the next one now, and those in the cells beyond are
-        newcomers."""
+        """A body reaches an edge of its cell: those in the cells beyond the next one are newcomers."""
         right, up = go_over(s, body)
         watch(k, s, body)
         return int(list_ahead(k, s, 0, s.homes[body].cell, right, up, 0))
@@ -94,7 +92,6 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @unchecked
     @hook
     def enter(k: Kernel, s: State, body: int) -> None:
-        """Inserts a body into the cell of its position."""
         come_home(k, s, body, 0)
         watch(k, s, body)
 

@@ -1,16 +1,10 @@
 """Sweep-tiling: the thesis's contribution (section 4), with its gaps and errors repaired.
 
 Sweep-and-prune keeps the order of all bounds, however far apart they are. Sweep-tiling draws each bound only
-as far as it can be seen, from its body up and down to the next ones, and so cuts the free space into 3n + 1
-tiles (``web``). A tile states two things: its left bound is left of its right bound, and the body on its top
-does not touch the one on its bottom (thesis, figure 13). The first is a certificate of the tile, the second
-makes a candidate pair of the two bodies. Bodies that hide each other from view need no certificate about each
-other. The gain: O(n) pairs, at most 3n - 6 of them between bodies, and only bounds in sight of each other
-pass each other.
-
-Two bodies that touch have been in sight of each other before, so their pair is there (docs/sweep-tiling.md
-has the proof, and the errors of the thesis's text). It holds only while bodies do not pass through each
-other: otherwise a hidden body could appear without an event.
+as far as it can be seen, from its body up and down to the next ones, so only bounds in sight of each other
+pass each other. docs/sweep-tiling.md has the tiling, its events, the proof that the pair of two bodies that
+touch is there, and the errors of the thesis's text. The proof holds only while bodies do not pass through
+each other: otherwise a hidden body could appear without an event.
 
 Files: ``web`` the stored structure; ``construction`` the first tiling, by a sweep line; ``events`` changes at
 a collapse, an insertion or a removal; ``certificates`` when tiles fail; ``audit`` every invariant, slowly.
@@ -192,8 +186,7 @@ class SweepTiling:
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Yields tiles, each with the tick at which it fails, bounds, and the pairs of those that have a tile
-    between them."""
+    """Yields tiles, each with the tick at which it fails, bounds, and the pairs with a tile between them."""
     n = len(s.level)
     bodies = np.flatnonzero(k.queue.number >= 0).tolist()
     there, pairs = {*bodies, n}, set()

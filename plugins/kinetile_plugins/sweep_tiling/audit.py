@@ -137,7 +137,6 @@ def _links(s: State, tiles: AllTiles) -> Iterator[str]:
 
 
 def _pairs(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
-    """The bodies named as near a body are those on the other side of its tiles."""
     n = len(s.level)
     both = (tiles.top < n) & (tiles.bottom < n)
     top, bottom = tiles.top[both], tiles.bottom[both]
@@ -230,8 +229,7 @@ def _certificates(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
 
 
 def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, npt.NDArray[np.bool_]]:
-    """Returns when each tile but the first fails by the plans as they are now, and whether by its vertical
-    order."""
+    """Returns when each tile but the first fails by the present plans, and whether by its vertical order."""
     n, clock, bodies = len(s.level), k.clock[0], k.bodies
     p, q, away = tiles.left[: 3 * n], tiles.right[: 3 * n], tiles.away[: 3 * n]
     fails = (q >> 4 != n) & (q >> 4 != p >> 4)

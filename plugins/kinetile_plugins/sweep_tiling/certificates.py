@@ -155,8 +155,7 @@ def chosen(where: Truths, yes: Sides, no: Sides) -> Sides:
 
 @hook
 def periods(k: Kernel, s: State, p: int, q: int) -> int:
-    """Returns through how many periods a tile leads, counted between the places in the plans of the bodies at
-    its two sides."""
+    """Returns through how many periods a tile leads, between the places in the plans at its two sides."""
     return int(turns_to(s, p) + k.images[some_body(k, q)].kx - k.images[some_body(k, p)].kx)
 
 

@@ -1,14 +1,8 @@
 """The static construction: a sweep line from left to right over the bounds (thesis, section 4.2).
 
-The bodies on the sweep line are in order from bottom to top; each gap between two of them holds one *open*
-left port, whose tile has begun and not yet ended. An L bound ends the tile of the gap it falls into and opens
-one below and one above its body; an R bound ends those two and opens one in the gap that its body leaves.
-
-The bounds are sorted by (x, vx, R before L, number): if many tie, as whole columns of the thesis's grid
-do, the velocity decides, so that the tiling is right an instant later without any event. The
-bodies on the line are disjoint, so they are in the order of their centres, and their ranks from bottom to top
-can be assigned beforehand; a tree of marks over the ranks finds the next body above a rank. Two sorts
-and 4n queries of O(log n).
+docs/sweep-tiling.md has what happens at a bound, and the order of bounds that tie. The bodies on the line are
+disjoint, so they are in the order of their centres, and their ranks from bottom to top can be assigned
+beforehand; a tree of marks over the ranks finds the next body above a rank: two sorts and 4n queries.
 
 On a cylinder the sweep goes round three times. It begins with no body on the line. After the first round
 those are on it that lie across the place where it began, and after the second those tiles are open that lead
@@ -92,8 +86,7 @@ def next_to(s: State, rank: int, up: int) -> int:
 
 @hook
 def link_in_order(s: State, p: int, q: int) -> None:
-    """Links an open left port to the right port at which its tile ends: on a cylinder at the first place that
-    is behind it."""
+    """Links an open left port to the right port at which its tile ends: on a cylinder the first behind it."""
     turns = 0
     if len(s.turns) > 0:
         one = bound_of(p)

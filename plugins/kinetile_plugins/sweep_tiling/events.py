@@ -1,33 +1,12 @@
 """Changes of the web: collapse of a tile (thesis, section 4.3), insertion and removal of a body.
 
-A tile collapses when the bound on its left reaches the one on its right. The two ports determine the
-event:
+docs/sweep-tiling.md has the table by which the two ports of a tile determine the event, what each event
+replaces, the flip at a corner, and how a body is inserted as a line that grows. ``Change`` has the three
+links and two ends that are replaced, and the pair that comes into sight. No coordinate is read, except for
+one decision at a meeting: which of the two is above.
 
-    left port    right port    event
-    R.OUTER      L.OUTER       *meeting*: of two bodies side by side, one comes to stand above the other
-    L.UPPER      R.LOWER       *parting*, the exact inverse; also L.LOWER with R.UPPER
-    L.UPPER      L.OUTER       *passing*: one body's bound passes that of a body it stands on or hangs under;
-    R.OUTER      R.UPPER       likewise with LOWER
-
-Each replaces three links and two ends, and one pair of bodies in sight by another: ``Change`` has the new
-ones. No coordinate is read, except for one decision at a meeting: which of the two is above.
-
-Two bodies whose tile is a corner (one just over the end of the other, its width nearly zero) can slide past
-each other exactly where they would graze: no width changes its sign, no contact happens, and yet the one that
-was above is below. The thesis has no rule for that, and its web is wrong from then on. Here the vertical
-order of a narrow corner tile is a certificate too, and when it fails the two exchange places in it: the
-*flip*.
-
-The thesis has no rule for insertion and removal, and none is needed beyond those above. In the tiling a
-disc is the line from its leftmost to its rightmost point: bounds stand on its two ends, and other bounds end
-on it between. So an insertion begins with a line of no length, its L and its R at one place in one tile,
-which it cuts into an outer tile on each side and two inner ones of no width above and below. Then, at a fixed
-time, its R moves right to its place. Each bound that it reaches is a tile that
-collapses, by a meeting or a passing with the usual rules. A removal is the reverse: its R moves left to its
-L, by passings and partings, and the remaining line is taken out of its one tile. The line never
-crosses another body, for its disc does not. So each of these events could also be caused by moving bodies,
-and leaves a web that is right for the present line. This costs O(n), a scan of all tiles to
-find the first one, and an event for each bound over or under the body.
+The line of an insertion or a removal never crosses another body, for its disc does not. So each of its events
+could also be caused by moving bodies, and leaves a web that is right for the present line.
 """
 
 from __future__ import annotations
@@ -296,8 +275,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
 @unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
-    """Removes a body: its R moves left to its L, and the line of no length that remains is taken out of its
-    tile."""
+    """Removes a body: its R moves left to its L, and the line of no length is taken out of its tile."""
     n = len(s.level)
     left = left_bound(body)
     right = right_bound(body)

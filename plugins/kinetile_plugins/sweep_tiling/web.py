@@ -1,34 +1,20 @@
 """The web of bounds: what sweep-tiling stores.
 
-From the leftmost and the rightmost point of each body a vertical line is drawn up and down until it meets
-another body or the border: its *bounds* L and R (thesis, figure 12). The bounds cut the free space into
-*tiles*. A bound has three *ports*, each on one tile::
-
-    OUTER   the side away from the body           UPPER, LOWER   the inner side, above and below the body
-
-and two *ends*: the bodies (or TOP, BOTTOM) that its line meets above and below. A tile lies between two
-bounds, so it is a *link* between a port of its left bound and a port of its right bound::
-
-    left ports    L.UPPER  L.LOWER  R.OUTER      right ports    R.UPPER  R.LOWER  L.OUTER
-
-Every tile has exactly one left port, and every body has three, so there are 3n + 1 tiles whatever happens:
-the one more belongs to the arena's left edge, an R bound without a body, as the right edge is an L bound
-without one.
-
-All of it is one array of integers, ``web``. Bound 2b is L of body b, bound 2b + 1 its R; a bound owns eight
+docs/sweep-tiling.md has its terms: bounds and tiles, the ports and ends of a bound, the tile as a link. All
+of it is one array of integers, ``web``. Bound 2b is L of body b, bound 2b + 1 its R; a bound owns eight
 places:
 
     8 * bound + 0, 1, 2   the port linked to its OUTER, UPPER, LOWER port
     8 * bound + 6, 7      its ends above and below
     8 * bound + 3, 4, 5   for its left ports: whether that tile would fail by a flip
 
-A port is known by the place that holds its link, and a bound by its first place, that of its port OUTER. The
-two bounds of a body share a cache line. Only the hooks below use these numbers: the rules are about bodies,
-bounds, ports, ends and tiles, and a tile is known by its left port.
+The one tile more than three a body belongs to the arena's left edge, an R bound without a body, as the right
+edge is an L bound without one. A port is known by the place that holds its link, and a bound by its first
+place, that of its port OUTER. The two bounds of a body share a cache line. Only the hooks below use these
+numbers: the rules are about bodies, bounds, ports, ends and tiles, and a tile is known by its left port.
 
-Where x is periodic, the arena is a cylinder. It has no edges and one tile less, and a tile may reach round
-it, from a bound of a body to that body's next image. So a link has the number of its periods,
-counted between unwrapped places. Without a body there is no tile.
+On a cylinder a link has the number of its periods, counted between unwrapped places. Without a body there is
+no tile.
 """
 
 from __future__ import annotations
@@ -94,7 +80,7 @@ def bounds(bodies: int) -> npt.NDArray[np.int32]:
 
 @hook
 def link(s: State, p: int, q: int, turns: int) -> None:
-    """Makes two ports the two sides of one tile, the second of them so many periods on."""
+    """Makes two ports the two sides of one tile, the second of them ``turns`` periods on."""
     s.web[p] = q
     s.web[q] = p
     if len(s.turns) > 0:

@@ -20,7 +20,7 @@ from kinetile.kernel.tables import (
 
 BODIES = 9
 PARTNERS = (3, 5, 8, 0, 1, 2, 4, 6, 7)
-"""Whom each body would meet: some pairs are there twice, some run against the order of their bodies."""
+"""The partner of each body: some pairs are there twice, some run against the order of their bodies."""
 
 kinds = st.sampled_from([STRUCTURAL, GUESS, WALL, PAIR])
 ticks = st.one_of(

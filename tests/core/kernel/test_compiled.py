@@ -146,7 +146,7 @@ def test_the_order_of_the_fields_of_the_state_counts():
 
 
 def test_an_assertion_that_pytest_rewrote_gave_a_new_name_to_each_process():
-    """The name had addresses of pytest's objects in it, so every process compiled the loop anew."""
+    """The name had addresses of pytest's objects in it, so every process compiled the loop again."""
     tree = ast.parse("def hook(x):\n    assert x\n    return x\n")
     rewrite_asserts(tree, b"")
     names: dict[str, object] = {}

@@ -1,12 +1,31 @@
 """The kernel's records: what a field is called matters where the loop is interpreted."""
 
+import ast
+import inspect
 import mmap
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from kinetile.kernel.tables import BODY, PAGE, allocate, declared, fields_in, record, record_table
+import kinetile.run
+from kinetile.kernel import loop as reasons
+from kinetile.kernel.loop import loop
+from kinetile.kernel.tables import (
+    BODY,
+    CARRIED,
+    CLOCK,
+    DUE,
+    PAGE,
+    TICK,
+    allocate,
+    declared,
+    fields_in,
+    record,
+    record_table,
+)
 
 TABLES = [name for name, table in allocate(2, 2, 2)._asdict().items() if table.dtype.names]
 
@@ -27,6 +46,31 @@ def test_each_field_of_a_table_is_declared() -> None:
 def test_a_field_that_is_not_declared_is_refused_in_a_sentence() -> None:
     with pytest.raises(TypeError, match="field 'pulse' does not say what it is and what becomes of it"):
         record(*declared(BODY), ("pulse", "i8"))
+
+
+AWAITED = r"\w+ = (\S+)\n +if \w+ < at"
+"""In ``next_event``: another tick than that of the head of the queue, compared with that."""
+
+
+def test_what_the_loop_awaits_besides_the_queue_is_a_saved_tick_that_no_contact_runs_ahead_of() -> None:
+    """A contact that is not filed must not be before it; it must move with the clock's base; and a run that
+    goes on from a file must have it."""
+    first, unfiled = (inspect.getsource(each) for each in (loop.next_event, loop.comes_next))
+    awaited = re.findall(AWAITED, first.replace("k.clock[0]", "clock"))
+    assert "clock.torus.beat" in awaited
+    assert [each for each in awaited if each not in unfiled] == []
+    ticks = {f"clock.{each.name}" for each in declared(CLOCK, TICK, DUE) if each.role == CARRIED}
+    assert {each for each in awaited if each.startswith("clock.")} <= ticks
+
+
+def test_each_reason_and_flag_of_the_loop_is_known_to_what_runs_it() -> None:
+    texts = [path.read_text() for path in Path(kinetile.run.__path__[0]).rglob("*.py")]
+    nodes = [node for text in texts for node in ast.walk(ast.parse(text))]
+    named = {name for name, value in vars(reasons).items() if type(value) is int}
+    assert "WATCHED" in named
+    assert named - {node.id for node in nodes if isinstance(node, ast.Name)} == {"NO_REASON"}
+    flags = {name for name, value in vars(loop).items() if type(value) is bool}
+    assert flags <= {node.value for node in nodes if isinstance(node, ast.Constant)}
 
 
 def _refuse(*arguments: Any) -> None:

@@ -128,14 +128,14 @@ def test_a_disk_that_fills_at_the_very_end_is_told_by_close(tmp_path, monkeypatc
     assert read_events(tmp_path / "e.parquet").metadata["status"].startswith("disk: ")
 
 
-def refused(said: str, path) -> None:
-    with pytest.raises(RecordError, match=said), EventRecorder(path, scene()):
+def refused(text: str, path) -> None:
+    with pytest.raises(RecordError, match=text), EventRecorder(path, scene()):
         pass
 
 
-@pytest.mark.parametrize(("name", "said"), [("missing/e.parquet", "No such file"), (".", "Is a directory")])
-def test_a_path_that_cannot_be_written_is_told_before_anything_runs(tmp_path, name, said):
-    refused(said, tmp_path / name)
+@pytest.mark.parametrize(("name", "text"), [("missing/e.parquet", "No such file"), (".", "Is a directory")])
+def test_a_path_that_cannot_be_written_is_told_before_anything_runs(tmp_path, name, text):
+    refused(text, tmp_path / name)
 
 
 def test_no_room_for_even_an_empty_file_leaves_nothing(tmp_path, monkeypatch):

@@ -75,7 +75,7 @@ def full(self, *_):
 
 
 class Limited:
-    """A file on a disk with room for so many bytes of it."""
+    """A file on a disk with room for ``size`` bytes of it."""
 
     def __init__(self, file, size: int) -> None:
         self.file, self.size = file, size

@@ -36,7 +36,7 @@ def test_the_next_event_is_the_one_that_comes(scene):
                 event = sim.step()
             except KinetileError:
                 break
-            if event is None or event.epoch > 500:  # beyond, plans are written down anew on the way
+            if event is None or event.epoch > 500:  # beyond, plans are noted again on the way
                 break
             assert ahead is not None
             assert event == ahead
@@ -76,7 +76,7 @@ def test_steps_of_scenes_drawn_freshly_are_the_rows_of_the_log(seed):
     while len(events) < free.readings.events:
         ahead = stepped.next_event
         events.append(stepped.step())
-        # Not foreseen: plans that are written down anew on the way, and structures that are for an insertion.
+        # Not foreseen: plans that are noted again on the way, and structures that are for an insertion.
         assert ahead == events[-1] or scene.periodic or events[-1].kind == "structural"
     assert [row_of(event) for event in events if event.kind != "structural"] == [
         tuple(row) for row in rows[["epoch", "tick", "a", "b"]].tolist()
@@ -196,7 +196,7 @@ def test_a_body_that_was_turned_after_a_look_ahead_was_placed_too_far_from_the_c
         kt.Scene(position, velocity, 0.125, [1e6, 1.0], arena=(1.0, 1.0)), "naive", turning=True
     )
     assert sim.next_event is not None
-    sim.set_velocity(1, (5e-4, 2.5e-4))  # so little energy that nothing is built anew
+    sim.set_velocity(1, (5e-4, 2.5e-4))  # so little energy that nothing is built again
     clock = sim.tables.clock[0]
     assert abs(int(clock.origin) - int(clock.now)) <= int(clock.limits.span)
     sim.audit()

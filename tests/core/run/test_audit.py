@@ -272,7 +272,7 @@ def _own(k: Kernel, s: State):
 
 
 class ToldByItsOwn:
-    """Names nobody, and its audit says why."""
+    """Names no body, and its audit says why."""
 
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
         return BroadPhaseParts(in_a_pair, State(np.zeros(1)), audit=_own, pairs=1)

@@ -44,7 +44,7 @@ def test_shapes_come_back_with_the_numbers_of_bodies(drawing_of):
         yield Link("pair", 0, last)
 
     sim = drawing_of(draw)
-    sim.remove(1)  # the phase is made anew, and body 2 stands in slot 1
+    sim.remove(1)  # the phase is made again, and body 2 stands in slot 1
     assert sim.drawing() == (
         Segment("bound", (At(2, 0.25), 0.0), (At(2), 1.0), None, "L"),
         Box("cell", (0.0, 0.0), (At(0), At(2)), 5),

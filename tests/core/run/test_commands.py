@@ -39,6 +39,20 @@ def test_a_body_comes_meets_and_goes(phase):
     assert readings.energy_drift == 0.0
 
 
+@pytest.mark.parametrize("phase", first(3, BUILT_IN))
+@pytest.mark.parametrize("planned", [False, True])
+def test_a_body_turned_back_meets_the_body_that_it_met_last(phase, planned):
+    """After a contact the two part, and neither is asked for the other until one of them turns."""
+    turns = [(0, 1.5, (3.0, 0.0))] if planned else []
+    scene = kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], 0.5, turns=turns)
+    sim = kt.Simulation(scene, phase, live=not planned)
+    sim.run(max_contacts=1)
+    if not planned:
+        sim.set_velocity(0, (2.0, 0.0))
+    sim.run(until=5.0)
+    assert sim.contacts[["a", "b"]].tolist() == [(0, 1), (0, 1)]
+
+
 def test_what_commands_add_to_the_energy_is_no_drift():
     sim = kt.Simulation(box(responses="elastic"), "cells", live=True)
     for body, velocity in ((0, (1.0, 0.5)), (0, (0.25, 0.0)), (1, (-0.5, 0.0))):
@@ -195,7 +209,7 @@ def test_where_a_run_stopped_before_an_insertion_that_needs_room_leaves_no_trace
 
 @pytest.mark.parametrize("phase", first(2, LIVING))
 def test_when_bodies_are_jammed_does_not_depend_on_the_phase(phase):
-    """Nor does the speed for which all is laid out: a phase without ``enter`` is built anew for each."""
+    """Nor does the speed for which all is laid out: a phase without ``enter`` is built again for each."""
     limits = []
     for name in (phase, "naive"):
         sim = kt.Simulation(box(), name, live=True)

@@ -21,7 +21,7 @@ def next_pair(sim: kt.Simulation) -> tuple[int, int]:
 
 
 def drop(sim: kt.Simulation, body: int, **known: int) -> None:
-    """Let a body know this of contacts, and file it anew, as a bug of the kernel or a stray write would."""
+    """Let a body know this of contacts, and file it again, as a bug of the kernel or a stray write would."""
     k = sim._engine.k
     entry = k.queue[body]
     for name, value in known.items():

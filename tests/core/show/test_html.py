@@ -162,19 +162,19 @@ def test_readings_are_the_lines_of_the_command():
 
 
 @pytest.mark.parametrize(
-    ("bodies", "said", "pictures"),
+    ("bodies", "text", "pictures"),
     [
         (html.MOST_STRUCTURE + 1, "Without the structure: it is drawn here of up to 250 bodies.", 1),
         (html.MOST_BODIES + 1, "No picture: of more than 2,000 bodies none is drawn here.", 0),
     ],
 )
-def test_of_many_bodies_less_is_drawn_and_that_is_said(bodies, said, pictures):
+def test_of_many_bodies_less_is_drawn_and_that_is_said(bodies, text, pictures):
     scene = kt.Scene([[4.0 * k, 0.0] for k in range(bodies)], [[0.0, 0.0]] * bodies, 1.0)
     sim = kt.Simulation(scene, "cells")
     if pictures:
         sim.build()
     found = shown(sim)
-    assert (found.said, len(found.pictures)) == ([said], pictures)
+    assert (found.said, len(found.pictures)) == ([text], pictures)
     assert len(shown(scene).pictures) == pictures
     assert (kt.as_svg(scene) is None) == (pictures == 0)
     assert len(kt.as_html(sim)) < 60_000 * pictures + 4_000
@@ -243,8 +243,8 @@ def test_a_run_in_another_thread_is_not_drawn_in_the_middle_of_a_step():
     found = shown(sim)
     done.set()
     run.join()
-    (said,) = found.said
-    assert said.startswith("No picture: this simulation is running in another thread")
+    (text,) = found.said
+    assert text.startswith("No picture: this simulation is running in another thread")
     assert found["broad phase"] == "cells"
 
 

@@ -145,7 +145,7 @@ def test_an_executor_that_breaks_or_was_shut_down_ends_the_run_and_another_one_g
 
 
 class AtOnce(Executor):
-    """Has the row of a task at once, which is the task, after so many errors."""
+    """Has the row of a task at once, which is the task, after some errors."""
 
     def __init__(self, errors=0):
         self.submitted, self.errors = 0, errors

@@ -117,9 +117,9 @@ REFUSED = candidate("c", None)
     ],
 )
 def test_the_recommendation_follows_from_the_measurements(found, repeats, identical, phase, reason):
-    name, said = _recommendation(found, repeats, identical)
+    name, text = _recommendation(found, repeats, identical)
     assert name == phase
-    assert reason in said
+    assert reason in text
 
 
 @pytest.mark.small

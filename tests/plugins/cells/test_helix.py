@@ -1,4 +1,4 @@
-"""The helix of places: what adjoins in the plane adjoins in the table; and who is near whom."""
+"""The helix of places: what adjoins in the plane adjoins in the table; and which bodies are near."""
 
 import numpy as np
 import pytest

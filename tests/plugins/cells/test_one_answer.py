@@ -96,7 +96,7 @@ def test_a_wide_body_is_inserted_by_hand(bodies):
 
 
 def test_without_a_name_cells_do_any_scene():
-    """With walls or without, bodies that part and bodies that pass, and nobody at all."""
+    """With walls or without, bodies that part and bodies that pass, and no body at all."""
     place, flight = [[0.25, 0.25], [0.75, 0.25]], [[1.0, 0.0], [-1.0, 0.5]]
     walled = kt.Scene(place, flight, 0.125, arena=(1.0, 1.0))
     assert kt.Simulation(walled).broad_phase == "cells"

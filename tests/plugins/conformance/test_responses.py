@@ -72,7 +72,7 @@ class Trial:
         return ResponseParts(respond)
 
 
-_added = fixture(kt.ResponseSpec("trial", Trial, "on trial", features=frozenset({"dissipative"})))
+_added = fixture(kt.ResponseSpec("trial", Trial, "under test", features=frozenset({"dissipative"})))
 
 
 def judged(response: kt.Response, *checks: str, broad: str = "naive", examples: int = 8):

@@ -194,7 +194,7 @@ def test_the_name_of_a_phase_became_the_path_of_its_case(tmp_path: Path) -> None
     "check", ["same-contacts", "its-structure-is-true", "same-contacts-when-commanded-by-hand"]
 )
 def test_a_phase_that_refused_a_skin_on_the_way_was_condemned(check):
-    """The skin of bodies that fly away grows: a run may end with a refusal that nobody foresaw."""
+    """The skin of bodies that fly away grows: a run may end with a refusal that could not be foreseen."""
     leaving = [[-(2.0**24), 0.0], [2.0**24, 0.25]]
     scene = kt.Scene([[1.0, 1.0], [3.0, 1.0]], leaving, 0.25, unit=1.0, settings=kt.Settings(until=1e5))
     scene = scene.replace(commands=[kt.Turn(0, 10.0, leaving[0])])

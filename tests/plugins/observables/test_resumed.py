@@ -220,7 +220,7 @@ def test_the_command_resumes_what_it_observed(tmp_path):
 
 
 def test_what_is_observed_of_nobody_is_left_out():
-    """Bodies that go and come: samples of nobody, and of one body, count for nothing."""
+    """Bodies that go and come: samples of no body, and of one body, count for nothing."""
     goes = [kt.Remove(0, 0.2), kt.Remove(1, 0.3), kt.Insert(0.6, (3.0, 3.0), (1.0, 0.0), 1.0)]
     for periodic in ("", "x", "xy"):
         scene = kt.Scene(

@@ -99,5 +99,5 @@ def test_runs_have_these_fingerprints_with_fewer_features_of_the_processor() -> 
 def test_runs_have_these_fingerprints_however_they_are_compiled(
     settings: dict[str, str], tmp_path: Path
 ) -> None:
-    """Machine code is compiled anew: Numba's cache would serve what other settings have made."""
+    """Machine code is compiled again: Numba's cache would serve what other settings have made."""
     assert bits("run", NUMBA_CACHE_DIR=str(tmp_path), **settings)["runs"] == RUNS

@@ -31,7 +31,7 @@ RULES = (
     "bounds-without-the-skin",
 )
 UNTIL, CONTACTS, EVENTS = 20.0, 60, 1500
-"""Where a run ends; after so many events an audited one, since some go in circles."""
+"""Where a run ends; after that many events an audited one, since some go in circles."""
 
 CRASHES = (KinetileError, IndexError, OverflowError)
 

@@ -156,8 +156,7 @@ class _Code(JITCodeLibrary):
 
 class _LinkedCode(_Code):
     """The code of a hook or a subroutine, which is only ever linked into that of its callers: not made
-    machine code, and optimised alone only by what makes it shorter, which saves a part of the time to compile
-    a loop."""
+    machine code, and optimised alone only by what makes it shorter, which saves time to compile a loop."""
 
     @property
     def codegen(self) -> Any:
@@ -168,8 +167,7 @@ class _LinkedCode(_Code):
 
     def _optimize_functions(self, module: Any) -> None:
         """Takes the parts out of arrays: what is kept on disk, and linked into each caller, has a fifth of
-        the instructions. Other hooks are left as they are: the loop would become another, and not much
-        sooner."""
+        the instructions. Other hooks are left as they are: the loop would become another, hardly sooner."""
         super()._optimize_functions(module)
         if self.has_arrays and hasattr(self._codegen, "_pass_builder"):  # the latter not before Numba 0.62
             how = cast(Any, self._codegen)._pass_builder()
@@ -358,7 +356,6 @@ class LinkingCompiler(_Compiler):
         return result
 
     def _taken(self, bitcode: bytes, described: Any, signature: Any) -> Any:
-        """Returns what compiling a hook comes to, of its parts."""
         library, target = self.state.library, self.state.targetctx
         library._final_module, library._finalized = _binding.parse_bitcode(bitcode), True
         environment = cast(Any, Environment).from_fndesc(described)

@@ -225,7 +225,6 @@ def is_whole(path: str | os.PathLike[str]) -> bool:
 
 
 def _key_of(path: str | os.PathLike[str]) -> bytes | None:
-    """Returns the digest of a file's key, or None where its checksum is another."""
     with open_regular(path) as file:
         content = memoryview(file.read())
     if _checksum(path, content[:-_DIGEST]) != content[-_DIGEST:]:

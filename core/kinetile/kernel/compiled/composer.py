@@ -185,7 +185,6 @@ class _Composed:
         self._entries: dict[tuple[Any, ...], Any] = {}
 
     def __call__(self, *given: Any) -> Any:
-        """Runs, and first compile or load for such arguments."""
         taken = [_as_taken(each) for each in given]
         return self.entry(taken)(*[each.address if type(each) is Packed else each for each in taken])
 
@@ -219,8 +218,7 @@ def _compiling() -> Iterator[None]:
 
 
 def compiling_seconds() -> float:
-    """Returns how much processor time this process has spent so far on compiling composed functions, or on
-    loading them from the disk."""
+    """Returns the processor time spent so far on compiling composed functions, or loading them from disk."""
     return _spent
 
 

@@ -212,15 +212,13 @@ def python_of(part: Any) -> Any:
 
 
 def is_hook(value: Any) -> bool:
-    """Whether a value is a function marked with ``hook``; where hooks are interpreted, whether it is a
-    function."""
+    """Whether a value is a function marked with ``hook``; where hooks are interpreted, any function."""
     return callable(value) if INTERPRETED else hasattr(value, "py_func")
 
 
 if not INTERPRETED:
 
     def _kind(annotation: str, names: Mapping[str, Any]) -> Any:
-        """Returns the type that an annotation means, where these names are known."""
         kinds = {"float": types.float64, "int": types.int64, "Numbers": types.CPointer(types.float64)}
         if annotation in kinds:
             return kinds[annotation]

@@ -203,7 +203,6 @@ else:
         cast(Any, lower_builtin)(_key, *_kinds)(_lowered)
 
     def _with(kind: Any, kinds: list[Any]) -> Any:
-        """Returns the type of a tuple with other types in it."""
         if not len(kind):
             return kind
         named = isinstance(kind, types.BaseNamedTuple)
@@ -329,8 +328,8 @@ else:
 
     @intrinsic
     def zeros(typing_context: Any, count: Any) -> Any:
-        """Returns an array of so many 64-bit integers, a constant, all zero: on the stack of what calls this,
-        and gone with it. For one from NumPy Numba compiles five functions."""
+        """Returns an array of ``count`` 64-bit integers, a constant, all zero: on the caller's stack, and
+        gone with it. For one from NumPy Numba compiles five functions."""
         if not isinstance(count, types.IntegerLiteral):
             return None
         kind, length = types.Array(types.int64, 1, "C"), ir.IntType(64)(count.literal_value)

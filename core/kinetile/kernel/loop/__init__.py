@@ -10,8 +10,7 @@ COMMAND_DUE = 6
 """A body is inserted or removed for which the tables, or the structure, must be laid out again."""
 
 BLOCKED = 7
-"""There is no room for an inserted body; the clock's ``fault`` has its number (a), and what is in its way
-(b)."""
+"""There is no room for an inserted body; the clock's ``fault`` has its number (a) and what blocks it (b)."""
 
 CROWDED = 8
 """The table of pairs that are passing through each other is full."""

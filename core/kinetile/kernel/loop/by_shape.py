@@ -30,22 +30,9 @@ def all_numbers(takes: npt.NDArray[np.int64], numbers: list[Doubles | None]) -> 
 
 
 @hook
-def first_number(k: Kernel, phase: int) -> int:
-    """Return where the numbers of a phase begin."""
-    shapes = int(k.numbers[0])
-    return int(k.numbers[1 + shapes * shapes + phase])
-
-
-@hook
 def takes(k: Kernel, one: int, other: int) -> int:
     """Return which phase takes two shapes."""
     return int(k.numbers[1 + one * int(k.numbers[0]) + other])
-
-
-@hook
-def phase_of(k: Kernel, a: int, b: int) -> int:
-    """Return which phase takes two bodies."""
-    return takes(k, k.bodies[a].form, k.bodies[b].form)
 
 
 @cache
@@ -78,7 +65,8 @@ def by_shape(hooks: tuple[Hook, ...], first: int = 0) -> Hook:
     @unchecked
     @hook
     def call(k: Kernel, a: int, b: int) -> Any:
-        return mine(k, a, b) if phase_of(k, a, b) == first else others(k, a, b)
+        took = takes(k, k.bodies[a].form, k.bodies[b].form) == first
+        return mine(k, a, b) if took else others(k, a, b)
 
     return call
 
@@ -91,6 +79,7 @@ def of_phase(function: Hook, phase: int) -> Hook:
     @unchecked
     @hook
     def call(k: Kernel, *rest: Any) -> Any:
-        return given(numbers_from(k, first_number(k, phase)), *rest)
+        shapes = int(k.numbers[0])
+        return given(numbers_from(k, int(k.numbers[1 + shapes * shapes + phase])), *rest)
 
     return call

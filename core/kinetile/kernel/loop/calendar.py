@@ -106,8 +106,7 @@ def _file(k: Kernel, body: int, key: int) -> None:
 
 @hook
 def _take_out(k: Kernel, body: int) -> None:
-    """Take a body out of its ring; if it has one link on both sides, that is the ring's own. No branch: none
-    could be guessed."""
+    """Take a body out of its ring; if it has one link on both sides, that is the ring's own. No branch."""
     links = k.links
     after = np.int64(links[body].next)
     before = links[body].prev

@@ -1,7 +1,7 @@
 """Hooks as the loop calls them: those that are not marked ``unchecked``, and responses of other plugins.
 
 Counts and numbers of bodies that they return are compared with how many there are, because the loop reads its
-tables there, and its index is not checked (``kernel.compiled.views``): one that is none is a fault that names
+tables there, and its index is not checked (``kernel.compiled.views``): one out of range is a fault that names
 the phase, and not a read of other memory.
 
 Two that have met are barred from each other until one of them has another plan, lest rounding make a contact

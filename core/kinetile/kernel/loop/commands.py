@@ -102,8 +102,7 @@ def has_vacancy(k: Kernel, command: Records) -> bool:
 def reaches_into(
     k: Kernel, command: Records, dx: float, dy: float, other: Records, mass: float, kind: int
 ) -> bool:
-    """Whether an inserted body would overlap another one, a body's record or a command's, whose place is
-    (dx, dy) away."""
+    """Whether an inserted body would overlap another one, a body's record or a command's, (dx, dy) away."""
     clock = k.clock[0]
     if PASSING and k.rules[row_of(clock.kinds, kind, command.kind)].response == PASS:
         return False
@@ -414,8 +413,7 @@ def carry_out(k: Kernel, s: Any) -> int:
 
 
 def run_one_command(k: Kernel, s: Any) -> None:
-    """Carry out the next command in tables that get a new structure after it; a template, as
-    ``advance``."""
+    """Carry out the next command in tables that get a new structure after it; a template."""
     k = disowned(k)
     s = disowned(s)
     command = k.commands[k.clock[0].lists.command]

@@ -6,11 +6,9 @@ the one for walls; those of the responses that the scene's rules name) and its c
 ``AHEAD``, ``BOUNDS``, ``WALLS``, ``COMMANDS``, ``LIVING``, ``RULES``, ``PASSING``) are filled in by
 ``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not compiled.
 
-Of one tick, structural events run first, then commands, then contacts with walls, then contacts of pairs, and
-after each of them the head of the queue is taken again. So at a contact's tick every structural event up to
-and at that tick has been restored, and which broad phase did it cannot matter: a contact's time is a function
-of the two flight plans alone, and the broad phase sees bodies fattened by a skin wide enough for all rounding
-(docs/one-answer.md has the rule and its proof).
+After each event the head of the queue is taken again. So at a contact's tick every structural event up to and
+at that tick has been restored, and which broad phase did it cannot matter (docs/one-answer.md has the rule
+and its proof).
 
 A guess at the head is no event: nothing happens at its tick but that a contact is computed exactly. It moves
 neither the clock nor a body, so when guesses are resolved cannot matter either.
@@ -43,7 +41,7 @@ its ``guard``), and if neither body can be at a wall by then. By the same reason
 failures and walls are later than t, with no tie.
 
 ``Simulation(..., audit=N)`` checks all of it between two events, slowly: the calendar, each entry, the
-positions, and coverage, computed anew and exactly.
+positions, and coverage, computed again and exactly.
 """
 
 from __future__ import annotations

@@ -20,13 +20,13 @@ An entry of h **covers** a near pair {h, j} if it is true for it: the contact of
 
 Five rules keep it:
 
-1. *A body whose plan has changed raises its stamp and is predicted anew.* It covers all its pairs. The
+1. *A body whose plan has changed raises its stamp and is predicted again.* It covers all its pairs. The
    entries of the others do not change; they may now be wrong for this body, and need not be right.
 2. *A newcomer is predicted by one of the two*: the body under repair, or the first of an ``offer``. If its
    contact may be first, the old first becomes the guard; else the guard is lowered to it. The entry still
    covers what it covered.
-3. *An entry at the head whose partner has another plan is predicted anew.* Until then the partner covered the
-   pair, by rule 1.
+3. *An entry at the head whose partner has another plan is predicted again.* Until then the partner covered
+   the pair, by rule 1.
 4. *For a guess that turns out later than ``guard``, all contacts of the body are computed exactly.*
 5. *A pair is barred while each body stores the other as its last contact*, and that ends only when one of
    them gets another plan: rule 1.
@@ -46,7 +46,7 @@ from kinetile.kernel.passings import passes
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel, elder
 
 FAR = 2.0**62 + 2.0**20
-"""Ticks. A contact further away is none: both bodies are anchored again before it (``structural.FAR``)."""
+"""Ticks. A contact further away is left out: both bodies are anchored again before it."""
 
 MARGIN = 1 << 12
 """Ticks by which a bound is set back: for the rounding of a delay of up to 2^62 ticks."""
@@ -119,7 +119,7 @@ def look_at(k: Kernel, h: int, count: int, at: int) -> None:
 @template
 def meeting(k: Kernel, a: int, b: int) -> int:
     """Return the tick of the first contact of two bodies, or ``NEVER``; ``a`` is the elder. One that lies in
-    the past is none, where they pass through each other: they have."""
+    the past does not count where they pass through each other: they have."""
     if PASSING and not (PERIODIC or BENT) and passes(k, a, b):
         if have_passed(k, a, b):
             return NEVER

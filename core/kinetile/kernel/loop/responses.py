@@ -7,7 +7,7 @@ A loop for a scene without rules has none of this in it.
 A *passing* is a pair that goes through each other, from the tick in which they touch to that in which they
 part; where an axis is periodic, through one image, and several may last at a time. Neither changes a plan,
 and a passing lasts for a tick at least: so a contact of two that pass, if it lies in the past, has begun
-and ended, and is none that is still to come (``predictions.meeting``). A pair that has begun
+and ended, and is not still to come (``predictions.meeting``). A pair that has begun
 is in the list of both its bodies (``k.passings``) with the tick at which it parts, which is computed
 exactly, and again whenever one of the two plans changes. The parting awaits the elder of the two: its *leave*
 is the first of those ticks, beside what else its entry in the queue awaits. For a pair that is passing no
@@ -352,20 +352,8 @@ def end_all_passings(k: Kernel, body: int, tick: int) -> None:
     k.traits[body].leave = NEVER
 
 
-@template
-def plan_all_partings(k: Kernel) -> None:
-    """Compute again when all passings end, where all bodies have new plans. The queue is built after it."""
-    for pair in range(len(k.passings)):
-        if k.passings[pair].a >= 0:
-            k.passings[pair].tick = _parts(k, k.passings[pair])
-    for body in range(k.clock[0].bodies):
-        if is_there(k, body):
-            find_leave(k, body)
-
-
 def begin_at_start(k: Kernel, pairs: Any) -> None:
-    """Begin the passings of those pairs, (m, 2) slots in their order, that overlap and pass at the start; a
-    template, as ``advance``."""
+    """Begin the passings of those pairs, (m, 2) slots, that overlap and pass at the start; a template."""
     k = disowned(k)
     for at in range(len(pairs)):
         if passes(k, pairs[at, 0], pairs[at, 1]):

@@ -31,8 +31,6 @@ _DOUBLE, _WHOLE, _BIT, _WORD, _BYTE = ir.DoubleType(), *(ir.IntType(size) for si
 
 
 class _Eight(Type):
-    """The type of eight values of an LLVM type."""
-
     def __init__(self, name: str, element: Any, one: Any) -> None:
         super().__init__(name=f"kinetile.eight({name})")
         self.one = one
@@ -54,20 +52,17 @@ _truths = _Eight("bool", _BIT, types.boolean)
 
 
 def _splat(builder: Any, value: Any, vector: Any) -> Any:
-    """Return a vector with a value in all its lanes."""
     one = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.Constant(_WHOLE, 0))
     zeros = ir.Constant(ir.VectorType(_WHOLE, LANES), [ir.Constant(_WHOLE, 0)] * LANES)
     return builder.shuffle_vector(one, one, zeros)
 
 
 def _shuffle(builder: Any, one: Any, two: Any, lanes: list[int]) -> Any:
-    """Return a vector of lanes of two."""
     mask = ir.Constant(ir.VectorType(_WHOLE, len(lanes)), [ir.Constant(_WHOLE, i) for i in lanes])
     return builder.shuffle_vector(one, two, mask)
 
 
 def _load(builder: Any, pointer: Any, vector: Any, align: int) -> Any:
-    """Load a vector."""
     return builder.load(builder.bitcast(pointer, vector.as_pointer()), align=align)
 
 
@@ -124,7 +119,6 @@ class _Call(NamedTuple):
             yield builder.sext(builder.load_atomic(here, "unordered", 4), _WORD)
 
     def nothing(self) -> Any:
-        """Return what a function without a result returns."""
         return self.context.get_dummy_value()
 
 

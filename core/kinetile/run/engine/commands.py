@@ -234,7 +234,6 @@ def waiting(k: Kernel) -> Rows:
 
 
 def _with_rows(k: Kernel, rows: Rows, front: int) -> Kernel:
-    """Returns the tables with other commands, and a number of free rows before them."""
     table = record_table(COMMAND, front + len(rows))
     table.view(COMMAND, np.ndarray)[front:] = rows
     k.clock[0].lists.command, k.clock[0].lists.commands = front, len(table)
@@ -254,8 +253,7 @@ def to_the_front(k: Kernel, fields: Fields, rows: Rows) -> Kernel:
 
 class History:
     """Commands that have been run, in the order in which they were given. It never changes, so a snapshot
-    shares it. The last ``LAST`` wait until it is read; blocks of about one size are joined, so each costs
-    about the same."""
+    shares it. The last ``LAST`` wait until it is read; blocks of about one size are joined."""
 
     def __init__(
         self, rows: tuple[bytes, ...] = (), inserted: tuple[bytes, ...] = (), bases: Bases = ()
@@ -325,7 +323,6 @@ class History:
         return with_commands(scene, played, kinds=scene.kinds)
 
     def _commands(self) -> Iterator[tuple[Command, int]]:
-        """Yields the commands, each with the number of planned ones that it overtook."""
         content, bases = self.content
         rows = np.frombuffer(content, COMMAND)
         for at, (first, base) in enumerate(bases):
@@ -342,11 +339,9 @@ def _joined(blocks: tuple[bytes, ...], new: bytes) -> tuple[bytes, ...]:
 
 
 def _inserted(rows: Rows) -> bytes:
-    """Returns the bodies and kinds of the insertions among commands."""
     came = rows[rows["code"] == INSERTED]
     return np.column_stack([came["body"], came["kind"]]).astype(np.int64).tobytes() if len(came) else b""
 
 
 def _moment(command: SceneCommand, clock: Clock) -> tuple[int, int]:
-    """Returns when a command of a scene happens: its tick since the start, and after how many contacts."""
     return clock.tick_of(command.time, command.at), command.at[2] if command.at else 0

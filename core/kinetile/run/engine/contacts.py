@@ -230,7 +230,6 @@ class Ledger:
         self._count = end
 
     def _fill(self, contacts: npt.NDArray[np.void], waiting: list[tuple[int, Any]]) -> None:
-        """Writes contacts in their public form, with their times."""
         begin = 0
         for epoch, kept in waiting:
             rows = contacts[begin : begin + len(kept)]
@@ -241,7 +240,6 @@ class Ledger:
         contacts["time"] = self._clock.rounded(contacts["epoch"], contacts["tick"])
 
     def _that_wait(self) -> list[npt.NDArray[np.void]]:
-        """Returns the rows that wait for a recorder."""
         aside, self._held = self._held, []
         for rows, base in aside:
             clock = replace(self._clock, base=base)

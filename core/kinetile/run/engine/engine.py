@@ -196,7 +196,10 @@ class Engine(Tables):
         try:
             if self.fields.fault.code[0] == JAMMED and self.due:
                 self.fields.fault.code[0] = 0  # a command may end the jam
-            self._record(self.ledger.reads)
+            reads, rows = self.ledger.reads, len(self.k.met)  # where bodies pass, more of them need more room
+            if reads and len(self.k.log) < rows:
+                self.k = self.k._replace(log=layout.with_room(self.k.log, rows))
+            self.fields.lists.rows[0] = len(self.k.log) if reads else 0
             if len(self.overlapping):
                 self._begin_passings()
                 self._take_over(self.now)
@@ -257,21 +260,13 @@ class Engine(Tables):
         return WATCHED if watched else BUDGET_SPENT
 
     def _demand_whole(self) -> None:
-        """Raises PhaseError if a call has left the tables unusable."""
         if self.broken is not None:
             raise PhaseError(f"this simulation cannot go on: {self.broken}") from self.broken
 
     def _take_over(self, before: int) -> None:
-        """Takes over the log of a chunk that began at a tick."""
         if self.now != before:
             self._requested = None
         self.ledger.take(self.k, self.fields, self.count.logged[0])
-
-    def _record(self, wanted: bool) -> None:
-        """Gives the loop a log for long rows only if a recorder reads them."""
-        if wanted and len(self.k.log) < len(self.k.met):  # where bodies pass, more of them need more room
-            self.k = self.k._replace(log=layout.with_room(self.k.log, len(self.k.met)))
-        self.fields.lists.rows[0] = len(self.k.log) if wanted else 0
 
     def arrive(self, until: float | None) -> None:
         """Sets the end of a run: ``time`` is now the requested one, until the next event."""
@@ -353,7 +348,6 @@ class Engine(Tables):
         return extent_of(self.scene, self.walled, speed, far, spans)
 
     def _grow_pairs(self) -> None:
-        """Makes room for more candidate pairs, and builds the structure again."""
         self.bounds_for(self.speed)  # a refusal must come before the tables change
         lists = self.k.clock[0].lists
         room = max(2 * len(self.k.pairs), int(1.25 * (int(lists.pairs) + int(lists.wanted))))
@@ -376,7 +370,6 @@ class Engine(Tables):
         self.lay_out(2.0 * max(most, self.speed))
 
     def _begin_passings(self) -> None:
-        """Begins the passings of pairs that overlap at the start, as many as the log has room for."""
         k, pair = self.k, self.composition.pair
         rows = min(len(k.met), len(k.log) or len(k.met)) // MOST_IMAGES
         now, self.overlapping = self.overlapping[:rows], self.overlapping[rows:]
@@ -395,13 +388,11 @@ class Engine(Tables):
         self._go_on_with(layout.renewed(self.k, self.scene, self.composition))
 
     def _go_on_with(self, new: layout.Renewed) -> None:
-        """Continues with other phases and tables, and lays them out."""
         self.composition, self.k, self.state = new.composition, new.k, new.composition.broad.state
         self._take_loop(self.commands)
         self.lay_out(self.speed)
 
     def _take_loop(self, commands: Commands) -> None:
-        """Takes the loop of the present phases with such commands in it."""
         loop = self.composition.loop(commands)
         self._ready = self._ready and loop is self.loop
         self.commands, self.loop, self._enter = commands, loop, None
@@ -422,7 +413,6 @@ class Engine(Tables):
         return composition.living
 
     def _number(self, numbers: int) -> None:
-        """Makes room for this many numbers of bodies in the table of their slots."""
         if numbers > len(self.k.slots):
             more, watch = (0, numbers + 64), self.k.watch
             self.k = self.k._replace(slots=np.pad(self.k.slots, more, constant_values=NOBODY))
@@ -430,7 +420,6 @@ class Engine(Tables):
                 self.k = self.k._replace(watch=np.pad(watch, more, constant_values=watch.min()))
 
     def _allow(self, commands: Commands) -> None:
-        """Composes the loop with such commands in it, if it was composed without."""
         if commands > self.commands:
             self._take_loop(commands)
             if commands == Commands.ALL and self.composition.living:
@@ -544,7 +533,6 @@ class Engine(Tables):
 
     @property
     def _waiting(self) -> int:
-        """The number of commands that have not run."""
         return int(self.fields.lists.commands[0] - self.fields.lists.command[0])
 
     def _run_commands(self) -> None:

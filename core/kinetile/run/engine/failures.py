@@ -102,7 +102,6 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
 
 
 def _missed(composition: Composition, fault: int, other: int, named: str) -> str:
-    """Returns the error of a late or missing contact: the broad phase's for pairs, else the narrow ones'."""
     phase, narrow = described("broad phase", composition.broad_phase), _narrow_phases(composition)
     if fault == tables.LATE_CONTACT:
         late = f"{phase} reported the pair too late" if other >= 0 else f"{narrow} foresaw it too late"
@@ -112,7 +111,6 @@ def _missed(composition: Composition, fault: int, other: int, named: str) -> str
 
 
 def _lets_close_in(k: Kernel, composition: Composition, slots: tuple[int, int], named: str) -> str:
-    """Returns the error of a response that lets what meets, two bodies or one and a wall, close in still."""
     scene, bodies = composition.prepared, np.array([slot for slot in slots if slot >= 0])
     kinds, at_wall = k.traits.view(np.ndarray)["kind"][bodies].tolist(), slots[1] < 0
     response = scene.meets[kinds[0]][-1 if at_wall else kinds[1]]
@@ -132,8 +130,7 @@ def _narrow_phases(composition: Composition) -> str:
 
 def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
     """Returns the error for an inserted body without room: the body or wall that it would reach into
-    (``blocker``, a slot or a wall's code), and how deep. Its text is made when it is read: a game refuses
-    hundreds a second."""
+    (``blocker``, a slot or a wall's code), and how deep. Its text is made when it is read, for games."""
     ticks = clock.total(int(command["tick"]))
     who, other = 0, None
     if blocker >= 0:
@@ -159,7 +156,6 @@ def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
 
 
 def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
-    """Returns the broad phase's message for a fault of its own."""
     faults = composition.broad.faults
     if number < len(faults):
         return f"cannot go on: {faults[number].format(a=a, b=b)}"

@@ -54,8 +54,8 @@ LOG_ROWS = 1 << 14
 
 
 def tables_of(contents: Contents, numbers: int, composition: Composition, unit: float) -> Kernel:
-    """Returns tables with these contents, in which so many numbers of bodies can have slots, for phases that
-    are prepared for these bodies, or for one more that is to be inserted; ``unit`` is that of the clock.
+    """Returns tables with these contents, in which these numbers of bodies can have slots, for phases
+    prepared for these bodies, or for one more that is to be inserted; ``unit`` is that of the clock.
 
     Raises PhaseError if there is no memory for the requests of the broad phase.
     """
@@ -91,7 +91,6 @@ def tables_of(contents: Contents, numbers: int, composition: Composition, unit: 
 
 
 def _allocated(bodies: int, composition: Composition) -> Kernel:
-    """Returns tables for bodies in the first slots, and with the free slots that the phases allow for."""
     scene = composition.prepared
     slots = scene.capacity if composition.living else len(scene)
     pairs, room = int(composition.broad.pairs), max(int(composition.broad.room), slots)
@@ -135,7 +134,6 @@ def with_room(log: Records, rows: int) -> Records:
 
 
 def _with_rules(k: Kernel, rules: Rules) -> Kernel:
-    """Returns the tables with what responses need."""
     slots = len(k.bodies)
     traits = begun(record_table(TRAIT, slots))
     k.clock[0].kinds = rules.kinds
@@ -252,7 +250,6 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition, many: int) ->
 
 
 def _renewed(k: Kernel, contents: Contents, scene: Scene, composition: Composition) -> Renewed:
-    """Returns tables with the contents of others, for a composition's phases; logs and watches are kept."""
     new = tables_of(contents, len(k.slots), composition, scene.time_unit)
     new = new._replace(met=with_room(k.met, len(new.met)), log=k.log, watch=k.watch, watched=k.watched)
     for field in declared(k.clock.dtype, KEPT):

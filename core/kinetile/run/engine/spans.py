@@ -72,7 +72,7 @@ def quiet_spans(
     No contact can come before its gap can be closed: between two bodies, through each image, and between a
     body and the wall ahead, with room for the rounding of new anchors. Two discs that part, or pass each
     other at more than that room, do not meet (rule 5: where B >= 0). ``walls`` and ``periods`` are of the two
-    axes: where the far wall is, and the period; 0: there is none.
+    axes: where the far wall is, and the period, or 0.
     """
     bodies = k.bodies.view(np.ndarray).take(taken)
     place, radius, reach = positions_now(k, taken), bodies["radius"], reaches_of(k)[taken]
@@ -95,7 +95,6 @@ def quiet_spans(
     quiet = float(most)
 
     def until(gap: Any, closing: Any) -> Any:
-        """Returns in how many spans a gap can be closed."""
         return (gap - 4.0 * rounding) * (1.0 - 1e-9) / (closing * span + drift)
 
     # Bodies that hardly move have spans without number: an infinite chord leaves the bound by the gap.
@@ -105,7 +104,9 @@ def quiet_spans(
             ahead = np.where(flies < 0.0, there - reach[:, 2 * axis], wall - there - reach[:, 2 * axis + 1])
             going = (flies != 0.0) & (wall > 0.0)
             quiet = float(until(ahead[going], np.abs(flies[going])).min(initial=quiet))
-        for a in _blocks(len(taken)):
+        rows = max(MOST_PAIRS // len(taken), 1)
+        for first in range(0, len(taken), rows):
+            a = np.arange(first, min(first + rows, len(taken)))
             flies, reaches = velocity - velocity[a, None], radius[a, None] + radius
             closing = np.hypot(flies[..., 0], flies[..., 1])
             pairs = (closing > 0.0) & (np.arange(len(taken)) > a[:, None])
@@ -135,16 +136,10 @@ def quiet_spans(
     return max(int(quiet), 0)
 
 
-def _blocks(bodies: int) -> Iterator[npt.NDArray[np.intp]]:
-    """Yields bodies, a few at a time, to be compared with all."""
-    for first in range(0, bodies, rows := max(MOST_PAIRS // bodies, 1)):
-        yield np.arange(first, min(first + rows, bodies))
-
-
 @hook
 def flown(place: float, step: float, times: int, period: float) -> tuple[float, int]:
-    """Return, bit for bit, where ``place += step`` leads, rounded so many times and each time without its
-    periods (0: there is none); and how many periods were taken off.
+    """Return, bit for bit, where ``place += step`` leads, rounded ``times`` times and each time without its
+    periods (0: no period); and how many periods were taken off.
 
     Between two powers of two all doubles are multiples of one number, so each sum there is rounded by the
     same: a tie goes to an even multiple, from which the next one goes as far. So from the second sum on a
@@ -180,8 +175,8 @@ def flown(place: float, step: float, times: int, period: float) -> tuple[float, 
 
 @template
 def anchor_many(k: Kernel, body: int, spans: int) -> None:
-    """Anchor a plan at each second beat from the first at which it is old, in so many spans from the end of
-    this one, 4 at least; and count its anchor from so many spans later."""
+    """Anchor a plan at each second beat from the first at which it is old, in ``spans`` spans from the end of
+    this one, 4 at least; and count its anchor from their end."""
     beat = BEAT if PERIODIC else SPAN
     plan = k.bodies[body]
     first = plan.anchor // beat + 2
@@ -202,8 +197,7 @@ def anchor_many(k: Kernel, body: int, spans: int) -> None:
 
 
 def pass_spans(k: Kernel, spans: int) -> None:
-    """Anchor plans as in so many spans from the end of this one, and count their anchors from so many spans
-    later; a template, as ``kernel.loop`` has."""
+    """Anchor plans as in ``spans`` spans after this one, and count their anchors from there; a template."""
     k = disowned(k)
     for body in range(k.clock[0].bodies):
         if k.queue[body].number >= 0:

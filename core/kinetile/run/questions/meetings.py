@@ -132,7 +132,6 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> Cast
 
 
 def _theirs(query: Query) -> tuple[list[Outline], Integers]:
-    """Returns the outlines of the bodies in question, and (n,) which each of them has."""
     if query.shapes:
         kinds, which = np.unique(query.forms, return_inverse=True)
         return [(query.shapes[each].core, query.shapes[each].radius) for each in kinds.tolist()], which
@@ -191,7 +190,6 @@ def _with_differences(query: Query, k: Kernel, outline: Outline) -> Kernel:
 
 
 def _moment_of(query: Query, tick: int) -> tuple[float, int, int]:
-    """Returns (time, epoch, tick) of a kernel's tick."""
     return query.clock.moment(query.clock.total(tick))
 
 
@@ -205,7 +203,6 @@ def _is_first(query: Query, a: int, first: _First, planned: Planned) -> bool:
 
 
 def _first_of(query: Query, a: int, among: Integers | None = None, walls: bool = True) -> _First | None:
-    """Returns what comes first for a body, in the order of events."""
     others = query.slots if among is None else among
     found = [_First(NEVER, PARTING, a)]
     if len(others):  # of those at one tick the first by number

@@ -67,8 +67,7 @@ class Query:
 
     @cached_property
     def aside(self) -> Any:
-        """The packed tables with a clock of their own: a narrow phase may report a fault, which is not to end
-        the run."""
+        """The packed tables with a clock of their own: a fault of a narrow phase is not to end the run."""
         kept = self.k.clock
         clock = np.frombuffer(bytearray(kept.tobytes()), kept.dtype).view(type(kept))  # copy() goes by fields
         return replaced(self.packed, "clock", clock)

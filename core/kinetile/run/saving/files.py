@@ -104,7 +104,6 @@ class _Hashed:
         return len(view)
 
     def flush(self) -> None:
-        """Brings what was written to the file."""
         self._file.flush()
 
 
@@ -160,7 +159,6 @@ def note(content: bytes, name: str = "this") -> dict[str, Any]:
 
 
 def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
-    """Returns the head and the arrays, after the checksum; RecordError for a damaged file, or another one."""
     _check_begin(content, name)
     sha256 = hashlib.sha256(memoryview(content)[:-_CHECKSUM])
     sha256.update(bytes(_CHECKSUM))
@@ -186,7 +184,6 @@ def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
 
 
 def _check_begin(content: bytes, name: str) -> None:
-    """Raises RecordError for another file, by its beginning."""
     if content[_FIRST_NAME] != f"{HEAD}.npy".encode():
         raise RecordError(f"{name} is no saved simulation: expected a file that Simulation.save has written")
 
@@ -288,7 +285,7 @@ def _check_kinds(content: Mapping[str, Any], arrays: Arrays) -> None:
     ):
         raise TypeError("a command has no tick")
     if not all(isinstance(each, Shape) for each in content["shapes"]):
-        raise TypeError("a shape is none")
+        raise TypeError("a shape is of another type")
     if content["overlapping"].dtype != np.int64 or content["overlapping"].shape[1:] != (2,):
         raise TypeError("overlapping has no pairs of bodies")
 
@@ -305,7 +302,6 @@ def _scene(scene: Scene) -> list[Any]:
 
 
 def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:
-    """Returns the contents of the ledger: the contacts, or else what their fingerprint goes on from."""
     arrays |= {f"unrecorded.{number}": rows for number, rows in enumerate(entries.unrecorded)}
     arrays["pending_events"] = np.array(list(entries.pending_events), MET)
     found: dict[str, Any] = {
@@ -343,7 +339,6 @@ def _read_entries(content: Mapping[str, Any], arrays: Arrays, scene: Scene, numb
 
 
 def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
-    """Returns an array of rows of a known kind; TypeError for any other."""
     rows = arrays[name]
     if elements(rows.dtype) != elements(dtype) or rows.ndim != 1:
         raise TypeError(f"{name} has other rows")

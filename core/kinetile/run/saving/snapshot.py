@@ -137,7 +137,7 @@ def _of_ranges(state: RunState, scene: Scene) -> Iterator[str]:
     if len(state.contents.counts) != 1 or len(state.contents.clock) != 1:
         yield "it has not one clock with its counts"
     elif not all(map(math.isfinite, state.contents.counts[0].item())):
-        yield "a count is none"
+        yield "a count is not finite"
     for table, rows in state.contents._asdict().items():
         for name, _, quantity, _ in declared(rows.dtype):
             least, most = ranges.get(quantity, (LONG_AGO - SPAN, NEVER))  # of ticks
@@ -197,7 +197,7 @@ def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:
         new = code == INSERTED
         known = 0 <= body < numbers and (body in present) != new
         if code not in (TURNED, ACCELERATED, REANCHORED, INSERTED, REMOVED) or not known or each.ticks < last:
-            yield f"a command for body {body} is none, or too late"
+            yield f"a command for body {body} is impossible, or too late"
             return
         last = each.ticks
         if new:

@@ -161,7 +161,6 @@ def _rows(recording: Recording, plans: Plans, scene: Scene) -> dict[str, Any]:
 
 
 def _box(scene: Scene, plans: Plans) -> Sequence[float]:
-    """Returns the initial view: (left, bottom, right, top)."""
     if scene.arena is not None:
         return (0.0, 0.0, *scene.arena)
     there = plans.there > 0
@@ -178,7 +177,6 @@ def _box(scene: Scene, plans: Plans) -> Sequence[float]:
 
 
 def _drawn(shape: Shape) -> dict[str, Any]:
-    """Returns a shape in words, its outline (null of a disc), and the radius left for its number."""
     left, right, down, up = shape.reaches
     words = f"{shape.kind} {left + right!r} x {down + up!r}"
     outline = None if shape.is_disc else outline_of(shape, (0.0, 0.0))

@@ -2,9 +2,7 @@
 
 A run is made twice. The first time it runs freely, and its rows are recorded. The second time it is stepped
 event by event, which costs a hundred times as much, to record the structure between the rows; so only for
-``MOST_STEPS`` events. A page continues from the flight plans at the start of its window from row to row, as a
-run does, and holds only the differences from these, as bits (exclusive or): it is half as large. The same
-prediction is in ``script/rows.mjs``, operation by operation.
+``MOST_STEPS`` events.
 
 A page begins with the flight plans at the start of its window and continues from row to row, as a run does.
 Most of a row follows from the plans before it: a body is at the position of its plan, mostly to the last
@@ -209,7 +207,6 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
 
 
 def _queued(simulation: Simulation) -> int:
-    """Returns how many bodies have something scheduled."""
     return int(np.count_nonzero(np.asarray(simulation.tables.queue["key"]) != NEVER))
 
 

@@ -154,7 +154,6 @@ _EXACT = ("time", "epoch", "tick", "a", "b")
 
 
 def _exact(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Returns the columns of rows that must agree."""
     return np.rec.fromarrays([rows[name] for name in _EXACT])
 
 

@@ -3,7 +3,7 @@
 Points move on a line at constant speeds, and their order from left to right is to be known at any time
 (thesis, section 2, figure 5). The attribute is the order. The proof is one certificate for each two
 neighbours, which is the left one's: it is not right of the next. When it fails, the two change places, and
-the certificates around them are made anew.
+the certificates around them are made again.
 
 This is the whole of it, written against the same protocol as every broad phase: ``kinetile.toolbox`` and one
 class.
@@ -49,7 +49,7 @@ def arrange(k: Kernel, s: State) -> None:
 
 @hook
 def near(k: Kernel, s: State, point: int) -> int:
-    """Nobody is near anybody: the points are on a line, but do not collide."""
+    """No body is near another: the points are on a line, but do not collide."""
     return 0
 
 

@@ -130,7 +130,7 @@ def claim_through(numbers, turns, period, t, claims):
 
 @pytest.mark.parametrize("most", [1, 2**6, 2**32 - 1])
 def test_what_an_image_adds_is_within_the_claims(most):
-    """Images up to so many periods away, that are near at the anchor: of the size 9 ulps of an ulp are lost
+    """Images up to some periods away, that are near at the anchor: of the size 9 ulps of an ulp are lost
     at most, as the docstring of contact.py derives, and the bound of q covers them."""
     rng, n = np.random.default_rng(3), COUNT // 4
     period, turns = rng.uniform(0.5, 8.0, n), np.rint(rng.uniform(-most, most, n))

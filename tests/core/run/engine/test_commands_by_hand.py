@@ -130,7 +130,7 @@ def test_who_is_there_is_looked_up_when_somebody_comes_or_goes():
     place = sim.positions()[3]
     sim.remove(3)
     assert sim.bodies.tolist() == [*range(3), *range(4, 16)]
-    for at in range(40):  # until the tables are laid out anew
+    for at in range(40):  # until the tables are laid out again
         assert sim.insert(place + np.array([1e-4 * at, 0.0]), radius=1e-6) == 16 + at
         assert sim.bodies.tolist() == [*range(3), *range(4, 17 + at)]
 
@@ -361,7 +361,7 @@ def test_a_jam_ended_the_game(phase, tmp_path):
 @pytest.mark.compiled
 @pytest.mark.parametrize("phase", ["naive", "cells"])
 def test_a_command_in_a_jam_was_carried_out_and_lost(phase):
-    """With three contacts done ``remove`` raised ZenoError, the body was gone, and nobody had written it
+    """With three contacts done ``remove`` raised ZenoError, the body was gone, and it was not written
     down."""
     sim = kt.Simulation(squeezed(), phase, live=True)
     event = sim.run(10.0, stop_at=StopAt(pairs=[(0, 1)]))

@@ -1,4 +1,4 @@
-"""Who will meet whom: as the run has it then, by the definition in integers, and under every phase."""
+"""Next contacts: as the run has it then, by the definition in integers, and under every phase."""
 
 from itertools import combinations
 

@@ -13,7 +13,7 @@ from kinetile.errors import KinetileError, SceneError
 from lanes import examples
 
 LONG = 3.0
-"""How far a copy is run on; where an axis is periodic up to the next beat, which anchors plans anew."""
+"""How far a copy is run on; where an axis is periodic up to the next beat, which anchors plans again."""
 
 ROWS = 25
 SPEEDS = (-1.0, -0.5, -0.25, 0.0, 0.25, 0.5, 1.0)
@@ -66,7 +66,7 @@ def changed(rng: random.Random, sim: kt.Simulation) -> None:
 
 
 def rows_to_come(sim: kt.Simulation) -> tuple[list[tuple], float]:
-    """Return the rows that follow if nobody interferes, up to and with the first that changes a plan, and the
+    """Return the rows that follow undisturbed, up to and with the first that changes a plan, and the
     time up to which these are all."""
     ahead, seen, end = copy(sim), len(sim.contacts), sim.time + LONG
     if sim.scene.periodic:

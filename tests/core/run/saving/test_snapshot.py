@@ -131,6 +131,18 @@ def refuse(state, scene: kt.Scene, wrong: list[tuple]) -> None:
     assert taken == []
 
 
+@pytest.mark.parametrize(("field", "value"), [("kind", 1), ("kind", -1), ("form", 1), ("form", -1)])
+def test_a_command_of_a_later_span_has_a_kind_and_a_shape_that_there_are(field, value):
+    coming = [kt.Insert(5000.0, (0.5, 0.5), (0.0, 0.0), 2.0**-9)]
+    scene = kt.make_scene("grid", bodies=4).replace(commands=coming)
+    state = kt.Simulation(scene, "naive").snapshot().state
+    check_state(state, scene)
+    rows = state.later.rows.copy()
+    rows[field] = value
+    with pytest.raises(ValueError, match="a command for body 4 has values that no body has"):
+        check_state(replace(state, later=state.later._replace(rows=rows)), scene)
+
+
 def test_the_first_value_that_is_wrong_is_refused():
     """In a run in which bodies pass, come and go, with commands to come: nine bodies, and one that comes."""
     kinds = ["one", "two", "one"] * 3

@@ -116,9 +116,9 @@ def test_claims_and_findings_say_what_the_rows_say() -> None:
     good = replace(measured("generic", kernel_ticks), form=KERNEL)
     poor = replace(good, form=TEXTBOOK, depth=1e-4, wrong=100, missed=1, false=2)
     assert all(claim.holds for claim in part.query_claims([good, poor]))
-    (said,) = part.query_findings([good, poor])
-    assert "25% to 25% of the answers" in said
-    assert "misses 1 contacts and finds 2 that are none; discs overlap by up to 1e-4 R (generic)" in said
+    (text,) = part.query_findings([good, poor])
+    assert "25% to 25% of the answers" in text
+    assert "misses 1 contacts and finds 2 that are none; discs overlap by up to 1e-4 R (generic)" in text
     exact, depth = part.query_claims([replace(good, wrong=3, missed=1, false=1), poor])
     assert exact.measured == "3 of 400 queries differ from the integer one: 1 contacts missed, 1 invented"
     assert (exact.holds, depth.holds) == (False, True)

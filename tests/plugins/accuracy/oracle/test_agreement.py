@@ -89,7 +89,7 @@ def compared(run: tuple[kt.Simulation, Any], contacts: Any, end: float = 0.5) ->
 
 
 def later(contacts: Any, ticks: int) -> Any:
-    """Return contacts that all come so many ticks later."""
+    """Return contacts that all come some ticks later."""
     moved = contacts.copy()
     carry, moved["tick"] = np.divmod(moved["tick"] + ticks, 2**52)
     moved["epoch"] += carry
@@ -108,7 +108,7 @@ CHANGED: dict[str, tuple[int, Any, str]] = {
 
 @pytest.mark.parametrize("name", CHANGED)
 def test_a_change_is_noticed(run: tuple[kt.Simulation, Any], name: str) -> None:
-    at, change, said = CHANGED[name]
+    at, change, text = CHANGED[name]
     contacts = run[0].contacts
     assert compared(run, contacts).complete
     found = compared(run, change(contacts))
@@ -116,8 +116,8 @@ def test_a_change_is_noticed(run: tuple[kt.Simulation, Any], name: str) -> None:
     assert found.disagreement is not None
     at = len(contacts) if name == "one made up" else at % len(contacts)
     assert found.contacts == found.disagreement.index == at
-    assert said in str(found)
-    if said == "ticks apart":
+    assert text in str(found)
+    if text == "ticks apart":
         assert found.as_dict()["first_disagreement"]["ticks_apart"] == found.disagreement.ticks_apart
     if name == "the last missing":
         assert compared(run, contacts[:-1], end=float(contacts["time"][-2])).disagreement is None
@@ -163,10 +163,10 @@ AGREE = (
 """They agree to their end."""
 
 AGREE_FOR = {"H15": 500, "H17": 350, "H20": 200, "H21": 90, "H28": 350, "H29": 350, "H30": 350}
-"""They agree for so many contacts at least, exact ties among them; H15 goes on, chaos parts the others."""
+"""They agree for that many contacts at least, exact ties among them; H15 goes on, chaos parts the others."""
 
 PART_EARLY = {"H19": 20, "H33": 9}
-"""They agree for just so many contacts; then rounding exchanges contacts that are not simultaneous in truth,
+"""They agree for just these contacts; then rounding exchanges contacts that are not simultaneous in truth,
 but within a few ticks of each other: radii and places are rounded numbers there. In H19 two discs that touch
 approach by less than a velocity's last bit, as an exchange has rounded it; the oracle's do not."""
 

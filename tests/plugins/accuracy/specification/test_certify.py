@@ -177,9 +177,9 @@ def test_what_no_line_can_be(gas, line, why):
     log = log[:3].copy()
     log[1] = line
     log["tick"][1] += log["tick"][0] * (line[1] == 5)  # between the first two
-    index, said = wrong(scene, log, None)
+    index, text = wrong(scene, log, None)
     assert index == 1
-    assert why in said
+    assert why in text
 
 
 def test_a_fingerprint_is_that_of_the_lines(gas):
@@ -270,14 +270,14 @@ def test_the_one_that_is_as_the_specification_says_is_right(three_in_a_row):
     scene, right = three_in_a_row
     late = right.copy()
     late["tick"][1] = 5
-    said = explain_difference(scene, {"one": right, "other": late}, 1)
-    assert said.startswith("by the specification one is right there; other is wrong in contact 1: body 0")
-    assert "its tick should be epoch 2, tick 0, 5 ticks earlier" in said
-    said = explain_difference(scene, {"one": late[:1], "other": right}, 1)
-    assert said.startswith("by the specification one is wrong in contact 1: ")
-    assert said.endswith("; other is right there")
-    said = explain_difference(scene, {"phase": right, "naive": right[1:]}, 0)
-    assert "phase is right there; naive is wrong in contact 0" in said, "the reference may be wrong"
+    text = explain_difference(scene, {"one": right, "other": late}, 1)
+    assert text.startswith("by the specification one is right there; other is wrong in contact 1: body 0")
+    assert "its tick should be epoch 2, tick 0, 5 ticks earlier" in text
+    text = explain_difference(scene, {"one": late[:1], "other": right}, 1)
+    assert text.startswith("by the specification one is wrong in contact 1: ")
+    assert text.endswith("; other is right there")
+    text = explain_difference(scene, {"phase": right, "naive": right[1:]}, 0)
+    assert "phase is right there; naive is wrong in contact 0" in text, "the reference may be wrong"
 
 
 def test_where_the_specification_does_not_say_it_says_nothing(three_in_a_row, monkeypatch):
@@ -294,16 +294,16 @@ def test_a_body_that_is_not_there_has_no_contact():
     places, velocities = [(0.25, 0.5), (0.75, 0.5)], [(0.25, 0.0), (-0.25, 0.0)]
     commands = [kt.Remove(1, 0.25), kt.Insert(1.0, (0.75, 0.25), (0.0, 0.0), 0.125)]
     scene = kt.Scene(places, velocities, 0.125, arena=(1.0, 1.0), commands=commands)
-    said = {}
+    text = {}
     for name, line in {
         "gone": (0, 2**51, 0, 1),
         "to come": (0, 2**51, 0, 2),
         "never": (0, 2**51, 0, 3),
     }.items():
-        said[name] = wrong(scene, np.array([line], CONTACT_LINE), None)[1]
-    assert said["gone"] == "body 1 is not there: it is still to come, or has gone"
-    assert said["to come"] == "body 2 is not there: it is still to come, or has gone"
-    assert said["never"] == "there is no body 3: the scene has 3"
+        text[name] = wrong(scene, np.array([line], CONTACT_LINE), None)[1]
+    assert text["gone"] == "body 1 is not there: it is still to come, or has gone"
+    assert text["to come"] == "body 2 is not there: it is still to come, or has gone"
+    assert text["never"] == "there is no body 3: the scene has 3"
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,7 @@ def test_forged_lists_of_games_are_found_at_the_first_wrong_line(seeds):
 
 
 def test_at_an_exact_end_so_many_contacts_of_its_tick_are_there():
-    """Three pairs meet at one time; the scene ends after so many of them."""
+    """Three pairs meet at one time; the scene ends after some of them."""
     places = [(x, y) for y in (0.5, 1.0, 1.5) for x in (0.25, 0.75)]
     velocities = [(0.5, 0.0), (-0.5, 0.0)] * 3
     for after in (0, 1, 2, 3):
