@@ -21,30 +21,32 @@ Polynomial = Sequence[int]
 
 def first_fall(q: Polynomial, start: int = 0) -> int | None:
     """Returns the first n from ``start`` on at which Q(n + 1) < min(0, Q(n)), or None."""
-    steps = _differences(q)
-    for low, high in pairwise([start, *_changes(steps, start), HORIZON]):
-        if low < high and _at(steps, low) < 0 and _at(q, high) < 0:  # it falls all the way, and comes below 0
-            return _first(q, low, high) - 1 if _at(q, low) >= 0 else low
+    steps = differences(q)
+    for low, high in pairwise([start, *changes(steps, start), HORIZON]):
+        if (
+            low < high and value_at(steps, low) < 0 and value_at(q, high) < 0
+        ):  # it falls all the way, and comes below 0
+            return _first(q, low, high) - 1 if value_at(q, low) >= 0 else low
     return None
 
 
 def met_again_from(q: Polynomial) -> int | None:
     """Returns from which n on two that have just met may meet again (rule 7a): the first with Q(n + 1) >
     Q(n), but 0 if they press on each other; None: from none on."""
-    falls = _differences(q)
-    if _at(falls, 1) < _at(falls, 0) <= 0:
+    falls = differences(q)
+    if value_at(falls, 1) < value_at(falls, 0) <= 0:
         return 0
     steps = [-each for each in falls]
-    return 0 if _at(steps, 0) < 0 else next(iter(_changes(steps, 0)), None)
+    return 0 if value_at(steps, 0) < 0 else next(iter(changes(steps, 0)), None)
 
 
-def _changes(p: Polynomial, start: int) -> list[int]:
+def changes(p: Polynomial, start: int) -> list[int]:
     """Returns the n after ``start`` at which p is below 0 and was not at n - 1, or the other way round."""
     if len(p) < 2:
         return []
     found = []
-    for low, high in pairwise([start, *_changes(_differences(p), start), HORIZON]):
-        if low < high and (_at(p, low) < 0) != (_at(p, high) < 0):
+    for low, high in pairwise([start, *changes(differences(p), start), HORIZON]):
+        if low < high and (value_at(p, low) < 0) != (value_at(p, high) < 0):
             found.append(_first(p, low, high))
     return found
 
@@ -52,19 +54,21 @@ def _changes(p: Polynomial, start: int) -> list[int]:
 def _first(p: Polynomial, low: int, high: int) -> int:
     """Returns the first n after ``low`` at which p is below 0 as it is at ``high``, or is not as it is not
     there. Before: it is the other way at ``low``, and changes once."""
-    there = _at(p, high) < 0
+    there = value_at(p, high) < 0
     while high - low > 1:
         middle = (low + high) >> 1
-        low, high = (low, middle) if (_at(p, middle) < 0) == there else (middle, high)
+        low, high = (low, middle) if (value_at(p, middle) < 0) == there else (middle, high)
     return high
 
 
-def _at(p: Polynomial, n: int) -> int:
+def value_at(p: Polynomial, n: int) -> int:
+    """Returns p(n)."""
     value = 0
     for each in reversed(p):
         value = value * n + each
     return value
 
 
-def _differences(p: Polynomial) -> list[int]:
+def differences(p: Polynomial) -> list[int]:
+    """Returns p(n + 1) - p(n)."""
     return [sum(comb(k, power) * p[k] for k in range(power + 1, len(p))) for power in range(len(p) - 1)]

@@ -16,7 +16,7 @@ from fractions import Fraction
 from kinetile_accuracy.specification import bent
 from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, PairQuadratic, Whole
 from kinetile_accuracy.specification.bent import HORIZON, Polynomial
-from kinetile_accuracy.specification.shapes import Difference, Exact, Face, _dot, _less
+from kinetile_accuracy.specification.shapes import Difference, Exact, Face, dot, less
 
 Runs = list[tuple[int, int]]
 
@@ -108,7 +108,7 @@ def _first_visit(m: Difference, d: Parabola, start: int) -> int | None:
         if low > start:
             return low - 1 if low - 1 < HORIZON else None
         face = _nearest_face(m, _at(d, start))
-        falls = _below(bent._differences(_beyond(face, d)), start)
+        falls = _below(bent.differences(_beyond(face, d)), start)
         if falls and falls[0][0] + 1 < high:
             return falls[0][0]
     return None
@@ -117,7 +117,7 @@ def _first_visit(m: Difference, d: Parabola, start: int) -> int | None:
 def _nearer_to_face(m: Difference, face: Face, d: Parabola, start: int) -> int | None:
     """Returns the first n at whose end d is over a face, within R of it, and nearer than at n."""
     within = _all([_below(_squared(m, face, d), start), *_over(face, d, start)])
-    falls = _below(bent._differences(_beyond(face, d)), start)
+    falls = _below(bent.differences(_beyond(face, d)), start)
     return _first(_all([_before(within), falls]), start)
 
 
@@ -125,13 +125,13 @@ def _nearer_to_corner(m: Difference, k: int, d: Parabola, start: int) -> int | N
     """Returns the first n at whose end a corner is nearest to d, and within R, and nearer than at n."""
     q = _disc(m, m.corners[k], d)
     within = _all([_below(q, start), *_beside(m, k, d, start)])
-    return _first(_all([_before(within), _below(bent._differences(q), start)]), start)
+    return _first(_all([_before(within), _below(bent.differences(q), start)]), start)
 
 
 def _beside(m: Difference, k: int, d: Parabola, start: int) -> list[Runs]:
     """Returns the sets in which d is not beyond a corner on either face beside it."""
     corner, count = m.corners[k], len(m.corners)
-    after, before = _less(m.corners[(k + 1) % count], corner), _less(corner, m.corners[k - 1])
+    after, before = less(m.corners[(k + 1) % count], corner), less(corner, m.corners[k - 1])
     return [
         _not_below(_negated(_along(corner, after, d)), start),
         _not_below(_along(corner, before, d), start),
@@ -141,7 +141,7 @@ def _beside(m: Difference, k: int, d: Parabola, start: int) -> list[Runs]:
 def _counts_from(m: Difference, d: Parabola) -> int | None:
     """Returns from which n on two that have just met may meet again (rule 7t); None: from none on."""
     away = _away(m, d[0])
-    rate, bend = _dot(away, d[1]) + _dot(away, d[2]), _dot(away, d[2])
+    rate, bend = dot(away, d[1]) + dot(away, d[2]), dot(away, d[2])
     if rate > 0 or bend < 0:
         return 0
     if bend == 0:
@@ -154,15 +154,15 @@ def _away(m: Difference, here: Exact) -> Exact:
     """Returns the way out of M at the feature that is nearest to a place (rule 7t)."""
     if m.radius:
         for face in m.faces:
-            along = _dot(face.way, _less(here, face.start))
-            if _dot(face.normal, _less(here, face.start)) > 0 and 0 <= along <= _dot(face.way, face.way):
+            along = dot(face.way, less(here, face.start))
+            if dot(face.normal, less(here, face.start)) > 0 and 0 <= along <= dot(face.way, face.way):
                 return face.normal
-        inside = all(_dot(face.normal, _less(here, face.start)) <= 0 for face in m.faces)
+        inside = all(dot(face.normal, less(here, face.start)) <= 0 for face in m.faces)
         count = len(m.corners)
         for k, corner in enumerate(m.corners) if not inside or count == 2 else ():
-            away = _less(here, corner)
-            after, before = _less(m.corners[(k + 1) % count], corner), _less(corner, m.corners[k - 1])
-            if _dot(away, after) <= 0 <= _dot(away, before):
+            away = less(here, corner)
+            after, before = less(m.corners[(k + 1) % count], corner), less(corner, m.corners[k - 1])
+            if dot(away, after) <= 0 <= dot(away, before):
                 return away
     return _nearest_face(m, here).normal
 
@@ -171,8 +171,8 @@ def _nearest_face(m: Difference, here: Exact) -> Face:
     """Returns the face with the largest g/|n|, of several the first."""
 
     def distance(face: Face) -> Fraction:
-        gap = _dot(face.normal, _less(here, face.start))
-        return gap * abs(gap) / _dot(face.normal, face.normal)
+        gap = dot(face.normal, less(here, face.start))
+        return gap * abs(gap) / dot(face.normal, face.normal)
 
     return max(m.faces, key=distance)
 
@@ -183,7 +183,7 @@ def _at(d: Parabola, n: int) -> Exact:
 
 def _along(start: Exact, way: Exact, d: Parabola) -> Polynomial:
     """Returns way . (d - start) as a polynomial, times some positive number."""
-    return _whole([_dot(way, _less(d[0], start)), _dot(way, d[1]), _dot(way, d[2])])
+    return _whole([dot(way, less(d[0], start)), dot(way, d[1]), dot(way, d[2])])
 
 
 def _beyond(face: Face, d: Parabola) -> Polynomial:
@@ -203,21 +203,21 @@ def _over(face: Face, d: Parabola, start: int) -> list[Runs]:
 
 def _squared(m: Difference, face: Face, d: Parabola) -> Polynomial:
     """Returns g^2 - R^2 n.n, as a polynomial."""
-    g = [_dot(face.normal, each) for each in (_less(d[0], face.start), d[1], d[2])]
-    return _whole(_less_square(_square(g), m.radius**2 * _dot(face.normal, face.normal)))
+    g = [dot(face.normal, each) for each in (less(d[0], face.start), d[1], d[2])]
+    return _whole(_less_square(_square(g), m.radius**2 * dot(face.normal, face.normal)))
 
 
 def _disc(m: Difference, corner: Exact, d: Parabola) -> Polynomial:
     """Returns |d - corner|^2 - R^2, as a polynomial."""
-    ways = _less(d[0], corner), d[1], d[2]
+    ways = less(d[0], corner), d[1], d[2]
     squares = [_square([way[axis] for way in ways]) for axis in range(2)]
     return _whole(_less_square([x + y for x, y in zip(*squares, strict=True)], m.radius**2))
 
 
 def _deeper_than_strip(m: Difference, face: Face, d: Parabola, start: int) -> Runs:
     """Returns the set in which d is farther inside of the line of a face than the strip."""
-    g = [_dot(face.normal, each) for each in (_less(d[0], face.start), d[1], d[2])]
-    square = _whole(_less_square(_square(g), m.flush**2 * _dot(face.normal, face.normal)))
+    g = [dot(face.normal, each) for each in (less(d[0], face.start), d[1], d[2])]
+    square = _whole(_less_square(_square(g), m.flush**2 * dot(face.normal, face.normal)))
     return _all([_below(_whole(g), start), _below(_negated(square), start)])
 
 
@@ -241,15 +241,15 @@ def _negated(p: Polynomial) -> Polynomial:
 
 def _below(p: Polynomial, start: int) -> Runs:
     """Returns the set in which a polynomial is below 0, up to one after the horizon."""
-    ends = [start, *(n for n in bent._changes(p, start)), HORIZON + 2]
-    first = 0 if bent._at(p, start) < 0 else 1
+    ends = [start, *(n for n in bent.changes(p, start)), HORIZON + 2]
+    first = 0 if bent.value_at(p, start) < 0 else 1
     return [(ends[i], ends[i + 1]) for i in range(first, len(ends) - 1, 2)]
 
 
 def _not_below(p: Polynomial, start: int) -> Runs:
     """Returns the set in which a polynomial is not below 0."""
-    ends = [start, *(n for n in bent._changes(p, start)), HORIZON + 2]
-    first = 1 if bent._at(p, start) < 0 else 0
+    ends = [start, *(n for n in bent.changes(p, start)), HORIZON + 2]
+    first = 1 if bent.value_at(p, start) < 0 else 0
     return [(ends[i], ends[i + 1]) for i in range(first, len(ends) - 1, 2)]
 
 

@@ -66,12 +66,12 @@ class Difference:
     def __init__(self, one: Shape, two: Shape) -> None:
         self.radius = Fraction(one.radius) + Fraction(two.radius)
         self.flush = Fraction(0)
-        places = {_less(_exact(a), _exact(b)) for a in one.core for b in two.core}
+        places = {less(_exact(a), _exact(b)) for a in one.core for b in two.core}
         first = min(places)
         self.corners = [first]
         while (there := _next(self.corners[-1], places)) != first:
             self.corners.append(there)
-        ways = [_less(q, p) for p, q in zip(self.corners, [*self.corners[1:], first], strict=True)]
+        ways = [less(q, p) for p, q in zip(self.corners, [*self.corners[1:], first], strict=True)]
         faces = [Face(p, (x, y), (y, -x)) for p, (x, y) in zip(self.corners, ways, strict=True)]
         self.faces = sorted(faces, key=lambda face: _direction(face.normal)) if len(faces) > 1 else []
         if self.faces:
@@ -83,9 +83,9 @@ def _next(here: Exact, places: set[Exact]) -> Exact:
     """Returns the corner after another one, anticlockwise: no place is right of the way, none beyond it."""
     found = here
     for place in places:
-        way, other = _less(found, here), _less(place, here)
-        turn = _cross(way, other)
-        if turn < 0 or (turn == 0 and _dot(other, other) > _dot(way, way)):
+        way, other = less(found, here), less(place, here)
+        turn = cross(way, other)
+        if turn < 0 or (turn == 0 and dot(other, other) > dot(way, way)):
             found = place
     return found
 
@@ -135,8 +135,8 @@ def entry(m: Difference, d: Exact, v: Exact) -> Contact | None:
 def _is_beside(m: Difference, d: Exact, v: Exact, side: int) -> bool:
     """Whether M with its margin has points on a side of the line of d + v t, farther than what is flush."""
     beyond = m.flush - m.radius  # so far a corner has to be on that side
-    least = beyond * abs(beyond) * _dot(v, v)
-    aways = (side * _cross(v, _less(corner, d)) for corner in m.corners)
+    least = beyond * abs(beyond) * dot(v, v)
+    aways = (side * cross(v, less(corner, d)) for corner in m.corners)
     return any(away * abs(away) > least for away in aways)
 
 
@@ -144,8 +144,8 @@ def _entry(m: Difference, d: Exact, v: Exact, most: float = HORIZON) -> Contact 
     """Returns what ``entry`` does where nothing is flush, before some tick."""
     near = nearest(m, d)
     if near is not None:
-        faces = (_dot(m.faces[each.number].normal, v) for each in near if each.kind == "face")
-        corners = (_dot(_less(d, m.corners[each.number]), v) for each in near if each.kind == "corner")
+        faces = (dot(m.faces[each.number].normal, v) for each in near if each.kind == "face")
+        corners = (dot(less(d, m.corners[each.number]), v) for each in near if each.kind == "corner")
         return Contact(0, near[0]) if all(w < 0 for w in (*faces, *corners)) else None
     found = _entries(m, d, v) if m.radius else _crossings(m, d, v)
     first = min(
@@ -163,9 +163,9 @@ def nearest(m: Difference, d: Exact) -> list[Feature] | None:
 
 def _nearest(m: Difference, d: Exact) -> tuple[Fraction, list[Feature]]:
     """Returns the square of the distance of d from M, negative inside, and the features nearest to d."""
-    gaps = [_dot(face.normal, _less(d, face.start)) for face in m.faces]
-    alongs = [_dot(face.way, _less(d, face.start)) for face in m.faces]
-    lengths = [_dot(face.way, face.way) for face in m.faces]
+    gaps = [dot(face.normal, less(d, face.start)) for face in m.faces]
+    alongs = [dot(face.way, less(d, face.start)) for face in m.faces]
+    lengths = [dot(face.way, face.way) for face in m.faces]
     squares = [gap * abs(gap) / length for gap, length in zip(gaps, lengths, strict=True)]
     if m.faces and max(gaps) <= 0 and (len(m.faces) > 2 or 0 <= alongs[0] <= lengths[0]):
         most = max(squares)
@@ -173,7 +173,7 @@ def _nearest(m: Difference, d: Exact) -> tuple[Fraction, list[Feature]]:
     for k, (square, along, length) in enumerate(zip(squares, alongs, lengths, strict=True)):
         if square > 0 and 0 <= along <= length:
             return square, [Feature("face", k)]
-    corners = [_dot(_less(d, corner), _less(d, corner)) for corner in m.corners]
+    corners = [dot(less(d, corner), less(d, corner)) for corner in m.corners]
     closest = min(corners)
     return closest, [Feature("corner", corners.index(closest))]
 
@@ -182,7 +182,7 @@ def _crossings(m: Difference, d: Exact, v: Exact) -> Iterator[Contact]:
     """Yields the contact of a place outside a difference without a margin."""
     if len(m.faces) < 3:
         return  # a line or a point has no interior
-    rows = [(_dot(face.normal, _less(d, face.start)), _dot(face.normal, v)) for face in m.faces]
+    rows = [(dot(face.normal, less(d, face.start)), dot(face.normal, v)) for face in m.faces]
     if any(w == 0 and g >= 0 for g, w in rows):
         return
     into = {k: g / -w for k, (g, w) in enumerate(rows) if w < 0}
@@ -193,23 +193,23 @@ def _crossings(m: Difference, d: Exact, v: Exact) -> Iterator[Contact]:
 
 def _entries(m: Difference, d: Exact, v: Exact) -> Iterator[Contact]:
     """Yields the entries into a difference with a margin: into discs around corners, and over faces."""
-    a = _dot(v, v)
+    a = dot(v, v)
     for k, corner in enumerate(m.corners):
-        away = _less(d, corner)
-        b, c = _dot(away, v), _dot(away, away) - m.radius**2
+        away = less(d, corner)
+        b, c = dot(away, v), dot(away, away) - m.radius**2
         if b < 0 and b * b > a * c:
             yield Contact(_floor(-b / a, -1, (b * b - a * c) / (a * a)), Feature("corner", k))
     for k, face in enumerate(m.faces):
-        g, w = _dot(face.normal, _less(d, face.start)), _dot(face.normal, v)
-        square = m.radius**2 * _dot(face.normal, face.normal)
+        g, w = dot(face.normal, less(d, face.start)), dot(face.normal, v)
+        square = m.radius**2 * dot(face.normal, face.normal)
         if w < 0 < g and g * g >= square and _is_over(face, square, d, v):
             yield Contact(_floor(-g / w, -1, square / (w * w)), Feature("face", k))
 
 
 def _is_over(face: Face, square: Fraction, d: Exact, v: Exact) -> bool:
     """Whether a place that comes nearer to a face is over it, ends included, when (g + w t)^2 is a square."""
-    g, w = _dot(face.normal, _less(d, face.start)), _dot(face.normal, v)
-    along, change, length = _dot(face.way, _less(d, face.start)), _dot(face.way, v), _dot(face.way, face.way)
+    g, w = dot(face.normal, less(d, face.start)), dot(face.normal, v)
+    along, change, length = dot(face.way, less(d, face.start)), dot(face.way, v), dot(face.way, face.way)
     for value, rate in ((along, change), (length - along, -change)):  # both at least 0 then
         if rate == 0:
             if value < 0:
@@ -228,18 +228,18 @@ def exit_(m: Difference, d: Exact, v: Exact) -> int | None:
     it is outside and does not come in; None: it stays, or leaves after 2^62 ticks."""
     if (len(m.faces) < 3 and not m.radius) or (nearest(m, d) is None and _entry(m, d, v, math.inf) is None):
         return 0
-    a = _dot(v, v)
+    a = dot(v, v)
     if a == 0:
         return None
     last = []
     for face in m.faces:
-        g, w = _dot(face.normal, _less(d, face.start)), _dot(face.normal, v)
-        square = m.radius**2 * _dot(face.normal, face.normal)
+        g, w = dot(face.normal, less(d, face.start)), dot(face.normal, v)
+        square = m.radius**2 * dot(face.normal, face.normal)
         if w > 0 and _is_over(face, square, d, (-v[0], -v[1])):
             last.append(_floor(-g / w, 1, square / (w * w)))
     for corner in m.corners if m.radius else ():
-        away = _less(d, corner)
-        b, c = _dot(away, v), _dot(away, away) - m.radius**2
+        away = less(d, corner)
+        b, c = dot(away, v), dot(away, away) - m.radius**2
         if b * b >= a * c:
             last.append(_floor(-b / a, 1, (b * b - a * c) / (a * a)))
     return max(last) if max(last) < HORIZON else None
@@ -255,7 +255,7 @@ def _floor(middle: Fraction, sign: int, square: Fraction) -> int:
 
 def normal(m: Difference, d: Vector, v: Exact) -> Vector:
     """Returns the unit normal of an exchange (rule 9s), from the separation and the relative velocity."""
-    closing = [face for face in m.faces if _dot(face.normal, v) < 0] if not m.radius else []
+    closing = [face for face in m.faces if dot(face.normal, v) < 0] if not m.radius else []
     face, away = _rounded(m, closing or m.faces, d)
     if face is not None and away is None:
         return face.normal
@@ -336,13 +336,16 @@ def _exact(place: Vector) -> Exact:
     return Fraction(place[0]), Fraction(place[1])
 
 
-def _less(one: Exact, other: Exact) -> Exact:
+def less(one: Exact, other: Exact) -> Exact:
+    """Returns the difference of two vectors."""
     return one[0] - other[0], one[1] - other[1]
 
 
-def _cross(one: Exact, other: Exact) -> Fraction:
+def cross(one: Exact, other: Exact) -> Fraction:
+    """Returns the cross product of two vectors."""
     return one[0] * other[1] - one[1] * other[0]
 
 
-def _dot(one: Exact, other: Exact) -> Fraction:
+def dot(one: Exact, other: Exact) -> Fraction:
+    """Returns the scalar product of two vectors."""
     return one[0] * other[0] + one[1] * other[1]

@@ -88,8 +88,12 @@ def right(c: list[int], met: bool = False, since: int = 0) -> int:
 @compiled
 def plans_of(row):
     return BentPlans(
-        BentAxis(row.x_x, row.x_v, row.x_a, row.x_x2, row.x_v2, row.x_a2, row.x_turns, row.x_period),
-        BentAxis(row.y_x, row.y_v, row.y_a, row.y_x2, row.y_v2, row.y_a2, row.y_turns, row.y_period),
+        BentAxis(
+            row.x_x, row.x_v, row.x_a, row.x_x2, row.x_v2, row.x_a2, row.x_turns, row.x_period, 0.0, 0.0
+        ),
+        BentAxis(
+            row.y_x, row.y_v, row.y_a, row.y_x2, row.y_v2, row.y_a2, row.y_turns, row.y_period, 0.0, 0.0
+        ),
         row.elapsed,
         row.tick,
         1.0 / row.tick,
