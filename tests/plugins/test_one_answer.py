@@ -138,7 +138,7 @@ def test_wide_scenes_without_walls(scene):
     assert_one_answer(scene, until=50.0, max_contacts=300)
 
 
-@pytest.mark.parametrize("seed", [0, 3, 6, 12])
+@pytest.mark.parametrize("seed", first(2, [0, 3, 6, 12]))
 def test_a_few_small_lattices(seed):
     scene = kt.make_scene("lattice", bodies=5, turns=seed, seed=seed)
     assert_one_answer(scene, until=20.0, max_contacts=25)

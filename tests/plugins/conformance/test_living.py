@@ -14,6 +14,8 @@ from kinetile_conformance.strategies.kinds import BUILT, acceptable
 from kinetile_conformance.strategies.living import STARTS, played
 from kinetile_conformance.strategies.swarms import scaled
 
+pytestmark = pytest.mark.small
+
 
 @pytest.mark.parametrize(
     "kind", [each if each == "living" else pytest.param(each, marks=pytest.mark.slow) for each in STARTS]
