@@ -241,7 +241,7 @@ def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Ite
     """Say how long it takes."""
     if not lanes.is_default(config):
         return None
-    return f"{len(items):,} tests: some 10 minutes of CPU time, by three processes at once"
+    return f"{len(items):,} tests: some 9 minutes of CPU time, by three processes at once"
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
