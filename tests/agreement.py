@@ -10,7 +10,9 @@ import numpy as np
 
 import kinetile as kt
 from kinetile.errors import KinetileError
+from kinetile.kernel.compiled import INTERPRETED
 from kinetile.plugin.choices import read_phase
+from lanes import ALIKE
 
 PHASES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("naive", {}),
@@ -64,13 +66,22 @@ def outcome(
     scene: kt.Scene, phase: str, options: dict[str, Any], until: float | None, max_contacts: int | None
 ) -> tuple[kt.Simulation, Outcome]:
     """Run a scene under one phase; an error of the simulation is part of the outcome."""
-    sim = kt.Simulation(scene, phase, options=options)
+    sim = kt.Simulation(scene, phase, narrow_phases=_narrow(scene, phase), options=options)
     ended = "ran"
     try:
         sim.run(until=until, max_contacts=max_contacts)
     except KinetileError as error:
         ended = type(error).__name__
     return sim, Outcome.of(sim, ended)
+
+
+def _narrow(scene: kt.Scene, phase: str) -> dict[str, dict[str, Any]] | None:
+    """Returns narrow phases that have one loop for bodies that are alike and for others, to be compiled once;
+    phases of ``ALIKE`` have both loops, so that these are compared."""
+    if INTERPRETED or scene.shapes or scene.settings.narrow_phases or phase in ALIKE:
+        return None
+    walls = {"wall": {}} if scene.arena is not None and scene.periodic != "xy" else {}
+    return {"disc": {"general": True}, **walls}
 
 
 def agree(

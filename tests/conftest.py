@@ -121,7 +121,7 @@ def _compiled_apart(here, njit):
         def known(signature):
             if _shares_loops and function.__name__ == "advance" and not is_shared(function):
                 pytest.fail(
-                    f"this test compiles {function.__qualname__}, and tests share fourteen loops: mark it "
+                    f"this test compiles {function.__qualname__}, and tests share eleven loops: mark it "
                     "small, slow or own_loop (CONTRIBUTING.md)"
                 )
             cost.counts["loops"] += function.__name__ == "advance"
@@ -241,7 +241,7 @@ def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Ite
     """Say how long it takes."""
     if not lanes.is_default(config):
         return None
-    return f"{len(items):,} tests: some 13 minutes of CPU time, by three processes at once"
+    return f"{len(items):,} tests: some 9 minutes of CPU time, by three processes at once"
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 import kinetile_plugins
 from kinetile.kernel.compiled import INTERPRETED
+from kinetile_plugins.disc import collide_equals
 
 BUILT_IN = tuple(spec.name for spec in kinetile_plugins.kinetile_broad_phases())
 """The names of the built-in broad phases."""
@@ -15,8 +16,8 @@ BUILT_IN = tuple(spec.name for spec in kinetile_plugins.kinetile_broad_phases())
 GENERAL = ("naive", "cells", "sap-1d", "sap-2d")
 """Those that take every scene of not too many bodies."""
 
-LOOPS = tuple(f"advance_{phase.replace('-', '_')}_disc_wall" for phase in BUILT_IN)
-"""How the names of the loops begin that tests share."""
+ALIKE = ("naive", "cells", "sap-1d", "sweep-tiling")
+"""The phases whose loops of bodies that are alike are shared, too."""
 
 slow_ones = True
 """Whether this run may have slow tests: else they are not even collected. ``conftest.py`` sets it."""
@@ -55,8 +56,10 @@ def examples(count: int) -> int:
 
 
 def is_shared(loop: Callable[..., Any]) -> bool:
-    """Return whether a loop is one of the fourteen that tests share: a built-in phase with walls and discs,
-    alike or not, and nothing else that a scene may have."""
-    named = any(loop.__qualname__.startswith(f"{each}_") for each in LOOPS)
-    beyond = ("COMMANDS", "LIVING", "RULES", "PASSING", "PERIODIC", "AHEAD")
-    return named and not any(loop.__globals__[each] for each in beyond)
+    """Return whether a loop is one of the eleven that tests share: a built-in phase with walls and discs, or
+    one of ``ALIKE`` with discs that are alike, and nothing else that a scene may have."""
+    parts = loop.__globals__
+    phases = ALIKE if parts.get("collide") is collide_equals else BUILT_IN
+    names = tuple(f"advance_{phase.replace('-', '_')}_disc_wall_" for phase in phases)
+    beyond = ("COMMANDS", "LIVING", "RULES", "PASSING", "PERIODIC", "AHEAD", "BENT")
+    return loop.__qualname__.startswith(names) and not any(parts[each] for each in beyond)

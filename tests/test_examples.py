@@ -16,9 +16,9 @@ def play(words: str, capsys) -> str:
 
 @pytest.mark.small
 def test_a_game_of_few_bodies_is_rewound_and_played_again(capsys):
-    said = play("--frames 52 --bodies 30 --phases cells", capsys)
+    said = play("--frames 26 --bodies 20 --phases cells", capsys)
     assert "one fingerprint" in said
-    for counted in ("bullets", "frames: 52"):
+    for counted in ("bullets", "frames: 26"):
         assert counted in said
 
 

@@ -22,7 +22,7 @@ _with_plugins = fixture(*FOREIGN, scope="module")
 
 
 NUMBER = {name: number for number, name in enumerate([*BY_NAME, *COLUMNS])}
-ONE_IN = 12
+ONE_IN = 16
 """Of how many cells of a row, or of a column, one is in the default lane: the others are slow."""
 
 

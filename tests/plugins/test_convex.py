@@ -35,26 +35,28 @@ def test_ticks_are_those_of_rationals(block):
     assert min(hits, partings) > 6
 
 
-@pytest.mark.compiled
-@pytest.mark.parametrize("block", first(1, range(200)))
+@pytest.mark.parametrize(
+    "block", first(1, [0, *(pytest.param(each, marks=pytest.mark.compiled) for each in range(1, 200))])
+)
 def test_all_stages_and_whole_numbers_alone_give_one_tick(block):
-    rng, hits = random.Random(-1 - block), 0
-    for _ in range(500):
+    rng, hits, count = random.Random(-1 - block), 0, 500 if block else 15
+    for _ in range(count):
         question = Question(rng, hard=block % 2 == 1)
         by_whole_numbers = question.ticks_of_kernel(alone=True)
         assert question.ticks_of_kernel() == by_whole_numbers, vars(question)
         hits += by_whole_numbers[0] != NEVER
-    assert hits > 80
+    assert hits > count // 7
 
 
 @pytest.mark.parametrize("seed", first(2, range(80)))
 def test_the_answer_is_that_of_rationals(seed):
     scene = (convex_scenes if seed % 3 else box_scenes).drawn(seed)
-    expected = by_the_rules.answer(scene, 40, 20 << 52).contacts
+    most = 40 if seed > 1 else 20
+    expected = by_the_rules.answer(scene, most, 20 << 52).contacts
     for phase in GENERAL:
         sim = kt.Simulation(scene, phase, audit=1 if seed % 6 == 0 else None)
         try:
-            sim.run(until=20 * scene.time_unit, max_contacts=40)
+            sim.run(until=20 * scene.time_unit, max_contacts=most)
             assert rows(sim) == expected
         except ZenoError:
             assert rows(sim) == expected[: len(sim.contacts)]
@@ -75,7 +77,7 @@ def test_shapes_need_not_be_around_their_places(seed):
     for phase in GENERAL:
         sim = kt.Simulation(scene, phase, audit=1)
         with suppress(ZenoError):
-            sim.run(until=20.0, max_contacts=40)
+            sim.run(until=20.0, max_contacts=40 if seed else 20)
         found.append(rows(sim))
     assert found == [found[0]] * len(GENERAL)
 

@@ -51,7 +51,7 @@ def test_what_is_no_shape_of_the_scene_is_added_and_replays():
     scene = kt.with_obstacles(
         scene.replace(shapes=[kt.box(1.0, 0.5)]), [kt.Obstacle(kt.box(2.0, 0.5), (4.0, 6.0))]
     )
-    sims = [kt.Simulation(scene, phase, live=True, audit=1) for phase in ("cells", "sap-2d")]
+    sims = [kt.Simulation(scene, phase, live=True, audit=5) for phase in ("cells", "sap-2d")]
     for sim in sims:
         sim.run(until=0.5)
         before = sim.snapshot()

@@ -26,7 +26,7 @@ def test_a_light_body_gets_fifty_times_faster_than_any_was():
     scene = kt.Scene(position, velocity, radius, mass, arena=(1.0, 1.0))
     assert_one_answer(scene, max_contacts=300)
     fastest = 0.0
-    for phase, options in choices(scene):
+    for phase, options in choices(scene)[4::2]:
         sim = kt.Simulation(scene, phase, options=options, audit=5)
         for _ in range(120):
             sim.run(max_contacts=5)

@@ -129,7 +129,7 @@ def test_walls_turn_an_immovable_body_and_bodies_of_finite_mass_do_not():
     walls = alone.contacts["b"].tolist()
     assert set(walls) == {-1, -2, -3, -4}
     found = set()
-    for phase in BUILT_IN:
+    for phase in BUILT_IN[::2]:
         sim = played(ruled(*(list(each) for each in zip(heavy, *light, strict=True)), (4.0, 4.0)), phase)
         sim.run(until=20.0)
         met = [b for a, b in sim.contacts[["a", "b"]].tolist() if a == 0]

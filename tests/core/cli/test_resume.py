@@ -45,8 +45,8 @@ def test_a_run_goes_on_to_another_time(saved):
 
 
 def test_under_another_phase(saved):
-    said = printed("resume --until 0.5 --broad-phase sap-2d", saved)
-    assert said["broad_phase"] == "sap-2d"
+    said = printed("resume --until 0.5 --broad-phase cells", saved)
+    assert said["broad_phase"] == "cells"
     assert said["readings"]["fingerprint"] == whole(0.5).fingerprint
 
 

@@ -1,6 +1,7 @@
 """The calendar against a sorted list: any sequence of filings leaves in the one total order."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -17,6 +18,8 @@ from kinetile.kernel.tables import (
     allocate,
     clear,
 )
+
+pytestmark = pytest.mark.small
 
 BODIES = 9
 PARTNERS = (3, 5, 8, 0, 1, 2, 4, 6, 7)

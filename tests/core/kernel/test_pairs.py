@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from kinetile.kernel.pairs import add_pair, held_pairs, offer, pairs_of, remove_pair
 from kinetile.kernel.tables import BAD_PAIR, OFFERS, UNKNOWN_PAIR, allocate, clear, pair_set
 
+pytestmark = pytest.mark.small
+
 BODIES = 9
 CAPACITY = 40
 

@@ -20,7 +20,7 @@ pytestmark = [
     pytest.mark.skipif(os.name == "nt", reason="sends signals to a process"),
 ]
 
-RUN = "run grid -s bodies=100 -s seed=7 --broad-phase sap-2d --until 1e6 --json --events"
+RUN = "run grid -s bodies=100 -s seed=7 --broad-phase cells --until 1e6 --json --events"
 FIRST = 100_000
 """Bytes: there are more with the first rows, and fewer when the file has been opened."""
 
@@ -44,7 +44,7 @@ def kill(path, seconds: float, warned: float | None) -> None:
 
 @pytest.mark.parametrize("number", [1, pytest.param(50, marks=pytest.mark.long)])
 def test_a_killed_run_lost_everything(tmp_path, number):
-    again = kt.Simulation(kt.make_scene("grid", bodies=100, seed=7), "sap-2d")
+    again = kt.Simulation(kt.make_scene("grid", bodies=100, seed=7), "cells")
     again.compile()
     chance, found = random.Random(number), {}
     for each in range(number):

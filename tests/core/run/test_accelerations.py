@@ -253,7 +253,7 @@ def test_what_loses_speed_at_walls_and_bodies_has_one_list_and_it_is_that_of_the
     assert by_the_rules.answer_of_game(scene, 1000) == by_the_rules.rows(sim)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", lanes.first(1, range(3)))
 def test_all_phases_have_one_list_whatever_the_margin_of_chords(seed, monkeypatch):
     scene, found = drawn(seed), set()
     assert loads_scene(dumps_scene(scene)) == scene
@@ -262,13 +262,13 @@ def test_all_phases_have_one_list_whatever_the_margin_of_chords(seed, monkeypatc
         monkeypatch.setattr(
             "kinetile.toolbox.reach.margin_of", lambda *given, share=share: share * usual(*given)
         )
-        for phase in ("cells", "naive", "sap-1d"):
+        for phase in ("cells", "sap-1d"):
             sim = kt.Simulation(scene, phase, audit=20)
             sim.run(3.0)
             assert len(sim.contacts) > 5
             found.add(sim.fingerprint)
     monkeypatch.undo()
-    agree(scene, "sap-2d", "sap-k", until=3.0)
+    found.add(agree(scene, "naive", "sap-2d", "sap-k", until=3.0)[0].fingerprint)
     assert len(found) == 1
 
 

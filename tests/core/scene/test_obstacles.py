@@ -59,7 +59,7 @@ def test_overlapping_obstacles_are_one_room_under_every_phase(tmp_path):
     found = []
     for phase in GENERAL:
         sim = kt.Simulation(scene, phase)
-        sim.run(max_contacts=60)
+        sim.run(max_contacts=30)
         found.append(sim.fingerprint)
         assert (sim.velocities()[2:] == 0).all()
     assert len(set(found)) == 1

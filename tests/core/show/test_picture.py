@@ -124,7 +124,7 @@ def test_a_segment_is_within_the_view_and_has_no_number_on_it():
 
 def test_tiles_cover_a_cylinder_once_wherever_its_bodies_cross_the_border():
     sim = kt.Simulation(torus("x"), "sweep-tiling")
-    for time in np.linspace(0.0, 3.0, 8).tolist():
+    for time in np.linspace(0.0, 3.0, 4).tolist():
         sim.run(time)
         tiles = [each for each in take_picture(sim, ["tile"]).shapes if isinstance(each, Box)]
         corners = np.clip([(*each.low, *each.high) for each in tiles], 0.0, 1.0)

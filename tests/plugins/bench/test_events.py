@@ -11,7 +11,7 @@ from kinetile.errors import Refused
 from kinetile_bench import events as events_module
 from kinetile_bench.events import COUNTED, EventsBench, bench_events, square_at_least
 
-CHOICES = ["naive", ("sap-1d", {"axis": "y"}), "sap-2d"]
+CHOICES = ["naive", ("sap-1d", {"axis": "y"}), "sweep-tiling"]
 
 
 def measure(**others) -> EventsBench:
@@ -30,7 +30,7 @@ def test_every_phase_on_every_scene(bench):
         (density, bodies, phase)
         for density in (0.5, 0.25)
         for bodies in (4, 9)
-        for phase in ("naive", "sap-1d:axis=y", "sap-2d")
+        for phase in ("naive", "sap-1d:axis=y", "sweep-tiling")
     ]
     for row in bench.rows:
         assert len(row.cpu_seconds) == 2
@@ -72,7 +72,7 @@ def test_square_numbers():
 
 
 def test_the_command_prints_what_is_refused_and_phases_that_differ_are_exit_code_1(monkeypatch, bench):
-    arguments = ("bench", "events", "--phases", "naive,sap-2d", "--bodies", "4", "--densities", "0.5")
+    arguments = ("bench", "events", "--phases", "naive,cells", "--bodies", "4", "--densities", "0.5")
     arguments += ("--seconds", "0.001", "--repeats", "1")
 
     def refuse(self, scene, prepared=None):

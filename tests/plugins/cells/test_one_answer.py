@@ -33,7 +33,7 @@ def test_with_an_audit_at_every_contact(name):
     phases = (
         ["cells:side=0.25"] if "corners" in name else ["cells", *(f"cells:side={each}" for each in sides)]
     )
-    sims = agree(scene, "naive", *phases, until=scene.settings.until or 4.0, contacts=40, audit=1)
+    sims = agree(scene, "naive", *phases, until=scene.settings.until or 4.0, contacts=16, audit=1)
     assert len(sims[0].contacts) > 1
 
 

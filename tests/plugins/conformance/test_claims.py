@@ -97,7 +97,12 @@ def judged(name: str, check: str, **options):
             "names-two", "its-structure-is-true-while-all-pass", "is not near", marks=pytest.mark.slow
         ),
         ("names-two", "its-structure-is-true", "is not near"),
-        ("only-up-to-a-skin", "skin-limit-holds-at-its-edge", "just below its limit"),
+        pytest.param(
+            "only-up-to-a-skin",
+            "skin-limit-holds-at-its-edge",
+            "just below its limit",
+            marks=pytest.mark.slow,
+        ),
         ("claims-any-skin", "skin-limit-holds-at-its-edge", "far thicker than bodies are wide"),
     ],
 )

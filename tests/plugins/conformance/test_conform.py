@@ -54,6 +54,7 @@ def test_as_json():
     assert found["versions"]["kinetile"] == kt.__version__
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("folder", ["new", "new/and/deep", "old", "old/new"])
 def test_a_folder_for_which_there_is_nothing_is_left_as_it_was(folder, tmp_path):
     (tmp_path / "old").mkdir()
@@ -99,6 +100,7 @@ def blind(tmp_path_factory):
     )
 
 
+@pytest.mark.small
 def test_a_phase_that_does_not_conform(blind):
     done = blind.report
     assert done.returncode == 1, done.stderr
@@ -134,6 +136,7 @@ def test_its_scene_fails_again_and_passes_under_another(blind):
     assert (found["check"], found["fails"]) == (CHECK, False)
 
 
+@pytest.mark.small
 def test_any_scene_can_be_replayed():
     result = kinetile("replay", "naive", SCENES / "H05.toml", code=0)
     assert result.stdout.startswith("passes: naive, same-contacts, ")

@@ -15,6 +15,7 @@ from kinetile_conformance.strategies.living import STARTS, played
 from kinetile_conformance.strategies.swarms import scaled
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     "kind", [each if each == "living" else pytest.param(each, marks=pytest.mark.slow) for each in STARTS]
 )
@@ -25,6 +26,7 @@ def test_the_same_number_plays_the_same_scenes_with_commands_of_all_kinds(kind):
     assert given == {Insert, Remove, Turn}
 
 
+@pytest.mark.small
 def test_scenes_of_all_kinds_have_one_loop_and_a_slot_for_each_body_where_none_comes():
     alike = Scene([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], 0.5, arena=(4.0, 4.0))
     scenes = [

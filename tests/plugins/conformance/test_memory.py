@@ -55,7 +55,7 @@ def test_a_trespass_is_named_with_hook_and_field(name):
 @pytest.mark.interpreted
 @pytest.mark.parametrize("name", first(1, ALLOWED))
 def test_what_is_allowed_passes(name):
-    assert first_breach(Subject(name, {}), small_ones()[:5]) is None
+    assert first_breach(Subject(name, {}), small_ones()[:2]) is None
 
 
 @pytest.mark.interpreted
@@ -67,6 +67,7 @@ def test_every_trespassing_phase_is_tested():
     assert set(trespassing_phases.ALL) == SEEN.keys() | set(ALLOWED)
 
 
+@pytest.mark.interpreted
 def test_the_check_sees_a_phase_of_this_process():
     looked = CheckRun(Check(side_effects.writes_only_where_it_may), Subject("uncounts", {}))
     assert not looked.holds(smallest())

@@ -106,7 +106,7 @@ WRONG = {
 @pytest.mark.parametrize("fault", first(1, [*WRONG, ""]))
 def test_what_is_wrong_under_every_broad_phase_was_not_seen(fault):
     trial = {"trial": {"fault": fault, "says": "sum of radii"}}
-    chosen = {"examples": 40 if fault else 4, "in_process": True, "shrink": False, "explains": False}
+    chosen = {"examples": 16 if fault else 4, "in_process": True, "shrink": False, "explains": False}
     checks = [check for check, _ in WRONG.values()]
     report = check_broad_phase("naive", narrow_phases=trial, checks=checks, **chosen)
     failed = {result.check: result.said for result in report.failed}

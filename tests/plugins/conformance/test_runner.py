@@ -29,6 +29,8 @@ pytestmark = pytest.mark.interpreted
 
 COUNT = itertools.count()
 
+QUICKLY = {"examples": 10, "shrink": False, "explains": False}
+
 
 class Slow:
     """Right, and takes its time."""
@@ -107,7 +109,7 @@ def test_a_failure_that_does_not_always_come_back_says_how_often() -> None:
 
 
 def test_a_saved_case_has_the_options_with_which_it_failed(tmp_path: Path) -> None:
-    runner = Runner(Plan(Subject("wrong-if", {"wrong": 1}), examples=10, shrink=False, save_to=tmp_path))
+    runner = Runner(Plan(Subject("wrong-if", {"wrong": 1}), **QUICKLY, save_to=tmp_path))
     result = runner.run("same-contacts")
     assert "not every time" not in result.said
     assert result.case is not None
@@ -119,7 +121,7 @@ def test_a_saved_case_has_the_options_with_which_it_failed(tmp_path: Path) -> No
 
 
 def test_a_failure_in_the_gallery_is_saved_and_replayed(tmp_path: Path) -> None:
-    options = {"examples": 4, "save_to": tmp_path, "shrink": False, "explains": False}
+    options = QUICKLY | {"examples": 1, "save_to": tmp_path}
     runner = Runner(Plan(Subject("wrong-with-many", {}), **options))
     assert runner.run("same-contacts").ok
     result = runner.run("same-contacts-in-the-gallery")
@@ -183,7 +185,7 @@ def test_a_scene_that_cannot_be_saved_is_a_line_of_the_result(tmp_path: Path) ->
 def test_the_name_of_a_phase_became_the_path_of_its_case(tmp_path: Path) -> None:
     folder = tmp_path / "within"
     with registered(kt.BroadPhaseSpec("../of/mine", WrongIf)):
-        plan = Plan(Subject("../of/mine", {"wrong": 1}), examples=10, shrink=False, save_to=folder)
+        plan = Plan(Subject("../of/mine", {"wrong": 1}), **QUICKLY, save_to=folder)
         result = Runner(plan).run("same-contacts")
     assert result.case == folder / "..-of-mine-same-contacts.toml"
     assert list(tmp_path.iterdir()) == [folder]

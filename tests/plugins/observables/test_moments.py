@@ -9,6 +9,7 @@ import pytest
 import kinetile as kt
 from kinetile_observables.geometry import displacement, neighbours
 from kinetile_observables.moments import BondOrder, PairCorrelation, StructureFactor
+from lanes import first
 
 
 def simulation_of(radii, positions):
@@ -103,7 +104,7 @@ def test_neighbours_are_all_pairs_within_a_distance_each_once(periodic, n):
         assert sorted(found) == brute(scene, positions, within)
 
 
-@pytest.mark.parametrize("periodic", ["", "x", "y", "xy"])
+@pytest.mark.parametrize("periodic", first(2, ["", "xy", "x", "y"]))
 def test_g_of_points_at_random_places_is_1(periodic):
     scene = SimpleNamespace(arena=(3.0, 2.0), periodic=periodic, radius=np.zeros(1), shapes=())
     correlation = PairCorrelation(bins=5, to=1.0)

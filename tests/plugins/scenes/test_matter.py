@@ -13,7 +13,7 @@ from kinetile.scene.by_name import parse_parameters
 STARTS: list[tuple[str, dict[str, Any]]] = [
     ("mixture", {}),
     ("mixture", {"bodies": 500, "density": 0.45, "radii": (0.5, 1.0, 5.0), "fractions": (70.0, 29.0, 1.0)}),
-    ("mixture", {"density": 0.58, "mass": "area"}),  # too dense for random places
+    ("mixture", {"bodies": 30, "density": 0.58, "mass": "area"}),  # too dense for random places
     ("mixture", {"radii": (1e-9,), "bodies": 2, "density": 0.1, "temperature": 1e9}),
     ("hexagonal", {"density": 0.906, "walls": False}),
     ("hexagonal", {"columns": 7, "rows": 1, "vacancies": 2, "density": 0.5}),

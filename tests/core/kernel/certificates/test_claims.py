@@ -9,9 +9,10 @@ import pytest
 from encounters import TICK, compiled, plans, reached, rows, touches, true_answers, true_reaches
 from kinetile.kernel.certificates.contact import ULP, along, gap_at, newton, plus, seen, separations
 from kinetile.kernel.certificates.plans import Axis
-from kinetile.kernel.compiled import INTERPRETED
 
-COUNT = 1_000 if INTERPRETED else 2_000
+pytestmark = pytest.mark.small
+
+COUNT = 1_000
 NEVER = (1 << 63) - 1
 
 

@@ -3,10 +3,13 @@
 from fractions import Fraction
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kinetile.kernel.certificates.integers import CELLS, LIMB, ZERO, add_product, carry, put, put_count, room
+
+pytestmark = pytest.mark.small
 
 doubles = st.floats(allow_nan=False, allow_infinity=False)
 powers = st.sampled_from([0, -52, -60, -1100])

@@ -4,6 +4,7 @@ import math
 from fractions import Fraction
 
 import numpy as np
+import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -12,6 +13,8 @@ from kinetile.kernel.compiled import hook
 from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import NEVER, allocate
 from kinetile.kernel.vectors import floor, lane, pick
+
+pytestmark = pytest.mark.small
 
 TICK = 2.0**-52
 

@@ -33,7 +33,7 @@ from kinetile_accuracy.stepped.methods import (
     reference_runs,
 )
 from kinetile_accuracy.stepped.snapshots import STEPPED
-from lanes import first
+from lanes import ALIKE, first
 
 
 def broad_phases() -> tuple[str, ...]:
@@ -242,18 +242,21 @@ def test_the_chart_of_readme_has_the_methods_that_there_are() -> None:
 
 
 @pytest.mark.compiled
-def test_the_chart_of_readme_has_the_counts_that_there_are() -> None:
+@pytest.mark.parametrize("phase", first(4, sorted(BUILT_IN, key=lambda name: name not in ALIKE)))
+def test_the_chart_of_readme_has_the_counts_that_there_are(phase: str) -> None:
     effort, said = EFFORTS["normal"], committed()
     bodies, density = said["bodies"], said["density"]
-    assert said["encounters"] == sum(len(t.pairs) for t in reference_runs(bodies, density, effort.encounters))
-    for phase, counts in said["kinetic"].items():
-        found = [
-            Method("kinetic", phase).run(
-                kt.make_scene("grid", bodies=bodies, density=density, seed=seed + 1), 1.0, "contacts"
-            )
-            for seed in range(effort.seeds)
-        ]
-        contacts = [int((observed.contacts["b"] >= 0).sum()) for observed in found]
-        assert counts["contacts"] == np.mean(contacts)
-        # A tenth is less than the width of a mark; beyond, the phase has to be measured again.
-        assert counts["events"] == pytest.approx(np.mean([each.steps for each in found]), rel=0.1)
+    if phase == "cells":
+        pairs = sum(len(t.pairs) for t in reference_runs(bodies, density, effort.encounters))
+        assert said["encounters"] == pairs
+    counts = said["kinetic"][phase]
+    found = [
+        Method("kinetic", phase).run(
+            kt.make_scene("grid", bodies=bodies, density=density, seed=seed + 1), 1.0, "contacts"
+        )
+        for seed in range(effort.seeds)
+    ]
+    contacts = [int((observed.contacts["b"] >= 0).sum()) for observed in found]
+    assert counts["contacts"] == np.mean(contacts)
+    # A tenth is less than the width of a mark; beyond, the phase has to be measured again.
+    assert counts["events"] == pytest.approx(np.mean([each.steps for each in found]), rel=0.1)
