@@ -7,7 +7,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.kernel.flight import plans_now
-from kinetile.kernel.plan import positions_after
+from kinetile.kernel.plan import Plan, positions_after
 from kinetile.scene.bodies import nearest_image
 
 pytestmark = pytest.mark.small
@@ -49,3 +49,20 @@ def test_a_shadow_stays_within_the_margin_and_never_jumps(seed):
         before, anchors = type(plans)(*map(np.array, plans)), np.array(k.shadows.anchor)
         met += event.kind != "structural"
     assert met > 10
+
+
+def test_the_shadow_of_a_shape_that_is_inserted_is_as_wide_as_the_body():
+    """All that a shadow has of its body besides the plan: a list that sorts sides missed contacts without."""
+    shapes = [kt.box(1.0, 0.5), kt.polygon([(-0.5, -0.25), (0.5, -0.25), (0.0, 0.5)])]
+    scene = kt.Scene(
+        [[2.0, 2.0]], [[1.0, 0.0]], arena=(8.0, 8.0), shapes=shapes, shape=[0], gravity=(0.0, -1.0)
+    )
+    sim = kt.Simulation(scene, "sap-1d", live=True)
+    sim.run(0.25)
+    for at, shape in ((5.0, 1), (2.0, 0)):
+        sim.insert((6.0, at), (0.0, 1.0), shape=shape)
+    bodies, shadows = sim.tables.bodies[:3], sim.tables.shadows[:3]
+    own = [name for name in shadows.dtype.names if name not in (*Plan._fields, "anchor")]
+    assert {"left", "right", "down", "up", "form", "reach"} <= {*own}
+    for name in own:
+        assert shadows[name].tolist() == bodies[name].tolist(), name

@@ -275,6 +275,13 @@ def insert_body(k: Kernel, command: Records) -> int:
         new.right = side.right = form.right
         new.down = side.down = form.down
         new.up = side.up = form.up
+        if BENT:
+            shadow = k.shadows[body]
+            shadow.form = command.form
+            shadow.left = form.left
+            shadow.right = form.right
+            shadow.down = form.down
+            shadow.up = form.up
     entry = k.queue[body]
     entry.key = NEVER
     entry.own = NEVER
