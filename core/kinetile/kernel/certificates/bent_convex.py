@@ -455,7 +455,7 @@ def first_visit(f: Numbers, w: Course, start: int) -> int:
                 return int(begins - 1)
             face = nearest_face(f, w, start)
             falls = next_falling(f, w, face, LINE, 1, start)
-            if falls + 1 < ends:
+            if falls < ends - 1:  # it may be NEVER
                 return falls
         if ends >= LIMIT:
             return NEVER

@@ -18,8 +18,6 @@ from kinetile_accuracy.specification.bent_shapes import bent_parting_tick, bent_
 from kinetile_accuracy.specification.shapes import Difference
 from lanes import first
 
-pytestmark = pytest.mark.small
-
 TICK = 2.0**-52
 
 
@@ -86,6 +84,7 @@ def check(seed: int) -> tuple[int, int]:
     return wanted[0] is not None, wanted[1] is not None
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("part", first(1, range(40)))
 def test_ticks_are_those_of_whole_numbers(part):
     """Shapes of up to eight corners, with a margin or not, on lattices or not; bodies that have just met, at
@@ -93,3 +92,12 @@ def test_ticks_are_those_of_whole_numbers(part):
     met, parted = np.sum([check(seed) for seed in range(30 * part, 30 * part + 30)], axis=0)
     assert met > 0
     assert parted > met
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.own_loop
+def test_compiled_ticks_are_those_too():
+    """In the first a count of ticks that is never was counted on, where integers have 64 bits."""
+    for seed in (311459, *range(5_000, 7_000)):
+        check(seed)
