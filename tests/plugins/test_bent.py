@@ -48,7 +48,7 @@ def one_list(game: kt.Scene, phases: tuple[str, ...], most: int = MOST) -> None:
                 sim.run(max_contacts=most)
             except (MissedContactError, NoRoom, ZenoError):
                 ended = True
-            found = by_the_rules.rows(sim)
+            found = by_the_rules.rows(sim)[:most]  # passings of the start begin all at once
             assert found == (wanted[: len(found)] if ended else wanted), phase
             played += 1
     assert played > 0 or game.periodic
