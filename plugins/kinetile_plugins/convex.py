@@ -64,7 +64,6 @@ from kinetile.toolbox.ticks import (
     CX,
     CY,
     FLUSH,
-    HALVES,
     HEAD,
     NX,
     NY,
@@ -94,7 +93,16 @@ from kinetile.toolbox.ticks import (
     turns_between,
 )
 from kinetile_plugins.disc import hooks_of
-from kinetile_plugins.lower_bounds import LEAST, NONE, PLACES, circles_meet, merged, two_least
+from kinetile_plugins.lower_bounds import (
+    LEAST,
+    NONE,
+    PLACES,
+    before_other_images,
+    circles_meet,
+    merged,
+    nearest_image,
+    two_least,
+)
 
 SLOWEST = 2.0**-900
 """Stands for no speed: in no time that counts anything flies anywhere."""
@@ -225,22 +233,6 @@ def bound_with(k: Kernel, body: int, other: int, at: int, fat: float, periodic: 
 
 
 @hook
-def or_through_others(
-    k: Kernel, body: int, start: int, delay: Floats, vx: Floats, vy: Floats, fat: float
-) -> Floats:
-    """Returns bounds, ``LEAST`` or more, that are also below contacts through other images than the nearest,
-    as ``until_others`` has them."""
-    torus = k.clock[0].torus
-    reach = spread(k.radii[body] + 2.0 * fat) + pick(k.radii, k.near, start)
-    zero = spread(0.0)
-    along = (spread(torus.half_x) - reach) / choose(vx < zero, zero - vx, vx)
-    across = (spread(torus.half_y) - reach) / choose(vy < zero, zero - vy, vy)
-    delay = choose(along >= delay, delay, along)
-    delay = choose(across >= delay, delay, across)
-    return choose(delay > spread(LEAST), delay, spread(LEAST))
-
-
-@hook
 def boxes_meet(
     k: Kernel, body: int, start: int, at: int, fat: float, periodic: bool
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
@@ -256,10 +248,7 @@ def boxes_meet(
     dx = (x - spread(one.x)) + vx * elapsed
     dy = (y - spread(one.y)) + vy * elapsed
     if periodic:
-        torus = k.clock[0].torus
-        halves = spread(HALVES)
-        dx = dx - ((dx * spread(torus.per_x) + halves) - halves) * spread(torus.x)
-        dy = dy - ((dy * spread(torus.per_y) + halves) - halves) * spread(torus.y)
+        dx, dy = nearest_image(k, dx, dy)
     zero = spread(0.0)
     delay, ends = within(
         zero - (spread(mine.left + fat) + right) - dx, (spread(mine.right + fat) + left) - dx, vx
@@ -287,7 +276,7 @@ def frames_meet(
     delay = choose(delay < begins, begins, delay)
     delay = choose(delay <= ends, delay, spread(math.inf))
     if periodic:
-        delay = or_through_others(k, body, start, delay, vx, vy, fat)
+        delay = before_other_images(k, delay, vx, vy, reach)
     return delay, dx, dy, vx, vy
 
 
@@ -531,6 +520,14 @@ collide, touch, part = hooks_of(line_of, parts_after, False)
 collide_images, touch_images, part_images = hooks_of(line_of, parts_after, True)
 
 
+@hook
+def blame_depth(k: Kernel, a: int, b: int, depth: float) -> None:
+    """Reports two bodies that overlap at the later anchor by more than rounding explains."""
+    reach = k.bodies[a].radius + k.bodies[b].radius
+    if depth > k.clock[0].limits.tolerance + 1e-9 * reach:
+        blame(k, TOO_DEEP, a, b)
+
+
 @unchecked
 @hook
 def meet(k: Kernel, a: int, b: int) -> int:
@@ -549,8 +546,7 @@ def meet(k: Kernel, a: int, b: int) -> int:
     if delay == 0:
         x, y = position_at(k, one, since)
         _, _, depth = line_of(k, early, late, two.x - x, two.y - y)
-        if depth > k.clock[0].limits.tolerance + 1e-9 * (one.radius + two.radius):
-            blame(k, TOO_DEEP, a, b)
+        blame_depth(k, a, b, depth)
     return int(since + delay)
 
 
@@ -595,8 +591,7 @@ def meet_bent(k: Kernel, a: int, b: int) -> int:
     if delay == 0 and not met:
         x, y = position_at(k, one, since)
         _, _, depth = bent_line_of(k, early, late, two.x - x, two.y - y)
-        if depth > k.clock[0].limits.tolerance + 1e-9 * (one.radius + two.radius):
-            blame(k, TOO_DEEP, a, b)
+        blame_depth(k, a, b, depth)
     return int(since + delay)
 
 

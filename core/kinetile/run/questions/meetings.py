@@ -118,8 +118,9 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> Cast
         k = _with_body(query, centre, outline, velocity)
         meet = first_image if discs else first_cast
         if bent:
-            meet = (first_bent_image if discs else first_bent_cast) if any(query.periods) else first_bent
-            meet = meet if discs or any(query.periods) else first_bent_shape
+            meet = first_bent if discs else first_bent_shape
+        if bent and any(query.periods):
+            meet = first_bent_image if discs else first_bent_cast
         _composed(ticks_for_images, meet=meet)(k, query.slots, len(k.bodies) - 1, ticks)
     elif not discs:
         _ticks_with_shape(query, centre, outline, velocity, ticks)
