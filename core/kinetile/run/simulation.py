@@ -29,7 +29,7 @@ from kinetile.run.arguments import StopAt
 from kinetile.run.candidates import by_number, candidates, drawn, named_near
 from kinetile.run.compose import Commands, Composition, Named, compose_phases
 from kinetile.run.engine.contacts import Recorder, RowFunction
-from kinetile.run.engine.engine import Engine
+from kinetile.run.engine.engine import Engine, Kept
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.moment import Moment
 from kinetile.run.observing import Observers
@@ -739,7 +739,13 @@ class Simulation(Moment):
     # Within
 
     def _go_on_from(self, snapshot: Snapshot) -> None:
-        self._engine = resumed(snapshot, self.scene, self._engine.composition)
+        kept, engine = snapshot.whole, self._engine
+        if isinstance(kept, Kept) and kept.engine is engine:
+            engine.go_back(kept)
+            engine.watch(None)
+            engine.ledger.complete = True
+        else:
+            self._engine = resumed(snapshot, self.scene, engine.composition)
         self._audit, self._start_energy = snapshot.audit, snapshot.start_energy
         self._observers, self._saved_observed = None, snapshot.observed
         self._observed = None if snapshot.observed else Observed()

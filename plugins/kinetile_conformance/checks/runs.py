@@ -134,8 +134,9 @@ def look_at(sim: Simulation) -> None:
 
 
 def put_back(sim: Simulation) -> None:
-    """Puts a simulation back to where it is."""
-    sim.restore(sim.snapshot())
+    """Puts a simulation back to where it is, with a structure that is built anew."""
+    there = sim.snapshot()
+    sim.restore(replace(there, whole=there.state))
     _audit(sim)
 
 

@@ -11,8 +11,11 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
+from dataclasses import dataclass
+from functools import cached_property
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,8 +64,8 @@ from kinetile.run.audit import check_all
 from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine import layout, spans
 from kinetile.run.engine.bounds import MOST_FLOWN, NO_SKIN, Bounds, squares_of_bodies
-from kinetile.run.engine.commands import ROWS, Agenda, Command, Rows, squares_of, to_the_front
-from kinetile.run.engine.contacts import Ledger
+from kinetile.run.engine.commands import ROWS, Agenda, Command, Planned, Rows, squares_of, to_the_front
+from kinetile.run.engine.contacts import Entries, Ledger
 from kinetile.run.engine.failures import blocked, blockers_of, failure
 from kinetile.run.engine.fields import Tables
 from kinetile.run.engine.state import RunState, contents_of, numbers_of
@@ -89,6 +92,46 @@ class WatchedContacts(NamedTuple):
     flags: npt.NDArray[np.uint8]
     pairs: Any
     before: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """An engine at one moment, structure and all, to which it can go back at the price of a copy: its attributes,
+    its tables with copies of their contents, the clock's base, and what ledger and agenda had."""
+
+    engine: Engine
+    values: Mapping[str, Any]
+    tables: list[tuple[npt.NDArray[Any], npt.NDArray[Any]]]
+    base: int
+    entries: Entries
+    later: Planned
+
+    @cached_property
+    def state(self) -> RunState:
+        """The state of the run at that moment."""
+        was, of_then = SimpleNamespace(**self.values), {id(table): content for table, content in self.tables}
+        k = was._k._replace(
+            **{
+                name: of_then[id(table)].view(table.dtype).view(type(table))
+                for name, table in was._k._asdict().items()
+                if id(table) in of_then
+            }
+        )
+        return RunState(
+            contents=contents_of(k),
+            base=self.base,
+            bounds=was.bounds._replace(extent=0.0, skin=NO_SKIN),
+            commands=was.commands,
+            later=self.later,
+            history=was.history,
+            entries=self.entries,
+            requested=was._requested,
+            overlapping=was.overlapping,
+            shapes=was.scene.shapes[was._listed :],
+            audits=was.audits,
+            cpu_seconds=was.cpu_seconds,
+            compile_seconds=was.compile_seconds,
+        )
 
 
 class Engine(Tables):
@@ -628,38 +671,34 @@ class Engine(Tables):
 
     # Saving
 
-    def run_state(self) -> RunState:
-        """Returns the state of the run, between two chunks."""
-        return RunState(
-            contents=contents_of(self.k),
-            base=self.clock.base,
-            bounds=self.bounds._replace(extent=0.0, skin=NO_SKIN),
-            commands=self.commands,
-            later=self.agenda.later,
-            history=self.history,
-            entries=self.ledger.entries,
-            requested=self._requested,
-            overlapping=self.overlapping,
-            shapes=self.scene.shapes[self._listed :],
-            audits=self.audits,
-            cpu_seconds=self.cpu_seconds,
-            compile_seconds=self.compile_seconds,
+    def kept(self) -> Kept:
+        """Returns what this engine is between two chunks, for ``go_back``, or to be saved."""
+        names = [name for name in self.k._fields if name not in ("met", "log")]
+        tables = [*(getattr(self.k, name) for name in names), *self.state]
+        return Kept(
+            self,
+            dict(vars(self)),
+            [(table, layout.copied(table)) for table in tables if table.flags.writeable],
+            self.clock.base,
+            self.ledger.entries,
+            self.agenda.later,
         )
+
+    def go_back(self, kept: Kept) -> None:
+        """Makes this engine what it was: its own tables have their contents of then again."""
+        vars(self).update(kept.values)
+        for table, content in kept.tables:
+            layout.fill(table, content)
+        self.clock.base, self.ledger.entries, self.agenda = kept.base, kept.entries, Agenda(kept.later)
+        self._taken = None
 
     @contextmanager
     def unchanged_if(self, errors: type[BaseException]) -> Iterator[None]:
         """Within this context such an error leaves the engine unchanged. Costs a copy of all tables."""
-        before, entries, later = dict(vars(self)), self.ledger.entries, self.agenda.later
-        base, names = self.clock.base, [name for name in self.k._fields if name not in ("met", "log")]
-        tables = [*(getattr(self.k, name) for name in names), *self.state]
-        contents = [layout.copied(table) for table in tables]
+        kept = self.kept()
         try:
             with Unbroken():
                 yield
         except errors:
-            vars(self).update(before)
-            for table, content in zip(tables, contents, strict=True):
-                layout.fill(table, content)
-            self.clock.base, self.ledger.entries, self.agenda = base, entries, Agenda(later)
-            self._taken = None
+            self.go_back(kept)
             raise

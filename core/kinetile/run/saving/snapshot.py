@@ -18,7 +18,7 @@ from kinetile.kernel.plan import BentPlan, Plan, positions_after
 from kinetile.kernel.tables import JAMMED, LONG_AGO, NEVER, NOBODY, Quantity, Role, declared
 from kinetile.run.compose import Composition
 from kinetile.run.engine.commands import Command, command_of
-from kinetile.run.engine.engine import Engine
+from kinetile.run.engine.engine import Engine, Kept
 from kinetile.run.engine.state import RunState, numbers_of
 from kinetile.run.prepared import present_scene, with_shapes
 from kinetile.scene import Insert, Scene
@@ -53,10 +53,18 @@ class Snapshot:
 
     scene: Scene
     phases: SavedPhases
-    state: RunState
+    whole: RunState | Kept
     audit: int | None
     start_energy: float
     observed: Mapping[str, Any] | None = None
+
+    @property
+    def state(self) -> RunState:
+        """The state of the run."""
+        return self.whole.state if isinstance(self.whole, Kept) else self.whole
+
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"whole": self.state}  # another process has no engine to go back
 
     def __eq__(self, other: object) -> bool:
         return self._values() == other._values() if isinstance(other, Snapshot) else NotImplemented
@@ -92,7 +100,7 @@ def take(
             "this simulation has ended with a fault and cannot go on, so it is not saved: what was saved "
             "before it can be taken up"
         )
-    return Snapshot(scene, SavedPhases.of(engine.composition), engine.run_state(), audit, energy, observed())
+    return Snapshot(scene, SavedPhases.of(engine.composition), engine.kept(), audit, energy, observed())
 
 
 def resumed(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engine:

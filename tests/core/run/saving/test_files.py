@@ -240,9 +240,10 @@ def test_a_snapshot_of_something_else_changes_nothing():
         sim.restore(kt.Simulation(kt.make_scene("grid", bodies=4)).snapshot())
     with pytest.raises(RecordError, match="the narrow phases disc, and"):
         sim.restore(kt.Simulation(sim.scene, narrow_phases=["disc"]).snapshot())
-    options = {name: {"odd": 1} for name in before.phases.narrow_phases}
+    other = kt.Simulation(sim.scene).snapshot()
+    options = {name: {"odd": 1} for name in other.phases.narrow_phases}
     with pytest.raises(RecordError, match="or other options of them"):
-        sim.restore(replace(before, phases=replace(before.phases, narrow_phases=options)))
+        sim.restore(replace(other, phases=replace(other.phases, narrow_phases=options)))
     assert sim.snapshot() == before
 
 
