@@ -68,6 +68,7 @@ def test_a_number_of_contacts_is_an_end_too():
     assert (result["run"]["status"], result["run"]["time"]) == ("complete", 0.25)
 
 
+@pytest.mark.small
 def test_a_saved_scene_is_the_same_run_again(tmp_path):
     path = tmp_path / "saved.toml"
     first = printed("run -s bodies=9 --broad-phase sap-1d:axis=y --until 0.75 --save-scene", path)
@@ -142,6 +143,7 @@ def test_after_a_fault_what_was_done_is_printed_and_kept(fault, tmp_path, monkey
     assert metadata["status"].startswith(f"fault: {fault}: ")
 
 
+@pytest.mark.small
 def test_a_number_of_contacts_does_not_go_beyond_the_scenes_own_end(tmp_path):
     path = tmp_path / "short.toml"
     path.write_text('recipe = "grid"\nuntil = 0.25\nbroad-phase = "naive"\n[parameters]\nbodies = 4\n')
@@ -183,6 +185,7 @@ def test_compare_shows_the_first_difference_with_exact_ticks(blind, tmp_path):
     assert json.loads(result.stdout)["first_divergence"]["expected"]["tick"] == 2**51
 
 
+@pytest.mark.small
 def test_phases_that_agree_on_a_fault_have_not_come_to_their_end(tmp_path):
     path = jammed(tmp_path)
     result = kinetile("compare --phases naive,sap-1d", path, code=1)

@@ -39,7 +39,7 @@ def test_a_body_comes_meets_and_goes(phase):
     assert readings.energy_drift == 0.0
 
 
-@pytest.mark.parametrize("phase", first(3, BUILT_IN))
+@pytest.mark.parametrize("phase", first(3, [name for name in BUILT_IN if name != "power"]))
 @pytest.mark.parametrize("planned", [False, True])
 def test_a_body_turned_back_meets_the_body_that_it_met_last(phase, planned):
     """After a contact the two part, and neither is asked for the other until one of them turns."""

@@ -1,10 +1,13 @@
 """The interfaces of the kit besides the command: a function, and a decorator for pytest."""
 
+import pytest
+
 from kinetile_conformance import CHECKS, check_broad_phase, parametrize_with_checks
 
 NAMES = [check.name for check in CHECKS]
 
 
+@pytest.mark.small
 def test_each_result_is_told_as_it_comes():
     told = []
     checks = ["its-features-are-known", "pairs-are-overlapping-boxes"]

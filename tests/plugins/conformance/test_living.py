@@ -41,6 +41,7 @@ def test_scenes_of_all_kinds_have_one_loop_and_a_slot_for_each_body_where_none_c
     assert len(sims[3].tables.bodies) > 2
 
 
+@pytest.mark.small
 def test_a_phase_that_is_built_anew_for_each_command_sees_the_beginning_of_a_long_scene():
     scene = next(each for each in played("living") if len(each.commands) > 2 * BUILT)
     assert acceptable(Subject("cells", {}), scene) is scene

@@ -96,8 +96,8 @@ class WatchedContacts(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Kept:
-    """An engine at one moment, structure and all, to which it can go back at the price of a copy: its attributes,
-    its tables with copies of their contents, the clock's base, and what ledger and agenda had."""
+    """An engine at one moment, structure and all, to which it can go back at the price of a copy: its
+    attributes, its tables with copies of their contents, the clock's base, and what ledger and agenda had."""
 
     engine: Engine
     values: Mapping[str, Any]
