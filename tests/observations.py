@@ -89,7 +89,8 @@ def step_by_step(game: Game, folder: Path) -> None:
 
 
 def stop_at(game: Game, folder: Path) -> None:
-    """A run that stops at every contact of a body, before and after, is the same run."""
+    """A run that stops at every contact of a body, before and after, is the same run; so is one that calls a
+    function with every contact."""
     for before in (False, True):
         sim = game.simulation("cells")
         while not game.draft.by_hand and sim.run(
@@ -98,6 +99,10 @@ def stop_at(game: Game, folder: Path) -> None:
             if before:
                 sim.run(until=LASTS, max_contacts=1)
         same(game, game.play(sim))
+    sim, told = game.simulation("cells"), list[kt.Event]()
+    same(game, game.play(sim, on_contact=told.append))
+    there = [(epoch, tick, {a, *([b] if b >= 0 else [])}) for epoch, tick, a, b in rows_of(sim)]
+    assert [(each.epoch, each.tick, {*each.bodies}) for each in told] == there
 
 
 def snapshot(game: Game, folder: Path) -> None:
@@ -361,7 +366,7 @@ OBSERVATIONS = (
     Observation("under power", _under("power")),
     Observation("run in pieces", pieces),
     Observation("step and steps", step_by_step),
-    Observation("stop_at", stop_at),
+    Observation("stop_at and on_contact", stop_at),
     Observation("snapshot", snapshot),
     Observation("save and resume", saved),
     Observation("recorded history", history),

@@ -26,11 +26,12 @@ from kinetile.plugin.drawing import Item
 from kinetile.run import arguments
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
 from kinetile.run.arguments import StopAt
+from kinetile.run.callbacks import OnContact, read_calls
 from kinetile.run.candidates import by_number, candidates, drawn, named_near
 from kinetile.run.compose import Commands, Composition, Named, compose_phases
 from kinetile.run.engine.contacts import Recorder, RowFunction
 from kinetile.run.engine.engine import Engine, Kept
-from kinetile.run.interrupts import Unbroken
+from kinetile.run.interrupts import Interruptible, Unbroken
 from kinetile.run.moment import Moment
 from kinetile.run.observing import Observers
 from kinetile.run.prepared import Prepared
@@ -220,6 +221,7 @@ class Simulation(Moment):
         progress: Callable[[Progress], None] | None = None,
         recorder: Recorder | RowFunction | None = None,
         stop_at: StopAt | None = None,
+        on_contact: OnContact | None = None,
         observe: Sequence[str] | Observed = (),
     ) -> Event | None:
         """Runs until a time, or for a number of further contacts or events, whichever comes first; returns
@@ -234,6 +236,10 @@ class Simulation(Moment):
             progress: called after each chunk (a fraction of a second); it may turn bodies.
             recorder: called with the log rows of each chunk, before a fault is raised; or a ``Recorder``.
             stop_at: contacts to stop at, at their exact time (``StopAt``).
+            on_contact: a function that is called with each contact (``Event``) right after it, in order; or
+                functions by kinds: ``{"ball": f, ("bullet", "wall"): g}``. It may give commands, which happen
+                at that very time; if it returns True the run stops there. An error that it raises ends the
+                run at that contact.
             observe: what to measure from here on, such as ``["pressure", "msd:every=0.1"]``; results are in
                 ``observed``. To go on with what the last run has measured, that: ``observe=sim.observed``.
 
@@ -245,14 +251,19 @@ class Simulation(Moment):
             BusyError: this simulation is running already.
             ValueError: ``until`` is not finite, or in the past; ``stop_at`` names an unknown kind.
             IndexError: ``stop_at`` names a body that is neither present nor to be inserted.
-            TypeError: ``stop_at`` is no ``StopAt``, or ``recorder`` no function.
+            TypeError: ``stop_at`` is no ``StopAt``, ``recorder`` or ``on_contact`` no function; or both
+                ``stop_at`` and ``on_contact`` are given.
             UnknownName, BadOption, Refused: there is no such observable, or not with these options or in this
                 scene.
         """
         with self._alone("run"):
             end = arguments.read_end(self._engine, self.scene, until, max_contacts, max_events)
             engine = self._engine
-            stop = arguments.read_stop(engine, self.scene, stop_at)
+            calls = read_calls(on_contact, self.scene.kinds)
+            if calls is not None and stop_at is not None:
+                raise TypeError("a run has stop_at or on_contact: a function of on_contact stops it by True")
+            stops = stop_at if calls is None else calls.stop
+            stop = arguments.read_stop(engine, self.scene, stops)
             if progress is not None and not callable(progress):
                 raise TypeError(f"progress is called during the run; found {shown(progress)}")
             if recorder is not None and not callable(recorder):
@@ -273,7 +284,16 @@ class Simulation(Moment):
                 progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
 
             def run_to(to: End) -> Event | None:
-                return advance(engine, to, self._audit, None if progress is None else report)
+                while True:
+                    event = advance(engine, to, self._audit, None if progress is None else report)
+                    if calls is None or event is None:
+                        return event
+                    numbers = engine.numbers
+                    with Interruptible():
+                        if calls(self._with_kinds(event) or event):
+                            return event
+                    if engine.numbers > numbers:  # new bodies are of the kinds as well
+                        engine.watch(arguments.read_stop(engine, self.scene, stops))
 
             self._running = True
             if observers:

@@ -1,0 +1,149 @@
+"""``run(on_contact=f)``: f is called with each contact, at its time, and what it orders happens there."""
+
+import random
+from contextlib import suppress
+
+import pytest
+
+import kinetile as kt
+from kinetile_accuracy import certify_log
+from lanes import BUILT_IN, first
+
+pytestmark = pytest.mark.small
+
+KINDS = {"kind": ["ball", "ball", "bullet", "peg"], "mass": [1.0, 1.0, 1.0, float("inf")]}
+RULES = {("ball", "bullet"): "pass", ("bullet", "wall"): "stop"}
+
+
+def scene(seed=0):
+    rng = random.Random(seed)
+    places = [(1.0, 1.0), (3.0, 1.0), (1.0, 3.0), (2.5, 2.5)]
+    flies = [(rng.uniform(-2, 2), rng.uniform(-2, 2)) for _ in range(3)] + [(0.0, 0.0)]
+    return kt.Scene(places, flies, 0.25, arena=(4.0, 4.0), responses=RULES, **KINDS)
+
+
+def moments(sim):
+    """Every contact as (epoch, tick, its bodies)."""
+    rows = sim.contacts[["epoch", "tick", "a", "b"]].tolist()
+    return [(epoch, tick, {a, *([b] if b >= 0 else [])}) for epoch, tick, a, b in rows]
+
+
+@pytest.mark.parametrize("phase", first(2, BUILT_IN))
+def test_it_is_called_with_every_contact_in_order_and_changes_nothing(phase):
+    told, rows = [], []
+    sim, plain = (kt.Simulation(kt.make_scene("grid", bodies=6, seed=1), phase) for _ in range(2))
+    plain.run(until=1.0, observe=["pressure"])
+    sim.run(
+        until=1.0, on_contact=told.append, recorder=lambda some: rows.append(len(some)), observe=["pressure"]
+    )
+    assert [(each.epoch, each.tick, {*each.bodies}) for each in told] == moments(sim) == moments(plain)
+    assert sim.time == 1.0
+    assert sum(rows) == len(told)
+    assert sim.observed == plain.observed
+
+
+def test_kinds_choose_what_is_called():
+    told = {"ball": [], "two": [], "wall": []}
+    of = {
+        "ball": told["ball"].append,
+        ("ball", "peg"): told["two"].append,
+        ("wall", "bullet"): told["wall"].append,
+    }
+    sim = kt.Simulation(scene(), "cells")
+    sim.run(until=30.0, on_contact=of)
+    met = [({*sim.kinds_of(list(bodies)).tolist()}, bodies) for _, _, bodies in moments(sim)]
+    assert len(told["ball"]) == sum("ball" in kinds for kinds, _ in met) > 5
+    assert len(told["two"]) == sum(kinds == {"ball", "peg"} for kinds, _ in met) > 0
+    assert len(told["wall"]) == sum(kinds == {"bullet"} for kinds, _ in met) > 0
+    assert all(each.kinds == ("bullet",) and each.wall for each in told["wall"])
+
+
+def orders(sim, seed):
+    """A function that turns, inserts and removes at contacts."""
+    rng = random.Random(seed)
+
+    def order(event):
+        bodies = sim.bodies.tolist()
+        what = rng.randrange(4)
+        if what == 0:
+            sim.set_velocity(rng.choice(bodies), (rng.uniform(-2, 2), rng.uniform(-2, 2)))
+        elif what == 1 and len(bodies) > 2:
+            sim.remove(rng.choice(bodies))
+        elif what == 2:
+            place = (rng.uniform(0.3, 3.7), rng.uniform(0.3, 3.7))
+            with suppress(kt.errors.NoRoom):
+                sim.insert(place, (1.0, rng.uniform(-1, 1)), 0.125, kind=rng.choice(["ball", "bullet"]))
+
+    return order
+
+
+@pytest.mark.parametrize("seed", first(4, range(60)))
+def test_what_it_orders_is_replayed_under_another_phase_and_certified(seed):
+    sims = [kt.Simulation(scene(seed), phase, live=True) for phase in ("naive", "cells", "sap-1d")]
+    for sim in sims:
+        order = orders(sim, seed)
+        sim.run(until=2.0, on_contact=order)
+        there = sim.snapshot()
+        sim.restore(there)
+        sim.run(until=4.0, on_contact=order)
+        sim.audit()
+    assert len({sim.fingerprint for sim in sims}) == 1
+    recorded = sims[0].recorded()
+    again = kt.Simulation(recorded, "sap-2d")
+    again.run()
+    assert again.fingerprint == sims[0].fingerprint
+    assert certify_log(recorded, sims[0].contacts).right
+
+
+def test_new_bodies_of_a_kind_are_called_for():
+    sim, told = kt.Simulation(scene(), "cells", live=True), []
+
+    def split(event):
+        told.append(event)
+        if len(told) == 1:
+            sim.insert((3.5, 3.5), (1.0, 0.5), 0.125, kind="bullet")
+
+    sim.run(until=6.0, on_contact={"bullet": split})
+    assert any(4 in event.bodies for event in told)
+
+
+def test_true_stops_the_run_there_and_an_error_ends_it_at_that_contact():
+    whole, sim = kt.Simulation(scene(), "cells"), kt.Simulation(scene(), "cells")
+    whole.run(until=4.0)
+    told = []
+    met = sim.run(until=4.0, on_contact=lambda event: told.append(event) or len(told) == 3)
+    assert (met, sim.time, len(sim.contacts)) == (told[2], told[2].time, 3)
+
+    def fail(event):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sim.run(until=4.0, on_contact=fail)
+    assert len(sim.contacts) == 4
+    assert sim.fault is None
+    sim.run(until=4.0)
+    assert (sim.fingerprint, sim.positions().tolist()) == (whole.fingerprint, whole.positions().tolist())
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "says"),
+    [
+        ({"on_contact": 3}, TypeError, "a function of an Event, or a mapping"),
+        ({"on_contact": {"dart": print}}, ValueError, "dart"),
+        ({"on_contact": {"wall": print}}, ValueError, "expected a kind, two, or a kind and 'wall'"),
+        ({"on_contact": {"ball": None}}, TypeError, "which is no function"),
+        ({"on_contact": print, "stop_at": kt.StopAt()}, TypeError, "stop_at or on_contact"),
+    ],
+)
+def test_what_is_refused_changes_nothing(given, error, says):
+    sim = kt.Simulation(scene(), "cells")
+    before = sim.snapshot()
+    with pytest.raises(error, match=says):
+        sim.run(until=1.0, **given)
+    assert sim.snapshot() == before
+
+
+def test_it_cannot_run_the_run_that_calls_it():
+    sim = kt.Simulation(scene(), "cells")
+    with pytest.raises(kt.errors.BusyError, match="from its own"):
+        sim.run(until=4.0, on_contact=lambda event: sim.run(until=5.0))
