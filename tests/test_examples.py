@@ -1,9 +1,13 @@
 """Programs of docs/examples: they play to the end, and their own comparisons hold."""
 
 import runpy
+from itertools import combinations, pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+import lanes
 
 ROOT = Path(__file__).parents[1]
 
@@ -55,3 +59,50 @@ MATTER = runpy.run_path(str(ROOT / "docs/cookbook/matter.py"))["SYSTEMS"]
 @pytest.mark.parametrize("system", MATTER)
 def test_matter_is_as_published(system):
     MATTER[system]()
+
+
+def by_legs(flights: dict, separation: float) -> dict:
+    """The least distance of each two flights while both are there, and when, where it is below a separation:
+    by the closed form of each two legs, with no scene at all."""
+    found = {}
+    legs = {name: list(pairwise(points)) for name, points in flights.items()}
+    for one, two in combinations(sorted(flights), 2):
+        least = []
+        for (t1, *p1), (t2, *p2) in legs[one]:
+            for (s1, *q1), (s2, *q2) in legs[two]:
+                begin, end = max(t1, s1), min(t2, s2)
+                if begin < end:
+                    flies, others = (
+                        np.subtract(b, a) / (t - s) for a, b, s, t in ((p1, p2, t1, t2), (q1, q2, s1, s2))
+                    )
+                    place = (q1 + others * (begin - s1)) - (p1 + flies * (begin - t1))
+                    way = others - flies
+                    after = min(max(-(place @ way) / (way @ way), 0.0), end - begin)
+                    least.append((float(np.hypot(*(place + way * after))), begin + after))
+        if least and min(least)[0] < separation:
+            found[one, two] = min(least)
+    return found
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("count", lanes.first(1, [40, 500]))
+def test_losses_of_separation_are_those_of_the_closed_form_of_legs(count):
+    example = runpy.run_path(str(ROOT / "docs/examples/separation.py"))
+    flights = example["draw"](count, side=500.0 if count > 100 else 120.0)
+    found, wanted = {}, by_legs(flights, 5.0)
+    for one, two, _, _, closest, time in example["losses"](flights, 5.0):
+        pair = min(one, two), max(one, two)
+        found[pair] = min(found.get(pair, (closest, time)), (closest, time))
+    assert found.keys() == wanted.keys()
+    assert len(found) > 10
+    for pair in found:
+        assert found[pair] == pytest.approx(wanted[pair], abs=1e-9)
+
+
+def test_flights_are_read_from_a_file(tmp_path, capsys):
+    example = runpy.run_path(str(ROOT / "docs/examples/separation.py"))
+    (tmp_path / "f.csv").write_text("flight,time,x,y\nB,0,10,0\nA,0,0,0\nB,10,0,0\nA,5,5,0\nA,10,5,50\n")
+    assert example["read"](tmp_path / "f.csv") == {
+        "A": [(0.0, 0.0, 0.0), (5.0, 5.0, 0.0), (10.0, 5.0, 50.0)],
+        "B": [(0.0, 10.0, 0.0), (10.0, 0.0, 0.0)],
+    }

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from kinetile.plugin.specs import ResponseSpec as ResponseSpec
     from kinetile.plugin.specs import SceneSpec as SceneSpec
     from kinetile.plugin.specs import hookimpl as hookimpl
+    from kinetile.records.encounters import encounters as encounters
     from kinetile.records.events import EventRecorder as EventRecorder
     from kinetile.records.reading import read_events as read_events
     from kinetile.records.trajectory import Trajectory as Trajectory

@@ -14,7 +14,10 @@ from kinetile.errors import BadOption, RecordError
 PARQUET = (".parquet",)
 """The ending of event files."""
 
-_ENDINGS = {"--events": PARQUET, "--save-scene": (".toml",), "--contacts": (), "--checkpoint": ()}
+_ENDINGS = {
+    **{"--events": PARQUET, "--encounters": (".csv",), "--save-scene": (".toml",)},
+    **{"--contacts": (), "--checkpoint": ()},
+}
 _FORMS = [".parquet", ".toml", ".csv", ".json", ".html", ".svg", ".png", ".pdf", ".gif", ".xyz", ".gsd"]
 
 
@@ -31,18 +34,21 @@ def check_ending(option: str, path: Path, endings: Sequence[str] = ()) -> str:
 
 def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
     """Raises BadOption unless the files of options have names with the right endings, are different and may
-    be written; those of ``--contacts`` and ``--save-scene`` may exist only to be overwritten."""
+    be written; those of ``--contacts``, ``--encounters`` and
+    ``--save-scene`` may exist only to be overwritten."""
     given = [(what, path) for what, path in files.items() if path is not None]
     for what, path in given:
         if not path.name:
             raise BadOption(f"{what} names no file: expected the path of a file")
     for (one, path), (other, its_path) in combinations(given, 2):
-        if {"--events", "--contacts", "--checkpoint"} & {one, other} and _same_file(path, its_path):
+        if {"--events", "--contacts", "--encounters", "--checkpoint"} & {one, other} and _same_file(
+            path, its_path
+        ):
             raise BadOption(f"{one} and {other} are one file, {path}: expected two, for one would be lost")
     for what, path in given:
         if what in _ENDINGS:
             check_ending(what, path, _ENDINGS[what])
-        if what in ("--contacts", "--save-scene"):
+        if what in ("--contacts", "--encounters", "--save-scene"):
             check_new(what, path, overwrite)
 
 

@@ -53,6 +53,10 @@ def run(
     contacts: Annotated[
         Path | None, option("Write the contacts to a new text file: epoch tick a b a line.", "FILE")
     ] = None,
+    encounters: Annotated[
+        Path | None,
+        option("Write who passes whom, from when to when, and how close, to a new file, .csv.", "FILE"),
+    ] = None,
     checkpoint: Annotated[
         Path | None, option("Save the run regularly to a file, for `kinetile resume`.", "FILE")
     ] = None,
@@ -74,6 +78,12 @@ def run(
         from kinetile.run.simulation import Simulation
 
         written = {"--events": events, "--contacts": contacts, "--checkpoint": checkpoint}
+        written["--encounters"] = encounters
+        if encounters is not None and checkpoint is not None:
+            raise BadOption(
+                "--encounters is of one whole run, and a checkpoint is taken up by another one: expected "
+                "--events in its place, and in the end kinetile.encounters(kinetile.Trajectory.read(FILE))"
+            )
         source = Path(scene) if scene.lower().endswith(".toml") else None
         check_files({**written, "--save-scene": save_scene, "the scene": source}, overwrite)
         wanted = read_observables(observe, observe_to, overwrite, saved=checkpoint is not None)
@@ -117,6 +127,7 @@ def run(
             recorder=recorder,
             checkpoint=saves,
             contacts=contacts,
+            encounters=encounters,
             json=json,
             observe=wanted,
             observe_to=observe_to,

@@ -19,6 +19,7 @@ from kinetile.cli.output import as_json, scene_summary, show, show_labels
 from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, echo, make_ready, notice
 from kinetile.errors import BadOption, RecordError
 from kinetile.plugin.choices import called
+from kinetile.targets import write_file
 
 if TYPE_CHECKING:
     from kinetile.records.events import EventRecorder
@@ -47,13 +48,15 @@ def run_to_end(
     checkpoint: Checkpoint | None,
     json: bool,
     contacts: Path | None = None,
+    encounters: Path | None = None,
     observe: Sequence[str] | Observed = (),
     observe_to: Path | None = None,
 ) -> None:
     """Runs, writes the contacts and what is observed if requested, and prints the result; raises typer.Exit
     if it ended badly. ``requested`` is the end, its contacts counted from the start of the run;
     ``max_contacts`` is the number of further ones."""
-    ending = _carry_out(simulation, recorder, requested["until"], max_contacts, checkpoint, observe)
+    rows = None if encounters is None or recorder is not None else list[Any]()
+    ending = _carry_out(simulation, recorder, requested["until"], max_contacts, checkpoint, observe, rows)
     if contacts is not None:
         from kinetile.records.contacts import write_contacts
 
@@ -61,6 +64,9 @@ def run_to_end(
             write_contacts(contacts, simulation.contacts, simulation.fingerprint)
         except OSError as error:
             ending = RunEnd(ending.status, FAULT, f"--contacts {contacts}: {error.strerror or error}")
+    if encounters is not None:
+        with file_errors(f"--encounters {encounters}"):
+            _write_encounters(encounters, simulation, recorder, rows)
     found = _result(simulation, recorder, requested, ending.status)
     if json:
         echo(as_json(found))
@@ -82,8 +88,10 @@ def _carry_out(
     max_contacts: int | None,
     checkpoint: Checkpoint | None,
     observe: Sequence[str] | Observed,
+    rows: list[Any] | None,
 ) -> RunEnd:
-    """Runs, saves if requested, and closes the events file in any case."""
+    """Runs, saves if requested, and closes the events file in any case; ``rows`` get what has happened, where
+    there is no such file."""
     saved = ""
     if checkpoint is not None:
         checkpoint.begin()
@@ -106,7 +114,7 @@ def _carry_out(
                         until,
                         max_contacts=max_contacts,
                         progress=progress,
-                        recorder=recorder,
+                        recorder=recorder if rows is None else lambda some: rows.append(some.copy()),
                         observe=observe,
                     )
                 except KeyboardInterrupt:
@@ -121,6 +129,26 @@ def _carry_out(
         except FAULTS as error:
             return RunEnd(f"fault: {type(error).__name__}", FAULT, str(error))
     return RunEnd("complete")
+
+
+def _write_encounters(
+    path: Path, simulation: Simulation, recorder: EventRecorder | None, rows: list[Any] | None
+) -> None:
+    import numpy as np
+
+    from kinetile.kernel.log import LOG
+    from kinetile.records.encounters import ENCOUNTER, encounters
+    from kinetile.records.trajectory import Trajectory
+
+    if recorder is not None:
+        trajectory = Trajectory.read(recorder.path)
+    else:
+        trajectory = Trajectory(
+            np.concatenate([np.zeros(0, LOG), *(rows or ())]), simulation.scene, simulation.time
+        )
+    names = ENCOUNTER.names or ()
+    lines = [names, *encounters(trajectory).tolist()]
+    write_file(path, "".join(",".join(map(str, line)) + "\n" for line in lines))
 
 
 @contextmanager

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from kinetile.scene import Scene
 
 
-class _Plans(NamedTuple):
+class PlansAt(NamedTuple):
     """Flight plans at a time: of which bodies (n,), their plans, the time since their anchors (n,), the
     periods that were taken off the anchors (n, 2), and their accelerations (n, 2)."""
 
@@ -45,6 +45,7 @@ class _Plans(NamedTuple):
 
     @property
     def places(self) -> NDArray[np.float64]:
+        """Where the bodies are, (n, 2)."""
         return positions_after(self.plan, self.elapsed)
 
 
@@ -89,26 +90,26 @@ class Trajectory:
         """Returns the positions (n, 2) of all bodies that there are at ``time``, in the order of ``bodies``;
         along a periodic axis from 0 to less than the period. Raises ValueError unless it is finite and not
         before the start."""
-        return in_box(self._flight_plans(time).places, self.scene.periods)
+        return in_box(self.flight_plans(time).places, self.scene.periods)
 
     def unwrapped(self, time: float) -> NDArray[np.float64]:
         """Returns the positions (n, 2) as if no axis were periodic: each body's first position and all that
         it has flown. In a scene without a periodic axis that is ``positions``."""
-        plans = self._flight_plans(time)
+        plans = self.flight_plans(time)
         return np.asarray(plans.places + plans.images * self.scene.periods)
 
     def bodies(self, time: float) -> NDArray[np.int64]:
         """Returns the numbers of the bodies that there are at ``time``, (n,), ascending."""
-        return self._flight_plans(time).bodies
+        return self.flight_plans(time).bodies
 
     def velocities(self, time: float) -> NDArray[np.float64]:
         """Returns the velocities (n, 2) of all bodies at ``time``, after the events of that very time."""
-        plans = self._flight_plans(time)
+        plans = self.flight_plans(time)
         return velocities_after(plans.plan, plans.elapsed)
 
     def accelerations(self, time: float) -> NDArray[np.float64]:
         """Returns the accelerations (n, 2) of all bodies at ``time``, after the events of that very time."""
-        return self._flight_plans(time).acceleration
+        return self.flight_plans(time).acceleration
 
     @cached_property
     def _accelerations(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -178,7 +179,8 @@ class Trajectory:
                 "event from the scene's start on, as the recorder gets them if it is there in each run"
             )
 
-    def _flight_plans(self, time: float) -> _Plans:
+    def flight_plans(self, time: float) -> PlansAt:
+        """Returns the plans of all bodies that there are at ``time``; raises ValueError as ``positions``."""
         time = float(time)
         if not self.scene.start <= time < math.inf:
             raise ValueError(
@@ -211,7 +213,7 @@ class Trajectory:
         there[moved] = rows["b"] != REMOVED
         elapsed = ticks[there].astype(np.float64) * (self._clock.unit / TICKS)
         plan = self._plan(anchor[there], velocity[there], acceleration[there])
-        return _Plans(bodies[there], plan, elapsed, images[there], acceleration[there])
+        return PlansAt(bodies[there], plan, elapsed, images[there], acceleration[there])
 
 
 def positions_at(

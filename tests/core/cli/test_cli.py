@@ -553,3 +553,26 @@ def test_ctrl_c_while_modules_are_imported_or_code_is_loaded_became_another_erro
     finally:
         signal.signal(signal.SIGINT, before)
     assert later == [True, False]
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("events", [False, True])
+def test_encounters_are_written_with_and_without_an_event_file(tmp_path, events):
+    if events:
+        pytest.importorskip("pyarrow")
+    scene = kt.Scene(
+        [(1.0, 2.0), (3.0, 1.75)], [(1.0, 0.0), (-1.0, 0.0)], 0.25, kind="a", responses={("a", "a"): "pass"}
+    )
+    kt.save_scene(scene, tmp_path / "s.toml")
+    out = tmp_path / "e.csv"
+    more = ("--events", tmp_path / "e.parquet") if events else ()
+    kinetile("run --until 2.5 --encounters", out, *more, tmp_path / "s.toml", code=0)
+    names, line = out.read_text("utf-8").split()
+    assert names == "a,b,mx,my,begin,end,duration,closest,closest_time"
+    assert line.split(",")[:4] + line.split(",")[-2:] == ["0", "1", "0", "0", "0.25", "1.0"]
+    again = kinetile("run --until 2.5 --encounters", out, tmp_path / "s.toml")
+    assert "is there already" in again.stderr or "exists" in again.stderr
+    refused = kinetile(
+        "run --encounters", tmp_path / "f.csv", "--checkpoint", tmp_path / "c.kt", tmp_path / "s.toml"
+    )
+    assert "--encounters is of one whole run" in refused.stderr
