@@ -26,7 +26,6 @@ DEADLY = '''"""A broad phase that takes its process with it, or all its memory, 
 import os
 
 import kinetile as kt
-from command_line import kinetile
 from kinetile.toolbox import BroadPhaseParts
 
 
