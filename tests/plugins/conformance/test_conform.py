@@ -130,8 +130,6 @@ def test_its_scene_fails_again_and_passes_under_another(blind):
     assert first.endswith(("(2 bodies)", "(3 bodies)"))
     assert "contact 0 is missing: body 0 with body 1" in rest[1]
     assert any(line.startswith("  verdict: only blind; ") for line in rest)
-    other = blind.run("replay", "blind", file, "--check", "can-be-drawn")
-    assert (other.returncode, other.stdout.partition(":")[0]) == (0, "passes")
     found = json.loads(kinetile("replay", "naive", blind.folder / file, "--json", code=0).stdout)
     assert (found["check"], found["fails"]) == (CHECK, False)
 
