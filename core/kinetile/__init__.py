@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from kinetile.show.html import as_html as as_html
     from kinetile.show.html import as_svg as as_svg
     from kinetile.show.player.view import view as view
+    from kinetile.show.printed import plot as plot
 
 _NAMES, _attribute = lazy_names(__name__)
 _MODULES = ("errors", "kernel", "plugin", "records", "run", "scene", "show", "toolbox")

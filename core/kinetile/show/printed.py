@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 from kinetile.errors import MissingExtra
 from kinetile.plugin.drawing import Item, Segment
-from kinetile.show.picture import LIGHT, LOOKS, NEXT, ORDER, Picture, corners_of
+from kinetile.run.simulation import Simulation
+from kinetile.show.picture import LIGHT, LOOKS, NEXT, ORDER, Picture, corners_of, take_picture
 
 INCHES = 6.9
 """The longer side of what is shown: the text width of an A4 page."""
@@ -49,6 +50,28 @@ def as_printed(picture: Picture, form: str, velocities: bool = False) -> bytes:
     _legend(figure, picture)
     undated = {"png": None, "pdf": {"CreationDate": None}}[form]
     return figure_bytes(figure, form, dpi=200, metadata=undated)
+
+
+def plot(
+    sim: Simulation,
+    ax: Any = None,
+    *,
+    structure: bool = False,
+    pairs: bool | None = None,
+    velocities: bool = False,
+) -> Any:
+    """Draws a simulation as it is now on axes of matplotlib, those of pyplot without ``ax``, in the scene's
+    lengths, and returns them; with what the broad phase draws (``structure``; lines between ``pairs`` of up
+    to 250 bodies), and an arrow for each velocity, if wanted. Raises MissingExtra without matplotlib."""
+    check_printing("Drawing on axes")
+    axes = import_module("matplotlib.pyplot").gca() if ax is None else ax
+    picture = take_picture(sim, structure=structure, pairs=pairs)
+    (left, bottom), (right, top) = picture.low, picture.high
+    axes.set(aspect="equal", xlim=(left, right), ylim=(bottom, top))
+    _draw(axes, picture)
+    if velocities:
+        _arrows(axes, picture)
+    return axes
 
 
 def figure_bytes(figure: Any, form: str, **options: Any) -> bytes:

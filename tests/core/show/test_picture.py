@@ -166,3 +166,13 @@ def test_pairs_of_many_bodies_are_drawn_when_they_are_asked_for(bodies, asked, d
     sim = kt.Simulation(kt.make_scene("grid", bodies=bodies, seed=1), "sweep-tiling")
     picture = take_picture(sim, **asked)
     assert ("pair" in picture.roles, picture.caption.endswith(", without pairs (--pairs)")) == (drawn, said)
+
+
+def test_it_is_drawn_on_given_axes_among_other_things():
+    figure = pytest.importorskip("matplotlib.figure").Figure()
+    left, right = figure.subplots(1, 2)
+    sim = simulation("sap-2d")
+    assert kt.plot(sim, left) is left
+    assert kt.plot(sim, right, structure=True, velocities=True) is right
+    assert len(left.patches) == len(sim.bodies) < len(right.patches)
+    assert (left.get_xlim(), left.get_ylim()) == ((0.0, sim.scene.arena[0]), (0.0, sim.scene.arena[1]))
