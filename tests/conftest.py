@@ -42,7 +42,14 @@ if sys.dont_write_bytecode:
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
-IN_PLAIN_HOOKS = ("core/records/", "core/run/", "core/show/", "core/test_comparison.py", "plugins/")
+IN_PLAIN_HOOKS = (
+    "core/cli/",
+    "core/records/",
+    "core/run/",
+    "core/show/",
+    "core/test_comparison.py",
+    "plugins/",
+)
 """Folders, and a file, whose tests are small unless they are marked ``compiled`` or ``own_loop``."""
 
 OF_PAGES = ("core/show/player/",)

@@ -9,7 +9,6 @@ import pytest
 
 import kinetile as kt
 from command_line import kinetile, printed
-from kinetile.kernel.compiled import INTERPRETED
 
 HERE = f"numba-{numba.__version__}-llvmlite-{llvmlite.__version__}"
 OTHER = "numba-0.1.0-llvmlite-0.2.0"
@@ -58,7 +57,7 @@ def test_an_empty_cache_is_no_error(tmp_path, monkeypatch):
     assert not (tmp_path / "nothing").exists()
 
 
-@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+@pytest.mark.compiled
 def test_what_a_run_loads_is_in_the_cache_that_is_shown():
     sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
     sim.compile()

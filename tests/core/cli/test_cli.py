@@ -51,7 +51,6 @@ def test_run_prints_a_table_with_units():
         assert part in result.stdout
 
 
-@pytest.mark.small
 def test_run_takes_options_of_the_phases():
     one = printed("run -s bodies=4 --broad-phase sap-1d:axis=y --narrow-phase disc")
     two = printed("run -s bodies=4 --broad-phase sap-1d -o axis=y --narrow-phase disc")
@@ -68,7 +67,6 @@ def test_a_number_of_contacts_is_an_end_too():
     assert (result["run"]["status"], result["run"]["time"]) == ("complete", 0.25)
 
 
-@pytest.mark.small
 def test_a_saved_scene_is_the_same_run_again(tmp_path):
     path = tmp_path / "saved.toml"
     first = printed("run -s bodies=9 --broad-phase sap-1d:axis=y --until 0.75 --save-scene", path)
@@ -80,7 +78,6 @@ def test_a_saved_scene_is_the_same_run_again(tmp_path):
     assert (other["broad_phase"], other["options"], other["run"]["time"]) == ("naive", {}, 0.25)
 
 
-@pytest.mark.small
 def test_the_default_end_is_one_unit_after_the_start(tmp_path):
     scene = kt.Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.5, start=100.0)
     kt.save_scene(scene, tmp_path / "late.toml")
@@ -126,6 +123,7 @@ def audited(simulation, *arguments, of=kt.Simulation.run, **options):
     raise AuditError("at time 1.0 the queue is out of order")
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("fault", ["ZenoError", "AuditError"])
 def test_after_a_fault_what_was_done_is_printed_and_kept(fault, tmp_path, monkeypatch):
     pytest.importorskip("pyarrow")
@@ -143,7 +141,6 @@ def test_after_a_fault_what_was_done_is_printed_and_kept(fault, tmp_path, monkey
     assert metadata["status"].startswith(f"fault: {fault}: ")
 
 
-@pytest.mark.small
 def test_a_number_of_contacts_does_not_go_beyond_the_scenes_own_end(tmp_path):
     path = tmp_path / "short.toml"
     path.write_text('recipe = "grid"\nuntil = 0.25\nbroad-phase = "naive"\n[parameters]\nbodies = 4\n')
@@ -172,7 +169,6 @@ def test_a_second_run_into_a_file_that_is_being_written_was_not_reported(tmp_pat
     assert len(kt.read_events(path).rows) == 0
 
 
-@pytest.mark.small
 def test_compare_shows_the_first_difference_with_exact_ticks(blind, tmp_path):
     path = tmp_path / "meet.toml"
     kt.save_scene(kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[0.5, 0.0], [-0.5, 0.0]], 0.25), path)
@@ -185,7 +181,7 @@ def test_compare_shows_the_first_difference_with_exact_ticks(blind, tmp_path):
     assert json.loads(result.stdout)["first_divergence"]["expected"]["tick"] == 2**51
 
 
-@pytest.mark.small
+@pytest.mark.compiled
 def test_phases_that_agree_on_a_fault_have_not_come_to_their_end(tmp_path):
     path = jammed(tmp_path)
     result = kinetile("compare --phases naive,sap-1d", path, code=1)
@@ -451,6 +447,7 @@ def test_ctrl_c_while_modules_are_imported_was_a_traceback(module):
     assert re.fullmatch(r"kinetile: interrupted.*\n" if ended.returncode else "", ended.stderr)
 
 
+@pytest.mark.compiled
 def test_a_run_imports_only_what_it_needs():
     script = """
         import sys
@@ -555,7 +552,6 @@ def test_ctrl_c_while_modules_are_imported_or_code_is_loaded_became_another_erro
     assert later == [True, False]
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("events", [False, True])
 def test_encounters_are_written_with_and_without_an_event_file(tmp_path, events):
     if events:

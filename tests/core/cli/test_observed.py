@@ -19,7 +19,6 @@ def observed() -> list:
     return sim.observed.rows()
 
 
-@pytest.mark.small
 def test_json_has_the_estimates_of_a_simulation():
     found = printed(RUN)["observed"]
     rows = [row._asdict() for row in observed()]
@@ -32,14 +31,12 @@ def test_json_has_the_estimates_of_a_simulation():
         assert row == pytest.approx(expected)
 
 
-@pytest.mark.small
 def test_the_table_has_numbers_with_errors_and_the_length_of_curves():
     said = kinetile(RUN).stdout
     assert "standard error" in said
     assert "3 values over time" in said
 
 
-@pytest.mark.small
 def test_a_file_has_all_rows(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     kinetile(f"{RUN} --observe-to out.csv")
@@ -53,7 +50,6 @@ def test_a_file_has_all_rows(tmp_path, monkeypatch):
         )
 
 
-@pytest.mark.small
 @pytest.mark.parametrize("form", first(1, ["svg", "png", "pdf"]))
 def test_curves_are_drawn(tmp_path, form):
     pytest.importorskip("matplotlib")

@@ -68,7 +68,6 @@ def scene(blind):
     return scene
 
 
-@pytest.mark.small
 def test_a_saved_case_opens_where_the_phase_is_wrong(scene, tmp_path):
     result = kinetile("view case.toml --until 0.15", code=0)
     found = held(tmp_path / "view.html")
@@ -83,7 +82,6 @@ def test_a_saved_case_opens_where_the_phase_is_wrong(scene, tmp_path):
     assert "The check that failed: same-contacts." in result.stderr
 
 
-@pytest.mark.small
 def test_a_case_under_a_phase_that_is_right(scene, tmp_path):
     result = kinetile("view case.toml --broad-phase sap-1d --until 0.15")
     assert "All 1 events are the same under naive and sap-1d." in result.stderr
@@ -91,7 +89,6 @@ def test_a_case_under_a_phase_that_is_right(scene, tmp_path):
     assert "no --from" in refused("view case.toml --from 0.1 --out b.html")
 
 
-@pytest.mark.small
 def test_a_title_kept_a_raw_escape_and_a_kind_reversed_its_sentence():
     made = kt.make_scene("two-discs")
     scene = made.replace(
