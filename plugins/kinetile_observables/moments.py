@@ -37,7 +37,7 @@ class Energy(Observable):
         mass, velocity = movable(moment)
         found = {"E": float((mass * velocity**2).sum()) / 2}
         if moment.scene.bent:
-            heights = (moment.positions() * moment.accelerations()).sum(axis=1)
+            heights = (moment.positions() * moment.whole_accelerations()).sum(axis=1)
             found["U"] = -float(mass[:, 0] @ heights[np.isfinite(moment.masses())])
         return found
 

@@ -441,9 +441,14 @@ def overlap(one: Records, two: Records, distance: float) -> float:
 def exchange(k: Kernel, a: int, b: int, nx: float, ny: float, share: float) -> None:
     """Exchanges momentum along a normal of length 1, by a share of the closing speed; 1: elastically (rule
     9)."""
+    give(k, a, b, nx, ny, share * closing_speed(k.bodies[a], k.bodies[b], nx, ny))
+
+
+@hook
+def give(k: Kernel, a: int, b: int, nx: float, ny: float, speed: float) -> None:
+    """Exchanges momentum along a normal of length 1, as equals that close in by a speed do elastically."""
     one = k.bodies[a]
     two = k.bodies[b]
-    speed = share * closing_speed(one, two, nx, ny)
     one_share = shared(k.mass[a], k.mass[b], speed)
     two_share = shared(k.mass[b], k.mass[a], speed)
     one.vx += one_share * nx

@@ -14,8 +14,18 @@ import math
 from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
 from kinetile.scene.checks import is_finite
-from kinetile.toolbox import Kernel, Records, ResponseParts, hook, smaller, unchecked
-from kinetile_plugins.disc import exchange
+from kinetile.toolbox import (
+    Kernel,
+    Records,
+    ResponseParts,
+    closing_speed,
+    hook,
+    presses,
+    rest,
+    smaller,
+    unchecked,
+)
+from kinetile_plugins.disc import exchange, give
 
 
 class Elastic:
@@ -47,10 +57,27 @@ def since_touched(k: Kernel, a: int, b: int) -> float:
 @unchecked
 @hook
 def give_back(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
-    """Turns the closing speed round, with a share of it, ``rule.first``; all of it within ``rule.second``."""
+    """Turns the closing speed round, with a share of it, ``rule.first``; all of it within ``rule.second``.
+    Those that close in by no more than ``rule.third`` settle (rule 9r), or part by that if they are pressed."""
     back = rule.first if since_touched(k, a, b) > rule.second else 1.0
+    slow = rule.third
+    one = k.bodies[a]
+    if slow > 0.0:
+        speed = -(one.vx * nx + one.vy * ny)
+        if b >= 0:
+            speed = closing_speed(one, k.bodies[b], nx, ny)
+        if not speed < -slow:
+            if rest(k, a, b, nx, ny, slow):
+                return
+            if presses(k, a, b, nx, ny):
+                if b >= 0:
+                    give(k, a, b, nx, ny, 0.5 * (speed - slow))
+                else:
+                    speed = (one.vx * nx + one.vy * ny) + slow
+                    one.vx -= speed * nx
+                    one.vy -= speed * ny
+                return
     if b < 0:
-        one = k.bodies[a]
         speed = (1.0 + back) * (one.vx * nx + one.vy * ny)
         one.vx -= speed * nx
         one.vy -= speed * ny
@@ -66,10 +93,14 @@ class Restitution:
         contact_time: a contact within so much time of the last one of either body loses nothing, in the
             scene's time, below 1,024 units of its clock; it may be left out only where e is 1.
 
+        settle: a body of finite mass that meets a wall, or a face of an immovable one at rest, no faster than
+            this, rests there or slides along it; others pressed together part by this speed at least. For
+            scenes with accelerations and an arena; it may be left out: nothing comes to rest.
+
     Raises BadOption for an invalid e, and for e < 1 without a contact_time above 0.
     """
 
-    def __init__(self, e: float, contact_time: float | None = None) -> None:
+    def __init__(self, e: float, contact_time: float | None = None, settle: float | None = None) -> None:
         if not is_finite(e) or not 0.0 < e <= 1.0:
             raise BadOption(
                 f"restitution: e is {e!r}; expected a number above 0 and at most 1 (stop: to rest)"
@@ -81,10 +112,16 @@ class Restitution:
                 f"restitution: e is {e!r} and there is no contact_time; without one infinitely many contacts "
                 "can come in a finite time: give one, 1e-4 of the mean time between contacts, say"
             )
-        self.numbers = (float(e), float(contact_time or 0.0))
+        if settle is not None and (not is_finite(settle) or settle <= 0.0):
+            raise BadOption(f"restitution: settle is {settle!r}; expected a speed above 0")
+        self.numbers = (float(e), float(contact_time or 0.0), float(settle or 0.0))
 
     def prepare(self, scene: Scene) -> ResponseParts:
-        """Returns the parts; raises Refused for a contact_time that is longer than the kernel remembers."""
+        """Returns the parts; raises Refused for a contact_time that is longer than the kernel remembers, and
+        for settle in a scene where nothing can settle."""
+        if self.numbers[2] and (not scene.bent or scene.arena is None):
+            lacks = "an arena" if scene.bent else "accelerations"
+            raise Refused(f"restitution: bodies settle by accelerations in an arena; the scene has no {lacks}")
         longest = REMEMBERED * scene.time_unit
         if self.numbers[1] >= longest:
             raise Refused(

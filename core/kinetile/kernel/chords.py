@@ -88,10 +88,14 @@ def lay_all(k: Kernel, skin: float, margin: float) -> None:
         shadows[name] = bodies[name]
     shadows["reach"] = bodies["radius"] + skin
     pull = abs(bodies["ax"]) + abs(bodies["ay"])
-    bent = np.flatnonzero(pull)
-    ticks = np.sqrt(2.0 * margin / pull[bent]) * float(clock.per_time) * (1.0 - 2.0**-20)
+    whole = pull
+    if "whole_x" in (bodies.dtype.names or ()):  # what is held has no chord, and its span for later
+        whole = abs(bodies["whole_x"]) + abs(bodies["whole_y"])
+    bent = np.flatnonzero(whole)
+    ticks = np.sqrt(2.0 * margin / whole[bent]) * float(clock.per_time) * (1.0 - 2.0**-20)
     bodies["span"][bent] = np.minimum(ticks, float(MOST_SPAN)).astype(np.int64)
     bodies["end"] = NEVER
+    bent = np.flatnonzero(pull)
     bodies["end"][bent] = int(clock.now) + bodies["span"][bent]
     plans, elapsed = plans_now(k, bent)
     here, time = positions_after(plans, elapsed), bodies["span"][bent] * float(clock.tick)

@@ -57,6 +57,12 @@ def square_of_speed(body: Records) -> float:
 
 
 @hook
+def _of_heights(body: Records) -> float:
+    return square_of_speed(body) - 2.0 * float(body.whole_x * body.x + body.whole_y * body.y)
+
+
+@with_field("whole_x", _of_heights)
+@hook
 def _twice_energy(body: Records) -> float:
     return square_of_speed(body) - 2.0 * float(body.ax * body.x + body.ay * body.y)
 

@@ -25,7 +25,7 @@ Answer 2 adds periodic axes to answer 1, answer 3 shapes, and answer 5 accelerat
 from before there was a specification."""
 
 LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4
-TURNED, REANCHORED, INSERTED, REMOVED, ACCELERATED = -5, -6, -7, -8, -9
+TURNED, REANCHORED, INSERTED, REMOVED, ACCELERATED, HELD = -5, -6, -7, -8, -9, -10
 WALLS = {LEFT: "left", RIGHT: "right", BOTTOM: "bottom", TOP: "top"}
 
 CONTACT = np.dtype([("time", "f8"), ("epoch", "i8"), ("tick", "i8"), ("a", "i4"), ("b", "i4")])
@@ -44,9 +44,10 @@ LOG = np.dtype(
 )
 """One event that changed a flight plan: as CONTACT, and -5 for a turn, -6 for a re-anchoring that keeps the
 velocity, -7 for an inserted body, -8 for a removed one, with its last plan, -9 for one with another
-acceleration; then position and velocity of both bodies right after it (NaN for ``b`` where there is no second
+acceleration, -10 for one that begins or ceases to be held by supports, by itself or after the row of the event
+that does that; then position and velocity of both bodies right after it (NaN for ``b`` where there is no second
 body, and for both where they begin or end to pass through each other: no plan changes). Where bodies are
-accelerated, rows of -7 and -9 have the acceleration in the place of ``b``'s position."""
+accelerated, rows of -7, -9 and -10 have the acceleration in the place of ``b``'s position."""
 
 
 def digestible(contacts: npt.NDArray[np.void]) -> bytes:

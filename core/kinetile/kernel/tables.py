@@ -156,6 +156,22 @@ BENT_BODY = record(*declared(BODY), *BENT)
 
 BENT_SHAPED = record(*declared(SHAPED), *BENT)
 
+RESTS = (
+    ("whole_x whole_y", "f8", VALUE, CARRIED),  # the acceleration; ax and ay are the present one
+    ("side_x side_y", "f8", VALUE, CARRIED),  # the normal from its first support
+    ("was_x was_y", "f8", VALUE, DERIVED),  # the present acceleration until this event
+    ("ledge", "i8", DUE, CARRIED),  # when it leaves its support
+    ("support second", "i4", PARTNER, CARRIED),  # bodies or walls that hold it,
+    ("supports", "i4", COUNT, CARRIED),  # and how many they are; left is NOBODY as well
+    ("holds", "i4", COUNT, DERIVED),  # how many a response has decided on
+    ("may", "i4", VALUE, DERIVED),  # whether it may settle at this contact (``kernel.rest``)
+    ("freed", "i4", SLOT, DERIVED),  # the next one in the list of those that a support has let go
+)
+RESTING_BODY = record(*declared(BENT_BODY), *RESTS)
+"""A body where some may rest on supports."""
+
+RESTING_SHAPED = record(*declared(BENT_SHAPED), *RESTS)
+
 ENTRY = record(
     ("key", "i8", DUE, DERIVED),  # the tick that the body is filed under: the first of the next three
     ("own", "i8", DUE, DERIVED),  # when its structural certificate fails
@@ -234,6 +250,7 @@ LIMITS = record(
 LISTS = record(
     ("vacant", "i8", SLOT, DERIVED),  # head of the list of slots that bodies have left, or NOBODY
     ("offered", "i8", COUNT, DERIVED),
+    ("freed", "i8", SLOT, DERIVED),  # head of the list of bodies that a support has let go, or NOBODY
     ("pairs", "i8", COUNT, DERIVED),  # of the pair set
     ("free", "i8", VALUE, DERIVED),  # head of the free list of its records
     ("wanted", "i8", COUNT, DERIVED),  # pairs for which there was no room: grow the tables and build again
@@ -323,7 +340,7 @@ COUNTS = record(
     ("passings", "i8", COUNT, CARRIED),  # times two bodies began to pass through each other
 )
 
-_OF_A_BODY = [each for dtype in (ENTRY, BENT_SHAPED, TRAIT, IMAGE) for each in declared(dtype, CARRIED)]
+_OF_A_BODY = [each for dtype in (ENTRY, RESTING_SHAPED, TRAIT, IMAGE) for each in declared(dtype, CARRIED)]
 
 ROWS = {
     "plans": record(("mass", "f8", VALUE, CARRIED), *_OF_A_BODY, align=False),
@@ -419,13 +436,21 @@ def equal(number: float, length: int) -> npt.NDArray[np.float64]:
 
 
 def allocate(
-    bodies: int, near: int, log_rows: int, alike: bool = False, shaped: bool = False, bent: bool = False
+    bodies: int,
+    near: int,
+    log_rows: int,
+    alike: bool = False,
+    shaped: bool = False,
+    bent: bool = False,
+    resting: bool = False,
 ) -> Kernel:
     """Return tables for ``bodies`` bodies, numbered as their slots are, with room for ``near`` answers of
     ``near`` and for ``log_rows`` rows of the log; ``alike``: their masses and radii are and stay equal;
-    ``shaped``: not all are discs; ``bent``: some are accelerated."""
+    ``shaped``: not all are discs; ``bent``: some are accelerated, and may rest if ``resting``."""
     seen = SHAPED if shaped else BODY
     own = (BENT_SHAPED if shaped else BENT_BODY) if bent else seen
+    if resting:
+        own = RESTING_SHAPED if shaped else RESTING_BODY
     per_body = 4 if bodies < MANY else 8
     slices = 1 << max(6, (per_body * bodies - 1).bit_length())
     k = Kernel(
@@ -498,6 +523,7 @@ def clear(k: Kernel) -> None:
     k.lookup[:] = -1
     k.firsts[:] = -1
     lists.pairs = lists.wanted = lists.offered = 0
+    lists.freed = NOBODY
     clock.built = clock.jam.spins = 0
     calendar.filed = 1
     calendar.slice = clock.now >> calendar.shift

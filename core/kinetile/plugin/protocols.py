@@ -172,6 +172,12 @@ class PairParts:
     the specification has it: it decides whether a body has room where it is inserted. None: no body is
     inserted into a scene with shapes.
 
+    ``ledge(k, body, support, mx, my, new)``: the tick at which a body leaves what holds it, another one at
+    rest, as its plan is, just anchored, if they touch at a face with the unit normal (mx, my) from the
+    support to the body; NEVER if it does not leave (rule 8r). A tick before the anchor: there is no such
+    face, or ``new``, for they meet now, they touch at a corner. None: no body rests on another, and on walls
+    alone.
+
     ``periodic``: these hooks are for a scene with a periodic axis. ``meet`` is that of the first image but
     the barred one, and writes which to ``k.clock[0].torus`` (``kinetile.kernel.images.first_image``);
     ``soonest`` bounds all images, ``barred`` is NOBODY; at a contact b is seen ``torus.right`` and
@@ -204,6 +210,7 @@ class PairParts:
     touch: Hook | None = None
     part: Hook | None = None
     gap: Hook | None = None
+    ledge: Hook | None = None
     contact_distance: ContactDistance = "closer"
     alike: bool = False
     periodic: bool = False
@@ -256,6 +263,9 @@ class ResponseParts:
     new velocities; places, radii and masses stay. A body whose mass is infinite keeps its velocity.
     ``k.traits[a].touched`` is the tick of its last contact before this one. None: what the narrow phases do,
     or nothing at all, for the kernel's own ``elastic`` and ``pass``.
+
+    Where a response of the scene has an option ``settle``, bodies may rest (rules 9r to 9h): ``toolbox.rest``
+    has one settle on what it meets, and ``toolbox.presses`` says whether the two were pressed together.
 
     ``numbers`` are up to four of the response's own, found in ``rule.first``, ``second``, ``third`` and
     ``fourth``: other numbers need no other machine code.

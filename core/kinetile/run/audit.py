@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.chords import as_seen
-from kinetile.kernel.compiled import compose, disowned, packed, to_be_filled_in
+from kinetile.kernel.compiled import compose, disowned, packed, smaller, to_be_filled_in
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import SOON, rank
 from kinetile.kernel.loop.predictions import meeting
@@ -365,6 +365,7 @@ def _computed_again(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[
     parts |= {"PASSING": composition.passing, "PERIODIC": bool(composition.prepared.periodic)}
     parts |= {"BENT": composition.prepared.bent, "MIXED": composition.mixed}
     parts |= composition.of_shapes if composition.passing else {}
+    parts |= composition.resting
     if pair is not None:
         parts["meet"] = pair.meet
     if wall is not None:
@@ -426,7 +427,7 @@ def _of_near(k: Kernel, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
 
 
 PAIRS = WALLS = PASSING = True
-PERIODIC = MIXED = False
+PERIODIC = MIXED = RESTING = False
 reach_wall = to_be_filled_in
 
 
@@ -439,6 +440,8 @@ def compute_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) 
             if not is_there(k, body):  # with gravity what has no velocity reaches walls, too
                 continue
             walls[body] = reach_wall(k, bodies[body])[0]
+            if RESTING:
+                walls[body] = smaller(walls[body], bodies[body].ledge)
     if PAIRS:
         for pair in range(len(pairs)):
             a = pairs[pair, 0]

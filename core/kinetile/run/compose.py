@@ -205,6 +205,14 @@ class Composition:
         return self.prepared.bent and not self.prepared.uniform
 
     @property
+    def resting(self) -> dict[str, Any]:
+        """The values for templates where bodies may rest on supports."""
+        if not self.prepared.resting:
+            return {}
+        ledge = None if self.pair is None else self.pair.ledge
+        return {"RESTING": True, "ledge": idle.ledge if ledge is None else ledge}
+
+    @property
     def of_shapes(self) -> dict[str, Any]:
         """The values for templates that insert bodies of shapes, or let them pass; none without gaps."""
         gap = self.pair.gap if self.prepared.shapes and self.pair is not None else None
@@ -257,6 +265,7 @@ class Composition:
         }
         if self.prepared.shapes and (commands == Commands.ALL or self.passing):
             parts |= self.of_shapes
+        parts |= self.resting
         if self.rules is not None:
             parts |= self.rules.parts(self.pair, self.wall)
         if parts["AHEAD"]:

@@ -14,6 +14,7 @@ from kinetile.errors import no_attribute
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.flight import plans_now, positions_now
 from kinetile.kernel.plan import BentPlan, velocities_after
+from kinetile.kernel.tables import THEMSELVES
 from kinetile.run.engine.engine import Engine
 from kinetile.scene import Scene
 from kinetile.scene.bodies import in_box
@@ -75,11 +76,30 @@ class Moment:
         return velocities_after(*plans_now(self._engine.k, self._engine.taken))
 
     def accelerations(self) -> npt.NDArray[np.float64]:
-        """Returns the accelerations, (n, 2), in the order of ``bodies``."""
+        """Returns the accelerations, (n, 2), in the order of ``bodies``: of those that are held by supports the
+        present ones."""
         plans = plans_now(self._engine.k, self._engine.taken)[0]
         if isinstance(plans, BentPlan):
             return np.stack([plans.ax, plans.ay], axis=-1)
         return np.zeros((len(self.bodies), 2))
+
+    def whole_accelerations(self) -> npt.NDArray[np.float64]:
+        """Returns the same as if no body were held."""
+        if not self.scene.resting:
+            return self.accelerations()
+        bodies = self._engine.k.bodies.view(np.ndarray)[self._engine.taken]
+        return np.stack([bodies["whole_x"], bodies["whole_y"]], axis=-1)
+
+    def supports(self) -> list[tuple[int, ...]]:
+        """Returns what holds each body, in the order of ``bodies``: numbers of bodies, or of walls as in column
+        ``b`` of ``contacts``; of most bodies nothing."""
+        engine = self._engine
+        if not self.scene.resting:
+            return [()] * len(engine.taken)
+        bodies = engine.k.bodies.view(np.ndarray)[engine.taken]
+        number = np.append(engine.k.queue.view(np.ndarray)["number"], THEMSELVES)
+        held = number.take(np.stack([bodies["support"], bodies["second"]], axis=-1), mode="wrap").tolist()
+        return [tuple(two[:many]) for two, many in zip(held, bodies["supports"].tolist(), strict=True)]
 
     def radii(self) -> npt.NDArray[np.float64]:
         """Returns the radii, (n,), in the order of ``bodies``."""

@@ -122,5 +122,8 @@ def energy(k: Kernel) -> float:
     plans = plans_now(k, there)[0]
     if isinstance(plans, BentPlan):
         x, y = positions_now(k, there).T
-        found -= math.fsum((k.mass[there] * (x * plans.ax + y * plans.ay)).tolist())
+        ax, ay = plans.ax, plans.ay
+        if "whole_x" in k.bodies.dtype.names:
+            ax, ay = k.bodies.whole_x[there], k.bodies.whole_y[there]
+        found -= math.fsum((k.mass[there] * (x * ax + y * ay)).tolist())
     return found

@@ -36,7 +36,7 @@ from kinetile.scene.commands import (
     with_shape,
 )
 from kinetile.scene.frame import check_frame, check_pace, check_periodic, check_pull, check_support
-from kinetile.scene.responses import SceneRules, read_rules
+from kinetile.scene.responses import SceneRules, read_rules, settles, table
 from kinetile.scene.settings import Settings, check_end, check_settings
 from kinetile.scene.shapes import Bools, Floats, Obstacle, Shape, Table, are_given, beside, read_table
 from kinetile.scene.values import VALUES
@@ -131,7 +131,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     mistakes += VALUES["unit"].mistakes(given.unit, "unit") if given.unit is not None else []
     mistakes += check_settings(settings)
     if any(pull) and not (mistakes or places.mistakes):
-        mistakes += _check_bent(bodies, pulls, commands, gravity, extent)
+        mistakes += _check_bent(bodies, pulls, commands, gravity, extent, rules)
     _raise(mistakes, places)
 
     # Each value is right by itself. What follows needs the clock, and so all of them.
@@ -145,6 +145,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     order = _order(known, clock)
     kept = tuple(known[k] for k in order)
     mistakes = check_pace(start, clock.unit)
+    resting = any(pull) and any(settles(each) for _, each in rules.responses)
     if any(pull):
         mistakes += _check_chords(bodies, commands, pull, clock.unit)
         if sides is None and until is not None and max(pull) * (until - start) > LARGEST:
@@ -170,7 +171,8 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         "periodic": given.periodic,
         "gravity": gravity,
         "pull": pull,
-        "uniform": _is_uniform(pulls, kept, gravity),
+        "uniform": not resting and _is_uniform(pulls, kept, gravity),
+        "resting": resting,
         "shapes": table.shapes,
         "kinds": rules.kinds,
         "kind_numbers": rules.kind,
@@ -340,16 +342,21 @@ def _check_bent(
     commands: Sequence[tuple[str, Any]],
     gravity: tuple[float, float],
     extent: Extent | None,
+    rules: SceneRules,
 ) -> list[Mistake]:
-    """Checks what a scene with accelerations cannot have: bodies that rest on a wall."""
+    """Checks what a scene with accelerations cannot have: bodies that rest on a wall, but those that settle
+    on walls."""
     mistakes: list[Mistake] = []
     if extent is None:
         return mistakes
+    on_walls = [settles(row[-1]) for row in table(rules.kinds, rules.responses)]
     reaches = np.tile(bodies.radius[:, None], 4) if bodies.table is None else bodies.table.reaches
     columns = (each.tolist() for each in (bodies.position, bodies.velocity, reaches, pulls))
-    each: list[Any] = [(f"bodies[{i}]", *body) for i, body in enumerate(zip(*columns, strict=True))]
+    bare = zip(range(len(bodies)), rules.kind.tolist(), *columns, strict=True)
+    each: list[Any] = [(f"bodies[{i}]", *body) for i, kind, *body in bare if not on_walls[kind]]
     for where, new in commands:
-        if isinstance(new, Insert):
+        kind = 0 if not isinstance(new, Insert) or new.kind is None else rules.kinds.index(new.kind)
+        if isinstance(new, Insert) and not on_walls[kind]:
             each.append((where, new.position, new.velocity, new.reaches, pull_of(new, gravity)))
     for where, place, velocity, sides, pull in each:
         mistakes += check_support(where, place, velocity, sides, pull, extent.sides)

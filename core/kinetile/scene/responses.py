@@ -259,6 +259,11 @@ def _ordered(a: Kind, b: Kind) -> Pair:
     return (a, b) if _order(a) <= _order(b) else (b, a)
 
 
+def settles(response: Response) -> bool:
+    """Whether bodies settle by a response, to rest on what they meet: it has an option ``settle``."""
+    return response.options.get("settle") is not None
+
+
 def table(
     kinds: Sequence[Kind], rules: Iterable[tuple[Pair, Response]], mistakes: list[Mistake] | None = None
 ) -> list[list[Response]]:

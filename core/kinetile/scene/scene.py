@@ -52,7 +52,8 @@ class Scene:
     (n, 2), or one for all bodies of finite mass, and ``gravity``, (gx, gy), that of those which have none of
     their own (NaN), of discs, with walls at the ends of the axes along which they pull, or without an arena
     up to the end of the scene; bodies of infinite mass have none. ``pull`` has the largest, along x and y, of
-    those of all bodies, and ``uniform`` is whether all have one and keep it.
+    those of all bodies, and ``uniform`` is whether all have one and keep it; where bodies may be held by
+    supports, ``resting``, they do not.
     ``start`` is the time of the given positions. ``kind`` is the kind of each body, or one for all, and
     ``responses`` are the responses of pairs of kinds (``kinetile.scene.responses``). ``kinds`` are all kinds
     of bodies, present or inserted later; by default they follow from the bodies and from the insertions.
@@ -90,6 +91,7 @@ class Scene:
     time_unit: ClassVar[float]
     pull: ClassVar[tuple[float, float]]
     uniform: ClassVar[bool]
+    resting: ClassVar[bool]
 
     @answering
     def __init__(

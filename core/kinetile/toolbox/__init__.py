@@ -33,6 +33,7 @@ from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.kernel.loop.idle import NoState
 from kinetile.kernel.pairs import add_pair, held_pairs, offer, pairs_of, remove_pair
 from kinetile.kernel.plan import Plan, positions_after
+from kinetile.kernel.rest import presses, rest
 from kinetile.kernel.skin import box_gaps, reach_to, reaches_of
 from kinetile.kernel.tables import (
     MY_FAULT,
@@ -120,11 +121,13 @@ __all__ = [
     "positions_after",
     "positions_now",
     "prefetch",
+    "presses",
     "reach_of",
     "reach_to",
     "reaches_of",
     "record_table",
     "remove_pair",
+    "rest",
     "schedule",
     "shared",
     "since_anchor",

@@ -37,7 +37,7 @@ HORIZON = 1 << 60
 """Ticks. Later than this from now it is not worth to compute where a body will be: its wall is."""
 
 WALLS = INSIDE = PASSING = True
-BENT = False
+BENT = RESTING = False
 inside = reach_wall = to_be_filled_in
 
 
@@ -245,14 +245,18 @@ def runner_up(k: Kernel, first: int, partner: int) -> int:
 
 @template
 def wall_is_before(k: Kernel, h: int, tick: int, more: int) -> bool:
-    """Whether a body may be at a wall at a tick or before. Computes when it reaches one, unless a shortcut of
-    the narrow phase for walls (``INSIDE``) says that it does not, for ``more`` ticks after that as well."""
+    """Whether a body may be at a wall, or leave its support, at a tick or before. Computes when it reaches
+    one, unless a shortcut of the narrow phase for walls (``INSIDE``) says that it does not, for ``more`` ticks
+    after that as well."""
     entry = k.queue[h]
     if entry.wall == NOT_ASKED:
         body = k.bodies[h]
-        if INSIDE and tick < k.clock[0].now + HORIZON and inside(k, body, tick + more):
+        stays = not RESTING or body.ledge == NEVER
+        if INSIDE and stays and tick < k.clock[0].now + HORIZON and inside(k, body, tick + more):
             return False
         entry.wall = reach_wall(k, body)[0]
+        if RESTING:
+            entry.wall = smaller(entry.wall, body.ledge)
     return bool(entry.wall <= tick)
 
 

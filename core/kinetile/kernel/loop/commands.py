@@ -26,7 +26,18 @@ from kinetile.kernel.flight import (
     twice_energy,
 )
 from kinetile.kernel.images import anchor, near_zero, wrap
-from kinetile.kernel.log import ACCELERATED, BOTTOM, INSERTED, LEFT, REMOVED, RIGHT, TOP, TURNED
+from kinetile.kernel.log import (
+    ACCELERATED,
+    BOTTOM,
+    HELD,
+    INSERTED,
+    LEFT,
+    REANCHORED,
+    REMOVED,
+    RIGHT,
+    TOP,
+    TURNED,
+)
 from kinetile.kernel.loop import CROWDED, LOG_FULL, NO_REASON
 from kinetile.kernel.loop.bookkeeping import log, log_is_full
 from kinetile.kernel.loop.calendar import forget, move, settle
@@ -39,6 +50,7 @@ from kinetile.kernel.loop.responses import (
     shapes_overlap,
 )
 from kinetile.kernel.passings import MOST_IMAGES, PASS, row_of
+from kinetile.kernel.rest import is_held_by, let_go, take_hold
 from kinetile.kernel.tables import (
     LONG_AGO,
     NEVER,
@@ -55,8 +67,8 @@ FREE = -(1 << 30)
 """What ``blocked_by`` returns where there is room."""
 
 LIVING = WALLS = RULES = PASSING = True
-PERIODIC = SHAPED = BENT = False
-enter = leave = to_be_filled_in
+PERIODIC = SHAPED = BENT = RESTING = False
+enter = leave = ledge = to_be_filled_in
 
 
 @hook
@@ -256,6 +268,9 @@ def insert_body(k: Kernel, command: Records) -> int:
     new.radius = command.radius
     new.reach = command.radius + k.clock[0].limits.skin
     new.last = NOBODY
+    if RESTING:
+        new.whole_x = command.ax
+        new.whole_y = command.ay
     if BENT:
         bend(k, body, command)
         shadow = k.shadows[body]
@@ -344,6 +359,9 @@ def remove_body(k: Kernel, body: int) -> None:
     gone.vy = 0.0
     gone.radius = 0.0
     gone.reach = 0.0
+    if RESTING:
+        let_go(k, body)
+        take_hold(k, body)
     if BENT:
         gone.ax = 0.0
         gone.ay = 0.0
@@ -369,7 +387,59 @@ def must_wait(k: Kernel, command: Records) -> int:
             return CROWDED
     if PASSING and command.code == REMOVED:
         rows += k.traits[slot_of(k, command.body)].inside
+    if RESTING:
+        rows += 1 + held_by(k, slot_of(k, command.body))
     return LOG_FULL if log_is_full(k, rows) else NO_REASON
+
+
+@hook
+def held_by(k: Kernel, support: int) -> int:
+    """Return how many bodies a support holds."""
+    found = 0
+    for body in range(k.clock[0].bodies if support >= 0 else 0):
+        found += int(is_held_by(k, body, support))
+    return found
+
+
+@template
+def foresee_ledge(k: Kernel, body: int) -> None:
+    """Compute again when a body leaves its support, after the clock has anchored its plan."""
+    plan = k.bodies[body]
+    if plan.supports == 1 and plan.support >= 0:
+        if PERIODIC:
+            torus = k.clock[0].torus
+            one = elder(k, body, plan.support)
+            seen = k.images[body + plan.support - one]
+            image = k.images[body]
+            torus.right = float(image.last_m + seen.kx - k.images[one].kx) * torus.x
+            torus.up = float(image.last_n + seen.ky - k.images[one].ky) * torus.y
+        plan.ledge = ledge(k, body, plan.support, plan.side_x, plan.side_y, False)
+
+
+@template
+def free(k: Kernel, body: int, at: int) -> None:
+    """Let a body go that is held, by no event of its own."""
+    plan = k.bodies[body]
+    anchor(k, body, at)
+    let_go(k, body)
+    take_hold(k, body)
+    plan.last = NOBODY
+    plan_changed(k, body)
+    if PASSING:
+        plan_partings(k, body)
+    log(k, at, body, HELD)
+
+
+@template
+def free_from(k: Kernel, support: int, at: int) -> None:
+    """Let all bodies go that a support holds; ``loop.restore`` replans them."""
+    lists = k.clock[0].lists
+    for number in range(len(k.slots) if k.mass[support] == math.inf else 0):
+        body = k.slots[number]
+        if body >= 0 and is_held_by(k, body, support):
+            free(k, body, at)
+            k.bodies[body].freed = lists.freed
+            lists.freed = body
 
 
 @template
@@ -399,7 +469,11 @@ def carry_out(k: Kernel, s: Any) -> int:
         clock.hand = body
         leave(k, s, body)
         remove_body(k, body)
+        if RESTING:
+            free_from(k, body, at)
         return NOBODY
+    if RESTING and command.code != REANCHORED:
+        let_go(k, body)
     if command.code == TURNED:
         k.counts[0].turns += 1
         gained = command.vx * command.vx + command.vy * command.vy - square_of_speed(plan)
@@ -409,13 +483,25 @@ def carry_out(k: Kernel, s: Any) -> int:
     if BENT and command.code == ACCELERATED:
         k.counts[0].turns += 1
         before = twice_energy(plan)
+        if RESTING:
+            plan.whole_x = command.ax
+            plan.whole_y = command.ay
         bend(k, body, command)
         _account(k, k.mass[body], twice_energy(plan) - before)
     plan.last = NOBODY
+    changed = False
+    if RESTING and command.code == REANCHORED:
+        foresee_ledge(k, body)
+    elif RESTING:
+        changed = take_hold(k, body)
     plan_changed(k, body)
     if PASSING:
         plan_partings(k, body)
     log(k, at, body, command.code)
+    if RESTING and changed and command.code == TURNED:
+        log(k, at, body, HELD)
+    if RESTING and command.code == TURNED:
+        free_from(k, body, at)
     return body
 
 

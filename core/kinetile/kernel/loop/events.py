@@ -11,10 +11,19 @@ from typing import Any
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.images import anchor, come_together, next_to_anchor
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED
+from kinetile.kernel.log import HELD, INSERTED, REANCHORED, REMOVED
 from kinetile.kernel.loop import BLOCKED, COMMAND_DUE, CROWDED, NO_REASON
 from kinetile.kernel.loop.bookkeeping import count_contact, is_watched, log, stop_there
-from kinetile.kernel.loop.commands import FREE, blocked_by, carry_out, has_vacancy, must_wait, plan_changed
+from kinetile.kernel.loop.commands import (
+    FREE,
+    blocked_by,
+    carry_out,
+    foresee_ledge,
+    free,
+    has_vacancy,
+    must_wait,
+    plan_changed,
+)
 from kinetile.kernel.loop.responses import (
     answer,
     answer_wall,
@@ -24,6 +33,7 @@ from kinetile.kernel.loop.responses import (
     plan_partings,
 )
 from kinetile.kernel.passings import passes
+from kinetile.kernel.rest import let_go, take_hold
 from kinetile.kernel.tables import (
     LATE_CONTACT,
     NOBODY,
@@ -37,7 +47,7 @@ from kinetile.kernel.tables import (
 )
 
 WALLS = LIVING = RULES = PASSING = True
-PERIODIC = FOREIGN = False
+PERIODIC = FOREIGN = RESTING = False
 repair = collide = reach_wall = bounce = to_be_filled_in
 
 NOTHING, REFILE, RELAY, REFRESH, REPLAN, REFRESH_ALL = range(6)
@@ -81,7 +91,7 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
     """
     clock = k.clock[0]
     command = k.commands[clock.lists.command]
-    if PASSING:
+    if PASSING or RESTING:
         reason = must_wait(k, command)
         if reason != NO_REASON:
             return reason, NOTHING, NOBODY
@@ -110,6 +120,8 @@ def anchor_next(k: Kernel, at: int) -> tuple[int, int]:
     k.clock[0].now = larger(k.clock[0].now, at)
     anchor(k, body, at)
     k.bodies[body].last = NOBODY
+    if RESTING:
+        foresee_ledge(k, body)
     plan_changed(k, body)
     if PASSING:
         plan_partings(k, body)
@@ -128,6 +140,8 @@ def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
     clock = k.clock[0]
     stops = clock.stops
     if len(k.watch) == 0 or stops.before == 0:
+        return False
+    if RESTING and kind == WALL and leaves_support(k, h):
         return False
     a = h
     b = NOBODY
@@ -151,6 +165,22 @@ def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
 
 
 @template
+def leaves_support(k: Kernel, h: int) -> bool:
+    """Whether a body that awaits a wall, or to leave its support, awaits the latter."""
+    return bool(k.bodies[h].ledge < reach_wall(k, k.bodies[h])[0])
+
+
+@template
+def run_leaving(k: Kernel, h: int, at: int) -> int:
+    """Run the leaving of the head from its support; return the task for it."""
+    clock = k.clock[0]
+    clock.now = larger(clock.now, at)
+    k.counts[0].structural += 1
+    free(k, h, at)
+    return REPLAN
+
+
+@template
 def run_wall_contact(k: Kernel, h: int, at: int) -> int:
     """Run the contact of the head with a wall; return the task for it.
 
@@ -165,15 +195,22 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
     body = k.bodies[h]
     wall = reach_wall(k, body)[1]
     anchor(k, h, at)
+    if RESTING:
+        let_go(k, h)
     depth = answer_wall(k, h, wall, at) if RULES else bounce(k, body, wall)
     if FOREIGN and clock.fault.code != 0:
         return NOTHING
     body.last = NOBODY
     k.counts[0].contacts_wall += 1
+    changed = False
+    if RESTING:
+        changed = take_hold(k, h)
     plan_changed(k, h)
     if PASSING:
         plan_partings(k, h)
     log(k, at, h, wall)
+    if RESTING and changed:
+        log(k, at, h, HELD)
     count_contact(k, at, h, wall, depth, body.radius, body.radius)
     return REPLAN
 
@@ -215,6 +252,9 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     anchor(k, b, at)
     if PERIODIC:
         come_together(k, a, b, h)
+    if RESTING:
+        let_go(k, a)
+        let_go(k, b)
     depth = answer(k, a, b, at) if RULES else collide(k, a, b)
     if FOREIGN and clock.fault.code != 0:  # the response has let them close in still
         return NO_REASON, NOTHING, NOBODY, NOBODY
@@ -226,11 +266,19 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     one.last = b
     two.last = a
     k.counts[0].contacts_disc += 1
+    one_changed = two_changed = False
+    if RESTING:
+        one_changed = take_hold(k, a)
+        two_changed = take_hold(k, b)
     plan_changed(k, a)
     plan_changed(k, b)
     if PASSING:
         plan_partings(k, a)
         plan_partings(k, b)
     log(k, at, a, b)
+    if RESTING and one_changed:
+        log(k, at, a, HELD)
+    if RESTING and two_changed:
+        log(k, at, b, HELD)
     count_contact(k, at, a, b, depth, smaller(one.radius, two.radius), one.radius + two.radius)
     return NO_REASON, REPLAN, a, b

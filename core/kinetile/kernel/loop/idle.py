@@ -1,11 +1,11 @@
-"""Hooks in the place of those that a broad phase does not have: they do nothing."""
+"""Hooks in the place of those that a phase does not have: they do nothing."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 from kinetile.kernel.compiled import hook, unchecked
-from kinetile.kernel.tables import Kernel, Records
+from kinetile.kernel.tables import LONG_AGO, Kernel, Records
 
 
 class NoState(NamedTuple):
@@ -43,3 +43,10 @@ def leave(k: Kernel, s: NoState, body: int) -> None:
 @hook
 def replan(k: Kernel, s: NoState, body: int) -> None:
     """There is no certificate that depends on a flight plan."""
+
+
+@unchecked
+@hook
+def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -> int:
+    """No two bodies touch at a face."""
+    return LONG_AGO

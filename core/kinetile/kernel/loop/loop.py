@@ -75,8 +75,10 @@ from kinetile.kernel.loop.events import (
     REPLAN,
     anchor_next,
     holds_back,
+    leaves_support,
     run_command,
     run_contact,
+    run_leaving,
     run_structural,
     run_wall_contact,
 )
@@ -99,7 +101,7 @@ from kinetile.kernel.tables import (
 )
 
 AHEAD = PAIRS = WALLS = COMMANDS = LIVING = RULES = PASSING = True
-BENT = MIXED = BOUNDS = PERIODIC = False
+BENT = MIXED = BOUNDS = PERIODIC = RESTING = False
 build = replan = near = to_be_filled_in
 
 
@@ -161,7 +163,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
             newcomers = run_structural(k, s, h, at)
             task = REFILE
             continue
-        if log_is_full(k, 1):
+        if log_is_full(k, 3 if RESTING else 1):
             return LOG_FULL
         if PERIODIC and kind == BEAT:
             task, a = anchor_next(k, at)
@@ -175,6 +177,8 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
                 b = k.passings[find_leave(k, h)].b
             end_first_passing(k, h, at)
             task = REFRESH if MIXED else REFILE
+        elif RESTING and kind == WALL and leaves_support(k, h):
+            task = run_leaving(k, h, at)
         elif WALLS and kind == WALL:
             task = run_wall_contact(k, h, at)
         elif PAIRS:
@@ -225,6 +229,11 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
                 b = NOBODY
                 if task == REFRESH_ALL:
                     a = body + 1 if body + 1 < clock.bodies else NOBODY
+            elif RESTING and lists.freed >= 0:
+                a = lists.freed
+                lists.freed = k.bodies[a].freed
+                task = REPLAN
+                continue
             elif lists.offered > len(k.offers):  # some are lost, and it is not known which
                 lists.offered = 0
                 task = REFRESH_ALL
@@ -352,6 +361,8 @@ def note_next(k: Kernel, h: int, kind: int, at: int) -> None:
         coming.a = command.body
     elif kind >= STRUCTURAL or (BENT and kind == CHORD):
         coming.kind = larger(kind, STRUCTURAL)
+        if RESTING and kind == WALL and leaves_support(k, h):
+            coming.kind = STRUCTURAL
         coming.a = k.queue[h].number
         other = k.queue[h].partner
         if PASSING and kind == PARTING:
@@ -429,7 +440,7 @@ def comes_next(k: Kernel, h: int, other: int, tick: int, until: int, budget: int
     return not (
         tick >= smaller(smaller(rival, until), runner_up(k, h, other))
         or budget <= 0
-        or log_is_full(k, 1)
+        or log_is_full(k, 3 if RESTING else 1)
         or (PASSING and crowded(k, 1))
         or (WALLS and (wall_may_be_before(k, h, tick) or wall_may_be_before(k, other, tick)))
     )

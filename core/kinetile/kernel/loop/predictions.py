@@ -43,6 +43,7 @@ from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_fill
 from kinetile.kernel.images import await_through
 from kinetile.kernel.loop.responses import have_passed, leaves_out
 from kinetile.kernel.passings import passes
+from kinetile.kernel.rest import is_held_by
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel, elder
 
 FAR = 2.0**62 + 2.0**20
@@ -52,7 +53,7 @@ MARGIN = 1 << 12
 """Ticks by which a bound is set back: for the rounding of a delay of up to 2^62 ticks."""
 
 BOUNDS = PASSING = True
-PERIODIC = BENT = MIXED = False
+PERIODIC = BENT = MIXED = RESTING = False
 near = meet = soonest = to_be_filled_in
 
 
@@ -119,7 +120,10 @@ def look_at(k: Kernel, h: int, count: int, at: int) -> None:
 @template
 def meeting(k: Kernel, a: int, b: int) -> int:
     """Return the tick of the first contact of two bodies, or ``NEVER``; ``a`` is the elder. One that lies in
-    the past does not count where they pass through each other: they have."""
+    the past does not count where they pass through each other: they have. One holds the other: there is
+    none."""
+    if RESTING and (is_held_by(k, a, b) or is_held_by(k, b, a)):
+        return NEVER
     if PASSING and not (PERIODIC or BENT) and passes(k, a, b):
         if have_passed(k, a, b):
             return NEVER

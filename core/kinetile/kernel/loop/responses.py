@@ -29,6 +29,7 @@ from kinetile.kernel.loop.bookkeeping import count_row, log_passing
 from kinetile.kernel.loop.calendar import settle
 from kinetile.kernel.pairs import follower, link, unlink
 from kinetile.kernel.passings import ELASTIC, FIRST, is_passing, passes, rule_of
+from kinetile.kernel.rest import ALONE, WITH_ANOTHER, without
 from kinetile.kernel.tables import NEVER, Kernel, Records, elder, is_there
 
 ROOM = 1e-12
@@ -39,9 +40,9 @@ MOST_RESPONSES = 4
 """Hooks of responses that there can be in a loop."""
 
 RESPONSES = 0
-PERIODIC = SHAPED = False
+PERIODIC = SHAPED = RESTING = False
 respond_1 = respond_2 = respond_3 = respond_4 = to_be_filled_in
-collide = touch = bounce = touch_wall = part = gap = to_be_filled_in
+collide = touch = bounce = touch_wall = part = gap = ledge = to_be_filled_in
 
 
 @template
@@ -128,6 +129,50 @@ def _respond(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> 
 
 
 @template
+def consider(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
+    """Find out whether one of two bodies that meet, or a body at a wall, may settle on the other (rule 9r),
+    and when it would leave that alone."""
+    body = a
+    support = b
+    mx = -nx
+    my = -ny
+    if b >= 0 and k.mass[a] == math.inf:
+        body = b
+        support = a
+        mx = nx
+        my = ny
+    plan = k.bodies[body]
+    if k.mass[body] == math.inf:
+        return
+    ax = plan.ax
+    ay = plan.ay
+    dx, dy = without(ax, ay, mx, my)
+    alone = ax * mx + ay * my < 0.0
+    if PERIODIC:
+        torus = k.clock[0].torus
+        alone = alone and (torus.x == 0.0 or dx == 0.0) and (torus.y == 0.0 or dy == 0.0)
+    tick = NEVER
+    if b >= 0:
+        under = k.bodies[support]
+        if k.mass[support] < math.inf or under.vx != 0.0 or under.vy != 0.0:
+            return
+        vx = plan.vx
+        vy = plan.vy
+        plan.vx, plan.vy = without(vx, vy, mx, my)
+        plan.ax = dx
+        plan.ay = dy
+        tick = ledge(k, body, support, mx, my, True)
+        plan.vx = vx
+        plan.vy = vy
+        plan.ax = ax
+        plan.ay = ay
+        if tick < plan.anchor:  # no face
+            return
+    plan.may = ALONE if alone and tick > plan.anchor else WITH_ANOTHER
+    plan.ledge = tick
+
+
+@template
 def answer(k: Kernel, a: int, b: int, tick: int) -> float:
     """Answer a contact of two bodies, both anchored at it, by their rule; return how deep they overlap."""
     before = _energy(k, a) + _energy(k, b)
@@ -136,6 +181,8 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
         depth = collide(k, a, b)
     else:
         nx, ny, depth = touch(k, a, b)
+        if RESTING:
+            consider(k, a, b, nx, ny)
         _respond(k, a, b, nx, ny, rule)
     if depth == depth:  # else there is no answer, and the loop ends with both as they were
         k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
@@ -153,6 +200,8 @@ def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
         depth = bounce(k, k.bodies[a], wall)
     else:
         nx, ny, depth = touch_wall(k, k.bodies[a], wall)
+        if RESTING:
+            consider(k, a, wall, nx, ny)
         _respond(k, a, wall, nx, ny, rule)
     k.counts[0].answered_energy += _energy(k, a) - before
     _note(k, a, tick)

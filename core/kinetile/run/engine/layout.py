@@ -98,7 +98,7 @@ def _allocated(bodies: int, composition: Composition) -> Kernel:
     if composition.rules is not None:  # a command may end a passing with every other body
         rows = max(rows, (2 * MOST_IMAGES if scene.periodic else 2) * slots)
     try:
-        k = allocate(slots, room, rows, composition.alike, bool(scene.shapes), scene.bent)
+        k = allocate(slots, room, rows, composition.alike, bool(scene.shapes), scene.bent, scene.resting)
         if pairs:
             k = pair_set(k, pairs)
         if composition.pair is not None and composition.pair.numbers is not None:

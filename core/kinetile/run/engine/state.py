@@ -61,7 +61,7 @@ def contents_at_start(scene: Scene) -> Contents:
     place = nearest_image(scene.position, scene.periods)
     plans["x"], plans["y"] = place.T
     plans["vx"], plans["vy"] = scene.velocity.T
-    plans["ax"], plans["ay"] = scene.acceleration.T
+    plans["ax"], plans["ay"] = plans["whole_x"], plans["whole_y"] = scene.acceleration.T
     plans["radius"], plans["mass"], plans["kind"] = scene.radius, scene.mass, scene.kind_numbers
     plans["form"] = scene.shape
     if scene.periodic:

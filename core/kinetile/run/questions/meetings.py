@@ -225,7 +225,7 @@ def _ticks_with(query: Query, a: int, others: Integers) -> dict[int, Integers]:
     meets = np.full(len(others), NEVER)
     parts = {"meet": pair.meet, "PERIODIC": any(query.periods), "PASSING": passing}
     parts |= {"BENT": query.composition.prepared.bent, "MIXED": query.composition.mixed}
-    parts |= query.composition.of_shapes
+    parts |= query.composition.of_shapes | query.composition.resting
     _composed(ticks_of_partners, **parts)(query.aside, a, others, meets)
     meets[meets < query.now] = NEVER
     if not passing:

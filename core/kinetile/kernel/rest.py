@@ -1,0 +1,129 @@
+"""Rest: bodies that one or two supports hold against their accelerations (rules 9r, 8r and 9h).
+
+A plan has the *present* acceleration in ``ax`` and ``ay``, which everything evaluates, and the *whole* one
+beside it; they differ while the body is held. At each event of a body that is no pass it is let go first
+(``let_go``), and a response may have it settle again (``rest``): whether it can, the loop has found out
+before (``responses.consider``), since when a body leaves its support is known to the narrow phase alone.
+"""
+
+from __future__ import annotations
+
+import math
+
+from kinetile.kernel.compiled import hook, with_field
+from kinetile.kernel.tables import NEVER, NOBODY, Kernel, Records
+
+NOT, WITH_ANOTHER, ALONE = range(3)
+"""Whether a body may settle at the present contact: not, only if what has held it holds it too, or so as
+well."""
+
+
+@hook
+def is_held_by(k: Kernel, body: int, other: int) -> bool:
+    """Whether a body is held by what is in a slot, or by a wall."""
+    plan = k.bodies[body]
+    return bool(
+        (plan.supports > 0 and plan.support == other) or (plan.supports > 1 and plan.second == other)
+    )
+
+
+@hook
+def let_go(k: Kernel, body: int) -> None:
+    """Give a body its whole acceleration. What has held it is known until ``take_hold``."""
+    plan = k.bodies[body]
+    plan.was_x = plan.ax
+    plan.was_y = plan.ay
+    plan.ax = plan.whole_x
+    plan.ay = plan.whole_y
+    plan.may = NOT
+    plan.holds = 0
+
+
+@hook
+def take_hold(k: Kernel, body: int) -> bool:
+    """Make true what a response has decided on a body that was let go; return whether its present
+    acceleration has changed."""
+    plan = k.bodies[body]
+    plan.supports = plan.holds
+    if plan.holds < 2:
+        plan.second = NOBODY
+    if plan.holds == 0:
+        plan.support = NOBODY
+        plan.ledge = NEVER
+    return bool(plan.ax != plan.was_x or plan.ay != plan.was_y)
+
+
+@hook
+def without(ax: float, ay: float, mx: float, my: float) -> tuple[float, float]:
+    """Return a vector without its part along a normal."""
+    part = ax * mx + ay * my
+    return ax - part * mx, ay - part * my
+
+
+@hook
+def _settles(plan: Records, support: int, mx: float, my: float, slow: float) -> bool:
+    dx, dy = without(plan.ax, plan.ay, mx, my)
+    is_slow = plan.vx * plan.vx + plan.vy * plan.vy <= slow * slow
+    if plan.may != NOT and plan.supports == 1 and is_slow:
+        cx, cy = without(plan.ax, plan.ay, plan.side_x, plan.side_y)
+        if cx * mx + cy * my < 0.0 and dx * plan.side_x + dy * plan.side_y < 0.0:
+            plan.vx = plan.vy = plan.ax = plan.ay = 0.0
+            plan.second = support
+            plan.holds = 2
+            plan.ledge = NEVER
+            return True
+    if plan.may != ALONE:
+        return False
+    plan.vx, plan.vy = without(plan.vx, plan.vy, mx, my)
+    plan.ax = dx
+    plan.ay = dy
+    plan.support = support
+    plan.side_x = mx
+    plan.side_y = my
+    plan.holds = 1
+    return True
+
+
+@with_field("whole_x", _settles)
+@hook
+def settles(plan: Records, support: int, mx: float, my: float, slow: float) -> bool:
+    """Have a body settle on a support, the normal from which is given, if it may; return whether it has."""
+    return False
+
+
+@hook
+def rest(k: Kernel, a: int, b: int, nx: float, ny: float, slow: float) -> bool:
+    """Have a body settle on what it meets, of two bodies, or of a body and a wall (b below 0), in a response;
+    return whether it has. The normal is that from a to b, or into the wall.
+
+    So rests a body of finite mass on a wall, or on the face of a body of infinite mass and without velocity:
+    it keeps the velocity along that, and is accelerated along that alone, until it is let go (rule 9h). One
+    that is no faster than ``slow`` may be held by two. Scenes whose responses have an option ``settle`` have
+    supports; in others nothing settles. Before: the two do not close in by more than ``slow``.
+    """
+    if b >= 0 and k.mass[a] == math.inf:
+        return bool(settles(k.bodies[b], a, nx, ny, slow))
+    return bool(settles(k.bodies[a], b, -nx, -ny, slow))
+
+
+@hook
+def _pull_of(plan: Records) -> tuple[float, float]:
+    return plan.was_x, plan.was_y
+
+
+@with_field("whole_x", _pull_of)
+@hook
+def pull_of(plan: Records) -> tuple[float, float]:
+    """Return the present acceleration that a body has had until the present contact."""
+    return 0.0, 0.0
+
+
+@hook
+def presses(k: Kernel, a: int, b: int, nx: float, ny: float) -> bool:
+    """Whether their present accelerations have pressed two bodies, or a body and a wall, on each other until
+    the present contact, in a response; the arguments are those of ``rest``."""
+    x, y = pull_of(k.bodies[a])
+    if b >= 0:
+        other_x, other_y = pull_of(k.bodies[b])
+        return bool((other_x - x) * nx + (other_y - y) * ny < 0.0)
+    return bool(x * nx + y * ny > 0.0)
