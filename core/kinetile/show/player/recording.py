@@ -26,7 +26,7 @@ import numpy.typing as npt
 
 from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.log import ACCELERATED, INSERTED, REANCHORED, REMOVED
+from kinetile.kernel.log import ACCELERATED, HELD, INSERTED, REANCHORED, REMOVED
 from kinetile.kernel.plan import BentPlan, Plan, bent_position_after, bent_velocity_after
 from kinetile.kernel.tables import NEVER
 from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Polygon, Segment, points_of
@@ -159,7 +159,7 @@ def shown_up_to(rows: BoundedRows, of: str) -> str:
 
 def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: float) -> Recording:
     """Steps a simulation through a window, and returns the recording with what was seen."""
-    events = np.append(-1, np.flatnonzero(recording.rows["b"] != REANCHORED)) + 1
+    events = np.append(-1, np.flatnonzero(~np.isin(recording.rows["b"], (REANCHORED, HELD)))) + 1
     seen: list[tuple[int, int, int, int]] = []
     met = 0
     log, queue, notes = StructureLog(recording.pairs), [], recording.notes
@@ -218,16 +218,17 @@ def _passing(simulation: Simulation) -> list[tuple[int, ...]]:
 
 
 Floats = npt.NDArray[np.float64]
-KINDS = ("structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor", "accelerate")
+KINDS = ("structural", "disc", "wall", "turn", "insert", "remove", "pass", "part")
+KINDS += ("anchor", "accelerate", "hold")
 """Kinds of events by the number that a page has for them; "anchor" is a plan that the clock has written down
-again."""
+again, "hold" one with another present acceleration."""
 
 
 @dataclass(frozen=True)
 class Plans:
     """The bodies by number, (n,) each: radius (NaN if it is not known) and mass; whether each is present,
-    and its plan: (epoch, tick) of its anchor, its position there, its velocity, and its acceleration; and how
-    many periods were taken off its position since its first one, along x and y, or will be when it is
+    and its plan: (epoch, tick) of its anchor, its position there, its velocity, and its acceleration, the
+    present one and the whole one; and how many periods were taken off its position since its first one, along x and y, or will be when it is
     inserted."""
 
     radius: Floats
@@ -241,6 +242,8 @@ class Plans:
     vy: Floats
     ax: Floats
     ay: Floats
+    wx: Floats
+    wy: Floats
     kx: Floats
     ky: Floats
 
@@ -257,6 +260,7 @@ class Plans:
         columns["x"][:n], columns["y"][:n] = nearest_image(scene.position, scene.periods).T
         columns["vx"][:n], columns["vy"][:n] = scene.velocity.T
         columns["ax"], columns["ay"] = first_accelerations(scene, last + 1).T.copy()
+        columns["wx"], columns["wy"] = columns["ax"].copy(), columns["ay"].copy()
         for each in comers:
             columns["radius"][each.body], columns["mass"][each.body] = each.radius, each.mass
         if scene.periodic:
@@ -278,6 +282,7 @@ class Plans:
         _, columns["epoch"][numbers], columns["tick"][numbers] = clock.split(bodies["anchor"])
         for name in (*(BentPlan if simulation.scene.bent else Plan)._fields, "radius"):
             columns[name][numbers] = bodies[name]
+        columns["wx"][numbers], columns["wy"][numbers] = simulation.whole_accelerations().T
         if len(tables.images):
             for name in ("kx", "ky"):
                 columns[name][numbers] = np.asarray(tables.images[name])[taken]
@@ -288,7 +293,7 @@ def kinds_of(rows: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     """Returns the kind of each row as its place in ``KINDS``."""
     a, b = rows["a"], rows["b"]
     kinds = np.where(b >= 0, np.where(np.isnan(rows["ax"]), np.where(a < b, 6, 7), 1), 2)
-    for code, kind in ((-5, 3), (-6, 8), (ACCELERATED, 9), (INSERTED, 4), (REMOVED, 5)):
+    for code, kind in ((-5, 3), (-6, 8), (ACCELERATED, 9), (HELD, 10), (INSERTED, 4), (REMOVED, 5)):
         kinds[b == code] = kind
     return kinds.astype(np.uint8)
 

@@ -29,7 +29,7 @@ export function energy(motion) {
   let sum = 0;
   for (let body = 0; body < plans.vx.length; body += 1) {
     if (!plans.there[body] || bodies.mass[body] === Infinity) continue;
-    const twice = plans.vx[body] ** 2 + plans.vy[body] ** 2 - 2 * (plans.ax[body] * plans.x[body] + plans.ay[body] * plans.y[body]); // as at its anchor
+    const twice = plans.vx[body] ** 2 + plans.vy[body] ** 2 - 2 * (plans.wx[body] * plans.x[body] + plans.wy[body] * plans.y[body]); // as at its anchor
     sum += 0.5 * bodies.mass[body] * twice;
   }
   return sum;

@@ -1,7 +1,7 @@
 // The events of a run, structural ones among the rows, in their order; and a cursor that steps through them.
 
 import { compare, timeOf } from "./clock.mjs";
-import { KINDS } from "./rows.mjs";
+import { KINDS, isAside } from "./rows.mjs";
 
 /** The groups in which a reader steps, and the kinds that are in each. */
 export const GROUPS = {
@@ -34,7 +34,7 @@ export function merge(rows, steps) {
   };
   for (let row = 0; row < rows.count; row += 1) {
     take(row);
-    if (KINDS[rows.kind[row]] !== "anchor") {
+    if (!isAside(rows.kind[row])) {
       list.push([rows.kind[row], rows.epoch[row], rows.tick[row], rows.a[row], rows.b[row], row + 1]);
     }
   }

@@ -1,7 +1,7 @@
 // Where everybody is. Plans in force after a number of rows; from there one goes forward and back, row by row.
 
 import { elapsed } from "./clock.mjs";
-import { PLAN, PULL, planIn, positionAfter, velocityAfter } from "./plan.mjs";
+import { PLAN, PULL, WHOLE, planIn, positionAfter, velocityAfter } from "./plan.mjs";
 import { copyPlans, givesPlans, isThereAfter } from "./rows.mjs";
 
 /** A place as it is shown: along a periodic axis from 0 to less than the period, which is 0 of another axis. */
@@ -40,7 +40,7 @@ export function imagesAlong(from, to, periods) {
 export class Motion {
   constructor(bodies, rows, unit, periods = [0, 0]) {
     this.periods = periods;
-    this.names = [...PLAN, ...(rows.ax ? PULL : []), ...(periods.some((period) => period) ? ["kx", "ky"] : [])];
+    this.names = [...PLAN, ...(rows.ax ? [...PULL, ...WHOLE] : []), ...(periods.some((period) => period) ? ["kx", "ky"] : [])];
     this.bodies = bodies;
     this.rows = rows;
     this.unit = unit;

@@ -7,6 +7,9 @@ export const PLAN = ["x", "y", "vx", "vy"];
 /** Its acceleration; rows have it only where some body is accelerated. */
 export const PULL = ["ax", "ay"];
 
+/** The same without what holds it. */
+export const WHOLE = ["wx", "wy"];
+
 /** One plan of those in columns; without columns of accelerations its body has none. */
 export function planIn({ x, y, vx, vy, ax, ay }, at) {
   return { x: x[at], y: y[at], vx: vx[at], vy: vy[at], ax: ax?.[at], ay: ay?.[at] };

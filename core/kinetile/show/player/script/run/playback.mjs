@@ -6,7 +6,7 @@ import { decode } from "./columns.mjs";
 import { Passing, eventsAt, merge, momentOfEvent, seek } from "./events.mjs";
 import { Motion } from "./motion.mjs";
 import { Present } from "./present.mjs";
-import { KINDS, rebuild } from "./rows.mjs";
+import { isAside, rebuild } from "./rows.mjs";
 import { Structure } from "./structure.mjs";
 
 /** Everything that a page holds, decoded. */
@@ -141,7 +141,7 @@ export class Playback {
     run.done = done;
     const { rows } = run.motion;
     let count = done ? run.events.rows[done - 1] : 0;
-    while (count < rows.count && KINDS[rows.kind[count]] === "anchor") {
+    while (count < rows.count && isAside(rows.kind[count])) {
       if (compare([rows.epoch[count], rows.tick[count]], this.moment) > 0) break;
       count += 1;
     }

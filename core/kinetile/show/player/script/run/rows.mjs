@@ -2,15 +2,17 @@
 // recording.py says the same, operation by operation.
 
 import { elapsed } from "./clock.mjs";
-import { PLAN, PULL, planIn, positionAfter, velocityAfter } from "./plan.mjs";
+import { PLAN, PULL, WHOLE, planIn, positionAfter, velocityAfter } from "./plan.mjs";
 
-export const KINDS = ["structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor", "accelerate"];
+export const KINDS = ["structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor", "accelerate", "hold"];
 const DISC = 1;
 export const INSERT = 4;
 const REMOVE = 5;
 const PASS = 6;
 const PART = 7;
+const ANCHOR = 8;
 const ACCELERATE = 9;
+const HOLD = 10;
 
 const word = new BigUint64Array(1);
 const double = new Float64Array(word.buffer);
@@ -31,13 +33,18 @@ function sums(column) {
 /** A copy of the plans of bodies (columns there, epoch, tick, x, y, vx, vy, ax, ay; where axes are periodic kx, ky). */
 export function copyPlans(bodies) {
   const plans = {};
-  for (const name of ["there", "epoch", "tick", ...PLAN, ...PULL, "kx", "ky"]) plans[name] = bodies[name].slice();
+  for (const name of ["there", "epoch", "tick", ...PLAN, ...PULL, ...WHOLE, "kx", "ky"]) plans[name] = bodies[name].slice();
   return plans;
 }
 
 /** Whether a row of a kind gives plans to bodies. */
 export function givesPlans(kind) {
   return kind !== PASS && kind !== PART;
+}
+
+/** Whether a row of a kind is no event: a plan that is written down anew, or by which a body is held or let go. */
+export function isAside(kind) {
+  return kind === ANCHOR || kind === HOLD;
 }
 
 /** Whether a body is there after an event of a kind. */
@@ -54,7 +61,7 @@ export function rebuild(bodies, coded, { unit, periods, pull }) {
   const { kind, a, b } = coded;
   const count = kind.length;
   const rows = { count, kind, a, b, epoch: sums(coded.epoch), tick: sums(coded.tick) };
-  for (const name of [...PLAN, ...(pull ? PULL : []), "kx", "ky"]) rows[name] = new Float64Array(2 * count);
+  for (const name of [...PLAN, ...(pull ? [...PULL, ...WHOLE] : []), "kx", "ky"]) rows[name] = new Float64Array(2 * count);
   rows.before = new Int32Array(2 * count).fill(-1);
   const now = copyPlans(bodies);
   const last = new Int32Array(bodies.x.length).fill(-1);
@@ -90,8 +97,10 @@ export function rebuild(bodies, coded, { unit, periods, pull }) {
       last[body] = flight;
       for (const name of PLAN) now[name][body] = rows[name][flight];
       PULL.forEach((name, axis) => {
-        if (kind[row] === INSERT || kind[row] === ACCELERATE) now[name][body] = differing(now[name][body], sides[1][axis][row]);
-        if (pull) rows[name][flight] = now[name][body];
+        const isGiven = kind[row] === INSERT || kind[row] === ACCELERATE;
+        if (isGiven || kind[row] === HOLD) now[name][body] = differing(now[name][body], sides[1][axis][row]);
+        if (isGiven) now[WHOLE[axis]][body] = now[name][body];
+        if (pull) for (const each of [name, WHOLE[axis]]) rows[each][flight] = now[each][body];
       });
       [now.epoch[body], now.tick[body]] = moment;
     }

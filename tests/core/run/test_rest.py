@@ -1,0 +1,337 @@
+"""Bodies that settle and rest: known answers, ends of holding, one answer, saved runs, what is refused."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kinetile as kt
+import lanes
+from agreement import agree
+from kinetile.errors import BadOption, Refused, SceneError
+from kinetile.scene.files import dumps_scene, loads_scene
+
+FLOOR, LEFT, RIGHT = -3, -1, -2
+ANY = ("*", "*"), ("*", "wall")
+PHASES = ("naive", "cells", "sap-1d", "sap-2d")
+
+
+def rules(e: float = 0.5, settle: float = 0.125) -> dict[Any, kt.Response]:
+    return dict.fromkeys(ANY, kt.Response("restitution", e=e, contact_time=2.0**-20, settle=settle))
+
+
+def scene(places: Any, velocities: Any, shape: Any = None, immovable: int = 0, **more: Any) -> kt.Scene:
+    """A scene in which the first bodies are immovable, each of its own shape; discs of 1/2 without shapes."""
+    mass = [math.inf] * immovable + [1.0] * (len(places) - immovable)
+    own: dict[str, Any] = {"radius": 0.5}
+    if shape is not None:
+        shapes = tuple(dict.fromkeys(shape))
+        own = {"shapes": shapes, "shape": [shapes.index(each) for each in shape]}
+    given = {"arena": (8.0, 8.0), "gravity": (0.0, -1.0), "responses": rules(), **own, **more}
+    return kt.Scene(places, velocities, mass=mass, **given)
+
+
+def run(what: kt.Scene, until: float, phase: str = "cells") -> kt.Simulation:
+    sim = kt.Simulation(what, phase, audit=1)
+    sim.run(until)
+    return sim
+
+
+def rows(sim: kt.Simulation) -> list[tuple[float, int, int]]:
+    return [(each["time"].item(), each["a"].item(), each["b"].item()) for each in sim.contacts]
+
+
+TABLE = kt.box(2.0, 1.0)
+BRICK = kt.box(0.5, 0.5)
+BALL = kt.disc(0.25)
+
+
+@pytest.mark.parametrize("phase", (*PHASES, "sweep-tiling", "power"))
+def test_a_ball_rests_after_the_bounce_with_which_it_is_as_slow_as_settle(phase):
+    """It falls by 1/2, arrives with 1, and flies for 1, 1/2, 1/4, 1/8 with e = 1/2: it meets the floor with
+    speeds of 1, 1/2, 1/4 and 1/8, of which the last is not above settle."""
+    sim = run(scene([[1.0, 1.0]], [[0.0, 0.0]]), 1e3, phase)
+    assert rows(sim) == [(time, 0, FLOOR) for time in (1.0, 2.0, 2.5, 2.75)]
+    assert sim.velocities().tolist() == [[0.0, 0.0]]
+    assert sim.positions().tolist() == [[1.0, 0.5]]
+    assert sim.accelerations().tolist() == [[0.0, 0.0]]
+    assert sim.supports() == [(FLOOR,)]
+    assert sim.readings.energy_drift == 0.0
+
+
+@pytest.mark.parametrize(("settle", "bounces"), [(0.5, 2), (0.4999, 3), (2.0**-10, 11)])
+def test_settle_decides_the_last_bounce(settle, bounces):
+    sim = run(scene([[1.0, 1.0]], [[0.0, 0.0]], responses=rules(settle=settle)), 1e3)
+    assert len(sim.contacts) == bounces
+    assert sim.supports() == [(FLOOR,)]
+
+
+@pytest.mark.parametrize("body", [BRICK, BALL])
+@pytest.mark.parametrize("phase", PHASES)
+def test_what_slides_over_the_edge_of_a_table_leaves_it_and_falls_on(phase, body):
+    """From 3/2 to the edge at 3 and the half width 1/4 of a brick beyond it, with 1/2: at 7/2. It falls by 2,
+    and arrives 2 later. A ball is past the corner as soon as its place is: 3 later."""
+    reach = 0.25 if body is BRICK else 0.0
+    sim = run(scene([[2.0, 2.0], [1.5, 2.75]], [[0.0, 0.0], [0.5, 0.0]], [TABLE, body], 1), 3.0, phase)
+    assert sim.supports() == [(), (0,)]
+    assert rows(sim) == [(0.0, 0, 1)]
+    assert sim.positions()[1].tolist() == [3.0, 2.75]
+    sim.run(3.0 + 2.0 * reach + 1e-11)
+    assert sim.supports() == [(), ()]
+    assert sim.positions()[1] == pytest.approx([3.0 + reach, 2.75])
+    sim.run(3.5 + math.sqrt(5.0) + 1e-9)
+    if body is BRICK:
+        assert rows(sim)[1:] == [(pytest.approx(3.5 + math.sqrt(5.0)), 1, FLOOR)]
+    sim.run(1e3)
+    assert sim.supports()[1] == (FLOOR,)
+    assert sim.readings.energy_drift < 1e-15
+
+
+def test_leaving_is_at_the_tick_past_the_edge_by_the_strip():
+    """The difference of both has half a width of 5/4: gap (5/4 - u + strip) at u = 1/2 t - 1/2, as doubles."""
+    sim = run(scene([[2.0, 2.0], [1.5, 2.75]], [[0.0, 0.0], [0.5, 0.0]], [TABLE, BRICK], 1), 1.0)
+    left = next(each for each in sim.steps(until=5.0) if sim.supports()[1] == ())
+    strip = 2.0**-39 * (1.0 + 0.25)
+    assert (left.kind, left.certificate) == ("structural", 1)
+    assert left.time == 3.5 + 2.0 * strip
+
+
+def ramp(height: float) -> kt.Shape:
+    """A right triangle of width 8, its slope rising to the right."""
+    return kt.polygon([(-4.0, -0.5 * height), (4.0, -0.5 * height), (4.0, 0.5 * height)])
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_ball_slides_down_a_slope_and_rests_in_the_corner_with_the_wall(phase):
+    """On a slope of 3:4 the acceleration along it is 3/5."""
+    at = np.array([4.0, 2.0]) + 0.25 * np.array([-0.6, 0.8]) + [0.0, 1.0]
+    start = scene([[4.0, 3.0], at], [[0.0, 0.0], [0.0, 0.0]], [ramp(6.0), BALL], 1)
+    sim = run(start, 1e-3 + math.sqrt(2.0), phase)
+    assert len(sim.contacts) == 1
+    start = start.replace(position=[[4.0, 3.0], [4.0, 3.25 + 0.25 * 0.25]], responses=rules(settle=0.5))
+    sim = run(start, 1.0, phase)
+    assert sim.supports() == [(), (0,)]
+    assert sim.accelerations()[1] == pytest.approx([-0.48, -0.36])
+    assert sim.velocities()[1] == pytest.approx(sim.accelerations()[1], rel=0.1)
+    sim.run(1e3)
+    assert sim.supports() == [(), (0, LEFT)]
+    assert sim.velocities()[1].tolist() == sim.accelerations()[1].tolist() == [0.0, 0.0]
+    assert sim.contacts["time"][-1] < 50.0
+    assert sim.readings.energy_drift < 1e-14
+
+
+def groove(place: tuple[float, float] = (5.0, 5.0), **more: Any) -> kt.Scene:
+    down, up = kt.polygon([(-2, -2), (2, -2), (-2, 2)]), kt.polygon([(-2, -2), (2, -2), (2, 2)])
+    places = [[2.0, 2.0], [6.0, 2.0], place]
+    return scene(places, [[0.0, 0.0]] * 3, [down, up, BALL], 2, **more)
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_ball_rests_in_a_groove(phase):
+    sim = run(groove(), 1e3, phase)
+    assert sorted(sim.supports()[2]) == [0, 1]
+    assert sim.positions()[2] == pytest.approx([4.0, 0.25 * math.sqrt(2.0)], abs=1e-9)
+    assert sim.velocities()[2].tolist() == sim.accelerations()[2].tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("body", [BRICK, BALL])
+def test_what_slides_into_a_corner_rests_there_if_both_walls_are_needed(body):
+    slid = scene([[2.0, 0.25]], [[0.5, 0.0]], [body], gravity=(0.25, -1.0))
+    sim = run(slid, 1e3)
+    assert sim.supports() == [(FLOOR, RIGHT)]
+    assert sim.positions().tolist() == [[7.75, 0.25]]
+    level = run(slid.replace(gravity=(0.0, -1.0)), 11.0)  # 5.75 at 1/2, and back at 1/4
+    assert rows(level) == [(0.0, 0, FLOOR), (11.5 - 0.0, 0, RIGHT)][:1]
+    level.run(12.0)
+    assert rows(level) == [(0.0, 0, FLOOR), (11.5, 0, RIGHT), (11.5, 0, FLOOR)]
+    assert level.velocities().tolist() == [[-0.25, 0.0]]
+
+
+RESTING = scene([[2.0, 2.0], [2.0, 2.75]], [[0.0, 0.0], [0.0, 0.0]], [TABLE, BRICK], 1)
+"""A brick that begins at rest on a table: the only contact is that at tick 0."""
+
+
+def test_what_begins_at_rest_meets_its_support_at_once_and_never_again():
+    for what in (RESTING, scene([[1.0, 0.5]], [[0.0, 0.0]])):
+        sim = run(what, 1e3)
+        assert [each[0] for each in rows(sim)] == [0.0]
+        assert sim.supports()[-1] != ()
+
+
+@pytest.mark.parametrize(
+    ("act", "held"),
+    [
+        (lambda sim: sim.set_velocity(1, (0.0, 0.5)), False),
+        (lambda sim: sim.set_velocity(1, (0.25, 0.0)), False),
+        (lambda sim: sim.set_acceleration(1, (0.0, 0.5)), False),
+        (lambda sim: sim.set_velocity(0, (0.0, 0.0)), False),
+        (lambda sim: sim.set_velocity(0, (0.0, -0.5)), False),
+        (lambda sim: sim.remove(0), False),
+        (lambda sim: sim.insert((5.0, 5.0), (0.0, 0.0), mass=1.0, shape=BRICK), True),
+    ],
+)
+@pytest.mark.parametrize("phase", ["cells", "sap-1d"])
+def test_a_command_by_hand_ends_the_hold_at_once_and_a_replay_has_the_same_list(phase, act, held):
+    sim = kt.Simulation(RESTING, phase, live=True, audit=1)
+    sim.run(1.0)
+    act(sim)
+    pull = sim.accelerations()[sim.bodies.tolist().index(1)].tolist()
+    assert (sim.supports()[sim.bodies.tolist().index(1)] == (0,)) == held
+    assert pull[1] == (0.0 if held else pytest.approx(-1.0) if sim.scene is not None and pull[1] < 0 else 0.5)
+    sim.run(9.0)
+    assert sim.readings.energy_drift < 1e-14
+    again = kt.Simulation(sim.recorded(), "naive")
+    again.run()
+    assert again.fingerprint == sim.fingerprint
+    assert again.supports() == sim.supports()
+
+
+def test_a_body_that_is_removed_lets_go_all_that_it_holds_under_a_phase_that_is_built_again_too():
+    places = [[4.0, 2.0], *([1.5 + i, 2.75] for i in range(6))]
+    plan = scene(places, [[0.0, 0.0]] * 7, [kt.box(7.0, 1.0)] + [BRICK] * 6, 1, commands=[kt.Remove(0, 2.0)])
+    for phase in ("cells", "sap-2d"):
+        sim = run(plan, 2.0 + math.sqrt(5.0) - 1e-9, phase)
+        assert sim.supports() == [()] * 6
+        sim.run(1e3)
+        assert sim.supports() == [(FLOOR,)] * 6
+    agree(plan, *PHASES, until=8.0)
+
+
+def test_a_hit_ends_the_hold_and_the_support_is_met_again():
+    """A ball hits the brick from the side: it slides on, held again at that tick."""
+    hit = scene(
+        [[4.0, 2.0], [4.0, 2.75], [1.0, 2.75]], [[0.0, 0.0], [0.0, 0.0], [1.0, 0.0]],
+        [kt.box(7.0, 1.0), BRICK, BRICK], 1, responses=rules(e=1.0),
+    )  # fmt: skip
+    sim = run(hit, 2.75)
+    assert rows(sim)[:2] == [(0.0, 0, 1), (0.0, 0, 2)]
+    assert (2.5, 1, 2) in rows(sim)
+    assert sim.velocities()[1:].tolist() == [[1.0, 0.0], [0.0, 0.0]]
+    assert sim.supports()[1:] == [(0,), (0,)]
+
+
+def test_pressed_bodies_that_cannot_rest_part_with_settle():
+    """A brick on a movable brick: it bounces with settle, so for two of it, again and again."""
+    pile = scene([[2.0, 0.25], [2.0, 0.75]], [[0.0, 0.0], [0.0, 0.0]], [BRICK, BRICK])
+    sim = run(pile, 4.0)
+    assert sim.supports() == [(FLOOR,), ()]
+    assert len(sim.contacts) < 200
+    assert sim.positions()[1][1] == pytest.approx(0.75, abs=0.01)
+
+
+def test_on_a_periodic_axis_a_body_slides_on_and_on_and_never_rests_on_a_slope():
+    table = scene([[2.0, 2.0], [1.5, 2.75]], [[0.0, 0.0], [0.5, 0.0]], [kt.box(1.5, 1.0), BRICK], 1, periodic="x")
+    sim = run(table, 2.5)
+    assert sim.supports()[1] == (0,)
+    sim.run(500.0)
+    assert sim.supports()[1] == (FLOOR,)
+    agree(table, *PHASES, until=40.0)
+    slope = scene([[4.0, 3.0], [4.0, 5.0]], [[0.0, 0.0]] * 2, [kt.polygon([(-1, -1), (1, -1), (1, 1)]), BALL], 1, periodic="x")
+    sim = run(slope, 6.0)
+    assert sim.supports()[1] == ()
+
+
+def drawn(seed: int) -> kt.Scene:
+    rng = np.random.default_rng(seed)
+    bodies, steps = 5, 3
+    shapes = [kt.box(2.0, 0.5), kt.box(0.5, 0.75), kt.disc(0.25), kt.polygon([(-0.5, -0.25), (0.5, -0.25), (0.5, 0.25)])]
+    cells = rng.permutation(16)[: bodies + steps]
+    places = np.column_stack(np.divmod(cells, 4)) * 2.0 + 1.0
+    if seed % 2:
+        places = places + rng.uniform(-0.2, 0.2, places.shape)
+    velocity = rng.integers(-2, 3, places.shape) / 4.0
+    velocity[:steps] = 0.0
+    which = [0, 3, 0, *rng.integers(1, 3, bodies).tolist()]
+    turn = kt.Turn(int(rng.integers(0, 2)), 5.0, (0.0, 0.25 * (seed % 3)))
+    gravity = (0.0, -1.0) if seed % 3 else (0.125, -0.5)
+    return kt.Scene(
+        places, velocity, mass=[math.inf] * steps + [1.0 + seed % 2] * bodies, arena=(8.0, 8.0), gravity=gravity,
+        shapes=shapes, shape=which, responses=rules(e=0.5, settle=[0.25, 2.0**-4][seed % 2]),
+        periodic="x" if seed % 4 == 1 and gravity[0] == 0.0 else "", commands=[turn, kt.Remove(2, 7.0)],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", lanes.first(3, range(60)))
+def test_all_phases_give_one_answer(seed):
+    sims = agree(drawn(seed), *PHASES, until=10.0)
+    assert any(sims[0].supports() if isinstance(sims, list) else [True])
+
+
+@pytest.mark.parametrize("what", [RESTING, groove(), drawn(4)])
+def test_a_run_that_is_saved_goes_on_to_the_same_bits(tmp_path, what):
+    whole = run(what, 12.0)
+    half = kt.Simulation(what, "naive")
+    half.run(6.5)
+    half.save(tmp_path / "half.npz")
+    snapshot = half.snapshot()
+    resumed = [kt.resume(tmp_path / "half.npz", broad_phase="sap-1d"), half.copy(), half]
+    half.run(8.0)
+    half.restore(snapshot)
+    for sim in resumed:
+        assert sim.supports() == half.supports()
+        sim.run(12.0)
+        assert sim.fingerprint == whole.fingerprint
+        assert sim.positions().tolist() == whole.positions().tolist()
+        assert sim.accelerations().tolist() == whole.accelerations().tolist()
+        assert sim.supports() == whole.supports()
+
+
+@pytest.mark.parametrize("what", [RESTING, groove(), drawn(2), drawn(5)])
+def test_a_trajectory_has_what_rests_and_slides_where_it_is(tmp_path, what):
+    pytest.importorskip("pyarrow")
+    sim = kt.Simulation(what, "cells")
+    seen = []
+    with kt.EventRecorder(tmp_path / "run.parquet", what) as recorder:
+        for time in np.linspace(0.25, 9.25, 19).tolist():
+            sim.run(time, recorder=recorder)
+            seen.append((time, sim.positions(), sim.velocities(), sim.accelerations()))
+    path = kt.Trajectory.read(tmp_path / "run.parquet")
+    for time, positions, velocities, accelerations in seen:
+        assert path.positions(time) == pytest.approx(positions, abs=1e-13)
+        assert path.velocities(time) == pytest.approx(velocities, abs=1e-13)
+        assert path.accelerations(time).tolist() == accelerations.tolist()
+
+
+def test_the_observables_know_heights_of_what_is_held():
+    sim = kt.Simulation(groove(), "cells")
+    sim.run(20.0, observe=["energy:every=1", "pressure"])
+    assert sim.observed["energy"]["U"].mean > 0.25
+
+
+def test_what_comes_by_hand_may_rest_on_a_wall():
+    sim = kt.Simulation(RESTING, "cells", live=True)
+    sim.run(1.0)
+    body = sim.insert((6.0, 0.25), (0.0, 0.0), mass=1.0, shape=BRICK)
+    sim.run(2.0)
+    assert sim.supports()[2] == (FLOOR,)
+    assert rows(sim)[-1] == (1.0, body, FLOOR)
+
+
+def test_files_have_settle():
+    assert loads_scene(dumps_scene(RESTING)) == RESTING
+    assert RESTING.resting
+    assert not RESTING.uniform
+
+
+def test_without_settle_nothing_may_rest_and_the_loop_is_that_of_other_scenes():
+    hard = RESTING.replace(responses=dict.fromkeys(ANY, kt.Response("restitution", e=0.5, contact_time=0.01)))
+    assert not hard.resting
+    assert "whole_x" not in kt.Simulation(hard).tables.bodies.dtype.names
+    with pytest.raises(SceneError, match="at rest on the bottom wall"):
+        scene([[1.0, 0.5]], [[0.0, 0.0]], responses={("*", "*"): rules()[ANY[0]]})
+
+
+@pytest.mark.parametrize("settle", [0.0, -1.0, math.inf, math.nan, "slow"])
+def test_settle_is_a_speed(settle):
+    with pytest.raises((BadOption, SceneError), match="expected a speed above 0"):
+        kt.Simulation(scene([[1.0, 1.0]], [[0.0, 0.0]], responses=rules(settle=settle)))
+
+
+@pytest.mark.parametrize(
+    ("changes", "lacks"),
+    [({"gravity": (0.0, 0.0)}, "accelerations"), ({"arena": None, "settings": kt.Settings(until=4.0)}, "an arena")],
+)
+def test_settle_is_refused_where_nothing_can_settle(changes, lacks):
+    with pytest.raises(Refused, match=f"the scene has no {lacks}"):
+        kt.Simulation(scene([[1.0, 1.0]], [[0.0, 0.5]], **changes))
