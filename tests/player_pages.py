@@ -62,6 +62,19 @@ SCENES = {
         kind=["ball", "sensor", "ball"],
         responses={("ball", "sensor"): "pass"},
     ),
+    "rests": kt.Scene(
+        [[1.0, 1.0], [1.0, 1.5], [3.0, 3.0]],
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]],
+        mass=[np.inf, 1.0, 3.0],
+        shapes=[kt.box(1.5, 0.5), kt.box(0.5, 0.5), kt.disc(0.25)],
+        shape=[0, 1, 2],
+        arena=(4, 4),
+        gravity=(0.0, -8.0),
+        responses=dict.fromkeys(
+            [("*", "*"), ("*", "wall")], kt.Response("restitution", e=0.5, contact_time=1e-6, settle=0.75)
+        ),
+        commands=[kt.Turn(2, 1.9, (-1.0, 0.0))],
+    ),
     "accelerated": kt.Scene(
         [[0.2, 0.2], [0.5, 0.5], [0.8, 0.3], [0.3, 0.8]],
         [[0.9, 0.4], [0.0, 0.0], [-0.7, 0.8], [0.0, 0.0]],
@@ -78,7 +91,7 @@ SCENES = {
     ),
     "slow": kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[0.001, 0.0], [0.0, 0.0]], 0.25, arena=(4, 4)),
 }
-UNTIL = {"slow": 3000.0}
+UNTIL = {"slow": 3000.0, "rests": 3.0}
 HARD = ("H07", "H11", "H12", "H14", "H15", "H16", "H19", "H21", "H23", "H28", "H32", "H33")
 """Names of scene files in which much happens at once, or at odd times."""
 

@@ -21,7 +21,7 @@ PLACES = """
 
 
 @needs_node
-@pytest.mark.parametrize("name", ["come and go", "accelerated"])
+@pytest.mark.parametrize("name", ["come and go", "accelerated", "rests"])
 def test_a_window_is_as_exact(name, tmp_path):
     scene = SCENES[name]
     rows = record(kt.Simulation(scene, "naive"), 2.0)
@@ -35,7 +35,7 @@ def test_a_window_is_as_exact(name, tmp_path):
 
 
 @needs_node
-@pytest.mark.parametrize("name", ["masses", "accelerated"])
+@pytest.mark.parametrize("name", ["masses", "accelerated", "rests"])
 def test_velocities_are_exact_and_the_energy_is_that_of_the_run(name, tmp_path):
     scene, trajectory, page, _ = case_of(name)
     times = np.linspace(scene.start, trajectory.rows["time"][-1], 23)[1:].tolist()
