@@ -58,7 +58,7 @@ def since_touched(k: Kernel, a: int, b: int) -> float:
 @hook
 def give_back(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
     """Turns the closing speed round, with a share of it, ``rule.first``; all of it within ``rule.second``.
-    Those that close in by no more than ``rule.third`` settle (rule 9r), or part by that if they are pressed."""
+    Those that close in by ``rule.third`` at most settle (rule 9r), or part by that if they are pressed."""
     back = rule.first if since_touched(k, a, b) > rule.second else 1.0
     slow = rule.third
     one = k.bodies[a]
@@ -121,7 +121,9 @@ class Restitution:
         for settle in a scene where nothing can settle."""
         if self.numbers[2] and (not scene.bent or scene.arena is None):
             lacks = "an arena" if scene.bent else "accelerations"
-            raise Refused(f"restitution: bodies settle by accelerations in an arena; the scene has no {lacks}")
+            raise Refused(
+                f"restitution: bodies settle by accelerations in an arena; the scene has no {lacks}"
+            )
         longest = REMEMBERED * scene.time_unit
         if self.numbers[1] >= longest:
             raise Refused(

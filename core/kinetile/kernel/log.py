@@ -44,10 +44,10 @@ LOG = np.dtype(
 )
 """One event that changed a flight plan: as CONTACT, and -5 for a turn, -6 for a re-anchoring that keeps the
 velocity, -7 for an inserted body, -8 for a removed one, with its last plan, -9 for one with another
-acceleration, -10 for one that begins or ceases to be held by supports, by itself or after the row of the event
-that does that; then position and velocity of both bodies right after it (NaN for ``b`` where there is no second
-body, and for both where they begin or end to pass through each other: no plan changes). Where bodies are
-accelerated, rows of -7, -9 and -10 have the acceleration in the place of ``b``'s position."""
+acceleration, -10 for one that is held or let go by supports, after the row of the event that does so if there
+is one; then position and velocity of both bodies right after it (NaN for ``b`` where there is no second body,
+and for both where they begin or end to pass through each other: no plan changes). Where bodies are
+accelerated, rows of -7, -9 and -10 have the present acceleration in the place of ``b``'s position."""
 
 
 def digestible(contacts: npt.NDArray[np.void]) -> bytes:

@@ -22,9 +22,7 @@ well."""
 def is_held_by(k: Kernel, body: int, other: int) -> bool:
     """Whether a body is held by what is in a slot, or by a wall."""
     plan = k.bodies[body]
-    return bool(
-        (plan.supports > 0 and plan.support == other) or (plan.supports > 1 and plan.second == other)
-    )
+    return bool((plan.supports > 0 and plan.support == other) or (plan.supports > 1 and plan.second == other))
 
 
 @hook

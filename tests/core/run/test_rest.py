@@ -1,5 +1,6 @@
 """Bodies that settle and rest: known answers, ends of holding, one answer, saved runs, what is refused."""
 
+import copy
 import math
 from typing import Any
 
@@ -33,7 +34,7 @@ def scene(places: Any, velocities: Any, shape: Any = None, immovable: int = 0, *
 
 
 def run(what: kt.Scene, until: float, phase: str = "cells") -> kt.Simulation:
-    sim = kt.Simulation(what, phase, audit=1)
+    sim = kt.Simulation(what, phase, audit=7)
     sim.run(until)
     return sim
 
@@ -47,7 +48,7 @@ BRICK = kt.box(0.5, 0.5)
 BALL = kt.disc(0.25)
 
 
-@pytest.mark.parametrize("phase", (*PHASES, "sweep-tiling", "power"))
+@pytest.mark.parametrize("phase", [*PHASES, "sweep-tiling", "power"])
 def test_a_ball_rests_after_the_bounce_with_which_it_is_as_slow_as_settle(phase):
     """It falls by 1/2, arrives with 1, and flies for 1, 1/2, 1/4, 1/8 with e = 1/2: it meets the floor with
     speeds of 1, 1/2, 1/4 and 1/8, of which the last is not above settle."""
@@ -89,7 +90,7 @@ def test_what_slides_over_the_edge_of_a_table_leaves_it_and_falls_on(phase, body
 
 
 def test_leaving_is_at_the_tick_past_the_edge_by_the_strip():
-    """The difference of both has half a width of 5/4: gap (5/4 - u + strip) at u = 1/2 t - 1/2, as doubles."""
+    """The face of the difference of both ends 5/4 away, and half the speed is 1/2."""
     sim = run(scene([[2.0, 2.0], [1.5, 2.75]], [[0.0, 0.0], [0.5, 0.0]], [TABLE, BRICK], 1), 1.0)
     left = next(each for each in sim.steps(until=5.0) if sim.supports()[1] == ())
     strip = 2.0**-39 * (1.0 + 0.25)
@@ -105,11 +106,8 @@ def ramp(height: float) -> kt.Shape:
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_ball_slides_down_a_slope_and_rests_in_the_corner_with_the_wall(phase):
     """On a slope of 3:4 the acceleration along it is 3/5."""
-    at = np.array([4.0, 2.0]) + 0.25 * np.array([-0.6, 0.8]) + [0.0, 1.0]
-    start = scene([[4.0, 3.0], at], [[0.0, 0.0], [0.0, 0.0]], [ramp(6.0), BALL], 1)
-    sim = run(start, 1e-3 + math.sqrt(2.0), phase)
-    assert len(sim.contacts) == 1
-    start = start.replace(position=[[4.0, 3.0], [4.0, 3.25 + 0.25 * 0.25]], responses=rules(settle=0.5))
+    places, quick = [[4.0, 3.0], [4.0, 3.25 + 0.25 * 0.25]], rules(settle=0.5)
+    start = scene(places, [[0.0, 0.0], [0.0, 0.0]], [ramp(6.0), BALL], 1, responses=quick)
     sim = run(start, 1.0, phase)
     assert sim.supports() == [(), (0,)]
     assert sim.accelerations()[1] == pytest.approx([-0.48, -0.36])
@@ -141,9 +139,7 @@ def test_what_slides_into_a_corner_rests_there_if_both_walls_are_needed(body):
     sim = run(slid, 1e3)
     assert sim.supports() == [(FLOOR, RIGHT)]
     assert sim.positions().tolist() == [[7.75, 0.25]]
-    level = run(slid.replace(gravity=(0.0, -1.0)), 11.0)  # 5.75 at 1/2, and back at 1/4
-    assert rows(level) == [(0.0, 0, FLOOR), (11.5 - 0.0, 0, RIGHT)][:1]
-    level.run(12.0)
+    level = run(slid.replace(gravity=(0.0, -1.0)), 12.0)  # it bounces: nothing presses it on the right wall
     assert rows(level) == [(0.0, 0, FLOOR), (11.5, 0, RIGHT), (11.5, 0, FLOOR)]
     assert level.velocities().tolist() == [[-0.25, 0.0]]
 
@@ -160,25 +156,26 @@ def test_what_begins_at_rest_meets_its_support_at_once_and_never_again():
 
 
 @pytest.mark.parametrize(
-    ("act", "held"),
+    ("act", "pull"),
     [
-        (lambda sim: sim.set_velocity(1, (0.0, 0.5)), False),
-        (lambda sim: sim.set_velocity(1, (0.25, 0.0)), False),
-        (lambda sim: sim.set_acceleration(1, (0.0, 0.5)), False),
-        (lambda sim: sim.set_velocity(0, (0.0, 0.0)), False),
-        (lambda sim: sim.set_velocity(0, (0.0, -0.5)), False),
-        (lambda sim: sim.remove(0), False),
-        (lambda sim: sim.insert((5.0, 5.0), (0.0, 0.0), mass=1.0, shape=BRICK), True),
+        (lambda sim: sim.set_velocity(1, (0.0, 0.5)), -1.0),
+        (lambda sim: sim.set_velocity(1, (0.25, 0.0)), -1.0),
+        (lambda sim: sim.set_acceleration(1, (0.0, 0.5)), 0.5),
+        (lambda sim: sim.set_velocity(0, (0.0, 0.0)), -1.0),
+        (lambda sim: sim.set_velocity(0, (0.0, -0.5)), -1.0),
+        (lambda sim: sim.remove(0), -1.0),
+        (lambda sim: sim.insert((5.0, 5.0), (0.0, 0.0), mass=1.0, shape=BRICK), None),
     ],
 )
 @pytest.mark.parametrize("phase", ["cells", "sap-1d"])
-def test_a_command_by_hand_ends_the_hold_at_once_and_a_replay_has_the_same_list(phase, act, held):
+def test_a_command_by_hand_ends_the_hold_at_once_and_a_replay_has_the_same_list(phase, act, pull):
+    """Where it does, the brick has its whole acceleration, or the new one."""
     sim = kt.Simulation(RESTING, phase, live=True, audit=1)
     sim.run(1.0)
     act(sim)
-    pull = sim.accelerations()[sim.bodies.tolist().index(1)].tolist()
-    assert (sim.supports()[sim.bodies.tolist().index(1)] == (0,)) == held
-    assert pull[1] == (0.0 if held else pytest.approx(-1.0) if sim.scene is not None and pull[1] < 0 else 0.5)
+    brick = sim.bodies.tolist().index(1)
+    assert sim.supports()[brick] == ((0,) if pull is None else ())
+    assert sim.accelerations()[brick].tolist() == [0.0, pull or 0.0]
     sim.run(9.0)
     assert sim.readings.energy_drift < 1e-14
     again = kt.Simulation(sim.recorded(), "naive")
@@ -221,13 +218,21 @@ def test_pressed_bodies_that_cannot_rest_part_with_settle():
 
 
 def test_on_a_periodic_axis_a_body_slides_on_and_on_and_never_rests_on_a_slope():
-    table = scene([[2.0, 2.0], [1.5, 2.75]], [[0.0, 0.0], [0.5, 0.0]], [kt.box(1.5, 1.0), BRICK], 1, periodic="x")
+    table = scene(
+        [[2.0, 2.0], [1.5, 2.75]], [[0.0, 0.0], [0.5, 0.0]], [kt.box(1.5, 1.0), BRICK], 1, periodic="x"
+    )
     sim = run(table, 2.5)
     assert sim.supports()[1] == (0,)
     sim.run(500.0)
     assert sim.supports()[1] == (FLOOR,)
     agree(table, *PHASES, until=40.0)
-    slope = scene([[4.0, 3.0], [4.0, 5.0]], [[0.0, 0.0]] * 2, [kt.polygon([(-1, -1), (1, -1), (1, 1)]), BALL], 1, periodic="x")
+    slope = scene(
+        [[4.0, 3.0], [4.0, 5.0]],
+        [[0.0, 0.0]] * 2,
+        [kt.polygon([(-1, -1), (1, -1), (1, 1)]), BALL],
+        1,
+        periodic="x",
+    )
     sim = run(slope, 6.0)
     assert sim.supports()[1] == ()
 
@@ -235,7 +240,12 @@ def test_on_a_periodic_axis_a_body_slides_on_and_on_and_never_rests_on_a_slope()
 def drawn(seed: int) -> kt.Scene:
     rng = np.random.default_rng(seed)
     bodies, steps = 5, 3
-    shapes = [kt.box(2.0, 0.5), kt.box(0.5, 0.75), kt.disc(0.25), kt.polygon([(-0.5, -0.25), (0.5, -0.25), (0.5, 0.25)])]
+    shapes = [
+        kt.box(1.5, 0.5),
+        kt.box(0.5, 0.75),
+        kt.disc(0.25),
+        kt.polygon([(-0.5, -0.25), (0.5, -0.25), (0.5, 0.25)]),
+    ]
     cells = rng.permutation(16)[: bodies + steps]
     places = np.column_stack(np.divmod(cells, 4)) * 2.0 + 1.0
     if seed % 2:
@@ -246,8 +256,8 @@ def drawn(seed: int) -> kt.Scene:
     turn = kt.Turn(int(rng.integers(0, 2)), 5.0, (0.0, 0.25 * (seed % 3)))
     gravity = (0.0, -1.0) if seed % 3 else (0.125, -0.5)
     return kt.Scene(
-        places, velocity, mass=[math.inf] * steps + [1.0 + seed % 2] * bodies, arena=(8.0, 8.0), gravity=gravity,
-        shapes=shapes, shape=which, responses=rules(e=0.5, settle=[0.25, 2.0**-4][seed % 2]),
+        places, velocity, mass=[math.inf] * steps + [1.0 + seed % 2] * bodies,
+        arena=(8.0, 8.0), gravity=gravity, shapes=shapes, shape=which, responses=rules(e=0.5, settle=[0.25, 2.0**-4][seed % 2]),
         periodic="x" if seed % 4 == 1 and gravity[0] == 0.0 else "", commands=[turn, kt.Remove(2, 7.0)],
     )  # fmt: skip
 
@@ -255,7 +265,7 @@ def drawn(seed: int) -> kt.Scene:
 @pytest.mark.parametrize("seed", lanes.first(3, range(60)))
 def test_all_phases_give_one_answer(seed):
     sims = agree(drawn(seed), *PHASES, until=10.0)
-    assert any(sims[0].supports() if isinstance(sims, list) else [True])
+    assert any(sims[0].supports())
 
 
 @pytest.mark.parametrize("what", [RESTING, groove(), drawn(4)])
@@ -265,7 +275,7 @@ def test_a_run_that_is_saved_goes_on_to_the_same_bits(tmp_path, what):
     half.run(6.5)
     half.save(tmp_path / "half.npz")
     snapshot = half.snapshot()
-    resumed = [kt.resume(tmp_path / "half.npz", broad_phase="sap-1d"), half.copy(), half]
+    resumed = [kt.resume(tmp_path / "half.npz", broad_phase="sap-1d"), copy.copy(half), half]
     half.run(8.0)
     half.restore(snapshot)
     for sim in resumed:
@@ -330,7 +340,10 @@ def test_settle_is_a_speed(settle):
 
 @pytest.mark.parametrize(
     ("changes", "lacks"),
-    [({"gravity": (0.0, 0.0)}, "accelerations"), ({"arena": None, "settings": kt.Settings(until=4.0)}, "an arena")],
+    [
+        ({"gravity": (0.0, 0.0)}, "accelerations"),
+        ({"arena": None, "settings": kt.Settings(until=4.0)}, "an arena"),
+    ],
 )
 def test_settle_is_refused_where_nothing_can_settle(changes, lacks):
     with pytest.raises(Refused, match=f"the scene has no {lacks}"):

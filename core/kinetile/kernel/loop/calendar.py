@@ -245,8 +245,8 @@ def runner_up(k: Kernel, first: int, partner: int) -> int:
 
 @template
 def wall_is_before(k: Kernel, h: int, tick: int, more: int) -> bool:
-    """Whether a body may be at a wall, or leave its support, at a tick or before. Computes when it reaches
-    one, unless a shortcut of the narrow phase for walls (``INSIDE``) says that it does not, for ``more`` ticks
+    """Whether a body may be at a wall, or leave its support, at a tick or before. Computes when it does,
+    unless a shortcut of the narrow phase for walls (``INSIDE``) says that it reaches none, for ``more`` ticks
     after that as well."""
     entry = k.queue[h]
     if entry.wall == NOT_ASKED:

@@ -168,11 +168,11 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
         yield "a body has a number that there is not"
     if not np.isin([passings["a"], passings["b"]], number).all() or not (passings["a"] < passings["b"]).all():
         yield "a pair that passes is not of two bodies"
-    whole, supports = "whole_" if scene.resting else "a", plans["supports"]
-    pulls = np.stack([plans[f"{whole}x"], plans[f"{whole}y"]], axis=-1)
+    own, supports = "whole_" if scene.resting else "a", plans["supports"]
+    pulls = np.stack([plans[f"{own}x"], plans[f"{own}y"]], axis=-1)
     held = np.stack([plans["support"], plans["second"]], axis=-1)
-    there = np.isin(held, number) | (held < 0)
-    if not (supports <= 2 * scene.resting).all() or not there[np.arange(2) < supports[:, None]].all():
+    known = np.isin(held, number) | (held < 0)
+    if not (supports <= 2 * scene.resting).all() or not known[np.arange(2) < supports[:, None]].all():
         yield "a body is held by what is not there"
     if scene.resting and not (plans["ledge"] >= now).all():
         yield "a body has not left its support"
