@@ -218,10 +218,8 @@ def _passing(simulation: Simulation) -> list[tuple[int, ...]]:
 
 
 Floats = npt.NDArray[np.float64]
-KINDS = (
-    *("structural", "disc", "wall", "turn", "insert", "remove"),
-    *("pass", "part", "anchor", "accelerate", "hold"),
-)
+KINDS = ("structural", "disc", "wall", "turn", "insert", "remove", "pass", "part")
+KINDS += ("anchor", "accelerate", "hold")
 """Kinds of events by the number that a page has for them; "anchor" is a plan that the clock has written down
 again, "hold" one with another present acceleration."""
 
@@ -231,9 +229,82 @@ class Plans:
     """The bodies by number, (n,) each: radius (NaN if it is not known) and mass; whether each is present,
     and its plan: (epoch, tick) of its anchor, its position there, its velocity, and its acceleration, the
     present and the whole one; and how many periods were taken off its position since its first one, along x
-    and y, or will be when it is inserted.
-    """
+    and y, or will be when it is inserted."""
 
+    radius: Floats
+    mass: Floats
+    there: Floats
+    epoch: Floats
+    tick: Floats
+    x: Floats
+    y: Floats
+    vx: Floats
+    vy: Floats
+    ax: Floats
+    ay: Floats
+    wx: Floats
+    wy: Floats
+    kx: Floats
+    ky: Floats
+
+    @classmethod
+    def of(cls, scene: Scene, rows: npt.NDArray[Any]) -> Self:
+        """Returns the plans at a scene's start, with room for all bodies of the scene and of rows."""
+        comers = [each for each in scene.commands if isinstance(each, Insert)]
+        named = [int(rows[name].max(initial=-1)) for name in "ab"]
+        n, last = len(scene), max([*named, *(each.body for each in comers), len(scene) - 1])
+        columns = {name: np.zeros(last + 1) for name in cls.__dataclass_fields__}
+        columns["radius"][n:] = np.nan
+        columns["mass"][n:] = 1.0
+        columns["radius"][:n], columns["mass"][:n], columns["there"][:n] = scene.radius, scene.mass, 1.0
+        columns["x"][:n], columns["y"][:n] = nearest_image(scene.position, scene.periods).T
+        columns["vx"][:n], columns["vy"][:n] = scene.velocity.T
+        columns["ax"], columns["ay"] = first_accelerations(scene, last + 1).T.copy()
+        columns["wx"], columns["wy"] = columns["ax"].copy(), columns["ay"].copy()
+        for each in comers:
+            columns["radius"][each.body], columns["mass"][each.body] = each.radius, each.mass
+        if scene.periodic:
+            first = np.concatenate([scene.position, np.reshape([each.position for each in comers], (-1, 2))])
+            off = whole_periods(first - nearest_image(first, scene.periods), scene.periods)
+            numbers = [*range(n), *(each.body for each in comers)]
+            columns["kx"][numbers], columns["ky"][numbers] = off.T
+        return cls(**columns)
+
+    def of_run(self, simulation: Simulation) -> Plans:
+        """Returns the plans of a run of the scene as they are now."""
+        columns = {name: array.copy() for name, array in vars(self).items()}
+        tables = simulation.tables
+        clock = Clock(0.0, 1.0, int(tables.clock[0].epoch))
+        taken = np.flatnonzero(tables.queue["number"] >= 0)
+        bodies, numbers = np.asarray(tables.bodies)[taken], np.asarray(tables.queue["number"])[taken]
+        columns["there"][:] = 0.0
+        columns["there"][numbers] = 1.0
+        _, columns["epoch"][numbers], columns["tick"][numbers] = clock.split(bodies["anchor"])
+        for name in (*(BentPlan if simulation.scene.bent else Plan)._fields, "radius"):
+            columns[name][numbers] = bodies[name]
+        columns["wx"][numbers], columns["wy"][numbers] = simulation.whole_accelerations().T
+        if len(tables.images):
+            for name in ("kx", "ky"):
+                columns[name][numbers] = np.asarray(tables.images[name])[taken]
+        return Plans(**columns)
+
+
+def kinds_of(rows: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """Returns the kind of each row as its place in ``KINDS``."""
+    a, b = rows["a"], rows["b"]
+    kinds = np.where(b >= 0, np.where(np.isnan(rows["ax"]), np.where(a < b, 6, 7), 1), 2)
+    for code, kind in ((-5, 3), (-6, 8), (ACCELERATED, 9), (HELD, 10), (INSERTED, 4), (REMOVED, 5)):
+        kinds[b == code] = kind
+    return kinds.astype(np.uint8)
+
+
+def residuals(plans: Plans, rows: npt.NDArray[Any], scene: Scene) -> dict[str, npt.NDArray[np.uint64]]:
+    """Returns columns ax .. bvy, (rows,) each: the bits in which a row differs from its prediction.
+
+    A body is at the position of its plan, and has its velocity then; but if two bodies of one mass meet, b
+    gets the momentum that a has lost. Columns without a plan (b of a wall, for example) are 0; but of a row
+    that gives a its acceleration, bx and by are the bits in which that differs from the one before.
+    """
     flights = Flights.of(rows)
 
     def before(of_plan: Floats, of_flight: Floats) -> Floats:
