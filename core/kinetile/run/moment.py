@@ -76,8 +76,8 @@ class Moment:
         return velocities_after(*plans_now(self._engine.k, self._engine.taken))
 
     def accelerations(self) -> npt.NDArray[np.float64]:
-        """Returns the accelerations, (n, 2), in the order of ``bodies``; of one that is held by supports, what
-        is left of it."""
+        """Returns the accelerations, (n, 2), in the order of ``bodies``; of one that supports hold, what is left
+        of it."""
         plans = plans_now(self._engine.k, self._engine.taken)[0]
         if isinstance(plans, BentPlan):
             return np.stack([plans.ax, plans.ay], axis=-1)
@@ -91,8 +91,8 @@ class Moment:
         return np.stack([bodies["whole_x"], bodies["whole_y"]], axis=-1)
 
     def supports(self) -> list[tuple[int, ...]]:
-        """Returns what holds each body, in the order of ``bodies``: up to two numbers of bodies, or of walls as
-        in column ``b`` of ``contacts``."""
+        """Returns what holds each body, in the order of ``bodies``: up to two numbers of bodies, or of walls
+        as in column ``b`` of ``contacts``."""
         engine = self._engine
         if not self.scene.resting:
             return [()] * len(engine.taken)

@@ -257,12 +257,13 @@ def drawn(seed: int) -> kt.Scene:
     gravity = (0.0, -1.0) if seed % 3 else (0.125, -0.5)
     return kt.Scene(
         places, velocity, mass=[math.inf] * steps + [1.0 + seed % 2] * bodies,
-        arena=(8.0, 8.0), gravity=gravity, shapes=shapes, shape=which, responses=rules(e=0.5, settle=[0.25, 2.0**-4][seed % 2]),
+        arena=(8.0, 8.0), gravity=gravity, shapes=shapes, shape=which,
+        responses=rules(e=0.5, settle=[0.25, 2.0**-4][seed % 2]),
         periodic="x" if seed % 4 == 1 and gravity[0] == 0.0 else "", commands=[turn, kt.Remove(2, 7.0)],
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", lanes.first(3, range(60)))
+@pytest.mark.parametrize("seed", lanes.first(3, range(50)))
 def test_all_phases_give_one_answer(seed):
     sims = agree(drawn(seed), *PHASES, until=10.0)
     assert any(sims[0].supports())
