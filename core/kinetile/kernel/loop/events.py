@@ -33,7 +33,7 @@ from kinetile.kernel.loop.responses import (
     plan_partings,
 )
 from kinetile.kernel.passings import passes
-from kinetile.kernel.rest import let_go, take_hold
+from kinetile.kernel.rest import take_hold
 from kinetile.kernel.tables import (
     LATE_CONTACT,
     NOBODY,
@@ -195,8 +195,6 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
     body = k.bodies[h]
     wall = reach_wall(k, body)[1]
     anchor(k, h, at)
-    if RESTING:
-        let_go(k, h)
     depth = answer_wall(k, h, wall, at) if RULES else bounce(k, body, wall)
     if FOREIGN and clock.fault.code != 0:
         return NOTHING
@@ -252,9 +250,6 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     anchor(k, b, at)
     if PERIODIC:
         come_together(k, a, b, h)
-    if RESTING:
-        let_go(k, a)
-        let_go(k, b)
     depth = answer(k, a, b, at) if RULES else collide(k, a, b)
     if FOREIGN and clock.fault.code != 0:  # the response has let them close in still
         return NO_REASON, NOTHING, NOBODY, NOBODY

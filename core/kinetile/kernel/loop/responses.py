@@ -29,7 +29,7 @@ from kinetile.kernel.loop.bookkeeping import count_row, log_passing
 from kinetile.kernel.loop.calendar import settle
 from kinetile.kernel.pairs import follower, link, unlink
 from kinetile.kernel.passings import ELASTIC, FIRST, is_passing, passes, rule_of
-from kinetile.kernel.rest import ALONE, WITH_ANOTHER, without
+from kinetile.kernel.rest import ALONE, WITH_ANOTHER, let_go, without
 from kinetile.kernel.tables import NEVER, Kernel, Records, elder, is_there
 
 ROOM = 1e-12
@@ -179,9 +179,14 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
     rule = k.rules[rule_of(k, a, b)]
     if RESPONSES == 0 or rule.response == ELASTIC:  # no ``touch`` is needed for elastic contacts alone
         depth = collide(k, a, b)
+        if RESTING:
+            let_go(k, a)
+            let_go(k, b)
     else:
         nx, ny, depth = touch(k, a, b)
         if RESTING:
+            let_go(k, a)
+            let_go(k, b)
             consider(k, a, b, nx, ny)
         _respond(k, a, b, nx, ny, rule)
     if depth == depth:  # else there is no answer, and the loop ends with both as they were
@@ -198,9 +203,12 @@ def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
     rule = k.rules[rule_of(k, a, wall)]
     if RESPONSES == 0 or rule.response == ELASTIC:
         depth = bounce(k, k.bodies[a], wall)
+        if RESTING:
+            let_go(k, a)
     else:
         nx, ny, depth = touch_wall(k, k.bodies[a], wall)
         if RESTING:
+            let_go(k, a)
             consider(k, a, wall, nx, ny)
         _respond(k, a, wall, nx, ny, rule)
     k.counts[0].answered_energy += _energy(k, a) - before
