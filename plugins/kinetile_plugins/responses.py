@@ -120,7 +120,7 @@ class Restitution:
         """Returns the parts; raises Refused for a contact_time that is longer than the kernel remembers, and
         for settle in a scene where nothing can settle."""
         if self.numbers[2] and (not scene.bent or scene.arena is None):
-            lacks = "an arena" if scene.bent else "accelerations"
+            lacks = "arena" if scene.bent else "accelerations"
             raise Refused(
                 f"restitution: bodies settle by accelerations in an arena; the scene has no {lacks}"
             )

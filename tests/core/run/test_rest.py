@@ -343,7 +343,7 @@ def test_settle_is_a_speed(settle):
     ("changes", "lacks"),
     [
         ({"gravity": (0.0, 0.0)}, "accelerations"),
-        ({"arena": None, "settings": kt.Settings(until=4.0)}, "an arena"),
+        ({"arena": None, "settings": kt.Settings(until=4.0)}, "arena"),
     ],
 )
 def test_settle_is_refused_where_nothing_can_settle(changes, lacks):
