@@ -12,6 +12,8 @@ import lanes
 from agreement import agree
 from kinetile.errors import BadOption, Refused, SceneError
 from kinetile.scene.files import dumps_scene, loads_scene
+from kinetile.toolbox import ResponseParts, hook, rest
+from registering import registered
 
 FLOOR, LEFT, RIGHT = -3, -1, -2
 ANY = ("*", "*"), ("*", "wall")
@@ -96,6 +98,15 @@ def test_leaving_is_at_the_tick_past_the_edge_by_the_strip():
     strip = 2.0**-39 * (1.0 + 0.25)
     assert (left.kind, left.certificate) == ("structural", 1)
     assert left.time == 3.5 + 2.0 * strip
+
+
+def test_what_slides_for_spans_of_the_clock_leaves_in_time_though_the_clock_anchors_it():
+    places, slow = [[2.0, 2.0], [2.0, 2.75]], 2.0**-11
+    sim = run(scene(places, [[0.0, 0.0], [slow, 0.0]], [TABLE, BRICK], 1), 2559.0, "naive")
+    assert sim.supports()[1] == (0,)
+    assert len(sim.contacts) == 1
+    sim.run(2560.0 + math.sqrt(5.0) + 1e-6)
+    assert rows(sim)[1:] == [(pytest.approx(2560.0 + math.sqrt(5.0), abs=1e-7), 1, FLOOR)]
 
 
 def ramp(height: float) -> kt.Shape:
@@ -308,6 +319,39 @@ def test_the_observables_know_heights_of_what_is_held():
     sim = kt.Simulation(groove(), "cells")
     sim.run(20.0, observe=["energy:every=1", "pressure"])
     assert sim.observed["energy"]["U"].mean > 0.25
+
+
+def test_questions_are_asked_of_what_is_held():
+    sim = run(RESTING, 1.0)
+    hit = sim.cast((2.0, 4.0, 0.25), (0.0, 0.0))
+    assert (hit.time, hit.body) == (1.0 + math.sqrt(1.5), 1)
+    assert sim.next_contact_of(1) is sim.next_contact(0, 1) is sim.next_event is None
+    sim.set_velocity(0, (0.0, 0.0))
+    assert sim.next_contact(0, 1)[:3] == (1.0, 1, 0)
+
+
+@hook
+def stick(k, a, b, nx, ny, rule):
+    rest(k, a, b, nx, ny, math.inf)
+
+
+class Stick:
+    """Settles at once, at whatever speed."""
+
+    def __init__(self, settle: float = 1.0) -> None:
+        pass
+
+    def prepare(self, scene: kt.Scene) -> ResponseParts:
+        return ResponseParts(stick)
+
+
+def test_a_response_of_another_plugin_has_bodies_settle():
+    rule = dict.fromkeys(ANY, kt.Response("stick", settle=1.0))
+    with registered(kt.ResponseSpec("stick", Stick, "settles at once")):
+        sim = run(RESTING.replace(position=[[2.0, 2.0], [2.0, 3.25]], responses=rule), 1e3)
+        assert rows(sim) == [(1.0, 0, 1)]
+        assert sim.supports() == [(), (0,)]
+        assert sim.readings.energy_drift == 0.0
 
 
 def test_what_comes_by_hand_may_rest_on_a_wall():

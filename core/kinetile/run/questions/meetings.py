@@ -161,7 +161,7 @@ def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point) -
     bodies = record_table(bent_row if bent else row, n + 1)
     images, clock = record_table(IMAGE, n + 1 if any(periods) else 0), k.clock.copy()
     images[: len(k.images)] = k.images
-    for name in k.bodies.dtype.names:
+    for name in {*k.bodies.dtype.names} & {*bodies.dtype.names}:  # what holds them is of no use
         bodies[name][:n] = k.bodies[name]
     x, y = (math.remainder(at, p) if p else at for at, p in zip(centre, periods, strict=True))
     body, limits = bodies[n], clock[0].limits
