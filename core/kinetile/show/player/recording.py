@@ -218,8 +218,10 @@ def _passing(simulation: Simulation) -> list[tuple[int, ...]]:
 
 
 Floats = npt.NDArray[np.float64]
-KINDS = ("structural", "disc", "wall", "turn", "insert", "remove", "pass", "part")
-KINDS += ("anchor", "accelerate", "hold")
+KINDS = (
+    *("structural", "disc", "wall", "turn", "insert", "remove"),
+    *("pass", "part", "anchor", "accelerate", "hold"),
+)
 """Kinds of events by the number that a page has for them; "anchor" is a plan that the clock has written down
 again, "hold" one with another present acceleration."""
 
