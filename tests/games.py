@@ -37,6 +37,22 @@ OUTLINES = (
     kt.segment((-0.5, -0.25), (0.5, 0.25)),
 )
 
+PLATFORMS = (
+    kt.box(1.0, 0.5),
+    kt.box(2.0, 0.5),
+    kt.box(3.0, 0.25),
+    kt.segment((-1.0, 0.0), (1.0, 0.0)),
+    kt.segment((-1.0, -0.5), (1.0, 0.5)),
+    kt.segment((-0.75, 0.75), (0.75, -0.75)),
+    kt.segment((-1.0, 0.3), (1.0, -0.1)),
+    kt.polygon([(-1.0, -0.25), (1.0, -0.25), (1.0, 0.5)]),
+    kt.polygon([(-0.75, -0.25), (0.75, -0.25), (0.5, 0.25), (-0.5, 0.25)], radius=0.125),
+    kt.capsule((-0.5, 0.0), (0.5, 0.25), 0.125),
+)
+"""Of infinite mass: what bodies settle on, level or slanted."""
+
+HOLLOW = (kt.segment((-0.5, 0.5), (0.5, -0.5)), kt.segment((-0.5, -0.25), (0.5, 0.25)))
+
 SOLID = ("elastic", "restitution", "restitution", "stop")
 
 Command = kt.Turn | kt.Accelerate | kt.Insert | kt.Remove
@@ -77,6 +93,23 @@ def draw_bent_game(seed: int) -> kt.Scene:
 def draw_bent_game_of_shapes(seed: int) -> kt.Scene:
     """Returns the same of convex shapes, with obstacles among them, always the same for a seed."""
     return _bent(random.Random(f"bent game of shapes {seed}"), _polygons)
+
+
+def draw_resting_game(seed: int) -> kt.Scene:
+    """Returns a game in which bodies settle, on walls and on platforms, level and slanted, some at the start;
+    always the same for a seed."""
+    rng = random.Random(f"resting game {seed}")
+    if rng.random() < 0.15:
+        return _bent(rng, _settling_discs)
+    while True:
+        lattice = rng.random() < 0.6
+        base = _platforms(rng, lattice)
+        aside = 0.0 if "x" in base.periodic or rng.random() < 0.7 else rng.choice((-1.0, -0.25, 0.25))
+        pull = rng.choice((0.5, 1.0, 2.0, 8.0)) if lattice else rng.uniform(0.3, 4.0)
+        with suppress(SceneError):
+            settings = kt.Settings(until=base.start + LASTS)
+            falling = base.replace(gravity=(aside * pull, -pull), settings=settings)
+            return _with_end(rng, _with_commands(rng, falling, lattice))
 
 
 def _bent(rng: random.Random, draw: Callable[[random.Random, bool], kt.Scene]) -> kt.Scene:
@@ -191,6 +224,60 @@ def _polygons(rng: random.Random, lattice: bool) -> kt.Scene:
             kt.Scene(**more, **frame)
             bodies = more
     return kt.Scene(**bodies, **frame) if len(bodies["mass"]) >= 3 else _polygons(rng, lattice)
+
+
+def _settling(rng: random.Random, *, slow: bool = False) -> kt.Response:
+    speeds = (0.03125, 0.25) if slow else (0.03125, 0.25, 0.5, 1.0, 4.0)
+    shares = rng.choice((0.1, 0.5, 0.9)), rng.choice((2.0**-20, 0.015625))
+    return kt.Response("restitution", e=shares[0], contact_time=shares[1], settle=rng.choice(speeds))
+
+
+def _settling_discs(rng: random.Random, lattice: bool) -> kt.Scene:
+    rules = {("*", "*"): _settling(rng, slow=True), ("*", "wall"): _settling(rng)}
+    while True:
+        with suppress(SceneError):  # some pass through each other
+            return _discs(rng, lattice).replace(responses=rules)
+
+
+def _platforms(rng: random.Random, lattice: bool) -> kt.Scene:
+    """Some platforms of infinite mass, alone, in rows and as hollows, and bodies on them and above."""
+    sides = (rng.choice((4.0, 6.0)), rng.choice((4.0, 5.0)))
+    frame: dict[str, Any] = {"arena": sides, "periodic": rng.choice(("", "", "", "x"))}
+    platforms = rng.sample(PLATFORMS, 3)
+    frame["shapes"] = [*platforms, *HOLLOW, *rng.sample(OUTLINES[:7], 3)]
+    rules: dict[Any, Any] = {("*", "*"): _settling(rng), ("*", "wall"): _settling(rng)}
+    if rng.random() < 0.3:
+        name = rng.choice((*SOLID, "pass"))
+        rules[KINDS[0], KINDS[1]] = _settling(rng) if name == "restitution" else kt.Response(name)
+    frame |= {"kinds": KINDS[:2], "responses": rules}
+    bodies: dict[str, Any] = {"position": [], "velocity": [], "shape": [], "mass": [], "kind": []}
+
+    def add(place: tuple[float, float], shape: int, velocity: tuple[float, float] = (0.0, 0.0)) -> None:
+        mass = math.inf if shape < 5 else rng.choice((1.0, 1.0, 2.0))
+        body = dict(zip(bodies, (place, velocity, shape, mass, rng.choice(KINDS[:2])), strict=True))
+        more: dict[str, Any] = {key: [*bodies[key], body[key]] for key in bodies}
+        with suppress(SceneError):
+            kt.Scene(**more, **frame)
+            bodies.update(more)
+
+    for _ in range(rng.randrange(1, 4)):
+        (x, y), shape = _place(rng, sides, lattice, ""), rng.randrange(3)
+        if rng.random() < 0.3:
+            add((x - 0.5, y), 3)
+            add((x + 0.5, y), 4)
+        else:
+            add((x, y), shape, _pace(rng, lattice) if rng.random() < 0.1 else (0.0, 0.0))
+            if platforms[shape].kind == "box" and rng.random() < 0.3:
+                add((x + 2.0 * platforms[shape].core[1][0], y), shape)
+    for _ in range(rng.randrange(3, 9)):
+        place, velocity = _place(rng, sides, lattice, ""), (0.0, 0.0)
+        if bodies["mass"] and rng.random() < 0.7:
+            x, y = rng.choice(bodies["position"])
+            place = x + rng.choice((-0.5, -0.25, 0.0, 0.25, 0.5)), y + rng.choice((0.5, 0.5, 0.75, 1.0, 1.5))
+        if rng.random() < 0.6:
+            velocity = rng.choice((-0.5, 0.25, 0.5, 1.0)), rng.choice((0.0, 0.0, -0.25))
+        add(place, rng.randrange(5, 8), velocity)
+    return kt.Scene(**bodies, **frame) if len(bodies["mass"]) >= 3 else _platforms(rng, lattice)
 
 
 def _dense(rng: random.Random) -> kt.Scene:

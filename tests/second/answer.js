@@ -1,25 +1,27 @@
-// Rules 7 to 11, and 7s: what happens in a scene, event by event.
+// Rules 7 to 11, 8r to 9r and 7s: what happens in a scene, event by event.
 //
 // A scene is {bodies, commands, responses, shaped, arena, periods, gravity, start, unit, until, end}: bodies {x, y, vx, vy, ax, ay, r, m, shape, kind}, r being that of
 // rules 3 and 3s and m perhaps Infinity, commands and responses as commands.js and responses.js have them, `shaped` whether not all is discs, an arena [W, H] or null, the periods
 // of x and y, null for an axis that is not periodic, a gravity, a start time, and a unit, a time and an exact end, or null for each; all numbers doubles.
 
-import { bentPart, bentTouch, largest } from "./bent.js";
+import { bentPart, bentTouch, largest, leaveEnds } from "./bent.js";
 import { bentShapePart, bentShapeTouch } from "./bent_shapes.js";
 import { anchor, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
 import { inOrder } from "./commands.js";
 import { FAR, firstTouch, imageTick, lastTouch, throughImage, wallTick } from "./contact.js";
-import { along, exchange } from "./exchange.js";
+import { along, exchange, speedAlong } from "./exchange.js";
 import { hasRoom, overlaps } from "./overlaps.js";
+import { arePressed, isBetween, isPressedTo, isSlow, offPressed, onSupport, pairSupports, pressedSpeed, wallSpeed, wallSupport } from "./rest.js";
 import { offWall, pairResponse, returned, stopped, wallResponse } from "./responses.js";
 import { sha256 } from "./sha256.js";
-import { difference, shapeGap, shapeNormal, shapePart, shapeTouch } from "./shapes.js";
+import { alongFace, difference, shapeGap, shapeNormal, shapePart, shapeTouch } from "./shapes.js";
 
 const CLOCK = 1;
 const COMMAND = 2;
 const WALL = 3;
 const PAIR = 4;
 const PART = 5;
+const LEDGE = 0; // what a body leaves, where others have a wall
 const SPAN = 1n << 61n;
 const BEAT = 1n << 53n;
 const HARDLY_ANY = 1n << 20n; // ticks
@@ -78,6 +80,7 @@ export class Run {
       // A tick j 2^61 with A < (j - 1) 2^61: the first such j is floor(A / 2^61) + 2.
       consider((body.plan.A / this.span + 2n) * this.span, CLOCK, body.number, 0, { body });
       if (body.met) consider(body.met.tick, WALL, body.number, body.met.wall, { body });
+      if (body.leaves !== null) consider(body.leaves, WALL, body.number, LEDGE, { body, leaves: true }); // after its walls
     }
     for (const pair of this.pairs) {
       if (pair.met) consider(pair.met.tick, PAIR, pair.a.number, pair.b.number, { pair });
@@ -101,19 +104,29 @@ export class Run {
     return tick === this.now ? this.contacts : 0;
   }
 
-  *happen({ tick, class: kind, body, command, pair, passing }) {
+  *happen({ tick, class: kind, body, command, pair, passing, leaves }) {
     if (tick !== this.now) [this.now, this.contacts] = [tick, 0];
     if (kind === CLOCK) {
       this.write(body, this.present(body));
       yield this.told("clock", body.number, null);
     } else if (kind === COMMAND) {
       yield* this.obey(command);
+    } else if (leaves) {
+      this.free(body);
+      yield this.told("leaving", body.number, null);
     } else if (kind === WALL) {
       const { wall } = body.met;
-      const [plan, response] = [this.present(body), wallResponse(this.scene.responses, body.kind)];
-      const [vx, vy] = offWall(plan, wall, response, returned(response, tick, body.last, this.q));
+      const response = wallResponse(this.scene.responses, body.kind);
+      const [C, until, held] = [body.last, body.plan, body.held];
       body.last = tick;
-      this.write(body, { ...plan, vx, vy });
+      const plan = this.free(body);
+      const slow = this.bent && isSlow(response, wallSpeed(plan, wall));
+      if (!slow || !this.settles(wallSupport(body, wall), new Map([[body, held]]), response)) {
+        const parts = slow && isPressedTo(wall, until);
+        const [vx, vy] = parts ? offPressed(plan, wall, response.w) : offWall(plan, wall, response, returned(response, tick, C, this.q));
+        this.write(body, { ...plan, vx, vy });
+      }
+      this.freeFrom(body, until);
       yield this.told("wall", body.number, wall);
     } else if (kind === PART) {
       yield this.end(pair, passing);
@@ -129,9 +142,11 @@ export class Run {
     const body = this.bodies.get(number);
     this.commanded += 1;
     if (what === "turn") {
-      this.write(body, { ...this.present(body), vx, vy });
+      this.write(body, { ...this.free(body), vx, vy });
+      this.freeFrom(body);
     } else if (what === "acceleration") {
-      this.write(body, { ...this.present(body), ax, ay });
+      body.whole = [ax, ay];
+      this.free(body);
     } else if (what === "insertion") {
       const { arena, periods, responses } = this.scene;
       const plan = wrap(makePlan(x, y, vx, vy, this.now, 0n, 0n, ax, ay), periods);
@@ -153,6 +168,7 @@ export class Run {
         const other = pair.a === body ? pair.b : pair.a;
         other.pairs = other.pairs.filter((each) => each !== pair);
       }
+      this.freeFrom(body);
     }
     yield this.told(what, number, null);
   }
@@ -160,19 +176,64 @@ export class Run {
   /** Two bodies meet, and get new plans. */
   collide(pair) {
     const { a, b, response, met } = pair;
-    const [planA, planB] = [this.present(a), this.present(b)];
+    const [untilA, untilB, held] = [a.plan, b.plan, new Map([a, b].map((body) => [body, body.held]))];
+    const [planA, planB] = [this.free(a), this.free(b)];
     const away = this.away(planA, planB, met);
-    const normal = this.shaped ? shapeNormal(planA, planB, away, pair.M, this.q) : along(...away);
+    const meeting = this.shaped ? shapeNormal(planA, planB, away, pair.M, this.q) : { normal: along(...away), face: null };
+    const { normal } = meeting;
     const C = a.last > b.last ? a.last : b.last;
-    const k = returned(response, this.now, C, this.q);
-    const [vxa, vya, vxb, vyb] =
-      response.name === "stop" ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, k);
     [a.last, b.last] = [this.now, this.now];
-    this.write(a, { ...planA, vx: vxa, vy: vya });
-    this.write(b, { ...planB, vx: vxb, vy: vyb });
+    const speed = speedAlong(planA, planB, normal);
+    const slow = this.bent && isSlow(response, speed);
+    if (!slow || !this.settles(pairSupports(a, b, meeting, met), held, response)) {
+      const parts = slow && arePressed(untilA, untilB, normal);
+      const half = 0.5 * (1 + returned(response, this.now, C, this.q)) * speed;
+      const along = parts ? pressedSpeed(planA, planB, normal, response.w) : half;
+      const [vxa, vya, vxb, vyb] =
+        response.name === "stop" ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, along);
+      this.write(a, { ...planA, vx: vxa, vy: vya });
+      this.write(b, { ...planB, vx: vxb, vy: vyb });
+    }
     pair.barred = met;
     this.predictPair(pair);
+    this.freeFrom(a, untilA);
+    this.freeFrom(b, untilB);
     return this.told("pair", a.number, b.number);
+  }
+
+  /** Ends what holds a body, which gets its whole acceleration, and returns its plan (rule 9h). */
+  free(body) {
+    const [ax, ay] = body.whole;
+    body.held = [];
+    this.write(body, { ...this.present(body), ax, ay });
+    return body.plan;
+  }
+
+  /** Frees what a body holds, if its velocity is not that of the plan that it had (rule 9h). */
+  freeFrom({ number, plan }, until = null) {
+    if (until !== null && until.vx === plan.vx && until.vy === plan.vy) return;
+    for (const body of this.bodies.values()) if (body.held.some((each) => each.number === number)) this.free(body);
+  }
+
+  /** Lets one of some bodies settle on a support, [body, support] each, and says whether one did (rule 9r); `held` is what did so until now, by body. */
+  settles(supports, held, { w }) {
+    for (const [body, support] of supports) {
+      const { plan, whole } = body;
+      const before = held.get(body);
+      if (before.length === 1 && plan.vx * plan.vx + plan.vy * plan.vy <= w * w && isBetween(whole, before[0], support)) {
+        body.held = [...before, support];
+        this.write(body, { ...plan, vx: 0, vy: 0, ax: 0, ay: 0 });
+        return true;
+      }
+      const rests = onSupport(plan, whole, support, this.scene.periods);
+      if (rests === null) continue;
+      body.held = [support];
+      this.write(body, { ...plan, ...rests });
+      if (body.leaves === null || body.leaves > this.now) return true;
+      body.held = [];
+      this.write(body, plan);
+    }
+    return false;
   }
 
   /** How far two bodies are apart that meet through the image (m, n), anchored: rule 9p. */
@@ -213,7 +274,7 @@ export class Run {
 
   /** Puts a body among the others, anchored at the present tick. */
   enter(number, { r, m, shape, kind }, plan) {
-    const body = { number, r, m, shape, kind, plan: wrap(plan, this.scene.periods), pairs: [], met: null, last: -FAR };
+    const body = { number, r, m, shape, kind, plan: wrap(plan, this.scene.periods), pairs: [], met: null, last: -FAR, whole: [plan.ax, plan.ay], held: [], leaves: null };
     for (const other of this.bodies.values()) {
       const [a, b] = other.number < number ? [other, body] : [body, other];
       const M = this.shaped ? difference(a.shape, b.shape) : null; // rule 5s
@@ -242,7 +303,19 @@ export class Run {
   predict(body) {
     const { arena, periods } = this.scene;
     body.met = arena && wallTick(body.plan, body.shape.sides, arena, this.q, periods);
+    body.leaves = this.leaving(body);
     for (const pair of body.pairs) this.predictPair(pair);
+  }
+
+  /** The tick at which a body leaves the one that holds it (rule 8r), or null. */
+  leaving(body) {
+    if (body.held.length !== 1 || body.held[0].face === null) return null;
+    const [{ number, image, face }] = body.held;
+    const { M, a, b } = body.pairs.find((pair) => pair.a.number === number || pair.b.number === number);
+    const { vx, vy, ax, ay } = body.plan;
+    const seen = body === b ? { vx, vy, ax, ay } : { vx: -vx, vy: -vy, ax: -ax, ay: -ay };
+    const ticks = leaveEnds(alongFace(this.away(this.present(a), this.present(b), image), M, face, seen), M.strip, this.q);
+    return ticks === null ? null : body.plan.A + ticks;
   }
 
   predictPair(pair) {
@@ -254,7 +327,9 @@ export class Run {
   }
 
   /** The contact of two bodies, {tick, m, n} or null. */
-  meeting({ a, b, M, response, barred, passings }) {
+  meeting({ a, b, M, response, barred, passings: lasting }) {
+    const holding = [...a.held.filter(({ number }) => number === b.number), ...b.held.filter(({ number }) => number === a.number)];
+    const passings = [...lasting, ...holding.map(({ image }) => image)]; // through which there is no contact (rule 5r)
     const isBarred = ({ m, n }) => barred !== null && barred.m === m && barred.n === n;
     const bentOne = (course, q, image) => (this.shaped ? bentShapeTouch(course, M, q, isBarred(image), from) : bentTouch(course, q, isBarred(image), from));
     const touch = this.bent ? bentOne : this.shaped ? (course, q) => shapeTouch(course, M, q)?.tick ?? null : firstTouch;

@@ -1,9 +1,10 @@
-// Rules 2a, 5a, 6a, 7a and 11a: bodies with accelerations. Everything is decided by the signs of a polynomial at whole ticks; null is "none".
+// Rules 2a, 5a, 6a, 7a, 8r and 11a: bodies with accelerations. Everything is decided by the signs of a polynomial at whole ticks; null is "none".
 //
 // A polynomial is the list of its coefficients, BigInts, from that of n^0 on. Between two zeros of its derivative it is monotone.
 
 import { BOTTOM, FAR, LEFT, RIGHT, TOP, dot } from "./contact.js";
 import { add, exact, minus, multiply, sign, square, subtract } from "./exact.js";
+import { wallResponse } from "./responses.js";
 
 const HALF = { n: 1n, e: -1 };
 const TWO = { n: 1n, e: 1 };
@@ -19,8 +20,8 @@ export function largest(all, gravity) {
   return ["ax", "ay"].map((key, axis) => Math.max(Math.abs(gravity[axis]), ...all.map((each) => Math.abs(each[key] ?? 0))));
 }
 
-/** Says what is wrong with a scene that has accelerations (rule 2a). */
-export function checkBent({ gravity, arena, periods, bodies, commands, until }) {
+/** Says what is wrong with a scene that has accelerations (rules 2a and 2r). */
+export function checkBent({ gravity, arena, periods, bodies, commands, responses, until }) {
   const every = [...bodies, ...commands.filter(({ what }) => what === "insertion")];
   const [Ax, Ay] = largest([...bodies, ...commands], gravity);
   if (Ax === 0 && Ay === 0) return;
@@ -35,7 +36,7 @@ export function checkBent({ gravity, arena, periods, bodies, commands, until }) 
     (body.ax > 0 && body.vx === 0 && touches(body, RIGHT)) ||
     (body.ay < 0 && body.vy === 0 && touches(body, BOTTOM)) ||
     (body.ay > 0 && body.vy === 0 && touches(body, TOP));
-  if (arena !== null && every.some(rests)) throw new Error("A body rests on a wall towards which it is accelerated.");
+  if (arena !== null && every.some((body) => rests(body) && !wallResponse(responses, body.kind).w)) throw new Error("A body rests on a wall towards which it is accelerated.");
 }
 
 /** The gap between a wall and a body at a place that reaches r towards it (rule 6s). */
@@ -86,6 +87,14 @@ export function squareLess([d, step, bend], c) {
 export function whole(numbers) {
   const lowest = Math.min(...numbers.map(({ e }) => e));
   return numbers.map(({ n, e }) => n << BigInt(e - lowest));
+}
+
+/** The ticks from an anchor until a body is beyond an end of a face by more than w (rule 8r): there its first and second corner are u and u2 before it, as it flies along with s and is accelerated by c. */
+export function leaveEnds({ u, u2, s, c }, w, q) {
+  const [step, bend] = [multiply(exact(s), exact(q)), multiply(multiply(HALF, exact(c)), square(exact(q)))];
+  const ends = [[add(exact(u), w), step, bend], [subtract(w, exact(u2)), minus(step), minus(bend)]];
+  const found = ends.map((p) => firstFall(whole(p), 0n)).filter((n) => n !== null);
+  return found.length ? found.sort(inOrder)[0] : null;
 }
 
 /** The first n from `start` on with p(n + 1) < min(0, p(n)). */

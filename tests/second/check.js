@@ -74,7 +74,7 @@ const ASK = {
     const [ma, mb] = masses ? masses.map(double) : [1, 1];
     const [planA, planB] = [moving(a[2].map(double)), moving(b[2].map(double))];
     const away = [planB.x - planA.x, planB.y - planA.y];
-    return [exchange(planA, planB, ma, mb, masses === null, shapeNormal(planA, planB, away, difference(shapeOf(a), shapeOf(b))))];
+    return [exchange(planA, planB, ma, mb, masses === null, shapeNormal(planA, planB, away, difference(shapeOf(a), shapeOf(b))).normal)];
   },
   times: (e, start, time) => [tickOf(double(time), double(start), tickLength(e)).toString()],
   scenes(name, scene) {

@@ -9,11 +9,8 @@ export function along(dx, dy) {
   return [dx / l, dy / l];
 }
 
-/**
- * The velocities [vxa, vya, vxb, vyb] of two bodies after their contact with this unit normal. `alike`: all masses of the scene are equal;
- * k is the share of the closing speed that comes back.
- */
-export function exchange(a, b, ma, mb, alike, [nx, ny], k = 1) {
+/** The speed of rule 9: with which b moves off from a along a unit normal. */
+export function speedAlong(a, b, [nx, ny]) {
   const ux = b.vx - a.vx;
   const uy = b.vy - a.vy;
   const xx = nx * nx;
@@ -24,7 +21,14 @@ export function exchange(a, b, ma, mb, alike, [nx, ny], k = 1) {
   const sum = px + py;
   const part = sum - px;
   const low = px - (sum - part) + (py - part) + (E(ux, nx) + E(uy, ny));
-  const speed = 0.5 * (1 + k) * (sum + (low - sum * excess));
+  return sum + (low - sum * excess);
+}
+
+/**
+ * The velocities [vxa, vya, vxb, vyb] of two bodies after their contact with this unit normal. `alike`: all masses of the scene are equal;
+ * the speed may be another than that of rule 9.
+ */
+export function exchange(a, b, ma, mb, alike, [nx, ny], speed = speedAlong(a, b, [nx, ny])) {
   const ga = alike ? speed : share(ma, mb, speed);
   const gb = alike ? speed : share(mb, ma, speed);
   return [a.vx + ga * nx, a.vy + ga * ny, b.vx - gb * nx, b.vy - gb * ny];

@@ -1,18 +1,18 @@
-// Rule 11: which response counts for two kinds, or for a kind and the walls, and what restitution and stop do to velocities.
+// Rules 11 and 9r: which response counts for two kinds, or for a kind and the walls, and what restitution and stop do to velocities.
 
 import { nearest, whole } from "./exact.js";
 import { keys, list, number } from "./tables.js";
 
 const ELASTIC = { name: "elastic" };
 const NAMES = ["elastic", "restitution", "stop", "pass"];
-const OUTWARD = { [-1]: [-1, 0], [-2]: [1, 0], [-3]: [0, -1], [-4]: [0, 1] };
+export const OUTWARD = { [-1]: [-1, 0], [-2]: [1, 0], [-3]: [0, -1], [-4]: [0, 1] };
 
 export function readKind(kind, name) {
   if (typeof kind !== "string" && !Number.isInteger(kind)) throw new Error(`${name} is ${JSON.stringify(kind)}, no kind.`);
   return kind;
 }
 
-/** The rules of these tables: each {between, name}, those of restitution with e and t, its contact time. */
+/** The rules of these tables: each {between, name}, those of restitution with e, t, its contact time, and w, 0 if there is none. */
 export function readResponses(tables) {
   return tables.map((table, i) => {
     const at = `responses[${i}]`;
@@ -22,8 +22,9 @@ export function readResponses(tables) {
     if (!NAMES.includes(name)) throw new Error(`${at}.response is ${JSON.stringify(name)}, not ${NAMES.join(", ")}.`);
     if (name === "pass" && between.includes("wall")) throw new Error(`${at}: walls cannot be passed.`);
     if (name !== "restitution") return { between, name };
-    const { e, contact_time } = table.options ?? {};
-    return { between, name, e: number(e, `${at}.options.e`), t: number(contact_time ?? 0, `${at}.options.contact_time`) };
+    const { e, contact_time, settle } = table.options ?? {};
+    const w = number(settle ?? 0, `${at}.options.settle`);
+    return { between, name, e: number(e, `${at}.options.e`), t: number(contact_time ?? 0, `${at}.options.contact_time`), w };
   });
 }
 

@@ -132,20 +132,26 @@ function isEntered({ g, u, tt, w, along, margin, before, after }, v, M) {
   return M.corners.length > 2 && (low > 0 || sign(dot(before, v)) < 0) && (high < 0 || sign(dot(after, v)) < 0);
 }
 
-/** The unit normal along which two bodies a < b that are [dx, dy] apart exchange momentum, after both are anchored: rules 9s and 9t. */
+/** The unit normal along which two bodies a < b that are [dx, dy] apart exchange momentum, after both are anchored, and its face, if it is that of one: rules 9s and 9t. */
 export function shapeNormal(a, b, [dx, dy], M, q = 0) {
   // How far a body flies in a tick, in ticks.
   const flown = ({ vx, vy, ax = 0, ay = 0 }) => [[vx, ax], [vy, ay]].map(([speed, pull]) => add(exact(speed), multiply(exact(pull), exact(q / 2))));
   const v = less(flown(b), flown(a));
   const approaching = sign(M.R) === 0 ? M.faces.filter(({ n }) => sign(dot(n, v)) < 0) : [];
-  const { way, normal } = rounded([dx, dy], M, approaching.length ? approaching : M.faces);
-  return way ? along(...way) : normal;
+  const { way, normal, face } = rounded([dx, dy], M, approaching.length ? approaching : M.faces);
+  return way ? { normal: along(...way), face: null } : { normal, face };
 }
 
 /** How far apart two bodies that are [dx, dy] apart are, as rule 9s has it for the room of an inserted one: the gap less R. */
 export function shapeGap(apart, M) {
   const { way, gap } = rounded(apart, M, M.faces);
   return (way ? Math.sqrt(way[0] * way[0] + way[1] * way[1]) : gap) - nearest(M.R);
+}
+
+/** In doubles, how far a body is after the first and the second corner of a face, and the parts of its velocity and acceleration along it (rule 8r). */
+export function alongFace([dx, dy], M, face, { vx, vy, ax, ay }) {
+  const { normal: [nx, ny], from, next } = rounded([dx, dy], M, [face]);
+  return { u: nx * from[1] - ny * from[0], u2: nx * next[1] - ny * next[0], s: nx * vy - ny * vx, c: nx * ay - ny * ax };
 }
 
 /** In doubles, the way from the corner of M that counts at [dx, dy], or else the face of these that does: its normal and gap. */
@@ -155,13 +161,13 @@ function rounded([dx, dy], M, faces) {
     const [px, py, nextX, nextY, tx, ty] = [face.p, face.next, face.t].flat().map(nearest);
     const length = Math.sqrt(tx * tx + ty * ty);
     const [nx, ny] = [ty / length, -tx / length];
-    return { from: [dx - px, dy - py], next: [dx - nextX, dy - nextY], normal: [nx, ny], gap: nx * (dx - px) + ny * (dy - py) };
+    return { face, from: [dx - px, dy - py], next: [dx - nextX, dy - nextY], normal: [nx, ny], gap: nx * (dx - px) + ny * (dy - py) };
   });
-  const { from, next, normal, gap } = seen.reduce((first, face) => (face.gap > first.gap ? face : first));
+  const { face, from, next, normal, gap } = seen.reduce((first, each) => (each.gap > first.gap ? each : first));
   const [nx, ny] = normal;
-  if (sign(M.R) > 0 && nx * from[1] - ny * from[0] < 0) return { way: from };
-  if (sign(M.R) > 0 && nx * next[1] - ny * next[0] > 0) return { way: next };
-  return { normal, gap };
+  if (sign(M.R) > 0 && nx * from[1] - ny * from[0] < 0) return { way: from, normal, from, next };
+  if (sign(M.R) > 0 && nx * next[1] - ny * next[0] > 0) return { way: next, normal, from, next };
+  return { normal, gap, face, from, next };
 }
 
 /** The corners of the hull of some points, anticlockwise from the leftmost, of these the lowest. */

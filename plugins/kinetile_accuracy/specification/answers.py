@@ -1,4 +1,4 @@
-"""What happens at contacts: rules 9, 9s and 11 of docs/specification.md.
+"""What happens at contacts: rules 9, 9r, 9s and 11 of docs/specification.md.
 
 Of responses these are elastic, pass, restitution and stop; what others do is not specified.
 """
@@ -12,12 +12,12 @@ from typing import Any
 from kinetile import Insert, Scene
 from kinetile.errors import Refused
 from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
-from kinetile_accuracy.specification.arithmetic import FlightPlan, Vector, exchanged_along
-from kinetile_accuracy.specification.shapes import Difference, normal
+from kinetile_accuracy.specification.arithmetic import FlightPlan, Vector, exchanged_along, speed_along
+from kinetile_accuracy.specification.shapes import Difference, Face, normal_and_face
 
 _KNOWN = ("elastic", "pass", "restitution", "stop")
 _LONG_AGO = -(1 << 62)
-_OUT = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
+OUT = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
 
 
 class Answers:
@@ -51,52 +51,77 @@ class Answers:
         """Returns whether two bodies pass through each other, or a body through a wall (b below 0)."""
         return bool(self.response(a, b).name == "pass")
 
-    def at_wall(self, a: int, wall: int, plan: FlightPlan, length: float) -> Vector:
-        """Returns the velocity of a body that has met a wall, anchored; ``length`` is that of a tick."""
+    def settle(self, a: int, b: int) -> float:
+        """Returns the w of rule 9r of two bodies, or of a body and a wall (b below 0); 0: there is none."""
+        return float(self.response(a, b).options.get("settle") or 0.0)
+
+    def touch(self, bodies: tuple[int, ...], now: int) -> None:
+        """Notes that bodies are in a contact that gives them plans."""
+        for body in bodies:
+            self._touched[body] = now
+
+    def at_wall(
+        self, a: int, wall: int, plan: FlightPlan, length: float, pressed: float | None = None
+    ) -> Vector:
+        """Returns the velocity of a body that has met a wall, anchored; ``length`` is that of a tick. A body
+        that is ``pressed`` parts with that speed."""
         response = self.response(a, wall)
         vx, vy = plan.vx, plan.vy
         if response.name == "restitution":
-            nx, ny = _OUT[wall]
-            w = (1.0 + self._given_back(response, [a], plan.anchor, length)) * (vx * nx + vy * ny)
+            nx, ny = OUT[wall]
+            w = vx * nx + vy * ny
+            if pressed is None:
+                w = (1.0 + self._given_back(response, [a], plan.anchor, length)) * w
+            else:
+                w = w + pressed
             vx, vy = vx - w * nx, vy - w * ny
         elif response.name == "stop":
             vx = vy = 0.0
         elif response.name == "elastic":
             vx, vy = (-vx, vy) if wall in (LEFT, RIGHT) else (vx, -vy)
-        self._touched[a] = plan.anchor
+        self.touch((a,), plan.anchor)
         return vx, vy
+
+    def normal(
+        self, plans: tuple[FlightPlan, FlightPlan], away: Vector, m: Difference | None, length: float
+    ) -> tuple[Vector, Face | None]:
+        """Returns the unit normal of two bodies that have met, anchored, the second so far ``away`` from its
+        place (rule 9p), and its face, if it is that of one. ``m`` is the difference of their shapes; None:
+        they are discs."""
+        one, two = plans
+        dx, dy = (two.x - one.x) + away[0], (two.y - one.y) + away[1]
+        if m is None:
+            size = math.sqrt(dx * dx + dy * dy)
+            return (dx / size, dy / size), None
+        half = Fraction(length) / 2  # of the middle of the tick (rule 9t)
+        v = (
+            Fraction(two.vx) - Fraction(one.vx) + half * (Fraction(two.pull[0]) - Fraction(one.pull[0])),
+            Fraction(two.vy) - Fraction(one.vy) + half * (Fraction(two.pull[1]) - Fraction(one.pull[1])),
+        )
+        return normal_and_face(m, (dx, dy), v)
 
     def of_pair(
         self,
         bodies: tuple[int, int],
         plans: tuple[FlightPlan, FlightPlan],
-        away: Vector,
-        m: Difference | None,
+        along: Vector,
         length: float,
+        pressed: float | None = None,
     ) -> tuple[Vector, Vector]:
-        """Returns the velocities of two bodies that have met, anchored, the second so far ``away`` from its
-        place (rule 9p). ``m`` is the difference of their shapes; None: they are discs."""
+        """Returns the velocities of two bodies that have met with a normal, anchored; two that are
+        ``pressed`` part with that speed."""
         (a, b), (one, two) = bodies, plans
         response = self.response(a, b)
         velocities = (one.vx, one.vy), (two.vx, two.vy)
-        dx, dy = (two.x - one.x) + away[0], (two.y - one.y) + away[1]
-        if m is None:
-            size = math.sqrt(dx * dx + dy * dy)
-            along = dx / size, dy / size
-        else:
-            half = Fraction(length) / 2  # of the middle of the tick (rule 9t)
-            v = (
-                Fraction(two.vx) - Fraction(one.vx) + half * (Fraction(two.pull[0]) - Fraction(one.pull[0])),
-                Fraction(two.vy) - Fraction(one.vy) + half * (Fraction(two.pull[1]) - Fraction(one.pull[1])),
-            )
-            along = normal(m, (dx, dy), v)
         masses = None if self._equal else (self.masses[a], self.masses[b])
-        times = 1.0
-        if response.name == "restitution":
-            times = 0.5 * (1.0 + self._given_back(response, [a, b], one.anchor, length))
-        self._touched[a] = self._touched[b] = one.anchor
+        speed = speed_along(along, velocities)
+        if pressed is not None:
+            speed = 0.5 * (speed - pressed)
+        elif response.name == "restitution":
+            speed = 0.5 * (1.0 + self._given_back(response, [a, b], one.anchor, length)) * speed
+        self.touch(bodies, one.anchor)
         if response.name != "stop":
-            return exchanged_along(along, velocities, masses, times)
+            return exchanged_along(along, velocities, masses, speed)
         rest = (0.0, 0.0)
         still = [math.isinf(self.masses[body]) for body in bodies]
         if still[0] != still[1]:

@@ -315,14 +315,8 @@ def product_error(a: float, b: float) -> float:
     return (n * m * f - p * d * e) / (d * e * f)
 
 
-def exchanged_along(
-    normal: Vector,
-    velocities: tuple[Vector, Vector],
-    masses: tuple[float, float] | None,
-    times: float = 1.0,
-) -> tuple[Vector, Vector]:
-    """Returns the velocities of two bodies after their contact (rule 9): ``normal`` is the unit vector to the
-    second; ``masses`` is None for one mass; ``times`` is the share of the closing speed (rule 11)."""
+def speed_along(normal: Vector, velocities: tuple[Vector, Vector]) -> float:
+    """Returns the speed of rule 9 with which the second of two bodies moves off along a unit vector to it."""
     (nx, ny), ((vxa, vya), (vxb, vyb)) = normal, velocities
     ux, uy = vxb - vxa, vyb - vya
     xx, yy = nx * nx, ny * ny
@@ -331,7 +325,20 @@ def exchanged_along(
     total = px + py
     part = total - px
     low = ((px - (total - part)) + (py - part)) + (product_error(ux, nx) + product_error(uy, ny))
-    speed = times * (total + (low - total * excess))
+    return total + (low - total * excess)
+
+
+def exchanged_along(
+    normal: Vector,
+    velocities: tuple[Vector, Vector],
+    masses: tuple[float, float] | None,
+    speed: float | None = None,
+) -> tuple[Vector, Vector]:
+    """Returns the velocities of two bodies after their contact (rule 9): ``normal`` is the unit vector to the
+    second; ``masses`` is None for one mass; ``speed`` is another one than that of rule 9."""
+    (nx, ny), ((vxa, vya), (vxb, vyb)) = normal, velocities
+    if speed is None:
+        speed = speed_along(normal, velocities)
     ga = gb = speed
     if masses is not None:
         ga, gb = _share(masses[0], masses[1], speed), _share(masses[1], masses[0], speed)

@@ -1,4 +1,4 @@
-"""The course of events: rules 7 to 11 of docs/specification.md, event by event, each decided exactly.
+"""The course of events: rules 7 to 11 and 8r to 9r of docs/specification.md, each event decided exactly.
 
 A heap holds what may come next, by tick, class and numbers, which is the order of rule 8:
 
@@ -27,14 +27,16 @@ import numpy as np
 
 from kinetile import Accelerate, Insert, Remove, Scene, Shape, Turn
 from kinetile.instruments import ACCELERATED, INSERTED, REANCHORED, REMOVED, TURNED
-from kinetile_accuracy.specification import arithmetic, bent_shapes, shapes
-from kinetile_accuracy.specification.answers import Answers
+from kinetile_accuracy.specification import arithmetic, bent_shapes, rest, shapes
+from kinetile_accuracy.specification.answers import OUT, Answers
 from kinetile_accuracy.specification.arithmetic import BEAT, HORIZON, SPAN, FlightPlan, Frame, Vector, Whole
 from kinetile_accuracy.specification.bounds import ContactBounds, Floats
+from kinetile_accuracy.specification.rest import Support
 from kinetile_accuracy.specification.shapes import Difference
 
 _BOUND, _ANCHORING, _WALL, _PAIR, _PARTING = range(5)
 _NOBODY = -1
+_LEDGE = -REANCHORED  # where an entry has a wall: a body leaves what holds it, after the walls of its tick
 _FEW = 4
 """Partners of a body with an entry of their own: with more, more entries are discarded."""
 
@@ -55,7 +57,7 @@ class CourseEvent(NamedTuple):
 
 class _Entry(NamedTuple):
     """What may come next: compared in this order, which is that of rule 8. ``b`` is a body, or ``_NOBODY``;
-    at a wall its number, negated. The stamps say which plans of a and b are meant."""
+    at a wall its number, negated, or ``_LEDGE``. The stamps say which plans of a and b are meant."""
 
     tick: int
     kind: int
@@ -91,8 +93,8 @@ class Course:
     8).
 
     ``plans`` are the present flight plans, by body: the last of one that is gone, any of one still to come.
-    ``present`` is whether each body is there, ``now`` the tick up to which all is known, ``tick`` how long
-    one is.
+    ``held`` is what holds each body (rule 9r), ``present`` whether it is there, ``now`` the tick up to which
+    all is known, ``tick`` how long one is.
     """
 
     def __init__(self, scene: Scene, last: tuple[int, int] | None = None) -> None:
@@ -124,6 +126,8 @@ class Course:
         self._met = [_NOBODY] * count
         self._image: list[Whole] = [(0, 0)] * count
         self._stamp = [0] * count
+        self._whole: list[Vector] = [(0.0, 0.0)] * count  # accelerations, whatever holds a body
+        self.held: list[tuple[Support, ...]] = [()] * count
         self._bounds = ContactBounds(
             np.array(self._radius), self.frame.fine, scene.periods, bool(scene.shapes), self.bent
         )
@@ -273,29 +277,127 @@ class Course:
             self._begin_passing(_Passing(a, b, met[1]))
             self._replace_bound(a, b)
             return
-        one = self._anchored(a)
-        velocity = one.vx, one.vy
-        if kind == _PAIR:
-            met = self.meeting(a, b) if self._periodic else None
-            image = image if met is None else met[1]
-            two = self._anchored(b)
-            away, m = self._away(one, two, image), self._difference(a, b)
-            velocity, other = self._answers.of_pair((a, b), (one, two), away, m, self.tick)
-            self._change(b, two, other)
-        elif kind == _WALL:
-            velocity = self._answers.at_wall(a, -b, one, self.tick)
-        if kind != _ANCHORING:
+        bodies = [a, b] if kind == _PAIR else [a]
+        before = [(self.plans[body].vx, self.plans[body].vy) for body in bodies]
+        if kind == _ANCHORING:
+            plan = self._anchored(a)
+            self._change(a, plan, (plan.vx, plan.vy))
+        elif (kind, b) == (_WALL, _LEDGE):
+            self._let_go(a)
+        else:
             self._count(tick)
-        self._change(a, one, velocity)
-        if kind == _PAIR:
-            self._met[a], self._met[b] = b, a
-            self._image[a] = self._image[b] = image
-        self._schedule([a, b] if kind == _PAIR else [a])
+            if kind == _PAIR:
+                met = self.meeting(a, b) if self._periodic else None
+                image = image if met is None else met[1]
+                self._meet(a, b, image)
+                self._met[a], self._met[b] = b, a
+                self._image[a] = self._image[b] = image
+            else:
+                self._meet_wall(a, -b)
+        self._schedule(bodies)
+        for body, velocity in zip(bodies, before, strict=True):
+            if velocity != (self.plans[body].vx, self.plans[body].vy):
+                self._let_go_of(body)
         # Entries of former plans go only when they come to the head: without this, a body that is to meet a
         # wall in the far future would leave one at each of its contacts.
         if len(self._heap) > 64 * len(self.plans) + 1024:
             self._heap = [entry for entry in self._heap if self._is_current(entry)]
             heapq.heapify(self._heap)
+
+    def _meet_wall(self, body: int, wall: int) -> None:
+        """Gives a body at a wall its new plan (rules 9, 9r and 11)."""
+        held, pull = self.held[body], self.plans[body].pull
+        plan = self._let_go(body)
+        (nx, ny), w = OUT[wall], self._settle_speed(body, wall)
+        if w and plan.vx * nx + plan.vy * ny <= w:
+            if self._settles(body, plan, Support(wall, (-nx, -ny)), held):
+                self._answers.touch((body,), self.now)
+                return
+            if rest.part(pull, (nx, ny)) > 0:
+                self._change(body, plan, self._answers.at_wall(body, wall, plan, self.tick, w))
+                return
+        self._change(body, plan, self._answers.at_wall(body, wall, plan, self.tick))
+
+    def _meet(self, a: int, b: int, image: Whole) -> None:
+        """Gives two bodies that meet through an image their new plans (rules 9, 9r and 11)."""
+        held = self.held[a], self.held[b]
+        pulls = self.plans[a].pull, self.plans[b].pull
+        plans = one, two = self._let_go(a), self._let_go(b)
+        out, face = self._answers.normal(
+            plans, self._away(one, two, image), self._difference(a, b), self.tick
+        )
+        w, pressed = self._settle_speed(a, b), None
+        if w and arithmetic.speed_along(out, ((one.vx, one.vy), (two.vx, two.vy))) >= -w:
+            for body, plan, support, until in (
+                (a, one, Support(b, (-out[0], -out[1]), image, face), held[0]),
+                (b, two, Support(a, out, image, face), held[1]),
+            ):
+                if self._settles(body, plan, support, until):
+                    self._answers.touch((a, b), self.now)
+                    return
+            (ax, ay), (bx, by) = pulls
+            pressed = w if rest.part((bx - ax, by - ay), out) < 0 else None
+        velocities = self._answers.of_pair((a, b), plans, out, self.tick, pressed)
+        for body, plan, velocity in zip((a, b), plans, velocities, strict=True):
+            self._change(body, plan, velocity)
+
+    def _settle_speed(self, a: int, b: int) -> float:
+        return self._answers.settle(a, b) if self.bent else 0.0
+
+    def _settles(self, body: int, plan: FlightPlan, support: Support, held: tuple[Support, ...]) -> bool:
+        """Gives a body its plan on a support, if it settles there (rule 9r); ``held`` is what did so far."""
+        whole, other = self._whole[body], support.number
+        if other >= 0:
+            its = self.plans[other]
+            fixed = math.isinf(self._answers.masses[other]) and (its.vx, its.vy) == (0.0, 0.0)
+            if not fixed or support.face is None or math.isinf(self._answers.masses[body]):
+                return False
+        w = self._answers.settle(body, other)
+        slow = plan.vx * plan.vx + plan.vy * plan.vy <= w * w
+        if len(held) == 1 and slow and rest.both_hold(whole, held[0], support):
+            self._change(body, plan, (0.0, 0.0), (0.0, 0.0))
+            self.held[body] = held[0], support
+            return True
+        pull, velocity = rest.across(whole, support.out), rest.across((plan.vx, plan.vy), support.out)
+        if not rest.part(whole, support.out) < 0 or any(map(_both, pull, self.frame.periods)):
+            return False
+        self._change(body, plan, velocity, pull)
+        self.held[body] = (support,)
+        leaves = self._leaving(body)
+        if leaves is not None and leaves <= self.now:
+            self.held[body] = ()
+            return False
+        return True
+
+    def _leaving(self, body: int) -> int | None:
+        """Returns when a body leaves what holds it (rule 8r); None: never, or nothing does."""
+        if len(self.held[body]) != 1 or self.held[body][0].face is None:
+            return None
+        ((other, _, image, face),) = self.held[body]
+        a, b = min(body, other), max(body, other)
+        m = self._difference(a, b)
+        assert m is not None
+        assert face is not None
+        one, two, plan = self._anchored(a), self._anchored(b), self.plans[body]
+        right, up = self._away(one, two, image)
+        sign = 1.0 if body == b else -1.0
+        v, pull = (sign * plan.vx, sign * plan.vy), (sign * plan.pull[0], sign * plan.pull[1])
+        wait = shapes.ledge(m, face, ((two.x - one.x) + right, (two.y - one.y) + up), v, pull, self.tick)
+        return None if wait is None else plan.anchor + wait
+
+    def _let_go(self, body: int) -> FlightPlan:
+        """Ends what holds a body, anchored now, and returns its plan (rule 9h)."""
+        plan = self._anchored(body)
+        self._change(body, plan, (plan.vx, plan.vy), self._whole[body])
+        self.held[body] = ()
+        return self.plans[body]
+
+    def _let_go_of(self, support: int) -> None:
+        """Lets go what a body holds (rule 9h)."""
+        for body, held in enumerate(self.held):
+            if any(each.number == support for each in held):
+                self._let_go(body)
+                self._schedule([body])
 
     def _count(self, tick: int) -> None:
         self._contacts = tick, self._so_far(tick) + 1
@@ -331,6 +433,8 @@ class Course:
             self._bounds.remove(body)
             self._stamp[body] += 1
             self._met[body] = _NOBODY
+            self.held[body] = ()
+            self._let_go_of(body)
             return
         if isinstance(command, Insert):
             pull = arithmetic.pull_of(command, self._gravity)
@@ -338,16 +442,20 @@ class Course:
             others = (other for other in self._there() if other != body)
             self._at_once = self._overlaps((min(body, other), max(body, other)) for other in others)
         else:
-            plan = self._anchored(body)
+            plan = self._let_go(body)
             if isinstance(command, Turn):
                 self._change(body, plan, _two(command.velocity))
             else:
-                self._change(body, plan, (plan.vx, plan.vy), _two(command.acceleration))
+                self._whole[body] = _two(command.acceleration)
+                self._change(body, plan, (plan.vx, plan.vy), self._whole[body])
         self._schedule([body])
+        if isinstance(command, Turn):
+            self._let_go_of(body)
 
     def _enter(self, body: int, place: Vector, velocity: Vector, pull: Vector) -> None:
         plan = FlightPlan(*place, *velocity, self.now, self._radius[body], self.frame, pull=pull)
         self.present[body] = True
+        self._whole[body] = pull
         self.plans[body] = plan
         self._bounds.put(body, plan)
 
@@ -360,6 +468,8 @@ class Course:
         accelerations they are not barred, but rule 7a says from when on they may meet again."""
         m, one, two = self._difference(a, b), self.plans[a], self.plans[b]
         barred = self._image[a] if self.barred(a, b) else None
+        held = [each.image for each in self.held[a] if each.number == b]
+        held += [each.image for each in self.held[b] if each.number == a]
         earliest = self.now if self._answers.passes(a, b) else 0
         if m is not None and self._both_immovable(a, b):
             return None  # rule 7s
@@ -375,11 +485,11 @@ class Course:
             return None if met is None else met.tick
 
         if self._periodic:
-            left_out = [each.image for each in self._passing if each[:2] == (a, b)]
+            left_out = held + [each.image for each in self._passing if each[:2] == (a, b)]
             if barred is not None and not self.bent:
                 left_out.append(barred)
             return arithmetic.image_tick(one, two, self.frame, left_out, earliest, tick_through)
-        tick = tick_through((0, 0))
+        tick = None if held else tick_through((0, 0))
         return None if tick is None else (tick, (0, 0))
 
     def wall(self, body: int) -> tuple[int, int] | None:
@@ -452,6 +562,9 @@ class Course:
             met = self.wall(body)
             if met is not None:
                 heapq.heappush(self._heap, _Entry(met[0], _WALL, body, -met[1], self._stamp[body]))
+            leaves = self._leaving(body)
+            if leaves is not None:
+                heapq.heappush(self._heap, _Entry(leaves, _WALL, body, _LEDGE, self._stamp[body]))
         for passing in [each for each in self._passing if each.a in bodies or each.b in bodies]:
             self._await_parting(passing)
         self._bound(bodies)
@@ -497,6 +610,10 @@ class Course:
             if self.plans[body].anchor < tick - self._span:
                 heapq.heappush(self._heap, _Entry(tick, _ANCHORING, body, _NOBODY, self._stamp[body]))
         heapq.heappush(self._heap, _Entry(tick + self._span, _ANCHORING, _NOBODY, _NOBODY))
+
+
+def _both(one: float, other: float) -> bool:
+    return one != 0.0 != other
 
 
 def _two(numbers: Sequence[float] | Floats) -> Vector:

@@ -255,13 +255,18 @@ def _floor(middle: Fraction, sign: int, square: Fraction) -> int:
 
 def normal(m: Difference, d: Vector, v: Exact) -> Vector:
     """Returns the unit normal of an exchange (rule 9s), from the separation and the relative velocity."""
+    return normal_and_face(m, d, v)[0]
+
+
+def normal_and_face(m: Difference, d: Vector, v: Exact) -> tuple[Vector, Face | None]:
+    """Returns the same with its face; None: it is the normal of a corner."""
     closing = [face for face in m.faces if dot(face.normal, v) < 0] if not m.radius else []
     face, away = _rounded(m, closing or m.faces, d)
     if face is not None and away is None:
-        return face.normal
+        return face.normal, face.face
     assert away is not None
     length = math.sqrt(away[0] * away[0] + away[1] * away[1])
-    return away[0] / length, away[1] / length
+    return (away[0] / length, away[1] / length), None
 
 
 def room(m: Difference, d: Vector) -> float:
@@ -289,6 +294,7 @@ class _RoundedFace:
     negated, after its second, each with the way from that corner."""
 
     def __init__(self, face: Face, d: Vector) -> None:
+        self.face = face
         tx, ty = map(float, face.way)
         length = math.sqrt(tx * tx + ty * ty)
         nx, ny = self.normal = ty / length, -tx / length
@@ -298,6 +304,18 @@ class _RoundedFace:
         self.gap = nx * x + ny * y
         self.before = -(nx * y - ny * x), ways[0]
         self.after = -(nx * y2 - ny * x2), ways[1]
+
+
+def ledge(m: Difference, face: Face, d: Vector, v: Vector, pull: Vector, tick: float) -> int | None:
+    """Returns in how many ticks a place that moves along a face is beyond one of its ends, by more than the
+    strip (rule 8r); None: never."""
+    seen = _RoundedFace(face, d)
+    (nx, ny), q = seen.normal, Fraction(tick)
+    speed, bend = Fraction(nx * v[1] - ny * v[0]) * q, Fraction(nx * pull[1] - ny * pull[0]) * q * q / 2
+    first = [m.flush - Fraction(seen.before[0]), speed, bend]
+    second = [m.flush + Fraction(seen.after[0]), -speed, -bend]
+    waits = [first_fall(_whole(gap)) for gap in (first, second)]
+    return min((each for each in waits if each is not None), default=None)
 
 
 def wall_tick(shape: Shape, plan: FlightPlan, frame: Frame) -> tuple[int, int] | None:
