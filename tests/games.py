@@ -15,6 +15,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 import box_scenes
 import kinetile as kt
 from kinetile.errors import Refused, SceneError, ZenoError
@@ -109,7 +111,24 @@ def draw_resting_game(seed: int) -> kt.Scene:
         with suppress(SceneError):
             settings = kt.Settings(until=base.start + LASTS)
             falling = base.replace(gravity=(aside * pull, -pull), settings=settings)
-            return _with_end(rng, _with_commands(rng, falling, lattice))
+            return _with_end(rng, _shaken(rng, _with_commands(rng, falling, lattice), lattice))
+
+
+def _shaken(rng: random.Random, game: kt.Scene, lattice: bool) -> kt.Scene:
+    """The game with commands for platforms and for what may rest on them."""
+    commands = [*game.commands]
+    for _ in range(rng.randrange(4)):
+        time = game.start + (rng.randrange(1, 24) / 4 if lattice else rng.uniform(0.5, 6.0))
+        body = rng.choice([*range(len(game)), *np.flatnonzero(np.isinf(game.mass)).tolist()])
+        fixed = math.isinf(game.mass[body])
+        velocity = (0.0, 0.0) if rng.random() < 0.5 else _pace(rng, lattice)
+        command: Command = kt.Turn(body, time, velocity)
+        if rng.random() < 0.4:
+            pull = 0.0, rng.choice((-4.0, -1.0, 0.5))
+            command = kt.Remove(body, time) if fixed else kt.Accelerate(body, time, pull)
+        if _accepts(game, [*commands, command]):
+            commands.append(command)
+    return game.replace(commands=commands)
 
 
 def _bent(rng: random.Random, draw: Callable[[random.Random, bool], kt.Scene]) -> kt.Scene:
@@ -247,7 +266,7 @@ def _platforms(rng: random.Random, lattice: bool) -> kt.Scene:
     frame["shapes"] = [*platforms, *HOLLOW, *rng.sample(OUTLINES[:7], 3)]
     rules: dict[Any, Any] = {("*", "*"): _settling(rng), ("*", "wall"): _settling(rng)}
     if rng.random() < 0.3:
-        name = rng.choice((*SOLID, "pass"))
+        name = rng.choice(("elastic", "restitution", "pass"))
         rules[KINDS[0], KINDS[1]] = _settling(rng) if name == "restitution" else kt.Response(name)
     frame |= {"kinds": KINDS[:2], "responses": rules}
     bodies: dict[str, Any] = {"position": [], "velocity": [], "shape": [], "mass": [], "kind": []}
@@ -269,9 +288,9 @@ def _platforms(rng: random.Random, lattice: bool) -> kt.Scene:
             add((x, y), shape, _pace(rng, lattice) if rng.random() < 0.1 else (0.0, 0.0))
             if platforms[shape].kind == "box" and rng.random() < 0.3:
                 add((x + 2.0 * platforms[shape].core[1][0], y), shape)
-    for _ in range(rng.randrange(3, 9)):
+    for _ in range(rng.randrange(5, 12)):
         place, velocity = _place(rng, sides, lattice, ""), (0.0, 0.0)
-        if bodies["mass"] and rng.random() < 0.7:
+        if bodies["mass"] and rng.random() < 0.8:
             x, y = rng.choice(bodies["position"])
             place = x + rng.choice((-0.5, -0.25, 0.0, 0.25, 0.5)), y + rng.choice((0.5, 0.5, 0.75, 1.0, 1.5))
         if rng.random() < 0.6:

@@ -38,7 +38,7 @@ from kinetile_accuracy.specification.arithmetic import (
     unit_bits,
     wall_tick,
 )
-from kinetile_accuracy.specification.course import ACCELERATED, Course, CourseEvent
+from kinetile_accuracy.specification.course import ACCELERATED, LEAVING, Course, CourseEvent
 
 HERE = Path(__file__).parent
 
@@ -208,6 +208,7 @@ _OTHERS = {
     ACCELERATED: "acceleration",
     INSERTED: "insertion",
     REMOVED: "removal",
+    LEAVING: "leaving",
 }
 
 
@@ -265,9 +266,8 @@ def _answered(run: dict[str, Any], folder: str) -> str:
     told |= {"ended": "no room"} if counted["no room"] else {}
     *head, (_, bodies) = run["scene"].items()
     first = [[str(epoch), str(tick), a, b] for epoch, tick, a, b in contacts[:SHOWN]]
-    counts = {
-        kind: counted[kind] for kind in (*COUNTED[folder], *(["acceleration"] * counted["acceleration"]))
-    }
+    more = [kind for kind in ("acceleration", "leaving") if counted[kind]]
+    counts = {kind: counted[kind] for kind in (*COUNTED[folder], *more)}
     return "\n".join(
         [
             f'  {{"name": {json.dumps(run["name"])},'

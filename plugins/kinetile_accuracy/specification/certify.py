@@ -26,7 +26,7 @@ from kinetile.instruments import (
     digestible,
 )
 from kinetile_accuracy.specification.arithmetic import UNIT_BITS, UNIT_TICKS, tick_of, unit_bits
-from kinetile_accuracy.specification.course import Course, CourseEvent
+from kinetile_accuracy.specification.course import LEAVING, Course, CourseEvent
 
 _OFTEN = 256
 """Lines between two calls of ``progress``."""
@@ -47,6 +47,7 @@ _OTHERS = {
     REANCHORED: "the anchoring",
     INSERTED: "the insertion",
     REMOVED: "the removal",
+    LEAVING: "the leaving",
 }
 
 Line = tuple[int, int, int, int]

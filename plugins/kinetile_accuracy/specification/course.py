@@ -36,13 +36,15 @@ from kinetile_accuracy.specification.shapes import Difference
 
 _BOUND, _ANCHORING, _WALL, _PAIR, _PARTING = range(5)
 _NOBODY = -1
-_LEDGE = -REANCHORED  # where an entry has a wall: a body leaves what holds it, after the walls of its tick
 _FEW = 4
 """Partners of a body with an entry of their own: with more, more entries are discarded."""
 
 
 EVENTS = {Turn: TURNED, Accelerate: ACCELERATED, Insert: INSERTED, Remove: REMOVED}
 """What logs call the commands."""
+
+LEAVING = min(EVENTS.values()) - 1
+"""What they call a body that leaves what holds it (rule 8r)."""
 
 Command = Turn | Accelerate | Insert | Remove
 
@@ -57,7 +59,7 @@ class CourseEvent(NamedTuple):
 
 class _Entry(NamedTuple):
     """What may come next: compared in this order, which is that of rule 8. ``b`` is a body, or ``_NOBODY``;
-    at a wall its number, negated, or ``_LEDGE``. The stamps say which plans of a and b are meant."""
+    at a wall its number, negated, or ``-LEAVING``. The stamps say which plans of a and b are meant."""
 
     tick: int
     kind: int
@@ -282,7 +284,7 @@ class Course:
         if kind == _ANCHORING:
             plan = self._anchored(a)
             self._change(a, plan, (plan.vx, plan.vy))
-        elif (kind, b) == (_WALL, _LEDGE):
+        elif (kind, b) == (_WALL, -LEAVING):
             self._let_go(a)
         else:
             self._count(tick)
@@ -564,7 +566,7 @@ class Course:
                 heapq.heappush(self._heap, _Entry(met[0], _WALL, body, -met[1], self._stamp[body]))
             leaves = self._leaving(body)
             if leaves is not None:
-                heapq.heappush(self._heap, _Entry(leaves, _WALL, body, _LEDGE, self._stamp[body]))
+                heapq.heappush(self._heap, _Entry(leaves, _WALL, body, -LEAVING, self._stamp[body]))
         for passing in [each for each in self._passing if each.a in bodies or each.b in bodies]:
             self._await_parting(passing)
         self._bound(bodies)
