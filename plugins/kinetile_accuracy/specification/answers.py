@@ -12,7 +12,13 @@ from typing import Any
 from kinetile import Insert, Scene
 from kinetile.errors import Refused
 from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
-from kinetile_accuracy.specification.arithmetic import FlightPlan, Vector, exchanged_along, speed_along
+from kinetile_accuracy.specification.arithmetic import (
+    FlightPlan,
+    Vector,
+    exchanged_along,
+    largest_pull,
+    speed_along,
+)
 from kinetile_accuracy.specification.shapes import Difference, Face, normal_and_face
 
 _KNOWN = ("elastic", "pass", "restitution", "stop")
@@ -42,6 +48,7 @@ class Answers:
         ruled = scene.responses or scene.kinds != (0,) or math.inf in self.masses
         self._equal = not ruled and len(set(self.masses)) <= 1
         self._touched = [_LONG_AGO] * count
+        self._bent = any(largest_pull(scene))
 
     def response(self, a: int, b: int) -> Any:
         """Returns the response of two bodies, or of a body and a wall (b below 0)."""
@@ -53,7 +60,7 @@ class Answers:
 
     def settle(self, a: int, b: int) -> float:
         """Returns the w of rule 9r of two bodies, or of a body and a wall (b below 0); 0: there is none."""
-        return float(self.response(a, b).options.get("settle") or 0.0)
+        return float((self._bent and self.response(a, b).options.get("settle")) or 0.0)
 
     def touch(self, bodies: tuple[int, ...], now: int) -> None:
         """Notes that bodies are in a contact that gives them plans."""

@@ -310,7 +310,7 @@ class Course:
         """Gives a body at a wall its new plan (rules 9, 9r and 11)."""
         held, pull = self.held[body], self.plans[body].pull
         plan = self._let_go(body)
-        (nx, ny), w = OUT[wall], self._settle_speed(body, wall)
+        (nx, ny), w = OUT[wall], self._answers.settle(body, wall)
         if w and plan.vx * nx + plan.vy * ny <= w:
             if self._settles(body, plan, Support(wall, (-nx, -ny)), held):
                 self._answers.touch((body,), self.now)
@@ -328,7 +328,7 @@ class Course:
         out, face = self._answers.normal(
             plans, self._away(one, two, image), self._difference(a, b), self.tick
         )
-        w, pressed = self._settle_speed(a, b), None
+        w, pressed = self._answers.settle(a, b), None
         if w and arithmetic.speed_along(out, ((one.vx, one.vy), (two.vx, two.vy))) >= -w:
             for body, plan, support, until in (
                 (a, one, Support(b, (-out[0], -out[1]), image, face), held[0]),
@@ -342,9 +342,6 @@ class Course:
         velocities = self._answers.of_pair((a, b), plans, out, self.tick, pressed)
         for body, plan, velocity in zip((a, b), plans, velocities, strict=True):
             self._change(body, plan, velocity)
-
-    def _settle_speed(self, a: int, b: int) -> float:
-        return self._answers.settle(a, b) if self.bent else 0.0
 
     def _settles(self, body: int, plan: FlightPlan, support: Support, held: tuple[Support, ...]) -> bool:
         """Gives a body its plan on a support, if it settles there (rule 9r); ``held`` is what did so far."""
