@@ -177,9 +177,10 @@ export class Run {
   collide(pair) {
     const { a, b, response, met } = pair;
     const [untilA, untilB, held] = [a.plan, b.plan, new Map([a, b].map((body) => [body, body.held]))];
+    const [nowA, nowB] = [this.present(a), this.present(b)];
+    const away = this.away(nowA, nowB, met);
+    const meeting = this.shaped ? shapeNormal(nowA, nowB, away, pair.M, this.q) : { normal: along(...away), face: null };
     const [planA, planB] = [this.free(a), this.free(b)];
-    const away = this.away(planA, planB, met);
-    const meeting = this.shaped ? shapeNormal(planA, planB, away, pair.M, this.q) : { normal: along(...away), face: null };
     const { normal } = meeting;
     const C = a.last > b.last ? a.last : b.last;
     [a.last, b.last] = [this.now, this.now];

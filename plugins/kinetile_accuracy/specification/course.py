@@ -324,10 +324,10 @@ class Course:
         """Gives two bodies that meet through an image their new plans (rules 9, 9r and 11)."""
         held = self.held[a], self.held[b]
         pulls = self.plans[a].pull, self.plans[b].pull
+        met = one, two = self._anchored(a), self._anchored(b)
+        away, m = self._away(one, two, image), self._difference(a, b)
+        out, face = self._answers.normal(met, away, m, self.tick)  # by the plans by which they meet
         plans = one, two = self._let_go(a), self._let_go(b)
-        out, face = self._answers.normal(
-            plans, self._away(one, two, image), self._difference(a, b), self.tick
-        )
         w, pressed = self._answers.settle(a, b), None
         if w and arithmetic.speed_along(out, ((one.vx, one.vy), (two.vx, two.vy))) >= -w:
             for body, plan, support, until in (
