@@ -155,7 +155,7 @@ class LogCertifier:
         else:
             course = Course(scene, ((exact[0] << UNIT_BITS) + exact[1], exact[2]))
         end = None if until is None else tick_of(until, scene.start, bits)
-        contacts = 0
+        contacts, held = 0, list[CourseEvent]()
         untimely = self._untimely(bits)
         for index, found in enumerate(self._plain_lines()):
             epoch, tick, a, b = found
@@ -165,11 +165,13 @@ class LogCertifier:
             contacts += b > TURNED
             if self._most is not None and contacts > self._most:
                 return WrongLine(index, found, None, f"there are to be {self._most:,} contacts and no more")
-            due = self._due(course, line.tick if end is None else end)
+            is_told = bool(held)
+            due = held.pop(0) if held else self._due(course, line.tick if end is None else end)
             if due != line or not 0 <= tick < UNIT_TICKS:
                 why, due = _reason(course, found, due, end)
                 return WrongLine(index, found, due and _line_of(due), why)
-            course.carry_out()
+            if not is_told:
+                held = self._carried_out(course, line)
             plans = self._wrong_plan(course, index, line) if self._whole else None
             if index == untimely:
                 time = float(self._rows["time"][index])
@@ -179,12 +181,26 @@ class LogCertifier:
             self.report = replace(self.report, lines=index + 1)
         if contacts == self._most or (end is None and self._most is None):
             return None
-        due = self._due(course, course.now + _IDLE if end is None else end)
+        due = held[0] if held else self._due(course, course.now + _IDLE if end is None else end)
         if due is None:
             return None
         there = "is one more before the end" if end is not None else f"are to be {self._most:,} contacts"
         why = f"there {there}: {_named(due)} at {_when(due.tick)}"
         return WrongLine(len(self._rows), None, _line_of(due), why)
+
+    def _carried_out(self, course: Course, line: CourseEvent) -> list[CourseEvent]:
+        """Carries an event out; returns the rows that follow it in a whole log: whom something holds now, or
+        no longer."""
+        before = [plan.pull for plan in course.plans]
+        course.carry_out()
+        if not self._whole or line.b in (LEAVING, ACCELERATED, INSERTED):
+            return []
+        own = [each for each in line[1:] if each >= 0]
+        changed = [body for body, pull in enumerate(before) if pull != course.plans[body].pull]
+        first = [body for body in own if body in changed]
+        return [
+            CourseEvent(line.tick, body, LEAVING) for body in (*first, *(x for x in changed if x not in own))
+        ]
 
     def _untimely(self, bits: int) -> int:
         """Returns the first line whose time is not that of its tick, in doubles, or -1."""
@@ -215,7 +231,7 @@ class LogCertifier:
             if line.b >= 0:
                 plan = course.plans[line.b]
                 two = plan.x, plan.y, plan.vx, plan.vy
-        if course.bent and line.b in (INSERTED, ACCELERATED):
+        if course.bent and line.b in (INSERTED, ACCELERATED, LEAVING):
             two = *plan.pull, nan, nan
         for side, body, numbers in (("a", line.a, one), ("b", line.b, two)):
             for name, right in zip(_PLAN, numbers, strict=True):
