@@ -251,7 +251,9 @@ def wall_is_before(k: Kernel, h: int, tick: int, more: int) -> bool:
     entry = k.queue[h]
     if entry.wall == NOT_ASKED:
         body = k.bodies[h]
-        stays = not RESTING or body.ledge == NEVER
+        stays = True
+        if RESTING:
+            stays = body.ledge == NEVER
         if INSIDE and stays and tick < k.clock[0].now + HORIZON and inside(k, body, tick + more):
             return False
         entry.wall = reach_wall(k, body)[0]
