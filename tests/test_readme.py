@@ -80,6 +80,12 @@ def test_the_table_of_speeds_has_as_many_events_for_a_contact_as_there_are():
             assert 1e3 * million_events / thousand_contacts == pytest.approx(found, rel=0.05 + rounding)
 
 
+def test_the_first_contacts_are_those_that_the_first_block_prints(capsys):
+    code, printed = re.search(r"```python\n(.*?)```\n\n```text\n(.*?)```", README, flags=re.DOTALL).groups()
+    exec(code, {})
+    assert capsys.readouterr().out == printed
+
+
 def test_naive_refuses_as_many_bodies_as_the_limits_say():
     (limit,) = re.findall(r"`naive` refuses more than ([\d,]+) bodies", README)
     most = int(limit.replace(",", ""))

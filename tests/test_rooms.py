@@ -13,6 +13,7 @@ from lanes import first
 
 SCENES = Path(__file__).parents[1] / "docs" / "scenes"
 CONTACTS = {"sinai": 61, "stadium": 28, "maze": 64, "brick-breaker": 50} | {
+    "bullet": 2,
     "bouncing-ball": 8,
     "column": 64,
     "slope": 64,

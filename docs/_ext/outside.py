@@ -3,7 +3,7 @@
 ``[its code](../plugins/kinetile_plugins/cells)`` is right wherever the files lie beside each other. For the
 site, such a link leads to a page that shows the file, or lists the files of a folder, each with its own page,
 under ``source/``. The first page of the site is README, with the lists of ``index.md`` behind it and the
-player of ``index.md`` before its second section, in the place of its picture.
+player of ``index.md`` before its second section.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ PAGES = "source"
 README = "index"
 """The document that stands for README."""
 
-PICTURE = re.compile(r"<img src=[^>]*>")
 PLAYER = re.compile(r"## .*\n\n(```\{live\}(?:.|\n)*?\n```\n)\n")
 """The section of the index with the player."""
 
@@ -55,7 +54,7 @@ def first_page(app: Sphinx, readme: str, index: str) -> str:
     player = PLAYER.search(index)
     shown = player[1] if player else ""
     lists = index[index.index("\n## ") :].replace(player[0] if player else "", "")
-    readme = PICTURE.sub("", readme, count=1).replace("\n## ", f"\n{shown}\n## ", 1)
+    readme = readme.replace("\n## ", f"\n{shown}\n## ", 1)
     return turned_links(app, readme, root(app), README) + turned_links(app, lists, Path(app.srcdir), README)
 
 

@@ -6,6 +6,7 @@ kinetile draw random -s bodies=24 -s density=0.3 -s radius_ratio=4 -s seed=4 --a
 kinetile draw random -s bodies=24 -s density=0.3 -s radius_ratio=4 -s seed=4 --at 0.15 --broad-phase cells --roles cell --velocities --out cells.svg --overwrite
 kinetile draw random -s bodies=6 -s density=0.12 -s seed=3 --space-time x --until 1.2 --out space-time.svg --overwrite
 python moving.py moving.svg
+python bullet.py bullet.svg
 kinetile draw random -s bodies=24 -s density=0.3 -s radius_ratio=4 -s seed=4 --at 0.15 --broad-phase stripes --out stripes.svg --overwrite
 kinetile draw grid -s bodies=49 -s seed=1 --roles certificate --velocities --out scene-grid.svg --overwrite
 kinetile draw mixture -s bodies=60 -s radii=1,2 -s fractions=.7,.3 -s density=.5 --roles certificate --velocities --out scene-mixture.svg --overwrite
