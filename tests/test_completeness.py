@@ -48,7 +48,7 @@ def test_a_name_is_in_its_page_and_its_options_are_said(kind: str, name: str) ->
     target = resolve_name(target) if isinstance(target, str) else target
     told = "\n".join(inspect.getdoc(each) or "" for each in (target, getattr(target, "__init__", target)))
     for option in set(inspect.signature(target).parameters) - OF_ALL:
-        if kind in PAGE_OF and kind != "response":
+        if kind == "observable":
             said = re.search(rf"\b{option}\b", told) or f"`{option}`" in text
             demand(
                 said,

@@ -60,7 +60,10 @@ def oracle(
     json: Json = False,
     csv: Csv = False,
 ) -> None:
-    """Certify the contacts of a scene in ball arithmetic; exit code 1 where a run differs."""
+    """Certify the contacts of a scene in ball arithmetic; exit code 1 where a run differs.
+
+    For example: kinetile oracle random -s bodies=20 --until 1
+    """
     with Bar("certifying") as bar:
         from kinetile_accuracy.oracle.oracle import Oracle
 
@@ -174,12 +177,17 @@ def certify_log(
     parameters: Parameters = None,
     until: Annotated[
         float | None,
-        option("Up to this time all contacts must be there; as in `run`, or what an event file says."),
+        option(
+            "Up to this time all contacts must be there; as in `run`, or what an event file says.", "TIME"
+        ),
     ] = None,
     max_contacts: MaxContacts = None,
     json: Json = False,
 ) -> None:
-    """Check a list of contacts by the specification; exit code 1, and the first line that is wrong."""
+    """Check a list of contacts by the specification; exit code 1, and the first line that is wrong.
+
+    For example: kinetile certify-log random contacts.txt --until 1
+    """
     this_scene = find_scene(scene, parameters)
     certifier = _certifier(log, this_scene, until, max_contacts)
     with Bar("certifying") as bar:
@@ -261,7 +269,10 @@ def accuracy(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Report speed against error: a page with its figures, and the data behind them."""
+    """Report speed against error: a page with its figures, and the data behind them.
+
+    For example: kinetile accuracy --quick --out report
+    """
     from kinetile_accuracy.report import check_packages, check_parts, measure_parts
 
     done: list[Section] = []

@@ -16,7 +16,7 @@ from typing import Annotated, Any
 import typer
 
 from kinetile.cli import cache, compare, export, plugins, run, show
-from kinetile.cli.options import CommandGroup, flag
+from kinetile.cli.options import MARKUP, CommandGroup, flag
 from kinetile.cli.terminal import echo, exit_codes, notice, results_on_stdout
 from kinetile.versions import __version__
 
@@ -73,6 +73,7 @@ class _WithPlugins(CommandGroup):
 app = typer.Typer(
     name="kinetile",
     cls=_WithPlugins,
+    rich_markup_mode=MARKUP,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

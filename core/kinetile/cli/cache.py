@@ -31,7 +31,10 @@ def cache(
     json: Json = False,
     csv: Csv = False,
 ) -> None:
-    """Show where compiled loops and hooks are kept, for which versions, size and last use; or remove them."""
+    """Show where compiled loops and hooks are kept, for which versions, size and last use; or remove them.
+
+    For example: kinetile cache --clear
+    """
     from kinetile.kernel.compiled.cache import folder
 
     here = folder()

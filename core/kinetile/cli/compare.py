@@ -42,7 +42,10 @@ def compare(
     json: Json = False,
     csv: Csv = False,
 ) -> None:
-    """Run a scene under several broad phases; exit code 1, and the first difference, unless all agree."""
+    """Run a scene under several broad phases; exit code 1, and the first difference, unless all agree.
+
+    For example: kinetile compare lattice --phases naive,cells --until 4
+    """
     from kinetile.comparison import Comparison
     from kinetile.comparison import compare as compare_phases
 

@@ -36,10 +36,15 @@ def export(
     begin: Annotated[
         float | None, option("The first frame; without it, the start.", "TIME", "--from")
     ] = None,
-    until: Annotated[float | None, option("No frame after this time; by default the end of the run.")] = None,
+    until: Annotated[
+        float | None, option("No frame after this time; by default the end of the run.", "TIME")
+    ] = None,
     overwrite: Annotated[bool, flag("Replace the file of --to.", "--overwrite")] = False,
 ) -> None:
-    """Write frames of a run for OVITO, ASE and others: extended XYZ, or GSD (needs the extra `export`)."""
+    """Write frames of a run for OVITO, ASE and others: extended XYZ, or GSD (needs the extra `export`).
+
+    For example: kinetile export grid --every 0.1 --until 2 --to frames.xyz
+    """
     from kinetile.records.frames import FORMS, check_form, frames_of, write_frames
     from kinetile.records.trajectory import Trajectory
     from kinetile.run.simulation import Simulation

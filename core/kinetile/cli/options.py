@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperArgument, TyperGroup
 
 from kinetile.cli.files import file_errors
 from kinetile.errors import BadOption
@@ -18,17 +19,25 @@ if TYPE_CHECKING:
     from kinetile.scene import Scene
 
 
-def option(help: str, metavar: str | None = None, *names: str, **more: Any) -> Any:
-    """Returns an option of a command: its help, what stands for its value there, and its names."""
+def option(help: str, metavar: str, *names: str, least: float | None = None, **more: Any) -> Any:
+    """Returns an option of a command: its help, what stands for its value there, its names, and the least
+    number that it takes."""
+
+    def checked(value: Any) -> Any:
+        if value is not None and not value >= least:
+            raise typer.BadParameter(f"found {value:g}; expected {least:g} or more")
+        return value
+
+    more |= {} if least is None else {"callback": checked}
     return typer.Option(*names, metavar=metavar, help=help, **more)
 
 
 def flag(help: str, *names: str, **more: Any) -> Any:
     """Returns an option of a command without a value: its help, and its names."""
-    return option(help, None, *names, **more)
+    return option(help, "", *names, **more)
 
 
-def argument(help: str, metavar: str | None = None) -> Any:
+def argument(help: str, metavar: str) -> Any:
     """Returns an argument of a command: its help, and what stands for it there."""
     return typer.Argument(metavar=metavar, help=help)
 
@@ -41,9 +50,9 @@ NarrowPhases = Annotated[
     list[str] | None, option("A narrow phase, instead of those the scene needs.", "NAME", "--narrow-phase")
 ]
 Until = Annotated[
-    float | None, option("Run until this time; by default the scene's own `until`, or one time unit.")
+    float | None, option("Run until this time; by default the scene's own `until`, or one time unit.", "TIME")
 ]
-MaxContacts = Annotated[int | None, option("Stop after this number of contacts.", min=0)]
+MaxContacts = Annotated[int | None, option("Stop after this number of contacts.", "N", least=0)]
 
 
 def _one_form(context: typer.Context, chosen: bool) -> bool:
@@ -55,11 +64,18 @@ def _one_form(context: typer.Context, chosen: bool) -> bool:
 
 Json = Annotated[bool, flag("Print the result as JSON.", "--json", callback=_one_form)]
 Csv = Annotated[bool, flag("Print the rows as CSV, with every digit.", "--csv", callback=_one_form)]
+Verbose = Annotated[
+    bool,
+    flag(
+        "Print as well by how much the energy changed, and how late events of the structure were.",
+        "--verbose",
+    ),
+]
 Phases = Annotated[
     str | None, option("Broad phases; by default all that are installed.", "A,B,...", "--phases")
 ]
-Seconds = Annotated[float, option("CPU seconds of one measured run, approximately.", min=0.0)]
-Repeats = Annotated[int, option("How often each is measured, in turn; medians count.", "N", min=1)]
+Seconds = Annotated[float, option("CPU seconds of one measured run, approximately.", "SECONDS", least=0)]
+Repeats = Annotated[int, option("How often each is measured, in turn; medians count.", "N", least=1)]
 
 
 def is_file_name(name: str) -> bool:
@@ -67,14 +83,46 @@ def is_file_name(name: str) -> bool:
     return name.lower().endswith(".toml") or "/" in name or "\\" in name
 
 
+MARKUP: Any = "rich" if sys.stdout is not None and sys.stdout.isatty() else None
+"""Help has frames on a terminal alone: in a pipe they would be padding."""
+
+
 class CommandGroup(TyperGroup):
     """Commands; a file in the place of one is answered with the command that takes it."""
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Returns a command, whose help names its arguments without the types that they have in Python."""
+        command: Any = super().get_command(ctx, cmd_name)
+        if command is not None:
+            command.rich_markup_mode = MARKUP
+            for each in command.params:
+                if isinstance(each, TyperArgument):
+                    each.display_type_rich = lambda ctx: None  # type: ignore[method-assign]
+        return command
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Lists the commands with whole sentences, under the headings of Rich, where help is plain."""
+        named = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
+        for heading in dict.fromkeys(getattr(each, "rich_help_panel", None) for _, each in named):
+            those = [(name, each) for name, each in named if each.rich_help_panel == heading]
+            with formatter.section(heading if isinstance(heading, str) else "Commands"):
+                formatter.write_dl([(name, (each.help or "").partition("\n\n")[0]) for name, each in those])
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Returns a command with its arguments; fails for an unknown name."""
         if is_file_name(args[0]) and "run" in self.commands:
             ctx.fail(f"{args[0]!r} is no command; expected {ctx.command_path} run {args[0]}")
-        return super().resolve_command(ctx, args)
+        found = super().resolve_command(ctx, args)
+        if found[1] is not None and (asks := found[1].get_help_option(ctx)) is not None:
+            asks.metavar = ""
+        return found
+
+    def get_help_option(self, ctx: Any) -> Any:
+        """Returns the option ``--help``, which takes no value; nor does that of a command, above."""
+        asks = super().get_help_option(ctx)
+        if asks is not None:
+            asks.metavar = ""
+        return asks
 
 
 def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:

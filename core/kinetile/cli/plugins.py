@@ -12,6 +12,7 @@ from kinetile.cli.options import Csv, Json, argument, option
 from kinetile.cli.output import printed, rows_table, show
 from kinetile.cli.terminal import echo
 from kinetile.errors import KinetileError
+from kinetile.versions import __version__
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -20,7 +21,10 @@ if TYPE_CHECKING:
 
 
 def plugins(json: Json = False, csv: Csv = False) -> None:
-    """List what is installed, with the options of each, and the plugins that failed to load."""
+    """List what is installed, with the options of each, and the plugins that failed to load.
+
+    For example: kinetile plugins --json
+    """
     from kinetile.plugin.registry import registry
 
     listing = registry().as_dicts()
@@ -39,27 +43,39 @@ def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
         notes += [f"features: {', '.join(row['features'])}"] if row["features"] else []
         notes += [f"shapes: {', '.join(row['shapes'])}"] if "shapes" in row else []
         summary = " ".join([row["summary"], *(f"({note})" for note in notes)])
-        source = f"{row['distribution']} {row['version'] or ''}" if row["distribution"] else "this process"
-        rows.append((row["kind"], row["name"], summary, source))
-    return rows_table(("| kind", "| name", "what it does", "| from"), rows, shared=1)
+        if row["distribution"] != "kinetile":
+            summary += (
+                f" (from {' '.join(filter(None, (row['distribution'], row['version']))) or 'this process'})"
+            )
+        rows.append((row["kind"], row["name"], summary))
+    return rows_table(("| kind", "| name", f"what it does (from kinetile {__version__})"), rows, shared=1)
 
 
 def options_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
-    """Returns the options of all that takes some: their types and defaults."""
-    rows = []
+    """Returns the options of all that takes some: their types and defaults; those of every recipe once."""
+    from kinetile.scene.by_name import SHARED
+
+    shared = [each.name for each in SHARED]
+    rows = [
+        ("scene", "(each)", each.name, _type(each.type), str(each.default) or "(empty)") for each in SHARED
+    ]
     for row in listing["provided"]:
-        options = [(each["name"], each["type"], _default(each)) for each in row["options"]]
+        own = [each for each in row["options"] if row["kind"] != "scene" or each["name"] not in shared]
+        options = [(each["name"], _type(each["type"]), _default(each)) for each in own]
         options += [(row["error"], "", "")] if "error" in row else []
         rows += [(row["kind"], row["name"], *each) for each in options]
     return rows_table(("| kind", "| name", "option", "| type", "default"), rows, shared=2)
 
 
 def scenes(
-    name: Annotated[str | None, argument("Show the parameters of this recipe.")] = None,
+    name: Annotated[str | None, argument("Show the parameters of this recipe.", "NAME")] = None,
     json: Json = False,
     csv: Csv = False,
 ) -> None:
-    """List the recipes for scenes and their parameters."""
+    """List the recipes for scenes and their parameters.
+
+    For example: kinetile scenes grid
+    """
     from kinetile.plugin.registry import registry
     from kinetile.scene.by_name import recipe_parameters
 
@@ -67,18 +83,21 @@ def scenes(
         recipes = [_recipe(each) for each in registry().names("scene")]
         if not printed(recipes, recipes, json=json, csv=csv):
             rows = [(each["name"], each["summary"], _names(each)) for each in recipes]
-            further = "`kinetile scenes NAME` shows a recipe's parameters: types and defaults."
+            further = "`kinetile scenes NAME` shows what each parameter of a recipe means."
             show(rows_table(("| recipe", "what it makes", "parameters"), rows), further)
         return
     recipe_parameters(name)  # raises for a recipe that is unknown or cannot be imported
     recipe = _recipe(registry().spec("scene", name).name)
     parameters = recipe["parameters"]
     if not printed(recipe, parameters, json=json, csv=csv):
-        rows = [(each["name"], each["type"], _default(each)) for each in parameters]
+        cells = (
+            (each["name"], _type(each["type"]), _default(each), each.get("meaning", ""))
+            for each in parameters
+        )
         head = f"{recipe['name']}: {recipe['summary']}"
         settings = "".join(f" -s {each['name']}={each.get('default', '...')}" for each in parameters[:2])
         example = f"for example: kinetile run {recipe['name']}{settings}"
-        show(head, rows_table(("| parameter", "| type", "default"), rows))
+        show(head, rows_table(("| parameter", "| type", "default", "meaning"), cells))
         show(example)
 
 
@@ -107,7 +126,13 @@ def _options(kind: Kind, name: str, key: str) -> dict[str, Any]:
         required = each.default is REQUIRED
         found.append({"name": each.name, "type": each.type, "required": required})
         found[-1] |= {} if required else {"default": each.default}
+        found[-1] |= {"meaning": each.meaning} if each.meaning else {}
     return {key: found}
+
+
+def _type(written: str) -> str:
+    """Returns a type in fewer letters: that of several numbers as ``float, ...``."""
+    return written.removeprefix("tuple[").removesuffix("]")
 
 
 def _default(parameter: Mapping[str, Any]) -> str:
@@ -115,10 +140,13 @@ def _default(parameter: Mapping[str, Any]) -> str:
 
 
 def new_plugin(
-    name: Annotated[str, argument("The name of the broad phase.")],
+    name: Annotated[str, argument("The name of the broad phase.", "NAME")],
     into: Annotated[Path, option("The folder to write the package into.", "DIR")] = Path(),
 ) -> None:
-    """Write a package with a broad phase that works, to begin your own with."""
+    """Write a package with a broad phase that works, to begin your own with.
+
+    For example: kinetile new-plugin stripes --into plugins
+    """
     from kinetile.plugin.new_plugin import new_plugin as write_package
 
     folder = write_package(name, into)

@@ -18,6 +18,7 @@ from kinetile.cli.options import (
     Parameters,
     SceneName,
     Until,
+    Verbose,
     argument,
     broad_choice,
     find_scene,
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from kinetile.scene import Settings
 
 Every = Annotated[
-    float | None, option(f"Save the checkpoint so often; {runner.EVERY:g} s.", "SECONDS", min=0.0)
+    float | None, option(f"Seconds between two checkpoints; {runner.EVERY:g}.", "SECONDS", least=0)
 ]
 
 
@@ -70,10 +71,16 @@ def run(
     explain: Annotated[
         bool, flag("Print what is modelled and what is left out; run nothing.", "--explain")
     ] = False,
-    audit: Annotated[int | None, option("Check all invariants every N contacts (slow).", "N", min=1)] = None,
+    audit: Annotated[
+        int | None, option("Check all invariants every N contacts (slow).", "N", least=1)
+    ] = None,
+    verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Run a scene and print what happened."""
+    """Run a scene and print what happened.
+
+    For example: kinetile run grid -s bodies=100 --until 2
+    """
     with runner.only_writer(checkpoint):
         from kinetile.run.simulation import Simulation
 
@@ -128,6 +135,7 @@ def run(
             checkpoint=saves,
             contacts=contacts,
             encounters=encounters,
+            verbose=verbose,
             json=json,
             observe=wanted,
             observe_to=observe_to,
@@ -136,9 +144,12 @@ def run(
 
 def resume(
     file: Annotated[Path, argument("The file of `run --checkpoint FILE`.", "FILE")],
-    until: Annotated[float | None, option("Run until this time, instead of the original end.")] = None,
+    until: Annotated[
+        float | None, option("Run until this time, instead of the original end.", "TIME")
+    ] = None,
     max_contacts: Annotated[
-        int | None, option("Stop after this number of further contacts, instead of the original end.", min=0)
+        int | None,
+        option("Stop after this number of further contacts, instead of the original end.", "N", least=0),
     ] = None,
     broad_phase: Annotated[str | None, option("Go on under this broad phase.", "NAME")] = None,
     events: Annotated[
@@ -147,11 +158,14 @@ def resume(
     every: Every = None,
     observe: Observe = None,
     observe_to: ObserveTo = None,
+    verbose: Verbose = False,
     json: Json = False,
 ) -> None:
     """Continue a run from its checkpoint, and go on saving it there.
 
     What the run observes is observed further; --observe with other observables begins them now, instead.
+
+    For example: kinetile resume run.checkpoint --until 10
     """
     from kinetile.run.saving.files import note as note_of
     from kinetile.run.saving.files import read_whole
@@ -186,6 +200,7 @@ def resume(
             further,
             recorder=recorder,
             checkpoint=saves,
+            verbose=verbose,
             json=json,
             observe=simulation.observed if goes_on else begun,
             observe_to=observe_to,
@@ -200,7 +215,10 @@ def recover(
     overwrite: Annotated[bool, flag("Replace an event file that exists.", "--overwrite")] = False,
     json: Json = False,
 ) -> None:
-    """Make an event file from what a killed run has left."""
+    """Make an event file from what a killed run has left.
+
+    For example: kinetile recover run.parquet.partial
+    """
     from kinetile.records.finishing import recover as make
 
     if out is not None:

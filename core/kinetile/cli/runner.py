@@ -31,6 +31,10 @@ EVERY = 60.0
 """Seconds between two checkpoints, unless ``--every`` says otherwise."""
 
 
+_VERBOSE = {"energy drift", "lateness"}
+"""Readings that a run prints with ``--verbose``: of most runs both are 0."""
+
+
 class RunEnd(NamedTuple):
     """How a run ended: a word, an exit code, and the message that goes with a code other than 0."""
 
@@ -47,6 +51,7 @@ def run_to_end(
     recorder: EventRecorder | None,
     checkpoint: Checkpoint | None,
     json: bool,
+    verbose: bool = False,
     contacts: Path | None = None,
     encounters: Path | None = None,
     observe: Sequence[str] | Observed = (),
@@ -71,7 +76,7 @@ def run_to_end(
     if json:
         echo(as_json(found))
     else:
-        show_labels(_lines(found, simulation.scene))
+        show_labels(_lines(found, simulation.scene, verbose))
         if observe:
             show(observed_table(simulation.observed))
     if observe_to is not None:
@@ -275,7 +280,7 @@ def _result(
     }
 
 
-def _lines(result: Mapping[str, Any], scene: Scene) -> Iterable[tuple[str, str]]:
+def _lines(result: Mapping[str, Any], scene: Scene, verbose: bool) -> Iterable[tuple[str, str]]:
     from kinetile.explanation import reading_lines
     from kinetile.scene.scene import around, in_words, source_of
 
@@ -287,7 +292,7 @@ def _lines(result: Mapping[str, Any], scene: Scene) -> Iterable[tuple[str, str]]
     broad = called(result["broad_phase"], result["options"])
     yield "phases", f"{broad}; {narrow or 'no narrow phase'}"
     yield "time", f"{scene.start:g} to {run['time']:.10g}: {run['status']}"
-    yield from reading_lines(result["readings"])
+    yield from (line for line in reading_lines(result["readings"]) if verbose or line[0] not in _VERBOSE)
     if result["events_file"]:
         path, rows, status = result["events_file"].values()
         yield "events file", f"{path}: {rows:,} events ({status.partition(':')[0]})"

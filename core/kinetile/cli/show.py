@@ -64,11 +64,15 @@ def draw(
         ),
     ] = None,
     until: Annotated[
-        float | None, option("The end of --space-time; without it, the scene's own, or one time unit.")
+        float | None,
+        option("The end of --space-time; without it, the scene's own, or one time unit.", "TIME"),
     ] = None,
     overwrite: Annotated[bool, flag("Replace the file of --out.", "--overwrite")] = False,
 ) -> None:
-    """Draw a moment of a scene with the structure of its broad phase: bounds, tiles, cells, pairs."""
+    """Draw a moment of a scene with the structure of its broad phase: bounds, tiles, cells, pairs.
+
+    For example: kinetile draw grid --at 0.1 --broad-phase sap-2d --out moment.svg
+    """
     form = check_ending("--out", out, (".svg", ".png", ".pdf"))[1:]
     check_new("--out", out, overwrite)
     if form != "svg":
@@ -144,7 +148,7 @@ def view(
         float | None, option("Show from this time on; without it, the start.", "TIME", "--from")
     ] = None,
     until: Annotated[
-        float | None, option("Show until this time; the scene's own `until`, or one time unit.")
+        float | None, option("Show until this time; the scene's own `until`, or one time unit.", "TIME")
     ] = None,
     at: Annotated[float | None, option("The time at which the page opens.", "TIME")] = None,
     steps: Annotated[
@@ -154,14 +158,18 @@ def view(
     out: Annotated[
         Path, option("A new file: .html, a page, or .gif, a film (extra `figures`).", "FILE")
     ] = Path("view.html"),
-    seconds: Annotated[float | None, option("Duration of the film in seconds; 8 by default.")] = None,
-    width: Annotated[int | None, option("Width of the film in pixels; 640.")] = None,
+    seconds: Annotated[
+        float | None, option("Duration of the film in seconds; 8 by default.", "SECONDS")
+    ] = None,
+    width: Annotated[int | None, option("Width of the film in pixels; 640.", "N")] = None,
     overwrite: Annotated[bool, flag("Replace a file that is there.", "--overwrite")] = False,
     show: Annotated[bool, flag("Open the page in the browser.", "--open")] = False,
 ) -> None:
     """Write an interactive page in which a run plays: one file, exact at any moment, event by event.
 
     With --out FILE.gif, a film of the run.
+
+    For example: kinetile view random --beside cells --broad-phase naive --open
     """
     form = check_ending("--out", out, (".html", ".gif"))
     check_new("--out", out, overwrite)

@@ -5,6 +5,7 @@ of recipes. The signature of the class or function contains all that is needed: 
 from __future__ import annotations
 
 import inspect
+import re
 from typing import Any, NamedTuple
 
 from kinetile.errors import PhaseError
@@ -17,11 +18,13 @@ REQUIRED = inspect.Parameter.empty
 
 
 class Parameter(NamedTuple):
-    """A parameter: its name, its type as written ("int", "tuple[float, ...]", "" for none), its default."""
+    """A parameter: its name, its type as written ("int", "tuple[float, ...]", "" for none), its default, and
+    what its line under ``Args:`` of the docstring says: meaning, unit, allowed values."""
 
     name: str
     type: str
     default: Any
+    meaning: str = ""
 
 
 def parameters_of(kind: Kind, name: str) -> tuple[Parameter, ...]:
@@ -30,15 +33,22 @@ def parameters_of(kind: Kind, name: str) -> tuple[Parameter, ...]:
     target = registry().target(kind, name)
     with calling(kind, name, "its signature"):
         signature = inspect.signature(target)
-    parameters = []
+    meanings, parameters = _meanings(target), []
     for each in signature.parameters.values():
         if each.kind in (each.KEYWORD_ONLY, each.POSITIONAL_OR_KEYWORD):
             annotation = "" if each.annotation is REQUIRED else each.annotation
             written = annotation.__name__ if isinstance(annotation, type) else str(annotation)
-            parameters.append(Parameter(each.name, written, each.default))
+            parameters.append(Parameter(each.name, written, each.default, meanings.get(each.name, "")))
         elif kind == "scene":
             raise PhaseError(
                 f"the recipe of the scene {name!r} gathers its parameters in {each.name!r}; "
                 "expected parameters that can each be given by name"
             )
     return tuple(parameters)
+
+
+def _meanings(target: object) -> dict[str, str]:
+    """Returns the lines under ``Args:`` of a docstring, by the names before their colons."""
+    _, _, section = inspect.cleandoc(target.__doc__ or "").partition("\nArgs:\n")
+    lines = re.findall(r"^    (\w+): (.+(?:\n {5,}.+)*)", section.partition("\n\n")[0], re.MULTILINE)
+    return {name: " ".join(text.replace("``", "").split()) for name, text in lines}

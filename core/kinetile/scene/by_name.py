@@ -38,7 +38,12 @@ def holds_several(parameter: Parameter) -> bool:
     return any(word in words for word in ("tuple", "list", "sequence", "iterable", "collection", "ndarray"))
 
 
-SHARED = (Parameter("periodic", "str", ""), Parameter("gravity", "tuple[float, ...]", ()))
+SHARED = (
+    Parameter("periodic", "str", "", "axes along which the arena repeats, without walls: x, y or xy"),
+    Parameter(
+        "gravity", "tuple[float, ...]", (), "acceleration of all bodies, gx,gy: length per time squared"
+    ),
+)
 """Parameters of every recipe: the axes along which its arena is periodic, and gravity."""
 
 

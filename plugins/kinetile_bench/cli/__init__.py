@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import typer
-from typer.core import TyperGroup
 
 from kinetile.cli.options import CommandGroup, is_file_name
 from kinetile_bench.cli.bench import choose, events, scene, thesis
@@ -14,7 +13,7 @@ from kinetile_bench.cli.study import run_study, study_rows, study_table
 _PANEL = "Speed"
 
 
-class _Bench(TyperGroup):
+class _Bench(CommandGroup):
     """The benchmarks by name; a scene file where a name is expected is a benchmark as well."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -25,14 +24,18 @@ class _Bench(TyperGroup):
 
 bench = typer.Typer(
     cls=_Bench,
-    help="Measure speed; `kinetile bench FILE.toml` measures the broad phases on a scene of your own.",
+    help="Measure speed; `kinetile bench FILE.toml` measures the broad phases on a scene of your own.\n\n"
+    "For example: kinetile bench events --bodies 400",
     no_args_is_help=True,
 )
 for _benchmark in (events, scene, thesis):
     bench.command()(_benchmark)
 
 study = typer.Typer(
-    cls=CommandGroup, help="Run a table of scenes, phases and seeds; stop, go on, read.", no_args_is_help=True
+    cls=CommandGroup,
+    help="Run a table of scenes, phases and seeds; stop, go on, read.\n\n"
+    "For example: kinetile study run plan.toml",
+    no_args_is_help=True,
 )
 study.command("run")(run_study)
 study.command("table")(study_table)

@@ -50,6 +50,8 @@ def events(
     """Measure events a CPU second of each broad phase on the thesis's twelve scenes.
 
     Exit code 1 unless all phases give the same contacts.
+
+    For example: kinetile bench events --bodies 100,400 --densities 0.5
     """
     from kinetile_bench.events import bench_events
 
@@ -65,7 +67,7 @@ def thesis(
     phases: Annotated[
         str, option("Broad phases.", "A,B,...")
     ] = "naive,sap-1d,sap-2d,sweep-tiling,cells,power",
-    seeds: Annotated[int, option("Run each scene with the seeds 1 to K.", "K", min=1)] = 6,
+    seeds: Annotated[int, option("Run each scene with the seeds 1 to K.", "K", least=1)] = 6,
     until: Annotated[float, option("How much time is simulated.", "T")] = 1.0,
     seconds: Seconds = 0.01,
     repeats: Repeats = 5,
@@ -78,6 +80,8 @@ def thesis(
     """Do the thesis's benchmark (section 5.3) again, and say which of its statements hold.
 
     Exit code 1 unless all phases give the same contacts.
+
+    For example: kinetile bench thesis --seeds 1
     """
     from kinetile_accuracy.drawing import matplotlib_module
     from kinetile_bench.thesis import ThesisBench, bench_thesis
@@ -114,6 +118,8 @@ def scene(
     """Measure the broad phases on a scene of your own: `kinetile bench trace.toml` does.
 
     Exit code 1 unless all phases give the same contacts.
+
+    For example: kinetile bench trace.toml
     """
     from kinetile_bench.user_scene import bench_scene
 
@@ -140,6 +146,8 @@ def choose(
     """Try the broad phases on a scene for some thousands of contacts each, and recommend one.
 
     Exit code 1 unless all phases give the same contacts.
+
+    For example: kinetile choose grid -s bodies=1000
     """
     from kinetile_bench import user_scene
 

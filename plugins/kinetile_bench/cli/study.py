@@ -22,7 +22,7 @@ Results = Annotated[Path | None, option("The SQLite file of the rows, instead of
 def run_study(
     study: StudyName,
     results: Results = None,
-    workers: Annotated[int | None, option("Worker processes; as many as processors.", "N", min=1)] = None,
+    workers: Annotated[int | None, option("Worker processes; as many as processors.", "N", least=1)] = None,
     again: Annotated[
         list[str] | None, option("Forget rows of this status, and do them again.", "STATUS")
     ] = None,
@@ -31,6 +31,8 @@ def run_study(
     """Do all tasks of a study that have no row yet; continue where it was stopped.
 
     Exit code 1 where a run failed or was lost, or has other contacts than another one of its scene.
+
+    For example: kinetile study run plan.toml --workers 2
     """
     with Bar("running") as bar:
         this = _find_study(study, results)
@@ -62,6 +64,8 @@ def study_table(
     """Print the progress of a study, and means over seeds with ratios paired by seed.
 
     Exit code 1 where a run failed or was lost, or has other contacts than another one of its scene.
+
+    For example: kinetile study table plan.toml
     """
     this = _find_study(study, results)
     status, found = this.status(), this.table(y)
@@ -74,7 +78,10 @@ def study_table(
 
 
 def study_rows(study: StudyName, results: Results = None, json: Json = False) -> None:
-    """Print all rows of a study as CSV, in the study's order."""
+    """Print all rows of a study as CSV, in the study's order.
+
+    For example: kinetile study rows plan.toml
+    """
     rows = _find_study(study, results).rows()
     echo(as_json(rows) if json else as_csv(rows).removesuffix("\n"))
 

@@ -33,7 +33,7 @@ Ask = Annotated[
     ),
 ]
 Within = Annotated[float | None, option("Of programs: times to a relative distance, in place of ticks.", "D")]
-Examples = Annotated[int, option("Scenes drawn for each check.", "N", min=1)]
+Examples = Annotated[int, option("Scenes drawn for each check.", "N", least=1)]
 Checks = Annotated[list[str] | None, option("Run this check, not all.", "CHECK", "--check")]
 Seed = Annotated[int, option("What the drawing of scenes begins with.", "N")]
 Answer = Annotated[str | None, option("A response to judge with it; with options if need be.", "NAME")]
@@ -73,7 +73,7 @@ def conform(
     save_to: Annotated[Path, option("Where scenes that fail are saved, if there are any.", "DIR")] = Path(
         "conformance-failures"
     ),
-    shrink: Annotated[bool, option("Look for the smallest scene that fails.")] = True,
+    shrink: Annotated[bool, flag("Look for the smallest scene that fails.")] = True,
     seed: Seed = 0,
     seconds: Annotated[
         float | None,
@@ -100,7 +100,10 @@ def conform(
     ] = False,
 ) -> None:
     """Judge a broad phase, alone or with a narrow phase, or a program over a pipe; exit code 1 if it does not
-    conform, 3 if the reference itself is in doubt, 4 if it could not be judged."""
+    conform, 3 if the reference itself is in doubt, 4 if it could not be judged.
+
+    For example: kinetile conform cells --examples 20
+    """
     if (phase is None) == (command is None):
         raise BadOption("expected the NAME of a broad phase or --command CMD, one of the two")
     of_phases = {"--narrow-phase": narrow_phase, "--response": response, "--seconds": seconds}
@@ -240,7 +243,10 @@ def replay(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Run a check on a saved scene again; exit code 1 if it still fails."""
+    """Run a check on a saved scene again; exit code 1 if it still fails.
+
+    For example: kinetile replay conformance-failures/case.toml cells
+    """
     from kinetile_conformance import Report
     from kinetile_conformance.api import replay as judge
 

@@ -47,7 +47,10 @@ def judge(
     json: Json = False,
 ) -> None:
     """Judge broad phases and programs, measure them on a dozen scenes, and write one page about all; exit
-    codes are those of `conform`."""
+    codes are those of `conform`.
+
+    For example: kinetile judge cells sap-1d --out judged.html
+    """
     if not (phases or command):
         raise BadOption("expected the NAME of a broad phase, or --command CMD, or several of both")
     beside = {"--narrow-phase": narrow_phase, "--response": response}

@@ -18,7 +18,11 @@ def cradle(*, bodies: int = 5, moving: int = 1) -> Scene:
     """A row of touching discs, struck at one end: as many leave at the other end as came.
 
     Newton's cradle, lying down: what leaves comes back from the wall and strikes again. All contact times are
-    exact. The ``moving`` discs come from the left at speed 1.
+    exact.
+
+    Args:
+        bodies: the number of discs
+        moving: how many of them come from the left, at speed 1; from 1 to fewer than all
     """
     demand_number("bodies", bodies, 2, "a cradle has 2 bodies or more")
     demand(0 < moving < bodies, f"moving is {moving}; it is from 1 to {bodies - 1}, less than the bodies")
@@ -35,9 +39,12 @@ def cradle(*, bodies: int = 5, moving: int = 1) -> Scene:
 def billiard_break(*, speed: float = 8.0, aim: float = 0.0) -> Scene:
     """A billiard break: the cue ball runs into fifteen balls racked in a touching triangle.
 
-    Metres, seconds and kilograms: the cushions are 2.54 by 1.27, a ball has a diameter of 57.15 mm. ``speed``
-    is the cue ball's, ``aim`` its angle to the table's long axis in radians, at most a whole turn. There is
+    Metres, seconds and kilograms: the cushions are 2.54 by 1.27, a ball has a diameter of 57.15 mm. There is
     no friction. With no angle all is symmetric, and contacts that share a ball fall on one instant.
+
+    Args:
+        speed: of the cue ball, in metres per second
+        aim: its angle to the long axis of the table, in radians, at most 2 pi in size
     """
     demand(abs(aim) <= 2.0 * math.pi, f"aim is {aim}; it is at most a whole turn, 2 pi = 6.283, in size")
     width, height, radius = 2.54, 1.27, 0.028575
@@ -56,6 +63,10 @@ def two_discs(*, radius: float = 0.15, seed: int = 1) -> Scene:
     The places are drawn evenly from all that do not overlap, the velocities from all whose squares add up to
     2. The mean times between contacts, and between contacts with a wall, are those of the microcanonical
     ensemble (Zapfe, Sanders and Rodríguez-Mota, arXiv:1908.04749).
+
+    Args:
+        radius: of both, above 0 and at most 0.25
+        seed: of all that is drawn, a whole number from 0
     """
     roomy = 0.0 < radius <= 0.25
     demand(roomy, f"radius is {radius}; it is above 0 and at most 0.25, beyond which two hardly have room")
@@ -90,8 +101,13 @@ def figure_10(*, bodies: int = 16, speed: float = 1.0, seed: int = 1) -> Scene:
     """Figure 10: sweep and prune in one dimension excludes no pair.
 
     A column of equal discs with one common x, moving up and down. All intervals on the x-axis overlap, and
-    since every contact is along the column, they do so for ever: sweep and prune along x has all n (n - 1)
-    / 2 pairs, along y only those that are next to each other.
+    since every contact is along the column, they do so for ever: sweep and prune along x has all n (n - 1) /
+    2 pairs, along y only those that are next to each other.
+
+    Args:
+        bodies: the number of discs
+        speed: of each disc
+        seed: of all that is drawn, a whole number from 0
     """
     demand_number("bodies", bodies, 1, "figure 10 has 1 body or more")
     (random,) = draws(seed, 1)
@@ -111,6 +127,11 @@ def figure_11(*, bodies: int = 20, speed: float = 1.0, seed: int = 1) -> Scene:
     similar size would overlap). There are no walls; velocities are proportional to the radii, so that all
     sizes part in the same time. Radii stay above 2**-200, the smallest that a scene may have, for 152 bodies.
     A run needs bodies that are large against the rounding of its largest coordinates, which about 20 are.
+
+    Args:
+        bodies: the number of discs, from 1 to 152
+        speed: of the largest discs
+        seed: of all that is drawn, a whole number from 0
     """
     demand(1 <= bodies <= 152, f"bodies is {bodies}; figure 11 has from 1 to 152, as far as radii may shrink")
     (random,) = draws(seed, 1)
@@ -125,8 +146,13 @@ def figure_16(*, bodies: int = 21, speed: float = 0.1, seed: int = 1) -> Scene:
     """Figure 16: one wide disc is paired with every other in a tiling, and sweep and prune has O(n^2) pairs.
 
     Under a wide disc the others stand one below the other, each a little to the right of the one above. So
-    all their intervals on the x-axis overlap, and a vertical line from each one's right end reaches the
-    wide disc unhindered.
+    all their intervals on the x-axis overlap, and a vertical line from each one's right end reaches the wide
+    disc unhindered.
+
+    Args:
+        bodies: the number of discs
+        speed: of each disc
+        seed: of all that is drawn, a whole number from 0
     """
     demand_number("bodies", bodies, 2, "figure 16 has 2 bodies or more, the wide disc and others")
     (random,) = draws(seed, 1)

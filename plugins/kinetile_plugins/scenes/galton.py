@@ -20,10 +20,17 @@ _LASTS = 4.0
 def galton(*, rows: int = 8, balls: int = 40, e: float = 0.4, interval: float = 2.0, seed: int = 1) -> Scene:
     """Galton's board: balls fall through rows of pegs, and each peg sends them half a place aside.
 
-    Pegs are 1 apart, gravity is 1. A ball comes every ``interval``, passes through the others, gives back the
-    share ``e`` of the speed at which it meets a peg or a wall, and is taken away at 4 (rows + 1) after it has
-    come. Where it first meets the floor is a sum of ``rows`` steps of 1/2 to either side, with e = 0.4 nearly
-    independent ones (docs/cookbook/gravity.py); with less balls roll, and remember from which side they came.
+    Pegs are 1 apart, gravity is 1. A ball passes through the others, and is taken away at 4 (rows + 1) after
+    it has come. Where it first meets the floor is a sum of ``rows`` steps of 1/2 to either side, with e = 0.4
+    nearly independent ones (docs/cookbook/gravity.py); with less balls roll, and remember from which side
+    they came.
+
+    Args:
+        rows: of pegs, from 1 to 64
+        balls: how many fall, 1 or more
+        e: the share of its speed that a peg or a wall gives back, above 0 and at most 1
+        interval: the time between two balls
+        seed: of the places from which they fall
     """
     demand(1 <= rows <= 64, f"rows is {rows}; a board has from 1 to 64")
     demand_number("balls", balls, 1, "a board has 1 ball or more")

@@ -48,11 +48,21 @@ def grown(
 ) -> Scene:
     """Discs at a density that random places do not reach, grown to it while they move and collide.
 
-    Sizes, masses and ``temperature`` are those of the recipe ``mixture``. The discs begin at random places
-    with a density of 0.3, and grow in steps, after each of which every disc has ``contacts`` contacts in the
-    mean: the more, the closer to equilibrium. Equal discs become crystals in patches; equal numbers of radii
-    0.5 and 0.7 stay disordered, and reach about 0.84. Velocities are drawn again at the end. Along a
-    ``periodic`` axis, "x", "y" or "xy", discs grow into their images too.
+    The discs begin at random places with a density of 0.3, and grow in steps. Equal discs become crystals in
+    patches; equal numbers of radii 0.5 and 0.7 stay disordered, and reach about 0.84. Velocities are drawn
+    again at the end.
+
+    Args:
+        bodies: the number of discs
+        density: the part of the square that they cover at the end
+        radii: of each size, lengths
+        fractions: the part of each size, in proportion; left out, all are equal
+        mass: equal (1) or area (in proportion to the square of the radius)
+        masses: instead of mass, that of each size
+        temperature: the mean kinetic energy of a disc, above 0
+        contacts: how many each disc has after a step, in the mean: the more, the closer to equilibrium
+        periodic: axes along which discs grow into their images too: x, y or xy
+        seed: of all that is drawn, a whole number from 0
     """
     numerics.demand_density(density)
     demand(periodic in ("", "x", "y", "xy"), f"periodic is {periodic!r}; it is 'x', 'y', 'xy' or ''")

@@ -38,9 +38,13 @@ def lattice(
 ) -> Scene:
     """Discs on a lattice: exact ties and touching starts, or almost.
 
-    ``kind`` is "dyadic" or "non-dyadic"; ``touching`` is the share of the discs that are moved along their
-    line until they touch the one before them, or the wall; ``jitter`` is how far centres are displaced;
-    ``turns`` is the number of changes of velocity, at multiples of 1/16 up to 4.
+    Args:
+        bodies: the number of discs
+        kind: dyadic or non-dyadic numbers
+        touching: the share of the discs that are moved until they touch the one before, or the wall; 0 to 1
+        jitter: how far centres are displaced, 0 to 0.001
+        turns: the number of changes of velocity, at multiples of 1/16 up to 4
+        seed: of all that is drawn, a whole number from 0
     """
     demand_number("bodies", bodies, 1, "a lattice has 1 body or more")
     demand(kind in ("dyadic", "non-dyadic"), f"kind is {kind!r}; it is 'dyadic' or 'non-dyadic'")

@@ -31,16 +31,20 @@ def mixture(
 ) -> Scene:
     """Discs of two and more sizes at random places in a square, nowhere overlapping, at a temperature.
 
-    There are ``bodies`` discs, of each radius in ``radii`` the part in ``fractions``, which are in proportion
-    and equal if left out, rounded by largest remainders: numbers that add up to ``bodies`` are exact. Discs
-    are numbered by size, in the order of ``radii``.
+    Discs are numbered by size, in the order of ``radii``. The side of the square follows from ``density``. On
+    a torus kT is N/(N - 1) of ``temperature``. What is too dense for random places, from 0.48 (equal radii)
+    to 0.56, starts from a lattice, if it has room for the largest radius at each site: for equal numbers of
+    radii 0.5 and 0.7 up to 0.59 (100 discs) or 0.67 (4,000).
 
-    ``mass`` is "equal", 1 for each disc, or "area", proportional to the square of the radius and 1 for the
-    first; or ``masses`` has the mass of each radius. The side of the square follows from ``density``, the
-    part that the discs cover. ``temperature`` is the mean kinetic energy of a disc: kT between walls, on a
-    torus kT is N/(N - 1) of it. What is too dense for random places, from 0.48 (equal radii) to 0.56, starts
-    from a lattice, if it has room for the largest radius at each site: for equal numbers of radii 0.5 and 0.7
-    up to 0.59 (100 discs) or 0.67 (4,000).
+    Args:
+        bodies: the number of discs
+        density: the part of the square that they cover
+        radii: of each size, lengths
+        fractions: the part of each size, in proportion, by largest remainders; left out, all are equal
+        mass: equal (1) or area (in proportion to the square of the radius, 1 for the first)
+        masses: instead of mass, that of each size
+        temperature: the mean kinetic energy of a disc, above 0
+        seed: of all that is drawn, a whole number from 0
     """
     numerics.demand_density(density)
     radius, every_mass = sizes_and_masses(bodies, radii, fractions, mass, masses)
@@ -110,11 +114,18 @@ def hexagonal(
 ) -> Scene:
     """A hexagonal crystal: equal discs on a triangular lattice, at a temperature.
 
-    ``rows`` have ``columns`` sites each; every other row is half a spacing to the right. ``vacancies`` sites,
-    drawn at random, are empty. With ``walls`` the arena leaves half a spacing around the outermost sites, and
-    ``density`` is the part of it that the discs cover. Without walls it is that of the lattice continued for
-    ever, below pi / sqrt(12) = 0.907. The spacing follows from the density and from ``radius``, a length.
-    ``temperature`` is the mean kinetic energy of a disc.
+    Every other row is half a spacing to the right; the spacing follows from ``density`` and ``radius``. The
+    arena leaves half a spacing around the outermost sites.
+
+    Args:
+        columns: sites of a row
+        rows: how many there are
+        density: the part that the discs cover of the arena or, without walls, of the plane; below 0.907
+        vacancies: the number of empty sites, drawn at random
+        radius: a length
+        walls: whether there is an arena
+        temperature: the mean kinetic energy of a disc, above 0
+        seed: of all that is drawn, a whole number from 0
     """
     row, column = _rows_and_columns(columns, rows)
     step = math.sqrt(0.75)
@@ -137,10 +148,17 @@ def square(
 ) -> Scene:
     """A square crystal: equal discs on a square lattice, at a temperature.
 
-    There are ``columns`` times ``rows`` sites, each in the middle of a square of the lattice. ``vacancies``
-    of them, drawn at random, are empty. ``density`` is the part of the squares that the discs cover, below
-    pi / 4 = 0.785; the squares fill the arena, if there are ``walls``. Their side, the spacing, follows from
-    the density and from ``radius``, a length. ``temperature`` is the mean kinetic energy of a disc.
+    Each site is in the middle of a square of the lattice, whose side follows from ``density`` and ``radius``.
+
+    Args:
+        columns: sites of a row
+        rows: how many there are
+        density: the part of the squares that the discs cover, below pi / 4 = 0.785
+        vacancies: the number of empty sites, drawn at random
+        radius: a length
+        walls: whether there is an arena, filled by the squares
+        temperature: the mean kinetic energy of a disc, above 0
+        seed: of all that is drawn, a whole number from 0
     """
     row, column = _rows_and_columns(columns, rows)
     sites = np.stack([column + 0.5, row + 0.5], axis=1)

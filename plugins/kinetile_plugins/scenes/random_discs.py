@@ -40,10 +40,16 @@ def random_discs(
 ) -> Scene:
     """Discs of random sizes and masses at random places in the unit square, nowhere overlapping.
 
-    ``density`` is the part of the square that they cover. The largest radius is up to ``radius_ratio`` times
-    the smallest, the heaviest mass up to ``mass_ratio`` times the lightest, which is 1 or more. All have the
-    same speed, or velocities of a ``temperature``, their mean kinetic energy, without momentum. Discs too
-    dense to be placed at random start from a lattice, if it has room for the largest.
+    Discs too dense to be placed at random start from a lattice, if it has room for the largest.
+
+    Args:
+        bodies: the number of discs
+        density: the part of the square that the discs cover, above 0
+        radius_ratio: the largest radius is up to so many times the smallest, 1 or more
+        mass_ratio: the heaviest mass is up to so many times the lightest, which is 1; 1 or more
+        speed: of each disc, in sides of the square per unit of time
+        seed: of all that is drawn, a whole number from 0
+        temperature: instead of speed, the mean kinetic energy of a disc; the total momentum is then 0
     """
     demand_number("bodies", bodies, 0, "a scene has 0 bodies or more")
     numerics.demand_density(density)
@@ -147,10 +153,12 @@ def grid(
 ) -> Scene:
     """The thesis's benchmark: one disc in the middle of each square of a grid, moving in a random direction.
 
-    ``density`` is the part of the unit square that the discs cover, below pi / 4, where they would touch;
-    ``speed`` is in sides of the square per unit of time, or ``temperature`` is the mean kinetic energy of
-    velocities without momentum. A number of ``bodies`` that is no square leaves the end of the last row
-    empty: there are as many columns as the next square has, and no more rows than needed.
+    Args:
+        bodies: the number of discs; if it is no square, the end of the last row is empty
+        density: the part of the unit square that they cover, below pi / 4, where they would touch
+        seed: of all that is drawn, a whole number from 0
+        speed: of each disc, in sides of the square per unit of time
+        temperature: instead of speed, the mean kinetic energy of a disc; the total momentum is then 0
     """
     demand_number("bodies", bodies, 1, "a grid has 1 body or more")
     columns = math.isqrt(bodies - 1) + 1
