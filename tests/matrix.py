@@ -82,9 +82,9 @@ PAIRS: tuple[Cell, ...] = tuple(itertools.combinations([name for name in BY_NAME
 
 HEAD = """# What works with what
 
-Everything works with everything, except what is listed here. Crossed are all capabilities of a scene with all
-that is done with a run, and each two capabilities in one scene. Each crossing has a test, made from the same
-tables (`python -m pytest tests/test_matrix.py`); `python tests/matrix.py` prints this page."""
+Each capability of a scene works with everything that is done with a run, and with each other capability in
+one scene, except where a grid says ✗; the number leads to the reason. Each cell is a test
+(`python -m pytest tests/test_matrix.py`); `python tests/matrix.py` prints this page."""
 TOGETHER = (
     "Such a scene has the same contacts under every broad phase that takes it, by the certifier, in a run "
     "that was saved and resumed under another phase, and when its recorded commands are played again."
@@ -99,33 +99,44 @@ def counts(cells: Iterable[Cell], refused: Mapping[Cell, str], meaningless: Mapp
     return f"{found['works']} work, {found['refused']} are refused, {found['meaningless']} mean nothing"
 
 
-def exceptions(refused: Mapping[Cell, str], meaningless: Mapping[Cell, str]) -> list[str]:
-    """Returns the table of cells that are refused or mean nothing, those of one sentence in a row."""
-    rows: dict[tuple[str, str], list[str]] = {}
-    for (row, column), said in refused.items():
-        rows.setdefault((column, f"... {said} ..."), []).append(row)
-    for (row, column), said in meaningless.items():
-        rows.setdefault((column, f"means nothing: {said}"), []).append(row)
+def grid(refused: Mapping[Cell, str], meaningless: Mapping[Cell, str]) -> list[str]:
+    """Returns a grid with a row for each capability and a column for each partner that one of them does not
+    work with, and the reasons, numbered."""
+    said = {cell: f"... {text} ..." for cell, text in refused.items()}
+    said |= {cell: f"means nothing: {text}" for cell, text in meaningless.items()}
+    number = {text: place for place, text in enumerate(dict.fromkeys(said.values()), 1)}
+    columns = [*dict.fromkeys(column for _, column in said)]
+    marks = {cell: f"✗<sup>{number[text]}</sup>" for cell, text in said.items()}
     return [
-        "| with | does not work | because |",
-        "|---|---|---|",
-        *(f"| {column} | {'; '.join(names)} | {said} |" for (column, said), names in rows.items()),
+        f"|with|{'|'.join(columns)}|",
+        f"|---|{'|'.join(':-:' for _ in columns)}|",
+        *(
+            f"|{row}|{'|'.join(' ' if row == each else marks.get((row, each), '✓') for each in columns)}|"
+            for row in BY_NAME
+            if row != "discs"
+        ),
+        "",
+        *(f"{place}. {text}" for text, place in number.items()),
     ]
+
+
+def both(pairs: Mapping[Cell, str]) -> dict[Cell, str]:
+    """Returns pairs of capabilities in either order."""
+    return {cell: text for (one, other), text in pairs.items() for cell in ((one, other), (other, one))}
 
 
 def page() -> str:
     """Returns the page of both tables, in Markdown."""
+    without = [each for each in COLUMNS if each not in {column for _, column in REFUSED}]
     return "\n".join(
         [
             HEAD,
             "",
             "## A capability and what is done with a run",
             "",
-            f"Capabilities: {'; '.join(BY_NAME)}.",
+            f"Every capability works with these: {'; '.join(without)}. Discs work with all; the others:",
             "",
-            f"What is done: {'; '.join(COLUMNS)}.",
-            "",
-            *exceptions(REFUSED, MEANINGLESS),
+            *grid(REFUSED, MEANINGLESS),
             "",
             f"{len(CELLS)} cells: {counts(CELLS, REFUSED, MEANINGLESS)}.",
             "",
@@ -133,7 +144,7 @@ def page() -> str:
             "",
             TOGETHER,
             "",
-            *exceptions(REFUSED_TOGETHER, MEANINGLESS_TOGETHER),
+            *grid(both(REFUSED_TOGETHER), both(MEANINGLESS_TOGETHER)),
             "",
             f"{len(PAIRS)} pairs: {counts(PAIRS, REFUSED_TOGETHER, MEANINGLESS_TOGETHER)}.",
             "",

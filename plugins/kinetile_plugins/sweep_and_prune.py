@@ -30,7 +30,7 @@ and about 0.6 n pairs in a dense gas, and in the worst case all pairs as well (f
 
 **Slanted lines.** For whole numbers p and q a place is (p x + q y) / (|p| + |q|), so it is no further from 0
 than a coordinate is, and has a few roundings more: those of the projection of places and of velocities. They
-are in ``WIDER``: a bound is as much further out. Of a shape a slanted line has the circle around it.
+are in ``WIDER``: a bound is as much further out. Along a slanted line a shape counts as its circle.
 
 **Periodic axes.** The images of all bounds are on an endless line, and repeat after a period. The list of
 an axis holds one image of each bound, a period of the line, and its last bound has the first one behind it, a
