@@ -15,7 +15,8 @@ a reader makes it::
   behind a backslash, and ``$`` may stand before it.
 * ``--out`` names the file on the site; ``view`` may go without it. ``--open`` and ``--overwrite`` are not
   for here. Files that a command names are looked for from the folder in which the document stands.
-* ``:height: 30rem`` in the first line of the block is how high the frames are, 54rem without it.
+* ``:height: 30rem`` in the first line of the block is how high the frames are, 54rem without it; ``:link:
+  try`` opens the page at its link ``#try``.
 
 A command that fails is a warning of the type ``live.failed``, with what it has said; where warnings are
 errors, there is no site.
@@ -79,7 +80,7 @@ class Live(SphinxDirective):
     has_content = True
     optional_arguments = 1
     final_argument_whitespace = True
-    option_spec: ClassVar[dict[str, Any]] = {"height": directives.unchanged}
+    option_spec: ClassVar[dict[str, Any]] = {"height": directives.unchanged, "link": directives.unchanged}
 
     def run(self) -> list[nodes.Node]:
         """Make what the commands make, or find it among what is kept."""
@@ -112,7 +113,8 @@ class Live(SphinxDirective):
         remembered(self.env).setdefault(self.env.docname, {})[uri] = str(kept)
         plain = nodes.literal_block(command, command, language="console")
         height = self.options.get("height", "54rem")
-        return shown("", plain, uri=uri, title=title or command, height=height, command=command)
+        link = f"#{self.options['link']}" if "link" in self.options else ""
+        return shown("", plain, uri=uri, title=title or command, height=height, command=command, link=link)
 
 
 def commands(text: str) -> list[str]:
@@ -202,7 +204,7 @@ def show(self: Any, node: shown) -> None:
     if uri.endswith(".html"):
         height = html.escape(node["height"])
         self.body.append(
-            f'<iframe src="{uri}" title="{title}" loading="lazy" style="height: {height}"></iframe>'
+            f'<iframe src="{uri}{html.escape(node["link"])}" title="{title}" loading="lazy" style="height: {height}"></iframe>'
             f'<p class="live-link"><a class="reference internal" href="{uri}">Open it by itself</a>'
         )
     else:

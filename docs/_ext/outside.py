@@ -3,7 +3,8 @@
 ``[its code](../plugins/kinetile_plugins/cells)`` is right wherever the files lie beside each other. For the
 site, such a link leads to a page that shows the file, or lists the files of a folder, each with its own page,
 under ``source/``. The first page of the site is README, with the lists of ``index.md`` behind it and the
-player of ``index.md`` before its second section.
+players of ``index.md`` in it: the one in which a disc is thrown above the installation, the other before the
+second section.
 """
 
 from __future__ import annotations
@@ -25,7 +26,10 @@ README = "index"
 """The document that stands for README."""
 
 PLAYER = re.compile(r"## .*\n\n(```\{live\}(?:.|\n)*?\n```\n)\n")
-"""The section of the index with the player."""
+"""A section of the index with a player."""
+
+INSTALL = "\n\nInstall it "
+"""The beginning of the paragraph before which the first player stands."""
 
 LINK = re.compile(r"(\]\(|src=\")(?!\w+:|#)([^)\s#\"]+)")
 """Where a link or a picture of the repository begins, and its path."""
@@ -51,10 +55,10 @@ def turn(app: Sphinx, docname: str, source: list[str]) -> None:
 
 def first_page(app: Sphinx, readme: str, index: str) -> str:
     """Return README and the lists of the index as one page."""
-    player = PLAYER.search(index)
-    shown = player[1] if player else ""
-    lists = index[index.index("\n## ") :].replace(player[0] if player else "", "")
-    readme = readme.replace("\n## ", f"\n{shown}\n## ", 1)
+    lists = index[index.index("\n## ") :]
+    for player, before in zip(PLAYER.finditer(index), (INSTALL, "\n## "), strict=True):
+        lists = lists.replace(player[0], "")
+        readme = readme.replace(before, f"\n\n{player[1]}{before}", 1)
     return turned_links(app, readme, root(app), README) + turned_links(app, lists, Path(app.srcdir), README)
 
 

@@ -35,6 +35,17 @@ def test_a_link_opens_the_moment_and_the_body(browser, saved):
     assert browser.said() == []
 
 
+def test_a_link_opens_with_try_it_on(browser, saved):
+    browser.open(saved, "#try")
+    assert browser.value("[kinetilePlayer.trial.on, ...kinetilePlayer.playback.moment]") == [True, 0, 0]
+    assert browser.value(SAID).startswith("drag a disc to throw it")
+    browser.value("location.hash = '#t=0:1'")
+    browser.value("location.hash = '#try'")
+    browser.settle()
+    assert browser.value("kinetilePlayer.trial.on")
+    assert browser.said() == []
+
+
 def test_a_link_copied_while_time_runs_leads_nowhere(browser, saved):
     browser.open(saved)
     browser.press("ArrowDown", "ArrowDown", " ", "l")

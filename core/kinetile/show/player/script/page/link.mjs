@@ -1,5 +1,5 @@
 // The address of a moment: page.html#t=epoch:tick&body=number. Of several events in one tick, event=number is the
-// count of all events that are done in the first run.
+// count of all events that are done in the first run. page.html#try opens with *Try it* switched on.
 
 import { TICKS, compare } from "../run/clock.mjs";
 import { eventsAt, momentOfEvent } from "../run/events.mjs";
@@ -25,6 +25,7 @@ export function readLink(text) {
 export function followLink(player, text) {
   if (text === player.ownLink) return void (player.ownLink = null);
   if (text.length < 2 || text === linkOf(player)) return;
+  if (text === "#try") return void (player.trial.on || player.trial.toggle());
   const { playback } = player;
   const found = readLink(text);
   const outside = found && (compare(found.moment, playback.begin) < 0 || compare(found.moment, playback.end) > 0);
